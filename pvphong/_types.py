@@ -32,3 +32,11 @@ Convention = Literal["standard", "vtk"]
 Precision = Literal["float32", "float64"]
 Backend = Literal["auto", "numpy", "numba"]
 Weighting = Literal["angle", "area", "max"]
+
+
+def rgb(color: ColorLike) -> Vector:
+    """Red, green and blue of a checked colour; a single float is grey."""
+    if isinstance(color, float):
+        return color, color, color
+    red, green, blue = (float(channel) for channel in color)
+    return red, green, blue

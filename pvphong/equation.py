@@ -1,0 +1,188 @@
+"""The lighting equation of one scene and one material, with everything in place but the vertices.
+
+Here the two conventions part: `standard` is the model that OpenGL and its textbooks share, `vtk` follows
+VTK's shader (vtkOpenGLPolyDataMapper::ReplaceShaderLight). What comes out is the same kind of value for
+both, and the evaluators know nothing of conventions.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from pvphong._types import ColorLike, MatrixLike, Reflection, Vector, VectorLike, rgb
+from pvphong.lights import DirectionalLight, Light, PointLight, SpotLight
+from pvphong.material import Material
+from pvphong.scene import Scene
+
+BRIGHTEST = 2.0**100
+"""Strengths and colours are capped here, so that nothing overflows float32; anything near it is white."""
+
+# vtkProperty and vtkLight keep exponents in [0, 128]; the shader cuts cosines off at the floors.
+_VTK_EXPONENT = 128.0
+_VTK_FLOOR = 1e-5
+_VTK_HEADLIGHT_FLOOR = 1e-6
+
+
+@dataclass(frozen=True)
+class LightTerm:
+    """One light that is on, in world coordinates.
+
+    Parameters
+    ----------
+    light : Light
+        Where it stands and how it weakens.
+    index : int
+        Its place among the scene's lights.
+    ambient, diffuse, specular : tuple of float
+        Its colours times intensity times the material's, divided by `gain`: at most 1.
+    gain : float
+        A power of two; at most `BRIGHTEST`.
+    """
+
+    light: Light
+    index: int
+    ambient: Vector
+    diffuse: Vector
+    specular: Vector
+    gain: float
+
+
+@dataclass(frozen=True)
+class Equation:
+    """What every evaluator takes.
+
+    Parameters
+    ----------
+    terms : tuple of LightTerm
+        The lights that are on.
+    ambient, emission : tuple of float
+        What is there without any light; `ambient` is multiplied by the albedo.
+    shininess : float
+        Exponent of the highlight.
+    reflection : {"phong", "blinn-phong"}
+        Which cosine the highlight raises to it.
+    cosine_floor : float
+        That cosine is taken to be at least this.
+    headlight_only : bool
+        VTK's first tier: the highlight is a power of n·l, and n·l at least `cosine_floor`.
+    eye : tuple of float or None
+        The viewer's position where v is taken at each vertex, else None.
+    to_eye : tuple of float
+        Unit vector towards the eye along the view axis.
+    two_sided : bool
+        Whether vertices that face away from the viewer are lit with −n.
+    local_facing : bool
+        Whether that is judged from `eye`, rather than along `to_eye`.
+    clamp : bool
+        Whether the sum is clamped to [0, 1].
+    matrix : array_like or None
+        (4, 4) model matrix, None for the identity.
+    """
+
+    terms: tuple[LightTerm, ...]
+    ambient: Vector
+    emission: Vector
+    shininess: float
+    reflection: Reflection
+    cosine_floor: float
+    headlight_only: bool
+    eye: Vector | None
+    to_eye: Vector
+    two_sided: bool
+    local_facing: bool
+    clamp: bool
+    matrix: MatrixLike | None
+
+
+def assemble(scene: Scene, material: Material, matrix: MatrixLike | None) -> Equation:
+    """The equation of a scene and a material, in the scene's convention."""
+    standard = _standard(scene, material, matrix)
+    return standard if scene.light_model.convention == "standard" else _as_vtk(standard, scene, material)
+
+
+def _standard(scene: Scene, material: Material, matrix: MatrixLike | None) -> Equation:
+    model, viewer = scene.light_model, scene.viewer
+    local = model.local_viewer and not viewer.parallel
+    x, y, z = viewer.view_direction
+    return Equation(
+        terms=tuple(
+            _term(light, index, material, rgb(light.ambient), light.specular_color)
+            for index, light in enumerate(scene.world_lights)
+            if light.on
+        ),
+        ambient=_product(material.ambient, model.ambient),
+        emission=_product(material.emission, 1.0),
+        shininess=material.shininess,
+        reflection=model.reflection,
+        cosine_floor=0.0,
+        headlight_only=False,
+        eye=_vector(viewer.position) if local else None,
+        to_eye=(-x, -y, -z),
+        two_sided=model.two_sided,
+        local_facing=local,
+        clamp=model.clamp,
+        matrix=matrix,
+    )
+
+
+def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
+    """VTK's reading of the same scene.
+
+    The material's ambient is not multiplied by any light; the lights' ambient and specular colours are
+    ignored; the viewer is local even in parallel projection; a scene without any light is drawn unlit.
+    """
+    terms = tuple(
+        _term(_vtk_shape(term.light), term.index, material, (0.0, 0.0, 0.0), rgb(term.light.diffuse))
+        for term in standard.terms
+    )
+    headlight = _only_a_headlight(scene)
+    unlit = tuple(a + d for a, d in zip(rgb(material.ambient), rgb(material.diffuse), strict=True))
+    return replace(
+        standard,
+        terms=terms,
+        ambient=_product(material.ambient if terms else unlit, 1.0),
+        shininess=min(material.shininess, _VTK_EXPONENT),
+        cosine_floor=_VTK_HEADLIGHT_FLOOR if headlight else _VTK_FLOOR,
+        headlight_only=headlight,
+        eye=_vector(scene.viewer.position),
+        local_facing=not scene.viewer.parallel,
+    )
+
+
+def _only_a_headlight(scene: Scene) -> bool:
+    shining = [light for light in scene.lights if light.on]
+    return len(shining) == 1 and isinstance(shining[0], DirectionalLight) and shining[0].frame == "headlight"
+
+
+def _vtk_shape(light: Light) -> Light:
+    """A spot as VTK takes it: a cone of 90° is none, and exponents end at 128."""
+    if not isinstance(light, SpotLight):
+        return light
+    if light.cone_angle == 90.0:
+        return PointLight(
+            position=light.position, attenuation=light.attenuation, diffuse=light.diffuse, intensity=light.intensity
+        )
+    return replace(light, exponent=min(light.exponent, _VTK_EXPONENT))
+
+
+def _term(light: Light, index: int, material: Material, ambient: Vector, specular: Vector) -> LightTerm:
+    intensity = light.intensity
+    colors = [
+        _product(material.ambient, ambient, intensity),
+        _product(material.diffuse, light.diffuse, intensity),
+        _product(material.specular, specular, intensity),
+    ]
+    gain = min(2.0 ** math.frexp(max(map(max, colors)))[1], BRIGHTEST)
+    scaled = [(r / gain, g / gain, b / gain) for r, g, b in colors]
+    return LightTerm(light, index, *scaled, gain)
+
+
+def _product(reflectance: ColorLike, light: ColorLike, intensity: float = 1.0) -> Vector:
+    red, green, blue = (min(k * c * intensity, BRIGHTEST) for k, c in zip(rgb(reflectance), rgb(light), strict=True))
+    return red, green, blue
+
+
+def _vector(value: VectorLike) -> Vector:
+    x, y, z = value
+    return x, y, z

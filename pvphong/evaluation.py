@@ -1,0 +1,108 @@
+"""From a scene to colours: checks the arguments, puts the equation together, has it evaluated."""
+
+from __future__ import annotations
+
+from typing import Any, get_args
+
+import numpy as np
+
+from pvphong import _check, reference
+from pvphong._types import Backend, FloatArray, MatrixLike, Precision
+from pvphong.equation import assemble
+from pvphong.material import Material
+from pvphong.scene import Scene
+from pvphong.shading import Shading
+
+
+def evaluate(
+    points: Any,
+    normals: Any,
+    scene: Scene,
+    material: Material,
+    *,
+    matrix: MatrixLike | None = None,
+    albedo: Any = None,
+    precision: Precision = "float32",
+    backend: Backend = "auto",
+    tolerance: float = 0.0,
+    components: bool = False,
+) -> Shading:
+    """Lit colours of vertices by the Phong or Blinn-Phong equation.
+
+    Sources: Phong, "Illumination for computer generated pictures" (1975); Blinn, "Models of light
+    reflection for computer synthesized pictures" (1977); OpenGL 2.1 specification, section 2.14.1.
+
+    A zero or non-finite normal is unlit: emission and ambient light only. A vertex whose point is not finite
+    gets nothing from lights with a position and no highlight. A light on a vertex adds neither diffuse nor
+    specular there, and an eye on a vertex sees no highlight. So every colour is finite.
+
+    Parameters
+    ----------
+    points : array_like
+        Shape (n, 3), in the mesh's own coordinates. Other types than float32 and float64 are widened.
+    normals : array_like
+        Shape (n, 3), of any length; they need not be unit vectors.
+    scene : Scene
+        Lights, viewer and light model, in world coordinates.
+    material : Material
+        The surface's reflectances.
+    matrix : array_like, optional
+        (4, 4) model matrix: points are transformed by it, normals by its inverse-transpose.
+    albedo : array_like, optional
+        Shape (n, 3): multiplies the material's ambient and diffuse. uint8 counts as 0-255; floats are
+        clipped to [0, 1], a NaN counts as 0.
+    precision : {"float32", "float64"}
+        Of the result, and of the arithmetic after the geometry. float32 errs by at most
+        (4√shininess + 16) · 2⁻²⁴ · (1 + number of lights), for colours of size 1.
+    backend : {"auto", "numpy"}
+        Which evaluator computes.
+    tolerance : float, default 0
+        Largest absolute colour error that may be traded for time; 0 allows no approximation.
+    components : bool, default False
+        Whether the result has its ambient, diffuse, specular, emission, base and per-light arrays too.
+
+    Returns
+    -------
+    Shading
+        With `.rgb` of shape (n, 3).
+
+    Raises
+    ------
+    ValueError
+        If an argument has the wrong shape, type or range; the message names it.
+    """
+    points = _check.array("points", points)
+    normals = _check.array("normals", normals, count=len(points))
+    if not isinstance(scene, Scene):
+        _check.refuse("scene", scene, "a Scene", "Put lights into Scene(lights=[...]).")
+    if not isinstance(material, Material):
+        _check.refuse("material", material, "a Material", "Material.from_property makes one of a pyvista.Property.")
+    real = np.dtype(_check.choice("precision", precision, get_args(Precision)))
+    _check.choice("backend", backend, ("auto", "numpy"))
+    _check.number("tolerance", tolerance, at_least=0.0)
+    shades = None if albedo is None else _albedo(albedo, len(points))
+    equation = assemble(scene, material, matrix)
+    result = _empty(len(points), len(scene.world_lights), real, _check.flag("components", components))
+    reference.shade(points, normals, equation, shades, result)
+    return result
+
+
+def _empty(count: int, lights: int, real: np.dtype[Any], components: bool) -> Shading:
+    rgb = np.empty((count, 3), real)
+    if not components:
+        return Shading(rgb)
+    ambient, diffuse, specular, emission, base = (np.zeros((count, 3), real) for _ in range(5))
+    per_light = np.zeros((lights, count, 3), real)
+    return Shading(rgb, ambient, diffuse, specular, emission, per_light, base)
+
+
+def _albedo(value: Any, count: int) -> FloatArray:
+    given = np.asarray(value)
+    if given.ndim == 2 and given.shape[1] == 4:
+        _check.refuse(
+            "albedo", f"an array of shape {given.shape}", "of shape (n, 3)", "Leave out the opacity: [:, :3]."
+        )
+    shades = _check.array("albedo", given, count=count)
+    if given.dtype == np.uint8:
+        return shades / 255.0
+    return np.fmin(np.fmax(shades, 0.0), 1.0)  # fmax takes 0 before a NaN

@@ -1,0 +1,59 @@
+"""Light from infinitely far away: one direction for the whole scene (OpenGL's w = 0)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pvphong import _check
+from pvphong._types import Float64Array, VectorLike
+from pvphong._vectors import unit
+from pvphong.lights._light import Arrival, EyeSpace, Light
+
+if TYPE_CHECKING:
+    import pyvista as pv
+
+
+@dataclass(frozen=True)
+class DirectionalLight(Light):
+    """Parallel light, as from the sun.
+
+    Parameters
+    ----------
+    direction : sequence of float, default (0, 0, -1)
+        The direction in which the light travels, of any length. OpenGL's default light shines along −z.
+    **common
+        The fields of every light: `diffuse`, `specular`, `ambient`, `intensity`, `on`, `frame`, `name`.
+
+    Raises
+    ------
+    ValueError
+        If a field is out of range; the message names the field.
+    """
+
+    direction: VectorLike = (0.0, 0.0, -1.0)
+
+    def _check_geometry(self) -> None:
+        self._set("direction", _check.direction("direction", self.direction))
+
+    def in_world(self, viewer: EyeSpace) -> DirectionalLight:
+        """This light with its direction in the world, as `viewer` makes it."""
+        if self.frame == "camera":
+            x, y, z = self.direction
+            return replace(self, direction=viewer.vector_to_world((x, y, z)), frame="world")
+        if self.frame == "headlight":
+            return replace(self, direction=viewer.view_direction, frame="world")
+        return self
+
+    def arrival(self, points: Float64Array) -> Arrival:  # noqa: ARG002 the same everywhere
+        """The direction against the light's travel, shape (3, 1), and strength 1."""
+        travel = np.array(self.direction, dtype=np.float64)[:, None]
+        return Arrival(-unit(travel)[0], 1.0)
+
+    def _place(self, light: pv.Light, distance: float) -> None:  # noqa: ARG002 infinitely far away
+        x, y, z = self.direction
+        light.SetPositional(False)
+        light.SetPosition(-x, -y, -z)
+        light.SetFocalPoint(0.0, 0.0, 0.0)

@@ -1,0 +1,217 @@
+"""The lighting equation in NumPy, written to be read beside the model it implements.
+
+Symbols: p a vertex, n its unit normal, v the unit vector to the viewer, l the unit vector to a light, and
+for each light a·s its attenuation times spot factor; f is the cosine that the highlight raises to the
+material's shininess. Arrays hold a block of vertices as columns, (3, block).
+
+Geometry (differences of positions, distances, unit vectors) is always computed in float64, whatever the
+precision asked for: a light's difference to a vertex far from the origin is then exact to the last bit of
+the stored coordinates. What follows is computed in the precision asked for.
+
+The highlight is computed by chords. With D = 2(n·l)n − l − v, the difference of mirror direction and
+viewer, r·v = 1 − ½|D|²; with D = h − n, n·h = 1 − ½|D|². Near the peak |D| is small and known to full
+precision, while a cosine near 1 has lost the digits that a high shininess asks for.
+"""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pvphong._types import Float64Array, FloatArray, Vector
+from pvphong._vectors import columns, dot, rescale, towards
+from pvphong.equation import BRIGHTEST, Equation, LightTerm
+from pvphong.shading import Shading
+from pvphong.transform import transform_normals, transform_points
+
+# Vertices per block: large enough that NumPy's cost per call is small, small enough for the caches.
+BLOCK = 16384
+_MOST_THREADS = 4
+
+
+class Surface(NamedTuple):
+    """A block of vertices, ready to be lit; all but the points in the precision asked for."""
+
+    points: Float64Array
+    raw: FloatArray
+    """Normals before they were made unit length: n·l is decided on these, so that a zero stays a zero."""
+    inverse_length: FloatArray
+    normals: FloatArray
+    to_viewer: FloatArray
+    unseen: Any
+    """Where v does not exist (the eye on the vertex, or a vertex that is not finite); False for nowhere."""
+    albedo: FloatArray | None
+
+
+def shade(
+    points: FloatArray, normals: FloatArray, equation: Equation, albedo: FloatArray | None, result: Shading
+) -> None:
+    """Evaluate the equation at every vertex, block by block, into the arrays of `result`.
+
+    Blocks are independent of each other, so neither their size nor the number of threads changes a bit.
+
+    Parameters
+    ----------
+    points, normals : ndarray
+        Shape (n, 3), float32 or float64, of any memory layout.
+    equation : Equation
+        What to evaluate.
+    albedo : ndarray or None
+        Shape (n, 3) in [0, 1]; multiplies the material's ambient and diffuse.
+    result : Shading
+        Filled in; its arrays set the precision.
+    """
+
+    def shade_slice(start: int) -> None:
+        part = slice(start, start + BLOCK)
+        shades = None if albedo is None else albedo[part]
+        with np.errstate(divide="ignore", under="ignore", over="ignore"):
+            surface = _surface(points[part], normals[part], shades, equation, result.rgb.dtype.type)
+            _shade_block(surface, equation, _part(result, part))
+
+    starts = range(0, len(points), BLOCK)
+    threads = min(_MOST_THREADS, os.cpu_count() or 1, len(starts))
+    if threads > 1:
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(shade_slice, starts))
+    else:
+        for start in starts:
+            shade_slice(start)
+
+
+def _part(result: Shading, part: slice) -> Shading:
+    """The vertices of one block of the result, as views."""
+    return Shading(
+        *(
+            None if (array := getattr(result, name)) is None else array[..., part, :]
+            for name in Shading.__dataclass_fields__
+        )
+    )
+
+
+def _surface(
+    points: FloatArray, normals: FloatArray, albedo: FloatArray | None, equation: Equation, real: Any
+) -> Surface:
+    if equation.matrix is not None:
+        points = transform_points(points, equation.matrix)
+        normals = transform_normals(normals, equation.matrix)
+    p, raw = columns(points), rescale(columns(normals))[0]
+    length = np.sqrt(dot(raw, raw))
+    inverse_length = np.divide(1.0, length, out=np.zeros_like(length), where=length > 0.0)
+    v, unseen = _to_viewer(p, equation)
+    if equation.two_sided:
+        facing = v if equation.local_facing else _column(equation.to_eye)
+        raw = np.where(dot(raw, facing) < 0.0, -raw, raw)
+    return Surface(
+        points=p,
+        raw=raw.astype(real, copy=False),
+        inverse_length=inverse_length.astype(real, copy=False),
+        normals=(raw * inverse_length).astype(real, copy=False),
+        to_viewer=v.astype(real, copy=False),
+        unseen=unseen,
+        albedo=None if albedo is None else albedo.T.astype(real),
+    )
+
+
+def _column(vector: Vector) -> Float64Array:
+    return np.array(vector)[:, None]
+
+
+def _to_viewer(p: Float64Array, equation: Equation) -> tuple[Float64Array, Any]:
+    """Unit vectors v, (3, n) or (3, 1) where constant, and where there is none."""
+    if equation.eye is None:
+        return _column(equation.to_eye), False
+    v, distance = towards(equation.eye, p)
+    return v, False if distance.min(initial=1.0) > 0.0 else ~(distance > 0.0)
+
+
+def _shade_block(surface: Surface, equation: Equation, result: Shading) -> None:
+    color = np.zeros((3, surface.points.shape[1]), result.rgb.dtype)
+    for name in ("ambient", "diffuse", "specular", "per_light"):
+        if (array := getattr(result, name)) is not None:
+            array[:] = 0.0
+    _add(equation.emission, 1.0, None, color, result.emission, result.base)
+    _add(equation.ambient, 1.0, surface.albedo, color, result.ambient, result.base)
+    for term in equation.terms:
+        share = None if result.per_light is None else result.per_light[term.index]
+        strength, diffuse, specular = _factors(surface, equation, term)
+        _add(term.ambient, strength, surface.albedo, color, result.ambient, share)
+        _add(term.diffuse, diffuse, surface.albedo, color, result.diffuse, share)
+        _add(term.specular, specular, None, color, result.specular, share)
+    if equation.clamp:
+        np.clip(color.T, 0.0, 1.0, out=result.rgb)
+    else:
+        result.rgb[:] = color.T
+
+
+def _add(coefficients: Vector, factor: Any, albedo: FloatArray | None, *targets: FloatArray | None) -> None:
+    """Add coefficient · factor · albedo, channel by channel, to each target that is wanted.
+
+    The first target holds vertices as columns, the others as rows. A black channel is left out, exactly.
+    """
+    for channel, coefficient in enumerate(coefficients):
+        if coefficient:
+            product = targets[0].dtype.type(coefficient) * factor
+            if albedo is not None:
+                product = product * albedo[channel]
+            targets[0][channel] += product
+            for target in targets[1:]:
+                if target is not None:
+                    target[:, channel] += product
+
+
+def _factors(surface: Surface, equation: Equation, term: LightTerm) -> tuple[Any, Any, Any]:
+    """What one light's ambient, diffuse and specular colours are multiplied by: a·s times 1, n·l and fⁿ."""
+    real = surface.raw.dtype.type
+    arrival = term.light.arrival(surface.points)
+    l = arrival.direction.astype(real, copy=False)
+    strength = real(np.minimum(arrival.strength * term.gain, BRIGHTEST))
+    n_l = dot(surface.raw, l)
+    n_l *= surface.inverse_length
+    if equation.headlight_only:
+        diffuse = np.maximum(n_l, real(equation.cosine_floor)) * strength
+        specular = _power(real(0.5) * _square(surface.normals - l), equation.shininess, equation.cosine_floor)
+        return strength, diffuse, specular * strength
+    diffuse = np.maximum(n_l, real(0.0)) * strength
+    if not any(term.specular):
+        return strength, diffuse, 0.0
+    specular = _power(_chord_distance(surface, equation, l, n_l), equation.shininess, equation.cosine_floor)
+    specular = (n_l > 0.0) * strength * specular
+    if surface.unseen is not False:
+        specular[surface.unseen] = 0.0
+    return strength, diffuse, specular
+
+
+def _square(w: FloatArray) -> FloatArray:
+    return dot(w, w)
+
+
+def _chord_distance(surface: Surface, equation: Equation, l: FloatArray, n_l: FloatArray) -> FloatArray:
+    """½|D|² = 1 − f, for f = r·v (Phong) or n·h (Blinn-Phong)."""
+    half = surface.raw.dtype.type(0.5)
+    if equation.reflection == "phong":
+        chord = surface.normals * (n_l + n_l)
+        chord -= l
+        chord -= surface.to_viewer
+        return half * _square(chord)
+    h = l + surface.to_viewer
+    length = np.sqrt(_square(h))
+    chord = h / np.where(length > 0.0, length, 1.0) - surface.normals
+    # Opposite l and v have no half-way direction, and no highlight.
+    return np.where(length > 0.0, half * _square(chord), 1.0)
+
+
+def _power(distance: FloatArray, shininess: float, floor: float) -> Any:
+    """max(f, floor)ⁿ for f = 1 − distance; 1 for n = 0, also where f is 0."""
+    real = distance.dtype.type
+    if shininess == 0.0:
+        return real(1.0)
+    exponent = real(np.clip(shininess, np.finfo(real).tiny, BRIGHTEST))
+    np.minimum(distance, real(1.0) - real(floor), out=distance)
+    np.negative(distance, out=distance)
+    np.log1p(distance, out=distance)
+    distance *= exponent
+    return np.exp(distance, out=distance)

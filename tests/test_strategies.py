@@ -1,0 +1,124 @@
+"""The generated scenes meet what they are there to meet; a strategy that only draws dark scenes proves nothing."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, event, given, settings
+from oracle import as_array, shade
+from strategies import MATRIX_CLASSES, Case, hard_cases, moderate_cases
+
+from pvphong.lights import DirectionalLight, PointLight, SpotLight
+
+EXAMPLES = 150
+QUIET = settings(
+    max_examples=EXAMPLES,
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],
+)
+
+
+def tally(strategy: Any, facts_of: Any) -> Counter[str]:
+    """How many examples show each fact."""
+    counts: Counter[str] = Counter()
+
+    @QUIET
+    @given(strategy)
+    def run(case: Case) -> None:
+        counts["examples"] += 1
+        for fact in facts_of(case):
+            event(fact)
+            counts[fact] += 1
+
+    run()
+    return counts
+
+
+def ordinary_facts(case: Case) -> set[str]:
+    shades = shade(*case.arguments, **case.options)
+    specular = as_array(shades, "specular")
+    color = as_array(shades, "unclamped")
+    facts = {type(light).__name__ for light in case.scene.lights}
+    facts |= {light.frame for light in case.scene.lights}
+    facts |= {case.scene.light_model.reflection}
+    facts |= {"highlight"} if specular.max() > 0.01 else set()
+    facts |= {"sharp highlight"} if specular.max() > 0.01 and case.material.shininess > 1e4 else set()
+    facts |= {"clamped"} if color.max() > 1 else set()
+    facts |= {"flipped"} if case.scene.light_model.two_sided and any(s.n_dot_v < 0 for s in shades) else set()
+    lit = [facts for s in shades for facts in s.lights if facts.cone_margin is not None]
+    facts |= {"in a cone"} if any(f.cone_margin > 0 for f in lit) else set()
+    facts |= {"outside a cone"} if any(f.cone_margin < 0 for f in lit) else set()
+    return facts
+
+
+@pytest.mark.parametrize("convention", ["standard", "vtk"])
+def test_ordinary_scenes_are_lit(convention: str) -> None:
+    counts = tally(moderate_cases(convention), ordinary_facts)
+    share = {fact: count / counts["examples"] for fact, count in counts.items()}
+    assert share["highlight"] > 0.6
+    assert share["sharp highlight"] > 0.04
+    for light in (DirectionalLight, PointLight, SpotLight):
+        assert share[light.__name__] > 0.2
+    for fact in ("world", "camera", "headlight", "in a cone", "outside a cone", "clamped", "flipped"):
+        assert share[fact] > 0.05, fact
+    if convention == "standard":
+        assert share["phong"] > 0.3
+        assert share["blinn-phong"] > 0.3
+
+
+def hard_facts(case: Case) -> set[str]:
+    facts = set()
+    for rows, name in ((case.points, "point"), (case.normals, "normal")):
+        if not np.isfinite(rows).all():
+            facts.add(f"non-finite {name}")
+    if not case.normals.any(axis=1).all():
+        facts.add("zero normal")
+    good = np.isfinite(case.points).all(axis=1) & np.isfinite(case.normals).all(axis=1)
+    for s in shade(case.points[good], case.normals[good], case.scene, case.material, **case.options):
+        if any(f.distance == 0 for f in s.lights if f.distance is not None):
+            facts.add("light on a vertex")
+        if any(abs(f.n_dot_l) < 1e-15 for f in s.lights if f.n_dot_l is not None):
+            facts.add("grazing light")
+        if any(abs(f.cone_margin) < 1e-14 for f in s.lights if f.cone_margin is not None):
+            facts.add("edge of a cone")
+        if s.n_dot_v is None and case.scene.light_model.local_viewer:
+            facts.add("eye on a vertex or no normal")
+    return facts
+
+
+def test_hard_scenes_are_hard() -> None:
+    counts = tally(hard_cases(), hard_facts)
+    for fact in (
+        "non-finite point",
+        "non-finite normal",
+        "zero normal",
+        "light on a vertex",
+        "grazing light",
+        "edge of a cone",
+        "eye on a vertex or no normal",
+    ):
+        assert counts[fact] > 0.03 * counts["examples"], fact
+
+
+def test_every_class_of_matrix_is_what_its_name_says() -> None:
+    kinds: dict[str, list[np.ndarray | None]] = {}
+    from hypothesis import strategies as st
+    from strategies import matrices
+
+    @QUIET
+    @given(st.sampled_from(MATRIX_CLASSES).flatmap(lambda kind: st.tuples(st.just(kind), matrices(kind))))
+    def run(drawn: tuple[str, np.ndarray | None]) -> None:
+        kinds.setdefault(drawn[0], []).append(drawn[1])
+
+    run()
+    assert set(kinds) == set(MATRIX_CLASSES)
+    assert kinds["none"][0] is None
+    for kind in ("rigid", "uniform", "non-uniform", "shear", "w"):
+        assert all(np.linalg.det(m[:3, :3]) > 0 for m in kinds[kind])
+    assert all(np.linalg.det(m[:3, :3]) < 0 for m in kinds["mirror"])
+    assert any(m[3, 3] < 0 for m in kinds["w"])
