@@ -56,15 +56,17 @@ class Block:
         """(3, m) normals of twice the faces' area, in units of 2**(2 * exponents); zero for a degenerate face.
 
         The fan from corner 0: the sum of spoke × edge. Unlike Newell's sum over the points themselves it
-        subtracts first, so a world offset costs nothing (M. E. Newell, in Sutherland et al. 1974).
+        subtracts first, so a world offset costs nothing (M. E. Newell, in Sutherland et al. 1974). The last
+        triangle takes the edge back to corner 0, so that a triangle's own two edges there are used.
         """
+        sides = np.concatenate([self.edges[:, 1:-2], -self.edges[:, -1:]], axis=1)
         total = np.zeros((3, len(self.faces)))
         terms = np.zeros_like(total)
         for spoke in range(self.spokes.shape[1]):
             for axis in range(3):
                 one, two = (axis + 1) % 3, (axis + 2) % 3
-                forth = self.spokes[one, spoke] * self.edges[two, spoke + 1]
-                back = self.spokes[two, spoke] * self.edges[one, spoke + 1]
+                forth = self.spokes[one, spoke] * sides[two, spoke]
+                back = self.spokes[two, spoke] * sides[one, spoke]
                 total[axis] += forth - back
                 terms[axis] += np.abs(forth) + np.abs(back)
         degenerate = np.logical_and.reduce(np.abs(total) <= _NOISE * terms, axis=0)

@@ -7,6 +7,8 @@ had in a comfortable range. (A matrix product by BLAS would not give that, so no
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,10 +18,10 @@ from pvphong._types import BoolArray, Float64Array, FloatArray, Vector
 _LEAST, _MOST = 2.0**-60, 2.0**60
 
 
-def dot(a: FloatArray, b: FloatArray) -> FloatArray:
+def dot(a: FloatArray, b: FloatArray) -> Any:
     """Dot products of the columns of two (3, n) arrays, summed in the order x, y, z."""
     products = a * b
-    total: FloatArray = products[0]
+    total = products[0]
     total += products[1]
     total += products[2]
     return total
@@ -30,33 +32,45 @@ def columns(rows: FloatArray) -> Float64Array:
     return rows.T.astype(np.float64, order="C")
 
 
-def linear(matrix: Float64Array, w: Float64Array) -> Float64Array:
-    """The columns of `w` (3, n) multiplied by a (3, 3) matrix."""
-    return np.array([dot(row[:, None], w) for row in matrix])
+def unit(w: Float64Array, out: Float64Array | None = None) -> tuple[Float64Array, Float64Array]:
+    """Unit vectors and lengths of the columns; a zero or non-finite column gives zero and length 0.
 
-
-def rescale(w: Float64Array) -> tuple[Float64Array, NDArray[np.int32] | None]:
-    """Columns of moderate length, each scaled by a power of two where it has to be.
-
-    Parameters
-    ----------
-    w : ndarray
-        Shape (3, n).
-
-    Returns
-    -------
-    scaled : ndarray
-        Shape (3, n): `w` itself where every column is comfortable; else a copy in which the other
-        columns are scaled so that their largest entry lies in [0.5, 1). Zero columns and columns with
-        a NaN or an infinity become zero.
-    exponents : ndarray or None
-        Shape (n,): ``ldexp(scaled, exponents)`` gives `w` back; None where nothing was scaled.
+    The unit vectors are written to `out`, which may be `w` itself, where it is given.
     """
+    square, comfortable = _squares(w)
+    if comfortable:
+        length = np.sqrt(square, out=square)
+        return np.multiply(w, 1.0 / length, out=out), length
+    scaled, exponents = _rescue(w, square)
+    length = np.sqrt(dot(scaled, scaled))
+    with np.errstate(over="ignore", under="ignore"):
+        return np.multiply(scaled, _inverse(length), out=out), np.ldexp(length, exponents)
+
+
+def moderate(w: Float64Array) -> tuple[Float64Array, Float64Array]:
+    """Columns of the same directions and moderate lengths, and the inverses of those lengths.
+
+    A column in the comfortable range is left as it is; any other is scaled by a power of two. A zero or
+    non-finite column gives zero, and 0 for the inverse of its length.
+    """
+    square, comfortable = _squares(w)
+    if comfortable:
+        return w, 1.0 / np.sqrt(square)
+    scaled = _rescue(w, square)[0]
+    return scaled, _inverse(np.sqrt(dot(scaled, scaled)))
+
+
+def _squares(w: Float64Array) -> tuple[Float64Array, bool]:
+    """Squared lengths, and whether all of them can be used as they are."""
     with np.errstate(over="ignore", invalid="ignore", under="ignore"):
         square = dot(w, w)
-        if square.size == 0 or (square.min() >= _LEAST and square.max() <= _MOST):  # a NaN fails both
-            return w, None
-        rare: BoolArray = ~((square >= _LEAST) & (square <= _MOST))
+        comfortable = square.min(initial=1.0) >= _LEAST and square.max(initial=1.0) <= _MOST  # a NaN fails both
+    return square, bool(comfortable)
+
+
+def _rescue(w: Float64Array, square: Float64Array) -> tuple[Float64Array, NDArray[np.int32]]:
+    """A copy whose uncomfortable columns have their largest entry in [0.5, 1), and the powers of two taken out."""
+    rare: BoolArray = ~((square >= _LEAST) & (square <= _MOST))
     odd = w[:, rare]
     odd[:, ~np.isfinite(odd).all(axis=0)] = 0.0
     powers = np.frexp(np.abs(odd).max(axis=0))[1]
@@ -67,15 +81,8 @@ def rescale(w: Float64Array) -> tuple[Float64Array, NDArray[np.int32] | None]:
     return scaled, exponents
 
 
-def unit(w: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Unit vectors and lengths of the columns; a zero or non-finite column gives zero and length 0."""
-    scaled, exponents = rescale(w)
-    length = np.sqrt(dot(scaled, scaled))
-    inverse = np.divide(1.0, length, out=np.zeros_like(length), where=length > 0.0)
-    if exponents is not None:
-        with np.errstate(over="ignore", under="ignore"):
-            length = np.ldexp(length, exponents)
-    return scaled * inverse, length
+def _inverse(length: Float64Array) -> Float64Array:
+    return np.divide(1.0, length, out=np.zeros_like(length), where=length > 0.0)
 
 
 def towards(target: Vector, points: Float64Array) -> tuple[Float64Array, Float64Array]:
@@ -98,19 +105,17 @@ def towards(target: Vector, points: Float64Array) -> tuple[Float64Array, Float64
     goal = np.array(target)[:, None]
     with np.errstate(over="ignore", invalid="ignore"):
         difference = goal - points
-    direction, distance = unit(difference)
-    if not distance.all() or np.isinf(distance.max(initial=0.0)):
-        _mend(goal, points, difference, direction, distance)
+    direction, distance = unit(difference, out=difference)
+    if not (distance.min(initial=1.0) > 0.0 and distance.max(initial=1.0) < np.inf):
+        _mend(goal, points, direction, distance)
     return direction, distance
 
 
-def _mend(
-    goal: Float64Array, points: Float64Array, difference: Float64Array, direction: Float64Array, distance: Float64Array
-) -> None:
-    """Put right, in place, the columns of `towards` that overflowed or that are not finite."""
-    overflowed = ~np.isfinite(difference).all(axis=0)
-    direction[:, overflowed], quarter = unit(goal * 0.25 - points[:, overflowed] * 0.25)
-    with np.errstate(over="ignore"):
+def _mend(goal: Float64Array, points: Float64Array, direction: Float64Array, distance: Float64Array) -> None:
+    """Put right, in place, the columns of `towards` whose difference overflowed or is not finite."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        overflowed = ~np.isfinite(goal - points).all(axis=0)
+        direction[:, overflowed], quarter = unit(goal * 0.25 - points[:, overflowed] * 0.25)
         distance[overflowed] = quarter * 4.0
     np.minimum(distance, np.finfo(np.float64).max, out=distance)
     distance[~np.isfinite(points).all(axis=0)] = np.nan

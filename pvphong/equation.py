@@ -174,8 +174,8 @@ def _term(light: Light, index: int, material: Material, ambient: Vector, specula
         _product(material.specular, specular, intensity),
     ]
     gain = min(2.0 ** math.frexp(max(map(max, colors)))[1], BRIGHTEST)
-    scaled = [(r / gain, g / gain, b / gain) for r, g, b in colors]
-    return LightTerm(light, index, *scaled, gain)
+    dim, matte, shiny = ((r / gain, g / gain, b / gain) for r, g, b in colors)
+    return LightTerm(light, index, dim, matte, shiny, gain)
 
 
 def _product(reflectance: ColorLike, light: ColorLike, intensity: float = 1.0) -> Vector:

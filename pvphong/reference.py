@@ -15,21 +15,18 @@ precision, while a cosine near 1 has lost the digits that a high shininess asks 
 
 from __future__ import annotations
 
-import os
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pvphong._types import Float64Array, FloatArray, Vector
-from pvphong._vectors import columns, dot, rescale, towards
+from pvphong._vectors import columns, dot, moderate, towards
 from pvphong.equation import BRIGHTEST, Equation, LightTerm
 from pvphong.shading import Shading
 from pvphong.transform import transform_normals, transform_points
 
 # Vertices per block: large enough that NumPy's cost per call is small, small enough for the caches.
-BLOCK = 16384
-_MOST_THREADS = 4
+BLOCK = 32768
 
 
 class Surface(NamedTuple):
@@ -51,7 +48,7 @@ def shade(
 ) -> None:
     """Evaluate the equation at every vertex, block by block, into the arrays of `result`.
 
-    Blocks are independent of each other, so neither their size nor the number of threads changes a bit.
+    Vertices are independent of each other, so the size of the blocks changes no bit.
 
     Parameters
     ----------
@@ -62,34 +59,20 @@ def shade(
     albedo : ndarray or None
         Shape (n, 3) in [0, 1]; multiplies the material's ambient and diffuse.
     result : Shading
-        Filled in; its arrays set the precision.
+        `rgb` is filled in, the others are added to; their type is the precision.
     """
-
-    def shade_slice(start: int) -> None:
+    for start in range(0, len(points), BLOCK):
         part = slice(start, start + BLOCK)
         shades = None if albedo is None else albedo[part]
         with np.errstate(divide="ignore", under="ignore", over="ignore"):
             surface = _surface(points[part], normals[part], shades, equation, result.rgb.dtype.type)
             _shade_block(surface, equation, _part(result, part))
 
-    starts = range(0, len(points), BLOCK)
-    threads = min(_MOST_THREADS, os.cpu_count() or 1, len(starts))
-    if threads > 1:
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(shade_slice, starts))
-    else:
-        for start in starts:
-            shade_slice(start)
-
 
 def _part(result: Shading, part: slice) -> Shading:
     """The vertices of one block of the result, as views."""
-    return Shading(
-        *(
-            None if (array := getattr(result, name)) is None else array[..., part, :]
-            for name in Shading.__dataclass_fields__
-        )
-    )
+    arrays = {name: getattr(result, name) for name in Shading.__dataclass_fields__}
+    return Shading(**{name: None if array is None else array[..., part, :] for name, array in arrays.items()})
 
 
 def _surface(
@@ -98,9 +81,7 @@ def _surface(
     if equation.matrix is not None:
         points = transform_points(points, equation.matrix)
         normals = transform_normals(normals, equation.matrix)
-    p, raw = columns(points), rescale(columns(normals))[0]
-    length = np.sqrt(dot(raw, raw))
-    inverse_length = np.divide(1.0, length, out=np.zeros_like(length), where=length > 0.0)
+    p, (raw, inverse_length) = columns(points), moderate(columns(normals))
     v, unseen = _to_viewer(p, equation)
     if equation.two_sided:
         facing = v if equation.local_facing else _column(equation.to_eye)
@@ -130,9 +111,6 @@ def _to_viewer(p: Float64Array, equation: Equation) -> tuple[Float64Array, Any]:
 
 def _shade_block(surface: Surface, equation: Equation, result: Shading) -> None:
     color = np.zeros((3, surface.points.shape[1]), result.rgb.dtype)
-    for name in ("ambient", "diffuse", "specular", "per_light"):
-        if (array := getattr(result, name)) is not None:
-            array[:] = 0.0
     _add(equation.emission, 1.0, None, color, result.emission, result.base)
     _add(equation.ambient, 1.0, surface.albedo, color, result.ambient, result.base)
     for term in equation.terms:
@@ -147,20 +125,22 @@ def _shade_block(surface: Surface, equation: Equation, result: Shading) -> None:
         result.rgb[:] = color.T
 
 
-def _add(coefficients: Vector, factor: Any, albedo: FloatArray | None, *targets: FloatArray | None) -> None:
-    """Add coefficient · factor · albedo, channel by channel, to each target that is wanted.
+def _add(
+    coefficients: Vector, factor: Any, albedo: FloatArray | None, color: FloatArray, *shares: FloatArray | None
+) -> None:
+    """Add coefficient · factor · albedo, channel by channel, to the colour and to each share that is wanted.
 
-    The first target holds vertices as columns, the others as rows. A black channel is left out, exactly.
+    The colour holds vertices as columns, the shares as rows. A black channel is left out, exactly.
     """
     for channel, coefficient in enumerate(coefficients):
         if coefficient:
-            product = targets[0].dtype.type(coefficient) * factor
+            product = color.dtype.type(coefficient) * factor
             if albedo is not None:
                 product = product * albedo[channel]
-            targets[0][channel] += product
-            for target in targets[1:]:
-                if target is not None:
-                    target[:, channel] += product
+            color[channel] += product
+            for share in shares:
+                if share is not None:
+                    share[:, channel] += product
 
 
 def _factors(surface: Surface, equation: Equation, term: LightTerm) -> tuple[Any, Any, Any]:
@@ -168,7 +148,7 @@ def _factors(surface: Surface, equation: Equation, term: LightTerm) -> tuple[Any
     real = surface.raw.dtype.type
     arrival = term.light.arrival(surface.points)
     l = arrival.direction.astype(real, copy=False)
-    strength = real(np.minimum(arrival.strength * term.gain, BRIGHTEST))
+    strength = np.minimum(arrival.strength * term.gain, BRIGHTEST).astype(real, copy=False)
     n_l = dot(surface.raw, l)
     n_l *= surface.inverse_length
     if equation.headlight_only:
@@ -179,7 +159,8 @@ def _factors(surface: Surface, equation: Equation, term: LightTerm) -> tuple[Any
     if not any(term.specular):
         return strength, diffuse, 0.0
     specular = _power(_chord_distance(surface, equation, l, n_l), equation.shininess, equation.cosine_floor)
-    specular = (n_l > 0.0) * strength * specular
+    specular = specular * strength
+    specular *= n_l > 0.0
     if surface.unseen is not False:
         specular[surface.unseen] = 0.0
     return strength, diffuse, specular
@@ -209,9 +190,21 @@ def _power(distance: FloatArray, shininess: float, floor: float) -> Any:
     real = distance.dtype.type
     if shininess == 0.0:
         return real(1.0)
-    exponent = real(np.clip(shininess, np.finfo(real).tiny, BRIGHTEST))
-    np.minimum(distance, real(1.0) - real(floor), out=distance)
-    np.negative(distance, out=distance)
-    np.log1p(distance, out=distance)
-    distance *= exponent
-    return np.exp(distance, out=distance)
+    logarithm = _log1p_of_negative(np.minimum(distance, real(1.0) - real(floor), out=distance))
+    logarithm *= real(max(float(np.finfo(real).tiny), min(shininess, BRIGHTEST)))
+    return np.exp(logarithm, out=logarithm)
+
+
+def _log1p_of_negative(d: FloatArray) -> Any:
+    """log(1 − d) for 0 <= d <= 1, to full precision also near 0, in place of NumPy's slower log1p.
+
+    With f the rounded 1 − d and e = (f − 1) + d its error, log(1 − d) = log(f − e) = log f − e/f + O(e²);
+    f − 1 is exact (Sterbenz), or e is far below the last bit.
+    """
+    f = 1.0 - d
+    error = f - 1.0
+    error += d
+    error /= np.maximum(f, np.finfo(f.dtype).tiny)
+    logarithm = np.log(f, out=f)
+    logarithm -= error
+    return logarithm

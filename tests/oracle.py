@@ -12,8 +12,8 @@ Raw vectors are not unit length; a cosine of raw vectors is their dot product ov
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -42,6 +42,7 @@ class LightFacts:
     """What one light that is on does at one vertex; `None` where a quantity does not exist.
 
     n_dot_l : cosine between normal (flipped if two-sided turned it) and the direction to the light.
+    strength : intensity · attenuation · spot factor.
     distance : to a positional light.
     cone_margin : cos(angle to the axis) − cos(cone angle) of a spot; ≥ 0 is inside.
     spot_cosine : cos(angle to the axis) of a spot.
@@ -49,6 +50,7 @@ class LightFacts:
     """
 
     n_dot_l: Real | None = None
+    strength: Real | None = None
     distance: Real | None = None
     cone_margin: Real | None = None
     spot_cosine: Real | None = None
@@ -303,14 +305,14 @@ def arrival(light: Any, position: Exact | None, axis: Exact | None, p: Exact, *,
         assert axis is not None
         return Arrival(scaled(axis, -1), ONE, LightFacts())
     towards = minus(position, p)
-    square = dot(towards, towards)
-    to_light = towards if square else None
-    strength, facts = _attenuation(light, root(square)), LightFacts()
-    if axis is not None and not (vtk and light.cone_angle >= 90):
-        exponent = min(light.exponent, VTK_LARGEST_POWER) if vtk else light.exponent
-        spot, facts = _spot(to_light, axis, light.cone_angle, exponent)
-        strength *= spot
-    return Arrival(to_light, strength, LightFacts(None, root(square), facts.cone_margin, facts.spot_cosine, None))
+    distance = root(dot(towards, towards))
+    to_light = towards if distance else None
+    reached = Arrival(to_light, _attenuation(light, distance), LightFacts(distance=distance))
+    if axis is None or (vtk and light.cone_angle >= 90):
+        return reached
+    exponent = min(light.exponent, VTK_LARGEST_POWER) if vtk else light.exponent
+    spot, facts = _spot(to_light, axis, light.cone_angle, exponent)
+    return Arrival(to_light, reached.strength * spot, replace(facts, distance=distance))
 
 
 def _mirror(n: Exact, to_light: Exact, v: Exact) -> tuple[Real, Fraction, Fraction]:
@@ -394,7 +396,7 @@ def _standard_term(light: Any, eye: Eye, vertex: _Vertex, material: Any, model: 
     reached = arrival(light, *placed(light, eye), vertex.p, vtk=False)
     strength = reached.strength * ctx.mpf(float(light.intensity))
     ambient = dim(times(rgb(material.ambient), albedo, rgb(light.ambient)), strength)
-    n, to_light, facts = vertex.n, reached.to_light, reached.facts
+    n, to_light, facts = vertex.n, reached.to_light, replace(reached.facts, strength=strength)
     if n is None or to_light is None:
         return _Term(ambient, BLACK, BLACK, facts)
     n_dot_l = cosine(n, to_light)
@@ -406,8 +408,7 @@ def _standard_term(light: Any, eye: Eye, vertex: _Vertex, material: Any, model: 
     light_specular = light.diffuse if light.specular is None else light.specular
     factor = strength * lobe if dot(n, to_light) > 0 else ZERO
     specular = dim(times(rgb(material.specular), rgb(light_specular)), factor)
-    facts = LightFacts(n_dot_l, facts.distance, facts.cone_margin, facts.spot_cosine, highlight)
-    return _Term(ambient, diffuse, specular, facts)
+    return _Term(ambient, diffuse, specular, replace(facts, n_dot_l=n_dot_l, highlight=highlight))
 
 
 def vtk_tier(lights: Iterable[Any]) -> int:
@@ -420,12 +421,13 @@ def vtk_tier(lights: Iterable[Any]) -> int:
     return 2 if on else 0
 
 
-def vtk_unlit(material: Any, albedo: Rgb) -> tuple[Rgb, Rgb]:
-    """What VTK draws when no light is on, as (ambient, diffuse) components: ambient + diffuse colour, "full colour".
+def vtk_unlit(material: Any, albedo: Rgb) -> Rgb:
+    """What VTK draws when no light is on: ambient + diffuse colour. All of it counts as the ambient component.
 
-    Measured with VTK 9.7.2: ambient 0.3 and diffuse 0.4 on white draw 179/255 = 0.7.
+    Measured with VTK 9.7.2: ambient 0.3 and diffuse 0.4 on white draw 179/255 = 0.7. Which component holds it is
+    not in VTK: no light's diffuse factor is in it, so it stands with what reaches a vertex whatever its normal.
     """
-    return times(rgb(material.ambient), albedo), times(rgb(material.diffuse), albedo)
+    return times(plus(rgb(material.ambient), rgb(material.diffuse)), albedo)
 
 
 def _vtk_factors(tier: int, vertex: _Vertex, reached: Arrival, shininess: float) -> tuple[Real, Real, LightFacts]:
@@ -437,7 +439,7 @@ def _vtk_factors(tier: int, vertex: _Vertex, reached: Arrival, shininess: float)
     n_dot_l = cosine(n, to_light)
     if tier == 1:  # the light shines along the view axis, so n·l is n's z in eye space
         df = max(VTK_HEADLIGHT_FLOOR, n_dot_l)
-        return df, df ** ctx.mpf(exponent), LightFacts(n_dot_l, highlight=n_dot_l)
+        return df, df ** ctx.mpf(exponent), replace(facts, n_dot_l=n_dot_l, highlight=n_dot_l)
     df = max(ZERO, reached.strength * n_dot_l)
     highlight, sf = None, ZERO
     if vertex.v is not None:
@@ -445,38 +447,32 @@ def _vtk_factors(tier: int, vertex: _Vertex, reached: Arrival, shininess: float)
         lobe = phong(n, to_light, vertex.v, exponent)[1]
         floored = max(lobe, VTK_FLOOR ** ctx.mpf(exponent))  # cosⁿ grows with cos: floor after or before is one
         sf = reached.strength * floored if df > 0 else ZERO
-    return df, sf, LightFacts(n_dot_l, facts.distance, facts.cone_margin, facts.spot_cosine, highlight)
+    return df, sf, replace(facts, n_dot_l=n_dot_l, highlight=highlight)
 
 
 def _vtk_term(tier: int, light: Any, eye: Eye, vertex: _Vertex, material: Any, albedo: Rgb) -> _Term:
     reached = arrival(light, *placed(light, eye), vertex.p, vtk=True)
     df, sf, facts = _vtk_factors(tier, vertex, reached, material.shininess)
-    color = dim(rgb(light.diffuse), ctx.mpf(float(light.intensity)))
+    intensity = ctx.mpf(float(light.intensity))
+    color = dim(rgb(light.diffuse), intensity)
     diffuse = dim(times(rgb(material.diffuse), albedo, color), df)
     specular = dim(times(rgb(material.specular), color), sf)
-    return _Term(BLACK, diffuse, specular, facts)
+    return _Term(BLACK, diffuse, specular, replace(facts, strength=intensity * reached.strength))
 
 
-def _terms(scene: Any, eye: Eye, vertex: _Vertex, material: Any, albedo: Rgb) -> tuple[Rgb, Rgb, tuple[_Term, ...]]:
-    """Ambient and diffuse that belong to no light, then one term per light of the scene."""
+def _terms(scene: Any, eye: Eye, vertex: _Vertex, material: Any, albedo: Rgb) -> tuple[Rgb, tuple[_Term, ...]]:
+    """The ambient component that belongs to no light, then one term per light of the scene."""
     model = scene.light_model
-    term: Callable[[Any], _Term]
-    unlit_diffuse = BLACK
     if model.convention == "vtk":
         tier = vtk_tier(scene.lights)
-        base = times(rgb(material.ambient), albedo)
-        if tier == 0:
-            base, unlit_diffuse = vtk_unlit(material, albedo)
-
-        def term(light: Any) -> _Term:
-            return _vtk_term(tier, light, eye, vertex, material, albedo)
-    else:
-        base = times(rgb(material.ambient), albedo, rgb(model.ambient))
-
-        def term(light: Any) -> _Term:
-            return _standard_term(light, eye, vertex, material, model, albedo)
-
-    return base, unlit_diffuse, tuple(term(light) if light.on else _DARK for light in scene.lights)
+        base = times(rgb(material.ambient), albedo) if tier else vtk_unlit(material, albedo)
+        terms = (_vtk_term(tier, light, eye, vertex, material, albedo) if light.on else _DARK for light in scene.lights)
+        return base, tuple(terms)
+    base = times(rgb(material.ambient), albedo, rgb(model.ambient))
+    terms = (
+        _standard_term(light, eye, vertex, material, model, albedo) if light.on else _DARK for light in scene.lights
+    )
+    return base, tuple(terms)
 
 
 def shade(
@@ -494,9 +490,9 @@ def shade(
     for index, (point, normal) in enumerate(zip(np.asarray(points), np.asarray(normals), strict=True)):
         tint = (ONE, ONE, ONE) if albedo is None else clean_albedo(albedo[index])
         vertex = _vertex(placement.point(exact(point)), placement.normal(exact(normal)), scene.light_model, eye)
-        base, unlit_diffuse, terms = _terms(scene, eye, vertex, material, tint)
+        base, terms = _terms(scene, eye, vertex, material, tint)
         ambient = plus(base, *(term.ambient for term in terms))
-        diffuse = plus(unlit_diffuse, *(term.diffuse for term in terms))
+        diffuse = plus(BLACK, *(term.diffuse for term in terms))
         specular = plus(BLACK, *(term.specular for term in terms))
         total = plus(ambient, diffuse, specular, emission)
         shades.append(

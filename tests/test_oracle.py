@@ -336,10 +336,11 @@ def test_points_are_divided_by_w_and_lights_stay() -> None:
 
 @pytest.mark.parametrize("size", [1e-200, 1e-110, 1e110, 1e200])
 def test_extreme_scales_only_turn_normals(size: float) -> None:
-    third = size / 3  # not exact, so build the quarter turn from the stored number itself
-    turn = matrix_of([[0.0, -third, 0.0], [third, 0.0, 0.0], [0.0, 0.0, third]])
+    quarter_turn = np.array([[0.0, -size, 0.0], [size, 0.0, 0.0], [0.0, 0.0, size]])
     sun = directional((-3.0, 0.0, -4.0))
-    assert grey(scene_of(sun), MATT, n=(0.0, -1.0, 0.0), matrix=turn) == pytest.approx(0.6, rel=TIGHT)
+    assert grey(scene_of(sun), MATT, n=(0.0, -1.0, 0.0), matrix=matrix_of(quarter_turn)) == pytest.approx(
+        0.6, rel=TIGHT
+    )
 
 
 def test_flattened_mesh_takes_the_cofactor_direction() -> None:
@@ -428,6 +429,7 @@ def test_vtk_two_sided_turns_to_the_eye_or_to_the_view_plane() -> None:
 
 
 def test_vtk_without_lights_is_unlit_ambient_plus_diffuse() -> None:
+    """Seen in VTK's own pictures: 179/255 for 0.3 + 0.4 on white, against 76/255 for a light of intensity 0."""
     material = material_of(ambient=0.25, diffuse=0.5, specular=1.0, emission=0.125)
     for lights in ((), (directional((0.0, 0.0, -1.0), on=False),)):
         assert grey(vtk_scene(*lights), material) == 0.875

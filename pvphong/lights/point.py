@@ -37,13 +37,14 @@ def attenuate(distance: Float64Array, attenuation: VectorLike) -> Float64Array:
     """
     constant, linear, quadratic = attenuation
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-        weakening = constant + linear * distance
-        if quadratic:
-            weakening += quadratic * distance * distance
-        strength: Float64Array = 1.0 / weakening
-    strength[np.isnan(distance)] = 0.0
-    if not constant:
-        strength[distance == 0.0] = 0.0
+        # Horner's form; without a quadratic term d² must not come up, it may overflow where 0·d² is 0.
+        weakening = distance * linear if not quadratic else (distance * quadratic + linear) * distance
+        weakening += constant
+        strength: Float64Array = np.divide(1.0, weakening, out=weakening)
+    if not distance.min(initial=1.0) > 0.0:  # a NaN, or a vertex on the light
+        strength[np.isnan(distance)] = 0.0
+        if not constant:
+            strength[distance == 0.0] = 0.0
     return strength
 
 

@@ -77,7 +77,7 @@ class SpotLight(Light):
         return Arrival(direction, attenuate(distance, self.attenuation) * self.spot_factor(direction))
 
     def spot_factor(self, to_light: Float64Array) -> Float64Array:
-        """cos θ ^ exponent inside the cone and 0 outside, for unit vectors (3, n) towards the light.
+        """The cosine of θ to the power `exponent` inside the cone, 0 outside, for unit vectors (3, n) towards the light.
 
         With the chord D between the axis and the ray, cos θ = 1 − ½|D|²: narrow cones and high exponents
         keep their digits, where a cosine near 1 has lost them.

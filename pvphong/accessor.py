@@ -1,0 +1,176 @@
+"""`mesh.phong`: lighting on every PyVista dataset with a surface, and on MultiBlock.
+
+PyVista finds this module by its entry point; importing pvphong registers it as well.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pyvista as pv
+
+from pvphong._types import Backend, FloatArray, MatrixLike, Precision, Weighting
+from pvphong.diagnosis import Diagnosis, diagnose
+from pvphong.material import Material
+from pvphong.mesh import map_blocks, point_normals, shade_mesh
+from pvphong.scene import Scene
+from pvphong.surface import surface
+from pvphong.transform import transform_normals
+
+_DULL = Material()
+
+
+@pv.register_dataset_accessor("phong", pv.DataSet)
+class MeshPhong:
+    """Lighting of one dataset; results are new datasets and arrays, the dataset is never modified."""
+
+    def __init__(self, mesh: pv.DataSet) -> None:
+        self._mesh = mesh
+
+    def shade(
+        self,
+        scene: Scene,
+        material: Material = _DULL,
+        *,
+        name: str = "phong",
+        matrix: MatrixLike | None = None,
+        albedo: Any = None,
+        components: bool = False,
+        tolerance: float = 0.0,
+        precision: Precision = "float32",
+        backend: Backend = "auto",
+    ) -> pv.PolyData:
+        """A new mesh with its lit colours as a point array.
+
+        The mesh's active point normals are used as they are; if it has none they are computed from its
+        faces, weighted by angle. A dataset that is not a PolyData gives its extracted surface, with its
+        arrays carried along.
+
+        Parameters
+        ----------
+        scene : Scene
+            Lights, viewer and light model, in world coordinates.
+        material : Material, optional
+            The surface's reflectances; OpenGL's default material if not given.
+        name : str, default "phong"
+            Name of the array, shape (n_points, 3), linear RGB in [0, 1]; it becomes the active scalars.
+        matrix : array_like, optional
+            (4, 4) model matrix, as on an actor. It takes part in the lighting; the points stay as they are.
+        albedo : array_like or str, optional
+            (n_points, 3) colours, or the name of a point array, that multiply the material's ambient and
+            diffuse. uint8 counts as 0-255; floats are clipped to [0, 1], a NaN counts as 0.
+        components : bool, default False
+            Adds `<name>_ambient`, `<name>_diffuse`, `<name>_specular`, `<name>_emission`, which add up to
+            the unclamped colour, `<name>_base` (emission and the light model's ambient) and one
+            `<name>_light_<name or index>` per light, which together add up to it too.
+        tolerance : float, default 0
+            Largest absolute colour error that may be traded for time; 0 allows no approximation.
+        precision : {"float32", "float64"}
+            Of the arrays and the arithmetic. float32 errs by at most
+            (4√shininess + 16) · 2⁻²⁴ · (1 + number of lights), for colours of size 1.
+        backend : {"auto", "numpy"}
+            Which evaluator computes.
+
+        Returns
+        -------
+        pyvista.PolyData
+            A copy of the surface with the arrays.
+
+        Raises
+        ------
+        ValueError
+            If an argument has the wrong shape, type or range, or the mesh has nothing that can be lit.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> lit = pv.Sphere().phong.shade(ph.Scene(lights=[ph.DirectionalLight()]))
+        >>> lit["phong"].shape
+        (842, 3)
+        """
+        return shade_mesh(
+            self._mesh,
+            scene,
+            material,
+            name=name,
+            matrix=matrix,
+            albedo=albedo,
+            components=components,
+            tolerance=tolerance,
+            precision=precision,
+            backend=backend,
+        )
+
+    def normals(self, weighting: Weighting | None = None, *, matrix: MatrixLike | None = None) -> FloatArray:
+        """The point normals that `shade` lights the surface with.
+
+        Parameters
+        ----------
+        weighting : {"angle", "area", "max"}, optional
+            Computes them from the faces with this weighting. Without, the mesh's active point normals as
+            they are, if it has any, else weighting by angle.
+        matrix : array_like, optional
+            (4, 4) model matrix: the normals are transformed by its inverse-transpose and made unit length.
+
+        Returns
+        -------
+        ndarray
+            Shape (n_points, 3), of the surface's points.
+
+        Raises
+        ------
+        ValueError
+            If the mesh has neither normals nor faces, or the matrix or weighting is not allowed.
+        """
+        normals = point_normals(surface(self._mesh), weighting)
+        return normals if matrix is None else transform_normals(normals, matrix)
+
+    def diagnose(self, *, matrix: MatrixLike | None = None) -> Diagnosis:
+        """What in the mesh, or in a model matrix for it, will not light as it should; see `pvphong.diagnose`."""
+        return diagnose(self._mesh, matrix=matrix)
+
+
+@pv.register_dataset_accessor("phong", pv.MultiBlock)
+class BlocksPhong:
+    """Lighting of every dataset in a MultiBlock; structure and names are kept, None stays None."""
+
+    def __init__(self, blocks: pv.MultiBlock) -> None:
+        self._blocks = blocks
+
+    def shade(self, scene: Scene, material: Material = _DULL, **options: Any) -> pv.MultiBlock:
+        """A new MultiBlock of lit meshes; an empty block stays empty.
+
+        Parameters
+        ----------
+        scene, material, **options
+            As for a single dataset; `albedo` is the name of a point array that every block has.
+
+        Raises
+        ------
+        ValueError
+            As for a single dataset; the message names the block.
+        """
+        return map_blocks(self._blocks, lambda block: block.phong.shade(scene, material, **options))
+
+    def normals(self, weighting: Weighting | None = None, *, matrix: MatrixLike | None = None) -> pv.MultiBlock:
+        """A new MultiBlock of surfaces that carry their normals as active point normals."""
+
+        def with_normals(block: pv.DataSet) -> pv.PolyData:
+            result = surface(block).copy()
+            result.point_data.active_normals = block.phong.normals(weighting, matrix=matrix)
+            return result
+
+        return map_blocks(self._blocks, with_normals)
+
+    def diagnose(self, *, matrix: MatrixLike | None = None) -> dict[str, Diagnosis]:
+        """A diagnosis for each dataset, by the path of its block's names; None and empty blocks are left out."""
+        return dict(_diagnoses(self._blocks, matrix, ""))
+
+
+def _diagnoses(blocks: pv.MultiBlock, matrix: MatrixLike | None, place: str) -> Any:
+    for index, block in enumerate(blocks):
+        path = f"{place}/{blocks.get_block_name(index)}".lstrip("/")
+        if isinstance(block, pv.MultiBlock):
+            yield from _diagnoses(block, matrix, path)
+        elif block is not None and block.n_points:
+            yield path, diagnose(block, matrix=matrix)

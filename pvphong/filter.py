@@ -1,0 +1,71 @@
+"""Lighting as a step of a VTK pipeline."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pyvista as pv
+from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
+
+from pvphong import _check
+from pvphong.material import Material
+from pvphong.mesh import shade_mesh
+from pvphong.scene import Scene
+
+
+class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class has no type
+    """A VTK filter: polydata in, polydata with the lit array "phong" (n_points, 3) float32 out.
+
+    It executes again only when its input, scene or material has changed.
+
+    Examples
+    --------
+    >>> import vtk, pvphong as ph
+    >>> source = vtk.vtkSphereSource()
+    >>> phong = ph.PhongFilter()
+    >>> phong.SetInputConnection(source.GetOutputPort())
+    >>> phong.SetScene(ph.Scene(lights=[ph.DirectionalLight()]))
+    >>> phong.Update()
+    >>> phong.GetOutput().GetPointData().GetArray("phong").GetNumberOfComponents()
+    3
+    """
+
+    def __init__(self) -> None:
+        super().__init__(nInputPorts=1, inputType="vtkPolyData", nOutputPorts=1, outputType="vtkPolyData")
+        self._scene = Scene()
+        self._material = Material()
+
+    def SetScene(self, scene: Scene) -> None:
+        """Set lights, viewer and light model; an equal scene changes nothing."""
+        if not isinstance(scene, Scene):
+            _check.refuse("scene", scene, "a Scene", "Put lights into Scene(lights=[...]).")
+        if scene != self._scene:
+            self._scene = scene
+            self.Modified()
+
+    def GetScene(self) -> Scene:
+        """The scene that lights the input; without lights at first."""
+        return self._scene
+
+    def SetMaterial(self, material: Material) -> None:
+        """Set the surface's material; an equal one changes nothing."""
+        if not isinstance(material, Material):
+            _check.refuse("material", material, "a Material")
+        if material != self._material:
+            self._material = material
+            self.Modified()
+
+    def GetMaterial(self) -> Material:
+        """The surface's material; OpenGL's default at first."""
+        return self._material
+
+    def GetOutput(self) -> Any:
+        """The lit vtkPolyData, as every VTK filter gives it."""
+        return self.GetOutputDataObject(0)
+
+    def RequestData(self, _request: Any, inputs: Any, outputs: Any) -> int:
+        """Called by the pipeline when the output is out of date."""
+        source = pv.wrap(self.GetInputData(inputs, 0, 0))
+        output = self.GetOutputData(outputs, 0)
+        output.ShallowCopy(shade_mesh(source, self._scene, self._material))
+        return 1

@@ -1,0 +1,148 @@
+"""Lit meshes: reads points, normals and albedo from PyVista data, writes colours back as arrays."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from pvphong import _check
+from pvphong._types import FloatArray, MatrixLike, Weighting
+from pvphong.evaluation import evaluate
+from pvphong.material import Material
+from pvphong.scene import Scene
+from pvphong.surface import surface, vertex_normals
+
+_CARRIED = "_pvphong_albedo"
+
+
+def shade_mesh(
+    mesh: pv.DataSet,
+    scene: Scene,
+    material: Material,
+    *,
+    name: str = "phong",
+    matrix: MatrixLike | None = None,
+    albedo: Any = None,
+    components: bool = False,
+    **how: Any,
+) -> pv.PolyData:
+    """A new mesh with lit colours as the point array `name`.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        A dataset with a surface; it is not modified. Other than PolyData it gives its extracted surface,
+        arrays carried along.
+    scene, material
+        As for `evaluate`.
+    name : str, default "phong"
+        Name of the (n_points, 3) array, and first part of the names of all others.
+    matrix : array_like, optional
+        (4, 4) model matrix. It takes part in the lighting only: the mesh's points stay where they are.
+    albedo : array_like or str, optional
+        (n_points, 3) array, or the name of a point array.
+    components : bool, default False
+        Adds arrays `<name>_ambient`, `_diffuse`, `_specular`, `_emission`, `_base`, and one
+        `<name>_light_<light's name or index>` for each light.
+    **how
+        `precision`, `backend` and `tolerance` of `evaluate`.
+
+    Returns
+    -------
+    pyvista.PolyData
+        A copy with the lit array as its active scalars.
+
+    Raises
+    ------
+    ValueError
+        As `evaluate`, or if the mesh has nothing that can be lit.
+    """
+    if not isinstance(name, str) or not name:
+        _check.refuse("name", name, "a string that is not empty")
+    source, shades = _surface_and_albedo(mesh, albedo)
+    shading = evaluate(
+        source.points,
+        point_normals(source),
+        scene,
+        material,
+        matrix=matrix,
+        albedo=shades,
+        components=components,
+        **how,
+    )
+    lit = source.copy()
+    if components:
+        for part in ("ambient", "diffuse", "specular", "emission", "base"):
+            lit.point_data[f"{name}_{part}"] = getattr(shading, part)
+        for label, share in zip(light_labels(scene), shading.per_light or (), strict=True):
+            lit.point_data[f"{name}_light_{label}"] = share
+    lit.point_data[name] = shading.rgb
+    lit.set_active_scalars(name, preference="point")
+    return lit
+
+
+def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None) -> FloatArray:
+    """The normals that a surface is lit with.
+
+    Its active point normals as they are, if it has any; else, or where a weighting is asked for, they are
+    computed from its faces. Cell normals are not read: a vertex is lit, not a face.
+    """
+    if weighting is None:
+        active: FloatArray | None = mesh.point_data.active_normals
+        return vertex_normals(mesh) if active is None else np.asarray(active)
+    return vertex_normals(mesh, weighting)
+
+
+def light_labels(scene: Scene) -> list[str]:
+    """What names each light's array: the light's name if no other has it too, else its index."""
+    names = Counter(light.name for light in scene.world_lights)
+    return [
+        light.name if light.name and names[light.name] == 1 else str(index)
+        for index, light in enumerate(scene.world_lights)
+    ]
+
+
+def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: str = "") -> pv.MultiBlock:
+    """A new MultiBlock of the same structure and names, with `operation` applied to each dataset.
+
+    None stays None and an empty dataset stays an empty dataset. An error names the block.
+    """
+    result = pv.MultiBlock()
+    for index, block in enumerate(blocks):
+        key = blocks.get_block_name(index)
+        where = f"{place}[{key!r}]"
+        if isinstance(block, pv.MultiBlock):
+            result.append(map_blocks(block, operation, where), key)
+        elif block is None or block.n_points == 0:
+            result.append(None if block is None else block.copy(), key)
+        else:
+            try:
+                result.append(operation(block), key)
+            except ValueError as error:
+                raise ValueError(f"block {where}: {error}") from error
+    return result
+
+
+def _surface_and_albedo(mesh: pv.DataSet, albedo: Any) -> tuple[pv.PolyData, Any]:
+    """The surface, and the albedo at its points."""
+    if isinstance(albedo, str):
+        source = surface(mesh)
+        _check.choice("albedo", albedo, source.point_data.keys())
+        return source, source.point_data[albedo]
+    if albedo is None or isinstance(mesh, pv.PolyData):
+        return surface(mesh), albedo
+    return _carry(mesh, np.asarray(albedo))
+
+
+def _carry(mesh: pv.DataSet, albedo: Any) -> tuple[pv.PolyData, Any]:
+    """An albedo per point of a mesh with points inside, carried along to its surface."""
+    if len(albedo) != mesh.n_points:
+        _check.refuse("albedo", f"{len(albedo)} rows", f"an array with one row per point, {mesh.n_points} rows")
+    carrier = mesh.copy(deep=False)
+    carrier.point_data[_CARRIED] = albedo
+    source = surface(carrier)
+    return source, source.point_data.pop(_CARRIED)

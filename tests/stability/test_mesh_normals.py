@@ -1,0 +1,271 @@
+"""Section C of the catalogue of hard cases: normals of faces and points, against exact fractions and mpmath."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+from stability import exact_normals as exact
+from stability.ledger import U, V, record
+
+from pvphong.normals import point_normals, polygon_normals
+
+WEIGHTINGS = ["angle", "area", "max"]
+
+
+def triangles_at(rng, samples, height=None):
+    """Random triangles as (samples, 3, 3): L = 1 long, of any shape or of a given height."""
+    frames = np.linalg.qr(rng.normal(size=(samples, 3, 3)))[0]
+    heights = rng.uniform(0.2, 0.8, samples) if height is None else np.full(samples, height)
+    along = rng.uniform(0.2, 0.8, samples)
+    apex = along[:, None] * frames[:, 0] + heights[:, None] * frames[:, 1]
+    return np.stack([np.zeros((samples, 3)), frames[:, 0], apex], axis=1)
+
+
+def separate(corners):
+    """Triangles (m, 3, 3) as points, connectivity and offsets that share no point."""
+    return corners.reshape(-1, 3), np.arange(3 * len(corners)), np.arange(0, 3 * len(corners) + 1, 3)
+
+
+def soup(*faces):
+    """Connectivity and offsets of faces given as tuples of indices."""
+    return np.concatenate([np.asarray(face) for face in faces]), np.cumsum([0, *(len(face) for face in faces)])
+
+
+def face_errors(observed, corners):
+    """Errors of face normals, and L / h, for the triangles that have an area in storage."""
+    pairs = [
+        (exact.distance(normal, exact.unit(exact.area_vector(triangle))), exact.slenderness(triangle))
+        for normal, triangle in zip(observed, corners, strict=True)
+        if any(exact.area_vector(triangle))
+    ]
+    return np.array(pairs).T
+
+
+def newell_of_products(corners):
+    """The textbook sum p_i × p_(i+1), in the stored precision, products first."""
+    after = np.roll(corners, -1, axis=1)
+    total = np.cross(corners, after).sum(axis=1, dtype=corners.dtype)
+    with np.errstate(all="ignore"):
+        return total / np.sqrt((total * total).sum(axis=1, keepdims=True))
+
+
+@pytest.mark.parametrize(
+    ("offset", "dtype"),
+    [(1e3, np.float32), (1e6, np.float32), (1e3, np.float64), (1e6, np.float64), (1e9, np.float64)],
+    ids=lambda value: f"20-{value:.0e}" if isinstance(value, float) else np.dtype(value).name,
+)
+def test_row_20_world_offset(offset, dtype):
+    rng = np.random.default_rng(20)
+    corners = (triangles_at(rng, 150) + offset * np.array([1.0, -0.7, 0.4])).astype(dtype)
+    errors, slenderness = face_errors(polygon_normals(*separate(corners)), corners)
+    precision = np.dtype(dtype).name
+    record(f"20 {offset:.0e}", "polygon_normals", precision, errors, 8 * U * slenderness)
+    naive, slenderness = face_errors(newell_of_products(corners), corners)
+    roundoff = U if dtype == np.float64 else V
+    assert (naive > 8 * roundoff * slenderness).any(), "the textbook sum is no comparison here"
+
+
+@pytest.mark.parametrize("offset", [1e3, 1e6, 1e9], ids=lambda offset: f"20-{offset:.0e}")
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
+def test_a_world_offset_that_storage_keeps_exactly_changes_no_point_normal(offset, weighting):
+    points, connectivity, offsets = bumpy_grid()
+    points = np.round(points * 2.0**20) / 2.0**20
+    there = points + 2.0 ** np.round(np.log2(offset)) * np.array([1.0, -1.0, 0.5])
+    here = point_normals(points, connectivity, offsets, weighting)
+    assert np.array_equal(point_normals(there, connectivity, offsets, weighting), here)
+
+
+@pytest.mark.parametrize("offset", [1e6, 1e8], ids=lambda offset: f"21-{offset:.0e}")
+def test_row_21_float32_storage_far_out_gives_the_normals_of_what_is_stored(offset):
+    rng = np.random.default_rng(21)
+    corners = (triangles_at(rng, 150) * 4.0 + offset).astype(np.float32)
+    observed = polygon_normals(*separate(corners))
+    collapsed = np.array([not any(exact.area_vector(triangle)) for triangle in corners])
+    assert collapsed.any() == (offset == 1e8)
+    assert not observed[collapsed].any()
+    if not collapsed.all():
+        errors, slenderness = face_errors(observed, corners)
+        record(f"21 {offset:.0e}", "polygon_normals", "float32", errors, 8 * U * slenderness)
+
+
+@pytest.mark.parametrize("power", [-3, -6, -9, -12, -13, -14, -15], ids=lambda power: f"22-h=1e{power}")
+def test_row_22_sliver(power):
+    rng = np.random.default_rng(22)
+    corners = triangles_at(rng, 150, height=10.0**power) + rng.uniform(-1, 1, (150, 1, 3))
+    errors, slenderness = face_errors(polygon_normals(*separate(corners)), corners)
+    record(f"22 h=1e{power}", "polygon_normals", "float64", errors, 64 * U * slenderness)
+
+
+ROOF = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+
+FLAWS = {
+    "two-corners-one-index": (ROOF, [0, 1, 1]),
+    "one-index": (ROOF, [2, 2, 2]),
+    "duplicate-points": (np.array([*ROOF, [0.0, 1.0, 0.0]]), [2, 4, 1]),
+    "collinear": (np.array([*ROOF, [0.1, 0.2, 0.3], [0.2, 0.4, 0.6], [0.4, 0.8, 1.2]]), [4, 5, 6]),
+    "collinear-to-the-last-bit": (np.array([*ROOF, [0.1, 0.2, 0.3], [0.3, 0.6, 0.9], [0.7, 1.4, 2.1]]), [4, 5, 6]),
+    "one-corner": (ROOF, [1]),
+    "two-corners": (ROOF, [1, 2]),
+    "bow-tie": (np.array([*ROOF, [1.0, 1.0, 0.0]]), [0, 4, 1, 2]),
+    "tiny-and-collinear": (np.array([*ROOF, [1e-200, 0, 0], [2e-200, 0, 0]]), [0, 4, 5]),
+    "huge-and-collinear": (np.array([*ROOF, [1e200, 0, 0], [2e200, 0, 0]]), [0, 4, 5]),
+}
+
+
+@pytest.mark.parametrize("flaw", FLAWS)
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
+def test_row_23_a_face_without_area_has_no_weight(flaw, weighting):
+    points, face = FLAWS[flaw]
+    sound = soup((0, 1, 2), (0, 2, 3))
+    flawed = soup((0, 1, 2), face, (0, 2, 3))
+    observed = polygon_normals(points, *flawed)
+    record(f"23 {flaw}", "polygon_normals", "float64", np.abs(observed[1]), 0.0)
+    assert np.array_equal(observed[[0, 2]], polygon_normals(points, *sound))
+    assert np.array_equal(
+        point_normals(points, *flawed, weighting=weighting), point_normals(points, *sound, weighting=weighting)
+    )
+
+
+SIZES = [(1e-30, np.float32), (1e20, np.float32), (1e-30, np.float64), (1e-170, np.float64), (1e-300, np.float64)]
+SIZES += [(1e20, np.float64), (1e160, np.float64), (1e300, np.float64)]
+
+
+@pytest.mark.parametrize(
+    ("size", "dtype"), SIZES, ids=lambda value: f"24-{value:.0e}" if isinstance(value, float) else np.dtype(value).name
+)
+def test_row_24_25_tiny_and_huge_edges(size, dtype):
+    rng = np.random.default_rng(24)
+    corners = (triangles_at(rng, 100) * size).astype(dtype)
+    mesh = separate(corners)
+    errors, _ = face_errors(polygon_normals(*mesh), corners)
+    if dtype == np.float32:
+        rounded, _ = face_errors(polygon_normals(*mesh).astype(np.float32), corners)
+        record(f"24/25 {size:.0e}", "polygon_normals", "float32", rounded, 4 * V)
+    record(f"24/25 {size:.0e}", "polygon_normals", "float64", errors, 4 * U)
+    for weighting in WEIGHTINGS:
+        around, _ = face_errors(point_normals(*mesh, weighting)[::3], corners)
+        record(f"24/25 {size:.0e}", f"point_normals {weighting}", "float64", around, 4 * U)
+
+
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
+def test_faces_of_sizes_1e_300_apart_in_one_mesh(weighting):
+    """Each tetrahedron's points have the normals that it would have alone."""
+    alone = np.array([[0.1, 0.2, 0.0], [1.3, 0.1, 0.2], [0.4, 1.1, -0.1], [0.2, 0.3, 0.9]])
+    faces = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]
+    sizes = [2.0**-500, 1.0, 2.0**500, 2.0**-900]
+    expected = point_normals(alone, *soup(*faces), weighting=weighting)
+    points = np.concatenate([alone * size for size in sizes])
+    everywhere = [tuple(corner + 4 * copy for corner in face) for copy in range(len(sizes)) for face in faces]
+    observed = point_normals(points, *soup(*everywhere), weighting=weighting).reshape(len(sizes), 4, 3)
+    assert np.array_equal(observed, np.broadcast_to(expected, observed.shape))
+
+
+def bumpy_grid(n=12):
+    rng = np.random.default_rng(26)
+    x, y = np.meshgrid(np.arange(n), np.arange(n))
+    points = np.stack([x.ravel(), y.ravel(), rng.uniform(0, 1, n * n)], axis=1) + rng.uniform(-0.2, 0.2, (n * n, 3))
+    i = np.arange(n * n).reshape(n, n)
+    a, b, c, d = i[:-1, :-1].ravel(), i[:-1, 1:].ravel(), i[1:, 1:].ravel(), i[1:, :-1].ravel()
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    return points, faces.ravel(), np.arange(0, faces.size + 1, 3)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
+@pytest.mark.parametrize("size", [1.0, 2.0**-560, 2.0**520], ids=["size=1", "tiny", "huge"])
+def test_row_26_a_bad_point_spoils_its_own_faces_only(bad, weighting, size):
+    points, connectivity, offsets = bumpy_grid()
+    points = points * size
+    spoilt = points.copy()
+    spoilt[40, 1] = bad
+    faces = connectivity.reshape(-1, 3)
+    touched = (faces == 40).any(axis=1)
+    observed = polygon_normals(spoilt, connectivity, offsets)
+    record(f"26 {bad}", "polygon_normals", "float64", np.abs(observed[touched]), 0.0)
+    assert np.array_equal(observed[~touched], polygon_normals(points, connectivity, offsets)[~touched])
+    before = point_normals(points, connectivity, offsets, weighting)
+    after = point_normals(spoilt, connectivity, offsets, weighting)
+    untouched = np.setdiff1d(np.arange(len(points)), faces[touched])
+    assert np.array_equal(after[untouched], before[untouched])
+    assert not after[40].any()
+    assert np.allclose(np.linalg.norm(np.delete(after, 40, axis=0), axis=1), 1.0)
+    # A neighbour has the normal that it would have without the faces that are gone.
+    kept = soup(*faces[~touched])
+    assert np.array_equal(after, point_normals(np.nan_to_num(spoilt), *kept, weighting=weighting))
+
+
+def box(diagonals):
+    """The unit cube, its six sides cut into triangles along one or the other diagonal."""
+    points = np.array(list(product([0.0, 1.0], repeat=3)))
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = []
+    for (a, b, c, d), other in zip(sides, diagonals, strict=True):
+        faces += [(a, b, d), (b, c, d)] if other else [(a, b, c), (a, c, d)]
+    return points, *soup(*faces)
+
+
+def test_row_27_box_corners_however_the_sides_are_cut():
+    by_angle, by_angle32, by_area = [], [], []
+    for diagonals in product([False, True], repeat=6):
+        mesh = box(diagonals)
+        truth = [exact.unit(exact.fractions(2.0 * point - 1.0)) for point in mesh[0]]
+        observed = point_normals(*mesh, "angle")
+        by_angle += map(exact.distance, observed, truth)
+        by_angle32 += map(exact.distance, observed.astype(np.float32), truth)
+        by_area += map(exact.distance, point_normals(*mesh, "area"), truth)
+    record("27", "point_normals angle", "float64", by_angle, 4 * U)
+    record("27", "point_normals angle", "float32", by_angle32, 4 * V)
+    assert np.degrees(2 * np.arcsin(max(by_area) / 2)) == pytest.approx(19.47, abs=0.01)
+
+
+@pytest.mark.parametrize("other", [(0, 2, 1), (2, 1, 0), (1, 0, 2)], ids=str)
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
+def test_row_28_coincident_opposite_faces_cancel_to_zero(other, weighting):
+    rng = np.random.default_rng(28)
+    worst = []
+    for triangle in triangles_at(rng, 40) + rng.normal(size=(40, 1, 3)):
+        worst.append(np.abs(point_normals(triangle, *soup((0, 1, 2), other), weighting=weighting)).max())
+    record(f"28 {other}", f"point_normals {weighting}", "float64", worst, 0.0)
+
+
+def test_row_29_a_non_manifold_edge_keeps_its_points():
+    points = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [-1.0, 0.1, 0.0], [0.0, -1.0, 0.0]])
+    observed = point_normals(points, *soup((0, 1, 2), (0, 1, 3), (0, 1, 4)))
+    record("29", "point_normals angle", "float64", abs(len(observed) - len(points)), 0.0)
+    assert np.isfinite(observed).all()
+
+
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
+def test_row_30_weights_that_sum_to_zero_are_guarded(weighting):
+    observed = point_normals(ROOF, *soup((0, 0, 0), (1, 2, 1)), weighting=weighting)
+    record("30", f"point_normals {weighting}", "float64", np.abs(observed), 0.0)
+    lonely = point_normals(ROOF, *soup((0, 1, 2)), weighting=weighting)
+    assert not lonely[3].any()
+
+
+@pytest.mark.parametrize("evaluator", [polygon_normals, point_normals])
+@pytest.mark.parametrize("index", [9, -1, 3, 2**40])
+@pytest.mark.parametrize("face", [0, 2])
+def test_row_31_an_index_without_a_point_is_refused_with_its_face(evaluator, index, face):
+    faces = np.array([[0, 1, 2]] * 4)
+    faces[face, 1] = index
+    message = rf"connectivity must be indices of the 3 points, from 0 to 2; got index {index} in face {face}\."
+    with pytest.raises(ValueError, match=message):
+        evaluator(np.eye(3), faces.ravel(), np.arange(0, 13, 3))
+
+
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
+@pytest.mark.parametrize("offset", [0.0, 1e6], ids=["at-home", "far-out"])
+def test_point_normals_against_the_definition(weighting, offset):
+    """Well-shaped faces: every point within 4 roundings of the definition evaluated exactly."""
+    points, connectivity, offsets = bumpy_grid(6)
+    points = points + offset
+    triangles = connectivity.reshape(-1, 3).tolist()
+    observed = point_normals(points, connectivity, offsets, weighting)
+    errors = [
+        exact.distance(normal, exact.point_normal(points, triangles, point, weighting))
+        for point, normal in enumerate(observed)
+    ]
+    record(f"definition {offset:.0e}", f"point_normals {weighting}", "float64", errors, 4 * U)

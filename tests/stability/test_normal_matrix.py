@@ -1,0 +1,225 @@
+"""Section A of the catalogue of hard cases: the normal matrix, against elimination in exact fractions."""
+
+from __future__ import annotations
+
+import warnings
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from stability import exact_normals as exact
+from stability.ledger import U, record
+
+from pvphong.transform import SingularMatrixWarning, normal_matrix, transform_normals
+
+SAMPLES = 60
+
+
+def rotation(rng):
+    q, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    return q * np.sign(np.linalg.det(q))
+
+
+def affine(linear, w=1.0):
+    matrix = np.eye(4)
+    matrix[:3, :3] = linear
+    matrix[:3, 3] = 7.0, -3.0, 2.0
+    matrix[3, 3] = w
+    return matrix
+
+
+def stretched(sigmas, seed=0, samples=SAMPLES):
+    """Matrices rotation · diag(σ) · rotation, one in three of them a mirror."""
+    rng = np.random.default_rng(seed)
+    for sample in range(samples):
+        mirror = -1.0 if sample % 3 == 0 else 1.0
+        yield affine(rotation(rng) @ np.diag(sigmas) @ rotation(rng) * mirror), rng.normal(size=3)
+
+
+def sheared(k, seed=0, samples=SAMPLES):
+    rng = np.random.default_rng(seed)
+    for _ in range(samples):
+        shear = np.array([[1.0, k, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+        yield affine(rotation(rng) @ shear @ rotation(rng)), rng.normal(size=3)
+
+
+def judged(cases, transform):
+    """Errors and A-tol of a transform of normals: 4u · max(1, ‖|C|·|n|‖ / ‖C·n‖)."""
+    errors, bounds = [], []
+    for matrix, normal in cases:
+        truth = exact.inverse_transpose(matrix)
+        errors.append(exact.distance(transform(normal, matrix), exact.unit(exact.apply(truth, normal))))
+        bounds.append(4 * U * max(1.0, exact.amplification(truth, normal)))
+    return np.array(errors), np.array(bounds)
+
+
+def ours(normal, matrix):
+    return transform_normals([normal], matrix)[0]
+
+
+def by_inverse(normal, matrix):
+    """What everybody writes first."""
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            image = np.linalg.inv(matrix[:3, :3]).T @ normal
+        except np.linalg.LinAlgError:
+            return np.full(3, np.nan)
+        return image / np.sqrt(image @ image)
+
+
+def by_cofactors(normal, matrix):
+    """Cofactors in floating point, with the sign of the determinant that they give."""
+    a = matrix[:3, :3]
+    with np.errstate(all="ignore"):
+        cofactors = np.array([np.cross(a[1], a[2]), np.cross(a[2], a[0]), np.cross(a[0], a[1])])
+        image = cofactors @ normal * np.sign(a[0] @ cofactors[0])
+        return image / np.sqrt(image @ image)
+
+
+def largest(powers):
+    return [pytest.param(10.0**power, id=f"c=1e+{power}") for power in powers]
+
+
+@pytest.mark.parametrize("c", largest([2, 4, 8, 12, 16]))
+def test_row_1_one_small_singular_value(c):
+    record(f"1 c={c:.0e}", "transform_normals", "float64", *judged(stretched([1.0, 1.0, 1.0 / c]), ours))
+
+
+@pytest.mark.parametrize("c", largest([8, 12, 16]))
+def test_row_2_graded_singular_values(c):
+    record(f"2 c={c:.0e}", "transform_normals", "float64", *judged(stretched([1.0, c**-0.5, 1.0 / c]), ours))
+
+
+@pytest.mark.parametrize("c", largest([8, 12, 16]))
+def test_row_3_two_tiny_singular_values(c):
+    cases = list(stretched([1.0, 1.0 / c, 1.0 / c]))
+    record(f"3 c={c:.0e}", "transform_normals", "float64", *judged(cases, ours))
+    errors, bounds = judged(cases, by_inverse)
+    assert (errors > bounds).any(), "the inverse is no comparison here"
+
+
+@pytest.mark.parametrize("c", largest([12, 16]))
+def test_row_4_no_normal_flips(c):
+    cases = list(stretched([1.0, c**-0.5, 1.0 / c], seed=4, samples=200))
+    observed, naive = [], []
+    for matrix, normal in cases:
+        truth = np.array([float(part) for part in exact.unit(exact.apply(exact.inverse_transpose(matrix), normal))])
+        observed.append(ours(normal, matrix) @ truth < 0.0)
+        naive.append(by_cofactors(normal, matrix) @ truth < 0.0)
+    record(f"4 c={c:.0e}", "transform_normals", "float64", np.sum(observed), 0.0)
+    assert np.sum(naive) > 5, "a floating determinant is no comparison here"
+
+
+@pytest.mark.parametrize("k", [pytest.param(1e6, id="k=1e+6"), pytest.param(1e12, id="k=1e+12")])
+def test_row_5_shear_between_rotations(k):
+    cases = list(sheared(k))
+    record(f"5 k={k:.0e}", "transform_normals", "float64", *judged(cases, ours))
+    errors, bounds = judged(cases, by_inverse)
+    assert (errors > bounds).any(), "the inverse is no comparison here"
+
+
+@pytest.mark.parametrize("power", [-300, -200, -162, -110, 110, 200, 300], ids=lambda power: f"scale=1e{power:+}")
+def test_row_6_uniform_scale_and_rotation(power):
+    rng = np.random.default_rng(6)
+    cases = [(affine(float(f"1e{power}") * np.eye(3)), rng.normal(size=3)) for _ in range(SAMPLES)]
+    errors, bounds = judged(cases, ours)
+    assert np.all(bounds == 4 * U)
+    record(f"6 1e{power:+}", "transform_normals", "float64", errors, bounds)
+    rotated = list(stretched([float(f"1e{power}")] * 3, seed=6))
+    record(f"6 1e{power:+} rotated", "transform_normals", "float64", *judged(rotated, ours))
+    naive = by_inverse if power in (-162, 200, 300, -200, -300) else by_cofactors
+    errors, bounds = judged(rotated, naive)
+    assert np.isinf(errors).any() or (errors > bounds).any(), "the naive way is no comparison here"
+
+
+@pytest.mark.parametrize("a", [1e10, 1e38, 1e100, 1e150, 1e300], ids=lambda a: f"a={a:.0e}")
+def test_row_7_reciprocal_scales(a):
+    rng = np.random.default_rng(7)
+    normals = [*rng.normal(size=(20, 3)), *np.eye(3), (1.0 / a, 1.0, a), (a, 1.0, 1.0 / a)]
+    errors, bounds = judged([(affine(np.diag([a, 1.0, 1.0 / a])), np.array(normal)) for normal in normals], ours)
+    assert np.all(bounds == 4 * U)
+    record(f"7 a={a:.0e}", "transform_normals", "float64", errors, bounds)
+
+
+def test_row_8_a_mirror_has_the_inverse_transposes_sign():
+    for axis in range(3):
+        scale = np.ones(3)
+        scale[axis] = -3.0
+        truth = exact.inverse_transpose(affine(np.diag(scale)))
+        ratios = np.diag(normal_matrix(affine(np.diag(scale)))) / [float(truth[i][i]) for i in range(3)]
+        record(f"8 axis {axis}", "normal_matrix", "float64", np.count_nonzero(ratios <= 0.0), 0.0)
+
+
+FLATTENED = {
+    "onto-z=0": (np.diag([1.0, 1.0, 0.0]), [[0, 0, 0], [0, 0, 0], [0, 0, 1]]),
+    "onto-x=0": (np.diag([0.0, 2.0, -3.0]), [[-6, 0, 0], [0, 0, 0], [0, 0, 0]]),
+    "oblique": ([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]], [[-3, 6, -3], [6, -12, 6], [-3, 6, -3]]),
+    "tiny": (1e-170 * np.diag([1.0, 1.0, 0.0]), [[0, 0, 0], [0, 0, 0], [0, 0, 1]]),
+}
+
+
+@pytest.mark.parametrize("case", FLATTENED)
+@pytest.mark.parametrize("w", [1.0, -2.0])
+def test_row_9_rank_2_gives_the_cofactors_and_warns(case, w):
+    linear, cofactors = FLATTENED[case]
+    with pytest.warns(SingularMatrixWarning, match="flattens space onto a plane"):
+        result = normal_matrix(affine(linear, w))
+    assert 0.5 <= np.abs(result).max() <= 1.0
+    expected = np.array(cofactors) * (np.abs(result).max() / np.abs(cofactors).max())
+    record(f"9 {case} w={w:g}", "normal_matrix", "float64", np.abs(result - expected).max(), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("linear", "message"),
+    [
+        (np.zeros((3, 3)), "matrix must be a 4x4 matrix that keeps at least two dimensions; got rank <= 1"),
+        (np.diag([1.0, 0.0, 0.0]), "rank <= 1"),
+        (np.outer([1.0, 2.0, 3.0], [4.0, 5.0, 6.0]), "rank <= 1"),
+        (np.diag([1.0, np.nan, 1.0]), "matrix must be a 4x4 matrix of finite numbers"),
+        (np.diag([1.0, np.inf, 1.0]), "matrix must be a 4x4 matrix of finite numbers"),
+    ],
+    ids=["rank-0", "rank-1", "rank-1-oblique", "nan", "inf"],
+)
+def test_row_10_rank_1_and_nan_are_refused(linear, message):
+    for transform in (normal_matrix, lambda matrix: transform_normals(np.eye(3), matrix)):
+        with pytest.raises(ValueError, match=message):
+            transform(affine(linear))
+
+
+@pytest.mark.parametrize("c", largest([4, 8, 12]))
+def test_row_11_the_product_cancels(c):
+    """Normals chosen so that C·n nearly cancels: images of a vector in the short directions, pulled back."""
+    rng = np.random.default_rng(11)
+    cases = []
+    for matrix, _ in stretched([1.0, c**-0.5, 1.0 / c], seed=11):
+        cases.append((matrix, matrix[:3, :3].T @ rng.normal(size=3)))
+    errors, bounds = judged(cases, ours)
+    assert np.median(bounds) > 40 * U, "nothing cancels"
+    record(f"11 c={c:.0e}", "transform_normals", "float64", errors, bounds)
+
+
+@pytest.mark.parametrize("last", [(0.0, 0.0, -1.0, 0.0), (1e-3, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 0.0)])
+def test_row_12_a_projective_last_row_is_refused(last):
+    matrix = affine(np.eye(3))
+    matrix[3] = last
+    with pytest.raises(ValueError, match=r"matrix must be an affine 4x4 matrix, .* got last row .* pass the model"):
+        normal_matrix(matrix)
+
+
+def test_row_13_a_negative_w_turns_normals_round():
+    normals = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -2.0], [0.6, 0.8, 0.0]])
+    unit = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.6, 0.8, 0.0]])
+    matrix = np.diag([5.0, 5.0, 5.0, -2.0])
+    record("13", "transform_normals", "float64", np.abs(transform_normals(normals, matrix) + unit), 0.0)
+    assert np.array_equal(normal_matrix(matrix) < 0.0, np.eye(3, dtype=bool))
+
+
+def test_the_sign_is_right_on_both_sides_of_a_singular_matrix():
+    """diag(1, 1, ε) with ε from −2⁻¹⁰⁷⁴ to 2⁻¹⁰⁷⁴: the z normal follows the sign of ε, whatever a float det says."""
+    tiny = 2.0**-1074
+    for below, above in pairwise([-1.0, -tiny, tiny, 1.0]):
+        signs = [ours([1.0, 0.0, 0.0], affine(np.diag([1.0, 1.0, entry])))[0] for entry in (below, above)]
+        assert signs == [1.0, 1.0]
+        signs = [ours([0.0, 0.0, 1.0], affine(np.diag([1.0, 1.0, entry])))[2] for entry in (below, above)]
+        assert signs == [np.sign(below), np.sign(above)]

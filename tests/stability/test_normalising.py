@@ -1,0 +1,89 @@
+"""Section B of the catalogue of hard cases: unit vectors, against square roots in mpmath."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from stability import exact_normals as exact
+from stability.ledger import U, V, record
+
+from pvphong.normals import implicit_normals
+from pvphong.transform import normalize, transform_normals
+
+SAMPLES = 200
+
+
+def directions(seed, samples=SAMPLES):
+    """Random directions; a third have one entry far smaller than the others, and the axes are among them."""
+    rng = np.random.default_rng(seed)
+    vectors = rng.normal(size=(samples, 3))
+    vectors[::3, 1] *= 10.0 ** rng.uniform(-20, 0, len(vectors[::3]))
+    return np.concatenate([vectors, np.eye(3), [[1.0, 1.0, 1.0]]])
+
+
+def errors(observed, stored):
+    return [exact.distance(o, exact.unit(exact.fractions(s))) for o, s in zip(observed, stored, strict=True)]
+
+
+def naive(vectors):
+    """A plain square root in the stored precision."""
+    with np.errstate(all="ignore"):
+        return vectors / np.sqrt((vectors * vectors).sum(axis=1, keepdims=True))
+
+
+FLOAT32_LENGTHS = [1e-44, 1e-38, 1e-30, 1e-23, 1e-10, 1.0, 1e10, 1e30, 5e37]
+FLOAT64_LENGTHS = [1e-322, 1e-308, 1e-200, 1e-170, 1e-162, 1e-160, 1e-100, 1.0, 1e100, 1e160, 1e200, 1e307]
+
+
+@pytest.mark.parametrize("length", FLOAT32_LENGTHS, ids=lambda length: f"15-length={length:.0e}")
+def test_row_float32(length):
+    stored = (directions(15) * length).astype(np.float32)
+    stored = stored[stored.any(axis=1)]
+    observed = normalize(stored)
+    record(f"15 {length:.0e}", "normalize", "float32", errors(observed.astype(np.float32), stored), 4 * V)
+    record(f"15 {length:.0e}", "normalize", "float64", errors(observed, stored), 4 * U)
+    through = transform_normals(stored, np.eye(4))
+    record(f"15 {length:.0e}", "transform_normals", "float64", errors(through, stored), 4 * U)
+
+
+@pytest.mark.parametrize("length", FLOAT64_LENGTHS, ids=lambda length: f"16-length={length:.0e}")
+def test_row_float64(length):
+    stored = directions(16) * length
+    stored = stored[stored.any(axis=1)]
+    record(f"16 {length:.0e}", "normalize", "float64", errors(normalize(stored), stored), 4 * U)
+    through = transform_normals(stored, np.eye(4))
+    record(f"16 {length:.0e}", "transform_normals", "float64", errors(through, stored), 4 * U)
+    gradients = implicit_normals(lambda p: p, stored)
+    record(f"16 {length:.0e}", "implicit_normals", "float64", errors(gradients, stored), 4 * U)
+
+
+@pytest.mark.parametrize("length", [1e-160, 1e-162, 1e200], ids=lambda length: f"16-length={length:.0e}")
+def test_the_naive_way_breaks_the_bound(length):
+    stored = directions(16) * length
+    assert max(errors(naive(stored), stored)) > 4 * U
+
+
+@pytest.mark.parametrize("zero", [0.0, -0.0])
+def test_row_17_a_zero_normal_stays_zero(zero):
+    stored = np.array([[1.0, 2.0, 3.0], [zero, zero, zero], [3.0, 2.0, 1.0]])
+    for evaluator in (normalize, lambda rows: transform_normals(rows, np.diag([2.0, 3.0, 4.0, 1.0]))):
+        observed = evaluator(stored)
+        record("17", "normalize", "float64", np.abs(observed[1]), 0.0)
+        assert not np.signbit(observed[1]).any()
+        assert np.array_equal(observed[::2], evaluator(stored[::2]))
+
+
+BAD_ROWS = [(np.nan, 0.0, 1.0), (1.0, np.inf, 0.0), (-np.inf, np.inf, np.nan), (np.nan,) * 3, (0.0, 0.0, np.inf)]
+
+
+@pytest.mark.parametrize("bad", BAD_ROWS, ids=str)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_row_18_a_nan_or_infinity_gives_zero_and_spoils_no_neighbour(bad, dtype):
+    stored = directions(18, 50).astype(dtype)
+    spoilt = stored.copy()
+    spoilt[7] = bad
+    others = np.arange(len(stored)) != 7
+    for evaluator in (normalize, lambda rows: transform_normals(rows, np.diag([2.0, 3.0, 4.0, 1.0]))):
+        observed = evaluator(spoilt)
+        record(f"18 {bad}", "normalize", np.dtype(dtype).name, np.abs(observed[7]), 0.0)
+        assert np.array_equal(observed[others], evaluator(stored)[others])
