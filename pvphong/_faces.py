@@ -144,7 +144,12 @@ def _checked_offsets(offsets: ArrayLike, end: int) -> IntArray:
     rises = len(result) > 0 and result[0] == 0 and bool((np.diff(result) >= 0).all())
     if not rises or result[-1] != end:
         allowed = f"indices that rise from 0 to the connectivity's length, {end}"
-        _check.refuse("offsets", str(result.tolist()), allowed, "One starts each face, and one more ends the last.")
+        _check.refuse(
+            "offsets",
+            np.array2string(result, threshold=9),
+            allowed,
+            "One starts each face, and one more ends the last.",
+        )
     return result
 
 

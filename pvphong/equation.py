@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from pvphong._types import ColorLike, MatrixLike, Reflection, Vector, VectorLike, rgb
 from pvphong.lights import DirectionalLight, Light, PointLight, SpotLight
@@ -93,6 +94,31 @@ class Equation:
     local_facing: bool
     clamp: bool
     matrix: MatrixLike | None
+
+    @cached_property
+    def needs_normals(self) -> bool:
+        """Whether any light's share depends on the normal."""
+        return any(any(term.diffuse) or any(term.specular) for term in self.terms)
+
+    @cached_property
+    def has_highlights(self) -> bool:
+        """Whether any light's share depends on the viewer through v."""
+        return not self.headlight_only and any(any(term.specular) for term in self.terms)
+
+    @cached_property
+    def is_flipped(self) -> bool:
+        """Whether normals are turned to the viewer."""
+        return self.two_sided and self.needs_normals
+
+    @cached_property
+    def needs_eye(self) -> bool:
+        """Whether v is taken at each vertex, for highlights or for turning normals."""
+        return self.eye is not None and (self.has_highlights or (self.is_flipped and self.local_facing))
+
+    @cached_property
+    def needs_points(self) -> bool:
+        """Whether any share depends on where the vertex is."""
+        return self.needs_eye or any(not isinstance(term.light, DirectionalLight) for term in self.terms)
 
 
 def assemble(scene: Scene, material: Material, matrix: MatrixLike | None) -> Equation:

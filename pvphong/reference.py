@@ -30,7 +30,10 @@ BLOCK = 32768
 
 
 class Surface(NamedTuple):
-    """A block of vertices, ready to be lit; all but the points in the precision asked for."""
+    """A block of vertices, ready to be lit; all but the points in the precision asked for.
+
+    What the equation does not need is not there.
+    """
 
     points: Float64Array
     raw: FloatArray
@@ -41,6 +44,9 @@ class Surface(NamedTuple):
     unseen: Any
     """Where v does not exist (the eye on the vertex, or a vertex that is not finite); False for nowhere."""
     albedo: FloatArray | None
+
+
+_NOTHING = np.zeros((3, 0))
 
 
 def shade(
@@ -72,18 +78,20 @@ def shade(
 def _part(result: Shading, part: slice) -> Shading:
     """The vertices of one block of the result, as views."""
     arrays = {name: getattr(result, name) for name in Shading.__dataclass_fields__}
-    return Shading(**{name: None if array is None else array[..., part, :] for name, array in arrays.items()})
+    views: dict[str, Any] = {name: a if a is None else a[..., part, :] for name, a in arrays.items()}
+    return Shading(**views)
 
 
 def _surface(
     points: FloatArray, normals: FloatArray, albedo: FloatArray | None, equation: Equation, real: Any
 ) -> Surface:
-    if equation.matrix is not None:
-        points = transform_points(points, equation.matrix)
-        normals = transform_normals(normals, equation.matrix)
-    p, (raw, inverse_length) = columns(points), moderate(columns(normals))
-    v, unseen = _to_viewer(p, equation)
-    if equation.two_sided:
+    p, v, unseen = _points(points, equation) if equation.needs_points else _NOTHING, _column(equation.to_eye), False
+    raw, inverse_length = _NOTHING, _NOTHING
+    if equation.eye is not None and equation.needs_eye:
+        v, unseen = _to_viewer(p, equation.eye)
+    if equation.needs_normals:
+        raw, inverse_length = _normals(normals, equation)
+    if equation.is_flipped:
         facing = v if equation.local_facing else _column(equation.to_eye)
         raw = np.where(dot(raw, facing) < 0.0, -raw, raw)
     return Surface(
@@ -97,20 +105,26 @@ def _surface(
     )
 
 
+def _points(points: FloatArray, equation: Equation) -> Float64Array:
+    return columns(points if equation.matrix is None else transform_points(points, equation.matrix))
+
+
+def _normals(normals: FloatArray, equation: Equation) -> tuple[Float64Array, Float64Array]:
+    return moderate(columns(normals if equation.matrix is None else transform_normals(normals, equation.matrix)))
+
+
 def _column(vector: Vector) -> Float64Array:
     return np.array(vector)[:, None]
 
 
-def _to_viewer(p: Float64Array, equation: Equation) -> tuple[Float64Array, Any]:
-    """Unit vectors v, (3, n) or (3, 1) where constant, and where there is none."""
-    if equation.eye is None:
-        return _column(equation.to_eye), False
-    v, distance = towards(equation.eye, p)
+def _to_viewer(p: Float64Array, eye: Vector) -> tuple[Float64Array, Any]:
+    """Unit vectors v, (3, n), and where there is none."""
+    v, distance = towards(eye, p)
     return v, False if distance.min(initial=1.0) > 0.0 else ~(distance > 0.0)
 
 
 def _shade_block(surface: Surface, equation: Equation, result: Shading) -> None:
-    color = np.zeros((3, surface.points.shape[1]), result.rgb.dtype)
+    color = np.zeros((3, len(result.rgb)), result.rgb.dtype)
     _add(equation.emission, 1.0, None, color, result.emission, result.base)
     _add(equation.ambient, 1.0, surface.albedo, color, result.ambient, result.base)
     for term in equation.terms:
@@ -147,8 +161,10 @@ def _factors(surface: Surface, equation: Equation, term: LightTerm) -> tuple[Any
     """What one light's ambient, diffuse and specular colours are multiplied by: a·s times 1, n·l and fⁿ."""
     real = surface.raw.dtype.type
     arrival = term.light.arrival(surface.points)
-    l = arrival.direction.astype(real, copy=False)
     strength = np.minimum(arrival.strength * term.gain, BRIGHTEST).astype(real, copy=False)
+    if not (any(term.diffuse) or any(term.specular)):
+        return strength, 0.0, 0.0
+    l = arrival.direction.astype(real, copy=False)
     n_l = dot(surface.raw, l)
     n_l *= surface.inverse_length
     if equation.headlight_only:
