@@ -152,6 +152,11 @@ def refuse_invalid(mesh: pv.DataSet) -> None:
     if len(small):
         got = f"cell {small[0]} with {sizes[0]} points where its type has {needed[0]}"
         _check.refuse("mesh", got, "a mesh whose cells have all their points")
+    refuse_misfits(mesh)
+
+
+def refuse_misfits(mesh: pv.DataSet) -> None:
+    """Raise ``ValueError`` for dimensions or an array of another length than the points or cells."""
     if isinstance(mesh, pv.StructuredGrid) and np.prod(mesh.dimensions) != mesh.n_points:
         got = f"{mesh.n_points} points in dimensions {tuple(mesh.dimensions)}"
         _check.refuse("mesh", got, "a grid with a point for each place in its dimensions")

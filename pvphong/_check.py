@@ -188,7 +188,8 @@ def array(name: str, value: Any, *, count: int | None = None) -> FloatArray:
     if count is not None and len(result) != count:
         refuse(name, f"{len(result)} rows", f"an array with one row per point, {count} rows")
     if result.dtype not in (np.float32, np.float64):
-        result = result.astype(np.float64)
+        with np.errstate(over="ignore"):  # a long double beyond float64's range becomes infinite
+            result = result.astype(np.float64)
     return result
 
 

@@ -79,6 +79,8 @@ class Equation:
         Whether the sum is clamped to [0, 1].
     matrix : array_like or None
         (4, 4) model matrix, None for the identity.
+    turns_normals : bool
+        Whether the matrix changes the directions of normals.
     """
 
     terms: tuple[LightTerm, ...]
@@ -94,6 +96,7 @@ class Equation:
     local_facing: bool
     clamp: bool
     matrix: MatrixLike | None
+    turns_normals: bool
 
     @cached_property
     def needs_normals(self) -> bool:
@@ -149,6 +152,7 @@ def _standard(scene: Scene, material: Material, matrix: MatrixLike | None) -> Eq
         local_facing=local,
         clamp=model.clamp,
         matrix=matrix,
+        turns_normals=matrix is not None,
     )
 
 

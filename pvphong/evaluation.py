@@ -8,8 +8,8 @@ import numpy as np
 
 from pvphong import _check, reference
 from pvphong._types import Backend, FloatArray, MatrixLike, Precision
-from pvphong.equation import assemble
 from pvphong.material import Material
+from pvphong.planning import check_scene_and_material, make_plan
 from pvphong.scene import Scene
 from pvphong.shading import Shading
 
@@ -73,15 +73,12 @@ def evaluate(
     """
     points = _check.array("points", points)
     normals = _check.array("normals", normals, count=len(points))
-    if not isinstance(scene, Scene):
-        _check.refuse("scene", scene, "a Scene", "Put lights into Scene(lights=[...]).")
-    if not isinstance(material, Material):
-        _check.refuse("material", material, "a Material", "Material.from_property makes one of a pyvista.Property.")
+    check_scene_and_material(scene, material)
     real = np.dtype(_check.choice("precision", precision, get_args(Precision)))
     _check.choice("backend", backend, ("auto", "numpy"))
-    _check.number("tolerance", tolerance, at_least=0.0)
+    tolerance = _check.number("tolerance", tolerance, at_least=0.0)
     shades = None if albedo is None else _albedo(albedo, len(points))
-    equation = assemble(scene, material, matrix)
+    equation = make_plan(points, normals, scene, material, matrix, tolerance).equation
     result = _empty(len(points), len(scene.world_lights), real, _check.flag("components", components))
     reference.shade(points, normals, equation, shades, result)
     return result

@@ -110,7 +110,9 @@ def _points(points: FloatArray, equation: Equation) -> Float64Array:
 
 
 def _normals(normals: FloatArray, equation: Equation) -> tuple[Float64Array, Float64Array]:
-    return moderate(columns(normals if equation.matrix is None else transform_normals(normals, equation.matrix)))
+    if equation.turns_normals and equation.matrix is not None:
+        normals = transform_normals(normals, equation.matrix)
+    return moderate(columns(normals))
 
 
 def _column(vector: Vector) -> Float64Array:

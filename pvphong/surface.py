@@ -26,8 +26,8 @@ def surface(mesh: pv.DataSet) -> pv.PolyData:
     pyvista.PolyData
         A PolyData is given back itself. Of any other dataset it is a new mesh, the outer faces as
         `extract_surface` finds them, with the point and cell arrays carried along; the arrays
-        ``vtkOriginalPointIds`` and ``vtkOriginalCellIds``, which PyVista adds, say where each point and
-        face comes from, so that colours can be taken back to the whole.
+        ``vtkOriginalPointIds`` and ``vtkOriginalCellIds`` say where each point and face comes from, so that
+        colours can be taken back to the whole.
 
     Raises
     ------
@@ -51,11 +51,15 @@ def outer(mesh: pv.DataSet) -> pv.PolyData:
     """The surface of a checked mesh, which may turn out to be empty."""
     if isinstance(mesh, pv.PolyData):
         return mesh
-    if not isinstance(mesh, pv.PointSet):
-        return mesh.extract_surface(algorithm=None)
-    cloud = mesh.cast_to_polydata(deep=False)
-    cloud.point_data.active_normals_name = mesh.point_data.active_normals_name  # the cast forgets it
-    return cloud
+    if isinstance(mesh, pv.PointSet):
+        cloud = mesh.cast_to_polydata(deep=False)
+        cloud.point_data.active_normals_name = mesh.point_data.active_normals_name  # the cast forgets it
+        return cloud
+    # VTK's own numbers, which the filter would add, are wrong for quadratic and other nonlinear cells
+    numbered = mesh.copy(deep=False)
+    numbered.point_data["vtkOriginalPointIds"] = np.arange(mesh.n_points)
+    numbered.cell_data["vtkOriginalCellIds"] = np.arange(mesh.n_cells)
+    return numbered.extract_surface(pass_pointid=False, pass_cellid=False, algorithm=None)
 
 
 def has_faces(mesh: pv.PolyData) -> bool:

@@ -165,10 +165,9 @@ def normalize(vectors: ArrayLike) -> Float64Array:
         result, rare = _unit(rows)
         if rare.any():
             odd = rows[rare]
-            odd[~np.isfinite(odd).all(axis=1)] = 0.0
             exponents = np.frexp(np.abs(odd).max(axis=1, keepdims=True))[1]
-            units, zero = _unit(np.ldexp(odd, -exponents))
-            units[zero] = 0.0
+            units, lost = _unit(np.ldexp(odd, -exponents))
+            units[lost] = 0.0  # what is still out of range is zero or not finite
             result[rare] = units
     return result
 

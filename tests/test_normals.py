@@ -105,6 +105,22 @@ def test_a_midpoint_collapsed_onto_an_edge_does_not_bend_the_normals_around_it()
     assert bent > 10, "no sliver here has an area that rounding made"
 
 
+def test_a_sliver_of_rounding_alone_adds_no_weight_either():
+    """By Max's weights a tiny sliver's would make the real face at its corner look like rounding."""
+    rng = np.random.default_rng(6)
+    for a, b in rng.normal(size=(50, 2, 3)) * np.array([1e-23, 1e-20])[:, None]:
+        points = np.array([a, b, (a + b) / 2, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+        observed = point_normals(points, *soup([(0, 2, 1), (0, 3, 4)]), weighting="max")
+        assert np.array_equal(observed[0], polygon_normals(points, [0, 3, 4], [0, 3])[0])
+
+
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
+def test_edges_longer_than_the_largest_float(weighting):
+    points = 1.7e308 * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
+    assert np.array_equal(polygon_normals(points, [0, 1, 2, 0, 1, 2, 3], [0, 3, 7]), [(0, 0, 1)] * 2)
+    assert np.array_equal(point_normals(points, [0, 1, 2, 0, 2, 3], [0, 3, 6], weighting), [(0, 0, 1)] * 4)
+
+
 @pytest.mark.parametrize("evaluator", [polygon_normals, *WEIGHTINGS])
 def test_no_faces_and_no_points(evaluator):
     def call(points, connectivity, offsets):
@@ -359,8 +375,9 @@ def test_a_zero_or_bad_gradient_gives_zero():
     assert np.array_equal(implicit_normals(gradients, np.ones((3, 3))), [(0, 0, 0), (0, 0, 0), (0, 0, 1)])
 
 
-def test_the_gradient_gets_float64_points_of_its_own():
-    points = np.eye(3, dtype=np.float32)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_the_gradient_gets_float64_points_of_its_own(dtype):
+    points = np.eye(3, dtype=dtype)
 
     def gradient(p):
         assert p.dtype == np.float64

@@ -226,6 +226,13 @@ def test_a_normal_along_an_axis_survives_entries_that_float64_cannot_hold_side_b
     assert np.array_equal(transform_normals([(2.0, 0.0, 0.0)], matrix), [(1.0, 0.0, 0.0)])
 
 
+def test_cofactors_that_float64_cannot_hold_side_by_side_keep_their_proportions_in_long_normals():
+    """The small two of diag(2¹⁰⁷⁰ · 1.43, 1.3, 1.1) would have a few bits left beside the large one."""
+    matrix = np.diag([2.0**-535, 2.0**535 * 1.1, 2.0**535 * 1.3, 1.0])
+    observed = transform_normals([(0.0, 2.0**900, 2.0**900)], matrix)
+    assert np.array_equal(observed, normalize([(0.0, 1.3, 1.1)]))
+
+
 @few
 @given(rows=rows_of(wide_floats()), entries=st.lists(wide_floats(), min_size=9, max_size=9), w=wide_floats())
 @pytest.mark.filterwarnings("ignore::pvphong.transform.SingularMatrixWarning")

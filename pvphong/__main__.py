@@ -1,0 +1,7 @@
+"""`python -m pvphong`: the command line."""
+
+import sys
+
+from pvphong.cli import main
+
+sys.exit(main())

@@ -1,0 +1,223 @@
+"""The command line: `pvphong`, or `python -m pvphong`.
+
+Exit status 0 is success, 1 is a mesh that `diagnose` finds fault with, 2 is bad input: one line on the error
+output says which.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated, Any
+
+import pyvista as pv
+from cyclopts import App, CycloptsError, Parameter
+from rich.console import Console
+from rich.markdown import Markdown
+
+from pvphong import pictures
+from pvphong._types import ColorLike, Precision
+from pvphong.airplane_demo import run_demo
+from pvphong.diagnosis import diagnose as diagnose_mesh
+from pvphong.material import Material
+from pvphong.mesh import map_blocks, shade_mesh
+from pvphong.mesh_files import BLOCK_FORMATS, MESH_FORMATS, read_mesh, refuse_suffix, save_lit
+from pvphong.scene import Scene
+from pvphong.studio import studio_scene
+from pvphong.surface import surface
+
+app = App(
+    name="pvphong",
+    help="Phong lighting of meshes as data: lit colours as arrays, in files and in pictures.",
+    version=version("pvphong"),
+)
+
+
+def main(tokens: Sequence[str] | None = None) -> int:
+    """Run the command line and give the exit status."""
+    try:
+        return app(tokens, exit_on_error=False, print_error=False, result_action="return_value") or 0
+    except (CycloptsError, ValueError) as error:
+        print("error:", " ".join(str(error).split()), file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+
+
+@dataclass(frozen=True)
+class Look:
+    """How the surface reflects.
+
+    Parameters
+    ----------
+    material
+        A classic material such as "gold" or "red plastic"; a dull grey if not given.
+    ambient, diffuse, specular, emission
+        Reflectance, in place of the material's: a number, three numbers such as 1,0.5,0.2, or a colour's name.
+    shininess
+        Exponent of the highlight, in place of the material's.
+    """
+
+    material: str | None = None
+    ambient: str | None = None
+    diffuse: str | None = None
+    specular: str | None = None
+    emission: str | None = None
+    shininess: float | None = None
+
+    def to_material(self) -> Material:
+        """The material that the options describe."""
+        named = Material() if self.material is None else _named(self.material)
+        colors = {term: getattr(self, term) for term in ("ambient", "diffuse", "specular", "emission")}
+        changes: dict[str, Any] = {term: _color(text) for term, text in colors.items() if text is not None}
+        if self.shininess is not None:
+            changes["shininess"] = self.shininess
+        return replace(named, **changes)
+
+
+def _named(name: str) -> Material:
+    try:
+        return Material.named(name)
+    except ValueError as error:
+        raise ValueError(f"material {error}") from error
+
+
+def _color(text: str) -> ColorLike:
+    """A number, numbers with commas between them, or the text itself, for `Material` to judge."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        return text
+    return numbers[0] if len(numbers) == 1 else numbers
+
+
+Rig = Annotated[Path | None, Parameter(help="Lights, viewer and light model, as Scene.save writes them (JSON).")]
+LookOptions = Annotated[Look, Parameter(name="*")]
+_PLAIN = Look()
+
+
+@app.command
+def demo(*, folder: Path = Path("pvphong-demo")) -> None:
+    """Light PyVista's bundled airplane; leave the mesh, a picture, the rig and a report in a folder.
+
+    Parameters
+    ----------
+    folder
+        Where the four files go; it is made if it does not exist.
+    """
+    with _busy("Lighting the airplane"):
+        report, files = run_demo(folder)
+    console = Console()
+    console.print(Markdown(report))
+    console.print()
+    for what, path in files.items():
+        print(f"{what:8}{path}")
+
+
+@app.command
+def shade(
+    mesh: str,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    scene: Rig = None,
+    look: LookOptions = _PLAIN,
+    albedo: str | None = None,
+    array: str = "phong",
+    components: Annotated[bool, Parameter(negative="")] = False,
+    precision: Precision = "float32",
+    tolerance: float = 0.0,
+    size: tuple[int, int] = (1024, 768),
+    background: str = "white",
+) -> None:
+    """Light a mesh; write it with its colours, or write a picture of it.
+
+    Without --scene it is lit by a key, a fill and a rim light and seen as PyVista would show it.
+
+    Parameters
+    ----------
+    mesh
+        A file of any format that PyVista reads.
+    output
+        .vtp, .vtk, .vtkhdf or .ply (8-bit vertex colours) for a mesh; .vtm, .vtmb or .vtkhdf for several
+        blocks; .png for a picture.
+    albedo
+        Name of a point array of colours that multiply the material's ambient and diffuse.
+    array
+        Name of the array of lit colours.
+    components
+        Add the ambient, diffuse, specular, emission and per-light arrays.
+    precision
+        Of the arrays and the arithmetic.
+    tolerance
+        Largest absolute colour error that may be traded for time.
+    size
+        Width and height of a picture in pixels.
+    background
+        Colour of a picture's background.
+    """
+    refuse_suffix(output, (*dict.fromkeys(MESH_FORMATS + BLOCK_FORMATS), ".png"))
+    material = look.to_material()
+    with _busy(f"Lighting {mesh}"):
+        lit, rig = _lit(
+            mesh, scene, material, name=array, albedo=albedo, components=components, precision=precision,
+            tolerance=tolerance,
+        )  # fmt: skip
+        if output.suffix.lower() == ".png":
+            image = pictures.draw(lit, rig.viewer, name=array, size=size, background=background)
+            pictures.save_picture(image, output)
+        else:
+            save_lit(lit, output, array)
+    if output.suffix.lower() == ".png" and (image == image[0, 0]).all():
+        print("note: nothing but background is seen from the scene's viewer.", file=sys.stderr)
+    print(output)
+
+
+@app.command
+def view(mesh: str, *, scene: Rig = None, look: LookOptions = _PLAIN) -> None:
+    """Show a lit mesh in a window; its colours are those of the first view.
+
+    Parameters
+    ----------
+    mesh
+        A file of any format that PyVista reads.
+    """
+    lit, rig = _lit(mesh, scene, look.to_material())
+    pictures.show(lit, rig.viewer, title=f"pvphong: {mesh}")
+
+
+@app.command
+def diagnose(mesh: str) -> int:
+    """Say what in a mesh will not light as it should; the exit status is 1 if there is anything.
+
+    Parameters
+    ----------
+    mesh
+        A file of any format that PyVista reads.
+    """
+    found = read_mesh(mesh)
+    named = found.phong.diagnose() if isinstance(found, pv.MultiBlock) else {"": diagnose_mesh(found)}
+    for block, diagnosis in named.items():
+        print(f"{block}:" if block else "", diagnosis.table(), sep="\n" if block else "")
+    return 0 if all(diagnosis.ok for diagnosis in named.values()) else 1
+
+
+def _lit(path: str, rig: Path | None, material: Material, aspect: float = 4 / 3, **how: Any) -> tuple[Any, Scene]:
+    """The lit mesh of a file, and the scene it was lit with."""
+    scene = None if rig is None else Scene.load(rig)
+    mesh = read_mesh(path)
+    outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
+    scene = studio_scene(outside, aspect) if scene is None else scene
+    if isinstance(outside, pv.MultiBlock):
+        return map_blocks(outside, lambda block: shade_mesh(block, scene, material, **how)), scene
+    return shade_mesh(outside, scene, material, **how), scene
+
+
+@contextmanager
+def _busy(what: str) -> Iterator[None]:
+    """A spinner on the error output, if that is a terminal."""
+    with Console(stderr=True).status(what):
+        yield

@@ -1,0 +1,189 @@
+"""The measurements behind `pvphong.diagnose`, on plain arrays."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pvphong import _check
+from pvphong._faces import Block, Faces
+from pvphong._types import BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, Vector
+from pvphong._wide import common_integers
+from pvphong.transform import transform_points
+
+# A normal is uncertain where the rounding of its corners may turn it further (radians): by Lambert's law
+# that may change a colour by one of 255 steps.
+_UNCERTAIN = 1 / 255
+
+# A determinant 2**-50 of its terms or less may be rounding alone: 3 roundings of 2**-53 in each, and some more.
+_ROUNDING_BITS = 50
+
+
+@dataclass(frozen=True)
+class FaceChecks:
+    """Which faces light badly, in rising order.
+
+    Attributes
+    ----------
+    degenerate : ndarray
+        Without an area, or with a corner that comes twice.
+    far : ndarray
+        The coordinates' rounding blurs the normal, and would not if the mesh lay at the origin.
+    thin : ndarray
+        The coordinates' rounding blurs the normal wherever the mesh lies.
+    folded : ndarray
+        Without an area and with a corner that comes twice: its edges say nothing about its neighbours.
+    """
+
+    degenerate: IntArray
+    far: IntArray
+    thin: IntArray
+    folded: IntArray
+
+
+@dataclass(frozen=True)
+class _Blur:
+    """How far the rounding of coordinates may turn the normals of faces: step · magnitude / height."""
+
+    step: float  # relative spacing of the coordinates' float type
+    here: Float64Array  # (n,) largest magnitude of each point's coordinates
+    centred: Float64Array  # the same about the middle of the mesh
+    extent: float  # a typical face's size, for faces that have collapsed
+
+    def of(self, block: Block, areas: Float64Array) -> tuple[Float64Array, Float64Array]:
+        """Radians for the faces of a block, as they lie and about the middle of the mesh."""
+        longest = np.sqrt(_squares(block.edges).max(axis=0))
+        height = np.sqrt(_squares(areas)) / longest  # twice the area over the base, in units of 2**exponents
+        collapsed = ~(height > 0)
+        height[collapsed] = np.ldexp(self.extent, -block.exponents[collapsed])
+        return self._angle(self.here, block, height), self._angle(self.centred, block, height)
+
+    def _angle(self, magnitudes: Float64Array, block: Block, height: Float64Array) -> Float64Array:
+        largest = np.ldexp(magnitudes[block.corners].max(axis=1), -block.exponents)
+        return np.where(largest > 0, self.step * largest / height, 0.0)
+
+
+def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
+    """Look at every face by itself; those with a point that is not finite are passed over."""
+    finite = np.isfinite(points).all(axis=1)
+    blur = _blur(points, finite, faces.count)
+    small = np.flatnonzero(np.diff(faces.offsets) < 3)
+    degenerate, far, thin, folded = [small], [], [], [small]
+    with np.errstate(all="ignore"):
+        for block in faces.blocks():
+            areas = block.area_vectors()
+            usable = finite[block.corners].all(axis=1)
+            flat = ~areas.any(axis=0)
+            corners = np.sort(block.corners, axis=1)
+            repeated = (corners[:, 1:] == corners[:, :-1]).any(axis=1)
+            here, centred = blur.of(block, areas)
+            degenerate.append(block.faces[usable & (flat | repeated)])
+            folded.append(block.faces[(flat | ~usable) & repeated])
+            usable &= ~repeated
+            far.append(block.faces[usable & (here > _UNCERTAIN) & (centred <= _UNCERTAIN)])
+            thin.append(block.faces[usable & ~flat & (centred > _UNCERTAIN)])
+    return FaceChecks(*(np.sort(np.concatenate([*found, small[:0]])) for found in (degenerate, far, thin, folded)))
+
+
+def _blur(points: FloatArray, finite: BoolArray, n_faces: int) -> _Blur:
+    step = float(np.finfo(points.dtype).eps)
+    wide = points.astype(np.float64)
+    low, high = bounds(wide[finite])
+    with np.errstate(all="ignore"):
+        middle, size = low / 2 + high / 2, math.hypot(*(high - low))
+        centred = np.abs(wide - middle).max(axis=1)
+    return _Blur(step, np.abs(wide).max(axis=1), centred, size / math.sqrt(max(n_faces, 1)))
+
+
+def bounds(points: FloatArray) -> tuple[Float64Array, Float64Array]:
+    """The lowest and the highest coordinates; zeros where there are no points."""
+    if not len(points):
+        return np.zeros(3), np.zeros(3)
+    return points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
+
+
+def offset_to_origin(points: FloatArray) -> Vector:
+    """The middle of the finite points, as few digits as keep it within a tenth of the mesh's size."""
+    low, high = bounds(points[np.isfinite(points).all(axis=1)])
+    middle, size = low / 2 + high / 2, float((high - low).max())
+    if 0 < size < math.inf:
+        digits = math.ceil(1 - math.log10(size))
+        middle = np.array([round(value, digits) for value in middle.tolist()])
+    x, y, z = middle.tolist()
+    return x, y, z
+
+
+def check_edges(faces: Faces, folded: IntArray) -> tuple[IntArray, IntArray]:
+    """Edges with more than two faces, and edges whose two faces disagree about their front.
+
+    Two neighbours with the same orientation run along their common edge in opposite directions.
+
+    Returns
+    -------
+    non_manifold, inconsistent : ndarray
+        (m, 2) point indices, the lower first.
+    """
+    keys = np.sort(_directed_edges(faces, folded))
+    undirected = keys >> 1
+    starts = np.flatnonzero(np.diff(undirected, prepend=-1))
+    counts = np.diff(starts, append=len(keys))
+    pairs = starts[counts == 2]
+    agree = keys[pairs] != keys[pairs + 1]
+    return _ends(undirected[starts[counts > 2]], faces), _ends(undirected[pairs[~agree]], faces)
+
+
+def _directed_edges(faces: Faces, folded: IntArray) -> NDArray[np.int64]:
+    """One integer for each side of each face: its lower point, its higher point, its direction."""
+    begin = faces.connectivity.astype(np.int64, copy=False)
+    end = np.empty_like(begin)
+    end[:-1] = begin[1:]
+    sizes = np.diff(faces.offsets)
+    some = sizes > 0
+    end[faces.offsets[1:][some] - 1] = begin[faces.offsets[:-1][some]]
+    real = begin != end
+    whole = np.ones(faces.count, dtype=bool)
+    whole[folded] = False
+    if len(folded):
+        real &= np.repeat(whole, sizes)
+    low, high = np.minimum(begin, end), np.maximum(begin, end)
+    keys: NDArray[np.int64] = (low * faces.n_points + high) * 2 + (begin < end)
+    return keys[real]
+
+
+def _ends(undirected: NDArray[np.int64], faces: Faces) -> IntArray:
+    return np.stack(np.divmod(undirected, max(faces.n_points, 1)), axis=1).astype(np.intp, copy=False)
+
+
+def duplicates(points: FloatArray) -> IntArray:
+    """Finite points that lie exactly where a point with a lower index lies, in rising order."""
+    finite = np.flatnonzero(np.isfinite(points).all(axis=1))
+    order = finite[np.lexsort(points[finite].T)]  # stable: equal points stay in the order of their indices
+    same = (points[order[1:]] == points[order[:-1]]).all(axis=1)
+    return np.sort(order[1:][same])
+
+
+def check_matrix(matrix: MatrixLike) -> tuple[bool, bool]:
+    """Whether a model matrix is singular, and whether it mirrors; decided in exact arithmetic.
+
+    It counts as singular where its determinant is no larger than what the rounding of its entries leaves
+    of a zero: a flattening that was multiplied with a rotation is found, a small scale is not blamed.
+
+    Raises
+    ------
+    ValueError
+        If it is no finite affine 4x4 matrix.
+    """
+    transform_points(np.empty((0, 3)), matrix)  # refuses what is no model matrix
+    values = _check.matrix4("matrix", matrix)
+    a, b, c, d, e, f, g, h, i = common_integers(values[:3, :3].ravel().tolist())
+    terms = (a * e * i, b * f * g, c * d * h, -a * f * h, -b * d * i, -c * e * g)
+    determinant = sum(terms)
+    singular = abs(determinant) << _ROUNDING_BITS <= sum(map(abs, terms))
+    return singular, not singular and (determinant > 0) != bool(values[3, 3] > 0)
+
+
+def _squares(vectors: Float64Array) -> Float64Array:
+    return vectors[0] * vectors[0] + vectors[1] * vectors[1] + vectors[2] * vectors[2]

@@ -1,0 +1,88 @@
+"""Bounds on what a light can contribute, and on how much a small turn can change it.
+
+Symbols: δ the largest angle by which a direction may be off, n the shininess, ψ the angle between the
+directions to light and viewer. All bounds hold for every normal.
+"""
+
+from __future__ import annotations
+
+import math
+
+from pvphong._types import VectorLike
+from pvphong.effects._draft import ROUNDED_UP, Draft, sight, turn
+from pvphong.equation import Equation, LightTerm
+from pvphong.lights import PointLight, SpotLight
+
+
+def attenuation(coefficients: VectorLike, distance: float) -> float:
+    """1 / (c + l·d + q·d²)."""
+    constant, linear, quadratic = coefficients
+    weakening = constant + distance * (linear + distance * quadratic)
+    return 1.0 / weakening if weakening > 0.0 else math.inf
+
+
+def strongest(draft: Draft, term: LightTerm) -> float:
+    """The largest attenuation times gain that can reach a vertex; infinite where nothing is known."""
+    if not isinstance(term.light, (PointLight, SpotLight)):
+        return term.gain
+    seen = sight(term.light.position, draft)
+    if seen is None:
+        return math.inf
+    _, distance, radius = seen
+    return term.gain * attenuation(term.light.attenuation, max(distance - radius, 0.0) / ROUNDED_UP) * ROUNDED_UP
+
+
+def whole(term: LightTerm) -> float:
+    """The largest sum of a term's colours, for strength 1."""
+    channels = zip(term.ambient, term.diffuse, term.specular, strict=True)
+    return max(a + d + s for a, d, s in channels)
+
+
+def steepness(shininess: float) -> float:
+    """The largest slope of cosⁿ θ: √n · ((n − 1)/n)^((n − 1)/2) for n >= 1; unbounded below 1, except at 0."""
+    if shininess == 0.0:
+        return 0.0
+    if shininess < 1.0:
+        return math.inf
+    if shininess == 1.0:
+        return 1.0
+    return math.sqrt(shininess) * ((shininess - 1.0) / shininess) ** ((shininess - 1.0) / 2.0)
+
+
+def widest_to_viewer(draft: Draft, direction: VectorLike, light_angle: float) -> float:
+    """The greatest ψ over all vertices, for a light that is seen within an angle of a direction."""
+    equation = draft.equation
+    if equation.eye is None:
+        v, spread = equation.to_eye, 0.0
+    else:
+        seen = sight(equation.eye, draft)
+        if seen is None:
+            return math.pi
+        v, spread = seen[0], turn(seen[1], seen[2])
+    between = math.acos(max(-1.0, min(1.0, math.fsum(a * b for a, b in zip(v, direction, strict=True)))))
+    slack = (light_angle + spread) * ROUNDED_UP + 1e-7  # acos loses half the digits near 0 and π
+    return min(between + slack, math.pi)
+
+
+def highlight_change(equation: Equation, angle: float, most: float, light_moves: bool) -> float:
+    """The largest change of the highlight factor when l or v turns by `angle`, for ψ of at most `most`.
+
+    Phong: r turns as much as l does, and (r·v)ⁿ changes by no more than `steepness` times the angle. Where
+    the light moves, a vertex may also change sides: there n·l is at most sin δ, so r·v = 2(n·l)(n·v) − l·v
+    is at most 2 sin δ − cos ψ, and the highlight that is switched is at most that to the n.
+
+    Blinn-Phong: h is the middle of the arc from l to v and turns by at most angle / (2 cos ψ/2); at n·l ≈ 0,
+    n·h = (n·l + n·v) / (2 cos ψ/2) is at most sin ψ/2 + sin δ / cos ψ/2.
+    """
+    n, delta = equation.shininess, math.sin(min(angle, math.pi / 2))
+    middle = math.cos(min(most + angle, math.pi) / 2.0)
+    if equation.reflection == "blinn-phong":
+        if middle <= 1e-6:
+            return 1.0
+        change, switched = steepness(n) * angle / (2.0 * middle), math.sin(most / 2.0) + delta / middle
+    else:
+        change, switched = steepness(n) * angle, 2.0 * delta - math.cos(min(most + angle, math.pi))
+    if light_moves:
+        floored = max(switched, equation.cosine_floor, 0.0)
+        change += min(floored, 1.0) ** n
+    return min(change * ROUNDED_UP, 1.0)

@@ -1,0 +1,251 @@
+"""What an effect gets to see, and what it gives back.
+
+An effect that a scene does not call for is left out by rewriting the equation into a cheaper one: a black
+term goes, a spot whose cone holds the whole mesh becomes a point light. The evaluators know nothing of plans;
+they run the equation that is left.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from pvphong._types import Float64Array, FloatArray, MatrixLike, Vector
+from pvphong.equation import Equation, LightTerm
+from pvphong.transform import transform_points
+
+# Bounds are computed in float64 and rounded up by this factor.
+ROUNDED_UP = 1.0 + 1e-9
+
+
+@dataclass(frozen=True)
+class Decision:
+    """Whether an effect runs, and why.
+
+    Attributes
+    ----------
+    on : bool
+        Whether it runs.
+    why : str
+        The reason, for people.
+    bound : float
+        The largest absolute colour error that leaving it out can cause; 0 where it is left out exactly.
+    """
+
+    on: bool
+    why: str
+    bound: float = 0.0
+
+
+@dataclass(frozen=True)
+class Note:
+    """One rewriting of the equation: which effect was left out, for which light, why, at what error."""
+
+    effect: str
+    light: str
+    why: str
+    bound: float = 0.0
+
+
+class Extent:
+    """A sphere around all vertices, in world coordinates; computed when an effect first asks.
+
+    Parameters
+    ----------
+    points : ndarray
+        Shape (n, 3).
+    normals : ndarray or None
+        Shape (n, 3), where they are known.
+    matrix : array_like or None
+        Model matrix.
+    """
+
+    nowhere: Float64Array = np.zeros((3, 0))
+    """Points for a directional light, which does not read them."""
+
+    def __init__(self, points: FloatArray, normals: FloatArray | None, matrix: MatrixLike | None) -> None:
+        self._points = points
+        self._normals = normals
+        self._matrix = matrix
+
+    @cached_property
+    def sphere(self) -> tuple[Float64Array, float] | None:
+        """Centre and radius; None where there is no point, or one is not finite."""
+        if not len(self._points):
+            return None
+        low, high = _bounds(self._points)
+        corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8).T
+        if self._matrix is not None:
+            corners = transform_points(corners, self._matrix)
+        with np.errstate(over="ignore", invalid="ignore"):
+            centre = corners.min(axis=0) / 2 + corners.max(axis=0) / 2
+            radius = math.hypot(*np.abs(corners - centre).max(axis=0)) * ROUNDED_UP
+        return (centre, radius) if math.isfinite(radius) else None
+
+    @cached_property
+    def normal_cone(self) -> tuple[Vector, float] | None:
+        """A unit axis, and an angle in radians within which all normals lie from it; None where none is known.
+
+        By the box around the normals: n·axis is least, and |n| greatest, at one of its corners.
+        """
+        if self._normals is None or self._matrix is not None or not len(self._normals):
+            return None
+        low, high = _bounds(self._normals)
+        corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8).T
+        axis = (low + high) / 2
+        length, longest = math.hypot(*axis), float(np.sqrt((corners**2).sum(axis=1)).max())
+        if not (0.0 < length < math.inf and 0.0 < longest < math.inf):
+            return None
+        x, y, z = (axis / length).tolist()
+        cosine = float((corners @ (axis / length)).min()) / longest
+        return ((x, y, z), math.acos(min(cosine, 1.0)) + 1e-7) if cosine > 0.0 else None
+
+
+def _bounds(points: FloatArray) -> tuple[Float64Array, Float64Array]:
+    """Least and greatest coordinates; NaN where any is. Long rows let NumPy's reductions run at full speed."""
+    fold = 64
+    whole = len(points) // fold * fold
+    parts = [points[whole:]] if whole < len(points) else []
+    if whole:
+        folded = points[:whole].reshape(-1, 3 * fold)
+        parts += [reduce(axis=0).reshape(fold, 3) for reduce in (folded.min, folded.max)]
+    rows = np.concatenate(parts).astype(np.float64)
+    return rows.min(axis=0), rows.max(axis=0)
+
+
+@dataclass(frozen=True)
+class Draft:
+    """An equation on its way to what is left of it.
+
+    Parameters
+    ----------
+    equation : Equation
+        As it stands.
+    labels : tuple of str
+        What names each light of the scene.
+    extent : Extent
+        Where the vertices are.
+    tolerance : float
+        The colour error that may be taken in all.
+    notes : tuple of Note
+        What has been left out so far.
+    """
+
+    equation: Equation
+    labels: tuple[str, ...]
+    extent: Extent
+    tolerance: float
+    notes: tuple[Note, ...] = ()
+
+    @property
+    def error_bound(self) -> float:
+        """Sum of the bounds taken so far."""
+        return math.fsum(note.bound for note in self.notes) * (ROUNDED_UP if self.notes else 1.0)
+
+    @property
+    def allowance(self) -> float:
+        """The error that the next approximation may take: its share, or what is left of the tolerance."""
+        share = self.tolerance / (2 * max(len(self.labels), 1))
+        return min(share, max(self.tolerance - self.error_bound, 0.0) / ROUNDED_UP**2)
+
+    def label(self, term: LightTerm) -> str:
+        """What names the light of a term."""
+        return self.labels[term.index]
+
+    def with_term(self, term: LightTerm, new: LightTerm | None, *notes: Note) -> Draft:
+        """The draft with one term replaced, or left out where `new` is None."""
+        terms = [new if t is term else t for t in self.equation.terms]
+        equation = replace(self.equation, terms=tuple(t for t in terms if t is not None))
+        return replace(self, equation=equation, notes=(*self.notes, *notes))
+
+    def because(self, effect: str) -> str:
+        """The reasons noted for leaving an effect out, each with its lights."""
+        reasons: dict[str, list[str]] = {}
+        for note in self.notes:
+            if note.effect == effect:
+                reasons.setdefault(note.why, []).append(note.light)
+        return "; ".join(
+            f"{', '.join(filter(None, lights))}: {why}".removeprefix(": ") for why, lights in reasons.items()
+        )
+
+    def bound_of(self, effect: str) -> float:
+        """Sum of the bounds taken by leaving out an effect."""
+        return math.fsum(note.bound for note in self.notes if note.effect == effect)
+
+    def labels_where(self, holds: Callable[[LightTerm], bool]) -> list[str]:
+        """Names of the lights whose terms have some property."""
+        return [self.label(term) for term in self.equation.terms if holds(term)]
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One effect that a scene may call for.
+
+    Parameters
+    ----------
+    name : str
+        Its name in a plan.
+    inputs : tuple of str
+        What it reads of each vertex, or of the scene: "points", "normals", "viewer".
+    simplify : callable
+        Draft → Draft: leaves the effect out where it can be.
+    decide : callable
+        Finished draft → Decision: whether it is still there.
+    """
+
+    name: str
+    inputs: tuple[str, ...]
+    simplify: Callable[[Draft], Draft]
+    decide: Callable[[Draft], Decision]
+
+
+def unchanged(draft: Draft) -> Draft:
+    """For an effect that is left out by others, or never."""
+    return draft
+
+
+def for_each_term(rule: Callable[[Draft, LightTerm], Draft]) -> Callable[[Draft], Draft]:
+    """A simplification that looks at one light's term after the other."""
+
+    def simplify(draft: Draft) -> Draft:
+        for term in draft.equation.terms:
+            draft = rule(draft, term)
+        return draft
+
+    return simplify
+
+
+def decision(draft: Draft, name: str, lights: Sequence[str], off: str) -> Decision:
+    """On where some lights have the effect; else off, for the reasons noted or `off`."""
+    noted = draft.because(name)
+    if lights:
+        return Decision(True, ", ".join(lights) + (f" (left out: {noted})" if noted else ""), draft.bound_of(name))
+    return Decision(False, noted or off, draft.bound_of(name))
+
+
+def sight(target: Any, draft: Draft) -> tuple[Vector, float, float] | None:
+    """From the vertices' sphere to a target: unit direction at the centre, distance from it, and radius."""
+    if draft.extent.sphere is None:
+        return None
+    centre, radius = draft.extent.sphere
+    difference = np.array(target) - centre
+    distance = math.hypot(*difference)
+    if not 0.0 < distance < math.inf:
+        return None
+    x, y, z = (difference / distance).tolist()
+    return (x, y, z), distance, radius
+
+
+def turn(distance: float, radius: float) -> float:
+    """The largest angle in radians between the directions to a target from the centre and from the sphere."""
+    return math.pi if distance <= radius else math.asin(min(radius / distance, 1.0)) * ROUNDED_UP
+
+
+def peak(color: Vector) -> float:
+    """The largest channel."""
+    return max(color)

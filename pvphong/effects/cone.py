@@ -1,0 +1,71 @@
+"""The cone of a spot light: left out where the whole mesh lies inside or outside it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from pvphong.effects._bounds import strongest, whole
+from pvphong.effects._draft import ROUNDED_UP, Draft, Effect, Note, decision, for_each_term, sight, turn
+from pvphong.equation import BRIGHTEST, LightTerm
+from pvphong.lights import PointLight, SpotLight
+
+NAME = "cone"
+# Angles are known to this many radians: arc cosines lose half the digits near 0.
+_SLACK = 1e-6
+
+
+def _leave_out(draft: Draft, term: LightTerm) -> Draft:
+    if not isinstance(term.light, SpotLight):
+        return draft
+    angles = _angles(draft, term.light)
+    if angles is None:
+        return draft
+    least, most = angles
+    edge, label = math.radians(term.light.cone_angle), draft.label(term)
+    if least > edge + _SLACK:
+        why = f"mesh lies outside the cone by {math.degrees(least - edge):.0f}°"
+        return draft.with_term(term, None, Note(NAME, label, why), Note("lights", label, why))
+    if most < edge - _SLACK:
+        return _leave_out_falloff(draft, term, term.light, least, most)
+    return draft
+
+
+def _leave_out_falloff(draft: Draft, term: LightTerm, spot: SpotLight, least: float, most: float) -> Draft:
+    """Of a spot that holds the whole mesh."""
+    brightest, darkest = (
+        max(math.cos(angle), 0.0) ** spot.exponent for angle in (max(least - _SLACK, 0.0), most + _SLACK)
+    )
+    middle = (brightest + darkest) / 2
+    bound = strongest(draft, term) * whole(term) * (brightest - darkest) / 2 * ROUNDED_UP
+    if spot.exponent == 0.0:
+        middle, bound = 1.0, 0.0
+    if bound > draft.allowance or term.gain * middle > BRIGHTEST:
+        return draft
+    point = PointLight(position=spot.position, attenuation=spot.attenuation)
+    why = "mesh lies inside the cone" + ("" if not bound else f", whose light is even to {bound:.2g}")
+    return draft.with_term(
+        term, replace(term, light=point, gain=term.gain * middle), Note(NAME, draft.label(term), why, bound)
+    )
+
+
+def _angles(draft: Draft, spot: SpotLight) -> tuple[float, float] | None:
+    """Least and greatest angle off the axis at which the spot sees the vertices' sphere."""
+    seen = sight(spot.position, draft)
+    if seen is None:
+        return None
+    to_light, distance, radius = seen
+    length = math.hypot(*spot.direction)
+    cosine = -math.fsum(a * (b / length) for a, b in zip(to_light, spot.direction, strict=True))
+    middle, spread = math.acos(max(-1.0, min(1.0, cosine))), turn(distance, radius)
+    return max(middle - spread, 0.0), min(middle + spread, math.pi)
+
+
+EFFECT = Effect(
+    NAME,
+    ("points",),
+    for_each_term(_leave_out),
+    lambda draft: decision(
+        draft, NAME, draft.labels_where(lambda term: isinstance(term.light, SpotLight)), "no spot light"
+    ),
+)

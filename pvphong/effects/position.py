@@ -1,0 +1,46 @@
+"""A light's position: left out where the light is so far away that its direction hardly changes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from pvphong.effects._bounds import highlight_change, widest_to_viewer
+from pvphong.effects._draft import ROUNDED_UP, Draft, Effect, Note, decision, for_each_term, peak, sight, turn
+from pvphong.equation import LightTerm
+from pvphong.lights import DirectionalLight, PointLight
+
+NAME = "position"
+
+
+def _leave_out(draft: Draft, term: LightTerm) -> Draft:
+    light = term.light
+    if not draft.allowance or not isinstance(light, PointLight) or tuple(light.attenuation) != (1.0, 0.0, 0.0):
+        return draft
+    seen = sight(light.position, draft)
+    if seen is None or seen[1] < 2 * seen[2]:
+        return draft
+    (x, y, z), distance, radius = seen
+    delta = turn(distance, radius)
+    bound = peak(term.diffuse) * delta
+    if any(term.specular):
+        most = widest_to_viewer(draft, (x, y, z), delta)
+        bound += peak(term.specular) * highlight_change(draft.equation, delta, most, light_moves=True)
+    bound *= term.gain * ROUNDED_UP
+    if bound > draft.allowance:
+        return draft
+    far = replace(term, light=DirectionalLight(direction=(-x, -y, -z)))
+    why = f"far away: its direction is the same to {bound:.2g}"
+    return draft.with_term(term, far, Note(NAME, draft.label(term), why, bound))
+
+
+EFFECT = Effect(
+    NAME,
+    ("points",),
+    for_each_term(_leave_out),
+    lambda draft: decision(
+        draft,
+        NAME,
+        draft.labels_where(lambda term: not isinstance(term.light, DirectionalLight)),
+        "every light is directional",
+    ),
+)

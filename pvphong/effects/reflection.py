@@ -1,0 +1,102 @@
+"""Diffuse and specular reflection of each light."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from pvphong._types import VectorLike
+from pvphong.effects._bounds import strongest, widest_to_viewer
+from pvphong.effects._draft import (
+    ROUNDED_UP,
+    Draft,
+    Effect,
+    Note,
+    decision,
+    for_each_term,
+    peak,
+    sight,
+    turn,
+    unchanged,
+)
+from pvphong.equation import LightTerm
+from pvphong.lights import DirectionalLight, PointLight, SpotLight
+
+_BLACK = (0.0, 0.0, 0.0)
+
+# A black diffuse product is a zero coefficient of its term, which every evaluator skips: nothing is rewritten.
+DIFFUSE = Effect(
+    "diffuse",
+    ("normals",),
+    unchanged,
+    lambda draft: decision(
+        draft, "diffuse", draft.labels_where(lambda term: any(term.diffuse)), "black diffuse colour"
+    ),
+)
+
+
+def _leave_out_highlight(draft: Draft, term: LightTerm) -> Draft:
+    if not any(term.specular) or not draft.allowance:
+        return draft
+    bound = strongest(draft, term) * peak(term.specular) * _reach(draft, term) * ROUNDED_UP
+    if bound > draft.allowance:
+        return draft
+    why = f"its highlight reaches no vertex, or is at most {bound:.2g}"
+    return draft.with_term(term, replace(term, specular=_BLACK), Note("specular", draft.label(term), why, bound))
+
+
+def _reach(draft: Draft, term: LightTerm) -> float:
+    """The largest highlight factor fⁿ that normals and directions allow: 1 where nothing is known.
+
+    With θ the angle from n to l, φ from n to v and ψ from l to v: r·v = 2 cos θ cos φ − cos ψ, and
+    n·h = (cos θ + cos φ) / (2 cos ψ/2); both grow with smaller θ and φ and greater ψ.
+    """
+    equation, cone = draft.equation, draft.extent.normal_cone
+    if equation.headlight_only or equation.is_flipped or equation.shininess == 0.0 or cone is None:
+        return 1.0
+    axis, opening = cone
+    light, viewer = _light_seen(draft, term), _viewer_seen(draft)
+    if light is None or viewer is None:
+        return 1.0
+    theta, phi = (max(_angle(axis, d) - opening - spread, 0.0) for d, spread in (light, viewer))
+    if theta >= math.pi / 2:
+        return 0.0
+    most = widest_to_viewer(draft, light[0], light[1])
+    if equation.reflection == "blinn-phong":
+        middle = 2.0 * math.cos(most / 2.0)
+        cosine = (math.cos(theta) + math.cos(phi)) / middle if middle > 1e-6 else 1.0
+    else:
+        cosine = 2.0 * math.cos(theta) * max(math.cos(phi), 0.0) - math.cos(most)
+    cosine = max(min(cosine * ROUNDED_UP, 1.0), equation.cosine_floor, 0.0)
+    return cosine**equation.shininess
+
+
+def _light_seen(draft: Draft, term: LightTerm) -> tuple[VectorLike, float] | None:
+    """Direction to the light and the angle by which it may differ over the vertices."""
+    if isinstance(term.light, DirectionalLight):
+        x, y, z = term.light.arrival(draft.extent.nowhere).direction[:, 0].tolist()
+        return (x, y, z), 1e-7
+    assert isinstance(term.light, (PointLight, SpotLight))
+    seen = sight(term.light.position, draft)
+    return None if seen is None else (seen[0], turn(seen[1], seen[2]) + 1e-7)
+
+
+def _viewer_seen(draft: Draft) -> tuple[VectorLike, float] | None:
+    if draft.equation.eye is None:
+        return draft.equation.to_eye, 1e-7
+    seen = sight(draft.equation.eye, draft)
+    return None if seen is None else (seen[0], turn(seen[1], seen[2]) + 1e-7)
+
+
+def _angle(a: VectorLike, b: VectorLike) -> float:
+    return math.acos(max(-1.0, min(1.0, math.fsum(x * y for x, y in zip(a, b, strict=True)))))
+
+
+SPECULAR = Effect(
+    "specular",
+    ("normals", "viewer"),
+    for_each_term(_leave_out_highlight),
+    lambda draft: decision(
+        draft, "specular", draft.labels_where(lambda term: any(term.specular)), "black specular colour"
+    ),
+)

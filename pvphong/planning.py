@@ -1,0 +1,162 @@
+"""Which effects a scene needs: the plan collects what each effect decides."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import reduce
+from typing import Any
+
+from pvphong import _check
+from pvphong._types import FloatArray, MatrixLike
+from pvphong.effects import EFFECTS, Decision, Draft, Extent
+from pvphong.equation import Equation, assemble
+from pvphong.material import Material
+from pvphong.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What will run for a scene, a material and a mesh; `print(plan.explain())` shows it.
+
+    Attributes
+    ----------
+    effects : mapping of str to Decision
+        Every effect that exists, in running order: whether it is on, and why.
+    needs : frozenset of str
+        What will be read, of "points", "normals" and "viewer".
+    view_dependent : bool
+        Whether the colours change when the viewer moves.
+    tolerance : float
+        The colour error that was allowed.
+    error_bound : float
+        The largest absolute colour error that was taken for it, beside rounding; at most `tolerance`.
+    equation : Equation
+        What is left of the lighting equation; the evaluators run this.
+    """
+
+    effects: Mapping[str, Decision]
+    needs: frozenset[str]
+    view_dependent: bool
+    tolerance: float
+    error_bound: float
+    equation: Equation
+
+    def explain(self) -> str:
+        """A table of all effects: on or off, why, what they read, at what error."""
+        from rich import box
+        from rich.console import Console
+        from rich.table import Table
+
+        table = Table(title=f"error bound {self.error_bound:.3g} of {self.tolerance:.3g}", box=box.SIMPLE_HEAD)
+        for heading in ("effect", "", "why", "reads", "error bound"):
+            table.add_column(heading, justify="right" if heading == "error bound" else "left", overflow="fold")
+        for effect in EFFECTS:
+            choice = self.effects[effect.name]
+            reads = ", ".join(effect.inputs) if choice.on else ""
+            bound = f"{choice.bound:.2g}" if choice.bound else ""
+            table.add_row(effect.name, "on" if choice.on else "off", choice.why, reads, bound)
+        text = io.StringIO()
+        Console(file=text, width=100, color_system=None).print(table)
+        depends = "and the viewer" if self.view_dependent else "not on the viewer"
+        return f"{text.getvalue()}reads: {', '.join(sorted(self.needs)) or 'nothing'}; depends {depends}\n".replace(
+            "depends and", "depends on the scene and"
+        )
+
+
+def make_plan(
+    points: FloatArray,
+    normals: FloatArray | None,
+    scene: Scene,
+    material: Material,
+    matrix: MatrixLike | None,
+    tolerance: float,
+) -> Plan:
+    """The plan for vertices whose arrays have been checked; without normals fewer highlights can be ruled out."""
+    draft = Draft(
+        equation=assemble(scene, material, matrix),
+        labels=_labels(scene),
+        extent=Extent(points, normals, matrix),
+        tolerance=tolerance,
+    )
+    draft = reduce(lambda so_far, effect: effect.simplify(so_far), EFFECTS, draft)
+    equation = draft.equation
+    return Plan(
+        effects={effect.name: effect.decide(draft) for effect in EFFECTS},
+        needs=_needs(equation),
+        view_dependent=_is_view_dependent(equation, scene),
+        tolerance=tolerance,
+        error_bound=draft.error_bound,
+        equation=equation,
+    )
+
+
+def plan(
+    mesh_or_points: Any,
+    scene: Scene,
+    material: Material,
+    *,
+    matrix: MatrixLike | None = None,
+    tolerance: float = 0.0,
+) -> Plan:
+    """Which effects will run for a scene, which are left out, and why.
+
+    What adds nothing is left out exactly. Within `tolerance`, far lights are taken as directional, a far
+    viewer as infinitely far, nearly even attenuation and spot falloff as constant, and lights and highlights
+    too weak to be seen are left out; each by a bound that is computed before anything runs.
+
+    Parameters
+    ----------
+    mesh_or_points : pyvista.DataSet or array_like
+        A mesh, or its points, shape (n, 3).
+    scene : Scene
+        Lights, viewer and light model.
+    material : Material
+        The surface's reflectances.
+    matrix : array_like, optional
+        (4, 4) model matrix.
+    tolerance : float, default 0
+        Largest absolute colour error that may be taken; 1/255 is one step of a display.
+
+    Returns
+    -------
+    Plan
+        `.effects`, `.needs`, `.view_dependent`, `.error_bound`, `.explain()`.
+
+    Raises
+    ------
+    ValueError
+        If an argument has the wrong shape, type or range; the message names it.
+    """
+    points = _check.array("points", getattr(mesh_or_points, "points", mesh_or_points))
+    check_scene_and_material(scene, material)
+    return make_plan(points, None, scene, material, matrix, _check.number("tolerance", tolerance, at_least=0.0))
+
+
+def check_scene_and_material(scene: Any, material: Any) -> None:
+    """Raise ValueError unless they are what their names say."""
+    if not isinstance(scene, Scene):
+        _check.refuse("scene", scene, "a Scene", "Put lights into Scene(lights=[...]).")
+    if not isinstance(material, Material):
+        _check.refuse("material", material, "a Material", "Material.from_property makes one of a pyvista.Property.")
+
+
+def _labels(scene: Scene) -> tuple[str, ...]:
+    return tuple(light.name or f"light {index}" for index, light in enumerate(scene.world_lights))
+
+
+def _needs(equation: Equation) -> frozenset[str]:
+    needs = {
+        "points": equation.needs_points,
+        "normals": equation.needs_normals,
+        "viewer": equation.has_highlights or equation.is_flipped,
+    }
+    return frozenset(name for name, needed in needs.items() if needed)
+
+
+def _is_view_dependent(equation: Equation, scene: Scene) -> bool:
+    """Through highlights, through turned normals, or through a light that rides along with the viewer."""
+    lights = tuple(scene.lights)
+    rides = any(lights[term.index].frame != "world" for term in equation.terms)
+    return rides or equation.has_highlights or equation.is_flipped
