@@ -3,28 +3,61 @@
 `import pvphong as ph` gives the names below; `mesh.phong` and `plotter.phong` are there in PyVista even without it.
 """
 
+from pvphong import accessor as accessor  # registers mesh.phong
+from pvphong import plotter as plotter  # registers plotter.phong
+from pvphong.diagnosis import Diagnosis, diagnose
+from pvphong.effects import Decision
 from pvphong.evaluation import evaluate
-from pvphong.lights import DirectionalLight, PointLight, SpotLight, as_light, light_from_homogeneous
+from pvphong.filter import PhongFilter
+from pvphong.lights import DirectionalLight, Light, PointLight, SpotLight, as_light, light_from_homogeneous
 from pvphong.material import Material
+from pvphong.mesh import plan
+from pvphong.normals import implicit_normals, plane_normal
+from pvphong.planning import Plan
+from pvphong.projection import frustum, look_at, ortho, perspective, project
 from pvphong.scene import LightModel, Scene
 from pvphong.shading import Shading
-from pvphong.transform import normal_matrix, transform_normals, transform_points, transform_vectors
+from pvphong.surface import face_normals, vertex_normals
+from pvphong.transform import (
+    SingularMatrixWarning,
+    normal_matrix,
+    transform_normals,
+    transform_points,
+    transform_vectors,
+)
 from pvphong.viewer import Viewer
 
 __all__ = [
+    "Decision",
+    "Diagnosis",
     "DirectionalLight",
+    "Light",
     "LightModel",
     "Material",
+    "PhongFilter",
+    "Plan",
     "PointLight",
     "Scene",
     "Shading",
+    "SingularMatrixWarning",
     "SpotLight",
     "Viewer",
     "as_light",
+    "diagnose",
     "evaluate",
+    "face_normals",
+    "frustum",
+    "implicit_normals",
     "light_from_homogeneous",
+    "look_at",
     "normal_matrix",
+    "ortho",
+    "perspective",
+    "plan",
+    "plane_normal",
+    "project",
     "transform_normals",
     "transform_points",
     "transform_vectors",
+    "vertex_normals",
 ]

@@ -12,7 +12,8 @@ import pyvista as pv
 from pvphong._types import Backend, FloatArray, MatrixLike, Precision, Weighting
 from pvphong.diagnosis import Diagnosis, diagnose
 from pvphong.material import Material
-from pvphong.mesh import map_blocks, point_normals, shade_mesh
+from pvphong.mesh import map_blocks, plan, point_normals, shade_mesh
+from pvphong.planning import Plan
 from pvphong.scene import Scene
 from pvphong.surface import surface
 from pvphong.transform import transform_normals
@@ -124,6 +125,12 @@ class MeshPhong:
         """
         normals = point_normals(surface(self._mesh), weighting)
         return normals if matrix is None else transform_normals(normals, matrix)
+
+    def plan(
+        self, scene: Scene, material: Material = _DULL, *, matrix: MatrixLike | None = None, tolerance: float = 0.0
+    ) -> Plan:
+        """Which effects `shade` will run, which it leaves out, and why; see `pvphong.plan`."""
+        return plan(self._mesh, scene, material, matrix=matrix, tolerance=tolerance)
 
     def diagnose(self, *, matrix: MatrixLike | None = None) -> Diagnosis:
         """What in the mesh, or in a model matrix for it, will not light as it should; see `pvphong.diagnose`."""

@@ -12,7 +12,7 @@ from pvphong import _check, normals
 from pvphong._cells import invalid_cells, refuse_misfits
 from pvphong._faces import Faces
 from pvphong._types import Float64Array, FloatArray, IntArray, MatrixLike
-from pvphong.diagnosis_checks import check_edges, check_faces, check_matrix, duplicates, offset_to_origin
+from pvphong.diagnosis_checks import check_edges, check_faces, check_matrix, duplicates, finite_rows, offset_to_origin
 from pvphong.diagnosis_report import Diagnosis, Finding
 from pvphong.surface import has_faces, outer, unchecked_polygons
 
@@ -102,7 +102,7 @@ def _of_faces(points: FloatArray, faces: Faces, numbers: IntArray) -> dict[str, 
 def _of_points(points: FloatArray, faces: Faces, stored: NDArray[Any] | None) -> dict[str, Any]:
     used = np.zeros(len(points), dtype=bool)
     used[faces.connectivity] = True
-    finite = np.isfinite(points).all(axis=1)
+    finite = finite_rows(points)
     computed = normals.point_normals(points, faces.connectivity, faces.offsets)
     return {
         "non_finite_points": np.flatnonzero(~finite),
@@ -119,6 +119,6 @@ def _of_normals(computed: Float64Array, stored: NDArray[Any]) -> dict[str, IntAr
         along = np.einsum("ij,ij->i", computed[: len(stored)], stored.astype(np.float64))
     return {
         "zero_normals": np.flatnonzero(~stored.any(axis=1)),
-        "non_finite_normals": np.flatnonzero(~np.isfinite(stored).all(axis=1)),
+        "non_finite_normals": np.flatnonzero(~finite_rows(stored)),
         "opposed_normals": np.flatnonzero(along < 0),
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +69,7 @@ class _Blur:
 
 def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
     """Look at every face by itself; those with a point that is not finite are passed over."""
-    finite = np.isfinite(points).all(axis=1)
+    finite = finite_rows(points)
     blur = _blur(points, finite, faces.count)
     small = np.flatnonzero(np.diff(faces.offsets) < 3)
     degenerate, far, thin, folded = [small], [], [], [small]
@@ -94,8 +95,14 @@ def _blur(points: FloatArray, finite: BoolArray, n_faces: int) -> _Blur:
     low, high = bounds(wide[finite])
     with np.errstate(all="ignore"):
         middle, size = low / 2 + high / 2, math.hypot(*(high - low))
-        centred = np.abs(wide - middle).max(axis=1)
-    return _Blur(step, np.abs(wide).max(axis=1), centred, size / math.sqrt(max(n_faces, 1)))
+        here, centred = np.abs(wide).max(axis=1), np.abs(wide - middle).max(axis=1)
+    return _Blur(step, here, centred, size / math.sqrt(max(n_faces, 1)))
+
+
+def finite_rows(points: NDArray[Any]) -> BoolArray:
+    """Which rows have no NaN and no infinity."""
+    rows: BoolArray = np.isfinite(points).all(axis=1)
+    return rows
 
 
 def bounds(points: FloatArray) -> tuple[Float64Array, Float64Array]:
@@ -107,8 +114,9 @@ def bounds(points: FloatArray) -> tuple[Float64Array, Float64Array]:
 
 def offset_to_origin(points: FloatArray) -> Vector:
     """The middle of the finite points, as few digits as keep it within a tenth of the mesh's size."""
-    low, high = bounds(points[np.isfinite(points).all(axis=1)])
-    middle, size = low / 2 + high / 2, float((high - low).max())
+    low, high = bounds(points[finite_rows(points)])
+    with np.errstate(over="ignore"):
+        middle, size = low / 2 + high / 2, float((high - low).max())
     if 0 < size < math.inf:
         digits = math.ceil(1 - math.log10(size))
         middle = np.array([round(value, digits) for value in middle.tolist()])
@@ -159,7 +167,7 @@ def _ends(undirected: NDArray[np.int64], faces: Faces) -> IntArray:
 
 def duplicates(points: FloatArray) -> IntArray:
     """Finite points that lie exactly where a point with a lower index lies, in rising order."""
-    finite = np.flatnonzero(np.isfinite(points).all(axis=1))
+    finite = np.flatnonzero(finite_rows(points))
     order = finite[np.lexsort(points[finite].T)]  # stable: equal points stay in the order of their indices
     same = (points[order[1:]] == points[order[:-1]]).all(axis=1)
     return np.sort(order[1:][same])

@@ -40,12 +40,12 @@ def _note(where: Where, meaning: str, remedy: str) -> Kind:
 KINDS: dict[str, Kind] = {
     "invalid_cells": _spoils(
         "cells",
-        "refer to points that do not exist, or have too few for their type",
+        "with an index that no point has, or with too few points for their type",
         "Repair the file or the code that made them: VTK would crash, so pvphong refuses the mesh.",
     ),
     "nothing_to_light": _spoils(
         "mesh",
-        "no faces and no point normals",
+        "has no faces and no point normals",
         "Give it faces, or set mesh.point_data.active_normals.",
     ),
     "non_finite_points": _spoils(
@@ -105,7 +105,7 @@ KINDS: dict[str, Kind] = {
     ),
     "duplicate_points": _note(
         "points",
-        "in the place of another: a seam, over which computed normals are not smooth",
+        "in the place of an earlier one: a seam, over which computed normals are not smooth",
         "Merge them if no seam is meant: mesh.clean().",
     ),
     "unused_points": _note(

@@ -140,7 +140,7 @@ class Diagnosis:
     def _finding(self, name: str) -> Finding:
         kind, value = KINDS[name], getattr(self, name)
         count = int(value) if isinstance(value, bool) else len(value)
-        first = () if isinstance(value, bool) else tuple(value[:_SHOWN].tolist())
+        first = () if isinstance(value, bool) else tuple(_plain(index) for index in value[:_SHOWN].tolist())
         spoils = kind.spoils and not (name == "unlit_points" and self.stored_normals)
         remedy = kind.remedy
         if name == "far_faces" and self.offset is not None:
@@ -152,19 +152,19 @@ class Diagnosis:
         from rich.table import Table
 
         table = Table(title=self._summary())
-        for heading in ("", "finding", "count", "what", "first", "remedy"):
-            table.add_column(heading, justify="right" if heading == "count" else "left")
+        for heading in ("", "finding", "what", "first", "remedy"):
+            table.add_column(heading)
         for finding in self.findings:
             kind = "[red]spoils[/red]" if finding.spoils else "note"
-            what = f"{finding.where} {finding.meaning}"
-            table.add_row(kind, finding.name, str(finding.count), what, _listed(finding), finding.remedy)
+            what = f"{_named(finding)} {finding.meaning}"
+            table.add_row(kind, finding.name, what, _listed(finding), finding.remedy)
         return table
 
     def __str__(self) -> str:
         lines = [self._summary()]
         for finding in self.findings:
             kind = "spoils" if finding.spoils else "note"
-            lines.append(f"  {kind}: {finding.count} {finding.where} {finding.meaning} ({finding.name})")
+            lines.append(f"  {kind}: {_named(finding)} {finding.meaning} ({finding.name})")
             if finding.first:
                 lines.append(f"    {_listed(finding)}")
             lines.append(f"    {finding.remedy}")
@@ -208,6 +208,17 @@ class Diagnosis:
             mesh.cell_data["diagnosis"] = at_faces[numbers]
             mesh.cell_data["face"] = numbers
         return mesh
+
+
+def _plain(index: int | list[int]) -> int | tuple[int, ...]:
+    return index if isinstance(index, int) else tuple(index)
+
+
+def _named(finding: Finding) -> str:
+    """What has the fault: the mesh, the matrix, 1 face, 2 faces."""
+    if finding.where in ("mesh", "matrix"):
+        return f"the {finding.where}"
+    return f"{finding.count} {finding.where if finding.count > 1 else finding.where[:-1]}"
 
 
 def _listed(finding: Finding) -> str:

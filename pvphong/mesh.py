@@ -13,6 +13,7 @@ from pvphong import _check
 from pvphong._types import FloatArray, MatrixLike, Weighting
 from pvphong.evaluation import evaluate
 from pvphong.material import Material
+from pvphong.planning import Plan, check_scene_and_material, make_plan
 from pvphong.scene import Scene
 from pvphong.surface import surface, vertex_normals
 
@@ -64,9 +65,10 @@ def shade_mesh(
     if not isinstance(name, str) or not name:
         _check.refuse("name", name, "a string that is not empty")
     source, shades = _surface_and_albedo(mesh, albedo)
+    normals = _normals_that_are_read(source, scene, material, matrix)
     shading = evaluate(
         source.points,
-        point_normals(source),
+        normals,
         scene,
         material,
         matrix=matrix,
@@ -75,14 +77,61 @@ def shade_mesh(
         **how,
     )
     lit = source.copy()
-    if components:
+    if shading.per_light is not None:
         for part in ("ambient", "diffuse", "specular", "emission", "base"):
             lit.point_data[f"{name}_{part}"] = getattr(shading, part)
-        for label, share in zip(light_labels(scene), shading.per_light or (), strict=True):
+        for label, share in zip(light_labels(scene), shading.per_light, strict=True):
             lit.point_data[f"{name}_light_{label}"] = share
     lit.point_data[name] = shading.rgb
     lit.set_active_scalars(name, preference="point")
     return lit
+
+
+def plan(
+    mesh_or_points: Any,
+    scene: Scene,
+    material: Material,
+    *,
+    matrix: MatrixLike | None = None,
+    tolerance: float = 0.0,
+) -> Plan:
+    """Which effects will run for a scene, which are left out, and why.
+
+    What adds nothing is left out exactly. Within `tolerance`, far lights are taken as directional, a far
+    viewer as infinitely far, nearly even attenuation and spot falloff as constant, and lights and highlights
+    too weak to be seen are left out; each by a bound that is computed before anything runs.
+
+    Parameters
+    ----------
+    mesh_or_points : pyvista.DataSet or array_like
+        A mesh, or points of shape (n, 3). Of a mesh the normals are known too, and may rule out highlights.
+    scene : Scene
+        Lights, viewer and light model.
+    material : Material
+        The surface's reflectances.
+    matrix : array_like, optional
+        (4, 4) model matrix.
+    tolerance : float, default 0
+        Largest absolute colour error that may be taken; 1/255 is one step of a display.
+
+    Returns
+    -------
+    Plan
+        `.effects`, `.needs`, `.view_dependent`, `.error_bound`, `.explain()`.
+
+    Raises
+    ------
+    ValueError
+        If an argument has the wrong shape, type or range; the message names it.
+    """
+    check_scene_and_material(scene, material)
+    tolerance = _check.number("tolerance", tolerance, at_least=0.0)
+    if not isinstance(mesh_or_points, pv.DataSet):
+        points = _check.array("mesh_or_points", mesh_or_points)
+        return make_plan(points, None, scene, material, matrix, tolerance)
+    source = surface(mesh_or_points)
+    normals = point_normals(source) if tolerance else None  # an exact plan does not ask for them
+    return make_plan(_check.array("points", source.points), normals, scene, material, matrix, tolerance)
 
 
 def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None) -> FloatArray:
@@ -95,6 +144,17 @@ def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None) -> Floa
         active: FloatArray | None = mesh.point_data.active_normals
         return vertex_normals(mesh) if active is None else np.asarray(active)
     return vertex_normals(mesh, weighting)
+
+
+def _normals_that_are_read(
+    source: pv.PolyData, scene: Scene, material: Material, matrix: MatrixLike | None
+) -> FloatArray:
+    """The point normals, or zeros where nothing depends on them: computing normals can cost more than lighting."""
+    check_scene_and_material(scene, material)
+    points = _check.array("points", source.points)
+    if "normals" in make_plan(points, None, scene, material, matrix, 0.0).needs:
+        return point_normals(source)
+    return np.broadcast_to(np.zeros(3, np.float32), points.shape)
 
 
 def light_labels(scene: Scene) -> list[str]:

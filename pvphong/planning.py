@@ -10,7 +10,7 @@ from typing import Any
 
 from pvphong import _check
 from pvphong._types import FloatArray, MatrixLike
-from pvphong.effects import EFFECTS, Decision, Draft, Extent
+from pvphong.effects import EFFECTS, Decision, Draft, Extent, Note
 from pvphong.equation import Equation, assemble
 from pvphong.material import Material
 from pvphong.scene import Scene
@@ -79,6 +79,11 @@ def make_plan(
         labels=_labels(scene),
         extent=Extent(points, normals, matrix),
         tolerance=tolerance,
+        notes=tuple(
+            Note("lights", label, "switched off")
+            for label, light in zip(_labels(scene), scene.world_lights, strict=True)
+            if not light.on
+        ),
     )
     draft = reduce(lambda so_far, effect: effect.simplify(so_far), EFFECTS, draft)
     equation = draft.equation
@@ -90,48 +95,6 @@ def make_plan(
         error_bound=draft.error_bound,
         equation=equation,
     )
-
-
-def plan(
-    mesh_or_points: Any,
-    scene: Scene,
-    material: Material,
-    *,
-    matrix: MatrixLike | None = None,
-    tolerance: float = 0.0,
-) -> Plan:
-    """Which effects will run for a scene, which are left out, and why.
-
-    What adds nothing is left out exactly. Within `tolerance`, far lights are taken as directional, a far
-    viewer as infinitely far, nearly even attenuation and spot falloff as constant, and lights and highlights
-    too weak to be seen are left out; each by a bound that is computed before anything runs.
-
-    Parameters
-    ----------
-    mesh_or_points : pyvista.DataSet or array_like
-        A mesh, or its points, shape (n, 3).
-    scene : Scene
-        Lights, viewer and light model.
-    material : Material
-        The surface's reflectances.
-    matrix : array_like, optional
-        (4, 4) model matrix.
-    tolerance : float, default 0
-        Largest absolute colour error that may be taken; 1/255 is one step of a display.
-
-    Returns
-    -------
-    Plan
-        `.effects`, `.needs`, `.view_dependent`, `.error_bound`, `.explain()`.
-
-    Raises
-    ------
-    ValueError
-        If an argument has the wrong shape, type or range; the message names it.
-    """
-    points = _check.array("points", getattr(mesh_or_points, "points", mesh_or_points))
-    check_scene_and_material(scene, material)
-    return make_plan(points, None, scene, material, matrix, _check.number("tolerance", tolerance, at_least=0.0))
 
 
 def check_scene_and_material(scene: Any, material: Any) -> None:

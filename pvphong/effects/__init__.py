@@ -6,7 +6,7 @@ A new effect is its own file beside these and one entry in `EFFECTS`.
 from __future__ import annotations
 
 from pvphong.effects import attenuation, cone, light, position
-from pvphong.effects._draft import Decision, Draft, Effect, Extent
+from pvphong.effects._draft import Decision, Draft, Effect, Extent, Note
 from pvphong.effects.reflection import DIFFUSE, SPECULAR
 from pvphong.effects.surface import AMBIENT, EMISSION, NORMAL_TRANSFORM
 from pvphong.effects.viewer import LOCAL_VIEWER, TWO_SIDED
@@ -25,4 +25,4 @@ EFFECTS: tuple[Effect, ...] = (
     NORMAL_TRANSFORM,
 )
 
-__all__ = ["EFFECTS", "Decision", "Draft", "Effect", "Extent"]
+__all__ = ["EFFECTS", "Decision", "Draft", "Effect", "Extent", "Note"]

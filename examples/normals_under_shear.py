@@ -1,0 +1,51 @@
+"""Why normals go through the inverse-transpose: a sheared sphere, lit with right and with wrong normals.
+
+A normal is not an arrow that moves along with the surface; it is what stays perpendicular to it. Points
+transform by M, normals by the transpose of M's inverse. Left: the inverse-transpose. Right: M itself. The
+light comes from the top left; on the right it seems to come from elsewhere, and the normals lean over.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyvista as pv
+
+import pvphong as ph
+
+folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
+
+shear = np.array([[1, 1.6, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])  # x grows with y
+scene = ph.Scene(
+    lights=[ph.DirectionalLight(direction=(1, -1.2, -1), intensity=0.9)],
+    viewer=ph.Viewer(position=(0, 0, 6), parallel=True, parallel_scale=0.85),
+)
+clay = ph.Material(diffuse=(0.85, 0.5, 0.35), specular=0.5, shininess=25)
+
+sphere = pv.Sphere(theta_resolution=90, phi_resolution=91)
+normals = np.asarray(sphere.point_normals)
+right = ph.transform_normals(normals, shear)
+wrong = ph.transform_vectors(normals, shear)
+wrong /= np.linalg.norm(wrong, axis=1, keepdims=True)
+angles = np.degrees(np.arccos(np.clip((right * wrong).sum(axis=1), -1, 1)))
+print(f"transformed by M itself the normals are off by up to {angles.max():.0f}°, {angles.mean():.0f}° on average")
+
+outline = np.flatnonzero(np.abs(sphere.points[:, 2]) < 1e-6)[::3]
+plotter = pv.Plotter(shape=(1, 2), off_screen=True, window_size=(1200, 620), border=False)
+for pane, (title, turned) in enumerate({"inverse-transpose of M": right, "M itself: wrong": wrong}.items()):
+    mesh = sphere.copy()
+    mesh.points = ph.transform_points(sphere.points, shear)
+    mesh.point_data.active_normals = turned
+    plotter.subplot(0, pane)
+    plotter.set_background("white")
+    plotter.add_mesh(mesh.phong.shade(scene, clay), scalars="phong", rgb=True, lighting=False)
+    plotter.add_arrows(mesh.points[outline], turned[outline], mag=0.2, color="#30343c", lighting=False)
+    plotter.add_text(title, position="upper_edge", font_size=14, color="black")
+    plotter.camera_position = [scene.viewer.position, scene.viewer.focal_point, scene.viewer.up]
+    plotter.camera.parallel_projection = True
+    plotter.camera.parallel_scale = scene.viewer.parallel_scale
+plotter.enable_anti_aliasing("ssaa")
+
+picture = folder / "normals_under_shear.png"
+plotter.screenshot(picture)
+print(f"wrote {picture}")
