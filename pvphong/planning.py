@@ -59,10 +59,9 @@ class Plan:
             table.add_row(effect.name, "on" if choice.on else "off", choice.why, reads, bound)
         text = io.StringIO()
         Console(file=text, width=100, color_system=None).print(table)
-        depends = "and the viewer" if self.view_dependent else "not on the viewer"
-        return f"{text.getvalue()}reads: {', '.join(sorted(self.needs)) or 'nothing'}; depends {depends}\n".replace(
-            "depends and", "depends on the scene and"
-        )
+        depends = "change" if self.view_dependent else "do not change"
+        reads = ", ".join(sorted(self.needs)) or "nothing"
+        return f"{text.getvalue()}It reads {reads}; the colours {depends} when the viewer moves.\n"
 
 
 def make_plan(

@@ -1,0 +1,246 @@
+"""The plan: each effect is on where a scene calls for it, off where it does not, and leaving it out costs nothing."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong import reference
+from pvphong.effects import EFFECTS
+from pvphong.equation import assemble
+from pvphong.shading import Shading
+
+SHINY = ph.Material(diffuse=(0.5, 0.6, 0.7), specular=0.5, shininess=20)
+DULL = ph.Material(diffuse=(0.5, 0.6, 0.7))
+SUN = ph.DirectionalLight(direction=(-1, -1, -2), name="sun")
+LAMP = ph.PointLight(position=(0, 0, 3), name="lamp")
+SPOT = ph.SpotLight(position=(0, 0, 3), cone_angle=15, exponent=2, name="spot")
+EYE = ph.Viewer(position=(0, -4, 3))
+
+
+def scene(*lights, **light_model):
+    return ph.Scene(lights=lights, viewer=EYE, light_model=ph.LightModel(**light_model))
+
+
+@pytest.fixture(scope="module")
+def mesh():
+    return pv.Sphere()  # radius 0.5 around the origin
+
+
+def shear():
+    matrix = np.eye(4)
+    matrix[0, 1] = 0.5
+    return matrix
+
+
+ON_AND_OFF = {
+    # effect: (a call that turns it on, one that turns it off, what the reason for off says)
+    "emission": ((scene(SUN), replace(DULL, emission=0.1)), (scene(SUN), DULL), "black emission"),
+    "ambient": ((scene(SUN), DULL), (scene(SUN, ambient=0.0), DULL), "black ambient"),
+    "lights": ((scene(SUN), DULL), (scene(replace(SUN, on=False)), DULL), "sun: switched off"),
+    "lights/black": ((scene(SUN), DULL), (scene(replace(SUN, diffuse=0.0)), DULL), "sun: adds black"),
+    "lights/intensity": ((scene(SUN), DULL), (scene(replace(SUN, intensity=0)), DULL), "adds black"),
+    "lights/material": ((scene(SUN), DULL), (scene(SUN), replace(DULL, diffuse=0.0)), "adds black"),
+    "lights/outside": (
+        (scene(SPOT), DULL),
+        (scene(replace(SPOT, direction=(0, 0, 1))), DULL),
+        # The box's diagonal is √3, so its sphere is seen within asin(√¾ / 3) = 16.8°: 180 − 16.8 − 15.
+        "spot: mesh lies outside the cone by 148°",
+    ),
+    "cone": ((scene(SPOT), DULL), (scene(replace(SPOT, cone_angle=40, exponent=0)), DULL), "mesh lies inside the cone"),
+    "cone/none": ((scene(SPOT), DULL), (scene(LAMP), DULL), "no spot light"),
+    "specular": ((scene(SUN), SHINY), (scene(SUN), DULL), "black specular colour"),
+    "specular/light": ((scene(SUN), SHINY), (scene(replace(SUN, specular=0.0)), SHINY), "black specular colour"),
+    "specular/product": (
+        (scene(SUN), SHINY),
+        (scene(replace(SUN, specular="red")), replace(SHINY, specular=(0.0, 1.0, 0.0))),
+        "black specular colour",
+    ),
+    "attenuation": (
+        (scene(replace(LAMP, attenuation=(1, 0.1, 0))), DULL),
+        (scene(replace(LAMP, attenuation=(4, 0, 0))), DULL),
+        r"lamp: constant, 0\.25",
+    ),
+    "attenuation/one": ((scene(replace(LAMP, attenuation=(1, 0, 1))), DULL), (scene(LAMP), DULL), "no light weakens"),
+    "position": ((scene(LAMP), DULL), (scene(SUN), DULL), "every light is directional"),
+    "local viewer": ((scene(LAMP), SHINY), (scene(LAMP), DULL), "no highlight is left"),
+    "local viewer/infinite": ((scene(LAMP), SHINY), (scene(LAMP, local_viewer=False), SHINY), "at infinity"),
+    "diffuse": ((scene(SUN), SHINY), (scene(SUN), replace(SHINY, diffuse=0.0)), "black diffuse colour"),
+    "two-sided": ((scene(SUN, two_sided=True), DULL), (scene(SUN), DULL), "one-sided"),
+    "two-sided/unlit": (
+        (scene(SUN, two_sided=True), DULL),
+        (scene(replace(SUN, on=False), two_sided=True), DULL),
+        "nothing depends on the normal",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", ON_AND_OFF)
+def test_each_effect_has_a_scene_that_turns_it_on_and_one_that_turns_it_off(case, mesh):
+    effect = case.split("/")[0]
+    on, off, reason = ON_AND_OFF[case]
+    assert ph.plan(mesh, *on).effects[effect].on
+    decision = ph.plan(mesh, *off).effects[effect]
+    assert not decision.on
+    assert re.search(reason, decision.why), decision.why
+    assert decision.bound == 0.0
+
+
+@pytest.mark.parametrize(
+    ("matrix", "on", "why"),
+    [
+        (None, False, "no matrix"),
+        (np.eye(4), False, "identity"),
+        (np.diag([1.0, 1.0, 1.0, 1.0]) + np.outer([1, 2, 3, 0], [0, 0, 0, 1]), False, "a translation"),
+        (np.diag([3.0, 3.0, 3.0, 1.0]), False, "a uniform scale"),
+        (np.diag([-3.0, -3.0, -3.0, 1.0]), True, "similar"),
+        (np.array([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]]), True, "rigid"),
+        (shear(), True, "general"),
+    ],
+)
+def test_normals_are_transformed_by_the_class_of_the_matrix(mesh, matrix, on, why):
+    decision = ph.plan(mesh, scene(SUN), DULL, matrix=matrix).effects["normal transform"]
+    assert decision.on is on
+    assert why in decision.why
+
+
+def run(equation, mesh, precision=np.float64):
+    result = Shading(np.empty((mesh.n_points, 3), precision))
+    normals = np.asarray(mesh.point_data.active_normals)
+    reference.shade(np.asarray(mesh.points), normals, equation, None, result)
+    return result.rgb
+
+
+@pytest.mark.parametrize("case", ON_AND_OFF)
+@pytest.mark.parametrize("matrix", [None, np.eye(4), np.diag([2.0, 2.0, 2.0, 1.0]), shear()], ids=str)
+def test_what_is_left_out_exactly_changes_nothing_beyond_rounding(case, matrix, mesh):
+    for some_scene, material in ON_AND_OFF[case][:2]:
+        planned = ph.plan(mesh, some_scene, material, matrix=matrix)
+        whole = run(assemble(some_scene, material, matrix), mesh)
+        np.testing.assert_allclose(run(planned.equation, mesh), whole, rtol=0, atol=8 * 2.0**-53)
+        assert planned.error_bound == 0.0
+
+
+def test_the_order_is_that_of_running_and_every_effect_is_decided(mesh):
+    plan = ph.plan(mesh, scene(SUN, SPOT), SHINY)
+    assert list(plan.effects) == [effect.name for effect in EFFECTS]
+
+
+@pytest.mark.parametrize(
+    ("some_scene", "material", "needs", "view_dependent"),
+    [
+        (scene(), DULL, set(), False),
+        (scene(SUN), DULL, {"normals"}, False),
+        (scene(LAMP), DULL, {"normals", "points"}, False),
+        (scene(SUN), SHINY, {"normals", "points", "viewer"}, True),
+        (scene(SUN, local_viewer=False), SHINY, {"normals", "viewer"}, True),
+        (scene(SUN, two_sided=True), DULL, {"normals", "points", "viewer"}, True),
+        (scene(replace(SUN, frame="headlight")), DULL, {"normals"}, True),
+        (scene(replace(SUN, frame="camera")), DULL, {"normals"}, True),
+        (scene(replace(SUN, frame="camera", on=False), LAMP), DULL, {"normals", "points"}, False),
+    ],
+)
+def test_a_plan_says_what_is_read_and_whether_the_view_matters(mesh, some_scene, material, needs, view_dependent):
+    plan = ph.plan(mesh, some_scene, material)
+    assert plan.needs == needs
+    assert plan.view_dependent is view_dependent
+
+
+def test_what_is_not_needed_is_not_read():
+    nothing = np.full((5, 3), np.nan)
+    normals = np.tile([0.0, 0.6, 0.8], (5, 1))
+    lit = ph.evaluate(nothing, normals, scene(SUN), DULL, precision="float64").rgb
+    np.testing.assert_array_equal(
+        lit, ph.evaluate(np.zeros((5, 3)), normals, scene(SUN), DULL, precision="float64").rgb
+    )
+
+
+FAR = [
+    (scene(ph.PointLight(position=(0, 0, 1e5), name="far")), SHINY, "position", "far: far away"),
+    (scene(ph.PointLight(position=(0, 0, 3), intensity=1e-4, name="weak")), SHINY, "lights", "weak: too weak"),
+    (scene(ph.PointLight(position=(0, 0, 1e3), attenuation=(0, 1e-3, 0))), DULL, "attenuation", "even over the mesh"),
+    (scene(ph.SpotLight(position=(0, 0, 1e3), cone_angle=10, exponent=3)), DULL, "cone", "even to"),
+    (replace(scene(SUN), viewer=ph.Viewer(position=(0, -1e5, 0))), SHINY, "local viewer", "far away"),
+    (scene(replace(SUN, specular=1e-4)), SHINY, "specular", "at most"),
+]
+
+
+@pytest.mark.parametrize(("some_scene", "material", "effect", "why"), FAR)
+def test_within_a_tolerance_what_hardly_matters_is_left_out_and_the_promise_kept(
+    mesh, some_scene, material, effect, why
+):
+    tolerance = 1 / 255
+    assert ph.plan(mesh, some_scene, material).effects[effect].on
+    plan = ph.plan(mesh, some_scene, material, tolerance=tolerance)
+    decision = plan.effects[effect]
+    assert not decision.on
+    assert why in decision.why
+    assert 0.0 < decision.bound <= plan.error_bound <= tolerance
+    error = np.abs(run(plan.equation, mesh) - run(assemble(some_scene, material, None), mesh)).max()
+    assert 0.0 < error <= plan.error_bound
+
+
+def test_highlights_that_cannot_reach_a_flat_mesh_are_left_out():
+    ground = pv.Plane(direction=(0, 0, 1)).compute_normals()
+    grazing = ph.Scene(
+        lights=[ph.DirectionalLight(direction=(-1, 0, -0.2))],
+        viewer=ph.Viewer(position=(5, 0, 20)),
+        light_model=ph.LightModel(reflection="blinn-phong"),
+    )
+    plan = ph.plan(ground, grazing, replace(SHINY, shininess=100), tolerance=1 / 255)
+    assert not plan.effects["specular"].on
+    assert plan.needs == {"normals"}
+
+
+def test_several_approximations_add_up_to_at_most_the_tolerance(mesh):
+    many = scene(*(ph.PointLight(position=(k, 0, 2e3), attenuation=(1, 1e-4, 0)) for k in range(9)))
+    plan = ph.plan(mesh, many, SHINY, tolerance=0.02)
+    assert sum(decision.bound for decision in plan.effects.values()) <= plan.error_bound * (1 + 1e-12) <= 0.02
+    assert plan.error_bound > 0.002
+
+
+def test_no_approximation_is_taken_where_a_point_is_not_finite(mesh):
+    broken = mesh.copy()
+    broken.points[7] = np.nan
+    plan = ph.plan(broken, FAR[0][0], SHINY, tolerance=1 / 255)
+    assert plan.effects["position"].on
+    assert plan.error_bound == 0.0
+
+
+def test_the_values_of_lights_are_no_part_of_which_effects_run(mesh):
+    before = ph.plan(mesh, scene(LAMP), SHINY)
+    after = ph.plan(mesh, scene(replace(LAMP, position=(1, 2, 3), diffuse="orange", intensity=0.3)), SHINY)
+    assert {name: d.on for name, d in before.effects.items()} == {name: d.on for name, d in after.effects.items()}
+
+
+def test_explain_is_a_table_for_people(mesh):
+    text = mesh.phong.plan(scene(SUN, replace(SPOT, direction=(0, 0, 1))), DULL).explain()
+    for part in (
+        "specular",
+        "off",
+        "black specular colour",
+        "outside the cone by",
+        "It reads normals",
+        "do not change",
+    ):
+        assert part in text
+    assert "depends" not in text.splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "options", "message"),
+    [
+        (([1, 2, 3], scene(), DULL), {}, "mesh_or_points must be an"),
+        ((np.zeros((2, 3)), "dark", DULL), {}, "scene must be a Scene"),
+        ((np.zeros((2, 3)), scene(), "gold"), {}, "material must be a Material"),
+        ((np.zeros((2, 3)), scene(), DULL), {"tolerance": -1}, "tolerance must be a finite number >= 0"),
+    ],
+)
+def test_bad_arguments(arguments, options, message):
+    with pytest.raises(ValueError, match=message):
+        ph.plan(*arguments, **options)
