@@ -18,16 +18,16 @@ folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
 
 def trefoil_knot() -> pv.PolyData:
     """A tube along a closed curve, a few ten thousand points."""
-    t = np.linspace(0, 2 * np.pi, 600)
+    t = np.pi / 6 + np.linspace(0, 2 * np.pi, 600)  # the seam lies under a crossing
     curve = np.column_stack([np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t)])
     return pv.Spline(curve, 600).tube(radius=0.55, n_sides=60, capping=False)
 
 
 scene = ph.Scene(
     lights=[
-        ph.DirectionalLight(direction=(1, -1, -1), intensity=0.8, name="key"),
-        ph.PointLight(position=(6, -1, 2), attenuation=(0.6, 0, 0.02), name="fill"),
-        ph.SpotLight(position=(-3, 4, -7), direction=(3, -4, 7), cone_angle=40, intensity=2, name="rim"),
+        ph.DirectionalLight(direction=(1, -1, -1), intensity=0.6, name="sun"),
+        ph.PointLight(position=(6, -1, 2), attenuation=(1, 0, 0.02), name="bulb"),
+        ph.SpotLight(position=(-3, -7, 5), direction=(3, 6, -5), cone_angle=30, exponent=40, name="spot"),
     ],
     viewer=ph.Viewer(position=(0, 0, 14), focal_point=(0, 0, 0), up=(0, 1, 0)),
     light_model=ph.LightModel(ambient=0.15),
@@ -35,7 +35,7 @@ scene = ph.Scene(
 ivory = ph.Material(ambient=0.9, diffuse=(0.9, 0.87, 0.8), specular=0.4, shininess=30)
 
 lit = trefoil_knot().phong.shade(scene, ivory, components=True)  # the only evaluation
-share = {name: lit[f"phong_light_{name}"] for name in ("key", "fill", "rim")}
+share = {name: lit[f"phong_light_{name}"] for name in ("sun", "bulb", "spot")}
 
 
 def mix(**tints: float | tuple[float, float, float]) -> np.ndarray:
@@ -44,23 +44,23 @@ def mix(**tints: float | tuple[float, float, float]) -> np.ndarray:
     return np.clip(total, 0, 1)
 
 
-difference = abs(mix(key=1, fill=1, rim=1) - lit["phong"]).max()
+difference = abs(mix(sun=1, bulb=1, spot=1) - lit["phong"]).max()
 print(f"the lights' shares add up to the lit colour within {difference:.1e}")
 
 mixes = {
-    "key": mix(key=1),
-    "fill": mix(fill=1),
-    "rim": mix(rim=1),
-    "all three": mix(key=1, fill=1, rim=1),
-    "key at 20 %": mix(key=0.2, fill=1, rim=1),
-    "tinted": mix(key=(1.0, 0.55, 0.25), fill=(0.1, 0.5, 0.9), rim=(0.9, 0.2, 0.7)),
+    "sun": mix(sun=1),
+    "bulb": mix(bulb=1),
+    "spot": mix(spot=1),
+    "all three": mix(sun=1, bulb=1, spot=1),
+    "sun at 20 %": mix(sun=0.2, bulb=1, spot=1),
+    "tinted": mix(sun=(1.0, 0.55, 0.25), bulb=(0.1, 0.5, 0.9), spot=(0.9, 0.2, 0.7)),
 }
 plotter = pv.Plotter(shape=(2, 3), off_screen=True, window_size=(1200, 800), border=False)
 for pane, (title, colors) in enumerate(mixes.items()):
     plotter.subplot(*divmod(pane, 3))
     plotter.set_background("#20242c")
     plotter.add_mesh(lit.copy(), scalars=colors, rgb=True, lighting=False)
-    plotter.add_text(title, position="lower_left", font_size=11, color="white")
+    plotter.add_text(title, position=(12, 12), font_size=12, color="white")
     plotter.camera_position = [scene.viewer.position, scene.viewer.focal_point, scene.viewer.up]
 plotter.enable_anti_aliasing("ssaa")
 

@@ -32,14 +32,14 @@ lit = mesh.phong.shade(scene, plastic)
 colors = lit["phong"]
 print(f"{len(colors)} colours, {colors.dtype}, from {colors.min(axis=0)} to {colors.max(axis=0)}")
 
-plotter = pv.Plotter(off_screen=True, window_size=(1000, 600))
-plotter.set_background("white", top="lightsteelblue")
+plotter = pv.Plotter(off_screen=True, window_size=(1000, 560))
+plotter.set_background("#dce6f2")
 plotter.add_mesh(lit, scalars="phong", rgb=True, lighting=False)  # VTK's own light is off: these are our colours
 plotter.camera.position = scene.viewer.position
 plotter.camera.focal_point = scene.viewer.focal_point
 plotter.camera.up = scene.viewer.up
 plotter.camera.view_angle = scene.viewer.view_angle
-plotter.camera.zoom(1.2)  # a narrower picture; nothing moves
+plotter.camera.zoom(1.5)  # a narrower picture; nothing moves
 plotter.enable_anti_aliasing("ssaa")
 
 picture = folder / "lit_airplane.png"

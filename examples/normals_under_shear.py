@@ -15,12 +15,12 @@ import pvphong as ph
 
 folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
 
-shear = np.array([[1, 1.6, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])  # x grows with y
+shear = np.array([[1, 1.2, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])  # x grows with y
 scene = ph.Scene(
     lights=[ph.DirectionalLight(direction=(1, -1.2, -1), intensity=0.9)],
-    viewer=ph.Viewer(position=(0, 0, 6), parallel=True, parallel_scale=0.85),
+    viewer=ph.Viewer(position=(0, 0, 6), parallel=True, parallel_scale=0.95),
 )
-clay = ph.Material(diffuse=(0.85, 0.5, 0.35), specular=0.5, shininess=25)
+clay = ph.Material(ambient=0.6, diffuse=(0.85, 0.5, 0.35), specular=0.5, shininess=25)
 
 sphere = pv.Sphere(theta_resolution=90, phi_resolution=91)
 normals = np.asarray(sphere.point_normals)
@@ -31,7 +31,7 @@ angles = np.degrees(np.arccos(np.clip((right * wrong).sum(axis=1), -1, 1)))
 print(f"transformed by M itself the normals are off by up to {angles.max():.0f}°, {angles.mean():.0f}° on average")
 
 outline = np.flatnonzero(np.abs(sphere.points[:, 2]) < 1e-6)[::3]
-plotter = pv.Plotter(shape=(1, 2), off_screen=True, window_size=(1200, 620), border=False)
+plotter = pv.Plotter(shape=(1, 2), off_screen=True, window_size=(1200, 560), border=False)
 for pane, (title, turned) in enumerate({"inverse-transpose of M": right, "M itself: wrong": wrong}.items()):
     mesh = sphere.copy()
     mesh.points = ph.transform_points(sphere.points, shear)

@@ -12,6 +12,7 @@ Float64Array = NDArray[np.float64]
 FloatArray = NDArray[np.floating[Any]]
 IntArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
+ByteArray = NDArray[np.uint8]
 
 Vector = tuple[float, float, float]
 """A point, a direction or a colour: three finite floats."""

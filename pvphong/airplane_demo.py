@@ -107,7 +107,7 @@ def _report(lit: pv.PolyData, seconds: float) -> str:
             "## Diagnosis of the mesh",
             "",
             "```text",
-            diagnose(lit).table(),
+            str(diagnose(lit)),
             "```",
             "",
         ]

@@ -41,7 +41,7 @@ def main(tokens: Sequence[str] | None = None) -> int:
     """Run the command line and give the exit status."""
     try:
         return app(tokens, exit_on_error=False, print_error=False, result_action="return_value") or 0
-    except (CycloptsError, ValueError) as error:
+    except (CycloptsError, ValueError, OSError) as error:
         print("error:", " ".join(str(error).split()), file=sys.stderr)
         return 2
     except KeyboardInterrupt:
@@ -56,8 +56,14 @@ class Look:
     ----------
     material
         A classic material such as "gold" or "red plastic"; a dull grey if not given.
-    ambient, diffuse, specular, emission
-        Reflectance, in place of the material's: a number, three numbers such as 1,0.5,0.2, or a colour's name.
+    ambient
+        Reflectance of ambient light, in place of the material's: a number, three as in 1,0.5,0.2, or a colour's name.
+    diffuse
+        Reflectance of scattered light, likewise.
+    specular
+        Reflectance of the highlight, likewise.
+    emission
+        Light that the surface gives off, likewise.
     shininess
         Exponent of the highlight, in place of the material's.
     """
@@ -98,6 +104,8 @@ def _color(text: str) -> ColorLike:
 Rig = Annotated[Path | None, Parameter(help="Lights, viewer and light model, as Scene.save writes them (JSON).")]
 LookOptions = Annotated[Look, Parameter(name="*")]
 _PLAIN = Look()
+_SIZE = (1024, 768)
+_OUTPUTS = (*dict.fromkeys(MESH_FORMATS + BLOCK_FORMATS), ".png")
 
 
 @app.command
@@ -121,16 +129,17 @@ def demo(*, folder: Path = Path("pvphong-demo")) -> None:
 @app.command
 def shade(
     mesh: str,
+    /,
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
     scene: Rig = None,
     look: LookOptions = _PLAIN,
     albedo: str | None = None,
     array: str = "phong",
-    components: Annotated[bool, Parameter(negative="")] = False,
+    components: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     precision: Precision = "float32",
     tolerance: float = 0.0,
-    size: tuple[int, int] = (1024, 768),
+    size: Annotated[tuple[int, int], Parameter(negative="", show_default="{} {}".format(*_SIZE))] = _SIZE,
     background: str = "white",
 ) -> None:
     """Light a mesh; write it with its colours, or write a picture of it.
@@ -159,25 +168,23 @@ def shade(
     background
         Colour of a picture's background.
     """
-    refuse_suffix(output, (*dict.fromkeys(MESH_FORMATS + BLOCK_FORMATS), ".png"))
-    material = look.to_material()
+    pictures.refuse_size(size)
+    refuse_suffix(output, "a mesh", _OUTPUTS)
+    how = {"albedo": albedo, "components": components, "precision": precision, "tolerance": tolerance}
     with _busy(f"Lighting {mesh}"):
-        lit, rig = _lit(
-            mesh, scene, material, name=array, albedo=albedo, components=components, precision=precision,
-            tolerance=tolerance,
-        )  # fmt: skip
+        lit, rig = _lit(mesh, scene, look.to_material(), size, name=array, **how)
         if output.suffix.lower() == ".png":
             image = pictures.draw(lit, rig.viewer, name=array, size=size, background=background)
             pictures.save_picture(image, output)
+            if (image == image[0, 0]).all():
+                print("note: the scene's viewer sees nothing of the mesh.", file=sys.stderr)
         else:
             save_lit(lit, output, array)
-    if output.suffix.lower() == ".png" and (image == image[0, 0]).all():
-        print("note: nothing but background is seen from the scene's viewer.", file=sys.stderr)
     print(output)
 
 
 @app.command
-def view(mesh: str, *, scene: Rig = None, look: LookOptions = _PLAIN) -> None:
+def view(mesh: str, /, *, scene: Rig = None, look: LookOptions = _PLAIN) -> None:
     """Show a lit mesh in a window; its colours are those of the first view.
 
     Parameters
@@ -185,12 +192,12 @@ def view(mesh: str, *, scene: Rig = None, look: LookOptions = _PLAIN) -> None:
     mesh
         A file of any format that PyVista reads.
     """
-    lit, rig = _lit(mesh, scene, look.to_material())
+    lit, rig = _lit(mesh, scene, look.to_material(), _SIZE)
     pictures.show(lit, rig.viewer, title=f"pvphong: {mesh}")
 
 
 @app.command
-def diagnose(mesh: str) -> int:
+def diagnose(mesh: str, /) -> int:
     """Say what in a mesh will not light as it should; the exit status is 1 if there is anything.
 
     Parameters
@@ -200,17 +207,23 @@ def diagnose(mesh: str) -> int:
     """
     found = read_mesh(mesh)
     named = found.phong.diagnose() if isinstance(found, pv.MultiBlock) else {"": diagnose_mesh(found)}
+    console = Console()
     for block, diagnosis in named.items():
-        print(f"{block}:" if block else "", diagnosis.table(), sep="\n" if block else "")
+        if block:
+            print(f"{block}:")
+        if console.is_terminal and diagnosis.findings:
+            console.print(diagnosis.table())
+        else:  # into a file or another program: unwrapped lines
+            print(diagnosis)
     return 0 if all(diagnosis.ok for diagnosis in named.values()) else 1
 
 
-def _lit(path: str, rig: Path | None, material: Material, aspect: float = 4 / 3, **how: Any) -> tuple[Any, Scene]:
-    """The lit mesh of a file, and the scene it was lit with."""
+def _lit(path: str, rig: Path | None, material: Material, size: tuple[int, int], **how: Any) -> tuple[Any, Scene]:
+    """The lit mesh of a file, and the scene it was lit with; one made for a picture of this size if no rig is given."""
     scene = None if rig is None else Scene.load(rig)
     mesh = read_mesh(path)
     outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
-    scene = studio_scene(outside, aspect) if scene is None else scene
+    scene = studio_scene(outside, size[0] / size[1]) if scene is None else scene
     if isinstance(outside, pv.MultiBlock):
         return map_blocks(outside, lambda block: shade_mesh(block, scene, material, **how)), scene
     return shade_mesh(outside, scene, material, **how), scene

@@ -63,7 +63,7 @@ class _Blur:
         return self._angle(self.here, block, height), self._angle(self.centred, block, height)
 
     def _angle(self, magnitudes: Float64Array, block: Block, height: Float64Array) -> Float64Array:
-        largest = np.ldexp(magnitudes[block.corners].max(axis=1), -block.exponents)
+        largest = np.ldexp(magnitudes[block.corners.T].max(axis=0), -block.exponents)
         return np.where(largest > 0, self.step * largest / height, 0.0)
 
 
@@ -76,7 +76,7 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
     with np.errstate(all="ignore"):
         for block in faces.blocks():
             areas = block.area_vectors()
-            usable = finite[block.corners].all(axis=1)
+            usable = finite[block.corners.T].all(axis=0)
             flat = ~areas.any(axis=0)
             corners = np.sort(block.corners, axis=1)
             repeated = (corners[:, 1:] == corners[:, :-1]).any(axis=1)
@@ -95,13 +95,21 @@ def _blur(points: FloatArray, finite: BoolArray, n_faces: int) -> _Blur:
     low, high = bounds(wide[finite])
     with np.errstate(all="ignore"):
         middle, size = low / 2 + high / 2, math.hypot(*(high - low))
-        here, centred = np.abs(wide).max(axis=1), np.abs(wide - middle).max(axis=1)
+        here, centred = _largest(wide), _largest(wide - middle)
     return _Blur(step, here, centred, size / math.sqrt(max(n_faces, 1)))
 
 
 def finite_rows(points: NDArray[Any]) -> BoolArray:
     """Which rows have no NaN and no infinity."""
-    rows: BoolArray = np.isfinite(points).all(axis=1)
+    finite = np.isfinite(points)
+    rows: BoolArray = finite[:, 0] & finite[:, 1] & finite[:, 2]  # three times as fast as all(axis=1)
+    return rows
+
+
+def _largest(points: Float64Array) -> Float64Array:
+    """The largest magnitude in each row."""
+    sizes = np.abs(points)
+    rows: Float64Array = np.maximum(np.maximum(sizes[:, 0], sizes[:, 1]), sizes[:, 2])
     return rows
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import pyvista as pv
+from numpy.typing import NDArray
 
 from pvphong._types import FloatArray, IntArray, Vector
 from pvphong.diagnosis_kinds import FLAGS, KINDS
@@ -186,28 +187,33 @@ class Diagnosis:
         Returns
         -------
         pyvista.PolyData
-            The surface's points, and its faces without the invalid ones, so that it is safe to draw. The
-            point and the cell array ``"diagnosis"`` hold the sum of the `FLAGS` of the findings at each point
-            and face, 0 where all is well; an edge is noted at its two points. The cell array ``"face"`` holds
-            each face's number.
+            The surface's points, and its faces without the invalid ones, so that it is safe to draw. On points
+            and cells, the array ``"severity"``, active, is 0 where all is well, 1 for a note and 2 for what
+            spoils the lighting, and the array ``"diagnosis"`` is the sum of the findings' `FLAGS`; an edge is
+            noted at its two points. The cell array ``"face"`` holds each face's number.
         """
         numbers, connectivity, offsets = self._faces
         mesh = pv.PolyData(self._points.copy())
         if len(numbers):
             mesh.SetVerts(None)
             mesh.SetPolys(pv.CellArray.from_arrays(offsets, connectivity, deep=True))
-        at_points = np.zeros(self.n_points, dtype=np.int32)
-        at_faces = np.zeros(self.n_faces, dtype=np.int32)
-        for name, kind in KINDS.items():
-            if kind.where in ("points", "edges"):
-                at_points[np.unique(getattr(self, name))] |= FLAGS[name]
-            elif kind.where == "faces":
-                at_faces[getattr(self, name)] |= FLAGS[name]
-        mesh.point_data["diagnosis"] = at_points
-        if len(numbers):
-            mesh.cell_data["diagnosis"] = at_faces[numbers]
             mesh.cell_data["face"] = numbers
+            for name, flags in self._flagged(self.n_faces, "faces").items():
+                mesh.cell_data[name] = flags[numbers]
+        for name, flags in self._flagged(self.n_points, "points", "edges").items():
+            mesh.point_data[name] = flags
+        mesh.set_active_scalars("severity")
         return mesh
+
+    def _flagged(self, count: int, *places: str) -> dict[str, NDArray[np.int32]]:
+        """The arrays of `to_mesh` over all points or all faces."""
+        severity, flags = np.zeros(count, dtype=np.int32), np.zeros(count, dtype=np.int32)
+        for finding in reversed(self.findings):  # what spoils comes last and overrides
+            if finding.where in places:
+                indices = np.unique(getattr(self, finding.name))
+                flags[indices] |= FLAGS[finding.name]
+                severity[indices] = 1 + finding.spoils
+        return {"diagnosis": flags, "severity": severity}
 
 
 def _plain(index: int | list[int]) -> int | tuple[int, ...]:

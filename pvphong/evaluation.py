@@ -7,11 +7,15 @@ from typing import Any, get_args
 import numpy as np
 
 from pvphong import _check, reference
-from pvphong._types import Backend, FloatArray, MatrixLike, Precision
+from pvphong._types import Backend, ByteArray, FloatArray, MatrixLike, Precision
+from pvphong.equation import Equation
 from pvphong.material import Material
 from pvphong.planning import check_scene_and_material, make_plan
 from pvphong.scene import Scene
 from pvphong.shading import Shading
+
+# Vertices whose float colours are held at once on their way to 0-255.
+_DISPLAYED_AT_ONCE = 2**17
 
 
 def evaluate(
@@ -82,6 +86,28 @@ def evaluate(
     result = _empty(len(points), len(scene.world_lights), real, _check.flag("components", components))
     reference.shade(points, normals, equation, shades, result)
     return result
+
+
+def display_colors(points: FloatArray, normals: FloatArray, equation: Equation, albedo: Any, out: ByteArray) -> None:
+    """Lit colours for a display, computed in float32 and written in place as 0-255.
+
+    Parameters
+    ----------
+    points, normals : ndarray
+        Shape (n, 3), checked.
+    equation : Equation
+        What to evaluate, as a plan leaves it.
+    albedo : array_like or None
+        As for `evaluate`.
+    out : ndarray
+        Shape (n, 3), uint8.
+    """
+    shades = None if albedo is None else _albedo(albedo, len(points))
+    for start in range(0, len(points), _DISPLAYED_AT_ONCE):
+        part = slice(start, start + _DISPLAYED_AT_ONCE)
+        shading = Shading(np.empty((len(points[part]), 3), np.float32))
+        reference.shade(points[part], normals[part], equation, None if shades is None else shades[part], shading)
+        np.rint(np.clip(shading.rgb, 0.0, 1.0) * 255.0, out=out[part], casting="unsafe")
 
 
 def _empty(count: int, lights: int, real: np.dtype[Any], components: bool) -> Shading:

@@ -70,25 +70,36 @@ def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str) -> None:
     ValueError
         For another suffix, or if the file cannot be written.
     """
+    if isinstance(lit, pv.MultiBlock):
+        refuse_suffix(path, "a MultiBlock", BLOCK_FORMATS)
+    else:
+        refuse_suffix(path, "a single mesh", MESH_FORMATS)
     options: dict[str, Any] = {}
-    blocks = isinstance(lit, pv.MultiBlock)
-    refuse_suffix(path, BLOCK_FORMATS if blocks else MESH_FORMATS)
     if path.suffix.lower() == ".ply":
         options = {"texture": eight_bit(lit[name]), "recompute_normals": False}
     with written_aside(path) as aside:
+        _refuse_full_disk(lit, aside)
         _save(lit, aside, options)
         _move_blocks(aside, path)
 
 
-def refuse_suffix(path: Path, allowed: tuple[str, ...]) -> None:
-    """Raise ``ValueError`` for a path whose suffix is not among those that hold colours."""
+def refuse_suffix(path: Path, what: str, allowed: tuple[str, ...]) -> None:
+    """Raise ``ValueError`` for a path whose suffix is not among those that hold the colours of `what`."""
     if path.suffix.lower() not in allowed:
-        _check.refuse("output", str(path), "a file that holds colours: one of " + ", ".join(allowed))
+        _check.refuse("output", str(path), f"a file that holds the colours of {what}: one of " + ", ".join(allowed))
 
 
 def eight_bit(colors: Any) -> np.ndarray[Any, np.dtype[np.uint8]]:
     """Colours in [0, 1] as 0 to 255, rounded; anything outside is clipped first."""
     return np.rint(np.clip(np.asarray(colors), 0.0, 1.0) * 255.0).astype(np.uint8)
+
+
+def _refuse_full_disk(lit: Any, aside: Path) -> None:
+    """VTK's writers do not notice that a disk is full: they crash, or leave half a file and say nothing."""
+    needed = 2048 * lit.actual_memory_size + 2**16  # twice the memory, which is counted in KiB: formats differ
+    free = shutil.disk_usage(aside.parent).free
+    if free < needed:
+        raise ValueError(f"output needs up to {needed / 2**20:.1f} MiB on its disk, and {free / 2**20:.1f} are free.")
 
 
 def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:

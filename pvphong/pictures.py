@@ -76,8 +76,7 @@ def draw(
         that is not allowed.
     """
     window = drawing_window()
-    for label, pixels in zip(("width", "height"), size, strict=True):
-        _check.number(label, pixels, at_least=1, at_most=_LARGEST)
+    refuse_size(size)
     _check.color("background", background)
     with _preferring(window), pv.vtk_verbosity("off"):
         plotter = pv.Plotter(off_screen=True, window_size=list(size))
@@ -86,6 +85,12 @@ def draw(
             return np.asarray(plotter.screenshot(return_img=True))
         finally:
             plotter.close()
+
+
+def refuse_size(size: tuple[int, int]) -> None:
+    """Raise ``ValueError`` for a picture's size that cannot be drawn."""
+    for label, pixels in zip(("width", "height"), size, strict=True):
+        _check.number(label, pixels, at_least=1, at_most=_LARGEST)
 
 
 def show(lit: pv.PolyData | pv.MultiBlock, viewer: Viewer, *, name: str = "phong", title: str = "pvphong") -> None:

@@ -18,7 +18,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from pvphong import _check
-from pvphong._types import Float64Array, Vector, VectorLike
+from pvphong._types import Float64Array, VectorLike
 
 _PARALLEL = 8 * np.finfo(np.float64).eps  # a sine below this is rounding, not a direction
 
@@ -27,15 +27,15 @@ class PerspectiveOrParallel(Protocol):
     """What `project` reads of a viewer; `pvphong.scene.Viewer` has it all."""
 
     @property
-    def position(self) -> Vector:
+    def position(self) -> VectorLike:
         """The eye, in world coordinates."""
 
     @property
-    def focal_point(self) -> Vector:
+    def focal_point(self) -> VectorLike:
         """What the eye looks at."""
 
     @property
-    def up(self) -> Vector:
+    def up(self) -> VectorLike:
         """The direction that is up in the picture."""
 
     @property
@@ -51,7 +51,7 @@ class PerspectiveOrParallel(Protocol):
         """Half the height of a parallel view, in world units."""
 
     @property
-    def clipping_range(self) -> tuple[float, float]:
+    def clipping_range(self) -> VectorLike:
         """Distances of the near and the far plane from the eye."""
 
 

@@ -192,10 +192,16 @@ def _chord_distance(surface: Surface, equation: Equation, l: FloatArray, n_l: Fl
     """½|D|² = 1 − f, for f = r·v (Phong) or n·h (Blinn-Phong)."""
     half = surface.raw.dtype.type(0.5)
     if equation.reflection == "phong":
-        chord = surface.normals * (n_l + n_l)
-        chord -= l
-        chord -= surface.to_viewer
-        return half * _square(chord)
+        n_v = dot(surface.raw, surface.to_viewer)
+        n_v *= surface.inverse_length
+        across = surface.normals * (n_l + n_v)
+        across -= l
+        across -= surface.to_viewer
+        along = n_l - n_v
+        along *= along
+        along += _square(across)
+        along *= half
+        return along
     h = l + surface.to_viewer
     length = np.sqrt(_square(h))
     chord = h / np.where(length > 0.0, length, 1.0) - surface.normals

@@ -132,9 +132,8 @@ class Scene:
     def from_plotter(cls, plotter: Any) -> Self:
         """A snapshot of a plotter's active renderer: its lights at their true world positions, its camera.
 
-        Camera lights are placed where the camera has them now. The light model is pvphong's standard one,
-        with back faces lit as VTK lights them; `dataclasses.replace(scene, light_model=LightModel.vtk())`
-        follows VTK's shader.
+        Camera lights are placed where the camera has them now. The light model is pvphong's standard one;
+        `dataclasses.replace(scene, light_model=LightModel.vtk())` follows VTK's shader.
 
         Parameters
         ----------
@@ -151,7 +150,7 @@ class Scene:
             _check.refuse("plotter", plotter, "a pyvista.Plotter")
         viewer = Viewer.from_camera(plotter.camera)
         lights = tuple(as_light(light, viewer) for light in plotter.renderer.GetLights())
-        return cls(lights=lights, viewer=viewer, light_model=LightModel(two_sided=True))
+        return cls(lights=lights, viewer=viewer)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the scene to a JSON file; `Scene.load` gives it back to the last bit.

@@ -199,7 +199,7 @@ def judge(case: Case, shading: Any, precision: str, *, badly_posed: float = math
     shades = shade(*case.arguments, **case.options)
     kappa = conditioning(case)
     bound = bounds(case, shades, step, kappa)
-    left_out = np.array([undecidable(case, s, BAND * step * k) for s, k in zip(shades, kappa, strict=True)])
+    left_out = np.array([undecidable(case, s, BAND * step * k) for s, k in zip(shades, kappa, strict=True)], dtype=bool)
     left_out |= kappa > badly_posed
     worst, report = 0.0, ""
     for name, of_oracle in FIELDS.items():

@@ -331,13 +331,13 @@ def phong(n: Exact, to_light: Exact, v: Exact, shininess: float) -> tuple[Real, 
 
 
 def blinn_phong(n: Exact, to_light: Exact, v: Exact, shininess: float) -> tuple[Real, Real]:
-    """The cosine n·h, and max(n·h, 0)ⁿ; no highlight where l = −v."""
+    """The cosine n·h, and max(n·h, 0)ⁿ; the cosine counts as 0 where l = −v and h does not exist."""
     ll, vv, nn = dot(to_light, to_light), dot(v, v), dot(n, n)
     lv = dot(to_light, v)
     cos = real(lv) / root(ll * vv)
     sum2 = 2 + 2 * cos if lv >= 0 else 2 * real(1 - lv * lv / (ll * vv)) / (1 - cos)  # |l + v|² of unit vectors
     if sum2 == 0:
-        return ZERO, ZERO
+        return ZERO, ONE if shininess == 0 else ZERO
     n_dot_h = sum_of_roots(dot(n, to_light), nn * ll, dot(n, v), nn * vv) / ctx.sqrt(sum2)
     if n_dot_h <= 0:
         return n_dot_h, ONE if shininess == 0 else ZERO

@@ -1,6 +1,6 @@
 """The viewing pipeline against vtkCamera, vtkRenderer and closed forms."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import mpmath
 import numpy as np
@@ -8,25 +8,13 @@ import pytest
 import vtk
 
 from pvphong.projection import frustum, look_at, ortho, perspective, project
-
-
-@dataclass(frozen=True)
-class View:
-    """The fields that `project` reads, with VTK's defaults."""
-
-    position: tuple = (0.0, 0.0, 1.0)
-    focal_point: tuple = (0.0, 0.0, 0.0)
-    up: tuple = (0.0, 1.0, 0.0)
-    parallel: bool = False
-    view_angle: float = 30.0
-    parallel_scale: float = 1.0
-    clipping_range: tuple = (0.01, 1000.01)
+from pvphong.viewer import Viewer
 
 
 def random_view(seed):
     rng = np.random.default_rng(seed)
     near = rng.uniform(0.1, 2)
-    return View(
+    return Viewer(
         position=tuple(rng.normal(size=3) * 10),
         focal_point=tuple(rng.normal(size=3)),
         up=tuple(rng.normal(size=3)),
@@ -119,14 +107,14 @@ def test_project_agrees_with_vtk_coordinate():
 
 @pytest.mark.parametrize("parallel", [False, True])
 def test_planes_and_centre_have_known_places(parallel):
-    view = View(position=(0, 0, 5), parallel=parallel, clipping_range=(1, 9))
+    view = Viewer(position=(0, 0, 5), parallel=parallel, clipping_range=(1, 9))
     found = project([(0, 0, 4), (0, 0, -4)], view, (100, 50))
     np.testing.assert_allclose(found, [(50, 25, 0), (50, 25, 1)], rtol=0, atol=1e-14)
 
 
 def test_perspective_depth_is_hyperbolic_and_parallel_depth_linear():
     points = [(0, 0, 5 - distance) for distance in (1, 2, 3, 6, 9)]
-    view = View(position=(0, 0, 5), clipping_range=(1, 9))
+    view = Viewer(position=(0, 0, 5), clipping_range=(1, 9))
     hyperbolic = [9 * (d - 1) / (8 * d) for d in (1, 2, 3, 6, 9)]  # far (d − near) / ((far − near) d)
     np.testing.assert_allclose(project(points, view, (10, 10))[:, 2], hyperbolic, atol=1e-15)
     linear = [(d - 1) / 8 for d in (1, 2, 3, 6, 9)]
@@ -134,27 +122,27 @@ def test_perspective_depth_is_hyperbolic_and_parallel_depth_linear():
 
 
 def test_rows_without_a_place_in_the_picture_are_nan():
-    view = View(position=(0, 0, 5))
+    view = Viewer(position=(0, 0, 5))
     points = [(0, 0, 0), (1, 2, 5), (0, 0, 6), (np.nan, 0, 0), (0, np.inf, 0), (1, 0, 0)]
     assert np.isnan(project(points, view, (10, 10))).tolist() == [[row in (1, 2, 3, 4)] * 3 for row in range(6)]
 
 
 def test_parallel_projection_places_points_behind_the_eye_too():
-    view = View(position=(0, 0, 5), parallel=True, clipping_range=(1, 9))
+    view = Viewer(position=(0, 0, 5), parallel=True, clipping_range=(1, 9))
     np.testing.assert_allclose(project([(0, 0, 13)], view, (10, 10)), [(5, 5, -9 / 8)], atol=1e-14)
 
 
 def test_project_keeps_its_input_and_widens_float32():
     points = np.array([(0.1, 0.2, 0.3)], dtype=np.float32)
     before = points.copy()
-    found = project(points, View(), (10, 10))
+    found = project(points, Viewer(), (10, 10))
     assert found.dtype == np.float64
     np.testing.assert_array_equal(points, before)
-    assert project(np.empty((0, 3)), View(), (10, 10)).shape == (0, 3)
+    assert project(np.empty((0, 3)), Viewer(), (10, 10)).shape == (0, 3)
 
 
 def test_project_keeps_its_precision_far_from_the_origin():
-    view = View(position=(1e9, 1e9, 1e9 + 1), focal_point=(1e9, 1e9, 1e9), clipping_range=(0.5, 2))
+    view = Viewer(position=(1e9, 1e9, 1e9 + 1), focal_point=(1e9, 1e9, 1e9), clipping_range=(0.5, 2))
     near = replace(view, position=(0, 0, 1), focal_point=(0, 0, 0))
     offsets = np.array([(0.125, 0.25, 0), (-0.25, 0.0625, 0.25)])  # exact at 1e9: its step is 2⁻²³
     found, expected = project(1e9 + offsets, view, (1000, 1000)), project(offsets, near, (1000, 1000))
@@ -253,10 +241,10 @@ def test_frustum_depends_on_ratios_only(scale):
         (lambda: perspective(0, 1, 1, 2), "view_angle must be a finite number > 0"),
         (lambda: perspective(180, 1, 1, 2), "view_angle must be a full angle in degrees, > 0 and < 180"),
         (lambda: perspective(30, -1, 1, 2), "aspect must be a finite number > 0"),
-        (lambda: project([(0, 0)], View(), (10, 10)), r"points must be an \(n, 3\) array"),
-        (lambda: project([(0, 0, 0)], View(), (10, 0)), r"window_size\[1\] must be a finite number > 0"),
-        (lambda: project([(0, 0, 0)], View(), 10), "window_size must be 2 finite numbers"),
-        (lambda: project([(0, 0, 0)], View(up=(0, 0, 1)), (10, 10)), "up must be a direction across the view"),
+        (lambda: project([(0, 0)], Viewer(), (10, 10)), r"points must be an \(n, 3\) array"),
+        (lambda: project([(0, 0, 0)], Viewer(), (10, 0)), r"window_size\[1\] must be a finite number > 0"),
+        (lambda: project([(0, 0, 0)], Viewer(), 10), "window_size must be 2 finite numbers"),
+        (lambda: project([(0, 0, 0)], Viewer(up=(0, 0, 1)), (10, 10)), "up must be a direction across the view"),
     ],
 )
 def test_bad_arguments_are_refused(call, message):

@@ -464,7 +464,7 @@ def test_viewer_and_light_model_of_a_plotter(plotter):
     shown = plotter()
     scene = Scene.from_plotter(shown)
     assert scene.viewer == Viewer.from_camera(shown.camera)
-    assert scene.light_model == LightModel(two_sided=True)
+    assert scene.light_model == LightModel()
 
 
 CUSTOM = {

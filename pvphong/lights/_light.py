@@ -131,18 +131,23 @@ class Light(ABC):
             it is taken from here, and is 1 without.
         """
         light = blank_light()
+        self.write_to(light, viewer)
+        return light
+
+    def write_to(self, light: Any, viewer: EyeSpace | None = None) -> None:
+        """Give an existing `pyvista.Light` or `vtkLight` this light's values, as `to_pyvista` does."""
         {
             "world": light.SetLightTypeToSceneLight,
             "camera": light.SetLightTypeToCameraLight,
             "headlight": light.SetLightTypeToHeadlight,
         }[self.frame]()
+        light.SetTransformMatrix(None)
         light.SetDiffuseColor(rgb(self.diffuse))
         light.SetSpecularColor(self.specular_color)
         light.SetAmbientColor(rgb(self.ambient))
         light.SetIntensity(self.intensity)
         light.SetSwitch(self.on)
         self._place(light, 1.0 if viewer is None else viewer.distance)
-        return light
 
 
 def place_for_vtk(position: Vector, frame: Frame, distance: float) -> Vector:

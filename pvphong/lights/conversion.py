@@ -89,7 +89,8 @@ def from_vtk(light: Any, distance: float) -> Light:
         frame = "camera"
         position, focal_point = (_eye_space(p, distance) for p in (light.GetPosition(), light.GetFocalPoint()))
     elif light.LightTypeIsHeadlight():
-        frame = "headlight"
+        # VTK overwrites its coordinates at every frame; in eye space they are always these.
+        frame, position, focal_point = "headlight", (0.0, 0.0, 0.0), (0.0, 0.0, -1.0)
     return _with_shape(light, frame, position, focal_point)
 
 

@@ -1,0 +1,146 @@
+"""A mesh in a window whose colours are kept current."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from pvphong import _check
+from pvphong._types import FloatArray
+from pvphong.evaluation import display_colors
+from pvphong.material import Material
+from pvphong.mesh import point_normals
+from pvphong.planning import Plan, make_plan
+from pvphong.scene import Scene
+from pvphong.surface import surface
+from pvphong.viewer import Viewer
+
+ARRAY = "phong"
+"""Name of the drawn mesh's colours, uint8 RGB."""
+
+
+class LiveMesh:
+    """A surface, its material, and the colours in which it is drawn.
+
+    The mesh that is drawn shares points and arrays with the user's mesh and has its own colours, which are
+    written in place.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        The user's mesh; edits to it are followed, and it is not modified.
+    material : Material
+        Can be set at any time.
+    albedo : str, array_like or None
+        As for `shade`; can be set at any time. A named array is followed when it is edited or replaced; of an
+        array that is given, edits are not seen.
+    """
+
+    def __init__(self, mesh: pv.DataSet, material: Material, albedo: Any = None) -> None:
+        self.mesh = mesh
+        self.material = material
+        self.albedo = albedo
+        self.drawn = pv.PolyData()
+        self.actor: pv.Actor | None = None
+        self._geometry: Any = None
+        self._normals: FloatArray | None = None
+        self._drawn_for: Any = None
+        self._plan: Plan | None = None
+        self._viewer = Viewer()
+        self._follow_geometry()
+
+    def refresh(self, scene: Scene) -> bool:
+        """Bring the colours up to date; returns whether they had to be computed.
+
+        They are computed only when something that the plan depends on has changed: the viewer counts only
+        where highlights, turned normals or a light that rides along make the colours depend on it.
+        """
+        self._follow_geometry()
+        state = self._state(scene)
+        if state == self._drawn_for and not self._viewer_moved(scene):
+            return False
+        matrix = self._matrix()
+        points = _check.array("points", self.drawn.points)
+        self._plan = make_plan(points, None, scene, self.material, matrix, 0.0)
+        normals = (
+            self._current_normals() if "normals" in self._plan.needs else np.broadcast_to(np.zeros(3), points.shape)
+        )
+        display_colors(points, normals, self._plan.equation, self._current_albedo(), np.asarray(self.drawn[ARRAY]))
+        self._drawn_for, self._viewer = state, scene.viewer
+        self.drawn.GetPointData().GetArray(ARRAY).Modified()
+        return True
+
+    def _viewer_moved(self, scene: Scene) -> bool:
+        if self._plan is None or not self._plan.view_dependent:
+            return False
+        old, new = self._viewer, scene.viewer
+        return (old.position, old.focal_point, old.up, old.parallel) != (
+            new.position,
+            new.focal_point,
+            new.up,
+            new.parallel,
+        )
+
+    def _state(self, scene: Scene) -> Any:
+        """Everything but the viewer that the colours depend on, cheap to compare."""
+        matrix = self._matrix()
+        arrays = self._arrays()
+        named = arrays.GetArray(self.albedo) if isinstance(self.albedo, str) else self.albedo
+        return (
+            scene.lights,
+            scene.light_model,
+            self.material,
+            None if matrix is None else matrix.tobytes(),
+            self._geometry,
+            _edition(named) if hasattr(named, "GetMTime") else id(named),
+        )
+
+    def _matrix(self) -> Any:
+        if self.actor is None:
+            return None
+        matrix = self.actor.GetMatrix()
+        values = np.array([matrix.GetElement(row, column) for row in range(4) for column in range(4)]).reshape(4, 4)
+        return None if np.array_equal(values, np.eye(4)) else values
+
+    def _follow_geometry(self) -> None:
+        """Share the user's points, faces and arrays again where they have been replaced or edited."""
+        geometry = _geometry_of(self.mesh)
+        if geometry == self._geometry:
+            return
+        outer = surface(self.mesh)
+        self.drawn.ShallowCopy(outer)
+        self.drawn[ARRAY] = np.zeros((outer.n_points, 3), np.uint8)
+        self.drawn.set_active_scalars(ARRAY, preference="point")
+        self._geometry, self._normals = geometry, None
+
+    def _current_normals(self) -> FloatArray:
+        if self._normals is None:
+            self._normals = point_normals(self.drawn)
+        return self._normals
+
+    def _current_albedo(self) -> Any:
+        if isinstance(self.albedo, str):
+            arrays = self._arrays()
+            _check.choice("albedo", self.albedo, arrays.keys())
+            return arrays[self.albedo]
+        return self.albedo
+
+    def _arrays(self) -> Any:
+        """Where a named albedo is looked up: the user's point arrays, which may be replaced at any time."""
+        return (self.mesh if isinstance(self.mesh, pv.PolyData) else self.drawn).point_data
+
+
+def _geometry_of(mesh: pv.DataSet) -> Any:
+    """What identifies a mesh's points, faces and normals, and their last edit."""
+    if not isinstance(mesh, pv.PolyData):
+        return mesh.GetMTime()
+    normals = mesh.GetPointData().GetNormals()
+    parts = (mesh.GetPoints(), mesh.GetPolys(), mesh.GetStrips(), normals)
+    return tuple(None if part is None else _edition(part) for part in parts)
+
+
+def _edition(part: Any) -> Any:
+    """A VTK object and when it was last modified. It is held on to, so that no other can be taken for it."""
+    return part, part.GetMTime()

@@ -1,0 +1,118 @@
+"""The lights of one renderer as pvphong's values: VTK's light objects followed in both directions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import pyvista as pv
+
+from pvphong import _check
+from pvphong.lights import Light, from_vtk
+from pvphong.viewer import Viewer
+
+
+class LightHandle:
+    """One light of a renderer: a value of pvphong's, and the `vtkLight` that lights VTK's own actors with it.
+
+    What only pvphong knows (a name, an exponent above 128) is kept for as long as nobody changes the
+    `vtkLight` in code.
+    """
+
+    def __init__(self, vtk_light: Any, light: Light | None = None) -> None:
+        self.vtk_light = vtk_light
+        self._own = light
+        self._name = "" if light is None else light.name
+        self._echo = self._read(1.0)
+
+    def _read(self, distance: float) -> Light:
+        return replace(from_vtk(self.vtk_light, distance), name=self._name)
+
+    def light(self, viewer: Viewer) -> Light:
+        """The light's value now."""
+        if self._own is not None and self._read(1.0) == self._echo:
+            return self._own
+        self._own = None
+        return self._read(viewer.distance)
+
+    def set(self, light: Light, viewer: Viewer) -> None:
+        """Give the light a new value, in place."""
+        light.write_to(self.vtk_light, viewer)
+        self._own, self._name = light, light.name
+        self._echo = self._read(1.0)
+
+
+class Rig:
+    """The lights of one renderer, in the order in which the renderer has them.
+
+    Parameters
+    ----------
+    renderer : pyvista.Renderer
+        Lights added to it, changed or removed by anybody are followed.
+    """
+
+    def __init__(self, renderer: pv.Renderer) -> None:
+        self._renderer = renderer
+        self._handles: list[LightHandle] = []
+
+    @property
+    def viewer(self) -> Viewer:
+        """The renderer's camera as it is now."""
+        return Viewer.from_camera(self._renderer.camera)
+
+    @property
+    def handles(self) -> tuple[LightHandle, ...]:
+        """A handle for each light that the renderer has now."""
+        known = {id(handle.vtk_light): handle for handle in self._handles}
+        present = list(self._renderer.GetLights())
+        self._handles = [known.get(id(light)) or LightHandle(light) for light in present]
+        return tuple(self._handles)
+
+    @property
+    def lights(self) -> tuple[Light, ...]:
+        """The values of all lights."""
+        viewer = self.viewer
+        return tuple(handle.light(viewer) for handle in self.handles)
+
+    def __iter__(self) -> Iterator[LightHandle]:
+        return iter(self.handles)
+
+    def add(self, light: Any) -> LightHandle:
+        """Add a light of pvphong's, of PyVista's or of VTK's."""
+        if isinstance(light, Light):
+            vtk_light = light.to_pyvista(self.viewer)
+            handle = LightHandle(vtk_light, light)
+        else:
+            from_vtk(light, 1.0)  # refuses what is no light before anything changes
+            vtk_light = light if isinstance(light, pv.Light) else pv.Light.from_vtk(light)
+            handle = LightHandle(vtk_light)
+        if any(other is vtk_light for other in self._renderer.GetLights()):
+            _check.refuse("light", light, "a light that the plotter does not have yet", "set_light changes a light.")
+        self._renderer.add_light(vtk_light)
+        self._handles.append(handle)
+        return handle
+
+    def find(self, which: Any) -> LightHandle:
+        """The handle of a light: by handle, by index, by name, or by its PyVista light."""
+        handles = self.handles
+        if isinstance(which, int) and not isinstance(which, bool) and -len(handles) <= which < len(handles):
+            return handles[which]
+        lights = self.lights
+        for handle, light in zip(handles, lights, strict=True):
+            if handle is which or handle.vtk_light is which or (light.name and light.name == which):
+                return handle
+        names = ", ".join(repr(light.name) for light in lights if light.name)
+        allowed = f"a light of this renderer: its handle, its pyvista.Light, an index below {len(handles)}"
+        return _check.refuse("which", which, allowed + (f", or one of {names}" if names else ""))
+
+    def remove(self, which: Any) -> None:
+        """Take a light out, of PyVista's own list and with its actor too."""
+        handle = self.find(which)
+        light = handle.vtk_light
+        self._renderer.RemoveLight(light)
+        self._renderer._lights[:] = [other for other in self._renderer._lights if other is not light]
+        actor = getattr(light, "actor", None)
+        if actor is not None:
+            self._renderer.RemoveActor(actor)
+        self._handles.remove(handle)

@@ -1,0 +1,63 @@
+"""The evaluators that exist, in both precisions: the same rows of the catalogue run over all of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from stability.ledger import U, V, record
+
+from pvphong import LightModel, Material, Scene, evaluate
+
+STEPS = {"float32": V, "float64": U}
+
+
+@dataclass(frozen=True)
+class Evaluator:
+    """`evaluate` with a backend in a precision, every component asked for."""
+
+    backend: str
+    precision: str
+
+    @property
+    def real(self) -> Any:
+        return np.dtype(self.precision).type
+
+    @property
+    def step(self) -> float:
+        """Half a unit in the last place of 1.0: u or v of the catalogue."""
+        return STEPS[self.precision]
+
+    def __call__(self, points: Any, normals: Any, scene: Scene, material: Material, **options: Any) -> Any:
+        return evaluate(
+            points,
+            normals,
+            scene,
+            material,
+            precision=self.precision,
+            backend=self.backend,
+            **({"components": True} | options),
+        )
+
+    def record(self, row: str, observed: Any, bound: Any) -> None:
+        record(row, f"evaluate {self.backend}", self.precision, observed, bound)
+
+    def __str__(self) -> str:
+        return f"{self.precision}-{self.backend}"
+
+
+def _exists(backend: str) -> bool:
+    try:
+        evaluate(np.empty((0, 3)), np.empty((0, 3)), Scene(), Material(), backend=backend)
+    except ValueError as error:
+        assert str(error).startswith("backend"), error
+        return False
+    return True
+
+
+BACKENDS = [backend for backend in ("numpy", "numba") if _exists(backend)]
+EVALUATORS = [Evaluator(backend, precision) for backend in BACKENDS for precision in STEPS]
+
+UNLIT = LightModel(ambient=0.0, clamp=False)
+"""No light but the lights', and nothing cut off at 1."""

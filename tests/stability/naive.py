@@ -1,0 +1,35 @@
+"""The textbook's formulas in one precision throughout: what the catalogue's bounds are there to catch."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+def dot(a: Any, b: Any) -> Any:
+    return (a * b).sum(axis=-1)
+
+
+def unit(a: Any) -> Any:
+    return a / np.sqrt(dot(a, a))[..., None]
+
+
+def lobe(n: Any, to_light: Any, v: Any, shininess: float) -> Any:
+    """max(r·v, 0)ⁿ of unit vectors, by the cosine."""
+    r = 2 * dot(n, to_light)[..., None] * n - to_light
+    return np.maximum(dot(r, v), 0) ** n.dtype.type(shininess)
+
+
+def highlight(n: Any, to_light: Any, v: Any, shininess: float) -> Any:
+    """The same of vectors of any length, rows of one float type."""
+    return lobe(unit(n), unit(to_light), unit(v), shininess)
+
+
+def shade(points: Any, normals: Any, position: Any, eye: Any, material: Any, real: Any) -> Any:
+    """Diffuse and specular light of one white point light without attenuation, all in the float type `real`."""
+    p, n, position, eye = (np.asarray(value).astype(real) for value in (points, normals, position, eye))
+    n, to_light, v = unit(n), unit(position - p), unit(eye - p)
+    n_dot_l = np.maximum(dot(n, to_light), 0)
+    specular = lobe(n, to_light, v, material.shininess) * (n_dot_l > 0)
+    return real(material.diffuse) * n_dot_l + real(material.specular) * specular

@@ -1,0 +1,124 @@
+"""`mesh.phong`: found by PyVista itself, on every dataset with a surface and on MultiBlock."""
+
+import inspect
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong.diagnosis import diagnose
+from pvphong.lights import DirectionalLight, PointLight
+from pvphong.material import Material
+from pvphong.mesh import shade_mesh
+
+from pvphong.scene import Scene
+
+SCENE = Scene(lights=[DirectionalLight(direction=(-1, -2, -3)), PointLight(position=(1, 1, 2))])
+DATASETS = [
+    pv.Sphere(),
+    pv.ImageData(dimensions=(3, 3, 3)),
+    pv.ImageData(dimensions=(3, 3, 3)).cast_to_structured_grid(),
+    pv.ImageData(dimensions=(3, 3, 3)).cast_to_rectilinear_grid(),
+    pv.ImageData(dimensions=(3, 3, 3)).cast_to_unstructured_grid(),
+]
+
+USE = """
+import sys
+import pyvista as pv
+assert "pvphong" not in sys.modules
+assert "phong" in dir(pv.Sphere())
+lights = [pv.Light(position=(1, 1, 1))]
+shade = pv.{mesh}.phong.shade
+from pvphong.scene import Scene
+lit = shade(Scene(lights=lights))
+{check}
+plotter = pv.Plotter(off_screen=True)
+assert len(plotter.phong.scene.lights) == 5
+plotter.close()
+print("done")
+"""
+
+
+@pytest.mark.parametrize(
+    ("mesh", "check"),
+    [
+        ("Sphere()", 'assert lit["phong"].shape == (lit.n_points, 3)'),
+        ("ImageData(dimensions=(3, 3, 3))", 'assert lit["phong"].shape == (lit.n_points, 3)'),
+        ('MultiBlock({"a": pv.Sphere(), "b": None})', 'assert lit["a"]["phong"].max() > 0'),
+    ],
+)
+def test_works_with_nothing_imported_but_pyvista(mesh, check):
+    """PyVista finds the accessor and the plotter component by their entry points."""
+    code = USE.format(mesh=mesh, check=check)
+    done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stdout.strip()) == (0, "done"), done.stderr
+
+
+@pytest.mark.parametrize("mesh", DATASETS, ids=lambda mesh: type(mesh).__name__)
+def test_is_there_on_every_dataset(mesh):
+    assert "phong" in dir(mesh)
+    lit = mesh.phong.shade(SCENE, Material(specular=0.3, shininess=4), name="glow")
+    expected = shade_mesh(mesh, SCENE, Material(specular=0.3, shininess=4), name="glow")
+    assert lit["glow"].tobytes() == expected["glow"].tobytes()
+
+
+def test_is_not_there_on_what_has_no_surface():
+    assert not hasattr(pv.Table({"a": np.zeros(3)}), "phong")
+
+
+def parameters(function):
+    """Name → (kind, default) of a method's parameters after self."""
+    return {
+        name: (p.kind, p.default) for name, p in list(inspect.signature(function).parameters.items()) if name != "self"
+    }
+
+
+def test_the_signature_is_the_documented_one():
+    keyword = inspect.Parameter.KEYWORD_ONLY
+    shade = parameters(type(pv.Sphere().phong).shade)
+    assert list(shade)[:2] == ["scene", "material"]
+    assert shade["material"][1] == Material()
+    documented = {
+        "name": "phong",
+        "matrix": None,
+        "albedo": None,
+        "components": False,
+        "tolerance": 0.0,
+        "precision": "float32",
+        "backend": "auto",
+    }
+    assert {name: shade[name] for name in list(shade)[2:]} == {k: (keyword, v) for k, v in documented.items()}
+
+
+def test_follows_the_mesh_not_a_copy_of_it():
+    mesh = pv.Sphere()
+    mesh.clear_data()
+    phong = mesh.phong
+    before = phong.shade(SCENE)["phong"].copy()
+    mesh.points += [0, 0, 5]
+    assert np.abs(phong.shade(SCENE)["phong"] - before).max() > 0.1
+
+
+def test_diagnose_is_the_functions():
+    mesh = pv.Sphere()
+    matrix = np.diag([1.0, 1, -1, 1])
+    ours, expected = mesh.phong.diagnose(matrix=matrix), diagnose(mesh, matrix=matrix)
+    assert str(ours) == str(expected)
+    assert ours.ok == expected.ok
+
+
+def test_plan_is_the_functions():
+    mesh = pv.Sphere()
+    ours = mesh.phong.plan(SCENE, Material(specular=0.5), tolerance=0.01)
+    assert ours.explain() == plan(mesh, SCENE, Material(specular=0.5), tolerance=0.01).explain()
+
+
+def test_diagnoses_of_blocks_are_named_by_their_path():
+    inner = pv.MultiBlock({"ball": pv.Sphere(), "gap": None})
+    blocks = pv.MultiBlock({"inner": inner, "box": pv.Box(), "void": pv.PolyData()})
+    diagnoses = blocks.phong.diagnose()
+    assert list(diagnoses) == ["inner/ball", "box"]
+    assert str(diagnoses["box"]) == str(pv.Box().phong.diagnose())
