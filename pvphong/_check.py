@@ -121,10 +121,10 @@ def direction(name: str, value: Any) -> Vector:
 def numbers_in(name: str, value: Any, count: int) -> tuple[float, ...]:
     """A sequence of `count` finite numbers, as a tuple of floats."""
     allowed = f"{count} finite numbers"
-    if isinstance(value, (str, bytes)) or not isinstance(value, (Sequence, np.ndarray)):
-        refuse(name, value, allowed)
     if isinstance(value, np.ndarray) and value.ndim != 1:
         refuse(name, f"an array of shape {value.shape}", allowed)
+    if isinstance(value, (str, bytes)) or not isinstance(value, (Sequence, np.ndarray)):
+        refuse(name, value, allowed)
     if len(value) != count:
         refuse(name, value, allowed)
     return tuple(number(f"{name}[{index}]", item) for index, item in enumerate(value))
@@ -142,6 +142,8 @@ def color(name: str, value: Any) -> Color:
             return color_by_name(value)
         except ValueError:
             refuse(name, value, allowed, "PyVista's colour names are listed in pyvista.hexcolors.")
+    if isinstance(value, np.ndarray) and value.ndim != 1:
+        refuse(name, f"an array of shape {value.shape}", allowed)
     if isinstance(value, (Sequence, np.ndarray)):
         return _triple(name, value, allowed)
     return number(name, value, at_least=0.0)
@@ -177,12 +179,7 @@ def array(name: str, value: Any, *, count: int | None = None) -> FloatArray:
     ValueError
         For another shape, another number of rows, or strings, objects and complex numbers.
     """
-    try:
-        result = np.asarray(value)
-    except ValueError:  # ragged nested lists
-        refuse(name, type(value).__name__, "an (n, 3) array of real numbers")
-    if result.dtype.kind not in "fiu":
-        refuse(name, f"an array of {result.dtype}", "an (n, 3) array of real numbers")
+    result = real_array(name, value, "an (n, 3) array of real numbers")
     if result.ndim != 2 or result.shape[1] != 3:
         refuse(name, f"an array of shape {result.shape}", "an (n, 3) array of real numbers")
     if count is not None and len(result) != count:
@@ -190,6 +187,17 @@ def array(name: str, value: Any, *, count: int | None = None) -> FloatArray:
     if result.dtype not in (np.float32, np.float64):
         with np.errstate(over="ignore"):  # a long double beyond float64's range becomes infinite
             result = result.astype(np.float64)
+    return result
+
+
+def real_array(name: str, value: Any, allowed: str) -> Any:
+    """An array of integers or floats of any shape; ragged lists, strings, objects and complex numbers are refused."""
+    try:
+        result = np.asarray(value)
+    except ValueError:
+        refuse(name, f"a ragged {type(value).__name__}", allowed)
+    if result.dtype.kind not in "fiu":
+        refuse(name, f"an array of {result.dtype}", allowed)
     return result
 
 
@@ -203,9 +211,9 @@ def matrix4(name: str, value: Any) -> Float64Array:
     """
     if hasattr(value, "GetElement"):  # vtkMatrix4x4, taken without importing VTK
         value = [[value.GetElement(row, column) for column in range(4)] for row in range(4)]
-    result = np.asarray(value)
-    if result.dtype.kind not in "fiu" or result.shape != (4, 4):
-        refuse(name, f"shape {result.shape} of {result.dtype}", "a 4x4 matrix of real numbers")
+    result = real_array(name, value, "a 4x4 matrix of real numbers")
+    if result.shape != (4, 4):
+        refuse(name, f"an array of shape {result.shape}", "a 4x4 matrix of real numbers")
     result = result.astype(np.float64)
     if not np.isfinite(result).all():
         refuse(name, str(result.tolist()), "a 4x4 matrix of finite numbers")

@@ -20,7 +20,7 @@ def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
     Raises
     ------
     ValueError
-        If the folder does not exist, or cannot be written to.
+        If the folder does not exist or cannot be written to, or if writing fails.
     """
     target = Path(path)
     folder = target.parent
@@ -35,6 +35,8 @@ def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
     try:
         yield aside / target.name
         (aside / target.name).replace(target)
+    except OSError as error:
+        raise ValueError(f"path must be a file that can be written; got {target} ({error}).") from error
     finally:
         for left_over in aside.iterdir():
             left_over.unlink()

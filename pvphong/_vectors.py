@@ -27,6 +27,21 @@ def dot(a: FloatArray, b: FloatArray) -> Any:
     return total
 
 
+def square_of_cross(a: FloatArray, b: FloatArray) -> Any:
+    """|a × b|² of the columns of two (3, n) arrays; exactly 0 where they are equal, or 2^k times as long."""
+    total = _square_of_component(a, b, 1, 2)
+    total += _square_of_component(a, b, 2, 0)
+    total += _square_of_component(a, b, 0, 1)
+    return total
+
+
+def _square_of_component(a: FloatArray, b: FloatArray, i: int, j: int) -> Any:
+    component = a[i] * b[j]
+    component -= a[j] * b[i]
+    component *= component
+    return component
+
+
 def columns(rows: FloatArray) -> Float64Array:
     """A (3, n) float64 contiguous copy of an (n, 3) array."""
     return rows.T.astype(np.float64, order="C")

@@ -29,11 +29,13 @@ from pvphong.mesh_files import BLOCK_FORMATS, MESH_FORMATS, read_mesh, refuse_su
 from pvphong.scene import Scene
 from pvphong.studio import studio_scene
 from pvphong.surface import surface
+from pvphong.window import show
 
 app = App(
     name="pvphong",
     help="Phong lighting of meshes as data: lit colours as arrays, in files and in pictures.",
     version=version("pvphong"),
+    suppress_keyboard_interrupt=False,
 )
 
 
@@ -172,7 +174,8 @@ def shade(
     refuse_suffix(output, "a mesh", _OUTPUTS)
     how = {"albedo": albedo, "components": components, "precision": precision, "tolerance": tolerance}
     with _busy(f"Lighting {mesh}"):
-        lit, rig = _lit(mesh, scene, look.to_material(), size, name=array, **how)
+        outside, rig = _surface_and_scene(mesh, scene, size)
+        lit = _shaded(outside, rig, look.to_material(), name=array, **how)
         if output.suffix.lower() == ".png":
             image = pictures.draw(lit, rig.viewer, name=array, size=size, background=background)
             pictures.save_picture(image, output)
@@ -185,15 +188,15 @@ def shade(
 
 @app.command
 def view(mesh: str, /, *, scene: Rig = None, look: LookOptions = _PLAIN) -> None:
-    """Show a lit mesh in a window; its colours are those of the first view.
+    """Show a lit mesh in a window; its colours follow the camera.
 
     Parameters
     ----------
     mesh
         A file of any format that PyVista reads.
     """
-    lit, rig = _lit(mesh, scene, look.to_material(), _SIZE)
-    pictures.show(lit, rig.viewer, title=f"pvphong: {mesh}")
+    outside, rig = _surface_and_scene(mesh, scene, _SIZE)
+    show(outside, rig, look.to_material(), title=f"pvphong: {mesh}")
 
 
 @app.command
@@ -218,15 +221,18 @@ def diagnose(mesh: str, /) -> int:
     return 0 if all(diagnosis.ok for diagnosis in named.values()) else 1
 
 
-def _lit(path: str, rig: Path | None, material: Material, size: tuple[int, int], **how: Any) -> tuple[Any, Scene]:
-    """The lit mesh of a file, and the scene it was lit with; one made for a picture of this size if no rig is given."""
+def _surface_and_scene(path: str, rig: Path | None, size: tuple[int, int]) -> tuple[Any, Scene]:
+    """What is lit of a mesh file, and the scene: the rig's, or one made for a picture of this size."""
     scene = None if rig is None else Scene.load(rig)
     mesh = read_mesh(path)
     outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
-    scene = studio_scene(outside, size[0] / size[1]) if scene is None else scene
-    if isinstance(outside, pv.MultiBlock):
-        return map_blocks(outside, lambda block: shade_mesh(block, scene, material, **how)), scene
-    return shade_mesh(outside, scene, material, **how), scene
+    return outside, studio_scene(outside, size[0] / size[1]) if scene is None else scene
+
+
+def _shaded(mesh: Any, scene: Scene, material: Material, **how: Any) -> Any:
+    if isinstance(mesh, pv.MultiBlock):
+        return map_blocks(mesh, lambda block: shade_mesh(block, scene, material, **how))
+    return shade_mesh(mesh, scene, material, **how)
 
 
 @contextmanager

@@ -13,6 +13,7 @@ from pvphong.material import Material
 from pvphong.planning import check_scene_and_material, make_plan
 from pvphong.scene import Scene
 from pvphong.shading import Shading
+from pvphong.transform import normal_matrix
 
 # Vertices whose float colours are held at once on their way to 0-255.
 _DISPLAYED_AT_ONCE = 2**17
@@ -82,6 +83,8 @@ def evaluate(
     _check.choice("backend", backend, ("auto", "numpy"))
     tolerance = _check.number("tolerance", tolerance, at_least=0.0)
     shades = None if albedo is None else _albedo(albedo, len(points))
+    if matrix is not None:
+        normal_matrix(matrix)  # refuses what cannot light, also where the scene does not need it
     equation = make_plan(points, normals, scene, material, matrix, tolerance).equation
     result = _empty(len(points), len(scene.world_lights), real, _check.flag("components", components))
     reference.shade(points, normals, equation, shades, result)
@@ -120,11 +123,14 @@ def _empty(count: int, lights: int, real: np.dtype[Any], components: bool) -> Sh
 
 
 def _albedo(value: Any, count: int) -> FloatArray:
-    given = np.asarray(value)
+    given = _check.real_array("albedo", value, "an (n, 3) array of real numbers")
     if given.ndim == 2 and given.shape[1] == 4:
         _check.refuse(
             "albedo", f"an array of shape {given.shape}", "of shape (n, 3)", "Leave out the opacity: [:, :3]."
         )
+    if given.dtype.kind in "iu" and given.dtype != np.uint8:
+        remedy = "Convert 0-255 to uint8, or divide it by 255."
+        _check.refuse("albedo", f"an array of {given.dtype}", "uint8 or floats", remedy)
     shades = _check.array("albedo", given, count=count)
     if given.dtype == np.uint8:
         return shades / 255.0

@@ -6,6 +6,7 @@ from typing import Any
 
 import pyvista as pv
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
+from vtkmodules.vtkCommonCore import vtkOutputWindow
 
 from pvphong import _check
 from pvphong.material import Material
@@ -34,6 +35,7 @@ class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class 
         super().__init__(nInputPorts=1, inputType="vtkPolyData", nOutputPorts=1, outputType="vtkPolyData")
         self._scene = Scene()
         self._material = Material()
+        self._refusal: ValueError | None = None
 
     def SetScene(self, scene: Scene) -> None:
         """Set lights, viewer and light model; an equal scene changes nothing."""
@@ -66,6 +68,25 @@ class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class 
     def RequestData(self, _request: Any, inputs: Any, outputs: Any) -> int:
         """Called by the pipeline when the output is out of date."""
         source = pv.wrap(self.GetInputData(inputs, 0, 0))
-        output = self.GetOutputData(outputs, 0)
-        output.ShallowCopy(shade_mesh(source, self._scene, self._material))
+        try:
+            # A step upstream may leave nothing; that is no error in a pipeline.
+            lit = shade_mesh(source, self._scene, self._material) if source.n_points else source
+        except ValueError as error:
+            self._refusal = error
+            vtkOutputWindow.GetInstance().DisplayErrorText(f"PhongFilter: {error}\n")
+            return 0
+        self.GetOutputData(outputs, 0).ShallowCopy(lit)
         return 1
+
+    def Update(self) -> None:
+        """Bring the output up to date.
+
+        Raises
+        ------
+        ValueError
+            If the input cannot be lit. (A step downstream that asks for the output gets VTK's error message.)
+        """
+        self._refusal = None
+        super().Update()
+        if self._refusal is not None:
+            raise self._refusal

@@ -94,7 +94,8 @@ class Material:
         **fields
             The other fields of the material.
         """
-        roughness = _check.number("roughness", roughness, above=0.0, at_most=1.0)
+        # below 2⁻¹⁰²² the reciprocal may be infinite
+        roughness = _check.number("roughness", roughness, at_least=2.0**-1022, at_most=1.0)
         return cls(**fields, shininess=1.0 / roughness)
 
     def for_blinn_phong(self) -> Self:

@@ -158,18 +158,17 @@ def _normals_that_are_read(
 
 
 def light_labels(scene: Scene) -> list[str]:
-    """What names each light's array: the light's name if no other has it too, else its index."""
-    names = Counter(light.name for light in scene.world_lights)
-    return [
-        light.name if light.name and names[light.name] == 1 else str(index)
-        for index, light in enumerate(scene.world_lights)
-    ]
+    """What names each light's array: its name if no other light could be meant by it, else its index."""
+    indices = [str(index) for index in range(len(scene.world_lights))]
+    names = [light.name for light in scene.world_lights]
+    counts = Counter(names + indices)
+    return [name if name and counts[name] == 1 else index for name, index in zip(names, indices, strict=True)]
 
 
 def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: str = "") -> pv.MultiBlock:
     """A new MultiBlock of the same structure and names, with `operation` applied to each dataset.
 
-    None stays None and an empty dataset stays an empty dataset. An error names the block.
+    None stays None; a table or an empty dataset is copied as it is. An error names the block.
     """
     result = pv.MultiBlock()
     for index, block in enumerate(blocks):
@@ -177,7 +176,7 @@ def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: st
         where = f"{place}[{key!r}]"
         if isinstance(block, pv.MultiBlock):
             result.append(map_blocks(block, operation, where), key)
-        elif block is None or block.n_points == 0:
+        elif not isinstance(block, pv.DataSet) or block.n_points == 0:
             result.append(None if block is None else block.copy(), key)
         else:
             try:
@@ -195,14 +194,14 @@ def _surface_and_albedo(mesh: pv.DataSet, albedo: Any) -> tuple[pv.PolyData, Any
         return source, source.point_data[albedo]
     if albedo is None or isinstance(mesh, pv.PolyData):
         return surface(mesh), albedo
-    return _carry(mesh, np.asarray(albedo))
+    return _carry(mesh, albedo)
 
 
 def _carry(mesh: pv.DataSet, albedo: Any) -> tuple[pv.PolyData, Any]:
     """An albedo per point of a mesh with points inside, carried along to its surface."""
-    if len(albedo) != mesh.n_points:
-        _check.refuse("albedo", f"{len(albedo)} rows", f"an array with one row per point, {mesh.n_points} rows")
+    given = _check.real_array("albedo", albedo, "an (n, 3) array of real numbers")
+    shades = _check.array("albedo", given, count=mesh.n_points)
     carrier = mesh.copy(deep=False)
-    carrier.point_data[_CARRIED] = albedo
+    carrier.point_data[_CARRIED] = given if given.dtype.kind in "iu" else shades
     source = surface(carrier)
     return source, source.point_data.pop(_CARRIED)

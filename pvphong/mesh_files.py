@@ -77,6 +77,7 @@ def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str) -> None:
     options: dict[str, Any] = {}
     if path.suffix.lower() == ".ply":
         options = {"texture": eight_bit(lit[name]), "recompute_normals": False}
+        lit = lit.copy(deep=False)  # PyVista adds the texture to the mesh that it saves
     with written_aside(path) as aside:
         _refuse_full_disk(lit, aside)
         _save(lit, aside, options)

@@ -22,7 +22,9 @@ from pvphong.viewer import Viewer
 HEADLESS_PACKAGES = "libegl1 libgl1-mesa-dri libx11-6"
 """What VTK needs on a Debian or Ubuntu without a display."""
 
-_WITHOUT_DISPLAY = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
+WITHOUT_DISPLAY = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
+"""VTK's windows that nobody sees."""
+
 _LARGEST = 8192  # pixels; drivers end at 8192 or 16384
 _CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
 
@@ -81,7 +83,12 @@ def draw(
     with _preferring(window), pv.vtk_verbosity("off"):
         plotter = pv.Plotter(off_screen=True, window_size=list(size))
         try:
-            _furnish(plotter, lit, viewer, name, background)
+            plotter.set_background(background)
+            aim(plotter, viewer)
+            for mesh in leaves(lit):
+                plotter.add_mesh(mesh, scalars=name, rgb=True, lighting=False, copy_mesh=False)
+            plotter.enable_anti_aliasing("ssaa")
+            plotter.renderer.ResetCameraClippingRange()
             return np.asarray(plotter.screenshot(return_img=True))
         finally:
             plotter.close()
@@ -91,26 +98,6 @@ def refuse_size(size: tuple[int, int]) -> None:
     """Raise ``ValueError`` for a picture's size that cannot be drawn."""
     for label, pixels in zip(("width", "height"), size, strict=True):
         _check.number(label, pixels, at_least=1, at_most=_LARGEST)
-
-
-def show(lit: pv.PolyData | pv.MultiBlock, viewer: Viewer, *, name: str = "phong", title: str = "pvphong") -> None:
-    """Open a window with the lit mesh, and come back when it is closed.
-
-    Raises
-    ------
-    ValueError
-        If there is no display to open it on.
-    """
-    if pv.OFF_SCREEN:
-        _check.refuse("PYVISTA_OFF_SCREEN", "true", "unset where a window is to open", _INSTEAD)
-    if drawing_window() in _WITHOUT_DISPLAY:
-        _check.refuse("DISPLAY", os.environ.get("DISPLAY", "nothing"), "a display to open a window on", _INSTEAD)
-    plotter = pv.Plotter(title=title)
-    _furnish(plotter, lit, viewer, name, "white")
-    plotter.show()
-
-
-_INSTEAD = "A picture needs no window: pvphong shade MESH -o picture.png."
 
 
 def save_picture(image: np.ndarray[Any, np.dtype[np.uint8]], path: Path) -> None:
@@ -143,7 +130,7 @@ def drawing_window() -> str:
 @contextmanager
 def _preferring(window: str) -> Iterator[None]:
     """Lets VTK make this window at once, where it would first look for a display, and complain."""
-    if window not in _WITHOUT_DISPLAY or _CHOICE in os.environ:
+    if window not in WITHOUT_DISPLAY or _CHOICE in os.environ:
         yield
         return
     os.environ[_CHOICE] = window
@@ -153,11 +140,8 @@ def _preferring(window: str) -> Iterator[None]:
         del os.environ[_CHOICE]
 
 
-def _furnish(plotter: pv.Plotter, lit: Any, viewer: Viewer, name: str, background: str) -> None:
-    plotter.set_background(background)
-    for mesh in lit.recursive_iterator(skip_none=True, skip_empty=True) if isinstance(lit, pv.MultiBlock) else [lit]:
-        plotter.add_mesh(mesh, scalars=name, rgb=True, lighting=False, copy_mesh=False)
-    plotter.enable_anti_aliasing("ssaa")
+def aim(plotter: pv.Plotter, viewer: Viewer) -> None:
+    """Put a plotter's camera where the viewer is, and have it stay there when meshes are added."""
     camera = plotter.camera
     camera.SetPosition(viewer.position)
     camera.SetFocalPoint(viewer.focal_point)
@@ -166,4 +150,10 @@ def _furnish(plotter: pv.Plotter, lit: Any, viewer: Viewer, name: str, backgroun
     camera.SetViewAngle(viewer.view_angle)
     camera.SetParallelScale(viewer.parallel_scale)
     plotter.camera_set = True
-    plotter.renderer.ResetCameraClippingRange()
+
+
+def leaves(mesh: pv.PolyData | pv.MultiBlock) -> list[pv.PolyData]:
+    """The mesh itself, or the meshes in all blocks that are not empty."""
+    if isinstance(mesh, pv.MultiBlock):
+        return list(mesh.recursive_iterator(skip_none=True, skip_empty=True))
+    return [mesh]

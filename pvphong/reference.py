@@ -10,17 +10,20 @@ the stored coordinates. What follows is computed in the precision asked for.
 
 The highlight is computed by chords. With D = 2(n·l)n − l − v, the difference of mirror direction and
 viewer, r·v = 1 − ½|D|²; with D = h − n, n·h = 1 − ½|D|². Near the peak |D| is small and known to full
-precision, while a cosine near 1 has lost the digits that a high shininess asks for.
+precision, while a cosine near 1 has lost the digits that a high shininess asks for. The first D is taken
+apart, across n and along it: |D|² = |n × (l + v)|² + (n·(l − v))². Then nothing is left of it where n = l = v,
+and a rounding of n's length does not count elsewhere.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pvphong._types import Float64Array, FloatArray, Vector
-from pvphong._vectors import columns, dot, moderate, towards
+from pvphong._vectors import columns, dot, moderate, square_of_cross, towards
 from pvphong.equation import BRIGHTEST, Equation, LightTerm
 from pvphong.shading import Shading
 from pvphong.transform import transform_normals, transform_points
@@ -170,13 +173,15 @@ def _factors(surface: Surface, equation: Equation, term: LightTerm) -> tuple[Any
     n_l = dot(surface.raw, l)
     n_l *= surface.inverse_length
     if equation.headlight_only:
-        diffuse = np.maximum(n_l, real(equation.cosine_floor)) * strength
+        strength = strength * (surface.inverse_length > 0.0)  # the floor is not for a normal that does not exist
+        lit = strength * (surface.inverse_length > 0.0)  # the floor is not for a normal that is not there
+        diffuse = np.maximum(n_l, real(equation.cosine_floor)) * lit
         specular = _power(real(0.5) * _square(surface.normals - l), equation.shininess, equation.cosine_floor)
-        return strength, diffuse, specular * strength
+        return strength, diffuse, specular * lit
     diffuse = np.maximum(n_l, real(0.0)) * strength
     if not any(term.specular):
         return strength, diffuse, 0.0
-    specular = _power(_chord_distance(surface, equation, l, n_l), equation.shininess, equation.cosine_floor)
+    specular = _power(_chord_distance(surface, equation, l), equation.shininess, equation.cosine_floor)
     specular = specular * strength
     specular *= n_l > 0.0
     if surface.unseen is not False:
@@ -188,21 +193,16 @@ def _square(w: FloatArray) -> FloatArray:
     return dot(w, w)
 
 
-def _chord_distance(surface: Surface, equation: Equation, l: FloatArray, n_l: FloatArray) -> FloatArray:
+def _chord_distance(surface: Surface, equation: Equation, l: FloatArray) -> FloatArray:
     """½|D|² = 1 − f, for f = r·v (Phong) or n·h (Blinn-Phong)."""
-    half = surface.raw.dtype.type(0.5)
+    half, v = surface.raw.dtype.type(0.5), surface.to_viewer
     if equation.reflection == "phong":
-        n_v = dot(surface.raw, surface.to_viewer)
-        n_v *= surface.inverse_length
-        across = surface.normals * (n_l + n_v)
-        across -= l
-        across -= surface.to_viewer
-        along = n_l - n_v
+        along = dot(surface.raw, l - v)
         along *= along
-        along += _square(across)
-        along *= half
+        along += square_of_cross(surface.raw, l + v)
+        along *= half * surface.inverse_length * surface.inverse_length
         return along
-    h = l + surface.to_viewer
+    h = l + v
     length = np.sqrt(_square(h))
     chord = h / np.where(length > 0.0, length, 1.0) - surface.normals
     # Opposite l and v have no half-way direction, and no highlight.
@@ -214,9 +214,13 @@ def _power(distance: FloatArray, shininess: float, floor: float) -> Any:
     real = distance.dtype.type
     if shininess == 0.0:
         return real(1.0)
-    logarithm = _log1p_of_negative(np.minimum(distance, real(1.0) - real(floor), out=distance))
-    logarithm *= real(max(float(np.finfo(real).tiny), min(shininess, BRIGHTEST)))
-    return np.exp(logarithm, out=logarithm)
+    logarithm = _log1p_of_negative(np.minimum(distance, real(1.0), out=distance))
+    if floor:  # here, because 1 − floor would be rounded by far more than the floor's own last bit
+        np.maximum(logarithm, real(math.log(floor)), out=logarithm)
+    tiny = float(np.finfo(real).tiny)
+    logarithm *= real(max(tiny, min(shininess, BRIGHTEST)))
+    # A power below the least normal number is 0: NumPy's exp takes ten times as long over it.
+    return np.exp(logarithm, out=np.zeros_like(logarithm), where=logarithm > math.log(tiny))
 
 
 def _log1p_of_negative(d: FloatArray) -> Any:

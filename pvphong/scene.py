@@ -146,10 +146,11 @@ class Scene:
             If `plotter` is not a plotter.
         """
         renderer = getattr(plotter, "renderer", None)
-        if not hasattr(renderer, "GetLights") or not hasattr(plotter, "camera"):
+        if renderer is None or not hasattr(renderer, "GetLights"):
             _check.refuse("plotter", plotter, "a pyvista.Plotter")
-        viewer = Viewer.from_camera(plotter.camera)
-        lights = tuple(as_light(light, viewer) for light in plotter.renderer.GetLights())
+        # plotter.camera would count as a choice of view, and keep PyVista from fitting it to the meshes.
+        viewer = Viewer.from_camera(renderer.camera)
+        lights = tuple(as_light(light, viewer) for light in renderer.GetLights())
         return cls(lights=lights, viewer=viewer)
 
     def save(self, path: str | os.PathLike[str]) -> None:

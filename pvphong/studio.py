@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import Any
 
 import numpy as np
 import pyvista as pv
 
 from pvphong._types import Float64Array
 from pvphong.lights import DirectionalLight
+from pvphong.pictures import leaves
 from pvphong.scene import LightModel, Scene
 from pvphong.viewer import Viewer
 
@@ -48,7 +48,7 @@ def studio_scene(mesh: pv.PolyData | pv.MultiBlock, aspect: float = 4 / 3) -> Sc
             DirectionalLight(direction=(-0.4, -1.0, 0.9), diffuse=(0.35, 0.35, 0.35), frame="camera", name="rim"),
         ],
         viewer=_viewer(np.array(mesh.bounds), aspect),
-        light_model=LightModel(two_sided=any(_is_open(surface) for surface in _surfaces(mesh))),
+        light_model=LightModel(two_sided=any(surface.n_open_edges for surface in leaves(mesh))),
     )
 
 
@@ -76,11 +76,3 @@ def _fitting_distance(half: Float64Array, aspect: float) -> float:
     right, up, back = (corners @ axis for axis in (_RIGHT, _UP, _BACK))
     slope = math.tan(math.radians(0.5 * _VIEW_ANGLE)) / _MARGIN
     return float(np.max(back + np.maximum(np.abs(right) / aspect, np.abs(up)) / slope))
-
-
-def _surfaces(mesh: pv.PolyData | pv.MultiBlock) -> Any:
-    return mesh.recursive_iterator(skip_none=True, skip_empty=True) if isinstance(mesh, pv.MultiBlock) else [mesh]
-
-
-def _is_open(surface: pv.PolyData) -> bool:
-    return bool(surface.n_open_edges)

@@ -12,6 +12,9 @@ from pvphong import _check
 from pvphong._types import Float64Array, Vector, VectorLike
 from pvphong._vectors import towards, unit
 
+# The sine of the angle between up and the view axis below which rounding has decided its direction.
+_PARALLEL = 2.0**-48
+
 
 @dataclass(frozen=True)
 class Viewer:
@@ -115,18 +118,20 @@ class Viewer:
         back = -np.array(self.view_direction)
         up = unit(np.array(self.up)[:, None])[0][:, 0]
         right = np.cross(up, back)
-        if not right.any():
+        if np.abs(right).max() < _PARALLEL:
             _check.refuse("up", self.up, "off the view axis", "Any other direction will do.")
         right = unit(right[:, None])[0][:, 0]
         return np.array([right, np.cross(back, right), back])
 
     def vector_to_world(self, vector: Vector) -> Vector:
         """A vector of eye space in world coordinates."""
-        return _vector(self.axes.T @ np.array(vector))
+        with np.errstate(over="ignore", invalid="ignore"):
+            return _vector(self.axes.T @ np.array(vector))
 
     def point_to_world(self, point: Vector) -> Vector:
         """A point of eye space in world coordinates."""
-        return _vector(np.array(self.position) + self.axes.T @ np.array(point))
+        with np.errstate(over="ignore", invalid="ignore"):
+            return _vector(np.array(self.position) + self.axes.T @ np.array(point))
 
 
 def _vector(array: Float64Array) -> Vector:

@@ -18,11 +18,13 @@ from vtkmodules.vtkCommonMath import vtkMatrix4x4
 from vtkmodules.vtkRenderingCore import vtkCamera, vtkLight, vtkProperty
 
 from pvphong import _check
-from pvphong._types import BoolArray, FloatArray, MatrixLike, rgb
+from pvphong._types import BoolArray, Float64Array, FloatArray, MatrixLike, rgb
 from pvphong._vertex_bench import driver, shade_vertices
-from pvphong.lights import Light, SpotLight
+from pvphong.lights import Light
 from pvphong.material import Material
-from pvphong.scene import Viewer
+from pvphong.mesh import point_normals
+from pvphong.surface import surface
+from pvphong.viewer import Viewer
 
 __all__ = ["HIGHEST_POWER", "driver", "vtk_shade"]
 
@@ -78,13 +80,116 @@ def vtk_shade(
     world coordinates show VTK's own loss. The formulas are those of VTK's ``vtkOpenGLPolyDataMapper.cxx``
     (``ReplaceShaderLight``), which simulates headlights, directional and positional lights in three tiers.
     """
-    points, normals = _points_and_normals(mesh)
-    camera = _camera(viewer)
-    copies = [_copied(light, viewer) for light in _listed(lights)]
+    source = surface(mesh)
+    points, normals = _check.array("points", source.points), _check.array("normals", point_normals(source))
+    placed = None if matrix is None else _vtk_matrix(_check.matrix4("matrix", matrix))
+    given = _listed(lights)
+    camera = _vtk_camera(viewer, rides=any(getattr(light, "frame", "") == "camera" for light in given))
+    copies = [_vtk_light(light, Viewer.from_camera(camera)) for light in given]
     appearance = _appearance(property_or_material)
-    user_matrix = None if matrix is None else _vtk_matrix(_check.matrix4("matrix", matrix))
+    colors = np.full(points.shape, np.nan, dtype=np.float32)
     drawable = _drawable(points, normals)
-    colors = np.full((len(points), 3), np.nan, dtype=np.float32)
     if drawable.any():
-        colors[drawable] = shade_vertices(points[drawable], normals[drawable], copies, appearance, camera, user_matrix)
+        shown = points[drawable], normals[drawable]
+        colors[drawable] = shade_vertices(*shown, copies, appearance, camera, placed)
     return colors
+
+
+def _drawable(points: FloatArray, normals: FloatArray) -> BoolArray:
+    """Rows that are finite in float32 and have a normal there."""
+    with np.errstate(over="ignore"):
+        p, n = points.astype(np.float32), normals.astype(np.float32)
+    drawable: BoolArray = np.logical_and.reduce(np.isfinite(p) & np.isfinite(n), axis=1)
+    return drawable & np.logical_or.reduce(n != 0.0, axis=1)
+
+
+def _listed(lights: Any) -> list[Any]:
+    if not isinstance(lights, Iterable) or isinstance(lights, (str, bytes, dict)):
+        _check.refuse("lights", lights, "a sequence of lights", "Put a single light into a list.")
+    return list(lights)
+
+
+def _vtk_light(light: Any, viewer: Viewer) -> vtkLight:
+    """A copy that the renderer may move. Its floats are kept, where `pyvista.Light.copy` rounds colours to 8 bits."""
+    copy = vtkLight()
+    if isinstance(light, Light):
+        _within_vtk("exponent", getattr(light, "exponent", 0.0))
+        light.write_to(copy, viewer)
+    elif isinstance(light, vtkLight):
+        copy.DeepCopy(light)
+    else:
+        _check.refuse("lights", light, "pvphong lights, pyvista.Light or vtkLight objects")
+    return copy
+
+
+def _within_vtk(name: str, power: float) -> None:
+    if power > HIGHEST_POWER:
+        remedy = f"VTK clamps it: judge the scene with {name}={HIGHEST_POWER:g}."
+        _check.refuse(name, power, f"at most {HIGHEST_POWER:g} in VTK", remedy)
+
+
+def _appearance(property_or_material: Any) -> vtkProperty:
+    """What the lighting takes from a property or material, on points of one pixel."""
+    appearance = vtkProperty()
+    if isinstance(property_or_material, Material):
+        _write_material(property_or_material, appearance)
+    elif isinstance(property_or_material, vtkProperty):
+        _write_property(property_or_material, appearance)
+    else:
+        allowed = "a Material, a pyvista.Property or a vtkProperty"
+        _check.refuse("property_or_material", property_or_material, allowed)
+    appearance.SetInterpolationToPhong()
+    appearance.SetRepresentationToPoints()
+    appearance.SetPointSize(1.0)
+    return appearance
+
+
+def _write_material(material: Material, appearance: vtkProperty) -> None:
+    if any(rgb(material.emission)):
+        remedy = "VTK's Phong shading has none. Without any light, ambient is the same: add it there."
+        _check.refuse("emission", material.emission, "0 in VTK", remedy)
+    _within_vtk("shininess", material.shininess)
+    appearance.SetAmbient(1.0)
+    appearance.SetDiffuse(1.0)
+    appearance.SetSpecular(1.0)
+    appearance.SetAmbientColor(rgb(material.ambient))
+    appearance.SetDiffuseColor(rgb(material.diffuse))
+    appearance.SetSpecularColor(rgb(material.specular))
+    appearance.SetSpecularPower(material.shininess)
+
+
+def _write_property(source: vtkProperty, appearance: vtkProperty) -> None:
+    if source.GetInterpolationAsString() == "Physically based rendering":
+        remedy = "Physically based rendering is another model: prop.interpolation = 'Phong'."
+        _check.refuse("property_or_material", "a property with interpolation 'pbr'", "a Phong material", remedy)
+    appearance.SetAmbient(source.GetAmbient())
+    appearance.SetDiffuse(source.GetDiffuse())
+    appearance.SetSpecular(source.GetSpecular())
+    appearance.SetAmbientColor(source.GetAmbientColor())
+    appearance.SetDiffuseColor(source.GetDiffuseColor())
+    appearance.SetSpecularColor(source.GetSpecularColor())
+    appearance.SetSpecularPower(source.GetSpecularPower())
+    appearance.SetLighting(source.GetLighting())
+
+
+def _vtk_camera(viewer: Any, *, rides: bool) -> vtkCamera:
+    """A camera that the renderer may adjust; `rides` says whether a light depends on the viewer's `up`."""
+    camera = vtkCamera()
+    if isinstance(viewer, Viewer):
+        direction = viewer.view_direction
+        level = any(np.cross(viewer.up, direction))
+        camera.SetPosition(*viewer.position)
+        camera.SetFocalPoint(*viewer.focal_point)
+        camera.SetViewUp(viewer.axes[1] if level or rides else np.eye(3)[np.argmin(np.abs(direction))])
+        camera.SetParallelProjection(viewer.parallel)
+    elif isinstance(viewer, vtkCamera):
+        camera.DeepCopy(viewer)
+    else:
+        _check.refuse("viewer", viewer, "a Viewer, a pyvista.Camera or a vtkCamera")
+    return camera
+
+
+def _vtk_matrix(matrix: Float64Array) -> vtkMatrix4x4:
+    result = vtkMatrix4x4()
+    result.DeepCopy(matrix.ravel().tolist())
+    return result

@@ -9,11 +9,9 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.diagnosis import diagnose
 from pvphong.lights import DirectionalLight, PointLight
 from pvphong.material import Material
 from pvphong.mesh import shade_mesh
-
 from pvphong.scene import Scene
 
 SCENE = Scene(lights=[DirectionalLight(direction=(-1, -2, -3)), PointLight(position=(1, 1, 2))])
@@ -105,7 +103,7 @@ def test_follows_the_mesh_not_a_copy_of_it():
 def test_diagnose_is_the_functions():
     mesh = pv.Sphere()
     matrix = np.diag([1.0, 1, -1, 1])
-    ours, expected = mesh.phong.diagnose(matrix=matrix), diagnose(mesh, matrix=matrix)
+    ours, expected = mesh.phong.diagnose(matrix=matrix), ph.diagnose(mesh, matrix=matrix)
     assert str(ours) == str(expected)
     assert ours.ok == expected.ok
 
@@ -113,7 +111,7 @@ def test_diagnose_is_the_functions():
 def test_plan_is_the_functions():
     mesh = pv.Sphere()
     ours = mesh.phong.plan(SCENE, Material(specular=0.5), tolerance=0.01)
-    assert ours.explain() == plan(mesh, SCENE, Material(specular=0.5), tolerance=0.01).explain()
+    assert ours.explain() == ph.plan(mesh, SCENE, Material(specular=0.5), tolerance=0.01).explain()
 
 
 def test_diagnoses_of_blocks_are_named_by_their_path():

@@ -24,7 +24,7 @@ from pvphong.viewer import Viewer
 
 CONVENTIONS = ("standard", "vtk")
 PRECISIONS = ("float64", "float32")
-EXAMPLES = 100  # of each convention in each precision
+EXAMPLES = 60  # of each convention in each precision
 MANY = 10_000
 FLATTENED = pytest.mark.filterwarnings("ignore:The matrix flattens")
 

@@ -548,6 +548,16 @@ def test_the_plotter_is_not_modified(plotter):
     assert shown.camera.GetMTime() == camera
 
 
+def test_a_snapshot_before_the_first_frame_leaves_the_view_to_pyvista():
+    shown = pv.Plotter(off_screen=True, window_size=(64, 64))
+    Scene.from_plotter(shown)
+    shown.add_mesh(pv.Sphere(radius=100))
+    shown.show(auto_close=False)
+    distance = np.linalg.norm(shown.camera.position)
+    shown.close()
+    assert distance > 100  # outside of the sphere, as PyVista puts it
+
+
 def test_the_snapshot_is_of_the_active_renderer(plotter):
     shown = plotter(shape=(1, 2), lighting="none")
     shown.subplot(0, 1)

@@ -13,7 +13,7 @@ from strategies import MATRIX_CLASSES, Case, Dice, hard_cases, matrix_of, modera
 
 from pvphong.lights import DirectionalLight, PointLight, SpotLight
 
-EXAMPLES = 150
+EXAMPLES = 100
 QUIET = settings(
     max_examples=EXAMPLES,
     derandomize=True,

@@ -46,9 +46,10 @@ def _kind(matrix: Float64Array) -> str:
     linear, w = matrix[:3, :3], matrix[3, 3]
     if np.array_equal(linear, np.eye(3) * linear[0, 0]) and linear[0, 0] * w > 0.0:
         return "a translation" if linear[0, 0] == w else "a uniform scale"
-    gram = linear.T @ linear
-    size = float(np.abs(gram).max())
-    if np.allclose(gram, np.eye(3) * gram[0, 0], rtol=0.0, atol=1e-12 * size):
+    linear = np.ldexp(linear, -np.frexp(np.abs(linear).max())[1])  # so that no product overflows
+    scaled = linear / np.abs(linear).max()
+    gram = scaled.T @ scaled
+    if np.allclose(gram, np.eye(3) * gram[0, 0], rtol=0.0, atol=1e-12):
         return "rigid or similar: the inverse-transpose is the matrix itself, but for its scale"
     return "general: normals need the inverse-transpose"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self, get_args
@@ -12,6 +13,10 @@ from pvphong._types import ColorLike, Float64Array, Frame, Vector, rgb
 
 if TYPE_CHECKING:
     import pyvista as pv
+
+
+# A focal point this many bits closer than the coordinates are large still tells the direction to 2⁻³².
+_KEPT_BITS = 20
 
 
 class Arrival(NamedTuple):
@@ -160,3 +165,11 @@ def place_for_vtk(position: Vector, frame: Frame, distance: float) -> Vector:
         return position
     x, y, z = position
     return x / distance, y / distance, z / distance + 1.0
+
+
+def point_ahead(position: Vector, direction: Vector) -> Vector:
+    """A point in some direction, far enough from the position that the direction can be told from the two."""
+    reach = max(map(abs, direction))
+    step = max(1.0, 2.0 ** (math.frexp(max(map(abs, position)))[1] - math.frexp(reach)[1] - _KEPT_BITS))
+    x, y, z = (p + d * step for p, d in zip(position, direction, strict=True))
+    return x, y, z

@@ -82,20 +82,22 @@ def from_vtk(light: Any, distance: float) -> Light:
         return light
     if not hasattr(light, "GetConeAngle") or not hasattr(light, "GetTransformedPosition"):
         _check.refuse("light", light, "a pvphong light, a pyvista.Light or a vtkLight")
-    frame: Frame = "world"
-    position, focal_point = light.GetTransformedPosition(), light.GetTransformedFocalPoint()
+    if light.LightTypeIsHeadlight():
+        # VTK overwrites its coordinates at every frame; in eye space they are always these.
+        return _with_shape(light, "headlight", (0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     if light.LightTypeIsCameraLight():
         # Its transform is VTK's own, and stale; its untransformed coordinates are the user's.
-        frame = "camera"
-        position, focal_point = (_eye_space(p, distance) for p in (light.GetPosition(), light.GetFocalPoint()))
-    elif light.LightTypeIsHeadlight():
-        # VTK overwrites its coordinates at every frame; in eye space they are always these.
-        frame, position, focal_point = "headlight", (0.0, 0.0, 0.0), (0.0, 0.0, -1.0)
-    return _with_shape(light, frame, position, focal_point)
+        position, focal_point = light.GetPosition(), light.GetFocalPoint()
+        return _with_shape(light, "camera", _eye_space(position, distance), _between(position, focal_point))
+    position, focal_point = light.GetTransformedPosition(), light.GetTransformedFocalPoint()
+    return _with_shape(light, "world", position, _between(position, focal_point))
 
 
-def _with_shape(light: Any, frame: Frame, position: Vector, focal_point: Vector) -> Light:
-    direction = tuple(f - p for f, p in zip(focal_point, position, strict=True))
+def _between(start: Vector, end: Vector) -> Vector:
+    return end[0] - start[0], end[1] - start[1], end[2] - start[2]
+
+
+def _with_shape(light: Any, frame: Frame, position: Vector, direction: Vector) -> Light:
     common: dict[str, Any] = {
         "diffuse": light.GetDiffuseColor(),
         "specular": light.GetSpecularColor(),

@@ -11,7 +11,7 @@ import numpy as np
 from pvphong import _check
 from pvphong._types import Float64Array, VectorLike
 from pvphong._vectors import dot, towards, unit
-from pvphong.lights._light import Arrival, EyeSpace, Light, place_for_vtk
+from pvphong.lights._light import Arrival, EyeSpace, Light, place_for_vtk, point_ahead
 from pvphong.lights.point import attenuate, check_attenuation
 
 if TYPE_CHECKING:
@@ -74,10 +74,13 @@ class SpotLight(Light):
         """Direction to the light, shape (3, n), and attenuation times spot factor, shape (n,), at points (3, n)."""
         x, y, z = self.position
         direction, distance = towards((x, y, z), points)
-        return Arrival(direction, attenuate(distance, self.attenuation) * self.spot_factor(direction))
+        factor = self.spot_factor(direction)
+        if not distance.min(initial=1.0) > 0.0:  # on the light itself cos θ is taken to be 0
+            factor[distance == 0.0] = float(self.cone_angle == 90.0 and self.exponent == 0.0)
+        return Arrival(direction, attenuate(distance, self.attenuation) * factor)
 
     def spot_factor(self, to_light: Float64Array) -> Float64Array:
-        """The cosine of θ to the power `exponent` inside the cone, 0 outside, for unit vectors (3, n) towards the light.
+        """The cosine of θ to the power `exponent` inside the cone, 0 outside, for unit vectors (3, n) to the light.
 
         With the chord D between the axis and the ray, cos θ = 1 − ½|D|²: narrow cones and high exponents
         keep their digits, where a cosine near 1 has lost them.
@@ -99,5 +102,6 @@ class SpotLight(Light):
         light.SetConeAngle(self.cone_angle)
         light.SetExponent(self.exponent)
         light.SetAttenuationValues(*self.attenuation)
-        light.SetPosition(place_for_vtk((px, py, pz), self.frame, distance))
-        light.SetFocalPoint(place_for_vtk((px + dx, py + dy, pz + dz), self.frame, distance))
+        position = place_for_vtk((px, py, pz), self.frame, distance)
+        light.SetPosition(position)
+        light.SetFocalPoint(point_ahead(position, (dx, dy, dz)))

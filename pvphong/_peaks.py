@@ -1,0 +1,188 @@
+"""Where inside a triangle a light shines brightest: the samples that no fixed pattern would hit.
+
+Each peak is where a vector that varies over the triangle is shortest: the chord D between mirror direction and
+viewer (or half-way direction and normal) for a highlight; the offset from the axis for a spot; the offset from
+the light for a light at a position.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from pvphong._types import BoolArray, Float64Array, IntArray
+from pvphong._vectors import columns, dot, towards, unit
+from pvphong.equation import Equation, LightTerm
+from pvphong.lights import PointLight, SpotLight
+from pvphong.transform import transform_normals, transform_points
+
+# Step, in barycentric coordinates, of the differences that a highlight's chord is followed by.
+_STEP = 2.0**-12
+
+# Nearer to a corner than this, a peak is at it.
+_AT_CORNER = 2.0**-20
+
+# Each turn squares the distance to a highlight's peak.
+_TURNS = 5
+
+Offsets = Callable[[Float64Array, Float64Array], Float64Array]
+"""From points and normals (n, 3) of the mesh to the vectors (n, 3) that are shortest at a peak."""
+
+
+class Peak(NamedTuple):
+    """One light's peak in some triangles."""
+
+    rows: IntArray
+    """The triangles."""
+
+    weights: Float64Array
+    """(k, 3): where in each, in barycentric coordinates."""
+
+
+def peaks(points: Float64Array, normals: Float64Array, equation: Equation) -> Iterator[Peak]:
+    """The brightest points of triangles that are not at a corner, for each light and kind of peak.
+
+    Parameters
+    ----------
+    points, normals : ndarray
+        Shape (m, 3, 3): each triangle's corners.
+    equation : Equation
+        The lights, the viewer and the model matrix.
+    """
+    for term in equation.terms:
+        if isinstance(term.light, (PointLight, SpotLight)):
+            yield _linear(_from_light(term.light, equation), points, normals)
+        if isinstance(term.light, SpotLight):
+            yield _linear(_from_axis(term.light, equation), points, normals)
+        if any(term.specular) and equation.shininess > 0.0:
+            yield _highlight(_chords(term, equation), points, normals, equation.shininess)
+
+
+def _linear(offsets: Offsets, points: Float64Array, normals: Float64Array) -> Peak:
+    weights = _shortest(_at_corners(offsets, points, normals))
+    rows = np.flatnonzero(_off_corners(weights))
+    return Peak(rows, weights[rows])
+
+
+def _highlight(chords: Offsets, points: Float64Array, normals: Float64Array, shininess: float) -> Peak:
+    """By Gauss-Newton steps, in the triangles that are large against a highlight: in others no sample misses it."""
+    at_corners = _at_corners(chords, points, normals)
+    spread = np.abs(at_corners - np.roll(at_corners, 1, axis=1)).max(axis=(1, 2))
+    weights = _shortest(at_corners)
+    nearest = np.linalg.norm(_blend(weights, at_corners), axis=1)
+    # cosⁿ is below 1e-9 where n |D|² / 2 > 21; |D| bends by less than a quarter of its squared spread.
+    rows = np.flatnonzero(
+        (spread * math.sqrt(shininess) > 1.0) & (nearest < math.sqrt(42.0 / shininess) + spread**2 / 4.0)
+    )
+    p, n, weights = points[rows], normals[rows], weights[rows]
+    for _ in range(_TURNS):
+        weights = _shortest(_tangent(chords, p, n, weights))
+    keep = _off_corners(weights)
+    return Peak(rows[keep], weights[keep])
+
+
+def _tangent(chords: Offsets, points: Float64Array, normals: Float64Array, weights: Float64Array) -> Float64Array:
+    """(k, 3, 3): what the chords' linear expansion at a place in each triangle gives at its corners."""
+    here = chords(_blend(weights, points), _blend(weights, normals))
+    result = np.empty_like(points)
+    for corner in range(3):
+        aside = (1.0 - _STEP) * weights
+        aside[:, corner] += _STEP
+        there = chords(_blend(aside, points), _blend(aside, normals))
+        result[:, corner] = here + (there - here) / _STEP
+    return result
+
+
+def _at_corners(offsets: Offsets, points: Float64Array, normals: Float64Array) -> Float64Array:
+    return offsets(points.reshape(-1, 3), normals.reshape(-1, 3)).reshape(points.shape)
+
+
+def _blend(weights: Float64Array, at_corners: Float64Array) -> Float64Array:
+    return np.einsum("ki,kij->kj", weights, at_corners)
+
+
+def _off_corners(weights: Float64Array) -> BoolArray:
+    return weights.max(axis=1) < 1.0 - _AT_CORNER
+
+
+def _shortest(at_corners: Float64Array) -> Float64Array:
+    """Barycentric coordinates (k, 3) of the shortest vector among linear blends of three vectors (k, 3, 3).
+
+    The nearest point of a triangle to the origin: the foot of the perpendicular if it lies inside, else the
+    nearest of the three sides' nearest points (C. Ericson: Real-Time Collision Detection (2005), section 5.1.5).
+    """
+    a, b, c = at_corners.transpose(1, 2, 0)
+    ab, ac = b - a, c - a
+    # Normal equations of |a + s ab + t ac| -> min.
+    g11, g12, g22 = dot(ab, ab), dot(ab, ac), dot(ac, ac)
+    h1, h2 = -dot(a, ab), -dot(a, ac)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        determinant = g11 * g22 - g12 * g12
+        s, t = (g22 * h1 - g12 * h2) / determinant, (g11 * h2 - g12 * h1) / determinant
+    inside = (s >= 0.0) & (t >= 0.0) & (s + t <= 1.0)  # a NaN is outside
+    result = np.stack([1.0 - s - t, s, t], axis=1)
+    outside = np.flatnonzero(~inside)
+    result[outside] = _shortest_on_sides(at_corners[outside])
+    return result
+
+
+def _shortest_on_sides(at_corners: Float64Array) -> Float64Array:
+    weights = np.zeros((3, len(at_corners), 3))
+    lengths = np.empty((3, len(at_corners)))
+    for side in range(3):
+        p, q = at_corners[:, side], at_corners[:, (side + 1) % 3]
+        pq = q - p
+        square = np.einsum("ki,ki->k", pq, pq)
+        along = -np.einsum("ki,ki->k", p, pq) / np.where(square > 0.0, square, 1.0)
+        along = np.clip(along, 0.0, 1.0)
+        weights[side, :, side], weights[side, :, (side + 1) % 3] = 1.0 - along, along
+        lengths[side] = np.linalg.norm(p + along[:, None] * pq, axis=1)
+    return weights[lengths.argmin(axis=0), np.arange(len(at_corners))]
+
+
+def _world_points(points: Float64Array, equation: Equation) -> Float64Array:
+    return columns(points if equation.matrix is None else transform_points(points, equation.matrix))
+
+
+def _world_normals(normals: Float64Array, equation: Equation) -> Float64Array:
+    return unit(columns(normals if equation.matrix is None else transform_normals(normals, equation.matrix)))[0]
+
+
+def _from_light(light: PointLight | SpotLight, equation: Equation) -> Offsets:
+    def offsets(points: Float64Array, _: Float64Array) -> Float64Array:
+        return (_world_points(points, equation) - np.array(light.position)[:, None]).T
+
+    return offsets
+
+
+def _from_axis(light: SpotLight, equation: Equation) -> Offsets:
+    axis = unit(np.array(light.direction, dtype=np.float64)[:, None])[0]
+
+    def offsets(points: Float64Array, _: Float64Array) -> Float64Array:
+        from_light = _world_points(points, equation) - np.array(light.position)[:, None]
+        return (from_light - dot(axis, from_light) * axis).T
+
+    return offsets
+
+
+def _chords(term: LightTerm, equation: Equation) -> Offsets:
+    """D, whose half square is one minus the cosine that the highlight is a power of; see `pvphong.reference`."""
+
+    def chords(points: Float64Array, normals: Float64Array) -> Float64Array:
+        p, n = _world_points(points, equation), _world_normals(normals, equation)
+        v = np.array(equation.to_eye)[:, None]
+        if equation.eye is not None:
+            v = towards(equation.eye, p)[0]
+        to_light = term.light.arrival(p).direction
+        if equation.headlight_only:
+            return (to_light - n).T
+        if equation.reflection == "phong":
+            return (2.0 * dot(n, to_light) * n - to_light - v).T
+        if equation.two_sided:
+            n = np.where(dot(n, v) < 0.0, -n, n)
+        return (unit(to_light + v)[0] - n).T
+
+    return chords

@@ -1,0 +1,33 @@
+"""The reference evaluator with its highlight as a plain power of a cosine: what the stable form costs.
+
+Everything else, the blocks, the memory layout and the order of the work, is the evaluator's own.
+"""
+
+from contextlib import contextmanager
+from unittest import mock
+
+import numpy as np
+
+from pvphong import reference
+from pvphong._vectors import dot
+
+
+def cosine(surface, _equation, to_light, *_):
+    """r·v by the mirror direction."""
+    mirror = surface.normals * (2.0 * dot(surface.normals, to_light)) - to_light
+    return dot(mirror, surface.to_viewer)
+
+
+def power(cosine, shininess, floor):
+    """max(cosine, floor) to the power of the shininess."""
+    return np.maximum(cosine, cosine.dtype.type(floor)) ** cosine.dtype.type(shininess)
+
+
+@contextmanager
+def naive_highlights():
+    """While it lasts, `pvphong.evaluate` computes highlights of Phong reflection the naive way."""
+    with (
+        mock.patch.object(reference, "_chord_distance", cosine),
+        mock.patch.object(reference, "_power", power),
+    ):
+        yield

@@ -1,0 +1,244 @@
+"""Section F of the catalogue of hard cases: inputs of odd types, empty, of the wrong length, nested or strided."""
+
+import math
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong  # noqa: F401 registers mesh.phong wherever PyVista's own discovery is not installed
+from pvphong.evaluation import evaluate
+from pvphong.lights import DirectionalLight, PointLight
+from pvphong.material import Material
+from pvphong.scene import Scene
+from pvphong.surface import face_normals, vertex_normals
+from pvphong.transform import transform_normals, transform_points, transform_vectors
+from pvphong.viewer import Viewer
+
+COUNT = 40
+RNG = np.random.default_rng(11)
+POINTS, NORMALS = RNG.normal(size=(2, COUNT, 3))
+WHOLE = np.round(RNG.normal(size=(COUNT, 3)) * 9) + 0.0
+SCENE = Scene(
+    lights=[DirectionalLight(direction=(-1, 2, -3)), PointLight(position=(2, 2, 2), attenuation=(1, 0.1, 0.01))],
+    viewer=Viewer(position=(1, 2, 9)),
+)
+MATERIAL = Material(ambient=0.1, diffuse=(0.7, 0.6, 0.5), specular=0.4, shininess=12)
+MATRIX = np.array([[1, 0.5, 0, 3], [0, 2, 0.1, 1], [0.2, 0, 1, -1], [0, 0, 0, 1]], float)
+
+TAKERS = {
+    "points": lambda a: evaluate(a, NORMALS, SCENE, MATERIAL).rgb,
+    "normals": lambda a: evaluate(POINTS, a, SCENE, MATERIAL).rgb,
+    "albedo": lambda a: evaluate(POINTS, NORMALS, SCENE, MATERIAL, albedo=a).rgb,
+    "transform_points": lambda a: transform_points(a, MATRIX),
+    "transform_vectors": lambda a: transform_vectors(a, MATRIX),
+    "transform_normals": lambda a: transform_normals(a, MATRIX),
+}
+every_taker = pytest.mark.parametrize("taker", TAKERS)
+
+
+def bits(array):
+    return np.ascontiguousarray(array).tobytes()
+
+
+# row 49: types that are not float32 or float64
+
+
+FLOATS = ["float16", "longdouble", ">f4", ">f8"]
+INTEGERS = ["int8", "int32", "int64", "uint16"]  # what they mean as an albedo is row 53's
+
+
+@pytest.mark.parametrize(("taker", "kind"), [(t, k) for t in TAKERS for k in FLOATS + INTEGERS * (t != "albedo")])
+def test_row_49_other_real_types_are_widened(taker, kind):
+    rows = np.abs(WHOLE).astype(kind)
+    assert bits(TAKERS[taker](rows)) == bits(TAKERS[taker](rows.astype(np.float64)))
+
+
+@every_taker
+@pytest.mark.parametrize(
+    "bad",
+    [
+        POINTS + 1j,
+        POINTS.astype(str),
+        POINTS.astype(object),
+        POINTS.astype(bool),
+        POINTS[:, :2],
+        POINTS[:, 0],
+        POINTS[None],
+        np.zeros((COUNT, 3), "datetime64[s]"),
+        [[0.0, 0.0, 0.0], [1.0]],
+        "points",
+        3.5,
+    ],
+    ids=lambda bad: f"{bad.dtype} {bad.shape}" if isinstance(bad, np.ndarray) else repr(bad)[:12],
+)
+def test_row_49_what_is_no_array_of_rows_is_refused(taker, bad):
+    name = taker.removeprefix("transform_")
+    with pytest.raises(ValueError, match=rf"^{name} must be an \(n, 3\) array of real numbers; got "):
+        TAKERS[taker](bad)
+
+
+# row 50: nothing to light
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        pv.PolyData(),
+        pv.UnstructuredGrid(),
+        pv.StructuredGrid(),
+        pv.PolyData(POINTS),
+        pv.PointSet(POINTS),
+        pv.Line(),
+        pv.ImageData(dimensions=(5, 1, 1)),
+        pv.UnstructuredGrid(np.array([2, 0, 1]), np.array([pv.CellType.LINE]), np.eye(3)),
+    ],
+    ids=lambda mesh: f"{type(mesh).__name__} {mesh.n_points}",
+)
+def test_row_50_what_is_missing_is_said(mesh):
+    with pytest.raises(
+        ValueError, match=r"^mesh must be a mesh with faces, or points with normals; got a \w+ with \d+"
+    ):
+        mesh.phong.shade(SCENE)
+
+
+@pytest.mark.parametrize("kind", [pv.PolyData, pv.PointSet])
+def test_row_50_a_cloud_with_normals_works(kind):
+    cloud = kind(POINTS)
+    cloud.point_data.active_normals = NORMALS
+    assert bits(cloud.phong.shade(SCENE, MATERIAL)["phong"]) == bits(evaluate(POINTS, NORMALS, SCENE, MATERIAL).rgb)
+
+
+def test_row_50_no_vertices_give_no_colours():
+    assert evaluate(np.zeros((0, 3)), np.zeros((0, 3)), SCENE, MATERIAL).rgb.shape == (0, 3)
+
+
+# row 51: wrong lengths
+
+
+@pytest.mark.parametrize("rows", [0, 1, COUNT - 1, COUNT + 1])
+def test_row_51_both_lengths_are_told(rows):
+    short = np.resize(NORMALS, (rows, 3))
+    with pytest.raises(ValueError, match=rf"^normals must be .*{COUNT} rows; got {rows} rows\.$"):
+        evaluate(POINTS, short, SCENE, MATERIAL)
+    with pytest.raises(ValueError, match=rf"^albedo must be .*{COUNT} rows; got {rows} rows\.$"):
+        evaluate(POINTS, NORMALS, SCENE, MATERIAL, albedo=short)
+
+
+def test_row_51_a_string_array_is_refused():
+    mesh = pv.Sphere()
+    mesh.point_data["names"] = ["vertex"] * mesh.n_points
+    with pytest.raises(ValueError, match=r"^albedo must be an \(n, 3\) array of real numbers"):
+        mesh.phong.shade(SCENE, albedo="names")
+
+
+# row 52: blocks
+
+
+def test_row_52_structure_is_kept():
+    blocks = pv.MultiBlock(
+        {
+            "ball": pv.Sphere(),
+            "gap": None,
+            "inner": pv.MultiBlock({"void": pv.PolyData(), "box": pv.Box(), "gap": None}),
+            "hollow": pv.MultiBlock(),
+        }
+    )
+    lit = blocks.phong.shade(SCENE)
+    assert lit.keys() == ["ball", "gap", "inner", "hollow"]
+    assert lit["inner"].keys() == ["void", "box", "gap"]
+    assert lit["gap"] is None
+    assert lit["inner"]["gap"] is None
+    assert lit["hollow"].n_blocks == 0
+    assert lit["inner"]["void"].n_points == 0
+    assert "phong" in lit["ball"].point_data
+    assert "phong" in lit["inner"]["box"].point_data
+    assert "phong" not in blocks["ball"].point_data
+
+
+# row 53: albedos out of range
+
+
+@pytest.mark.parametrize(
+    ("odd", "counts_as"), [(math.nan, 0.0), (-1.0, 0.0), (300.0, 1.0), (math.inf, 1.0), (-math.inf, 0.0)]
+)
+@pytest.mark.parametrize("stored", ["float16", "float32", "float64", "longdouble"])
+def test_row_53_floats_are_clipped_and_nan_is_0(odd, counts_as, stored):
+    albedo = RNG.uniform(size=(COUNT, 3)).astype(stored)
+    clean = albedo.copy()
+    albedo[5], clean[5] = odd, counts_as
+    rgb = TAKERS["albedo"](albedo)
+    assert np.isfinite(rgb).all()
+    assert (rgb.min(), rgb.max()) >= (0.0, 0.0)
+    assert rgb.max() <= 1.0
+    assert bits(rgb) == bits(TAKERS["albedo"](clean))
+
+
+def test_row_53_0_to_255_is_what_uint8_means():
+    steps = np.arange(3 * COUNT, dtype=np.uint8).reshape(COUNT, 3) * 2
+    assert bits(TAKERS["albedo"](steps)) == bits(TAKERS["albedo"](steps / 255.0))
+
+
+# row 55: memory and cell normals
+
+
+def strided(a):
+    wide = np.full((2 * len(a), 5), np.nan)
+    wide[::2, 1:4] = a
+    return wide[::2, 1:4]
+
+
+def read_only(a):
+    a = a.copy()
+    a.flags.writeable = False
+    return a
+
+
+LAYOUTS = {
+    "strided": strided,
+    "read-only": read_only,
+    "Fortran": np.asfortranarray,
+    "backwards": lambda a: np.ascontiguousarray(a[::-1])[::-1],
+    "transposed": lambda a: np.ascontiguousarray(a.T).T,
+    "unaligned": lambda a: np.frombuffer(b"\0" + a.tobytes(), np.uint8)[1:].view(np.float64).reshape(a.shape),
+}
+
+
+@every_taker
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_row_55_memory_layout_changes_no_bit(taker, layout):
+    rows = LAYOUTS[layout](WHOLE)
+    np.testing.assert_array_equal(rows, WHOLE)
+    assert bits(TAKERS[taker](rows)) == bits(TAKERS[taker](WHOLE))
+
+
+@pytest.mark.parametrize("mesh", [pv.Box().triangulate(), pv.Sphere()], ids=["box", "sphere"])
+def test_row_55_cell_normals_are_not_read(mesh):
+    """A vertex is lit, not a face: its normal is computed from the faces around it."""
+    mesh = mesh.copy()
+    mesh.clear_data()
+    wrong = -face_normals(mesh)
+    mesh.cell_data["Normals"] = wrong
+    mesh.cell_data.active_normals_name = "Normals"
+    expected = evaluate(mesh.points, vertex_normals(mesh), SCENE, MATERIAL).rgb
+    assert bits(mesh.phong.shade(SCENE, MATERIAL)["phong"]) == bits(expected)
+    np.testing.assert_array_equal(mesh.cell_data["Normals"], wrong)
+
+
+# rows 20 and 21 for grids, whose points are not stored but computed
+
+
+@pytest.mark.parametrize("kind", ["ImageData", "RectilinearGrid", "StructuredGrid"])
+@pytest.mark.parametrize("offset", [1e3, 1e6, 1e8])
+def test_a_grid_far_from_the_origin_is_lit_as_near_it(kind, offset):
+    """A grid's coordinates are float64; a surface in float32 has lost its faces at 1e8."""
+    sun = Scene(lights=[DirectionalLight(direction=(-1, -2, -3))], viewer=Viewer(position=(offset, offset, 2 * offset)))
+    near = pv.ImageData(dimensions=(5, 5, 5), spacing=(0.25, 0.25, 0.25))
+    far = near.copy()
+    far.origin = (offset, offset, offset)
+    if kind != "ImageData":
+        cast = "cast_to_rectilinear_grid" if kind == "RectilinearGrid" else "cast_to_structured_grid"
+        near, far = getattr(near, cast)(), getattr(far, cast)()
+    lit, expected = (mesh.phong.shade(sun, precision="float64") for mesh in (far, near))
+    assert np.ptp(expected["phong"]) > 0.3
+    np.testing.assert_allclose(lit["phong"], expected["phong"], atol=1e-6)

@@ -1,0 +1,347 @@
+import json
+import os
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong import cli, mesh_files
+from pvphong.airplane_demo import PLASTIC, SCENE
+from pvphong.studio import studio_scene
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def sphere():
+    """A mesh file without normals."""
+    mesh = pv.Sphere(theta_resolution=12, phi_resolution=12)
+    mesh.clear_data()
+    mesh["tint"] = np.linspace(0, 1, 3 * mesh.n_points).reshape(-1, 3)
+    mesh.save("sphere.vtp")
+    return mesh
+
+
+def run(*words):
+    return cli.main([str(word) for word in words])
+
+
+def in_a_process(*words, **environment):
+    command = [sys.executable, "-m", "pvphong", *words]
+    return subprocess.run(
+        command, capture_output=True, text=True, timeout=120, check=False, env=os.environ | environment
+    )
+
+
+def files():
+    return sorted(os.listdir())
+
+
+# -- the command itself
+
+
+def test_python_dash_m_and_version():
+    process = in_a_process("--version")
+    assert process.returncode == 0
+    assert process.stdout.strip() == cli.version("pvphong")
+
+
+def test_help_names_the_commands(capsys):
+    assert run("--help") == 0
+    shown = capsys.readouterr().out
+    for command in ("demo", "shade", "view", "diagnose"):
+        assert command in shown
+
+
+@pytest.mark.parametrize("command", ["demo", "shade", "view", "diagnose"])
+def test_every_parameter_has_a_help_text(command, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "120")
+    assert run(command, "--help") == 0
+    parameters = [line for line in capsys.readouterr().out.splitlines() if re.match(r"│ (\* )? *(--|MESH)", line)]
+    assert parameters
+    for line in parameters:
+        assert re.match(r"│ (\* )? *(--[a-z]+|MESH)( -[a-z])?( [A-Z]+)*  +\S", line), line
+
+
+def test_importing_the_package_loads_no_command_line():
+    code = "import sys, pvphong; sys.exit(bool({'cyclopts', 'rich'} & set(sys.modules)))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["shado"], 'Unknown command "shado". Did you mean "shade"?'),
+        (["shade"], "MESH requires an argument"),
+        (["shade", "m.vtp"], "--output requires an argument"),
+        (["shade", "m.vtp", "-o", "o.vtp", "--colour", "red"], "Unknown option: --colour"),
+        (["shade", "m.vtp", "-o", "o.vtp", "--precision", "half"], 'Choose from: "float32", "float64"'),
+        (["shade", "m.vtp", "-o", "o.vtp", "--size", "ten", "10"], "--size"),
+    ],
+)
+def test_a_wrong_call_is_one_line_and_status_2(capsys, words, message):
+    assert run(*words) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("error: ")
+    assert err.count("\n") == 1
+    assert message in err
+
+
+# -- shade
+
+
+def test_shade_without_a_scene_uses_the_studio(sphere, capsys):
+    assert run("shade", "sphere.vtp", "-o", "lit.vtp") == 0
+    lit = pv.read("lit.vtp")
+    np.testing.assert_array_equal(lit["phong"], sphere.phong.shade(studio_scene(sphere))["phong"])
+    assert lit["phong"].dtype == np.float32
+    assert lit.active_scalars_name == "phong"
+    assert capsys.readouterr().out == "lit.vtp\n"
+    assert files() == ["lit.vtp", "sphere.vtp"]
+
+
+def test_shade_with_a_rig_and_all_options(sphere):
+    SCENE.save("rig.json")
+    words = "--scene rig.json --material gold --specular 1,0.5,0.25 --emission tomato --shininess 3.5 --albedo tint"
+    options = "--array lit --components --precision float64"
+    assert run("shade", "sphere.vtp", "-o", "lit.vtp", *words.split(), *options.split()) == 0
+    gold = ph.Material.named("gold")
+    material = ph.Material(gold.ambient, gold.diffuse, (1, 0.5, 0.25), 3.5, "tomato")
+    expected = sphere.phong.shade(SCENE, material, name="lit", albedo="tint", components=True, precision="float64")
+    lit = pv.read("lit.vtp")
+    assert set(lit.array_names) == set(expected.array_names)
+    for name in expected.array_names:
+        np.testing.assert_array_equal(lit[name], expected[name])
+
+
+def test_numbers_names_and_triples_are_reflectances():
+    look = cli.Look(ambient="0.25", diffuse="#ff0000", specular="0.1,0.2,0.3")
+    material = ph.Material(ambient=0.25, diffuse="red", specular=(0.1, 0.2, 0.3))
+    assert look.to_material() == material
+
+
+@pytest.mark.parametrize("suffix", [".vtk", ".vtkhdf", ".ply"])
+def test_shade_writes_the_format_of_the_suffix(sphere, suffix):
+    assert run("shade", "sphere.vtp", "-o", f"lit{suffix}") == 0
+    expected = sphere.phong.shade(studio_scene(sphere))["phong"]
+    lit = pv.read(f"lit{suffix}")
+    if suffix == ".ply":
+        np.testing.assert_array_equal(lit["RGB"], np.rint(expected * 255))
+    else:
+        np.testing.assert_array_equal(lit["phong"], expected)
+
+
+@pytest.mark.usefixtures("sphere")
+def test_a_picture_of_the_size_and_background_asked_for():
+    words = "shade sphere.vtp -o lit.png --size 120 60 --background navy --material jade"
+    assert run(*words.split()) == 0
+    picture = pv.read("lit.png")
+    assert picture.dimensions == (120, 60, 1)
+    pixels = picture.active_scalars.reshape(60, 120, 3)
+    np.testing.assert_array_equal(pixels[0, 0], (0, 0, 128))
+    middle = pixels[30, 60].astype(int)
+    assert middle[1] > max(middle[0], middle[2]) > 30  # jade is green
+
+
+@pytest.mark.usefixtures("sphere")
+def test_a_viewer_that_looks_elsewhere_gets_its_picture_and_a_note(capsys):
+    ph.Scene(viewer=ph.Viewer(position=(0, 0, 5), focal_point=(0, 0, 9))).save("away.json")
+    assert run("shade", "sphere.vtp", "-o", "lit.png", "--scene", "away.json") == 0
+    out, err = capsys.readouterr()
+    assert (out, err) == ("lit.png\n", "note: the scene's viewer sees nothing of the mesh.\n")
+
+
+def test_blocks_are_shaded_block_by_block(sphere):
+    blocks = pv.MultiBlock({"one": sphere, "gap": None, "deep": pv.MultiBlock({"two": pv.Cube(center=(2, 0, 0))})})
+    blocks.save("blocks.vtm")
+    assert run("shade", "blocks.vtm", "-o", "lit.vtm") == 0
+    lit, scene = pv.read("lit.vtm"), studio_scene(blocks)
+    assert lit.keys() == ["one", "gap", "deep"]
+    np.testing.assert_array_equal(lit["one"]["phong"], sphere.phong.shade(scene)["phong"])
+    np.testing.assert_array_equal(lit["deep"]["two"]["phong"], blocks["deep"]["two"].phong.shade(scene)["phong"])
+    assert run("shade", "blocks.vtm", "-o", "lit.png") == 0
+
+
+def test_a_volume_is_lit_on_its_surface():
+    pv.ImageData(dimensions=(4, 4, 4)).save("box.vti")
+    assert run("shade", "box.vti", "-o", "lit.vtp") == 0
+    assert pv.read("lit.vtp")["phong"].shape == (4**3 - 2**3, 3)
+
+
+BAD = {
+    "missing.vtp -o o.vtp": "mesh must be a mesh file that PyVista can read",
+    "garbage.vtp -o o.vtp": "mesh must be a mesh file that PyVista can read",
+    "garbage.xyz -o o.vtp": "mesh must be a mesh file that PyVista can read",
+    "cloud.vtp -o o.vtp": "mesh must be a mesh with faces, or points with normals",
+    "beyond.vtp -o o.vtp": "index 9 in face 0",
+    "blocks.vtm -o o.vtm": "block ['cloud']: mesh must be a mesh with faces",
+    "blocks.vtm -o o.vtp": "mesh must be a mesh with faces",
+    "sphere.vtp -o o.stl": "output must be a file that holds the colours of a mesh: one of .vtp,",
+    "sphere.vtp -o o": "output must be a file that holds the colours of a mesh: one of .vtp,",
+    "sphere.vtp -o o.vtm": "output must be a file that holds the colours of a single mesh",
+    "sphere.vtp -o no/o.vtp": "path must be in a folder that exists",
+    "sphere.vtp -o no/o.png": "path must be in a folder that exists",
+    "sphere.vtp -o o.vtp --material golt": "Did you mean 'gold'?",
+    "sphere.vtp -o o.vtp --diffuse blu": "diffuse must be a number",
+    "sphere.vtp -o o.vtp --diffuse 1,2": "diffuse must be a number",
+    "sphere.vtp -o o.vtp --shininess=-1": "shininess must be a finite number >= 0",
+    "sphere.vtp -o o.vtp --tolerance=-1": "tolerance must be a finite number >= 0",
+    "sphere.vtp -o o.vtp --albedo hue": "albedo must be one of 'tint'; got hue",
+    "sphere.vtp -o o.vtp --scene missing.json": "path must be a scene file that can be read",
+    "sphere.vtp -o o.vtp --scene garbage.json": "path must be a scene file in JSON",
+    "sphere.vtp -o o.vtp --scene other.json": 'format must be a JSON object with "format": "pvphong scene"',
+    "sphere.vtp -o o.png --size 0 10": "width must be a finite number >= 1",
+    "sphere.vtp -o o.png --background whyte": "background must be a number",
+}
+
+
+@pytest.mark.usefixtures("sphere")
+@pytest.mark.parametrize(("words", "message"), BAD.items(), ids=BAD)
+def test_bad_input_is_one_line_status_2_and_no_file(capfd, words, message):
+    cloud = pv.PolyData(np.eye(3))
+    cloud.save("cloud.vtp")
+    pv.PolyData(np.eye(3), faces=[3, 0, 1, 9]).save("beyond.vtp")
+    pv.MultiBlock({"cloud": cloud}).save("blocks.vtm")
+    for name in ("garbage.vtp", "garbage.xyz", "garbage.json"):
+        with open(name, "w") as file:
+            file.write("garbage")
+    with open("other.json", "w") as file:
+        json.dump({"format": "other"}, file)
+    capfd.readouterr()
+    before = files()
+    assert run("shade", *words.split()) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.startswith("error: ")
+    assert err.count("\n") == 1
+    assert message in err
+    assert files() == before
+
+
+@pytest.mark.usefixtures("sphere")
+def test_an_old_result_survives_a_failure(monkeypatch):
+    with open("lit.vtp", "w") as file:
+        file.write("old")
+
+    def failing(*_arguments):
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(mesh_files, "_save", failing)
+    assert run("shade", "sphere.vtp", "-o", "lit.vtp") == 2
+    with open("lit.vtp") as file:
+        assert file.read() == "old"
+    assert files() == ["lit.vtp", "sphere.vtp"]
+
+
+@pytest.mark.usefixtures("sphere")
+def test_an_interruption_is_no_traceback(monkeypatch, capsys):
+    def interrupted(_path):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "read_mesh", interrupted)
+    assert run("shade", "sphere.vtp", "-o", "lit.vtp") == 130
+    assert capsys.readouterr().err == ""
+
+
+# -- view
+
+
+@pytest.mark.usefixtures("sphere")
+@pytest.mark.parametrize(
+    ("environment", "message"),
+    [({"PYVISTA_OFF_SCREEN": "true"}, "PYVISTA_OFF_SCREEN must be unset"), ({"DISPLAY": ":97"}, "DISPLAY must be")],
+)
+def test_view_without_a_display_is_an_error_and_no_crash(environment, message):
+    process = in_a_process("view", "sphere.vtp", **environment)
+    assert process.returncode == 2
+    assert process.stderr.startswith(f"error: {message}")
+    assert "pvphong shade MESH -o picture.png" in process.stderr
+
+
+def test_view_shows_the_surface_in_the_rig(sphere, monkeypatch):
+    calls = []
+    monkeypatch.setattr(cli, "show", lambda *args, **options: calls.append((args, options)))
+    SCENE.save("rig.json")
+    assert run("view", "sphere.vtp", "--scene", "rig.json", "--material", "ruby") == 0
+    ((mesh, scene, material), options) = calls[0]
+    assert mesh.n_points == sphere.n_points
+    assert scene == SCENE
+    assert material == ph.Material.named("ruby")
+    assert options == {"title": "pvphong: sphere.vtp"}
+
+
+# -- diagnose
+
+
+@pytest.mark.usefixtures("sphere")
+def test_diagnose_a_good_mesh(capsys):
+    assert run("diagnose", "sphere.vtp") == 0
+    assert ": ok" in capsys.readouterr().out
+
+
+def test_diagnose_a_face_index_out_of_range_in_a_process_of_its_own():
+    pv.PolyData(np.eye(3), faces=[3, 0, 1, 9]).save("beyond.vtp")
+    process = in_a_process("diagnose", "beyond.vtp")
+    assert process.returncode == 1
+    assert "invalid_cells" in process.stdout
+    assert process.stderr == ""
+
+
+def test_diagnose_prints_a_table_on_a_terminal(monkeypatch, capsys):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    pv.PolyData(np.eye(3)).save("cloud.vtp")
+    assert run("diagnose", "cloud.vtp") == 1
+    assert "┃" in capsys.readouterr().out
+
+
+def test_diagnose_blocks_by_name(sphere, capsys):
+    pv.MultiBlock({"good": sphere, "bad": pv.PolyData(np.eye(3))}).save("blocks.vtm")
+    assert run("diagnose", "blocks.vtm") == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "good:"
+    assert "ok" in lines[1]
+    assert lines[2] == "bad:"
+
+
+# -- demo
+
+
+def test_demo_leaves_a_lit_mesh_a_picture_the_rig_and_a_report(capsys):
+    assert run("demo", "--folder", "new/demo") == 0
+    out = capsys.readouterr().out
+    mesh = pv.examples.load_airplane()
+    lit = pv.read("new/demo/airplane.vtp")
+    np.testing.assert_array_equal(lit["phong"], mesh.phong.shade(SCENE, PLASTIC)["phong"])
+    assert ph.Scene.load("new/demo/rig.json") == SCENE
+    pixels = pv.read("new/demo/airplane.png").active_scalars
+    blue = (pixels[:, 2] > pixels[:, 0].astype(int) + 50).mean()
+    assert 0.05 < blue < 0.9
+    with open("new/demo/report.md") as file:
+        report = file.read()
+    assert "1335 points, 2452 faces" in report
+    assert "sun: DirectionalLight" in report
+    assert str(ph.diagnose(lit)) in report
+    for name in ("airplane.vtp", "airplane.png", "rig.json", "report.md"):
+        assert os.path.join("new", "demo", name) in out
+    assert "1335 points, 2452 faces" in out
+
+
+def test_demo_can_be_repeated():
+    assert run("demo") == 0
+    assert run("demo") == 0
+    assert files() == ["pvphong-demo"]
+
+
+def test_demo_in_a_folder_that_cannot_be_made(capsys):
+    with open("taken", "w") as file:
+        file.write("a file")
+    assert run("demo", "--folder", "taken") == 2
+    assert "error: folder must be one that can be made; got taken" in capsys.readouterr().err

@@ -1,0 +1,216 @@
+"""The package's floors: imports point downward only, and the core knows neither PyVista nor VTK."""
+
+import ast
+import inspect
+import json
+import subprocess
+import sys
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+import pvphong
+
+FLOORS = {
+    0: [
+        "_types", "_check", "_host", "_vectors", "_wide", "_files", "_named_materials", "_faces",
+        "lights", "lights.*", "material", "normals", "transform", "projection",
+    ],
+    1: ["viewer", "scene"],
+    2: ["equation", "shading", "effects", "effects.*", "planning"],
+    3: ["reference", "kernel"],
+    4: ["evaluation"],
+    5: ["_cells", "surface", "mesh", "mesh_files"],
+    6: [
+        "_vertex_bench", "vtk_oracle", "validation", "pictures", "studio", "live", "rig",
+        "diagnosis", "diagnosis_checks", "diagnosis_kinds", "diagnosis_report",
+    ],
+    7: ["accessor", "plotter", "filter", "window", "airplane_demo", "cli", "__main__"],
+    8: ["__init__"],
+}  # fmt: skip
+"""A name with `.*` stands for every module of a package."""
+
+PACKAGE = Path(pvphong.__file__).parent
+CORE = 4
+HOSTS = ("pyvista", "vtk", "vtkmodules")
+DOOR = "_host"
+"""The one module of the core that may import PyVista, inside its functions."""
+
+
+def name_of(path):
+    """`lights.spot`, `lights` for a package, `__init__` for the face."""
+    parts = path.relative_to(PACKAGE).with_suffix("").parts
+    return ".".join(parts[:-1] if len(parts) > 1 and parts[-1] == "__init__" else parts)
+
+
+MODULES = {name_of(path): path for path in sorted(PACKAGE.rglob("*.py"))}
+
+
+def floor_of(module):
+    listed = [module, f"{module.split('.')[0]}.*"]
+    floors = [floor for floor, names in FLOORS.items() for name in names if name in listed]
+    return floors[0] if module in MODULES and floors else None
+
+
+class Imports(ast.NodeVisitor):
+    """Every import of a module, those inside functions too; what only a type checker reads is left out."""
+
+    def __init__(self, module):
+        self.module = module
+        self.names = set()
+        self.in_function = set()
+        self._depth = 0
+
+    def visit_If(self, node):
+        test = node.test
+        if (isinstance(test, ast.Name) and test.id == "TYPE_CHECKING") or (
+            isinstance(test, ast.Attribute) and test.attr == "TYPE_CHECKING"
+        ):
+            for child in node.orelse:
+                self.visit(child)
+        else:
+            self.generic_visit(node)
+
+    def visit_FunctionDef(self, node):
+        self._depth += 1
+        self.generic_visit(node)
+        self._depth -= 1
+
+    visit_AsyncFunctionDef = visit_Lambda = visit_FunctionDef
+
+    def visit_Import(self, node):
+        for alias in node.names:
+            self._add(alias.name)
+
+    def visit_ImportFrom(self, node):
+        assert node.level == 0, f"{self.module} imports relatively; write the package's name"
+        for alias in node.names:
+            self._add(f"{node.module}.{alias.name}")
+
+    def _add(self, name):
+        (self.in_function if self._depth else self.names).add(name)
+
+
+def imports_of(module):
+    visitor = Imports(module)
+    visitor.visit(ast.parse(MODULES[module].read_text(encoding="utf-8")))
+    return visitor
+
+
+def own_imports(module):
+    """The package's modules that a module imports, wherever in it."""
+    visitor = imports_of(module)
+    found = set()
+    for name in visitor.names | visitor.in_function:
+        if name.split(".")[0] != "pvphong":
+            continue
+        inner = name.removeprefix("pvphong").lstrip(".")
+        while inner and inner not in MODULES:  # a name inside of a module
+            inner = inner.rpartition(".")[0]
+        found.add(inner or "__init__")
+    return found - {module}
+
+
+def test_there_is_something_to_test():
+    assert {"lights.spot", "scene", "evaluation", "mesh", "__init__"} <= set(MODULES)
+    assert own_imports("scene") >= {"_check", "lights", "viewer", "_files"}
+    assert imports_of(DOOR).in_function == {"pyvista"}
+    assert floor_of("lights.spot") == floor_of("lights") == 0
+
+
+def test_every_module_has_a_floor():
+    homeless = [module for module in MODULES if floor_of(module) is None]
+    assert not homeless, "put them on a floor in the table above"
+
+
+def test_no_module_has_two_floors():
+    names = [name for names in FLOORS.values() for name in names]
+    assert len(names) == len(set(names))
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_imports_point_downward(module):
+    upward = {name: floor_of(name) for name in own_imports(module) if floor_of(name) > floor_of(module)}
+    assert not upward, f"{module} is on floor {floor_of(module)}"
+
+
+def test_imports_on_a_floor_do_not_run_in_circles():
+    try:
+        order = list(TopologicalSorter({module: own_imports(module) for module in MODULES}).static_order())
+    except CycleError as error:
+        pytest.fail(f"imports run in a circle: {' → '.join(error.args[1])}")
+    assert len(order) == len(MODULES)
+
+
+@pytest.mark.parametrize("module", [module for module in MODULES if (floor_of(module) or 0) <= CORE])
+def test_the_core_imports_no_host(module):
+    visitor = imports_of(module)
+    hosts = {name for name in visitor.names | visitor.in_function if name.split(".")[0].startswith(HOSTS)}
+    if module == DOOR:
+        assert not {name for name in visitor.names if name.startswith(HOSTS)}
+    else:
+        assert not hosts, f"{module} is on floor {floor_of(module)}; `_host` is the door to PyVista"
+
+
+LOAD_CORE = """
+import importlib, json, sys, types
+
+class Blocked:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in {hosts}:
+            raise ImportError(f"the core imported {{name}}")
+
+sys.meta_path.insert(0, Blocked())
+package = types.ModuleType("pvphong")  # without running its __init__
+package.__path__ = [{path!r}]
+sys.modules["pvphong"] = package
+for name in {names}:
+    importlib.import_module("pvphong." + name)
+from pvphong.evaluation import evaluate
+from pvphong.lights import PointLight
+from pvphong.material import Material
+from pvphong.scene import Scene
+rgb = evaluate([[0.0, 0, 0]], [[0.0, 0, 1]], Scene([PointLight((0, 0, 2))]), Material()).rgb
+assert abs(rgb[0, 0] - 0.84) < 1e-6
+print(json.dumps(sorted(name for name in sys.modules if name.split(".")[0] in {hosts})))
+"""
+
+
+def run(code):
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_the_core_lights_without_pyvista_and_vtk():
+    names = [module for module in MODULES if floor_of(module) <= CORE]
+    assert run(LOAD_CORE.format(hosts=HOSTS, path=str(PACKAGE), names=names)) == []
+
+
+NEW_MODULES = """
+import json, sys
+import pyvista
+before = set(sys.modules)
+import pvphong
+print(json.dumps(sorted(set(sys.modules) - before)))
+"""
+
+
+def test_importing_pvphong_loads_nothing_heavy_beside_pyvista():
+    new = run(NEW_MODULES)
+    assert "pvphong.evaluation" in new
+    heavy = {"matplotlib", "numba", "llvmlite", "rich", "cyclopts", "scipy", "PIL", "hypothesis", "mpmath"}
+    assert not [name for name in new if name.split(".")[0] in heavy]
+
+
+def test_no_module_hides_a_public_function():
+    functions = {name for name in pvphong.__all__ if inspect.isfunction(getattr(pvphong, name))}
+    assert "evaluate" in functions
+    assert not functions & {module.split(".")[0] for module in MODULES}
+
+
+def test_the_face_says_what_it_gives():
+    assert sorted(pvphong.__all__) == sorted(set(pvphong.__all__))
+    undocumented = [name for name in pvphong.__all__ if not (getattr(pvphong, name).__doc__ or "").strip()]
+    assert not undocumented

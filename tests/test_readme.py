@@ -1,0 +1,114 @@
+"""What the README shows, run. The two commands that set everything up are run by .ci/run, word for word."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong.lights import Light
+from pvphong.pictures import HEADLESS_PACKAGES
+
+README = Path(__file__).parent.parent / "README.md"
+TEXT = README.read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```$", TEXT, flags=re.MULTILINE | re.DOTALL)
+PYTHON = [code for language, code in BLOCKS if language == "python"]
+SHELL = [line for language, code in BLOCKS if language == "sh" for line in code.splitlines()]
+SET_UP = 'python3 -m venv .venv && .venv/bin/pip install ".[all]" && .venv/bin/'
+
+
+def run(command, folder):
+    environment = os.environ | {"PYVISTA_OFF_SCREEN": "true"}
+    process = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert process.returncode == 0, process.stderr
+    return process.stdout
+
+
+def test_every_block_has_a_language_that_is_run():
+    assert {language for language, _ in BLOCKS} == {"python", "sh"}
+    assert len(PYTHON) >= 2
+
+
+def test_one_command_ends_with_the_demo_and_one_with_the_tests():
+    set_ups = [line for line in SHELL if line.startswith("python3")]
+    assert set_ups == [SET_UP + "pvphong demo", SET_UP + "python -m pytest"]
+
+
+@pytest.mark.parametrize("code", PYTHON, ids=lambda code: f"{len(code.splitlines())} lines")
+def test_the_python_blocks_run(code, tmp_path):
+    run([sys.executable, "-W", "error", "-c", code], tmp_path)
+
+
+def test_the_quick_starts_array_is_as_it_says():
+    names = {}
+    lines = [line for line in PYTHON[0].splitlines() if ".plot(" not in line]
+    exec("\n".join(lines), names)
+    colors = names["lit"]["phong"]
+    assert colors.shape == (names["mesh"].n_points, 3)
+    assert colors.dtype == "float32"
+    assert 0 <= colors.min() < colors.max() <= 1
+
+
+def test_the_pvphong_commands_run_one_after_the_other(tmp_path):
+    commands = [line.removeprefix(SET_UP) for line in SHELL]
+    commands = [shlex.split(command) for command in commands if command.startswith("pvphong ")]
+    assert [command[1] for command in commands] == ["demo", "shade", "shade", "diagnose"]
+    for command in commands:
+        run([sys.executable, "-m", *command], tmp_path)
+    assert (tmp_path / "gold.png").stat().st_size > 5000
+    assert "RGB" in pv.read(tmp_path / "lit.ply").point_data
+
+
+def test_the_packages_for_a_headless_server_are_those_of_the_error_message():
+    (line,) = [line for line in SHELL if line.startswith("apt-get")]
+    assert line == f"apt-get install --yes {HEADLESS_PACKAGES}"
+
+
+def table(heading):
+    """The rows of the first table under a heading, cells as strings."""
+    section = TEXT.split(f"\n## {heading}\n")[1].split("\n## ")[0]
+    rows = [line for line in section.splitlines() if line.startswith("|")][2:]
+    return [[cell.strip() for cell in row.strip("|").split("|")] for row in rows]
+
+
+def test_the_table_of_lights_names_all_fields():
+    rows = {name.strip("`"): re.findall(r"`([a-z_]+)`", text) for name, text in table("Lights")}
+    common = {field.name for field in fields(Light)}
+    assert set(rows.pop("every light")) == common
+    assert set(rows) == {"DirectionalLight", "PointLight", "SpotLight"}
+    for name, listed in rows.items():
+        assert set(listed) == {field.name for field in fields(getattr(ph, name))} - common, name
+
+
+def test_the_table_of_material_fields_has_the_defaults():
+    shown = {name.strip("`"): float(default) for name, default, _ in table("Materials")}
+    assert shown == {field.name: field.default for field in fields(ph.Material)}
+
+
+def test_the_named_materials_are_all_listed():
+    listed = TEXT.split("OpenGL teaching: ")[1].split("\n\n")[0].replace("\n", " ").rstrip(".")
+    singles, colored = listed.split(", and ")
+    colors = colored.removesuffix(" plastic or rubber").split(", ")
+    kinds = [f"{color} {kind}" for kind in ("plastic", "rubber") for color in colors]
+    assert (*singles.split(", "), *kinds) == ph.Material.names()
+
+
+def test_links_lead_somewhere():
+    for target in re.findall(r"\]\((?!https?:)([^)]+)\)", TEXT):
+        assert (README.parent / target).exists(), target
+
+
+def test_the_picture_is_small_and_of_this_project(tmp_path):
+    picture = README.parent / "examples" / "lit_airplane.png"
+    assert picture.stat().st_size < 200_000
+    run([sys.executable, str(README.parent / "examples" / "lit_airplane.py"), str(tmp_path)], tmp_path)
+    shown, made = (pv.read(path).active_scalars.astype(float) for path in (picture, tmp_path / "lit_airplane.png"))
+    assert abs(shown - made).mean() < 2  # drivers differ along edges

@@ -1,0 +1,63 @@
+import numpy as np
+import pytest
+import pyvista as pv
+
+from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Viewer, window
+from pvphong.mesh import shade_mesh
+from pvphong.mesh_files import eight_bit
+from pvphong.window import show
+
+SCENE = Scene(
+    lights=[
+        DirectionalLight(direction=(1, -1, -1), frame="camera", name="key"),
+        PointLight(position=(3, 0, 0), attenuation=(1, 0, 0.1), name="bulb"),
+    ],
+    viewer=Viewer(position=(4, 1, 2), up=(0, 0, 1), view_angle=25),
+    light_model=LightModel(ambient=0.3, two_sided=True),
+)
+
+
+@pytest.fixture
+def shown(monkeypatch):
+    """The plotters that were shown; nothing opens."""
+    plotters = []
+    monkeypatch.setattr(pv, "OFF_SCREEN", False)
+    monkeypatch.setattr(window, "drawing_window", lambda: "vtkXOpenGLRenderWindow")
+    monkeypatch.setattr(pv.Plotter, "show", lambda plotter: plotters.append(plotter))
+    yield plotters
+    for plotter in plotters:
+        plotter.close()
+
+
+def test_the_window_shows_the_mesh_in_the_scene_that_was_given(shown):
+    sphere, gold = pv.Sphere(), Material.named("gold")
+    show(sphere, SCENE, gold, title="a sphere")
+    (plotter,) = shown
+    assert plotter.title == "a sphere"
+    assert plotter.phong.lights == SCENE.lights
+    assert plotter.phong.light_model == SCENE.light_model
+    viewer = plotter.phong.scene.viewer
+    assert (viewer.position, viewer.focal_point, viewer.up) == ((4, 1, 2), (0, 0, 0), (0, 0, 1))
+    (actor,) = (a for a in plotter.actors.values() if isinstance(a, pv.Actor))
+    drawn = actor.mapper.dataset  # its colours are 8 bits
+    np.testing.assert_allclose(drawn["phong"], eight_bit(shade_mesh(sphere, SCENE, gold)["phong"]), atol=1)
+
+
+def test_every_block_is_shown(shown):
+    show(pv.MultiBlock([pv.Sphere(), None, pv.MultiBlock([pv.Cube()])]), SCENE, Material(), title="blocks")
+    assert len([a for a in shown[0].actors.values() if isinstance(a, pv.Actor)]) == 2
+
+
+def test_without_a_display_a_picture_is_offered(shown, monkeypatch):
+    monkeypatch.setattr(window, "drawing_window", lambda: "vtkEGLRenderWindow")
+    monkeypatch.setenv("DISPLAY", ":99")
+    with pytest.raises(ValueError, match=r"DISPLAY must be a display to open a window on; got :99\. A picture"):
+        show(pv.Sphere(), SCENE, Material(), title="a sphere")
+    assert not shown
+
+
+def test_offscreen_no_window_opens(shown, monkeypatch):
+    monkeypatch.setattr(pv, "OFF_SCREEN", True)
+    with pytest.raises(ValueError, match=r"PYVISTA_OFF_SCREEN must be unset .* pvphong shade MESH -o picture\.png"):
+        show(pv.Sphere(), SCENE, Material(), title="a sphere")
+    assert not shown
