@@ -52,7 +52,14 @@ class Lighting:
     def colors(self, points: Float64Array, normals: Float64Array, shades: Float64Array | None) -> Float64Array:
         """(n, 3) lit colours."""
         how: dict[str, Any] = {"matrix": self.matrix, "albedo": shades, "precision": "float64", "backend": "numpy"}
-        return evaluate(points, normals, self.scene, self.material, **how).rgb
+        return evaluate(points, normals, self.unclamped, self.material, **how).rgb
+
+    @cached_property
+    def unclamped(self):
+        return replace(self.scene, light_model=replace(self.scene.light_model, clamp=False))
+
+    def clip(self, colors):
+        return np.clip(colors,0,1) if self.scene.light_model.clamp else colors
 
     @cached_property
     def equation(self) -> Equation:
@@ -95,6 +102,12 @@ def first_errors(vertices: Vertices, corners: IntArray, lighting: Lighting) -> F
         for peak in peaks(vertices.points[part], vertices.normals[part], lighting.equation):
             missed = _misses(vertices, part[peak.rows], peak.weights[:, None], lighting)[:, 0]
             result[start + peak.rows] = np.maximum(result[start + peak.rows], missed)
+    if lighting.scene.light_model.clamp:
+        from pvphong._peaks import creases
+        for channel in range(3):
+            for peak in creases(vertices.colors[corners, channel] - 1.0):
+                missed = _misses(vertices, corners[peak.rows], peak.weights[:, None], lighting)[:, 0]
+                result[peak.rows] = np.maximum(result[peak.rows], missed)
     return result
 
 
@@ -118,8 +131,8 @@ def jumps(vertices: Vertices, corners: IntArray, lighting: Lighting, tolerance: 
     rows = np.arange(len(corners))
     near = samples[_misses(vertices, corners, samples, lighting).argmax(axis=1)]
     color = _truth(vertices, corners, near[:, None], lighting)[:, 0]
-    corner = np.abs(vertices.colors[corners] - color[:, None]).max(axis=2).argmax(axis=1)
-    far, far_color = np.eye(3)[corner], vertices.colors[corners[rows, corner]]
+    corner = np.abs(lighting.clip(vertices.colors[corners]) - color[:, None]).max(axis=2).argmax(axis=1)
+    far, far_color = np.eye(3)[corner], lighting.clip(vertices.colors[corners[rows, corner]])
     for _ in range(_HALVINGS):
         middle = (near + far) / 2.0
         between = _truth(vertices, corners, middle[:, None], lighting)[:, 0]
@@ -141,14 +154,14 @@ def _errors(vertices: Vertices, corners: IntArray, samples: Float64Array, lighti
 
 def _misses(vertices: Vertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
     """(m, s): largest channel's difference of blended and lit colours at weights (s, 3) or (m, s, 3)."""
-    blended = weights @ vertices.colors[corners]
+    blended = weights @ lighting.clip(vertices.colors[corners])
     return _largest(blended - _truth(vertices, corners, weights, lighting))
 
 
 def _truth(vertices: Vertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
     points, normals = weights @ vertices.points[corners], weights @ vertices.normals[corners]
     shades = None if vertices.shades is None else (weights @ vertices.shades[corners]).reshape(-1, 3)
-    return lighting.colors(points.reshape(-1, 3), normals.reshape(-1, 3), shades).reshape(points.shape)
+    return lighting.clip(lighting.colors(points.reshape(-1, 3), normals.reshape(-1, 3), shades).reshape(points.shape))
 
 
 def _largest(colors: Float64Array) -> Float64Array:

@@ -53,12 +53,40 @@ def peaks(points: Float64Array, normals: Float64Array, equation: Equation) -> It
         The lights, the viewer and the model matrix.
     """
     for term in equation.terms:
+        if any(term.diffuse) or any(term.specular):
+            p = _world_points(points.reshape(-1, 3), equation)
+            n = columns(normals.reshape(-1, 3)) if equation.matrix is None else columns(transform_normals(normals.reshape(-1, 3), equation.matrix))
+            yield from creases(dot(n, term.light.arrival(p).direction).reshape(-1, 3))
         if isinstance(term.light, (PointLight, SpotLight)):
             yield _linear(_from_light(term.light, equation), points, normals)
         if isinstance(term.light, SpotLight):
             yield _linear(_from_axis(term.light, equation), points, normals)
         if any(term.specular) and equation.shininess > 0.0:
             yield _highlight(_chords(term, equation), points, normals, equation.shininess)
+
+
+def creases(values: Float64Array) -> Iterator[Peak]:
+    """Where a value that is linear over triangles changes its sign: on two sides, and half-way between.
+
+    Parameters
+    ----------
+    values : ndarray
+        Shape (m, 3): at each triangle's corners.
+    """
+    above = values > 0.0
+    rows = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1))
+    values, above = values[rows], above[rows]
+    # The corner that is alone on its side of the crease, and the two others.
+    alone = (above == (above.sum(axis=1) == 1)[:, None]).argmax(axis=1)
+    turn = (alone[:, None] + np.arange(3)) % 3
+    values = np.take_along_axis(values, turn, axis=1)
+    along = values[:, :1] / (values[:, :1] - values[:, 1:])
+    ends = np.zeros((2, len(rows), 3))
+    for end in range(2):
+        np.put_along_axis(ends[end], turn[:, :1], 1.0 - along[:, end : end + 1], axis=1)
+        np.put_along_axis(ends[end], turn[:, end + 1 : end + 2], along[:, end : end + 1], axis=1)
+    for weights in (*ends, ends.mean(axis=0)):
+        yield Peak(rows, weights)
 
 
 def _linear(offsets: Offsets, points: Float64Array, normals: Float64Array) -> Peak:
@@ -122,8 +150,9 @@ def _shortest(at_corners: Float64Array) -> Float64Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         determinant = g11 * g22 - g12 * g12
         s, t = (g22 * h1 - g12 * h2) / determinant, (g11 * h2 - g12 * h1) / determinant
-    inside = (s >= 0.0) & (t >= 0.0) & (s + t <= 1.0)  # a NaN is outside
-    result = np.stack([1.0 - s - t, s, t], axis=1)
+        r = 1.0 - s - t
+    inside = (r >= 0.0) & (s >= 0.0) & (t >= 0.0)  # a NaN is outside
+    result = np.stack([r, s, t], axis=1)
     outside = np.flatnonzero(~inside)
     result[outside] = _shortest_on_sides(at_corners[outside])
     return result

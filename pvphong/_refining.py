@@ -10,7 +10,8 @@ from pvphong.transform import normalize
 
 FINE = 2.0**-10
 GEO = False
-FRAC = 0.0
+FRAC = 0.25
+PW = 0
 
 
 class Refiner:
@@ -52,9 +53,11 @@ class Refiner:
                 bad = rest[(self.err[rest] > self.tol) & ~self.stalled[rest]]
                 if not len(bad):
                     return "tolerance" if not self.stalled.any() else "stalled"
-            bad = bad[self.err[bad] >= FRAC * self.err[bad].max()]
             c = self.v.points[self.t.corners[bad]]
             L = np.linalg.norm(c - np.roll(c, 1, axis=1), axis=2).max(1)
+            u = self.err[bad] * L**PW
+            k_ = u >= FRAC * u.max()
+            bad, L = bad[k_], L[k_]
             small = bad[FINE * self.diag > L]
             j = jumps(self.v, self.t.corners[small], self.lighting, self.tol)
             self.stalled[small[j]] = True

@@ -8,7 +8,7 @@ import numpy as np
 import pyvista as pv
 
 from pvphong import _check
-from pvphong._types import FloatArray
+from pvphong._types import ByteArray, Float64Array, FloatArray
 from pvphong.evaluation import display_colors
 from pvphong.material import Material
 from pvphong.mesh import point_normals
@@ -25,7 +25,7 @@ class LiveMesh:
     """A surface, its material, and the colours in which it is drawn.
 
     The mesh that is drawn shares points and arrays with the user's mesh and has its own colours, which are
-    written in place.
+    written in place for as long as the number of points stays the same.
 
     Parameters
     ----------
@@ -44,6 +44,7 @@ class LiveMesh:
         self.albedo = albedo
         self.drawn = pv.PolyData()
         self.actor: pv.Actor | None = None
+        self._colors: ByteArray = np.empty((0, 3), np.uint8)
         self._geometry: Any = None
         self._normals: FloatArray | None = None
         self._drawn_for: Any = None
@@ -61,16 +62,28 @@ class LiveMesh:
         state = self._state(scene)
         if state == self._drawn_for and not self._viewer_moved(scene):
             return False
-        matrix = self._matrix()
         points = _check.array("points", self.drawn.points)
-        self._plan = make_plan(points, None, scene, self.material, matrix, 0.0)
-        normals = (
-            self._current_normals() if "normals" in self._plan.needs else np.broadcast_to(np.zeros(3), points.shape)
-        )
-        display_colors(points, normals, self._plan.equation, self._current_albedo(), np.asarray(self.drawn[ARRAY]))
+        self._plan = make_plan(points, None, scene, self.material, self.matrix, 0.0)
+        normals = self.normals if "normals" in self._plan.needs else np.broadcast_to(np.zeros(3), points.shape)
+        display_colors(points, normals, self._plan.equation, self._current_albedo(), self._colors)
         self._drawn_for, self._viewer = state, scene.viewer
         self.drawn.GetPointData().GetArray(ARRAY).Modified()
         return True
+
+    @property
+    def matrix(self) -> Float64Array | None:
+        """The actor's model matrix, (4, 4); None where it is the identity."""
+        if self.actor is None:
+            return None
+        values = np.array(self.actor.GetMatrix().GetData()).reshape(4, 4)
+        return None if np.array_equal(values, np.eye(4)) else values
+
+    @property
+    def normals(self) -> FloatArray:
+        """The point normals that it is lit with."""
+        if self._normals is None:
+            self._normals = point_normals(self.drawn)
+        return self._normals
 
     def _viewer_moved(self, scene: Scene) -> bool:
         if self._plan is None or not self._plan.view_dependent:
@@ -85,24 +98,18 @@ class LiveMesh:
 
     def _state(self, scene: Scene) -> Any:
         """Everything but the viewer that the colours depend on, cheap to compare."""
-        matrix = self._matrix()
+        matrix = self.matrix
         arrays = self._arrays()
-        named = arrays.GetArray(self.albedo) if isinstance(self.albedo, str) else self.albedo
+        named = arrays.GetAbstractArray(self.albedo) if isinstance(self.albedo, str) else self.albedo
         return (
             scene.lights,
             scene.light_model,
             self.material,
             None if matrix is None else matrix.tobytes(),
             self._geometry,
-            _edition(named) if hasattr(named, "GetMTime") else id(named),
+            self.albedo if isinstance(self.albedo, str) else None,
+            _edition(named) if hasattr(named, "GetMTime") else _Same(named),
         )
-
-    def _matrix(self) -> Any:
-        if self.actor is None:
-            return None
-        matrix = self.actor.GetMatrix()
-        values = np.array([matrix.GetElement(row, column) for row in range(4) for column in range(4)]).reshape(4, 4)
-        return None if np.array_equal(values, np.eye(4)) else values
 
     def _follow_geometry(self) -> None:
         """Share the user's points, faces and arrays again where they have been replaced or edited."""
@@ -110,15 +117,15 @@ class LiveMesh:
         if geometry == self._geometry:
             return
         outer = surface(self.mesh)
+        colors = self.drawn.GetPointData().GetArray(ARRAY)
         self.drawn.ShallowCopy(outer)
-        self.drawn[ARRAY] = np.zeros((outer.n_points, 3), np.uint8)
+        if colors is not None and colors.GetNumberOfTuples() == outer.n_points:
+            self.drawn.GetPointData().AddArray(colors)
+        else:
+            self.drawn.point_data[ARRAY] = np.zeros((outer.n_points, 3), np.uint8)
+            self._colors = np.asarray(self.drawn.point_data[ARRAY])
         self.drawn.set_active_scalars(ARRAY, preference="point")
         self._geometry, self._normals = geometry, None
-
-    def _current_normals(self) -> FloatArray:
-        if self._normals is None:
-            self._normals = point_normals(self.drawn)
-        return self._normals
 
     def _current_albedo(self) -> Any:
         if isinstance(self.albedo, str):
@@ -130,6 +137,19 @@ class LiveMesh:
     def _arrays(self) -> Any:
         """Where a named albedo is looked up: the user's point arrays, which may be replaced at any time."""
         return (self.mesh if isinstance(self.mesh, pv.PolyData) else self.drawn).point_data
+
+
+class _Same:
+    """Equal to another only if it holds the same object, which it keeps alive: arrays compare element by element."""
+
+    def __init__(self, held: Any) -> None:
+        self._held = held
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and other._held is self._held
+
+    def __hash__(self) -> int:
+        return id(self._held)
 
 
 def _geometry_of(mesh: pv.DataSet) -> Any:

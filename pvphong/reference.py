@@ -173,7 +173,6 @@ def _factors(surface: Surface, equation: Equation, term: LightTerm) -> tuple[Any
     n_l = dot(surface.raw, l)
     n_l *= surface.inverse_length
     if equation.headlight_only:
-        strength = strength * (surface.inverse_length > 0.0)  # the floor is not for a normal that does not exist
         lit = strength * (surface.inverse_length > 0.0)  # the floor is not for a normal that is not there
         diffuse = np.maximum(n_l, real(equation.cosine_floor)) * lit
         specular = _power(real(0.5) * _square(surface.normals - l), equation.shininess, equation.cosine_floor)

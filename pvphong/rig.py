@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import pyvista as pv
 
 from pvphong import _check
-from pvphong.lights import Light, from_vtk
+from pvphong.lights import DirectionalLight, Light, PointLight, from_vtk
 from pvphong.viewer import Viewer
+
+
+@dataclass(frozen=True)
+class LightState:
+    """Everything that makes a light what it is, to the bit: VTK's fields, and what only pvphong knows."""
+
+    fields: tuple[Any, ...]
+    own: Light | None
+    name: str
 
 
 class LightHandle:
@@ -22,6 +31,7 @@ class LightHandle:
 
     def __init__(self, vtk_light: Any, light: Light | None = None) -> None:
         self.vtk_light = vtk_light
+        self._is_guest = light is None
         self._own = light
         self._name = "" if light is None else light.name
         self._echo = self._read(1.0)
@@ -38,9 +48,33 @@ class LightHandle:
 
     def set(self, light: Light, viewer: Viewer) -> None:
         """Give the light a new value, in place."""
-        light.write_to(self.vtk_light, viewer)
+        guest, before = self.vtk_light, self.light(viewer)
+        position, focal_point, cone = guest.GetPosition(), guest.GetFocalPoint(), guest.GetConeAngle()
+        light.write_to(guest, viewer)
+        # VTK keeps more of a light than its meaning: leave the user's own object what it need not lose.
+        if self._is_guest and light.frame == before.frame == "world" and type(light) is type(before):
+            if isinstance(light, PointLight):
+                guest.SetConeAngle(cone)
+                guest.SetFocalPoint(focal_point)
+            elif isinstance(light, DirectionalLight):
+                guest.SetPosition(position)
+                guest.SetFocalPoint(*(p + d for p, d in zip(position, light.direction, strict=True)))
         self._own, self._name = light, light.name
         self._echo = self._read(1.0)
+
+    @property
+    def state(self) -> LightState:
+        """What `restore` brings back."""
+        return LightState(_fields(self.vtk_light), self._own, self._name)
+
+    def restore(self, state: LightState) -> None:
+        """Make the light again what it was, to the bit."""
+        _set_fields(self.vtk_light, state.fields)
+        self._own, self._name = state.own, state.name
+        self._echo = self._read(1.0)
+
+
+RigState = tuple[tuple[LightHandle, LightState], ...]
 
 
 class Rig:
@@ -85,13 +119,19 @@ class Rig:
             handle = LightHandle(vtk_light, light)
         else:
             from_vtk(light, 1.0)  # refuses what is no light before anything changes
-            vtk_light = light if isinstance(light, pv.Light) else pv.Light.from_vtk(light)
+            vtk_light = light
             handle = LightHandle(vtk_light)
         if any(other is vtk_light for other in self._renderer.GetLights()):
             _check.refuse("light", light, "a light that the plotter does not have yet", "set_light changes a light.")
-        self._renderer.add_light(vtk_light)
+        self._put(vtk_light)
         self._handles.append(handle)
         return handle
+
+    def _put(self, vtk_light: Any) -> None:
+        if isinstance(vtk_light, pv.Light):
+            self._renderer.add_light(vtk_light)
+        else:
+            self._renderer.AddLight(vtk_light)
 
     def find(self, which: Any) -> LightHandle:
         """The handle of a light: by handle, by index, by name, or by its PyVista light."""
@@ -116,3 +156,73 @@ class Rig:
         if actor is not None:
             self._renderer.RemoveActor(actor)
         self._handles.remove(handle)
+
+    @property
+    def state(self) -> RigState:
+        """All lights and what they are, for `turn`."""
+        return tuple((handle, handle.state) for handle in self.handles)
+
+    def turn(self, now: RigState, then: RigState) -> None:
+        """Undo what changed from `then` to `now`; what else has changed since is left as it is."""
+        was = dict(then)
+        for handle, state in now:
+            if handle not in was and handle in self.handles:
+                self.remove(handle)
+            elif handle in was and was[handle] != state:
+                handle.restore(was[handle])
+        if any(handle not in dict(now) for handle in was):
+            self._return(then)
+
+    def _return(self, then: RigState) -> None:
+        """Put removed lights back, each into its old place."""
+        others = [handle for handle in self.handles if handle not in dict(then)]
+        for handle in self.handles:
+            self.remove(handle)
+        for handle in [*(handle for handle, _ in then), *others]:
+            self._put(handle.vtk_light)
+            self._handles.append(handle)
+        for handle, state in then:
+            if handle not in others:
+                handle.restore(state)
+
+
+def _fields(light: Any) -> tuple[Any, ...]:
+    """A VTK light's own fields; what VTK itself overwrites at every frame is left out."""
+    in_world = light.LightTypeIsSceneLight()
+    moves = light.LightTypeIsHeadlight()
+    matrix = light.GetTransformMatrix() if in_world else None
+    return (
+        light.GetLightType(),
+        None if moves else light.GetPosition(),
+        None if moves else light.GetFocalPoint(),
+        matrix,
+        None if matrix is None else tuple(matrix.GetData()),
+        light.GetDiffuseColor(),
+        light.GetSpecularColor(),
+        light.GetAmbientColor(),
+        light.GetIntensity(),
+        light.GetSwitch(),
+        light.GetPositional(),
+        light.GetConeAngle(),
+        light.GetExponent(),
+        light.GetAttenuationValues(),
+    )
+
+
+def _set_fields(light: Any, fields: tuple[Any, ...]) -> None:
+    kind, position, focal_point, matrix, elements, *colors, intensity, switch, positional, cone, exponent, falloff = fields
+    light.SetLightType(kind)
+    if position is not None:
+        light.SetPosition(position)
+        light.SetFocalPoint(focal_point)
+    light.SetTransformMatrix(matrix)
+    if matrix is not None:
+        matrix.DeepCopy(elements)
+    for put, color in zip((light.SetDiffuseColor, light.SetSpecularColor, light.SetAmbientColor), colors, strict=True):
+        put(color)
+    light.SetIntensity(intensity)
+    light.SetSwitch(switch)
+    light.SetPositional(positional)
+    light.SetConeAngle(cone)
+    light.SetExponent(exponent)
+    light.SetAttenuationValues(falloff)

@@ -59,7 +59,11 @@ def outer(mesh: pv.DataSet) -> pv.PolyData:
     numbered = mesh.copy(deep=False)
     numbered.point_data["vtkOriginalPointIds"] = np.arange(mesh.n_points)
     numbered.cell_data["vtkOriginalCellIds"] = np.arange(mesh.n_cells)
-    return numbered.extract_surface(pass_pointid=False, pass_cellid=False, algorithm=None)
+    result = numbered.extract_surface(pass_pointid=False, pass_cellid=False, algorithm=None)
+    if isinstance(mesh, pv.Grid) and result.n_points:
+        # the filter computes a grid's points in float32, which far from the origin is too coarse for faces
+        result.points = np.asarray(mesh.points, np.float64)[result.point_data["vtkOriginalPointIds"]]
+    return result
 
 
 def has_faces(mesh: pv.PolyData) -> bool:

@@ -19,6 +19,16 @@ def test_writes_the_file_and_leaves_nothing_beside_it(tmp_path):
     assert os.listdir(tmp_path) == ["scene.json"]
 
 
+def test_the_written_file_itself_takes_the_place(tmp_path):
+    """It is moved there in one step; a copy could be seen, or left, half written."""
+    target = tmp_path / "scene.json"
+    target.write_text("old")
+    with written_aside(target) as aside:
+        aside.write_text("new")
+        written = aside.stat().st_ino
+    assert target.stat().st_ino == written
+
+
 def test_takes_a_string(tmp_path):
     with written_aside(str(tmp_path / "a.txt")) as aside:
         aside.write_text("whole")
@@ -42,8 +52,15 @@ def test_replaces_an_old_file(tmp_path):
 
 
 @pytest.mark.parametrize("old", [None, "old"])
-@pytest.mark.parametrize("error", [RuntimeError, OSError, KeyboardInterrupt])
-def test_a_failure_leaves_what_was_there(tmp_path, old, error):
+@pytest.mark.parametrize(
+    ("error", "seen", "message"),
+    [
+        (RuntimeError, RuntimeError, "^stopped$"),
+        (KeyboardInterrupt, KeyboardInterrupt, "^stopped$"),
+        (OSError, ValueError, r"^path must be a file that can be written; got .*a\.txt \(stopped\)"),
+    ],
+)
+def test_a_failure_leaves_what_was_there(tmp_path, old, error, seen, message):
     target = tmp_path / "a.txt"
     if old:
         target.write_text(old)
@@ -53,7 +70,7 @@ def test_a_failure_leaves_what_was_there(tmp_path, old, error):
             aside.write_text("half")
             raise error("stopped")
 
-    with pytest.raises(error, match="stopped"):
+    with pytest.raises(seen, match=message):
         fail()
     assert os.listdir(tmp_path) == (["a.txt"] if old else [])
     assert not old or target.read_text() == old

@@ -1,46 +1,408 @@
-"""`plotter.phong.scene`: what is on the screen, as a scene."""
+"""`plotter.phong`: lit meshes and lights that follow what is done to them, and nothing else."""
 
 import dataclasses
+import gc
+import weakref
 
+import numpy as np
 import pytest
 import pyvista as pv
+import vtk
 
 import pvphong  # noqa: F401 registers plotter.phong wherever PyVista's own discovery is not installed
-from pvphong.scene import Scene
+from pvphong.lights import DirectionalLight, PointLight, SpotLight, as_light
+from pvphong.material import Material
+from pvphong.scene import LightModel, Scene
 from pvphong.viewer import Viewer
+
+SUN = DirectionalLight(direction=(-1, -2, -3), name="sun")
+LAMP = PointLight(position=(2, 2, 2), attenuation=(1, 0.1, 0), name="lamp")
+DULL = Material(ambient=0.1, diffuse=(0.6, 0.5, 0.4))
+SHINY = Material(ambient=0.1, diffuse=(0.6, 0.5, 0.4), specular=0.5, shininess=20)
 
 
 @pytest.fixture
-def plotter():
-    shown = pv.Plotter(off_screen=True)
-    yield shown
-    shown.close()
+def new_plotter():
+    made = []
+
+    def make(lighting="none", **options):
+        made.append(pv.Plotter(off_screen=True, window_size=(48, 48), lighting=lighting, **options))
+        return made[-1]
+
+    yield make
+    for each in made:
+        each.close()
 
 
-def test_scene_is_a_snapshot_of_what_is_shown(plotter):
-    assert plotter.phong.scene == Scene.from_plotter(plotter)
+@pytest.fixture
+def plotter(new_plotter):
+    """One mesh without highlights in the sun, drawn once."""
+    shown = new_plotter()
+    shown.phong.add_light(SUN)
+    return shown
+
+
+def ball():
+    return pv.Sphere(theta_resolution=16, phi_resolution=12)
+
+
+def draw(plotter, material=DULL, mesh=None, **options):
+    actor = plotter.phong.add_mesh(ball() if mesh is None else mesh, material, **options)
+    plotter.camera_position = [(0, 0, 5), (0, 0, 0), (0, 1, 0)]
+    plotter.show(auto_close=False)  # PyVista renders nothing before
+    return actor
+
+
+def drawn(actor):
+    return np.asarray(actor.mapper.dataset["phong"])
+
+
+def evaluations_after(plotter, change=None):
+    before = plotter.phong.evaluations
+    if change is not None:
+        change()
+    plotter.render()
+    return plotter.phong.evaluations - before
+
+
+def assert_current(plotter, actor, mesh, material, **options):
+    """What is drawn is what `shade` gives for the scene on the screen, in steps of a display."""
+    matrix = actor.GetMatrix()
+    lit = mesh.phong.shade(plotter.phong.scene, material, matrix=matrix, precision="float64", **options)
+    assert np.abs(drawn(actor) - 255.0 * lit["phong"]).max() <= 0.51
+    assert drawn(actor).dtype == np.uint8
+
+
+# --- meshes ---
+
+
+@pytest.mark.parametrize("material", [DULL, SHINY])
+def test_a_mesh_is_drawn_with_its_lit_colours(plotter, material):
+    mesh = ball()
+    actor = draw(plotter, material, mesh)
+    assert_current(plotter, actor, mesh, material)
+    assert np.ptp(drawn(actor)) > 50
+    assert actor.prop.lighting is False
+
+
+def test_the_picture_has_the_evaluated_colours(plotter):
+    face = pv.Plane(i_size=50, j_size=50)  # fills the window
+    draw(plotter, mesh=face)
+    picture = plotter.screenshot(return_img=True)
+    lit = face.phong.shade(plotter.phong.scene, DULL)["phong"]
+    middle = picture[24, 24].astype(int)
+    assert np.abs(middle - 255 * lit.mean(axis=0)).max() <= 2
+    assert middle.max() > 60
+
+
+def test_a_grid_is_drawn_too(plotter):
+    grid = pv.ImageData(dimensions=(4, 4, 4), origin=(-0.5, -0.5, -0.5), spacing=(0.3, 0.3, 0.3))
+    actor = draw(plotter, SHINY, grid)
+    assert_current(plotter, actor, grid, SHINY)
+
+
+def test_the_mesh_is_not_modified(plotter):
+    mesh = ball()
+    mtime, arrays = mesh.GetMTime(), mesh.array_names
+    draw(plotter, SHINY, mesh)
+    assert (mesh.GetMTime(), mesh.array_names) == (mtime, arrays)
+
+
+def test_albedo(plotter):
+    mesh = ball()
+    mesh["tint"] = np.random.default_rng(0).integers(0, 256, (mesh.n_points, 3)).astype(np.uint8)
+    assert_current(plotter, draw(plotter, SHINY, mesh, albedo="tint"), mesh, SHINY, albedo="tint")
+    shades = mesh["tint"] / 255.0
+    assert_current(plotter, draw(plotter, SHINY, mesh, albedo=shades), mesh, SHINY, albedo="tint")
+
+
+def test_options_of_add_mesh_are_passed_on(plotter):
+    actor = draw(plotter, opacity=0.5, name="ball", show_edges=True)
+    assert actor.prop.opacity == 0.5
+    assert plotter.renderer.actors["ball"] is actor
+    assert actor.prop.show_edges
+
+
+@pytest.mark.parametrize("option", ["color", "scalars", "rgb", "lighting", "smooth_shading", "cmap", "pbr"])
+def test_options_that_colour_the_mesh_are_refused(plotter, option):
+    with pytest.raises(ValueError, match=rf"^option must be .*; got {option}\. Colour comes from `material`"):
+        plotter.phong.add_mesh(ball(), DULL, **{option: None})
+    assert not plotter.renderer.actors
+
+
+@pytest.mark.parametrize(
+    ("mesh", "material", "options", "message"),
+    [
+        (pv.PolyData([[0.0, 0, 0]]), DULL, {}, "^mesh must be a mesh with faces"),
+        ("ball.vtp", DULL, {}, "^mesh must be a pyvista.DataSet"),
+        (ball(), "gold", {}, "^material must be a Material"),
+        (ball(), DULL, {"albedo": "tint"}, "^albedo must be one of 'Normals'"),
+        (ball(), DULL, {"albedo": np.ones((3, 3))}, "^albedo must be .* rows; got 3 rows"),
+        (ball(), DULL, {"albedo": 0.5}, "^albedo must be an"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused_and_changes_nothing(plotter, mesh, material, options, message):
+    with pytest.raises(ValueError, match=message):
+        plotter.phong.add_mesh(mesh, material, **options)
+    assert not plotter.renderer.actors
+    plotter.render()
+
+
+# --- kept current, and only then ---
+
+
+def test_nothing_is_computed_when_nothing_changes(plotter):
+    draw(plotter, SHINY)
+    for _ in range(3):
+        assert evaluations_after(plotter) == 0
+
+
+def test_the_first_frame_computes_no_more_than_it_must(plotter):
+    plotter.phong.add_mesh(ball(), DULL)
+    assert plotter.phong.evaluations == 1
+
+
+def moved(plotter):
+    plotter.camera.position = (4.0, 1.0, 2.0)
+
+
+@pytest.mark.parametrize(("material", "count"), [(DULL, 0), (SHINY, 1)])
+def test_the_camera_counts_where_there_are_highlights(plotter, material, count):
+    mesh = ball()
+    actor = draw(plotter, material, mesh)
+    assert evaluations_after(plotter, lambda: moved(plotter)) == count
+    assert_current(plotter, actor, mesh, material)
+
+
+@pytest.mark.parametrize("lighting", ["light kit", "three lights"])
+def test_the_camera_counts_where_lights_ride_along(new_plotter, lighting):
+    shown, mesh = new_plotter(lighting), ball()
+    actor = draw(shown, DULL, mesh)
+    before = drawn(actor).copy()
+    assert evaluations_after(shown, lambda: moved(shown)) == 1
+    assert np.abs(drawn(actor).astype(int) - before).max() > 20
+    assert_current(shown, actor, mesh, DULL)
+
+
+def test_zooming_is_no_move(plotter):
+    draw(plotter, SHINY)
+    assert evaluations_after(plotter, lambda: setattr(plotter.camera, "view_angle", 12)) == 0
+
+
+CHANGES = {
+    "a light": lambda plotter, *_: plotter.phong.set_light("sun", dataclasses.replace(SUN, diffuse=0.5)),
+    "a new light": lambda plotter, *_: plotter.phong.add_light(LAMP),
+    "no light": lambda plotter, *_: plotter.phong.remove_light("sun"),
+    "a light of VTK": lambda plotter, *_: plotter.renderer.lights[0].SetDiffuseColor(0.2, 0.9, 0.3),
+    "a switch": lambda plotter, *_: plotter.renderer.lights[0].SetSwitch(False),
+    "a new PyVista light": lambda plotter, *_: plotter.add_light(
+        pv.Light(position=(3, 0, 1), light_type="scene light")
+    ),
+    "the actor's place": lambda _, actor, __: setattr(actor, "position", (0.5, 0, 0)),
+    "the actor's turn": lambda _, actor, __: actor.rotate_x(40),
+    "the user matrix": lambda _, actor, __: setattr(actor, "user_matrix", np.diag([1.0, -2, 1, 1])),
+    "the points": lambda _, __, mesh: mesh.points.__setitem__(slice(None), mesh.points * [1, 2, 3]),
+    "new points": lambda _, __, mesh: setattr(mesh, "points", mesh.points * [1, 2, 3]),
+    "the normals": lambda _, __, mesh: setattr(mesh.point_data, "active_normals", -np.asarray(mesh["Normals"])),
+    "the material": lambda plotter, actor, _: setattr(plotter.phong.mesh(actor), "material", Material.named("gold")),
+    "the light model": lambda plotter, *_: setattr(plotter.phong, "light_model", LightModel(ambient=0.9)),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_change_is_seen_at_the_next_frame_once(new_plotter, change):
+    shown, mesh = new_plotter(), ball()
+    shown.phong.add_light(SUN)
+    shown.phong.add_light(SpotLight(position=(0, 3, 3), direction=(0, -1, -1), name="spot"))
+    actor = draw(shown, DULL, mesh)
+    before = drawn(actor).copy()
+    assert evaluations_after(shown, lambda: CHANGES[change](shown, actor, mesh)) == 1
+    assert np.abs(drawn(actor).astype(int) - before).max() > 5
+    assert_current(shown, actor, mesh, shown.phong.mesh(actor).material)
+    assert evaluations_after(shown) == 0
+
+
+def test_an_edited_albedo_is_seen(plotter):
+    mesh = ball()
+    mesh["tint"] = np.full((mesh.n_points, 3), 0.2)
+    actor = draw(plotter, DULL, mesh, albedo="tint")
+
+    def repaint():
+        mesh["tint"][:] = 0.9
+
+    assert evaluations_after(plotter, repaint) == 1
+    assert_current(plotter, actor, mesh, DULL, albedo="tint")
+
+
+def test_another_array_of_the_mesh_is_not(plotter):
+    mesh = ball()
+    draw(plotter, DULL, mesh)
+    assert evaluations_after(plotter, lambda: mesh.point_data.set_array(np.arange(mesh.n_points), "number")) == 0
+
+
+def test_the_same_value_again_is_no_change(plotter):
+    actor = draw(plotter, SHINY)
+    same = dataclasses.replace(SUN)
+    assert evaluations_after(plotter, lambda: plotter.phong.set_light("sun", same)) == 0
+    assert evaluations_after(plotter, lambda: setattr(plotter.phong, "light_model", LightModel())) == 0
+    assert evaluations_after(plotter, lambda: setattr(plotter.phong.mesh(actor), "material", SHINY)) == 0
+    assert evaluations_after(plotter, lambda: setattr(actor, "position", (0, 0, 0))) == 0
+
+
+def test_each_mesh_counts_for_itself(plotter):
+    draw(plotter, DULL)
+    first = draw(plotter, DULL)
+    assert evaluations_after(plotter, lambda: setattr(first, "position", (0.5, 0, 0))) == 1
+    assert evaluations_after(plotter, lambda: plotter.phong.set_light("sun", LAMP)) == 2
+
+
+def test_a_removed_mesh_is_not_lit_any_more(plotter):
+    actor = draw(plotter, DULL)
+    plotter.remove_actor(actor)
+    assert evaluations_after(plotter, lambda: plotter.phong.set_light("sun", LAMP)) == 0
+    with pytest.raises(ValueError, match=r"^actor must be an actor that plotter\.phong\.add_mesh returned"):
+        plotter.phong.mesh(actor)
+
+
+# --- lights ---
+
+
+def test_lights_are_the_plotters_own_too(new_plotter):
+    shown = new_plotter("light kit")
+    assert len(shown.phong.lights) == 5
+    shown.phong.add_light(SUN)
+    shown.add_light(pv.Light(position=(1, 2, 3), light_type="scene light"))
+    assert len(shown.phong.lights) == 7
+    assert shown.phong.lights[5] == SUN
+    assert shown.phong.lights[6].direction == (-1.0, -2.0, -3.0)
+    assert shown.phong.scene.lights == shown.phong.lights
+
+
+def test_an_added_light_lights_vtks_own_actors(plotter):
+    handle = plotter.phong.add_light(LAMP)
+    assert handle.vtk_light in list(plotter.renderer.GetLights())
+    back = as_light(handle.vtk_light)
+    assert (back.position, back.attenuation) == (LAMP.position, LAMP.attenuation)
+
+
+@pytest.mark.parametrize("light", [SUN, LAMP, SpotLight(exponent=1000, name="sharp", diffuse=(0.1, 1 / 3, 0.7))])
+@pytest.mark.parametrize("frame", ["world", "camera", "headlight"])
+def test_a_light_is_kept_to_the_bit(new_plotter, light, frame):
+    light = dataclasses.replace(light, frame=frame)
+    shown = new_plotter()
+    shown.phong.add_light(light)
+    draw(shown)
+    moved(shown)
+    shown.render()
+    assert shown.phong.lights == (light,)
+
+
+@pytest.mark.parametrize("which", ["handle", "index", "negative", "name", "pyvista"])
+def test_lights_are_named_in_many_ways(new_plotter, which):
+    shown = new_plotter()
+    shown.phong.add_light(SUN)
+    handle = shown.phong.add_light(LAMP)
+    named = {"handle": handle, "index": 1, "negative": -1, "name": "lamp", "pyvista": handle.vtk_light}[which]
+    shown.phong.set_light(named, dataclasses.replace(LAMP, intensity=2))
+    assert [light.intensity for light in shown.phong.lights] == [1.0, 2.0]
+    shown.phong.remove_light(named)
+    assert shown.phong.lights == (SUN,)
+    assert len(shown.renderer.lights) == 1
+
+
+@pytest.mark.parametrize("which", ["moon", 1, -2, None, True, vtk.vtkLight()])
+def test_a_light_that_is_not_there(plotter, which):
+    with pytest.raises(ValueError, match=r"^which must be a light of this renderer: .*'sun'"):
+        plotter.phong.remove_light(which)
+    with pytest.raises(ValueError, match=r"^which must be"):
+        plotter.phong.set_light(which, LAMP)
+    assert plotter.phong.lights == (SUN,)
+
+
+def test_bad_lights_are_refused_and_change_nothing(plotter):
+    for bad in ("lamp", None, vtk.vtkCamera()):
+        with pytest.raises(ValueError, match=r"^light must be a pvphong light"):
+            plotter.phong.add_light(bad)
+    with pytest.raises(ValueError, match=r"^light must be a light of pvphong's; .*as_light"):
+        plotter.phong.set_light("sun", pv.Light())
+    twice = pv.Light()
+    plotter.phong.add_light(twice)
+    with pytest.raises(ValueError, match=r"^light must be a light that the plotter does not have yet"):
+        plotter.phong.add_light(twice)
+    assert len(plotter.phong.lights) == 2
+
+
+def test_a_light_changed_by_vtk_is_read_again(plotter):
+    handle = plotter.phong.add_light(SpotLight(exponent=1000, name="sharp"))
+    handle.vtk_light.SetIntensity(0.25)
+    light = plotter.phong.lights[1]
+    assert (light.intensity, light.exponent, light.name) == (0.25, 128.0, "sharp")
+
+
+# --- scene and light model ---
+
+
+def test_the_scene_is_a_frozen_snapshot(plotter):
+    draw(plotter)
     before = plotter.phong.scene
-    plotter.camera.position = (1.0, 2.0, 3.0)
+    assert before == Scene(lights=[SUN], viewer=Viewer.from_camera(plotter.camera), light_model=LightModel())
+    moved(plotter)
+    plotter.phong.light_model = LightModel.opengl()
     after = plotter.phong.scene
-    assert after.viewer == Viewer.from_camera(plotter.camera)
-    assert before.viewer != after.viewer
-    assert [light.diffuse for light in before.lights] == [light.diffuse for light in after.lights]
-
-
-def test_scene_is_frozen(plotter):
+    assert after.viewer == Viewer.from_camera(plotter.camera) != before.viewer
+    assert after.light_model == LightModel.opengl()
     with pytest.raises(dataclasses.FrozenInstanceError):
-        plotter.phong.scene.lights = ()
+        after.lights = ()
 
 
-def test_each_plotter_has_its_own(plotter):
-    other = pv.Plotter(off_screen=True, lighting="none")
-    assert len(other.phong.scene.lights) == 0
-    assert len(plotter.phong.scene.lights) == 5
-    other.close()
+def test_the_scene_lights_as_a_snapshot_of_the_plotter(new_plotter):
+    shown = new_plotter("light kit")
+    shown.add_light(pv.Light(position=(1, 2, 1), light_type="camera light", positional=True, cone_angle=40))
+    mesh = ball()
+    draw(shown, SHINY, mesh)
+    moved(shown)
+    ours, snapshot = (
+        mesh.phong.shade(s, SHINY, precision="float64") for s in (shown.phong.scene, Scene.from_plotter(shown))
+    )
+    np.testing.assert_allclose(ours["phong"], snapshot["phong"], atol=1e-12)
 
 
-def test_closing_a_plotter_needs_nothing_more():
-    shown = pv.Plotter(off_screen=True)
-    assert shown.phong.scene.lights
+def test_the_light_model_is_checked(plotter):
+    with pytest.raises(ValueError, match=r"^light_model must be a LightModel; got vtk"):
+        plotter.phong.light_model = "vtk"
+    assert plotter.phong.light_model == LightModel()
+
+
+def test_subplots_have_their_own_lights_and_meshes(new_plotter):
+    shown = new_plotter(shape=(1, 2))
+    actors = []
+    for column, light in enumerate((SUN, LAMP)):
+        shown.subplot(0, column)
+        shown.phong.add_light(light)
+        actors.append(draw(shown))
+    assert shown.phong.lights == (LAMP,)
+    shown.subplot(0, 0)
+    assert shown.phong.lights == (SUN,)
+    assert np.abs(drawn(actors[0]).astype(int) - drawn(actors[1])).max() > 20
+    before = drawn(actors[1]).copy()
+    assert evaluations_after(shown, lambda: shown.phong.set_light(0, dataclasses.replace(SUN, diffuse=0.2))) == 1
+    np.testing.assert_array_equal(drawn(actors[1]), before)
+
+
+# --- the end ---
+
+
+def test_closing_twice_is_harmless(plotter):
+    draw(plotter)
+    plotter.close()
+    plotter.close()
+
+
+def test_a_closed_plotter_is_let_go():
+    shown = pv.Plotter(off_screen=True, window_size=(48, 48))
+    draw(shown)
+    watched = weakref.ref(shown.phong)
     shown.close()
-    shown.close()
+    del shown
+    gc.collect()
+    assert watched() is None

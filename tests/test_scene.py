@@ -359,19 +359,10 @@ def test_a_save_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Path, "write_text", write_half)
-    with pytest.raises((OSError, ValueError), match="No space left on device"):
+    with pytest.raises(ValueError, match=r"^path must be a file that can be written; .*No space left on device"):
         Scene(lights=[DirectionalLight(name="new")]).save(path)
     assert path.read_bytes() == before
     assert os.listdir(tmp_path) == ["scene.json"]
-
-
-def test_a_save_that_fails_says_so_as_documented(tmp_path, monkeypatch):
-    def no_space(*_, **__):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(Path, "write_text", no_space)
-    with pytest.raises(ValueError, match="No space left on device"):
-        Scene().save(tmp_path / "scene.json")
 
 
 def test_save_into_a_folder_that_is_not_there(tmp_path):
@@ -496,12 +487,13 @@ def test_a_light_of_every_kind_in_a_plotter(plotter, kind):
     assert_snapshot_is_vtks(shown)
 
 
-@pytest.mark.parametrize("kind", [kind for kind in CUSTOM if kind.startswith("scene")])
+@pytest.mark.parametrize("kind", CUSTOM)
 def test_a_light_with_a_transform_matrix(plotter, kind):
     shown = plotter(lighting="none")
     shown.add_light(custom(kind, transformed=True))
     scene = assert_snapshot_is_vtks(shown)
-    assert scene != Scene.from_plotter(shown_with(plotter, custom(kind)))
+    if kind.startswith("scene"):  # VTK puts its own matrix into camera lights
+        assert scene != Scene.from_plotter(shown_with(plotter, custom(kind)))
 
 
 def shown_with(plotter, light):
@@ -527,7 +519,7 @@ def test_after_a_render(plotter):
     shown = plotter(lighting="light kit")
     shown.add_light(custom("camera spot"))
     shown.add_mesh(pv.Sphere())
-    shown.render()
+    shown.show(auto_close=False)
     shown.camera.azimuth = 40
     assert_snapshot_is_vtks(shown)
 

@@ -44,10 +44,9 @@ _KEEPING = ("a translation", "a uniform scale")
 def _kind(matrix: Float64Array) -> str:
     """The class of an affine matrix, as far as it concerns normals; equality is exact."""
     linear, w = matrix[:3, :3], matrix[3, 3]
-    if np.array_equal(linear, np.eye(3) * linear[0, 0]) and linear[0, 0] * w > 0.0:
+    if np.array_equal(linear, np.eye(3) * linear[0, 0]) and np.sign(linear[0, 0]) == np.sign(w):
         return "a translation" if linear[0, 0] == w else "a uniform scale"
-    linear = np.ldexp(linear, -np.frexp(np.abs(linear).max())[1])  # so that no product overflows
-    scaled = linear / np.abs(linear).max()
+    scaled = np.ldexp(linear, -np.frexp(np.abs(linear).max())[1])  # so that no product overflows
     gram = scaled.T @ scaled
     if np.allclose(gram, np.eye(3) * gram[0, 0], rtol=0.0, atol=1e-12):
         return "rigid or similar: the inverse-transpose is the matrix itself, but for its scale"

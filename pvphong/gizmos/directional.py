@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from pvphong._types import Float64Array, Vector, rgb
+from pvphong._types import Float64Array, Vector
 from pvphong._vectors import unit
 from pvphong.gizmos.drawing import Drawing
-from pvphong.gizmos.press import Cursor, Place, Press, aimed
+from pvphong.gizmos.press import Cursor, Place, Press, aimed, vector
 from pvphong.gizmos.view import View
 from pvphong.lights import DirectionalLight
 
@@ -24,8 +24,7 @@ def travel(light: DirectionalLight) -> Float64Array:
 
 def anchor(light: DirectionalLight, center: Vector, size: float) -> Vector:
     """Where the icon stands at first: in front of the scene, where the light comes from."""
-    x, y, z = (np.array(center) - DISTANCE * size * travel(light)).tolist()
-    return x, y, z
+    return vector(np.array(center) - DISTANCE * size * travel(light))
 
 
 def handles(light: DirectionalLight, place: Place, view: View) -> dict[str, Float64Array]:  # noqa: ARG001 as other kinds
@@ -37,7 +36,7 @@ def drag(press: Press, at: Cursor) -> DirectionalLight:
     """The light that the cursor asks for."""
     light = press.light
     assert isinstance(light, DirectionalLight)
-    direction = aimed(press, at, press.place.anchor, rgb(light.direction))
+    direction = aimed(press, at, press.place.anchor, vector(light.direction))
     return replace(light, direction=direction)
 
 
@@ -58,4 +57,4 @@ def draw(drawing: Drawing, light: DirectionalLight, place: Place, selected: bool
 
 def arriving(light: DirectionalLight, place: Place) -> tuple[str, Vector]:  # noqa: ARG001 as other kinds
     """Where the light is measured for the readout: it is the same everywhere."""
-    return "everywhere", rgb(place.center)
+    return "everywhere", place.center

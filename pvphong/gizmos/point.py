@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from pvphong._types import Float64Array, Vector, rgb
+from pvphong._types import Float64Array, Vector
 from pvphong.gizmos.drawing import Drawing, circle
-from pvphong.gizmos.press import Cursor, Place, Press
+from pvphong.gizmos.press import Cursor, Place, Press, vector
 from pvphong.gizmos.view import View
 from pvphong.lights import PointLight
 
@@ -42,8 +42,7 @@ def drag(press: Press, at: Cursor) -> PointLight:
     assert isinstance(light, PointLight)
     if press.handle == "radius":
         return _resized(light, press, at)
-    x, y, z = press.moved_on_grid(at).tolist()
-    return replace(light, position=(x, y, z))
+    return replace(light, position=vector(press.moved_on_grid(at)))
 
 
 def _resized(light: PointLight, press: Press, at: Cursor) -> PointLight:
@@ -75,4 +74,4 @@ def draw(drawing: Drawing, light: PointLight, place: Place, selected: bool) -> N
 
 def arriving(light: PointLight, place: Place) -> tuple[str, Vector]:
     """Where the light is measured for the readout: in the middle of the scene."""
-    return "at the scene's middle", rgb(place.center)
+    return "at the scene's middle", place.center

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pvphong._types import Float64Array, Vector
+from pvphong._types import Float64Array, Vector, VectorLike
 from pvphong.gizmos.view import View
 from pvphong.lights import Light
 
@@ -115,6 +115,12 @@ class Cursor:
     snapping: bool = False
 
 
+def vector(values: VectorLike | Float64Array) -> Vector:
+    """Three floats, as lights have them."""
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
 def round_step(length: float) -> float:
     """The largest of 1, 2, 5 times a power of ten that is not above a length > 0."""
     power = 10.0 ** math.floor(math.log10(length))
@@ -137,5 +143,4 @@ def aimed(press: Press, at: Cursor, origin: Vector, direction: Vector) -> Vector
         level = length * math.cos(elevation)
         aim = np.array([level * math.cos(azimuth), level * math.sin(azimuth), length * math.sin(elevation)])
         aim[np.abs(aim) < 1e-15 * length] = 0.0
-    x, y, z = aim.tolist()
-    return x, y, z
+    return vector(aim)

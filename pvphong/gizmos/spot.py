@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from pvphong._types import Float64Array, Vector, rgb
+from pvphong._types import Float64Array, Vector
 from pvphong._vectors import unit
 from pvphong.gizmos.drawing import Drawing, circle
-from pvphong.gizmos.press import Cursor, Place, Press, aimed
+from pvphong.gizmos.press import Cursor, Place, Press, aimed, vector
 from pvphong.gizmos.view import View
 from pvphong.lights import SpotLight
 
@@ -66,7 +66,7 @@ def drag(press: Press, at: Cursor) -> SpotLight:
     if press.handle == "cone":
         return replace(light, cone_angle=_opened(light, press, at))
     if press.handle == "target":
-        return replace(light, direction=aimed(press, at, rgb(light.position), rgb(light.direction)))
+        return replace(light, direction=aimed(press, at, vector(light.position), vector(light.direction)))
     return _moved(light, press, at)
 
 
@@ -76,7 +76,7 @@ def _moved(light: SpotLight, press: Press, at: Cursor) -> SpotLight:
     aim = np.array(light.position) + reach(light, press.place) * axis(light) - position
     if np.array_equal(position, light.position) or not aim.any():
         return light
-    return replace(light, position=tuple(position.tolist()), direction=tuple(aim.tolist()))
+    return replace(light, position=vector(position), direction=vector(aim))
 
 
 def _opened(light: SpotLight, press: Press, at: Cursor) -> float:
@@ -117,4 +117,4 @@ def draw(drawing: Drawing, light: SpotLight, place: Place, selected: bool) -> No
 
 def arriving(light: SpotLight, place: Place) -> tuple[str, Vector]:
     """Where the light is measured for the readout: at its target."""
-    return "at the target", rgb((np.array(light.position) + reach(light, place) * axis(light)).tolist())
+    return "at the target", vector(np.array(light.position) + reach(light, place) * axis(light))

@@ -1,0 +1,301 @@
+"""All gizmos of one subplot: brings them up to date, and turns events into new lights."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pvphong._types import Vector
+from pvphong.gizmos import commands
+from pvphong.gizmos.drawing import Drawing
+from pvphong.gizmos.gizmo import HIGHLIGHT, Gizmo, in_frame
+from pvphong.gizmos.grip import Grip
+from pvphong.gizmos.highlight import Spot, mirrored_to_eye
+from pvphong.gizmos.history import History
+from pvphong.gizmos.kinds import kind_of
+from pvphong.gizmos.overlay import Overlay
+from pvphong.gizmos.press import Cursor, Press, vector
+from pvphong.gizmos.readout import readout
+from pvphong.gizmos.surfaces import find_highlight, pick
+from pvphong.gizmos.view import View
+from pvphong.lights import Light
+from pvphong.live import LiveMesh
+from pvphong.rig import LightHandle, Rig, RigState
+
+
+@dataclass(frozen=True)
+class Options:
+    """How gizmos behave; see `plotter.phong.add_gizmos`."""
+
+    in_screenshots: bool = False
+    angle_step: float = 5.0
+    length_step: float | None = None
+
+
+@dataclass(frozen=True)
+class _Drag:
+    """A running drag: who, from where, and all lights before it."""
+
+    gizmo: Gizmo
+    press: Press
+    before: RigState
+    held: Spot | None
+
+
+class Board:
+    """The gizmos of one renderer.
+
+    Parameters
+    ----------
+    renderer, interactor
+        VTK's.
+    rig : Rig
+        The renderer's lights.
+    history : History
+        Where finished drags go.
+    meshes : callable
+        Gives the renderer's lit meshes.
+    only : sequence of LightHandle, optional
+        The lights that get a gizmo; all, also those added later, if not given.
+    options : Options
+        How they behave.
+    """
+
+    def __init__(
+        self,
+        renderer: Any,
+        interactor: Any,
+        rig: Rig,
+        history: History,
+        meshes: Callable[[], Sequence[LiveMesh]],
+        only: Sequence[LightHandle] | None,
+        options: Options,
+    ) -> None:
+        self.rig, self.history, self.options = rig, history, options
+        self.hidden, self.helping = False, False
+        self._renderer, self._interactor, self._meshes, self._only = renderer, interactor, meshes, only
+        self._overlay = Overlay()
+        self._gizmos: list[Gizmo] = []
+        self._drag: _Drag | None = None
+        self._readout = ""
+        self._hovered: tuple[Gizmo, str] | None = None
+        self._tags = [
+            self._observe("MouseMoveEvent", Board._moved_over),
+            self._observe("KeyPressEvent", Board._key_pressed),
+        ]
+        # While a widget is dragged VTK gives events to nobody else, but for passive observers: Escape must come through.
+        interactor.GetCommand(self._tags[1]).PassiveObserverOn()
+        self.update()
+
+    def _observe(self, event: str, react: Callable[[Board], None]) -> int:
+        board = weakref.ref(self)
+
+        def happened(_interactor: Any, _event: str) -> None:
+            if (alive := board()) is not None:
+                react(alive)
+
+        return int(self._interactor.AddObserver(event, happened))
+
+    # -- what is there -----------------------------------------------------------------------------------
+
+    @property
+    def gizmos(self) -> tuple[Gizmo, ...]:
+        """A gizmo for each light."""
+        self._follow()
+        return tuple(self._gizmos)
+
+    @property
+    def selected(self) -> Gizmo | None:
+        """The gizmo that keys act on: the one grabbed last."""
+        return next((gizmo for gizmo in self._gizmos if gizmo.is_selected), None)
+
+    def select(self, chosen: Gizmo | None) -> None:
+        """Select a gizmo, or none."""
+        for gizmo in self._gizmos:
+            gizmo.is_selected = gizmo is chosen
+
+    @property
+    def view(self) -> View:
+        """The pane as it is now."""
+        width, height = self._renderer.GetSize()
+        x, y = self._renderer.GetOrigin()
+        return View(self.rig.viewer, (max(width, 1), max(height, 1)), (x, y))
+
+    @property
+    def extent(self) -> tuple[Vector, float]:
+        """Middle and half the diagonal of what is drawn; of nothing: what the camera looks at."""
+        bounds = np.array(self._renderer.ComputeVisiblePropBounds()).reshape(3, 2)
+        size = 0.5 * float(np.linalg.norm(bounds[:, 1] - bounds[:, 0]))
+        if (bounds[:, 0] > bounds[:, 1]).any() or not 0.0 < size < np.inf:
+            return vector(self.rig.viewer.focal_point), 0.5 * self.rig.viewer.distance
+        return vector(bounds.mean(axis=1)), size
+
+    def new_grip(self, name: str, gizmo: Gizmo) -> Grip:
+        """A handle that can be grabbed."""
+        return Grip(name, self._renderer, self._interactor, gizmo)
+
+    def highlight_of(self, gizmo: Gizmo) -> Vector | None:
+        """Where the gizmo's light has its highlight."""
+        spot = self._highlight(gizmo, self.view)
+        return None if spot is None else spot.point
+
+    def _highlight(self, gizmo: Gizmo, view: View) -> Spot | None:
+        light = gizmo.light_for(view.viewer)
+        if light.frame == "headlight":
+            return None
+        return find_highlight(light.in_world(view.viewer), view, self._meshes())
+
+    # -- following ---------------------------------------------------------------------------------------
+
+    def _follow(self) -> None:
+        """A gizmo for each light that is there, none for those that are gone."""
+        present = [handle for handle in self.rig.handles if self._only is None or handle in self._only]
+        for gizmo in self._gizmos:
+            if gizmo.handle not in present:
+                gizmo.release()
+        known = {gizmo.handle: gizmo for gizmo in self._gizmos}
+        self._gizmos = [known.get(handle) or Gizmo(handle, self) for handle in present]
+        if self._drag is not None and self._drag.gizmo not in self._gizmos:
+            self._drag, self._readout = None, ""
+
+    def update(self) -> None:
+        """Bring widgets and looks to where lights, camera and scene are now."""
+        self._follow()
+        view = self.view
+        drawing = Drawing(view)
+        shown = not self.hidden
+        active = self._active()
+        for gizmo in self._gizmos:
+            spot = self._highlight(gizmo, view) if shown and gizmo.is_selected else None
+            highlight = None if spot is None else spot.point
+            gizmo.set_grips(view, highlight, shown)
+            if shown:
+                gizmo.draw(drawing, highlight, active[1] if active and active[0] is gizmo else None)
+        self._overlay.attach(self._renderer)
+        self._overlay.put(drawing)
+        self._overlay.help(commands.HELP if self.helping else "", (12.0, view.size[1] - 12.0))
+        x, y = self._cursor()
+        self._overlay.say(self._readout, (x - view.origin[0] + 18.0, y - view.origin[1] + 18.0))
+
+    def _active(self) -> tuple[Gizmo, str] | None:
+        if self._drag is not None:
+            return self._drag.gizmo, self._drag.press.handle
+        return self._hovered
+
+    # -- events ------------------------------------------------------------------------------------------
+
+    def _cursor(self) -> tuple[float, float]:
+        x, y = self._interactor.GetEventPosition()
+        return float(x), float(y)
+
+    def _is_here(self) -> bool:
+        return bool(self._renderer.IsInViewport(*self._interactor.GetEventPosition()))
+
+    def _moved_over(self) -> None:
+        over = [(gizmo, gizmo.hovered) for gizmo in self._gizmos] if self._is_here() else []
+        hovered = next(((gizmo, name) for gizmo, name in over if name is not None), None)
+        if hovered != self._hovered:
+            self._hovered = hovered
+            self.render()
+
+    def _key_pressed(self) -> None:
+        key, control = self._interactor.GetKeySym(), self._interactor.GetControlKey()
+        if self._drag is not None:
+            if key == "Escape":
+                self.cancel()
+        elif self._is_here() and commands.run(self, key, control=bool(control)):
+            self.render()
+
+    def grabbed(self, gizmo: Gizmo, grip: Grip) -> None:
+        """A handle was grabbed: freeze everything that the drag depends on."""
+        view = self.view
+        self.select(gizmo)
+        light = gizmo.light_for(view.viewer).in_world(view.viewer)
+        held = self._highlight(gizmo, view)
+        points = gizmo.points(view)
+        if held is not None:
+            points[HIGHLIGHT] = np.array(held.point)
+        if grip.name not in points:
+            return
+        press = Press(
+            light,
+            grip.name,
+            vector(points[grip.name]),
+            self._cursor(),
+            view,
+            gizmo.place(view),
+            self.options.angle_step,
+            self.options.length_step,
+        )
+        self._drag = _Drag(gizmo, press, self.rig.state, held)
+
+    def dragged(self) -> None:
+        """The cursor moved with the button down: the light becomes what the cursor asks for."""
+        drag = self._drag
+        if drag is None or drag.gizmo.handle not in self.rig.handles:
+            self._drag = None
+            return
+        press = drag.press
+        at = Cursor(self._cursor(), bool(self._interactor.GetShiftKey()), bool(self._interactor.GetControlKey()))
+        light = self._dragged_highlight(drag, at) if press.handle == HIGHLIGHT else kind_of(press.light).drag(press, at)
+        viewer = press.view.viewer
+        if light == press.light:
+            self.rig.turn(self.rig.state, drag.before)
+        else:
+            now = drag.gizmo.light_for(viewer)
+            drag.gizmo.handle.set(in_frame(light, now.frame, viewer), viewer)
+        self._readout = readout(light, press.handle, press.place)
+
+    def _dragged_highlight(self, drag: _Drag, at: Cursor) -> Light:
+        press = drag.press
+        x, y = press.picture(at)
+        target = pick((float(x), float(y)), self._renderer, press.view, self._meshes())
+        if drag.held is None or target is None:
+            return drag.gizmo.light_for(press.view.viewer).in_world(press.view.viewer)  # off the surface: it waits
+        return mirrored_to_eye(press.light, press.view, drag.held, target)
+
+    def dropped(self) -> None:
+        """The button was let go: the drag becomes one step."""
+        if self._drag is not None:
+            self.history.record(self.rig, self._drag.before)
+        self._drag, self._readout = None, ""
+        self.render()
+
+    def cancel(self) -> None:
+        """Put back what a running drag has changed."""
+        if self._drag is not None:
+            self.rig.turn(self.rig.state, self._drag.before)
+        self._drag, self._readout = None, ""
+        self.render()
+
+    def render(self) -> None:
+        """Draw a frame."""
+        self._interactor.Render()
+
+    @contextmanager
+    def out_of_sight(self) -> Iterator[None]:
+        """Without gizmos, unless they are to be in screenshots."""
+        if self.options.in_screenshots:
+            yield
+            return
+        self._overlay.show(False)
+        try:
+            yield
+        finally:
+            self._overlay.show(True)
+            self.update()
+
+    def release(self) -> None:
+        """Let go of widgets, observers and actors."""
+        for tag in self._tags:
+            self._interactor.RemoveObserver(tag)
+        self._drag = None
+        for gizmo in self._gizmos:
+            gizmo.release()
+        self._gizmos.clear()
+        self._overlay.detach(self._renderer)

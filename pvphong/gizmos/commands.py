@@ -1,0 +1,108 @@
+"""What keys do to lights. None of them is one of PyVista's or VTK's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from pvphong.gizmos.gizmo import in_frame
+
+if TYPE_CHECKING:
+    from pvphong.gizmos.board import Board
+
+
+def _toggle_help(board: Board) -> None:
+    board.helping = not board.helping
+
+
+def _toggle_hidden(board: Board) -> None:
+    board.hidden = not board.hidden
+
+
+def _select_next(board: Board) -> None:
+    ring = [None, *board.gizmos]
+    board.select(ring[(ring.index(board.selected) + 1) % len(ring)])
+
+
+def _mute(board: Board) -> None:
+    if (gizmo := board.selected) is not None:
+        light = gizmo.light
+        gizmo.handle.set(replace(light, on=not light.on), board.view.viewer)
+
+
+def _solo(board: Board) -> None:
+    """All others off; if they are off already, all on."""
+    if (chosen := board.selected) is None:
+        return
+    viewer = board.view.viewer
+    others = [handle for handle in board.rig.handles if handle is not chosen.handle]
+    alone = chosen.light.on and not any(handle.light(viewer).on for handle in others)
+    for handle in others:
+        handle.set(replace(handle.light(viewer), on=alone), viewer)
+    chosen.handle.set(replace(chosen.light, on=True), viewer)
+
+
+def _to_camera(board: Board) -> None:
+    """The light where the eye is, shining along the view axis."""
+    if (gizmo := board.selected) is None:
+        return
+    viewer, light = board.view.viewer, gizmo.light
+    changes: dict[str, Any] = {}
+    if hasattr(light, "position"):
+        changes["position"] = viewer.position
+    if hasattr(light, "direction"):
+        changes["direction"] = tuple(viewer.distance * part for part in viewer.view_direction)
+    world = replace(light.in_world(viewer), **changes)
+    gizmo.handle.set(in_frame(world, light.frame, viewer), viewer)
+
+
+def _reset(board: Board) -> None:
+    if (gizmo := board.selected) is not None:
+        gizmo.handle.set(gizmo.first, board.view.viewer)
+
+
+def _undo(board: Board) -> None:
+    board.history.undo()
+
+
+def _redo(board: Board) -> None:
+    board.history.redo()
+
+
+_SHOWING: dict[str, tuple[str, Callable[[Board], None]]] = {
+    "h": ("these keys", _toggle_help),
+    "g": ("hide or show the gizmos", _toggle_hidden),
+    "n": ("select the next light", _select_next),
+    "z": ("undo", _undo),
+    "y": ("redo", _redo),
+}
+_CHANGING: dict[str, tuple[str, Callable[[Board], None]]] = {
+    "m": ("light off or on", _mute),
+    "o": ("this light alone, or all", _solo),
+    "k": ("light to the camera", _to_camera),
+    "0": ("light as it was at first", _reset),
+}
+_MOUSE = {
+    "drag": "a handle, or the highlight",
+    "Shift": "along one axis",
+    "Ctrl": "in steps",
+    "Esc": "put back",
+}
+
+HELP = "\n".join(
+    f"{key:6}{what}" for key, what in [*((key, what) for key, (what, _) in {**_SHOWING, **_CHANGING}.items()), *_MOUSE.items()]
+)
+"""All keys, one a line."""
+
+
+def run(board: Board, key: str, *, control: bool = False) -> bool:
+    """Do what a key stands for; False if it stands for nothing."""
+    if key in _SHOWING and (not control or key in "zy"):
+        _SHOWING[key][1](board)
+    elif key in _CHANGING and not control:
+        with board.history.edit(board.rig):
+            _CHANGING[key][1](board)
+    else:
+        return False
+    return True

@@ -1,0 +1,269 @@
+"""Scenes for the long hunts: numbers from the whole range of floats, and scenes that a plan can simplify.
+
+As in `strategies`, hypothesis draws the seed of a die; a failure prints the whole case, or can be made again from it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import strategies
+from hypothesis import HealthCheck, given, settings
+from strategies import Case, Dice, hard_case, moderate_case, rotation, triple, unit
+
+from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer
+from pvphong.normals import point_normals
+
+FEW, MANY = 150, 100_000
+
+
+def hunt(throw: Callable[[Dice], Any], check: Callable[[Any], None], examples: int) -> None:
+    """Check many throws; the few are always the same ones, the many are new in every run."""
+
+    @settings(
+        max_examples=examples,
+        derandomize=examples < MANY,
+        deadline=None,
+        database=None,
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(strategies.thrown(throw))
+    def run(case: Any) -> None:
+        check(case)
+
+    run()
+
+
+# --- the whole range of floats ---
+
+
+def float_of(dice: Dice) -> float:
+    """Any finite float: its exponent is drawn evenly, and some are zero."""
+    return 0.0 if dice.likely(8) else dice.choice((1.0, -1.0)) * dice.wide()
+
+
+def positive_of(dice: Dice) -> float:
+    return 0.0 if dice.likely(8) else dice.wide()
+
+
+def color_of(dice: Dice) -> Any:
+    return positive_of(dice) if dice.likely(50) else tuple(positive_of(dice) for _ in range(3))
+
+
+def wide_points(dice: Dice) -> np.ndarray:
+    """Points all over the range, clusters whose corners nearly coincide, and slivers."""
+    count = dice.randint(3, 7)
+    points = np.array([[float_of(dice) for _ in range(3)] for _ in range(count)])
+    kind = dice.choice(["anywhere", "cluster", "sliver"])
+    if kind != "anywhere":
+        base, edge = dice.wide_vector(-1074, 1000), dice.wide_vector(-1074, 1000)
+        along = np.array([dice.random() for _ in range(count)])[:, None]
+        with np.errstate(over="ignore"):
+            points = base + along * edge if kind == "sliver" else base * (1.0 + dice.log_between(1e-17, 1e-1) * along)
+        points = points + np.array([dice.nudged(np.zeros(3)) for _ in range(count)])
+    return np.nan_to_num(points)
+
+
+def normals_of(dice: Dice, points: np.ndarray) -> np.ndarray:
+    """The normals of a few triangles between the points, or vectors of any length."""
+    if dice.likely(50):
+        faces = [dice.sample(range(len(points)), 3) for _ in range(dice.randint(1, 4))]
+        weighting = dice.choice(("angle", "area", "max"))
+        return point_normals(points, np.ravel(faces), np.arange(0, 3 * len(faces) + 1, 3), weighting)
+    return np.array([dice.wide_vector() * dice.choice((0.0, 1.0, 1.0, 1.0)) for _ in points])
+
+
+def _anywhere(dice: Dice, points: np.ndarray) -> np.ndarray:
+    """On a vertex, beside one, or anywhere."""
+    p = points[dice.randrange(len(points))]
+    away = dice.wide_vector() if dice.likely(50) else dice.vector()
+    with np.errstate(over="ignore"):
+        return np.nan_to_num(dice.choice((p, p + away, away)))
+
+
+def _wide_light(dice: Dice, points: np.ndarray, normals: np.ndarray) -> Any:
+    at = _anywhere(dice, points)
+    row = dice.randrange(len(points))
+    direction = dice.wide_vector()
+    if dice.likely(40) and normals[row].any():  # along the tangent plane
+        n = normals[row] / np.abs(normals[row]).max()
+        tangent = np.cross(n, dice.unit_vector())
+        direction = dice.nudged(tangent) if tangent.any() else direction
+        with np.errstate(over="ignore"):
+            at = np.nan_to_num(points[row] + tangent * dice.wide(-300, 300))
+    common: dict[str, Any] = {
+        "diffuse": color_of(dice),
+        "specular": None if dice.likely(50) else color_of(dice),
+        "ambient": color_of(dice),
+        "intensity": positive_of(dice),
+        "frame": dice.choice(("world", "world", "camera", "headlight")),
+    }
+    kind = dice.choice(("directional", "point", "spot", "spot"))
+    if kind == "directional":
+        return DirectionalLight(direction=triple(direction), **common)
+    attenuation = tuple(positive_of(dice) for _ in range(3))
+    common |= {"position": triple(at), "attenuation": attenuation if any(attenuation) else (0.0, 0.0, 1.0)}
+    if kind == "point":
+        return PointLight(**common)
+    cone_angle = dice.choice((90.0, 60.0, dice.uniform(1.0, 90.0), dice.wide(-1074, 5)))
+    if dice.likely(50):  # a vertex near the edge of the cone
+        axis = unit(dice.vector() + 1e-3)
+        side = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+        with np.errstate(over="ignore"):
+            toward = points[row] / 2 - at / 2
+        if np.isfinite(toward).all() and toward.any():
+            axis = toward / np.abs(toward).max()
+            side = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+        direction = dice.nudged(rotation(unit(side), math.radians(cone_angle)) @ axis)
+    return SpotLight(direction=triple(direction), cone_angle=cone_angle, exponent=positive_of(dice), **common)
+
+
+def _wide_viewer(dice: Dice, points: np.ndarray) -> Viewer:
+    eye, focal = _anywhere(dice, points), _anywhere(dice, points)
+    if np.array_equal(eye, focal):
+        focal = np.where(eye == 0.0, 1.0, 0.0)
+    return Viewer(triple(eye), triple(focal), triple(dice.wide_vector()), parallel=dice.likely(25))
+
+
+def _wide_matrix(dice: Dice) -> np.ndarray | None:
+    """None, any numbers, nearly or quite singular, mirrored; rarely projective or of rank 1, which is refused."""
+    if dice.likely(35):
+        return None
+    matrix = np.eye(4)
+    kind = dice.choice(("any", "any", "scale", "thin", "thin", "flat", "line"))
+    if kind == "any":
+        matrix[:3] = [[float_of(dice) for _ in range(4)] for _ in range(3)]
+    elif kind == "scale":
+        matrix[:3, :3] *= float_of(dice)
+    else:
+        small = {"thin": dice.wide(-1000, 0), "flat": 0.0, "line": 0.0}[kind]
+        other = small if kind == "line" else dice.choice((1.0, small or 1.0, math.sqrt(small) or 1.0))
+        left, right = (np.eye(3), np.eye(3)) if kind == "flat" else (dice.rotation(), dice.rotation())
+        with np.errstate(over="ignore", invalid="ignore"):
+            linear = left @ np.diag([1.0, other, small]) @ right * dice.wide(-900, 900)
+        matrix[:3, :3], matrix[:3, 3] = linear, [float_of(dice) for _ in range(3)]
+    matrix[3, 3] = dice.choice((1.0, 1.0, 1.0, float_of(dice)))
+    if dice.likely(3):
+        matrix[3, 0] = float_of(dice)
+    return matrix
+
+
+def wide_case(dice: Dice) -> Case:
+    """Every number from the whole range, corners of all kinds; every number is finite."""
+    points = wide_points(dice)
+    normals = normals_of(dice, points)
+    if dice.likely(40):
+        with np.errstate(over="ignore", under="ignore"):
+            points, normals = (np.nan_to_num(rows.astype(np.float32)) for rows in (points, normals))
+    material = Material(*(color_of(dice) for _ in range(3)), shininess=positive_of(dice), emission=color_of(dice))
+    vtk = dice.likely(30)
+    fields: dict[str, Any] = {"ambient": color_of(dice), "clamp": dice.likely(50), "two_sided": dice.likely(50)}
+    if not vtk:
+        fields |= {"local_viewer": dice.likely(70), "reflection": dice.choice(("phong", "blinn-phong"))}
+    model = replace(LightModel.vtk() if vtk else LightModel(), **fields)
+    lights = [_wide_light(dice, points.astype(float), normals.astype(float)) for _ in range(dice.randint(0, 3))]
+    albedo = np.array([[positive_of(dice) for _ in range(3)] for _ in points]) if dice.likely(30) else None
+    return Case(points, normals, Scene(lights, _wide_viewer(dice, points), model), material, _wide_matrix(dice), albedo)
+
+
+# --- many vertices, for what must not change a bit ---
+
+
+def mixed_case(dice: Dice) -> Case:
+    """An ordinary or a hard scene around 30 to 70 vertices, some of them spoiled."""
+    convention = dice.choice(("standard", "standard", "vtk"))
+    case = moderate_case(dice, convention) if dice.likely(60) else hard_case(dice, convention, 100, 5.0)
+    rng = np.random.default_rng(dice.getrandbits(64))
+    count = dice.randint(30, 70)
+    rows = rng.integers(0, len(case.points), count)
+    with np.errstate(all="ignore"):
+        points = case.points[rows] * (1.0 + 0.1 * rng.normal(size=(count, 3)))
+        normals = case.normals[rows] * (1.0 + 0.1 * rng.normal(size=(count, 3)))
+    albedo = None if case.albedo is None else case.albedo[rows]
+    return replace(case, points=points, normals=normals, albedo=albedo)
+
+
+# --- scenes without low powers, near to nothing that is undecidable, for what may change by rounding only ---
+
+
+def _blunt(power: float) -> float:
+    """No power between 0 and 1: there a cosine's slope at 0 is infinite."""
+    return power if power == 0.0 else power + 1.0
+
+
+def smooth_case(dice: Dice) -> Case:
+    """An ordinary scene without a matrix; powers are 0 or at least 1."""
+    case = moderate_case(dice, "standard")
+    lights = [replace(s, exponent=_blunt(s.exponent)) if isinstance(s, SpotLight) else s for s in case.scene.lights]
+    material = replace(case.material, shininess=_blunt(case.material.shininess))
+    return replace(case, scene=replace(case.scene, lights=lights), material=material, matrix=None, albedo=None)
+
+
+# --- scenes that a plan can simplify ---
+
+
+@dataclass(frozen=True)
+class Promise:
+    """A case and the colour error that its plan may take."""
+
+    case: Case
+    tolerance: float
+
+
+def _far_light(dice: Dice, centre: np.ndarray, radius: float, aim: np.ndarray) -> Any:
+    """Far off, weak, nearly even over the mesh, or with a cone that holds the mesh, misses it, or just about."""
+    away = unit(aim + dice.vector() * dice.choice((0.0, 0.1, 1.0)))
+    distance = radius * dice.log_between(1.5, 1e7)
+    common: dict[str, Any] = {
+        "diffuse": dice.color(),
+        "specular": None if dice.likely(50) else dice.color(),
+        "ambient": 0.0 if dice.likely(60) else dice.color(),
+        "intensity": dice.log_between(1e-7, 1.0) if dice.likely(40) else 1.0,
+    }
+    kind = dice.choice(("directional", "point", "point", "spot", "spot"))
+    if kind == "directional":
+        return DirectionalLight(direction=triple(-away), **common)
+    position = centre + away * distance
+    attenuation = dice.choice(
+        ((1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.5, 0.0, 0.0), (0.0, 1.0 / distance, 0.0), (0.0, 0.0, distance**-2))
+    )
+    common |= {"position": triple(position), "attenuation": attenuation}
+    if kind == "point":
+        return PointLight(**common)
+    seen = math.degrees(math.asin(min(radius / distance, 1.0)))
+    cone_angle = min(90.0, max(1e-5, dice.choice((dice.uniform(1.0, 90.0), seen * dice.uniform(0.3, 3.0)))))
+    side = unit(np.cross(away, dice.unit_vector() + 1e-3))
+    tilt = math.radians(dice.choice((0.0, seen, cone_angle, cone_angle + seen)) * dice.uniform(0.0, 1.1))
+    axis = rotation(side, tilt) @ -away
+    exponent = dice.choice((0.0, dice.random(), 1.0, dice.log_between(1.0, 1e3)))
+    return SpotLight(direction=triple(axis), cone_angle=cone_angle, exponent=exponent, **common)
+
+
+def promising_case(dice: Dice) -> Promise:
+    """A cluster of vertices with a narrow or wide cone of normals, viewer and lights at all distances from it."""
+    radius, centre = dice.log_between(1e-3, 1e3), dice.vector() * dice.choice((0.0, 1.0, 1e3))
+    vtk = dice.likely(25)
+    n, shininess = dice.unit_vector(), dice.shininess() if dice.likely(30) else dice.log_between(1.0, 1e4)
+    v = unit(n + dice.vector() * dice.choice((0.1, 0.7, 2.0)))
+    mirrored = 2.0 * float(n @ v) * n - v
+    width = dice.log_between(1e-4, 1.0)
+    rng = np.random.default_rng(dice.getrandbits(64))
+    points = centre + radius * np.clip(rng.normal(size=(24, 3)), -1, 1)
+    # Some normals lie where the highlight is steepest, an angle of about 1/√n off the mirror direction.
+    spread = np.where(rng.uniform(size=(24, 1)) < 0.5, width, 0.5 / math.sqrt(1.0 + shininess))
+    normals = n + spread * rng.normal(size=(24, 3))
+    eye = centre + v * radius * dice.log_between(1.5, 1e7)
+    fields: dict[str, Any] = {"ambient": dice.color(), "clamp": dice.likely(30), "two_sided": dice.likely(20)}
+    if not vtk:
+        fields |= {"local_viewer": dice.likely(75), "reflection": dice.choice(("phong", "blinn-phong"))}
+    model = replace(LightModel.vtk() if vtk else LightModel(), **fields)
+    lights = [_far_light(dice, centre, radius, mirrored) for _ in range(dice.randint(1, 4))]
+    material = Material(dice.color(), dice.color(), dice.color(), shininess=shininess)
+    matrix = None if dice.likely(70) else strategies.matrix_of(dice, dice.choice(strategies.MATRIX_CLASSES))
+    viewer = Viewer(triple(eye), triple(centre), triple(dice.unit_vector()), parallel=dice.likely(10))
+    case = Case(points, normals, Scene(lights, viewer, model), material, matrix)
+    return Promise(case, dice.log_between(1e-6, 0.1))

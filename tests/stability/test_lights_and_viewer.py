@@ -1,0 +1,187 @@
+"""Section E of the catalogue of hard cases: lights and viewer, against the oracle's exact decisions and 80 digits."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+from oracle import as_array, shade
+from stability import naive
+from stability.evaluators import EVALUATORS, UNLIT, Evaluator
+from stability.exact_normals import dot, fractions
+from stability.ledger import V
+
+from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer
+
+MATT = Material(ambient=0.0, diffuse=1.0)
+GLOSSY = Material(ambient=0.0, diffuse=0.5, specular=0.5, shininess=20.0)
+ATTENUATIONS = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.5, 0.25, 0.125)]
+
+
+def lit(evaluator: Evaluator, points: Any, normals: Any, lights: Any, eye: Any, material: Material) -> Any:
+    scene = Scene(lights, Viewer(position=tuple(eye), focal_point=tuple(np.asarray(eye) + (0.0, 0.0, 1.0))), UNLIT)
+    stored = (np.asarray(points, evaluator.real), np.asarray(normals, evaluator.real), scene, material)
+    return evaluator(*stored), shade(*stored)
+
+
+# --- 41: the horizon ---
+
+
+def grazing(evaluator: Evaluator, positional: bool) -> None:
+    """n·l is exactly 0 in the stored integers: no more diffuse light than rounding makes of it, lit or not."""
+    rng = np.random.default_rng(41)
+    too_bright, odd = [], 0
+    for _ in range(300):
+        a, b = rng.integers(-9, 10, (2, 3))
+        n, to_light = np.cross(a, b), a
+        if not n.any():
+            continue
+        assert dot(fractions(n), fractions(to_light)) == 0
+        light = PointLight(position=to_light) if positional else DirectionalLight(direction=-to_light)
+        mirrored = -np.asarray(to_light, dtype=float)  # at n·l = 0 this is the mirror direction
+        got, _ = lit(evaluator, np.zeros((1, 3)), n[None], [light], mirrored + 0.01 * n, GLOSSY)
+        diffuse, specular = float(got.diffuse[0, 0]) / 0.5, float(got.specular[0, 0]) / 0.5
+        too_bright.append(diffuse)
+        odd += specular > 0.0 and diffuse == 0.0
+    evaluator.record(f"41 {'point' if positional else 'directional'}", too_bright, 4 * evaluator.step)
+    assert odd == 0, "a highlight without a light above the horizon"
+
+
+# --- 42: the edge of the cone ---
+
+
+def cone_edge(evaluator: Evaluator, cone_angle: float) -> None:
+    """Vertices within 1e-5 radians of the edge: right beyond a band of 4v in the cosine (4u in float64)."""
+    rng = np.random.default_rng(42)
+    margins, facts = [], []
+    for _ in range(12):
+        position, axis, other = rng.normal(size=(3, 3))
+        axis = naive.unit(axis)
+        side = naive.unit(np.cross(axis, other))
+        off = math.radians(cone_angle) + 1e-5 * rng.uniform(-1, 1, 40) ** 3
+        rays = np.cos(off)[:, None] * axis + np.sin(off)[:, None] * side
+        points = position + rays * rng.uniform(0.5, 4.0, (40, 1))
+        spot = SpotLight(position=position, direction=axis, cone_angle=cone_angle, exponent=0.0, ambient=1.0)
+        got, truth = lit(evaluator, points, -rays, [spot], (0.0, 0.0, 9.0), Material(ambient=1.0, diffuse=0.0))
+        margin = np.array([float(s.lights[0].cone_margin) for s in truth])
+        inside = got.ambient[:, 0] > 0.0
+        margins += list(np.where(inside != (margin >= 0.0), abs(margin), 0.0))
+        facts += list(margin >= 0.0)
+    assert 0.2 < np.mean(facts) < 0.8
+    evaluator.record(f"42 cone={cone_angle:g}", margins, 4 * evaluator.step)
+
+
+# --- 44, 45: nothing between vertex and light, or vertex and eye ---
+
+
+def light_on_the_vertex(evaluator: Evaluator, attenuation: Any, at: Any) -> None:
+    """The light that sits on a vertex gives it neither diffuse light nor a highlight, another light does."""
+    normals = np.array([[0.0, 0.0, 1.0], [1.0, -2.0, 0.5]])
+    points = np.array([at, np.asarray(at) + (2.0, 0.0, 0.0)])
+    sun = DirectionalLight(direction=(0.0, 0.0, -1.0), diffuse=0.5)
+    eye = np.asarray(at) + (0.0, 0.0, 4.0)
+    for shape in (PointLight, SpotLight):
+        for ambient in (0.0, 1.0):
+            lamp = shape(position=at, attenuation=attenuation, ambient=ambient)
+            got, truth = lit(evaluator, points, normals, [lamp, sun], eye, Material(1.0, 0.5, 0.5, shininess=20.0))
+            assert np.isfinite(got.per_light).all()
+            # A spot is out of its own cone; a point light's ambient light arrives as 1/c.
+            arrives = ambient / attenuation[0] if shape is PointLight and attenuation[0] else 0.0
+            evaluator.record(f"44 {shape.__name__}", abs(got.per_light[0, 0] - arrives), 0.0)
+            alone, _ = lit(evaluator, points, normals, [sun], eye, Material(1.0, 0.5, 0.5, shininess=20.0))
+            evaluator.record("44 the other light", abs(got.per_light[1] - alone.per_light[0]), 0.0)
+            neighbour = abs(got.per_light[0, 1] - as_array(truth, "per_light")[0, 1])
+            evaluator.record("44 the neighbour", neighbour, (4 * math.sqrt(20.0) + 16) * 2 * evaluator.step)
+
+
+def eye_on_the_vertex(evaluator: Evaluator, reflection: str, two_sided: bool) -> None:
+    """Diffuse light is kept, there is no highlight."""
+    rng = np.random.default_rng(45)
+    model = LightModel(ambient=0.0, clamp=False, reflection=reflection, two_sided=two_sided)
+    for _ in range(50):
+        p, n, away = rng.normal(size=(3, 3))
+        p, n = p.astype(evaluator.real), n.astype(evaluator.real)
+        lamp = PointLight(position=p + np.sign(n @ away) * away)
+        scene = Scene([lamp], Viewer(position=p, focal_point=p + away), model)
+        got, truth = evaluator(p[None], n[None], scene, GLOSSY), shade(p[None], n[None], scene, GLOSSY)
+        label = f"45 {reflection}{' two-sided' if two_sided else ''}"
+        evaluator.record(label, abs(got.diffuse - as_array(truth, "diffuse")), 10 * evaluator.step)
+        evaluator.record(label, abs(got.specular), 0.0)
+
+
+# --- 47: far from the origin ---
+
+
+def far_out(evaluator: Evaluator, offset: float, stored: Any) -> None:
+    """The truth is that of the stored points; light and eye stay float64."""
+    rng = np.random.default_rng(47)
+    centre = offset * np.array([1.0, -0.7, 0.4])
+    points = (centre + rng.uniform(-0.5, 0.5, (200, 3))).astype(stored)
+    normals = naive.unit(rng.normal(size=(200, 3)) + (0.0, 0.0, 2.0)).astype(stored)
+    lamp, eye = PointLight(position=centre + (0.43, 0.31, 1.27)), centre + (-0.33, 0.21, 1.57)
+    scene = Scene([lamp], Viewer(position=eye, focal_point=centre), UNLIT)
+    truth = as_array(shade(points, normals, scene, GLOSSY), "unclamped")[:, 0]
+    got = evaluator(points, normals, scene, GLOSSY).rgb[:, 0].astype(float)
+    label = f"47 {offset:.0e} {np.dtype(stored).name} points"
+    evaluator.record(label, abs(got - truth), 1e-5 * evaluator.step / V)
+    with np.errstate(all="ignore"):
+        in_float32 = naive.shade(points, normals, lamp.position, eye, GLOSSY, np.float32).astype(float)
+    broken = ~(abs(in_float32 - truth) <= 1e-5)
+    assert np.mean(broken) > 0.05, "float32 throughout is no comparison here"
+
+
+OFFSETS = [1e3, 1e6, 1e9, 1e12]
+
+ROWS = {
+    "41-directional": partial(grazing, positional=False),
+    "41-point": partial(grazing, positional=True),
+    **{f"42-cone={angle:g}": partial(cone_edge, cone_angle=angle) for angle in (0.01, 0.3, 1.0, 10.0, 45.0, 90.0)},
+    **{
+        f"44-{attenuation}-{'origin' if not any(at) else 'far'}".replace(" ", ""): partial(
+            light_on_the_vertex, attenuation=attenuation, at=at
+        )
+        for attenuation in ATTENUATIONS
+        for at in ((0.0, 0.0, 0.0), (1024.0, -4096.0, 3.0))
+    },
+    **{
+        f"45-{reflection}{'-two-sided' if two_sided else ''}": partial(
+            eye_on_the_vertex, reflection=reflection, two_sided=two_sided
+        )
+        for reflection in ("phong", "blinn-phong")
+        for two_sided in (False, True)
+    },
+    **{
+        f"47-{offset:.0e}-stored-{stored.__name__}": partial(far_out, offset=offset, stored=stored)
+        for offset in OFFSETS
+        for stored in (np.float32, np.float64)
+    },
+}
+
+
+@pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
+@pytest.mark.parametrize("row", ROWS)
+def test_row(row: str, evaluator: Evaluator) -> None:
+    ROWS[row](evaluator)
+
+
+@pytest.mark.parametrize(
+    "angle", [90.00001, 180.0, 0.0, -5.0, -0.0, math.nan, math.inf], ids=lambda angle: f"43-{angle}"
+)
+def test_row_43_no_such_cone(angle: float) -> None:
+    with pytest.raises(ValueError, match=r"cone_angle must be a finite number > 0 and <= 90; got .* half the opening"):
+        SpotLight(cone_angle=angle)
+
+
+@pytest.mark.parametrize(
+    "attenuation",
+    [(0.0, 0.0, 0.0), (-1.0, 0.0, 1.0), (1.0, -1e-9, 0.0), (1.0, 0.0, math.nan), (math.inf, 0.0, 0.0), (1.0, 0.0)],
+    ids=lambda attenuation: f"46-{attenuation}".replace(" ", ""),
+)
+@pytest.mark.parametrize("shape", [PointLight, SpotLight])
+def test_row_46_no_such_attenuation(attenuation: Any, shape: Any) -> None:
+    with pytest.raises(ValueError, match=r"attenuation(\[\d\])? must be .*; got"):
+        shape(attenuation=attenuation)
