@@ -1,10 +1,10 @@
 """Lighting as data for PyVista and VTK.
 
 `import pvphong as ph` gives the names below; `mesh.phong` and `plotter.phong` are there in PyVista even without it.
+The plotter's part is not imported here: it would load all of PyVista's plotting, which computing colours does not need.
 """
 
 from pvphong import accessor as accessor  # registers mesh.phong
-from pvphong import plotter as plotter  # registers plotter.phong
 from pvphong.diagnosis import Diagnosis, diagnose
 from pvphong.effects import Decision
 from pvphong.evaluation import evaluate

@@ -34,7 +34,7 @@ def refuse(name: str, got: object, allowed: str, remedy: str = "") -> NoReturn:
     remedy : str
         A sentence that says how to put it right.
     """
-    shown = got if isinstance(got, str) else repr(got)
+    shown = " ".join((got if isinstance(got, str) else repr(got)).split())
     if len(shown) > _LONGEST_SHOWN:
         shown = shown[: _LONGEST_SHOWN - 1] + "…"
     message = f"{name} must be {allowed}; got {shown}."

@@ -22,7 +22,7 @@ def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
     ValueError
         If the folder does not exist or cannot be written to, or if writing fails.
     """
-    target = Path(path)
+    target = Path(path).resolve()  # a link keeps pointing to the file
     folder = target.parent
     if not folder.is_dir():
         _check.refuse("path", str(target), "in a folder that exists", f"Create {folder} first.")

@@ -21,11 +21,13 @@ def color_by_name(name: str) -> Vector:
     Raises
     ------
     ValueError
-        If PyVista knows no such colour.
+        If PyVista knows no such colour, or it is not opaque.
     """
     import pyvista as pv
 
-    red, green, blue = pv.Color(name).float_rgb
+    red, green, blue, opacity = pv.Color(name).float_rgba
+    if opacity != 1.0:
+        raise ValueError(f"{name} has an opacity")
     return float(red), float(green), float(blue)
 
 

@@ -1,8 +1,8 @@
-"""Where inside a triangle a light shines brightest: the samples that no fixed pattern would hit.
+"""Where inside triangles colours peak or bend: samples that no fixed pattern would hit.
 
-Each peak is where a vector that varies over the triangle is shortest: the chord D between mirror direction and
-viewer (or half-way direction and normal) for a highlight; the offset from the axis for a spot; the offset from
-the light for a light at a position.
+A peak is where a vector that varies over the triangle is shortest: the chord D between mirror direction and
+viewer (or between half-way direction and normal) for a highlight, the offset from a spot's axis, the offset from
+a light at a position. A bend is where a value changes its sign: n·l at the rim of a light's shadow side.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from pvphong._types import BoolArray, Float64Array, IntArray
 from pvphong._vectors import columns, dot, towards, unit
 from pvphong.equation import Equation, LightTerm
 from pvphong.lights import PointLight, SpotLight
-from pvphong.transform import transform_normals, transform_points
+from pvphong.transform import normal_matrix, transform_points
 
-# Step, in barycentric coordinates, of the differences that a highlight's chord is followed by.
+# Step, in barycentric coordinates, of the differences by which a highlight's chord is followed.
 _STEP = 2.0**-12
 
 # Nearer to a corner than this, a peak is at it.
@@ -28,44 +28,48 @@ _AT_CORNER = 2.0**-20
 # Each turn squares the distance to a highlight's peak.
 _TURNS = 5
 
+# Half of n |D|² beyond which a highlight of shininess n is below 1e-9.
+_INVISIBLE = 21.0
+
 Offsets = Callable[[Float64Array, Float64Array], Float64Array]
-"""From points and normals (n, 3) of the mesh to the vectors (n, 3) that are shortest at a peak."""
+"""From points and normals (k, 3) in the world to the vectors (k, 3) that are shortest at a peak."""
 
 
-class Peak(NamedTuple):
-    """One light's peak in some triangles."""
+class Places(NamedTuple):
+    """One place in each of some triangles."""
 
     rows: IntArray
-    """The triangles."""
+    """(k,): the triangles."""
 
     weights: Float64Array
     """(k, 3): where in each, in barycentric coordinates."""
 
 
-def peaks(points: Float64Array, normals: Float64Array, equation: Equation) -> Iterator[Peak]:
-    """The brightest points of triangles that are not at a corner, for each light and kind of peak.
+def notable_places(points: Float64Array, normals: Float64Array, equation: Equation) -> Iterator[Places]:
+    """Peaks and bends of every light's share that are not at a triangle's corner.
 
     Parameters
     ----------
     points, normals : ndarray
-        Shape (m, 3, 3): each triangle's corners.
+        Shape (m, 3, 3): each triangle's corners, in the mesh's own coordinates. Normals need no unit length.
     equation : Equation
         The lights, the viewer and the model matrix.
     """
+    if equation.matrix is not None:
+        points = transform_points(points.reshape(-1, 3), equation.matrix).reshape(points.shape)
+        normals = normals @ normal_matrix(equation.matrix).T
     for term in equation.terms:
         if any(term.diffuse) or any(term.specular):
-            p = _world_points(points.reshape(-1, 3), equation)
-            n = columns(normals.reshape(-1, 3)) if equation.matrix is None else columns(transform_normals(normals.reshape(-1, 3), equation.matrix))
-            yield from creases(dot(n, term.light.arrival(p).direction).reshape(-1, 3))
+            yield from bends(_facing(term, points, normals))
         if isinstance(term.light, (PointLight, SpotLight)):
-            yield _linear(_from_light(term.light, equation), points, normals)
+            yield _linear_peaks(_offsets_from_light(term.light), points, normals)
         if isinstance(term.light, SpotLight):
-            yield _linear(_from_axis(term.light, equation), points, normals)
+            yield _linear_peaks(_offsets_from_axis(term.light), points, normals)
         if any(term.specular) and equation.shininess > 0.0:
-            yield _highlight(_chords(term, equation), points, normals, equation.shininess)
+            yield _highlights(_chords(term, equation), points, normals, equation.shininess)
 
 
-def creases(values: Float64Array) -> Iterator[Peak]:
+def bends(values: Float64Array) -> Iterator[Places]:
     """Where a value that is linear over triangles changes its sign: on two sides, and half-way between.
 
     Parameters
@@ -76,44 +80,51 @@ def creases(values: Float64Array) -> Iterator[Peak]:
     above = values > 0.0
     rows = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1))
     values, above = values[rows], above[rows]
-    # The corner that is alone on its side of the crease, and the two others.
-    alone = (above == (above.sum(axis=1) == 1)[:, None]).argmax(axis=1)
+    alone = (above == (above.sum(axis=1) == 1)[:, None]).argmax(axis=1)  # the corner whose sign no other has
     turn = (alone[:, None] + np.arange(3)) % 3
     values = np.take_along_axis(values, turn, axis=1)
     along = values[:, :1] / (values[:, :1] - values[:, 1:])
     ends = np.zeros((2, len(rows), 3))
-    for end in range(2):
-        np.put_along_axis(ends[end], turn[:, :1], 1.0 - along[:, end : end + 1], axis=1)
-        np.put_along_axis(ends[end], turn[:, end + 1 : end + 2], along[:, end : end + 1], axis=1)
+    for end, fraction in enumerate(along.T):
+        np.put_along_axis(ends[end], turn[:, :1], 1.0 - fraction[:, None], axis=1)
+        np.put_along_axis(ends[end], turn[:, end + 1 : end + 2], fraction[:, None], axis=1)
     for weights in (*ends, ends.mean(axis=0)):
-        yield Peak(rows, weights)
+        yield Places(rows, weights)
 
 
-def _linear(offsets: Offsets, points: Float64Array, normals: Float64Array) -> Peak:
+def _facing(term: LightTerm, points: Float64Array, normals: Float64Array) -> Float64Array:
+    """(m, 3): n·l at the corners, times the normal's length, so that it is linear under a distant light."""
+    to_light = term.light.arrival(columns(points.reshape(-1, 3))).direction
+    return dot(columns(normals.reshape(-1, 3)), to_light).reshape(-1, 3)
+
+
+def _linear_peaks(offsets: Offsets, points: Float64Array, normals: Float64Array) -> Places:
     weights = _shortest(_at_corners(offsets, points, normals))
     rows = np.flatnonzero(_off_corners(weights))
-    return Peak(rows, weights[rows])
+    return Places(rows, weights[rows])
 
 
-def _highlight(chords: Offsets, points: Float64Array, normals: Float64Array, shininess: float) -> Peak:
-    """By Gauss-Newton steps, in the triangles that are large against a highlight: in others no sample misses it."""
+def _highlights(chords: Offsets, points: Float64Array, normals: Float64Array, shininess: float) -> Places:
+    """By Gauss-Newton steps, in triangles that are large against the highlight; a fixed pattern serves the others.
+
+    A chord's length bends by less than a quarter of the square of its spread over the triangle, so that
+    triangles too far from the highlight are passed over.
+    """
     at_corners = _at_corners(chords, points, normals)
     spread = np.abs(at_corners - np.roll(at_corners, 1, axis=1)).max(axis=(1, 2))
     weights = _shortest(at_corners)
     nearest = np.linalg.norm(_blend(weights, at_corners), axis=1)
-    # cosⁿ is below 1e-9 where n |D|² / 2 > 21; |D| bends by less than a quarter of its squared spread.
-    rows = np.flatnonzero(
-        (spread * math.sqrt(shininess) > 1.0) & (nearest < math.sqrt(42.0 / shininess) + spread**2 / 4.0)
-    )
+    large = spread * math.sqrt(shininess) > 1.0
+    rows = np.flatnonzero(large & (nearest - spread**2 / 4.0 < math.sqrt(2.0 * _INVISIBLE / shininess)))
     p, n, weights = points[rows], normals[rows], weights[rows]
     for _ in range(_TURNS):
-        weights = _shortest(_tangent(chords, p, n, weights))
+        weights = _shortest(_expanded(chords, p, n, weights))
     keep = _off_corners(weights)
-    return Peak(rows[keep], weights[keep])
+    return Places(rows[keep], weights[keep])
 
 
-def _tangent(chords: Offsets, points: Float64Array, normals: Float64Array, weights: Float64Array) -> Float64Array:
-    """(k, 3, 3): what the chords' linear expansion at a place in each triangle gives at its corners."""
+def _expanded(chords: Offsets, points: Float64Array, normals: Float64Array, weights: Float64Array) -> Float64Array:
+    """(k, 3, 3): at the corners, the linear expansion of the chords about a place in each triangle."""
     here = chords(_blend(weights, points), _blend(weights, normals))
     result = np.empty_like(points)
     for corner in range(3):
@@ -137,17 +148,17 @@ def _off_corners(weights: Float64Array) -> BoolArray:
 
 
 def _shortest(at_corners: Float64Array) -> Float64Array:
-    """Barycentric coordinates (k, 3) of the shortest vector among linear blends of three vectors (k, 3, 3).
+    """Barycentric coordinates (k, 3) of the shortest among the blends of three vectors (k, 3, 3).
 
     The nearest point of a triangle to the origin: the foot of the perpendicular if it lies inside, else the
     nearest of the three sides' nearest points (C. Ericson: Real-Time Collision Detection (2005), section 5.1.5).
     """
     a, b, c = at_corners.transpose(1, 2, 0)
     ab, ac = b - a, c - a
-    # Normal equations of |a + s ab + t ac| -> min.
+    # The normal equations of |a + s ab + t ac| -> min.
     g11, g12, g22 = dot(ab, ab), dot(ab, ac), dot(ac, ac)
     h1, h2 = -dot(a, ab), -dot(a, ac)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         determinant = g11 * g22 - g12 * g12
         s, t = (g22 * h1 - g12 * h2) / determinant, (g11 * h2 - g12 * h1) / determinant
         r = 1.0 - s - t
@@ -165,46 +176,36 @@ def _shortest_on_sides(at_corners: Float64Array) -> Float64Array:
         p, q = at_corners[:, side], at_corners[:, (side + 1) % 3]
         pq = q - p
         square = np.einsum("ki,ki->k", pq, pq)
-        along = -np.einsum("ki,ki->k", p, pq) / np.where(square > 0.0, square, 1.0)
+        along = np.einsum("ki,ki->k", -p, pq) / np.where(square > 0.0, square, 1.0)
         along = np.clip(along, 0.0, 1.0)
         weights[side, :, side], weights[side, :, (side + 1) % 3] = 1.0 - along, along
         lengths[side] = np.linalg.norm(p + along[:, None] * pq, axis=1)
     return weights[lengths.argmin(axis=0), np.arange(len(at_corners))]
 
 
-def _world_points(points: Float64Array, equation: Equation) -> Float64Array:
-    return columns(points if equation.matrix is None else transform_points(points, equation.matrix))
-
-
-def _world_normals(normals: Float64Array, equation: Equation) -> Float64Array:
-    return unit(columns(normals if equation.matrix is None else transform_normals(normals, equation.matrix)))[0]
-
-
-def _from_light(light: PointLight | SpotLight, equation: Equation) -> Offsets:
+def _offsets_from_light(light: PointLight | SpotLight) -> Offsets:
     def offsets(points: Float64Array, _: Float64Array) -> Float64Array:
-        return (_world_points(points, equation) - np.array(light.position)[:, None]).T
+        return points - np.array(light.position)
 
     return offsets
 
 
-def _from_axis(light: SpotLight, equation: Equation) -> Offsets:
+def _offsets_from_axis(light: SpotLight) -> Offsets:
     axis = unit(np.array(light.direction, dtype=np.float64)[:, None])[0]
 
     def offsets(points: Float64Array, _: Float64Array) -> Float64Array:
-        from_light = _world_points(points, equation) - np.array(light.position)[:, None]
+        from_light = columns(points - np.array(light.position))
         return (from_light - dot(axis, from_light) * axis).T
 
     return offsets
 
 
 def _chords(term: LightTerm, equation: Equation) -> Offsets:
-    """D, whose half square is one minus the cosine that the highlight is a power of; see `pvphong.reference`."""
+    """D, whose half square is one minus the cosine that a highlight is a power of; see `pvphong.reference`."""
 
     def chords(points: Float64Array, normals: Float64Array) -> Float64Array:
-        p, n = _world_points(points, equation), _world_normals(normals, equation)
-        v = np.array(equation.to_eye)[:, None]
-        if equation.eye is not None:
-            v = towards(equation.eye, p)[0]
+        p, n = columns(points), unit(columns(normals))[0]
+        v = np.array(equation.to_eye)[:, None] if equation.eye is None else towards(equation.eye, p)[0]
         to_light = term.light.arrival(p).direction
         if equation.headlight_only:
             return (to_light - n).T

@@ -5,6 +5,7 @@ PyVista finds this module by its entry point; importing pvphong registers it as 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import pyvista as pv
@@ -171,13 +172,23 @@ class BlocksPhong:
 
     def diagnose(self, *, matrix: MatrixLike | None = None) -> dict[str, Diagnosis]:
         """A diagnosis for each dataset, by the path of its block's names; None and empty blocks are left out."""
-        return dict(_diagnoses(self._blocks, matrix, ""))
+        return {path: block.phong.diagnose(matrix=matrix) for path, block in _datasets(self._blocks)}
+
+    def plan(
+        self, scene: Scene, material: Material = _DULL, *, matrix: MatrixLike | None = None, tolerance: float = 0.0
+    ) -> dict[str, Plan]:
+        """A plan for each dataset, by the path of its block's names; None and empty blocks are left out."""
+        return {
+            path: block.phong.plan(scene, material, matrix=matrix, tolerance=tolerance)
+            for path, block in _datasets(self._blocks)
+        }
 
 
-def _diagnoses(blocks: pv.MultiBlock, matrix: MatrixLike | None, place: str) -> Any:
+def _datasets(blocks: pv.MultiBlock, place: str = "") -> Iterator[tuple[str, pv.DataSet]]:
+    """The path and the dataset of each block that is not empty."""
     for index, block in enumerate(blocks):
         path = f"{place}/{blocks.get_block_name(index)}".lstrip("/")
         if isinstance(block, pv.MultiBlock):
-            yield from _diagnoses(block, matrix, path)
-        elif block is not None and block.n_points:
-            yield path, diagnose(block, matrix=matrix)
+            yield from _datasets(block, path)
+        elif isinstance(block, pv.DataSet) and block.n_points:
+            yield path, block

@@ -209,8 +209,15 @@ def _term(light: Light, index: int, material: Material, ambient: Vector, specula
 
 
 def _product(reflectance: ColorLike, light: ColorLike, intensity: float = 1.0) -> Vector:
-    red, green, blue = (min(k * c * intensity, BRIGHTEST) for k, c in zip(rgb(reflectance), rgb(light), strict=True))
+    red, green, blue = (_capped(k, c, intensity) for k, c in zip(rgb(reflectance), rgb(light), strict=True))
     return red, green, blue
+
+
+def _capped(*factors: float) -> float:
+    """A product of numbers >= 0, at most `BRIGHTEST`; only the whole of it may leave the range of floats."""
+    mantissas, exponents = zip(*map(math.frexp, factors), strict=True)
+    mantissa, exponent = math.prod(mantissas), sum(exponents)
+    return min(math.ldexp(mantissa, min(exponent, 1000)), BRIGHTEST)
 
 
 def _vector(value: VectorLike) -> Vector:

@@ -61,6 +61,10 @@ class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class 
         """The surface's material; OpenGL's default at first."""
         return self._material
 
+    def SetInputData(self, data: Any) -> None:
+        """Set a vtkPolyData to light, without a pipeline before this filter."""
+        self.SetInputDataObject(0, data)
+
     def GetOutput(self) -> Any:
         """The lit vtkPolyData, as every VTK filter gives it."""
         return self.GetOutputDataObject(0)

@@ -39,6 +39,7 @@ class LiveMesh:
     """
 
     def __init__(self, mesh: pv.DataSet, material: Material, albedo: Any = None) -> None:
+        surface(mesh)  # refuses what has nothing that can be lit
         self.mesh = mesh
         self.material = material
         self.albedo = albedo

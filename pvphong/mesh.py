@@ -171,6 +171,8 @@ def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: st
     None stays None; a table or an empty dataset is copied as it is. An error names the block.
     """
     result = pv.MultiBlock()
+    for key, array in blocks.field_data.items():
+        result.field_data[key] = array
     for index, block in enumerate(blocks):
         key = blocks.get_block_name(index)
         where = f"{place}[{key!r}]"

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import pyvista as pv
 
-from pvphong.gizmos.board import Board
+from pvphong.gizmos import Board, History, Options
 from pvphong.live import LiveMesh
-from pvphong.rig import Rig
+from pvphong.rig import LightHandle, Rig
 from pvphong.scene import LightModel, Scene
 
 
@@ -68,18 +68,30 @@ class Pane:
 
     def refresh(self) -> None:
         """Bring the visible meshes and the gizmos up to date."""
-        visible = [live for live in self.meshes if live.actor is not None and live.actor.GetVisibility()]
+        visible = self._shown()
         if visible:
             scene = self.scene
             self.evaluations += sum(live.refresh(scene) for live in visible)
         if self.board is not None:
             self.board.update()
 
-    def release(self) -> None:
-        """Let go of everything."""
+    def put_up(self, interactor: Any, history: History, only: Sequence[LightHandle] | None, options: Options) -> None:
+        """Put gizmos up."""
+        self.board = Board(self.renderer, interactor, self.rig, history, self._shown, only, options)
+        self.watch()
+
+    def _shown(self) -> list[LiveMesh]:
+        return [live for live in self.meshes if live.actor is not None and live.actor.GetVisibility()]
+
+    def take_down(self) -> None:
+        """Take the gizmos down, if there are any."""
         if self.board is not None:
             self.board.release()
             self.board = None
+
+    def release(self) -> None:
+        """Let go of everything."""
+        self.take_down()
         if self._tag is not None:
             self.renderer.RemoveObserver(self._tag)
             self._tag = None

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import weakref
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 import pyvista as pv
 
 from pvphong import _check
+from pvphong.gizmos import Board, Gizmo, History, Options
+from pvphong.gizmos.screenshots import keep_out, let_in
 from pvphong.lights import Light
 from pvphong.live import ARRAY, LiveMesh
 from pvphong.material import Material
+from pvphong.pane import Pane
 from pvphong.planning import check_scene_and_material
-from pvphong.rig import LightHandle, Rig
+from pvphong.rig import LightHandle
 from pvphong.scene import LightModel, Scene
 
 _DULL = Material()
 # What `add_mesh` decides itself.
-_OURS = ("scalars", "rgb", "rgba", "lighting", "color", "smooth_shading", "texture", "pbr", "cmap")
+_OURS = ("scalars", "rgb", "rgba", "lighting", "color", "smooth_shading", "texture", "pbr", "cmap", "copy_mesh")
 
 
 @pv.register_plotter_component("phong")
@@ -27,10 +32,9 @@ class PlotterPhong:
     def __init__(self, plotter: pv.Plotter) -> None:
         self._plotter = weakref.proxy(plotter)
         self._light_model = LightModel()
-        self._rigs: dict[int, Rig] = {}
-        self._meshes: dict[int, list[LiveMesh]] = {}
-        self._observers: list[tuple[Any, int]] = []
-        self._evaluations = 0
+        self._panes: list[Pane] = []
+        self._history = History()
+        self._evaluations_of_the_past = 0
 
     # -- meshes ------------------------------------------------------------------------------------------
 
@@ -41,7 +45,8 @@ class PlotterPhong:
 
         Before a frame is drawn its colours are computed again if, and only if, something that they depend on
         has changed: a light, the actor's matrix, the material, the albedo, the mesh, the light model; the
-        camera only where highlights or lights that ride along make it count.
+        camera only where highlights or lights that ride along make it count. A hidden actor waits until it is
+        shown, a removed one is followed no longer.
 
         Parameters
         ----------
@@ -69,13 +74,11 @@ class PlotterPhong:
                 allowed = f"an option of add_mesh other than {', '.join(_OURS)}"
                 _check.refuse("option", option, allowed, "Colour comes from `material` and `albedo` here.")
         check_scene_and_material(Scene(), material)
-        renderer = self._plotter.renderer
+        pane = self._pane
         live = LiveMesh(mesh, material, albedo)
-        live.refresh(self.scene)
-        self._evaluations += 1
+        pane.evaluate(live)
         live.actor = self._plotter.add_mesh(live.drawn, scalars=ARRAY, rgb=True, lighting=False, **add_mesh_options)
-        self._meshes.setdefault(id(renderer), []).append(live)
-        self._watch(renderer)
+        pane.add(live)
         return live.actor
 
     def mesh(self, actor: pv.Actor) -> LiveMesh:
@@ -86,22 +89,23 @@ class PlotterPhong:
         ValueError
             If the actor is not one of `add_mesh`, or has been removed.
         """
-        for live in self._present(self._plotter.renderer):
-            if live.actor is actor:
-                return live
-        return _check.refuse("actor", actor, "an actor that plotter.phong.add_mesh returned, in the active subplot")
+        for pane in self._panes:
+            for live in pane.meshes:
+                if live.actor is actor:
+                    return live
+        return _check.refuse("actor", actor, "an actor that plotter.phong.add_mesh returned, not removed since")
 
     @property
     def evaluations(self) -> int:
         """How many times lit colours have been computed since the start."""
-        return self._evaluations
+        return self._evaluations_of_the_past + sum(pane.evaluations for pane in self._panes)
 
     # -- lights ------------------------------------------------------------------------------------------
 
     @property
     def lights(self) -> tuple[Light, ...]:
         """The active subplot's lights as values, the plotter's own `pyvista.Light` objects among them."""
-        return self._rig.lights
+        return self._pane.rig.lights
 
     def add_light(self, light: Any) -> LightHandle:
         """Add a light to the active subplot; VTK-lit actors stand in it too.
@@ -121,7 +125,9 @@ class PlotterPhong:
         ValueError
             If it is no light, or the subplot has it already.
         """
-        return self._rig.add(light)
+        rig = self._pane.rig
+        with self._history.edit(rig):
+            return rig.add(light)
 
     def set_light(self, which: Any, light: Light) -> None:
         """Give a light of the active subplot a new value.
@@ -140,12 +146,31 @@ class PlotterPhong:
         """
         if not isinstance(light, Light):
             _check.refuse("light", light, "a light of pvphong's", "as_light converts a pyvista.Light.")
-        rig = self._rig
-        rig.find(which).set(light, rig.viewer)
+        rig = self._pane.rig
+        handle = rig.find(which)
+        with self._history.edit(rig):
+            handle.set(light, rig.viewer)
 
     def remove_light(self, which: Any) -> None:
         """Take a light out of the active subplot; `which` as for `set_light`."""
-        self._rig.remove(which)
+        rig = self._pane.rig
+        handle = rig.find(which)
+        with self._history.edit(rig):
+            rig.remove(handle)
+
+    def undo(self) -> bool:
+        """Take back the last finished drag or edit of a light; lights and colours are what they were, to the bit.
+
+        Returns
+        -------
+        bool
+            False if there is nothing to take back.
+        """
+        return self._history.undo()
+
+    def redo(self) -> bool:
+        """Do again what `undo` took back last; False if there is nothing."""
+        return self._history.redo()
 
     @property
     def light_model(self) -> LightModel:
@@ -161,48 +186,107 @@ class PlotterPhong:
     @property
     def scene(self) -> Scene:
         """A snapshot of what lights the active subplot: its lights, its camera, the light model."""
-        return self._scene(self._plotter.renderer)
+        return self._pane.scene
 
-    # -- following ---------------------------------------------------------------------------------------
+    # -- gizmos ------------------------------------------------------------------------------------------
+
+    def add_gizmos(
+        self,
+        lights: Sequence[Any] | None = None,
+        *,
+        in_screenshots: bool = False,
+        angle_step: float = 5.0,
+        length_step: float | None = None,
+    ) -> tuple[Gizmo, ...]:
+        """Put up a gizmo for each light of the active subplot, to be dragged with the mouse.
+
+        Drag a light's position, its target, the edge of its cone, the radius at which half of it is left, or, of the
+        light that was grabbed last, its highlight on the surface. With Shift a handle moves along one axis, with
+        Ctrl in steps; Escape puts back. The key h lists the other keys.
+
+        Parameters
+        ----------
+        lights : sequence, optional
+            The lights, each as for `set_light`; all of them, and those added later, if not given.
+        in_screenshots : bool, default False
+            Whether gizmos are part of `plotter.screenshot` and `save_graphic`.
+        angle_step : float, default 5
+            What angles snap to, in degrees.
+        length_step : float, optional
+            What coordinates and lengths snap to; a round twentieth to fiftieth of the scene if not given.
+
+        Returns
+        -------
+        tuple of Gizmo
+            As `gizmos`.
+
+        Raises
+        ------
+        ValueError
+            If an argument is not allowed.
+        """
+        pane = self._pane
+        only = None if lights is None else [pane.rig.find(which) for which in lights]
+        options = Options(
+            _check.flag("in_screenshots", in_screenshots),
+            _check.number("angle_step", angle_step, above=0.0, at_most=90.0),
+            None if length_step is None else _check.number("length_step", length_step, above=0.0),
+        )
+        self.remove_gizmos()
+        pane.put_up(self._plotter.iren.interactor, self._history, only, options)
+        keep_out(self._plotter, self._out_of_sight)
+        return self.gizmos
+
+    def remove_gizmos(self) -> None:
+        """Take the active subplot's gizmos down, if there are any."""
+        self._pane.take_down()
+        if not self._boards:
+            let_in(self._plotter)
 
     @property
-    def _rig(self) -> Rig:
-        return self._rig_of(self._plotter.renderer)
+    def gizmos(self) -> tuple[Gizmo, ...]:
+        """The active subplot's gizmos: each has `.light`, the current value, and `.handles`, name → position."""
+        board = self._pane.board
+        return () if board is None else board.gizmos
 
-    def _rig_of(self, renderer: pv.Renderer) -> Rig:
-        return self._rigs.setdefault(id(renderer), Rig(renderer))
+    @property
+    def _boards(self) -> list[Board]:
+        return [pane.board for pane in self._panes if pane.board is not None]
 
-    def _scene(self, renderer: pv.Renderer) -> Scene:
-        rig = self._rig_of(renderer)
-        return Scene(lights=rig.lights, viewer=rig.viewer, light_model=self._light_model)
+    @contextmanager
+    def _out_of_sight(self) -> Iterator[None]:
+        with ExitStack() as stack:
+            for board in self._boards:
+                stack.enter_context(board.out_of_sight())
+            self._plotter.render()
+            yield
+        self._plotter.render()
 
-    def _present(self, renderer: pv.Renderer) -> list[LiveMesh]:
-        """The renderer's live meshes, without those whose actors have been removed."""
-        meshes = self._meshes.get(id(renderer), [])
-        meshes[:] = [live for live in meshes if renderer.HasViewProp(live.actor)]
-        return meshes
+    # -- life --------------------------------------------------------------------------------------------
 
-    def _watch(self, renderer: pv.Renderer) -> None:
-        if any(watched is renderer for watched, _ in self._observers):
-            return
+    @property
+    def _pane(self) -> Pane:
+        """The active subplot's."""
+        renderer = self._plotter.renderer
+        if getattr(renderer, "camera", None) is None or self._plotter.render_window is None:
+            _check.refuse("plotter", "one that has been closed", "open")
+        for pane in self._panes:
+            if pane.renderer is renderer:
+                return pane
         component = weakref.ref(self)
 
-        def before_frame(source: Any, _event: str) -> None:
-            if (alive := component()) is not None:
-                alive._refresh(source)
+        def light_model() -> LightModel:
+            alive = component()
+            return LightModel() if alive is None else alive.light_model
 
-        self._observers.append((renderer, renderer.AddObserver("StartEvent", before_frame)))
-
-    def _refresh(self, renderer: pv.Renderer) -> None:
-        meshes = self._present(renderer)
-        if meshes:
-            scene = self._scene(renderer)
-            self._evaluations += sum(live.refresh(scene) for live in meshes)
+        self._panes.append(Pane(renderer, light_model))
+        return self._panes[-1]
 
     def __plotter_close__(self) -> None:
         """Let go of everything; PyVista calls it at every close."""
-        for renderer, tag in self._observers:
-            renderer.RemoveObserver(tag)
-        self._observers.clear()
-        self._meshes.clear()
-        self._rigs.clear()
+        self._evaluations_of_the_past = self.evaluations
+        let_in(self._plotter)
+        for pane in self._panes:
+            pane.release()
+        self._panes.clear()
+        self._history.clear()

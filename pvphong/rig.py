@@ -140,7 +140,8 @@ class Rig:
             return handles[which]
         lights = self.lights
         for handle, light in zip(handles, lights, strict=True):
-            if handle is which or handle.vtk_light is which or (light.name and light.name == which):
+            named = isinstance(which, str) and which != "" and light.name == which
+            if named or handle is which or handle.vtk_light is which:
                 return handle
         names = ", ".join(repr(light.name) for light in lights if light.name)
         allowed = f"a light of this renderer: its handle, its pyvista.Light, an index below {len(handles)}"
@@ -210,7 +211,9 @@ def _fields(light: Any) -> tuple[Any, ...]:
 
 
 def _set_fields(light: Any, fields: tuple[Any, ...]) -> None:
-    kind, position, focal_point, matrix, elements, *colors, intensity, switch, positional, cone, exponent, falloff = fields
+    kind, position, focal_point, matrix, elements, *colors, intensity, switch, positional, cone, exponent, falloff = (
+        fields
+    )
     light.SetLightType(kind)
     if position is not None:
         light.SetPosition(position)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from pvphong._types import Float64Array, Vector, rgb
+from pvphong._types import ColorLike, Float64Array, Vector, rgb
 from pvphong.lights import DirectionalLight, Light, SpotLight
 from pvphong.material import Material
-from pvphong.scene import LightModel, Scene
+from pvphong.scene import Scene
 from pvphong.transform import SingularMatrixWarning, normal_matrix
 from pvphong.vtk_oracle import HIGHEST_POWER
 
@@ -89,7 +90,7 @@ def has_highlights(scene: Scene, material: Material) -> bool:
     return any(any(reflected(material.specular, light.specular_color, light)) for light in shining(scene))
 
 
-def reflected(reflectance: object, color: Vector, light: Light) -> Vector:
+def reflected(reflectance: ColorLike, color: Vector, light: Light) -> Vector:
     """Reflectance times a light's colour times its intensity, channel by channel."""
     red, green, blue = (k * c * light.intensity for k, c in zip(rgb(reflectance), color, strict=True))
     return red, green, blue
@@ -100,7 +101,7 @@ def seen_from_infinity(scene: Scene) -> bool:
     return scene.viewer.parallel or not scene.light_model.local_viewer
 
 
-def is_headlight_tier(scene: Scene, material: Material) -> bool:
+def is_headlight_tier(scene: Scene) -> bool:
     """Whether a standard scene is what VTK's first tier computes.
 
     Its highlight is (n·l)^power with l = v along the view axis, where h = (l + v)/|l + v| is l again:
@@ -108,8 +109,7 @@ def is_headlight_tier(scene: Scene, material: Material) -> bool:
     """
     lights = shining(scene)
     alone = len(lights) == 1 and isinstance(lights[0], DirectionalLight) and lights[0].frame == "headlight"
-    blinn = scene.light_model.reflection == "blinn-phong" or not has_highlights(scene, material)
-    return alone and blinn and seen_from_infinity(scene)
+    return alone and scene.light_model.reflection == "blinn-phong" and seen_from_infinity(scene)
 
 
 def _of_colors(scene: Scene, material: Material) -> Iterator[Obstacle]:
@@ -129,7 +129,7 @@ def _of_colors(scene: Scene, material: Material) -> Iterator[Obstacle]:
 
 
 def _of_highlights(scene: Scene, material: Material) -> Iterator[Obstacle]:
-    if not has_highlights(scene, material) or is_headlight_tier(scene, material):
+    if not has_highlights(scene, material) or is_headlight_tier(scene):
         return
     if scene.light_model.reflection == "blinn-phong":
         power = material.shininess / 4.0
@@ -144,7 +144,7 @@ def _of_highlights(scene: Scene, material: Material) -> Iterator[Obstacle]:
 def _of_powers(scene: Scene, material: Material) -> Iterator[Obstacle]:
     if material.shininess > HIGHEST_POWER:
         what = f"a shininess of {material.shininess:g} (VTK clamps powers to {HIGHEST_POWER:g})"
-        yield Obstacle(what, f"shininess at most {HIGHEST_POWER:g}", _with_least_power)
+        yield Obstacle(what, f"shininess at most {HIGHEST_POWER:g}", _with_power_in_reach)
     for index, light in enumerate(scene.lights):
         if light.on and isinstance(light, SpotLight) and light.exponent > HIGHEST_POWER:
             what = f"an exponent of {light.exponent:g} in lights[{index}] (VTK clamps them to {HIGHEST_POWER:g})"
@@ -155,18 +155,64 @@ def _of_powers(scene: Scene, material: Material) -> Iterator[Obstacle]:
 def _of_matrix(scene: Scene, matrix: Float64Array | None) -> Iterator[Obstacle]:
     if matrix is None:
         return
-    linear = matrix[:3, :3] / matrix[3, 3]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SingularMatrixWarning)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", SingularMatrixWarning)
         normal_matrix(matrix)  # refuses what no evaluator takes
+    linear = matrix[:3, :3] / matrix[3, 3]
     scales = np.linalg.svd(linear, compute_uv=False)
-    ...
+    if caught:
+        remedy = "Use a small scale in place of 0"
+        yield Obstacle("a matrix that flattens space (VTK leaves it uninverted for normals)", remedy)
+    elif scales.min() < LEAST_SCALE or scales.max() > MOST_SCALE:
+        what = f"a matrix that scales by {scales.min():.3g} to {scales.max():.3g} (VTK then draws black)"
+        yield Obstacle(what, f"Scale mesh, lights and viewer alike, to between {LEAST_SCALE:g} and {MOST_SCALE:g}")
+    model = scene.light_model
+    if model.convention == "vtk" and model.two_sided and np.linalg.det(linear) < 0.0:
+        what = "a mirrored surface (VTK draws it black, having turned its normals away from the eye)"
+        yield Obstacle(what, "LightModel.vtk(two_sided=False), as it draws points", _one_sided)
 
 
-def _with_light(index: int, **fields: object) -> Change:
+def _with_light(index: int, **fields: Any) -> Change:
     def change(scene: Scene, material: Material) -> tuple[Scene, Material]:
         lights = list(scene.lights)
         lights[index] = replace(lights[index], **fields)
         return replace(scene, lights=lights), material
 
     return change
+
+
+def _ambient_moved(index: int) -> Change:
+    """A directional light's ambient is the same everywhere, as is the light model's: the colours stay what they are."""
+
+    def change(scene: Scene, material: Material) -> tuple[Scene, Material]:
+        light = list(scene.lights)[index]
+        more = reflected(1.0, rgb(light.ambient), light)
+        red, green, blue = (a + b for a, b in zip(rgb(scene.light_model.ambient), more, strict=True))
+        brighter = _with_model(ambient=(red, green, blue))
+        return _with_light(index, ambient=0.0)(*brighter(scene, material))
+
+    return change
+
+
+def _with_model(**fields: Any) -> Change:
+    def change(scene: Scene, material: Material) -> tuple[Scene, Material]:
+        return replace(scene, light_model=replace(scene.light_model, **fields)), material
+
+    return change
+
+
+_one_sided = _with_model(two_sided=False)
+
+
+def _as_phong(scene: Scene, material: Material) -> tuple[Scene, Material]:
+    """A quarter of the shininess, the inverse of `Material.for_blinn_phong`."""
+    return _with_model(reflection="phong")(scene, replace(material, shininess=material.shininess / 4.0))
+
+
+def _with_local_viewer(scene: Scene, material: Material) -> tuple[Scene, Material]:
+    near = replace(scene, viewer=replace(scene.viewer, parallel=False))
+    return _with_model(local_viewer=True)(near, material)
+
+
+def _with_power_in_reach(scene: Scene, material: Material) -> tuple[Scene, Material]:
+    return scene, replace(material, shininess=min(material.shininess, HIGHEST_POWER))

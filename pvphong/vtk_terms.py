@@ -1,15 +1,15 @@
-"""A scene in VTK's terms: what to give VTK so that it draws the very same colours, or why it cannot.
+"""A scene in VTK's terms: what to give VTK so that it draws the very same colours.
 
-VTK's shader is a lighting equation of its own. Much of the standard model can be said in it with other words: ambient
-light and emission become the material's unlit ambient, a viewer at infinity an eye far away, a cone of 90° the widest
-that VTK still takes for one. What cannot is refused, with the nearest scene that can.
+Much of the standard model can be said in VTK's shader with other words: ambient light and emission become the
+material's unlit ambient, a viewer at infinity becomes an eye far away, a cone of 90° the widest that VTK still
+takes for one. `pvphong.vtk_obstacles` says what cannot.
 """
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -17,67 +17,124 @@ from pvphong._types import Float64Array, Vector, rgb
 from pvphong.lights import DirectionalLight, Light, SpotLight
 from pvphong.material import Material
 from pvphong.scene import Scene
-from pvphong.transform import SingularMatrixWarning, normal_matrix
 from pvphong.viewer import Viewer
-from pvphong.vtk_oracle import HIGHEST_POWER
-
-_LEAST_SCALE, _MOST_SCALE = 1e-18, 1e18
-"""Beyond these VTK's float32 normals underflow or overflow."""
+from pvphong.vtk_obstacles import has_highlights, is_headlight_tier, seen_from_infinity, shining
 
 _WIDEST_CONE = float(np.nextafter(np.float32(90.0), np.float32(0.0)))
-"""VTK takes a spot for a cone only below 90°, in float32."""
+"""VTK takes a positional light for a spot only below 90°, in float32."""
 
 _FAR = 1e8
-"""In sizes of the mesh: an eye at this distance sees every vertex under the same angle, to float32."""
+"""In sizes of the mesh: from here every vertex sees the eye in the same direction, to float32."""
 
 _BLACK = DirectionalLight(diffuse=0.0)
 
 
-class InexpressibleError(ValueError):
-    """A scene that VTK's shader has no words for.
-
-    Attributes
-    ----------
-    reasons : tuple of str
-        What VTK cannot do.
-    scene, material : Scene and Material, or None
-        The nearest scene that VTK can draw; None where there is none, as for a singular matrix.
-    """
-
-    def __init__(self, obstacles: list[Obstacle], scene: Scene, material: Material) -> None:
-        self.reasons = tuple(obstacle.what for obstacle in obstacles)
-        self.scene: Scene | None = scene
-        self.material: Material | None = material
-        message = f"scene must be one that VTK's shader can draw; got {'; '.join(self.reasons)}."
-        if all(obstacle.way_round for obstacle in obstacles):
-            for obstacle in obstacles:
-                scene, material = obstacle.way_round(scene, material)
-            self.scene, self.material = scene, material
-            changes = ", ".join(obstacle.instead for obstacle in obstacles)
-            message += f" The nearest that it can: {changes} (this error's .scene and .material)."
-        else:
-            self.scene = self.material = None
-            message += "".join(f" {obstacle.instead}" for obstacle in obstacles if not obstacle.way_round)
-        super().__init__(message)
-
-
-Change = Callable[[Scene, Material], tuple[Scene, Material]]
-
-
 @dataclass(frozen=True)
-class Obstacle:
-    """Something that VTK cannot do.
+class Terms:
+    """What VTK is given.
 
     Parameters
     ----------
-    what : str
-        What it is.
-    instead : str
-        What to do about it.
-    way_round : callable or None
-        Changes scene and material into the nearest without it.
+    lights : tuple of Light
+        All but ambient and specular colours count.
+    material : Material
+        Its ambient is unlit; it has no emission.
+    viewer : Viewer
+        Always local.
+    tier : int
+        Which of the shader's three tiers lights it; 0 where it draws unlit.
+    conversions : tuple of str
+        What was said in other words, a phrase each.
     """
 
-    what: str
-    instead: str
-    way_round: Change | None
+    lights: tuple[Light, ...]
+    material: Material
+    viewer: Viewer
+    tier: int
+    conversions: tuple[str, ...]
+
+
+def in_vtk_terms(scene: Scene, material: Material, center: Float64Array, size: float) -> Terms:
+    """A scene and material that VTK draws in the colours of the given ones.
+
+    Parameters
+    ----------
+    scene, material
+        Nothing in them may be inexpressible; see `pvphong.vtk_obstacles.refuse_inexpressible`.
+    center : ndarray
+        Shape (3,): the middle of the mesh in the world.
+    size : float
+        The mesh's largest extent in the world.
+    """
+    if scene.light_model.convention == "vtk":
+        lights, viewer = tuple(scene.lights), scene.viewer
+        said: list[str] = []
+        unlit = rgb(material.ambient)
+    else:
+        lights, viewer, said = _standard(scene, material, center, size)
+        unlit = _times(material.ambient, scene.light_model.ambient)
+        if unlit != rgb(material.ambient):
+            said.append("ambient light times the material's ambient as VTK's ambient, which no light multiplies")
+    if any(rgb(material.emission)):
+        said.append("emission as a part of VTK's ambient")
+    red, green, blue = (a + e for a, e in zip(unlit, rgb(material.emission), strict=True))
+    given = replace(material, ambient=(red, green, blue), emission=0.0)
+    return Terms(lights, given, viewer, tier(lights), tuple(said))
+
+
+def tier(lights: Iterable[Light]) -> int:
+    """Which tier of its shader VTK chooses: 1 a headlight alone, 2 directional lights, 3 any light; 0 draws unlit.
+
+    A light that is off counts too if it has a position, or if it is no headlight and stands behind the first
+    that is on (vtkOpenGLRenderer::UpdateLights).
+    """
+    chosen, shine = 0, 0
+    for light in lights:
+        if light.on:
+            shine += 1
+            chosen = max(chosen, 1)
+        if chosen == 1 and (shine > 1 or light.frame != "headlight"):
+            chosen = 2
+        if not isinstance(light, DirectionalLight):
+            chosen = 3
+    return chosen if shine else 0
+
+
+def _standard(
+    scene: Scene, material: Material, center: Float64Array, size: float
+) -> tuple[tuple[Light, ...], Viewer, list[str]]:
+    said = []
+    lights, viewer = shining(scene), scene.viewer
+    narrowed = [_with_a_cone(light) for light in lights]
+    if narrowed != lights:
+        said.append(f"cones of 90° as {_WIDEST_CONE:.6f}°, VTK's widest")
+        lights = narrowed
+    if is_headlight_tier(scene):
+        said.append("a headlight alone, which VTK lights by Blinn-Phong with the viewer at infinity")
+        return tuple(lights), viewer, said
+    if seen_from_infinity(scene) and has_highlights(scene, material):
+        said.append("the viewer at infinity as an eye far away")
+        lights = [light.in_world(viewer) for light in lights]
+        viewer = _far_away(viewer, center, size)
+    if tier(lights) < 2:
+        said.append(
+            "a black light added, without which VTK would " + ("draw unlit", "simplify highlights")[tier(lights)]
+        )
+        lights = [*lights, _BLACK]
+    return tuple(lights), viewer, said
+
+
+def _with_a_cone(light: Light) -> Light:
+    if isinstance(light, SpotLight) and light.cone_angle > _WIDEST_CONE:
+        return replace(light, cone_angle=_WIDEST_CONE)
+    return light
+
+
+def _far_away(viewer: Viewer, center: Float64Array, size: float) -> Viewer:
+    position = center - np.array(viewer.view_direction) * _FAR * (size or 1.0)
+    return Viewer(position=position.tolist(), focal_point=center.tolist(), up=viewer.up)
+
+
+def _times(reflectance: Any, light: Any) -> Vector:
+    red, green, blue = (k * a for k, a in zip(rgb(reflectance), rgb(light), strict=True))
+    return red, green, blue

@@ -5,6 +5,7 @@ import inspect
 import json
 import subprocess
 import sys
+from fnmatch import fnmatchcase
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -23,14 +24,13 @@ FLOORS = {
     4: ["evaluation"],
     5: ["_cells", "surface", "mesh", "mesh_files", "_interpolation", "_peaks", "_refining", "_splitting"],
     6: [
-        "_vertex_bench", "vtk_oracle", "validation", "pictures", "studio", "live", "rig",
-        "gizmos", "gizmos.*",
-        "diagnosis", "diagnosis_checks", "diagnosis_kinds", "diagnosis_report",
+        "_vertex_bench", "vtk_*", "validation", "diagnosis", "diagnosis_*", "pictures", "studio",
+        "live", "rig", "pane", "gizmos", "gizmos.*",
     ],
     7: ["accessor", "plotter", "filter", "window", "airplane_demo", "cli", "__main__"],
     8: ["__init__"],
 }  # fmt: skip
-"""A name with `.*` stands for every module of a package."""
+"""Patterns of module names; a new module gets its place here."""
 
 PACKAGE = Path(pvphong.__file__).parent
 CORE = 4
@@ -50,8 +50,8 @@ MODULES = {name_of(path): path for path in sorted(PACKAGE.rglob("*.py"))}
 
 
 def floor_of(module):
-    listed = [module, f"{module.split('.')[0]}.*"]
-    floors = [floor for floor, names in FLOORS.items() for name in names if name in listed]
+    floors = [floor for floor, patterns in FLOORS.items() if any(fnmatchcase(module, p) for p in patterns)]
+    assert len(floors) <= 1, f"{module} is on floors {floors}"
     return floors[0] if floors else NOWHERE
 
 
@@ -124,11 +124,6 @@ def test_there_is_something_to_test():
 def test_every_module_has_a_floor():
     homeless = [module for module in MODULES if floor_of(module) == NOWHERE]
     assert not homeless, "put them on a floor in the table above"
-
-
-def test_no_module_has_two_floors():
-    names = [name for names in FLOORS.values() for name in names]
-    assert len(names) == len(set(names))
 
 
 @pytest.mark.parametrize("module", MODULES)

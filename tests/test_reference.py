@@ -365,7 +365,7 @@ def test_scaling_by_a_power_of_two_changes_no_bit(exponent: int, precision: str)
 @pytest.mark.parametrize("kind", MATRIX_CLASSES)
 def test_an_identity_matrix_or_a_unit_albedo_changes_nothing(kind: str) -> None:
     plain = replace(sample_case(5), matrix=matrix_of(Dice(5), kind), albedo=None)
-    assert bits(plain, "float64") == bits(replace(plain, albedo=np.ones_like(case.points)), "float64")
+    assert bits(plain, "float64") == bits(replace(plain, albedo=np.ones_like(plain.points)), "float64")
     if kind == "none":
         assert bits(plain, "float64") == bits(replace(plain, matrix=np.eye(4)), "float64")
 

@@ -88,7 +88,7 @@ class Board:
             self._observe("MouseMoveEvent", Board._moved_over),
             self._observe("KeyPressEvent", Board._key_pressed),
         ]
-        # While a widget is dragged VTK gives events to nobody else, but for passive observers: Escape must come through.
+        # While a widget is dragged VTK gives events to no one else but passive observers: Escape must come through.
         interactor.GetCommand(self._tags[1]).PassiveObserverOn()
         self.update()
 
@@ -180,7 +180,7 @@ class Board:
         self._overlay.put(drawing)
         self._overlay.help(commands.HELP if self.helping else "", (12.0, view.size[1] - 12.0))
         x, y = self._cursor()
-        self._overlay.say(self._readout, (x - view.origin[0] + 18.0, y - view.origin[1] + 18.0))
+        self._overlay.say(self._readout, (x - view.origin[0], y - view.origin[1]), view.size)
 
     def _active(self) -> tuple[Gizmo, str] | None:
         if self._drag is not None:

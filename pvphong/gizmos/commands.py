@@ -91,7 +91,8 @@ _MOUSE = {
 }
 
 HELP = "\n".join(
-    f"{key:6}{what}" for key, what in [*((key, what) for key, (what, _) in {**_SHOWING, **_CHANGING}.items()), *_MOUSE.items()]
+    f"{key:6}{what}"
+    for key, what in [*((key, what) for key, (what, _) in {**_SHOWING, **_CHANGING}.items()), *_MOUSE.items()]
 )
 """All keys, one a line."""
 

@@ -13,7 +13,7 @@ from pvphong.gizmos.press import Cursor, Place, Press, aimed, vector
 from pvphong.gizmos.view import View
 from pvphong.lights import DirectionalLight
 
-DISTANCE = 1.3
+DISTANCE = 0.95
 """How far from the scene's middle the icon stands, and 0.6 of it how long the arrow is, in scene sizes."""
 
 

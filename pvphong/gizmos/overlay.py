@@ -14,6 +14,7 @@ from pvphong._types import ByteArray, Float64Array
 from pvphong.gizmos.drawing import Drawing
 
 _SHADOW, _LINES, _AREAS, _TEXT = range(4)
+_BESIDE = 18.0
 
 
 class Overlay:
@@ -27,6 +28,7 @@ class Overlay:
         shadow.GetProperty().SetOpacity(0.35)
         self._readout, self._help = _text(), _text()
         self._help.GetTextProperty().SetVerticalJustificationToTop()
+        self._help.GetTextProperty().SetFontFamilyToCourier()
         self._props = [
             shadow,
             _actor(self._lines, _LINES, width=2.0),
@@ -63,10 +65,15 @@ class Overlay:
         tints = np.array([color for _, color in drawing.areas], np.uint8).reshape(-1, 4)
         _fill(self._areas, points, np.array([len(polygon) for polygon in corners]), tints, self._areas.SetPolys)
 
-    def say(self, text: str, at: tuple[float, float]) -> None:
-        """Show a text at a place in the window; an empty one hides it."""
+    def say(self, text: str, cursor: tuple[float, float], size: tuple[float, float]) -> None:
+        """Show a text beside the cursor, towards the middle of a pane of this size; an empty one hides it."""
+        (x, y), (width, height) = cursor, size
+        style = self._readout.GetTextProperty()
+        right, up = x < 0.5 * width, y < 0.5 * height
+        (style.SetJustificationToLeft if right else style.SetJustificationToRight)()
+        (style.SetVerticalJustificationToBottom if up else style.SetVerticalJustificationToTop)()
         self._readout.SetInput(text)
-        self._readout.SetPosition(*at)
+        self._readout.SetPosition(x + (_BESIDE if right else -_BESIDE), y + (_BESIDE if up else -_BESIDE))
         self._readout.SetVisibility(bool(text) and self._is_shown)
 
     def help(self, text: str, at: tuple[float, float]) -> None:

@@ -72,6 +72,6 @@ def draw(drawing: Drawing, light: PointLight, place: Place, selected: bool) -> N
                 drawing.line(circle(position, normal, radius), strength)
 
 
-def arriving(light: PointLight, place: Place) -> tuple[str, Vector]:
+def arriving(light: PointLight, place: Place) -> tuple[str, Vector]:  # noqa: ARG001 as other kinds
     """Where the light is measured for the readout: in the middle of the scene."""
     return "at the scene's middle", place.center

@@ -8,7 +8,15 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from typing import Any
 
-_MAKES_PICTURES = ("screenshot", "save_graphic", "export_html", "export_vtksz", "export_gltf", "export_obj", "export_vrml")
+_MAKES_PICTURES = (
+    "screenshot",
+    "save_graphic",
+    "export_html",
+    "export_vtksz",
+    "export_gltf",
+    "export_obj",
+    "export_vrml",
+)
 
 
 def keep_out(plotter: Any, out_of_sight: Callable[[], AbstractContextManager[None]]) -> None:

@@ -47,6 +47,7 @@ def pick(cursor: tuple[float, float], renderer: Any, view: View, meshes: Sequenc
     picker.SetTolerance(0.0)
     picker.PickFromListOn()
     for live in meshes:
+        assert live.actor is not None
         picker.AddPickList(live.actor)
     if not picker.Pick(*cursor, 0.0, renderer):
         return None

@@ -1,0 +1,229 @@
+"""Where VTK's float32 leaves a vertex's colour open, so that no evaluator can be judged there.
+
+Everything here is computed in float64 from the scene alone, by neither the evaluator nor VTK.
+
+Symbols: n the unit normal, l the unit vector to a light, v to the eye, f the cosine that the highlight raises to the
+power p (r·v, or n·l in VTK's first tier), φ the angle off a spot's axis. Errors are in roundings of 2⁻²⁴. float32
+turns n, l and v by small angles, which grow where VTK's numbers are large against the distances that count: under
+a matrix that shears or flattens, or where a light stands near the surface and the eye far off.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pvphong._types import BoolArray, Float64Array, rgb
+from pvphong.lights import DirectionalLight, Light, SpotLight
+from pvphong.vtk_obstacles import reflected
+from pvphong.vtk_terms import Terms
+
+_ROUNDING = 2.0**-24
+
+_FLOOR, _HEADLIGHT_FLOOR = 1e-5, 1e-6
+"""VTK's least cosine f, and that in its first tier."""
+
+_NEAREST, _FARTHEST = 1e-18, 1e18
+"""Distances whose squares float32 can hold."""
+
+_TRUST = 0.25
+"""Of the estimated error, the sum of all that can go wrong at once, this much has been seen to go wrong."""
+
+
+class Pose(NamedTuple):
+    """Vertices in the mesh's own coordinates, around its middle, and where they stand."""
+
+    points: Float64Array
+    """Shape (n, 3)."""
+    normals: Float64Array
+    """Shape (n, 3), unit; turned to the viewer where the scene is two-sided."""
+    matrix: Float64Array
+    """Shape (4, 4), with last row (0, 0, 0, 1)."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What can be asked of n vertices.
+
+    Parameters
+    ----------
+    brightness : ndarray
+        Shape (n,): the largest channel of the light that arrives, fully reflected; ambient included.
+    open : dict of str to ndarray
+        Reason → mask, shape (n,), of the vertices whose colour it leaves open. They may overlap.
+    """
+
+    brightness: Float64Array
+    open: dict[str, BoolArray]
+
+
+class _Surface(NamedTuple):
+    """Vertices in the world, and what float32 does to them on the way to eye space."""
+
+    points: Float64Array
+    normals: Float64Array
+    eye: Float64Array
+    to_eye: Float64Array
+    place_error: Float64Array
+    normal_angle: Float64Array
+    eye_angle: Float64Array
+
+
+class _Arrival(NamedTuple):
+    """What reaches n vertices from one light."""
+
+    direction: Float64Array
+    """l, shape (n, 3)."""
+    strength: Float64Array
+    """Attenuation times spot factor, the latter also outside the cone."""
+    angle: Any
+    """By which float32 turns l."""
+    error: Any
+    """Relative error of the strength."""
+    lit: BoolArray
+    """Inside the cone."""
+    edge: BoolArray
+    """So near to the cone's edge that float32 may take it for either."""
+
+
+class _Share(NamedTuple):
+    """One light's part in the colours of n vertices."""
+
+    brightness: Float64Array
+    error: Float64Array
+    open: dict[str, BoolArray]
+
+
+def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> Limits:
+    """Which vertices' colours VTK's float32 leaves open.
+
+    Parameters
+    ----------
+    pose : Pose
+        The vertices.
+    terms : Terms
+        What VTK draws.
+    tolerance : float
+        Differences that count as agreement: a doubt smaller than that leaves no vertex open.
+    has_floors : bool
+        Whether what VTK is compared with has VTK's floors under small cosines; else vertices where the floor
+        makes a difference are open too.
+    """
+    surface = _surface(pose, terms)
+    shares = [_share(surface, light, terms, tolerance) for light in terms.lights if light.on]
+    brightness = max(rgb(terms.material.ambient)) + sum(share.brightness for share in shares)
+    error = brightness * 2.0 + sum(share.error for share in shares)
+    reasons = {
+        reason: np.logical_or.reduce([share.open[reason] for share in shares], axis=0)
+        for reason in ("n·l = 0", "edge of a cone", "VTK's floor")
+        if shares and not (has_floors and reason == "VTK's floor")
+    }
+    lost = ~(error * _ROUNDING * _TRUST <= tolerance * np.maximum(1.0, brightness))  # NaN is lost too
+    return Limits(np.broadcast_to(brightness, len(pose.points)), reasons | {"float32": lost})
+
+
+def _surface(pose: Pose, terms: Terms) -> _Surface:
+    linear, shift = pose.matrix[:3, :3], pose.matrix[:3, 3]
+    eye, inverse = np.array(terms.viewer.position), np.linalg.inv(linear)
+    points, normals = pose.points @ linear.T + shift, pose.normals @ inverse
+    length = np.linalg.norm(normals, axis=1)
+    place_error = np.linalg.norm(np.abs(pose.points) @ np.abs(linear.T), axis=1) + np.linalg.norm(shift - eye)
+    to_eye = eye - points
+    distance = np.linalg.norm(to_eye, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return _Surface(
+            points=points,
+            normals=normals / length[:, None],
+            eye=eye,
+            to_eye=to_eye / distance[:, None],
+            place_error=place_error,
+            normal_angle=np.linalg.norm(np.abs(pose.normals) @ np.abs(inverse), axis=1) / length + 1.0,
+            eye_angle=place_error / _measurable(distance) + 1.0,
+        )
+
+
+def _share(surface: _Surface, light: Light, terms: Terms, tolerance: float) -> _Share:
+    material, power = terms.material, terms.material.shininess
+    matte = max(reflected(material.diffuse, rgb(light.diffuse), light))
+    shiny = max(reflected(material.specular, rgb(light.diffuse), light))
+    placed = light.in_world(terms.viewer)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
+        came = _arrival(surface, placed)
+        n_l = _dot(surface.normals, came.direction)
+        f, f_error, floor = _highlight(surface, came, n_l, terms.tier)
+        base = np.maximum(f, floor)
+        peak = shiny * base**power if shiny else np.zeros(len(n_l))
+        peak_error = peak * (power / base * f_error + 2.0 * power * np.abs(np.log(base)) + 2.0) if shiny else peak
+        front = (n_l > 0.0) | (terms.tier == 1)
+        color = matte * np.maximum(n_l, 0.0) + peak * front
+        color_error = matte * (surface.normal_angle + came.angle + 2.0) + peak_error * front
+        inside = came.strength * came.lit
+        doubt = 0.25 * tolerance
+        tangent = np.abs(n_l) <= _ROUNDING * (surface.normal_angle + came.angle + 4.0)
+        below = f < floor + _ROUNDING * f_error
+        return _Share(
+            brightness=inside * (matte + shiny),
+            error=inside * (color * came.error + color_error),
+            open={
+                "n·l = 0": tangent & (inside * peak > doubt) & (terms.tier > 1),
+                "edge of a cone": came.edge & (came.strength * color > doubt),
+                "VTK's floor": below & front & (inside * shiny * floor**power > doubt) & (power > 0.0),
+            },
+        )
+
+
+def _highlight(
+    surface: _Surface, came: _Arrival, n_l: Float64Array, tier: int
+) -> tuple[Float64Array, Float64Array, float]:
+    """f, its error, and the floor under it."""
+    if tier == 1:
+        return n_l, surface.normal_angle + 2.0, _HEADLIGHT_FLOOR
+    f = 2.0 * n_l * _dot(surface.normals, surface.to_eye) - _dot(came.direction, surface.to_eye)
+    turn = 2.0 * surface.normal_angle + came.angle + surface.eye_angle
+    sine = np.sqrt(np.maximum(1.0 - f * f, 0.0))
+    return f, sine * turn + 0.5 * _ROUNDING * turn * turn + 3.0, _FLOOR
+
+
+def _arrival(surface: _Surface, light: Light) -> _Arrival:
+    """`light` in the world."""
+    count = len(surface.points)
+    everywhere, nowhere = np.ones(count, dtype=bool), np.zeros(count, dtype=bool)
+    if isinstance(light, DirectionalLight):
+        travel = np.array(light.direction)
+        direction = np.broadcast_to(-travel / np.linalg.norm(travel), surface.points.shape)
+        return _Arrival(direction, np.ones(count), 1.0, 0.0, everywhere, nowhere)
+    position = np.array(light.position)
+    to_light = position - surface.points
+    distance = np.linalg.norm(to_light, axis=1)
+    place = (surface.place_error + np.linalg.norm(position - surface.eye)) / _measurable(distance)
+    constant, linear, quadratic = light.attenuation
+    weakening = constant + distance * (linear + quadratic * distance)
+    steepness = distance * (linear + 2.0 * quadratic * distance) / weakening
+    direction, strength, error = to_light / distance[:, None], 1.0 / weakening, steepness * place + 4.0
+    if not isinstance(light, SpotLight) or light.cone_angle >= 90.0:
+        return _Arrival(direction, strength, place + 1.0, error, everywhere, nowhere)
+    cosine, sine = _off_axis(direction, light)
+    limit = math.cos(math.radians(light.cone_angle))
+    edge = np.abs(cosine - limit) <= _ROUNDING * (sine * (place + 1.0) + 6.0)
+    falloff = np.maximum(cosine, _ROUNDING) ** light.exponent
+    error = error + light.exponent * ((sine * (place + 1.0) + 3.0) / np.maximum(cosine, _ROUNDING)) + 2.0
+    return _Arrival(direction, strength * falloff, place + 1.0, error, cosine >= limit, edge)
+
+
+def _off_axis(direction: Float64Array, light: SpotLight) -> tuple[Float64Array, Float64Array]:
+    """Cosine and sine of the angle between a spot's axis and the way from it to the vertices."""
+    axis = np.array(light.direction) / np.linalg.norm(light.direction)
+    cosine = -(direction @ axis)
+    return cosine, np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
+
+
+def _measurable(distance: Float64Array) -> Float64Array:
+    """The distance, or NaN where float32 cannot hold its square."""
+    return np.where((distance >= _NEAREST) & (distance <= _FARTHEST), distance, np.nan)
+
+
+def _dot(a: Float64Array, b: Float64Array) -> Float64Array:
+    return np.einsum("ij,ij->i", a, b)

@@ -1,0 +1,361 @@
+"""What must hold for any scene: hunted for in a few scenes in every run, in 100,000 each by `pytest -m long`."""
+
+from __future__ import annotations
+
+import math
+import re
+import warnings
+from collections import Counter
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from stability.conditioning import change_bound, decidable
+from stability.evaluators import BACKENDS, STEPS, Evaluator
+from stability.hunting import FEW, MANY, Promise, hunt, mixed_case, promising_case, smooth_case, wide_case
+from strategies import Case, Dice, triple
+
+from pvphong import DirectionalLight, PointLight, SpotLight, evaluate, plan, reference
+from pvphong.equation import assemble
+from pvphong.planning import make_plan
+from pvphong.shading import Shading
+from pvphong.transform import SingularMatrixWarning
+
+hunted = pytest.mark.parametrize(
+    "examples", [pytest.param(FEW, id="few"), pytest.param(MANY, id="many", marks=pytest.mark.long)]
+)
+on_every_backend = pytest.mark.parametrize("backend", BACKENDS)
+
+DOCUMENTED = re.compile(r"^[a-z_]+(\[\d\])? must be .*; got ", re.DOTALL)
+
+
+@pytest.fixture(autouse=True)
+def _flattening_is_no_failure():
+    """Every other warning is one: NumPy's about overflow, division by zero and invalid operations."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warnings.simplefilter("ignore", SingularMatrixWarning)
+        yield
+
+
+def arrays(shading: Shading) -> dict[str, np.ndarray]:
+    found = {name: getattr(shading, name) for name in Shading.__dataclass_fields__}
+    return {name: array for name, array in found.items() if array is not None}
+
+
+def assert_same_bits(got: Shading, expected: Shading, rows: Any = slice(None), of_expected: Any = slice(None)) -> None:
+    for name, array in arrays(expected).items():
+        ours, theirs = arrays(got)[name][..., rows, :], array[..., of_expected, :]
+        assert ours.shape == theirs.shape, name
+        bits = [np.ascontiguousarray(a).view(f"u{a.dtype.itemsize}") for a in (ours, theirs)]
+        assert np.array_equal(*bits), f"{name} is off by {np.abs(ours - theirs).max():.3g} of {np.abs(theirs).max():.3g}"
+
+
+# --- (a) finite, in [0, 1], or refused ---
+
+
+@hunted
+@on_every_backend
+def test_any_finite_scene_gives_finite_colours_or_is_refused(backend: str, examples: int) -> None:
+    outcomes: Counter[str] = Counter()
+
+    def check(case: Case) -> None:
+        for precision in STEPS:
+            try:
+                shading = Evaluator(backend, precision)(*case.arguments, **case.options)
+            except ValueError as error:
+                assert DOCUMENTED.match(str(error)), error
+                outcomes["refused"] += 1
+                return
+            for name, array in arrays(shading).items():
+                assert np.isfinite(array).all(), name
+                assert (array >= 0.0).all(), name
+            assert not case.scene.light_model.clamp or (shading.rgb <= 1.0).all()
+        outcomes["lit" if shading.rgb.any() else "black"] += 1
+
+    hunt(wide_case, check, examples)
+    assert outcomes["lit"] > 0.5 * examples, outcomes
+    assert outcomes["refused"] < 0.3 * examples, outcomes
+
+
+# --- (b) no unit of length ---
+
+
+def in_other_units(case: Case, k: int, m: int) -> Case:
+    """The same scene with lengths in units of 2^-k, and normals 2^m as long."""
+
+    def far(vector: Any) -> Any:
+        return triple(np.ldexp(np.asarray(vector, dtype=float), k))
+
+    def light(old: Any) -> Any:
+        if isinstance(old, DirectionalLight):
+            return replace(old, direction=triple(np.ldexp(np.array(old.direction), m)))
+        constant, linear, quadratic = old.attenuation
+        attenuation = (constant, math.ldexp(linear, -k), math.ldexp(quadratic, -2 * k))
+        return replace(old, position=far(old.position), attenuation=attenuation)
+
+    scene = case.scene
+    viewer = replace(scene.viewer, position=far(scene.viewer.position), focal_point=far(scene.viewer.focal_point))
+    matrix = case.matrix
+    if matrix is not None:
+        matrix = matrix.copy()
+        matrix[:3, 3] = np.ldexp(matrix[:3, 3], k)
+    return replace(
+        case,
+        points=np.ldexp(case.points, k),
+        normals=np.ldexp(case.normals, m),
+        scene=replace(scene, lights=[light(old) for old in scene.lights], viewer=viewer),
+        matrix=matrix,
+    )
+
+
+def _in_range(case: Case) -> Case:
+    """Attenuations whose coefficients and intensities stay in the range for k and m of up to 150."""
+
+    def light(old: Any) -> Any:
+        old = replace(old, intensity=min(max(old.intensity, 2.0**-300), 2.0**300))
+        if isinstance(old, DirectionalLight):
+            return old
+        attenuation = tuple(min(max(a, 2.0**-300), 2.0**300) if a else 0.0 for a in old.attenuation)
+        return replace(old, attenuation=attenuation)
+
+    return replace(case, scene=replace(case.scene, lights=[light(old) for old in case.scene.lights]))
+
+
+def _with_units(dice: Dice) -> tuple[Case, int, int]:
+    case = _in_range(mixed_case(dice))
+    sizes = np.abs(case.normals[np.isfinite(case.normals) & (case.normals != 0.0)])
+    extreme = sizes.size and not 2.0**-900 < sizes.min() <= sizes.max() < 2.0**900
+    return case, dice.randint(-150, 150), 0 if extreme else dice.randint(-60, 60)
+
+
+@hunted
+@on_every_backend
+def test_no_unit_of_length_is_special(backend: str, examples: int) -> None:
+    def check(drawn: tuple[Case, int, int]) -> None:
+        case, k, m = drawn
+        evaluator = Evaluator(backend, "float32" if k % 2 else "float64")
+        other = in_other_units(case, k, m)
+        assert_same_bits(
+            evaluator(*other.arguments, **other.options), evaluator(*case.arguments, **case.options)
+        )
+
+    hunt(_with_units, check, examples)
+
+
+# --- (c) every vertex by itself ---
+
+
+def _strided(a: np.ndarray) -> np.ndarray:
+    wide = np.full((2 * len(a), a.shape[1] + 2), 7.0, a.dtype)
+    wide[::2, 1:-1] = a
+    return wide[::2, 1:-1]
+
+
+def _read_only(a: np.ndarray) -> np.ndarray:
+    copy = a.copy()
+    copy.setflags(write=False)
+    return copy
+
+
+def _unaligned(a: np.ndarray) -> np.ndarray:
+    return np.frombuffer(b"\0" + a.tobytes(), dtype=a.dtype, offset=1).reshape(a.shape)
+
+
+LAYOUTS = {
+    "by columns": np.asfortranarray,
+    "strided": _strided,
+    "backwards": lambda a: a[::-1].copy()[::-1],
+    "read-only": _read_only,
+    "unaligned": _unaligned,
+    "swapped bytes": lambda a: a.astype(a.dtype.newbyteorder()),
+}
+
+
+def _with_rows(dice: Dice) -> tuple[Case, np.ndarray, str]:
+    """A case, rows in another order with some left out and some twice, and a layout."""
+    case = mixed_case(dice)
+    rows = np.array(dice.choices(range(len(case.points)), k=dice.randint(1, 60)))
+    return case, rows, dice.choice(list(LAYOUTS))
+
+
+@hunted
+@on_every_backend
+def test_order_selection_and_layout_change_no_bit(backend: str, examples: int) -> None:
+    def check(drawn: tuple[Case, np.ndarray, str]) -> None:
+        case, rows, layout = drawn
+        evaluator = Evaluator(backend, "float32" if len(rows) % 2 else "float64")
+        whole = evaluator(*case.arguments, **case.options)
+        laid = replace(case, **{name: LAYOUTS[layout](getattr(case, name)) for name in ("points", "normals")})
+        assert_same_bits(evaluator(*laid.arguments, **case.options), whole)
+        albedo = None if case.albedo is None else case.albedo[rows]
+        some = replace(case, points=case.points[rows], normals=case.normals[rows], albedo=albedo)
+        assert_same_bits(evaluator(*some.arguments, **some.options), whole, of_expected=rows)
+
+    hunt(_with_rows, check, examples)
+
+
+# --- (d) rotating, translating, mirroring everything ---
+
+
+def _isometry(dice: Dice) -> tuple[np.ndarray, np.ndarray]:
+    linear = dice.rotation()
+    if dice.likely(40):
+        u = dice.unit_vector()
+        linear = linear @ (np.eye(3) - 2.0 * np.outer(u, u))
+    return linear, dice.vector() * dice.choice((0.0, dice.log_between(1e-3, 1e6)))
+
+
+def _moved(case: Case, linear: np.ndarray, offset: np.ndarray) -> Case:
+    """Mesh, lights and viewer in another place; a mirror swaps left and right in eye space."""
+
+    def there(p: Any) -> Any:
+        return triple(linear @ np.asarray(p) + offset)
+
+    def turned(v: Any) -> Any:
+        return triple(linear @ np.asarray(v))
+
+    mirror = np.array([np.linalg.det(linear), 1.0, 1.0]).round()
+
+    def light(old: Any) -> Any:
+        at, toward = (there, turned) if old.frame == "world" else (lambda p: triple(mirror * p),) * 2
+        changed = {} if isinstance(old, DirectionalLight) else {"position": at(old.position)}
+        if not isinstance(old, PointLight):
+            changed["direction"] = toward(old.direction)
+        return replace(old, **changed)
+
+    scene, viewer = case.scene, case.scene.viewer
+    viewer = replace(
+        viewer, position=there(viewer.position), focal_point=there(viewer.focal_point), up=turned(viewer.up)
+    )
+    scene = replace(scene, lights=[light(old) for old in scene.lights], viewer=viewer)
+    points, normals = (np.array([f(row) for row in rows]) for f, rows in ((there, case.points), (turned, case.normals)))
+    return replace(case, points=points, normals=normals, scene=scene)
+
+
+def _with_motion(dice: Dice) -> tuple[Case, Case]:
+    case = smooth_case(dice)
+    return case, _moved(case, *_isometry(dice))
+
+
+@hunted
+@on_every_backend
+def test_moving_everything_changes_colours_by_rounding_only(backend: str, examples: int) -> None:
+    worst, vertices, left_out = Counter({precision: 0.0 for precision in STEPS}), 0, 0
+
+    def check(drawn: tuple[Case, Case]) -> None:
+        nonlocal vertices, left_out
+        case, moved = drawn
+        for precision, step in STEPS.items():
+            evaluator = Evaluator(backend, precision)
+            here, there = (evaluator(*c.arguments).rgb.astype(float) for c in drawn)
+            bound = change_bound(case, moved, step)
+            judged = decidable(case, moved, step)
+            ratio = np.abs(here - there).max(axis=1) / bound * judged
+            worst[precision] = max(worst[precision], float(ratio.max()))
+            vertices, left_out = vertices + len(judged), left_out + int(np.count_nonzero(~judged))
+            assert (ratio <= 1.0).all(), f"{ratio.max():.3g} times the bound in {precision}\n{case!r}\n{moved!r}"
+
+    hunt(_with_motion, check, examples)
+    assert left_out < 0.1 * vertices
+    assert min(worst.values()) > 0.01, f"a bound that nothing comes near proves little: {worst}"
+
+
+# --- (e) one spoiled vertex ---
+
+SPOILS: list[tuple[str, Any]] = [
+    ("points", np.nan), ("points", np.inf), ("points", -np.inf), ("points", 1e308),
+    ("normals", np.nan), ("normals", np.inf), ("normals", 0.0), ("normals", 1e308), ("albedo", np.nan),
+]  # fmt: skip
+
+
+def _with_spoil(dice: Dice) -> tuple[Case, Case, int]:
+    case = mixed_case(dice)
+    if case.albedo is None:
+        case = replace(case, albedo=np.ones_like(case.points))
+    row = dice.randrange(len(case.points))
+    name, value = dice.choice(SPOILS)
+    spoiled = np.array(getattr(case, name))
+    spoiled[row, dice.choice((0, 1, 2, slice(None)))] = value
+    return case, replace(case, **{name: spoiled}), row
+
+
+@hunted
+@on_every_backend
+def test_a_spoiled_vertex_leaves_the_others_bits_alone(backend: str, examples: int) -> None:
+    def check(drawn: tuple[Case, Case, int]) -> None:
+        case, spoiled, row = drawn
+        evaluator = Evaluator(backend, "float32" if row % 2 else "float64")
+        before, after = (evaluator(*c.arguments, **c.options) for c in (case, spoiled))
+        others = np.arange(len(case.points)) != row
+        assert_same_bits(after, before, others, others)
+        for name, array in arrays(after).items():
+            assert np.isfinite(array[..., row, :]).all(), name
+
+    hunt(_with_spoil, check, examples)
+
+
+# --- (f) evaluators agree ---
+
+
+@hunted
+@pytest.mark.parametrize("backend", BACKENDS[1:])
+def test_every_backend_agrees_with_the_reference(backend: str, examples: int) -> None:
+    def check(case: Case) -> None:
+        exact = Evaluator("numpy", "float64")(*case.arguments)
+        for precision, step in STEPS.items():
+            got = Evaluator(backend, precision)(*case.arguments)
+            bound, judged = change_bound(case, case, step)[:, None], decidable(case, case, step)[:, None]
+            for name, array in arrays(exact).items():
+                ratio = np.abs(arrays(got)[name] - array) / bound * judged
+                assert (ratio <= 1.0).all(), f"{name}: {ratio.max():.3g} times the bound in {precision}\n{case!r}"
+
+    hunt(smooth_case, check, examples)
+
+
+# --- (g) what a plan promises ---
+
+
+@hunted
+def test_no_scene_exceeds_the_error_that_its_plan_promises(examples: int) -> None:
+    simplified, nearest = 0, 0.0
+
+    def check(promise: Promise) -> None:
+        nonlocal simplified, nearest
+        case, tolerance = promise.case, promise.tolerance
+        promised = make_plan(*case.arguments, case.matrix, tolerance).error_bound
+        assert promised <= tolerance
+        assert plan(case.points, *case.arguments[2:], matrix=case.matrix, tolerance=tolerance).error_bound <= tolerance
+        exact, quick = (
+            evaluate(*case.arguments, **case.options, precision="float64", tolerance=allowed).rgb
+            for allowed in (0.0, tolerance)
+        )
+        error = float(np.abs(quick - exact).max())
+        assert error <= promised + 1e-9, f"{error} where {promised} is promised for {tolerance}\n{case!r}"
+        simplified += promised > 0.0
+        nearest = max(nearest, error / promised if promised > 1e-7 else 0.0)
+
+    hunt(promising_case, check, examples)
+    assert simplified > 0.5 * examples
+    assert nearest > 0.1, "the bounds are never put to the test"
+
+
+@hunted
+def test_a_plan_without_tolerance_changes_nothing_but_rounding(examples: int) -> None:
+    rewritten = 0
+
+    def check(promise: Promise) -> None:
+        nonlocal rewritten
+        case = promise.case
+        planned, unplanned = (np.empty((len(case.points), 3)) for _ in range(2))
+        equation, original = make_plan(*case.arguments, case.matrix, 0.0).equation, assemble(*case.arguments[2:], case.matrix)
+        for result, run in ((planned, equation), (unplanned, original)):
+            reference.shade(case.points, case.normals, run, None, Shading(result))
+        rewritten += equation != original
+        powers = [case.material.shininess, *(s.exponent for s in case.scene.lights if isinstance(s, SpotLight))]
+        bound = (4 * math.sqrt(max(powers)) + 16) * 2.0**-53 * (1 + len(case.scene.lights))
+        assert np.abs(planned - unplanned).max() <= bound, f"{np.abs(planned - unplanned).max() / bound}\n{case!r}"
+
+    hunt(promising_case, check, examples)
+    assert rewritten > 0.2 * examples
