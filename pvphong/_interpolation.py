@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -51,7 +52,7 @@ class Lighting:
     def colors(self, points: FloatArray, normals: FloatArray, shades: Float64Array | None) -> Float64Array:
         """(n, 3) lit colours before they are clamped."""
         unclamped = replace(self.scene, light_model=replace(self.scene.light_model, clamp=False))
-        return evaluate(
+        shading = evaluate(
             points,
             normals,
             unclamped,
@@ -60,7 +61,8 @@ class Lighting:
             albedo=shades,
             precision="float64",
             backend="numpy",
-        ).rgb
+        )
+        return shading.rgb.astype(np.float64, copy=False)
 
     def shown(self, colors: Float64Array) -> Float64Array:
         """Colours as the light model shows them, clamped or not."""
@@ -95,6 +97,12 @@ class Vertices:
     stored: Float64Array
     shades: Float64Array | None
     colors: Float64Array
+
+    def followed_by(self, others: Vertices) -> Vertices:
+        """These vertices and then others."""
+        both = {name: (getattr(self, name), getattr(others, name)) for name in Vertices.__dataclass_fields__}
+        joined: dict[str, Any] = {name: None if b is None else np.concatenate([a, b]) for name, (a, b) in both.items()}
+        return Vertices(**joined)
 
 
 def first_errors(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Float64Array:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -25,6 +24,18 @@ _PIXEL = 2.0**-10
 
 # The least height of a triangle that is split, in steps of its coordinates' precision.
 _LEAST_HEIGHT = 16.0
+
+
+# What is known of each triangle.
+_KNOWN = np.dtype(
+    [
+        ("error", np.float64),  # the largest at the samples so far; 0 in a triangle that has no area
+        ("longest", np.float64),  # longest side
+        ("finished", np.bool_),  # whether all samples have been taken
+        ("stuck", np.bool_),  # whether no splitting would help
+        ("jump", np.bool_),  # because the colour jumps in it
+    ]
+)
 
 
 class Refinement:
@@ -51,8 +62,6 @@ class Refinement:
         As they are now.
     vertices : Vertices
         As they are now; the given ones first.
-    errors : ndarray
-        Shape (m,): each triangle's largest error at the samples so far; 0 in a triangle without an area.
     parents : list of ndarray
         For each round (k, 2), the vertices that its new ones lie between.
     """
@@ -67,14 +76,21 @@ class Refinement:
         smooth: bool = False,
     ) -> None:
         p, n = points.astype(np.float64), normals.astype(np.float64)
+        n = normalize(n) if smooth else n
         self.vertices = Vertices(p, n, n, shades, lighting.colors(p, n, shades))
         self.triangles = Triangles(corners, len(p), _side_lengths(p[corners]))
         self.parents: list[IntArray] = []
         self._lighting, self._smooth, self._real = lighting, smooth, points.dtype
         finite = p[np.isfinite(p).all(axis=1)]
         self._pixel = _PIXEL * float(np.linalg.norm(np.ptp(finite, axis=0))) if len(finite) else 0.0
-        self._add_rows(len(corners))
+        self._known = np.zeros(0, dtype=_KNOWN)
         self._measure(np.arange(len(corners)))
+
+    @property
+    def errors(self) -> Float64Array:
+        """(m,): each triangle's largest error at the samples so far; 0 in a triangle without an area."""
+        result: Float64Array = self._known["error"]
+        return result
 
     def run(self, tolerance: float, limit: int) -> Stopped:
         """Split until every error is within `tolerance` or nothing can be done, with at most `limit` points.
@@ -93,45 +109,45 @@ class Refinement:
         left = self.errors > tolerance
         if not left.any():
             return "tolerance"
-        if (left & ~self._stuck).any():
+        if (left & ~self._known["stuck"]).any():
             return "max_points"
-        return "jump" if self._jump[left].any() else "resolution"
+        return "jump" if self._known["jump"][left].any() else "resolution"
 
     def finish(self) -> None:
         """Take the samples that have not been taken yet."""
         rows = np.flatnonzero(~self._finished)
         more = more_errors(self.vertices, self.triangles.corners[rows], self._lighting)
         self.errors[rows] = np.maximum(self.errors[rows], more)
-        self._finished[rows] = True
+        self._known["finished"][rows] = True
 
     def _to_split(self, tolerance: float) -> IntArray:
         """The triangles of the next round; none if all that may be split are good."""
         while True:
             rows = self._poor(tolerance)
             if not len(rows):
-                if self._finished.all():
+                if self._known["finished"].all():
                     return rows
                 self.finish()
                 continue
             urgency = self._urgency(rows)
             rows = rows[urgency >= _URGENT * urgency.max()]
-            self._look_for_jumps(rows[self._longest[rows] < self._pixel], tolerance)
-            rows = rows[~self._stuck[rows]]
+            self._look_for_jumps(rows[self._known["longest"][rows] < self._pixel], tolerance)
+            rows = rows[~self._known["stuck"][rows]]
             if len(rows):
                 return rows
 
     def _poor(self, tolerance: float) -> IntArray:
-        return np.flatnonzero((self.errors > _AIM * tolerance) & ~self._stuck)
+        return np.flatnonzero((self.errors > _AIM * tolerance) & ~self._known["stuck"])
 
     def _urgency(self, rows: IntArray) -> Float64Array:
         """Error times length: of two equal errors the larger shows more."""
-        return self.errors[rows] * self._longest[rows]
+        return self.errors[rows] * self._known["longest"][rows]
 
     def _look_for_jumps(self, rows: IntArray, tolerance: float) -> None:
         found = jumps(self.vertices, self.triangles.corners[rows], self._lighting)
         self.errors[rows] = np.maximum(self.errors[rows], found.errors)
-        self._jump[rows] = found.sizes > tolerance
-        self._stuck[rows] |= self._jump[rows]
+        self._known["jump"][rows] = found.sizes > tolerance
+        self._known["stuck"][rows] |= self._known["jump"][rows]
 
     def _spend_what_is_left(self, tolerance: float, limit: int) -> None:
         """Split as many of the most urgent triangles as the limit allows."""
@@ -148,32 +164,64 @@ class Refinement:
         self._look_for_jumps(self._poor(tolerance), tolerance)
 
     def _split(self, marks: BoolArray) -> None:
-        inner = self.triangles.are_shared_by_two(marks) if self._smooth else np.empty(0, dtype=bool)
-        count = len(self.triangles)
+        curved = self.triangles.have_two_triangles(marks) & self._smooth
         parents, rows = self.triangles.cut(marks)
-        self._add_vertices(parents, inner)
-        self._add_rows(len(self.triangles) - count)
+        self._add_vertices(parents, curved)
         self._measure(rows)
 
-    def _add_vertices(self, parents: IntArray, inner: BoolArray) -> None:
-        a, b = parents.T
-        old = self.vertices
-        points = old.points[a] + (old.points[b] - old.points[a]) / 2.0
-        normals = (old.normals[a] + old.normals[b]) / 2.0
-        stored = normalize(normals)
-        if self._smooth:
-            normals = stored
-            points[inner] += _bulge(old.points, old.normals, parents[inner])
+    def _add_vertices(self, parents: IntArray, curved: BoolArray) -> None:
+        old, (a, b) = self.vertices, parents.T
+        points = 0.5 * old.points[a] + 0.5 * old.points[b]
+        points[curved] += _bulge(old.points, old.normals, parents[curved])
         points = points.astype(self._real).astype(np.float64)
-        shades = None if old.shades is None else (old.shades[a] + old.shades[b]) / 2.0
-        self.vertices = Vertices(
-            points=np.concatenate([old.points, points]),
-            normals=np.concatenate([old.normals, normals]),
-            stored=np.concatenate([old.stored, stored]),
-            shades=None if old.shades is None or shades is None else np.concatenate([old.shades, shades]),
-            colors=np.concatenate([old.colors, self._lighting.colors(points, normals, shades)]),
-        )
+        normals = 0.5 * old.normals[a] + 0.5 * old.normals[b]
+        stored = normalize(normals)
+        normals = stored if self._smooth else normals
+        shades = None if old.shades is None else 0.5 * old.shades[a] + 0.5 * old.shades[b]
+        colors = self._lighting.colors(points, normals, shades)
+        self.vertices = old.followed_by(Vertices(points, normals, stored, shades, colors))
         self.parents.append(parents)
 
-    def _add_rows(self, count: int) -> None:
-        """Room for what is known of each triangle; `_measure` fills it."""
+    def _measure(self, rows: IntArray) -> None:
+        """Take the first samples of triangles that are new or changed."""
+        corners = self.triangles.corners[rows]
+        points = self.vertices.points[corners]
+        longest, height, precision = _sizes(points, self._real)
+        visible = rows[height > 0.0]
+        added = len(self.triangles) - len(self._known)
+        self._known = np.concatenate([self._known, np.zeros(added, dtype=_KNOWN)])
+        self._known[rows] = 0
+        self._known["longest"][rows] = longest
+        self._known["stuck"][rows] = ~(height > _LEAST_HEIGHT * precision)
+        self._known["finished"][rows] = ~(height > 0.0)
+        self.errors[visible] = first_errors(self.vertices, self.triangles.corners[visible], self._lighting)
+
+
+def _sizes(points: Float64Array, real: np.dtype[Any]) -> tuple[Float64Array, Float64Array, Float64Array]:
+    """Longest side and least height of triangles (m, 3, 3), and the precision of their coordinates.
+
+    The height is zero or NaN where a triangle has no area, or a point that is not finite.
+    """
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        sides = np.roll(points, -1, axis=1) - points
+        longest = np.linalg.norm(sides, axis=2).max(axis=1, initial=0.0)
+        double_area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+        precision = np.abs(points).max(axis=(1, 2), initial=0.0) * float(np.finfo(real).eps)
+        return longest, double_area / longest, precision
+
+
+def _side_lengths(points: Float64Array) -> Float64Array:
+    with np.errstate(invalid="ignore", over="ignore"):
+        return np.linalg.norm(np.roll(points, -1, axis=1) - points, axis=2)
+
+
+def _bulge(points: Float64Array, normals: Float64Array, ends: IntArray) -> Float64Array:
+    """From the middles of sides (k, 2) to the middles of cubic curves that meet the ends' normals at right angles.
+
+    The curves are the sides of PN triangles: A. Vlachos, J. Peters, C. Boyd, J. L. Mitchell: Curved PN triangles.
+    Symposium on Interactive 3D Graphics (2001), 159-166. On a circle they err in the fourth power of the angle.
+    """
+    (p, q), (n, m) = points[ends].transpose(1, 0, 2), normals[ends].transpose(1, 0, 2)
+    along = q - p
+    rise, fall = (np.einsum("ki,ki->k", along, normal)[:, None] for normal in (n, m))
+    return (fall * m - rise * n) / 8.0

@@ -86,6 +86,11 @@ class Triangles:
                 return marks
             marks[more] = True
 
+    def have_two_triangles(self, marks: BoolArray) -> BoolArray:
+        """Whether each marked side lies between two triangles, and not on a boundary or where several sheets meet."""
+        result: BoolArray = np.bincount(self.sides.ravel(), minlength=len(marks))[marks] == 2
+        return result
+
     def cut(self, marks: BoolArray) -> Cut:
         """Cut the sides that `marks` gave, and all triangles that have them."""
         cut_sides = np.flatnonzero(marks)

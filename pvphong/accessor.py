@@ -5,7 +5,6 @@ PyVista finds this module by its entry point; importing pvphong registers it as 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import pyvista as pv
@@ -13,7 +12,7 @@ import pyvista as pv
 from pvphong._types import Backend, FloatArray, MatrixLike, Precision, Weighting
 from pvphong.diagnosis import Diagnosis, diagnose
 from pvphong.material import Material
-from pvphong.mesh import map_blocks, plan, point_normals, shade_mesh
+from pvphong.mesh import datasets, map_blocks, plan, point_normals, shade_mesh
 from pvphong.planning import Plan
 from pvphong.scene import Scene
 from pvphong.surface import surface
@@ -172,7 +171,7 @@ class BlocksPhong:
 
     def diagnose(self, *, matrix: MatrixLike | None = None) -> dict[str, Diagnosis]:
         """A diagnosis for each dataset, by the path of its block's names; None and empty blocks are left out."""
-        return {path: block.phong.diagnose(matrix=matrix) for path, block in _datasets(self._blocks)}
+        return {path: block.phong.diagnose(matrix=matrix) for path, block in datasets(self._blocks)}
 
     def plan(
         self, scene: Scene, material: Material = _DULL, *, matrix: MatrixLike | None = None, tolerance: float = 0.0
@@ -180,15 +179,5 @@ class BlocksPhong:
         """A plan for each dataset, by the path of its block's names; None and empty blocks are left out."""
         return {
             path: block.phong.plan(scene, material, matrix=matrix, tolerance=tolerance)
-            for path, block in _datasets(self._blocks)
+            for path, block in datasets(self._blocks)
         }
-
-
-def _datasets(blocks: pv.MultiBlock, place: str = "") -> Iterator[tuple[str, pv.DataSet]]:
-    """The path and the dataset of each block that is not empty."""
-    for index, block in enumerate(blocks):
-        path = f"{place}/{blocks.get_block_name(index)}".lstrip("/")
-        if isinstance(block, pv.MultiBlock):
-            yield from _datasets(block, path)
-        elif isinstance(block, pv.DataSet) and block.n_points:
-            yield path, block

@@ -24,7 +24,8 @@ from pvphong._types import ColorLike, Precision
 from pvphong.airplane_demo import run_demo
 from pvphong.diagnosis import diagnose as diagnose_mesh
 from pvphong.material import Material
-from pvphong.mesh import map_blocks, shade_mesh
+from pvphong.mesh import datasets, map_blocks, shade_mesh
+from pvphong.mesh import plan as plan_mesh
 from pvphong.mesh_files import BLOCK_FORMATS, MESH_FORMATS, read_mesh, refuse_suffix, save_lit
 from pvphong.scene import Scene
 from pvphong.studio import studio_scene
@@ -200,6 +201,25 @@ def view(mesh: str, /, *, scene: Rig = None, look: LookOptions = _PLAIN) -> None
 
 
 @app.command
+def plan(mesh: str, /, *, scene: Rig = None, look: LookOptions = _PLAIN, tolerance: float = 0.0) -> None:
+    """Say which effects a scene calls for on a mesh, which are left out, and why.
+
+    Parameters
+    ----------
+    mesh
+        A file of any format that PyVista reads.
+    tolerance
+        Largest absolute colour error that may be traded for time; 1/255 = 0.0039 is one step of a display.
+    """
+    outside, rig = _surface_and_scene(mesh, scene, _SIZE)
+    material = look.to_material()
+    for block, single in _single_meshes(outside):
+        if block:
+            print(f"{block}:")
+        print(plan_mesh(single, rig, material, tolerance=tolerance).explain())
+
+
+@app.command
 def diagnose(mesh: str, /) -> int:
     """Say what in a mesh will not light as it should; the exit status is 1 if there is anything.
 
@@ -208,8 +228,7 @@ def diagnose(mesh: str, /) -> int:
     mesh
         A file of any format that PyVista reads.
     """
-    found = read_mesh(mesh)
-    named = found.phong.diagnose() if isinstance(found, pv.MultiBlock) else {"": diagnose_mesh(found)}
+    named = {block: diagnose_mesh(single) for block, single in _single_meshes(read_mesh(mesh))}
     console = Console()
     for block, diagnosis in named.items():
         if block:
@@ -227,6 +246,11 @@ def _surface_and_scene(path: str, rig: Path | None, size: tuple[int, int]) -> tu
     mesh = read_mesh(path)
     outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
     return outside, studio_scene(outside, size[0] / size[1]) if scene is None else scene
+
+
+def _single_meshes(mesh: Any) -> Iterator[tuple[str, pv.DataSet]]:
+    """A mesh alone, or each dataset of a MultiBlock with the path of its names."""
+    return datasets(mesh) if isinstance(mesh, pv.MultiBlock) else iter([("", mesh)])
 
 
 def _shaded(mesh: Any, scene: Scene, material: Material, **how: Any) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -186,6 +186,16 @@ def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: st
             except ValueError as error:
                 raise ValueError(f"block {where}: {error}") from error
     return result
+
+
+def datasets(blocks: pv.MultiBlock, place: str = "") -> Iterator[tuple[str, pv.DataSet]]:
+    """The path and the dataset of each block that is not empty."""
+    for index, block in enumerate(blocks):
+        path = f"{place}/{blocks.get_block_name(index)}".lstrip("/")
+        if isinstance(block, pv.MultiBlock):
+            yield from datasets(block, path)
+        elif isinstance(block, pv.DataSet) and block.n_points:
+            yield path, block
 
 
 def _surface_and_albedo(mesh: pv.DataSet, albedo: Any) -> tuple[pv.PolyData, Any]:

@@ -43,6 +43,12 @@ class Pose(NamedTuple):
     matrix: Float64Array
     """Shape (4, 4), with last row (0, 0, 0, 1)."""
 
+    def in_world(self) -> tuple[Float64Array, Float64Array]:
+        """Points and unit normals in the world, both (n, 3)."""
+        linear = self.matrix[:3, :3]
+        normals = self.normals @ np.linalg.inv(linear)  # a row times L⁻¹ is L⁻ᵀ times a column
+        return self.points @ linear.T + self.matrix[:3, 3], normals / np.linalg.norm(normals, axis=1)[:, None]
+
 
 @dataclass(frozen=True)
 class Limits:
@@ -126,21 +132,21 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
 
 
 def _surface(pose: Pose, terms: Terms) -> _Surface:
-    linear, shift = pose.matrix[:3, :3], pose.matrix[:3, 3]
-    eye, inverse = np.array(terms.viewer.position), np.linalg.inv(linear)
-    points, normals = pose.points @ linear.T + shift, pose.normals @ inverse
-    length = np.linalg.norm(normals, axis=1)
-    place_error = np.linalg.norm(np.abs(pose.points) @ np.abs(linear.T), axis=1) + np.linalg.norm(shift - eye)
+    points, normals = pose.in_world()
+    linear, inverse = np.abs(pose.matrix[:3, :3]), np.linalg.inv(pose.matrix[:3, :3])
+    eye = np.array(terms.viewer.position)
     to_eye = eye - points
     distance = np.linalg.norm(to_eye, axis=1)
+    place_error = np.linalg.norm(np.abs(pose.points) @ linear.T, axis=1) + np.linalg.norm(pose.matrix[:3, 3] - eye)
+    cancelled = np.linalg.norm(np.abs(pose.normals) @ np.abs(inverse), axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         return _Surface(
             points=points,
-            normals=normals / length[:, None],
+            normals=normals,
             eye=eye,
             to_eye=to_eye / distance[:, None],
             place_error=place_error,
-            normal_angle=np.linalg.norm(np.abs(pose.normals) @ np.abs(inverse), axis=1) / length + 1.0,
+            normal_angle=cancelled / np.linalg.norm(pose.normals @ inverse, axis=1) + 1.0,
             eye_angle=place_error / _measurable(distance) + 1.0,
         )
 
@@ -187,7 +193,7 @@ def _highlight(
     return f, sine * turn + 0.5 * _ROUNDING * turn * turn + 3.0, _FLOOR
 
 
-def _arrival(surface: _Surface, light: Light) -> _Arrival:
+def _arrival(surface: _Surface, light: Any) -> _Arrival:
     """`light` in the world."""
     count = len(surface.points)
     everywhere, nowhere = np.ones(count, dtype=bool), np.zeros(count, dtype=bool)

@@ -56,11 +56,11 @@ def test_python_dash_m_and_version():
 def test_help_names_the_commands(capsys):
     assert run("--help") == 0
     shown = capsys.readouterr().out
-    for command in ("demo", "shade", "view", "diagnose"):
+    for command in ("demo", "shade", "view", "plan", "diagnose"):
         assert command in shown
 
 
-@pytest.mark.parametrize("command", ["demo", "shade", "view", "diagnose"])
+@pytest.mark.parametrize("command", ["demo", "shade", "view", "plan", "diagnose"])
 def test_every_parameter_has_a_help_text(command, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "120")
     assert run(command, "--help") == 0
@@ -309,6 +309,36 @@ def test_diagnose_blocks_by_name(sphere, capsys):
     assert lines[0] == "good:"
     assert "ok" in lines[1]
     assert lines[2] == "bad:"
+
+
+# -- plan
+
+
+@pytest.mark.usefixtures("sphere")
+def test_plan_shows_what_the_rig_calls_for(capsys):
+    away = ph.SpotLight(position=(0, 0, 5), direction=(0, 0, 1), cone_angle=20, name="away")
+    ph.Scene(lights=[away, ph.DirectionalLight(name="sun")]).save("rig.json")
+    assert run("plan", "sphere.vtp", "--scene", "rig.json") == 0
+    shown = capsys.readouterr().out
+    assert "lies outside the cone" in " ".join(shown.split())
+    assert "It reads normals; the colours do not change when the viewer moves." in shown
+
+
+@pytest.mark.usefixtures("sphere")
+def test_plan_takes_a_tolerance(capsys):
+    ph.Scene(lights=[ph.PointLight(position=(0, 0, 1e6))]).save("rig.json")
+    assert run("plan", "sphere.vtp", "--scene", "rig.json", "--tolerance", "0.01") == 0
+    assert "It reads normals;" in capsys.readouterr().out
+    assert run("plan", "sphere.vtp", "--tolerance", "-1") == 2
+    assert "error: tolerance must be" in capsys.readouterr().err
+
+
+def test_plan_of_blocks_by_name(sphere, capsys):
+    pv.MultiBlock({"one": sphere, "two": sphere}).save("blocks.vtm")
+    assert run("plan", "blocks.vtm") == 0
+    shown = capsys.readouterr().out
+    assert "one:" in shown
+    assert "two:" in shown
 
 
 # -- demo

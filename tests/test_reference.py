@@ -398,6 +398,27 @@ def test_a_spot_on_the_vertex_does_not_shine_on_it(cone_angle: float, exponent: 
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize(
+    ("height", "attenuation"),
+    [(1e-170, (0.0, 0.0, 1.0)), (1e-200, (0.0, 1e-200, 0.0)), (1.0, (1e-310, 0.0, 0.0))],
+    ids=["distance-squared-underflows", "linear-term-underflows", "inverse-overflows"],
+)
+def test_an_attenuation_beyond_the_floats_is_white_inside_the_cone_and_dark_outside(
+    height: float, attenuation: tuple[float, float, float], precision: str
+) -> None:
+    """1/(c + l·d + q·d²) overflows there; times the 0 of a spot's outside it must not become NaN."""
+    points = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 0.0, height]])
+    normals = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]])
+    above = {"position": (0.0, 0.0, height), "attenuation": attenuation}
+    matte = Material(ambient=0.0, diffuse=1.0)
+    for light, expected in ((PointLight(**above), 1.0), (SpotLight(direction=(1.0, 0.0, 0.0), **above), 0.0)):
+        scene = Scene([light], ABOVE, DARK)
+        got = evaluate(points, normals, scene, matte, precision=precision, backend="numpy").rgb
+        assert np.isfinite(got).all()
+        assert got[0].tolist() == [expected] * 3
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
 @pytest.mark.parametrize("reflection", ["phong", "blinn-phong"])
 def test_an_eye_on_the_vertex_sees_diffuse_light_and_no_highlight(reflection: str, precision: str) -> None:
     for shininess in (0.0, 4.0):

@@ -30,7 +30,7 @@ def check_attenuation(value: VectorLike) -> Vector:
 
 
 def attenuate(distance: Float64Array, attenuation: VectorLike) -> Float64Array:
-    """1 / (c + l·d + q·d²) at distances d (OpenGL 2.1 specification, section 2.14.1).
+    """1 / (c + l·d + q·d²) at distances d (OpenGL 2.1 specification, section 2.14.1); at most the largest float.
 
     Where the point is not finite (d is NaN) nothing arrives. On the light itself (d = 0) it is 1/c,
     and 0 where c = 0: the light cannot be seen from inside itself.
@@ -41,6 +41,8 @@ def attenuate(distance: Float64Array, attenuation: VectorLike) -> Float64Array:
         weakening = distance * linear if not quadratic else (distance * quadratic + linear) * distance
         weakening += constant
         strength: Float64Array = np.divide(1.0, weakening, out=weakening)
+    if constant < np.finfo(np.float64).tiny:
+        np.minimum(strength, np.finfo(np.float64).max, out=strength)
     if not distance.min(initial=1.0) > 0.0:  # a NaN, or a vertex on the light
         strength[np.isnan(distance)] = 0.0
         if not constant:
