@@ -30,6 +30,21 @@ _SAME_RATIO = 1e-4
 _HALVINGS = 26
 
 
+# An error from which on triangles are searched for jumps.
+_LARGE = 1.0 / 255.0
+
+
+def sizes(points: Float64Array) -> tuple[Float64Array, Float64Array]:
+    """Longest side and least height (m,) of triangles (m, 3, 3).
+
+    The height is zero or NaN where a triangle has no area, or a point that is not finite.
+    """
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        sides = np.roll(points, -1, axis=1) - points
+        longest = np.linalg.norm(sides, axis=2).max(axis=1, initial=0.0)
+        return longest, np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / longest
+
+
 def _lattice(order: int) -> Float64Array:
     """Barycentric coordinates (s, 3) in multiples of 1/order, without the corners."""
     steps = [(i, j, order - i - j) for i in range(order + 1) for j in range(order + 1 - i)]
@@ -123,6 +138,18 @@ def more_errors(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Fl
     rows = np.flatnonzero(_blend_differently(vertices, corners))
     again = _errors(replace(vertices, normals=vertices.stored), corners[rows], _ALL, lighting)
     result[rows] = np.maximum(result[rows], again)
+    return result
+
+
+def all_errors(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Float64Array:
+    """Largest error (m,) at every sample; 0 in triangles without an area, or with a point that is not finite."""
+    result = np.zeros(len(corners))
+    rows = np.flatnonzero(sizes(vertices.points[corners])[1] > 0.0)
+    shown = corners[rows]
+    errors = np.maximum(first_errors(vertices, shown, lighting), more_errors(vertices, shown, lighting))
+    large = np.flatnonzero(errors >= _LARGE)
+    errors[large] = np.maximum(errors[large], jumps(vertices, shown[large], lighting).errors)
+    result[rows] = errors
     return result
 
 

@@ -49,42 +49,48 @@ def contracted(function: Function) -> Function:
 
 
 _LOG32 = tuple(
-    map(
-        np.float32,
-        (
-            -0.10749789327383041,
-            0.18476033210754395,
-            -0.19138838350772858,
-            0.20485764741897583,
-            -0.23960812389850616,
-            0.28855255246162415,
-            -0.36069655418395996,
-            0.48089852929115295,
-            -0.7213473320007324,
-            1.4426950216293335,
-        ),
+    np.float32(c)
+    for c in (
+        -0.10749789327383041, 0.18476033210754395, -0.19138838350772858, 0.20485764741897583,
+        -0.23960812389850616, 0.28855255246162415, -0.36069655418395996, 0.48089852929115295,
+        -0.7213473320007324, 1.4426950216293335,
     )
-)
+)  # fmt: skip
 _EXP32 = tuple(
-    map(
-        np.float32,
-        (
-            0.00015453163359779865,
-            0.0013390863314270973,
-            0.009618083015084267,
-            0.055503569543361664,
-            0.24022650718688965,
-            0.6931471824645996,
-            1.0,
-        ),
+    np.float32(c)
+    for c in (
+        0.00015453163359779865, 0.0013390863314270973, 0.009618083015084267, 0.055503569543361664,
+        0.24022650718688965, 0.6931471824645996, 1.0,
     )
-)
+)  # fmt: skip
+_LOG64 = (
+    0.2136589569431927, 0.2209130842311768, 0.262334352504183, 0.32059853491395984,
+    0.4121985858409005, 0.5770780163455203, 0.9617966939259898, 2.8853900817779268,
+)  # fmt: skip
+_EXP64 = (
+    4.4549605981865186e-10, 7.072585949269223e-09, 1.0178062445845774e-07, 1.321544258792169e-06,
+    1.525273382983612e-05, 0.0001540353044173605, 0.0013333558146416936, 0.009618129107606888,
+    0.0555041086648216, 0.24022650695910097, 0.6931471805599453, 1.0,
+)  # fmt: skip
 
-# Bits of √½: what lies above its mantissa counts as the next power of two.
-_ROOT32, _SHIFT32 = np.int32(np.float32(0.5**0.5).view(np.int32)), np.int32(23)
+# Bits of √½: numbers from there up to √2 have the power of two 0.
+_ROOT32, _ROOT64 = np.float32(0.5**0.5).view(np.int32), np.float64(0.5**0.5).view(np.int64)
+_MANTISSA32, _MANTISSA64 = np.int32(23), np.int64(52)
 
-# Adding it puts a number's nearest integer into the last bits of the mantissa.
-_ROUND32 = np.float32(1.5 * 2**23)
+# Adding it rounds to an integer, which then stands in the last bits of the mantissa.
+_WHOLE32, _WHOLE64 = np.float32(1.5 * 2**23), 1.5 * 2**52
+
+# Powers of two below it are not normal numbers.
+_LEAST32, _LEAST64 = np.float32(-126.0), -1022.0
+
+
+def power(square: Any, exponent: Any, most: Any) -> Any:
+    """(1 − d)ⁿ for a chord's squared length |D|² = 2d, n = `exponent` and d taken to be at most `most` <= 1.
+
+    All three in the same precision. Where d = 1 the result means nothing unless n = 0; what would be below
+    the least normal number comes out between 0 and twice that.
+    """
+    raise NotImplementedError  # compiled code gets one of the two functions below
 
 
 @contracted
@@ -97,16 +103,37 @@ def _horner(t: Any, coefficients: Any) -> Any:
 
 @contracted
 def _power32(square: Any, exponent: Any, most: Any) -> Any:
+    # Numba widens sums and shifts of int32 to int64; each is cut back at once, or vectors would be half as long.
     d = min(np.float32(0.5) * square, most)
     bits = np.float32(np.float32(1.0) - d).view(np.int32)
-    above = np.int32(bits - _ROOT32)
-    k = np.int32(above >> _SHIFT32)
-    m = np.int32(bits - np.int32(k << _SHIFT32)).view(np.float32)
-    t = -d if k == np.int32(0) else m - np.float32(1.0)
-    y = exponent * (t * _horner(t, _LOG32) + np.float32(k))
-    y = max(y, np.float32(-126.0))
-    whole = y + _ROUND32
-    r = y - (whole - _ROUND32)
-    power = _horner(r, _EXP32)
-    scale = np.int32(np.int32(np.float32(whole).view(np.int32)) << _SHIFT32)
-    return np.int32(np.float32(power).view(np.int32) + scale).view(np.float32)
+    k = np.int32(np.int32(bits - _ROOT32) >> _MANTISSA32)
+    m = np.int32(bits - np.int32(k << _MANTISSA32)).view(np.float32)
+    t = -d if k == np.int32(0) else m - np.float32(1.0)  # the rounding of 1 − d matters near the peak alone
+    y = max(exponent * (t * _horner(t, _LOG32) + np.float32(k)), _LEAST32)
+    whole = y + _WHOLE32
+    significand = np.float32(_horner(y - (whole - _WHOLE32), _EXP32)).view(np.int32)
+    return np.int32(significand + np.int32(np.float32(whole).view(np.int32) << _MANTISSA32)).view(np.float32)
+
+
+@contracted
+def _power64(square: Any, exponent: Any, most: Any) -> Any:
+    d = min(0.5 * square, most)
+    bits = np.float64(1.0 - d).view(np.int64)
+    k = (bits - _ROOT64) >> _MANTISSA64
+    m = np.int64(bits - (k << _MANTISSA64)).view(np.float64)
+    t = -d if k == 0 else m - 1.0
+    z = t / (2.0 + t)
+    y = max(exponent * (z * _horner(z * z, _LOG64) + np.float64(k)), _LEAST64)
+    whole = y + _WHOLE64
+    significand = np.float64(_horner(y - (whole - _WHOLE64), _EXP64)).view(np.int64)
+    return np.int64(significand + (np.float64(whole).view(np.int64) << _MANTISSA64)).view(np.float64)
+
+
+@overload(power, jit_options={"forceinline": True})
+def _power(square: Any, exponent: Any, most: Any) -> Any:  # noqa: ARG001 Numba matches the names
+    chosen = _power32 if square == numba.float32 else _power64
+
+    def implementation(square: Any, exponent: Any, most: Any) -> Any:
+        return chosen(square, exponent, most)
+
+    return implementation

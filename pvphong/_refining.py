@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
-from pvphong._interpolation import Lighting, Vertices, first_errors, jumps, more_errors
+from pvphong._interpolation import Lighting, Vertices, first_errors, jumps, more_errors, sizes
 from pvphong._splitting import Triangles
 from pvphong._types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.transform import normalize
@@ -115,7 +115,7 @@ class Refinement:
 
     def finish(self) -> None:
         """Take the samples that have not been taken yet."""
-        rows = np.flatnonzero(~self._finished)
+        rows = np.flatnonzero(~self._known["finished"])
         more = more_errors(self.vertices, self.triangles.corners[rows], self._lighting)
         self.errors[rows] = np.maximum(self.errors[rows], more)
         self._known["finished"][rows] = True
@@ -186,28 +186,16 @@ class Refinement:
         """Take the first samples of triangles that are new or changed."""
         corners = self.triangles.corners[rows]
         points = self.vertices.points[corners]
-        longest, height, precision = _sizes(points, self._real)
+        longest, height = sizes(points)
+        step = np.abs(points).max(axis=(1, 2), initial=0.0) * float(np.finfo(self._real).eps)
         visible = rows[height > 0.0]
         added = len(self.triangles) - len(self._known)
         self._known = np.concatenate([self._known, np.zeros(added, dtype=_KNOWN)])
         self._known[rows] = 0
         self._known["longest"][rows] = longest
-        self._known["stuck"][rows] = ~(height > _LEAST_HEIGHT * precision)
+        self._known["stuck"][rows] = ~(height > _LEAST_HEIGHT * step)
         self._known["finished"][rows] = ~(height > 0.0)
         self.errors[visible] = first_errors(self.vertices, self.triangles.corners[visible], self._lighting)
-
-
-def _sizes(points: Float64Array, real: np.dtype[Any]) -> tuple[Float64Array, Float64Array, Float64Array]:
-    """Longest side and least height of triangles (m, 3, 3), and the precision of their coordinates.
-
-    The height is zero or NaN where a triangle has no area, or a point that is not finite.
-    """
-    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        sides = np.roll(points, -1, axis=1) - points
-        longest = np.linalg.norm(sides, axis=2).max(axis=1, initial=0.0)
-        double_area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-        precision = np.abs(points).max(axis=(1, 2), initial=0.0) * float(np.finfo(real).eps)
-        return longest, double_area / longest, precision
 
 
 def _side_lengths(points: Float64Array) -> Float64Array:

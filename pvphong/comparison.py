@@ -14,7 +14,7 @@ import numpy as np
 import pyvista as pv
 
 from pvphong._files import written_aside
-from pvphong._types import BoolArray, Float64Array, FloatArray, IntArray, Vector
+from pvphong._types import Float64Array, FloatArray, IntArray, Vector
 
 if TYPE_CHECKING:
     from rich.table import Table

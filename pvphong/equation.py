@@ -19,6 +19,9 @@ from pvphong.scene import Scene
 BRIGHTEST = 2.0**100
 """Strengths and colours are capped here, so that nothing overflows float32; anything near it is white."""
 
+# The most that a light's colours may be before its attenuation, which may bring them down again.
+_FARTHEST = 2.0**1000
+
 # vtkProperty and vtkLight keep exponents in [0, 128]; the shader cuts cosines off at the floors.
 _VTK_EXPONENT = 128.0
 _VTK_FLOOR = 1e-5
@@ -38,7 +41,7 @@ class LightTerm:
     ambient, diffuse, specular : tuple of float
         Its colours times intensity times the material's, divided by `gain`: at most 1.
     gain : float
-        A power of two; at most `BRIGHTEST`.
+        A power of two, which may be beyond float32's range: a light that is bright because it is far away.
     """
 
     light: Light
@@ -140,8 +143,8 @@ def _standard(scene: Scene, material: Material, matrix: MatrixLike | None) -> Eq
             for index, light in enumerate(scene.world_lights)
             if light.on
         ),
-        ambient=_product(material.ambient, model.ambient),
-        emission=_product(material.emission, 1.0),
+        ambient=_product(BRIGHTEST, material.ambient, model.ambient),
+        emission=_product(BRIGHTEST, material.emission, 1.0),
         shininess=material.shininess,
         reflection=model.reflection,
         cosine_floor=0.0,
@@ -171,7 +174,7 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     return replace(
         standard,
         terms=terms,
-        ambient=_product(material.ambient if terms else unlit, 1.0),
+        ambient=_product(BRIGHTEST, material.ambient if terms else unlit, 1.0),
         shininess=min(material.shininess, _VTK_EXPONENT),
         cosine_floor=_VTK_HEADLIGHT_FLOOR if headlight else _VTK_FLOOR,
         headlight_only=headlight,
@@ -199,25 +202,25 @@ def _vtk_shape(light: Light) -> Light:
 def _term(light: Light, index: int, material: Material, ambient: Vector, specular: Vector) -> LightTerm:
     intensity = light.intensity
     colors = [
-        _product(material.ambient, ambient, intensity),
-        _product(material.diffuse, light.diffuse, intensity),
-        _product(material.specular, specular, intensity),
+        _product(_FARTHEST, material.ambient, ambient, intensity),
+        _product(_FARTHEST, material.diffuse, light.diffuse, intensity),
+        _product(_FARTHEST, material.specular, specular, intensity),
     ]
-    gain = min(2.0 ** math.frexp(max(map(max, colors)))[1], BRIGHTEST)
+    gain = 2.0 ** math.frexp(max(map(max, colors)))[1]
     dim, matte, shiny = ((r / gain, g / gain, b / gain) for r, g, b in colors)
     return LightTerm(light, index, dim, matte, shiny, gain)
 
 
-def _product(reflectance: ColorLike, light: ColorLike, intensity: float = 1.0) -> Vector:
-    red, green, blue = (_capped(k, c, intensity) for k, c in zip(rgb(reflectance), rgb(light), strict=True))
+def _product(most: float, reflectance: ColorLike, light: ColorLike, intensity: float = 1.0) -> Vector:
+    red, green, blue = (_capped(most, k, c, intensity) for k, c in zip(rgb(reflectance), rgb(light), strict=True))
     return red, green, blue
 
 
-def _capped(*factors: float) -> float:
-    """A product of numbers >= 0, at most `BRIGHTEST`; only the whole of it may leave the range of floats."""
+def _capped(most: float, *factors: float) -> float:
+    """A product of numbers >= 0, at most `most`; only the whole of it may leave the range of floats."""
     mantissas, exponents = zip(*map(math.frexp, factors), strict=True)
     mantissa, exponent = math.prod(mantissas), sum(exponents)
-    return min(math.ldexp(mantissa, min(exponent, 1000)), BRIGHTEST)
+    return min(math.ldexp(mantissa, min(exponent, 1023)), most)
 
 
 def _vector(value: VectorLike) -> Vector:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from typing import Any
 
 import pyvista as pv
@@ -285,8 +285,9 @@ class PlotterPhong:
     def __plotter_close__(self) -> None:
         """Let go of everything; PyVista calls it at every close."""
         self._evaluations_of_the_past = self.evaluations
-        let_in(self._plotter)
         for pane in self._panes:
             pane.release()
+        with suppress(ReferenceError):  # a plotter that nobody closed calls this as it is collected
+            let_in(self._plotter)
         self._panes.clear()
         self._history.clear()

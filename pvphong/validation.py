@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pyvista as pv
 
 from pvphong import _check
-from pvphong._types import BoolArray, Float64Array, MatrixLike
+from pvphong._types import BoolArray, Float64Array, FloatArray, MatrixLike
 from pvphong.comparison import Comparison
 from pvphong.evaluation import evaluate
 from pvphong.lights import SpotLight
@@ -17,14 +18,19 @@ from pvphong.mesh import point_normals
 from pvphong.planning import check_scene_and_material
 from pvphong.scene import Scene
 from pvphong.surface import surface
-from pvphong.transform import normalize, transform_points
 from pvphong.vtk_limits import Pose, limits
-from pvphong.vtk_obstacles import refuse_inexpressible, seen_from_infinity
+from pvphong.vtk_obstacles import refuse_inexpressible, seen_from_infinity, shining
 from pvphong.vtk_oracle import driver, vtk_shade
-from pvphong.vtk_terms import Terms, in_vtk_terms
+from pvphong.vtk_terms import in_vtk_terms
+
+_BRIGHT = 1.0
+"""Errors are relative to the light that arrives where it is more than this."""
 
 _DOUBTFUL_FACING = 2.0**-40
 """Cosines between normal and viewer below this have no certain sign in float64."""
+
+_OFF_CENTER = 10.0
+"""In sizes of the mesh: float32 loses digits of a mesh that lies farther than this from its own origin."""
 
 
 def validate(mesh: pv.DataSet, scene: Scene, material: Material, *, matrix: MatrixLike | None = None) -> Comparison:
@@ -83,8 +89,110 @@ def validate(mesh: pv.DataSet, scene: Scene, material: Material, *, matrix: Matr
     points, normals = _check.array("points", source.points), _check.array("normals", point_normals(source))
     unclamped = replace(scene, light_model=replace(scene.light_model, clamp=False))
     own = evaluate(points, normals, unclamped, material, matrix=given).rgb
-    lit = _lit(points, normals)
-    judged = _judge(points[lit], normals[lit], scene, material, np.eye(4) if given is None else given / given[3, 3])
-    return judged.compare(source, own, np.flatnonzero(lit))
+    lit = np.logical_and.reduce(np.isfinite(points) & np.isfinite(normals), axis=1) & (normals != 0.0).any(axis=1)
+    placed = _placed(points[lit], normals[lit], scene, np.eye(4) if given is None else given / given[3, 3])
+    judgement = _judge(placed, scene, material, _tolerance(scene, material))
+    return _comparison(source, lit, own, placed, judgement)
 
 
+class _Placed(NamedTuple):
+    """The vertices that can be lit, as VTK is given them."""
+
+    pose: Pose
+    doubtful: BoolArray
+    """Where it is not certain to which side a normal turns."""
+    conversions: tuple[str, ...]
+
+
+class _Judgement(NamedTuple):
+    """What VTK says of the vertices that can be lit."""
+
+    colors: FloatArray
+    brightness: Float64Array
+    open: dict[str, BoolArray]
+    tier: int
+    conversions: tuple[str, ...]
+    tolerance: float
+
+
+def _placed(points: FloatArray, normals: FloatArray, scene: Scene, matrix: Float64Array) -> _Placed:
+    """Around their middle, with unit normals, which a two-sided scene turns to the viewer."""
+    said = []
+    center, size = _box(points.astype(np.float64))
+    if np.abs(center).max() > _OFF_CENTER * size:
+        said.append(f"the mesh around its middle, ({', '.join(f'{c:.6g}' for c in center)})")
+    around = matrix.copy()
+    around[:3, 3] += matrix[:3, :3] @ center
+    scaled = normals / np.abs(normals).max(axis=1, keepdims=True).astype(np.float64)
+    pose = Pose(points - center, scaled / np.linalg.norm(scaled, axis=1)[:, None], around)
+    if not scene.light_model.two_sided:
+        return _Placed(pose, np.zeros(len(points), dtype=bool), tuple(said))
+    positions, directions = pose.in_world()
+    to_viewer = np.array(scene.viewer.position) - positions
+    if seen_from_infinity(scene):
+        to_viewer = np.broadcast_to(-np.array(scene.viewer.view_direction), positions.shape)
+    facing = np.einsum("ij,ij->i", directions, to_viewer)
+    away = facing < 0.0
+    if away.any():
+        said.append(f"{np.count_nonzero(away)} normals turned to the viewer")
+    doubtful = np.abs(facing) <= _DOUBTFUL_FACING * np.linalg.norm(to_viewer, axis=1)
+    turned = np.where(away[:, None], -pose.normals, pose.normals)
+    return _Placed(pose._replace(normals=turned), doubtful, tuple(said))
+
+
+def _box(points: Float64Array) -> tuple[Float64Array, float]:
+    """The middle of the points' bounding box and its largest edge."""
+    if not len(points):
+        return np.zeros(3), 0.0
+    low, high = points.min(axis=0), points.max(axis=0)
+    return low + 0.5 * (high - low), float((high - low).max())
+
+
+def _tolerance(scene: Scene, material: Material) -> float:
+    """16 · power · 2⁻²⁴ + 1e-6; see `pvphong.vtk_oracle`."""
+    exponents = [light.exponent for light in shining(scene) if isinstance(light, SpotLight)]
+    return 16.0 * max(material.shininess, *exponents, 0.0) * 2.0**-24 + 1e-6
+
+
+def _judge(placed: _Placed, scene: Scene, material: Material, tolerance: float) -> _Judgement:
+    pose = placed.pose
+    _, size = _box(pose.in_world()[0])
+    terms = in_vtk_terms(scene, material, pose.matrix[:3, 3], size)
+    colors = np.zeros((0, 3), dtype=np.float32)
+    if len(pose.points):
+        cloud = pv.PolyData(pose.points)
+        cloud.point_data.active_normals = pose.normals
+        colors = vtk_shade(cloud, terms.lights, terms.material, terms.viewer, matrix=pose.matrix)
+    known = limits(pose, terms, tolerance, has_floors=scene.light_model.convention == "vtk")
+    reasons = {"n·v = 0": placed.doubtful} | known.open
+    reasons["float32"] = known.open["float32"] | ~np.isfinite(colors).all(axis=1)
+    said = placed.conversions + terms.conversions
+    return _Judgement(colors, known.brightness, reasons, terms.tier, said, tolerance)
+
+
+def _comparison(
+    source: pv.PolyData, lit: BoolArray, own: FloatArray, placed: _Placed, judgement: _Judgement
+) -> Comparison:
+    rows = np.flatnonzero(lit)
+    vtk, positions, normals = np.full((3, len(lit), 3), np.nan)
+    vtk[rows] = judgement.colors
+    positions[rows], normals[rows] = placed.pose.in_world()
+    compared = ~np.logical_or.reduce(list(judgement.open.values()), axis=0)
+    scale = np.maximum(1.0, judgement.brightness / _BRIGHT)[:, None]
+    errors = (own[rows].astype(np.float64) - judgement.colors) / scale
+    left_out = {reason: rows[mask] for reason, mask in judgement.open.items()}
+    left_out["no place or normal"] = np.flatnonzero(~lit)
+    return Comparison(
+        tolerance=judgement.tolerance,
+        tier=judgement.tier,
+        conversions=judgement.conversions,
+        driver=driver(),
+        vertices=rows[compared],
+        errors=errors[compared],
+        left_out={reason: points for reason, points in left_out.items() if len(points)},
+        pvphong=own,
+        vtk=vtk.astype(np.float32),
+        _surface=source,
+        _positions=positions,
+        _normals=normals,
+    )

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from pvphong import evaluate
 from pvphong.equation import BRIGHTEST, assemble
 from pvphong.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.material import Material
@@ -66,9 +67,9 @@ def test_highlights_have_the_lights_diffuse_colour_unless_told():
 def test_gain_is_a_power_of_two_that_leaves_colours_up_to_one(intensity):
     term = equation(PointLight(diffuse=(1, 0.3, 0), intensity=intensity)).terms[0]
     assert np.frexp(term.gain)[0] == 0.5
-    assert 0 < term.gain <= BRIGHTEST
+    assert 0 < term.gain < np.inf
     assert max(*term.ambient, *term.diffuse, *term.specular) <= 1.0
-    assert max(term.diffuse) * term.gain == min(0.5 * intensity, BRIGHTEST)
+    assert max(term.diffuse) * term.gain == 0.5 * intensity
 
 
 def test_no_colour_is_beyond_the_brightest():
@@ -79,7 +80,13 @@ def test_no_colour_is_beyond_the_brightest():
         material=material,
     )
     assert bright.ambient == bright.emission == (BRIGHTEST,) * 3
-    assert colors(bright.terms[0]) == [(BRIGHTEST,) * 3] * 3
+    assert colors(bright.terms[0]) == [(2.0**1000,) * 3] * 3
+
+
+def test_a_light_may_be_as_bright_as_it_is_far_away():
+    far = PointLight(position=(0, 0, 1e20), attenuation=(0, 0, 1), intensity=1e40)
+    lit = evaluate(np.zeros((1, 3)), [[0, 0, 1]], Scene([far]), Material(ambient=0, diffuse=0.5), precision="float64")
+    np.testing.assert_allclose(lit.rgb, 0.5, rtol=1e-15)
 
 
 def test_the_standard_convention_has_no_floor_and_no_limit():

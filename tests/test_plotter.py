@@ -406,3 +406,156 @@ def test_a_closed_plotter_is_let_go():
     del shown
     gc.collect()
     assert watched() is None
+
+
+def test_cleaned_and_closed_in_any_order():
+    shown = pv.Plotter(off_screen=True, window_size=(48, 48))
+    draw(shown)
+    shown.deep_clean()
+    shown.close()
+    shown.close()
+    shown.deep_clean()
+
+
+def test_a_plotter_that_nobody_closed_is_let_go():
+    shown = pv.Plotter(off_screen=True, window_size=(48, 48))
+    draw(shown, SHINY)
+    shown.phong.add_gizmos()
+    watched = weakref.ref(shown), weakref.ref(shown.phong)
+    pv.plotting.plotter._ALL_PLOTTERS.pop(shown._id_name)  # PyVista itself holds on to every open plotter
+    del shown
+    gc.collect()
+    assert [ref() for ref in watched] == [None, None]
+
+
+def test_a_closed_plotter_says_so():
+    shown = pv.Plotter(off_screen=True, window_size=(48, 48))
+    draw(shown)
+    count = shown.phong.evaluations
+    shown.close()
+    with pytest.raises(ValueError, match="^plotter must be open; got one that has been closed"):
+        _ = shown.phong.lights
+    assert shown.phong.evaluations == count
+
+
+# --- an ordinary actor ---
+
+
+def test_a_hidden_actor_waits_until_it_is_shown(plotter):
+    mesh = ball()
+    actor = draw(plotter, DULL, mesh)
+    actor.visibility = False
+    assert evaluations_after(plotter, lambda: plotter.phong.set_light("sun", LAMP)) == 0
+    assert evaluations_after(plotter, lambda: setattr(actor, "visibility", True)) == 1
+    assert_current(plotter, actor, mesh, DULL)
+
+
+def test_another_actors_move_is_nothing(plotter):
+    draw(plotter, SHINY)
+    other = plotter.add_mesh(pv.Cube())
+    plotter.render()
+    assert evaluations_after(plotter, lambda: setattr(other, "position", (1, 1, 1))) == 0
+    assert evaluations_after(plotter, lambda: setattr(other.prop, "color", "red")) == 0
+
+
+def test_an_update_of_one_mesh_does_not_touch_the_others(plotter):
+    first, second = draw(plotter, DULL), draw(plotter, DULL)
+    colors = second.mapper.dataset.GetPointData().GetArray("phong")
+    before, values = colors.GetMTime(), drawn(second).copy()
+    assert evaluations_after(plotter, lambda: first.rotate_x(30)) == 1
+    assert colors.GetMTime() == before
+    np.testing.assert_array_equal(drawn(second), values)
+
+
+def test_it_can_be_picked(plotter):
+    actor = draw(plotter)
+    picker = vtk.vtkCellPicker()
+    assert picker.Pick(24, 24, 0, plotter.renderer)
+    assert picker.GetActor() is actor
+    np.testing.assert_allclose(picker.GetPickPosition(), (0, 0, 0.5), atol=0.03)
+
+
+def test_a_name_replaces_the_actor_before(plotter):
+    first = draw(plotter, DULL, name="ball")
+    second = draw(plotter, SHINY, name="ball")
+    assert plotter.renderer.actors["ball"] is second
+    with pytest.raises(ValueError, match="^actor must be"):
+        plotter.phong.mesh(first)
+    assert evaluations_after(plotter, lambda: plotter.phong.set_light("sun", LAMP)) == 1
+    plotter.remove_actor("ball")
+    assert evaluations_after(plotter, lambda: plotter.phong.set_light("lamp", SUN)) == 0
+
+
+def test_a_cleared_plotter_can_be_filled_again(plotter):
+    draw(plotter)
+    plotter.clear()
+    plotter.render()
+    assert plotter.phong.lights == ()
+    plotter.phong.add_light(SUN)
+    mesh = ball()
+    assert_current(plotter, draw(plotter, SHINY, mesh), mesh, SHINY)
+
+
+def test_it_is_exported_in_its_lit_colours(plotter, tmp_path):
+    actor = draw(plotter, name="ball")
+    plotter.export_obj(tmp_path / "ball.obj")
+    plotter.export_gltf(tmp_path / "ball.gltf")
+    assert len(pv.read(tmp_path / "ball.obj").points) >= actor.mapper.dataset.n_points - 2
+    assert "COLOR_0" in (tmp_path / "ball.gltf").read_text()
+
+
+def test_it_is_exported_as_a_web_page(plotter, tmp_path):
+    pytest.importorskip("trame_pyvista", reason="PyVista exports HTML only with the package trame-pyvista")
+    draw(plotter)
+    plotter.trame.export_html(tmp_path / "ball.html")
+    assert (tmp_path / "ball.html").stat().st_size > 10_000
+
+
+def test_a_mesh_stays_findable_from_another_subplot(new_plotter):
+    shown = new_plotter(shape=(1, 2))
+    shown.phong.add_light(SUN)
+    actor = draw(shown)
+    shown.subplot(0, 1)
+    assert shown.phong.mesh(actor).actor is actor
+
+
+# --- undo ---
+
+
+def test_edits_are_undone_and_redone_to_the_bit(new_plotter):
+    shown = new_plotter("light kit")
+    shown.phong.add_light(SUN)
+    actor = draw(shown, SHINY)
+    states, edits = [], [
+        lambda: shown.phong.set_light("sun", dataclasses.replace(SUN, diffuse=(0.9, 0.1, 1 / 3))),
+        lambda: shown.phong.add_light(LAMP),
+        lambda: shown.phong.set_light(2, dataclasses.replace(shown.phong.lights[2], intensity=1 / 3)),
+        lambda: shown.phong.remove_light(0),
+    ]  # fmt: skip
+    for edit in [*edits, None]:
+        shown.render()
+        states.append((shown.phong.lights, drawn(actor).copy()))
+        if edit is not None:
+            edit()
+    for step, expected in [(shown.phong.undo, states[:-1][::-1]), (shown.phong.redo, states[1:])]:
+        for lights, colors in expected:
+            assert step()
+            shown.render()
+            assert shown.phong.lights == lights
+            np.testing.assert_array_equal(drawn(actor), colors)
+    assert not shown.phong.redo()
+
+
+def test_a_new_edit_ends_what_could_be_redone(plotter):
+    plotter.phong.set_light("sun", LAMP)
+    assert plotter.phong.undo()
+    plotter.phong.set_light("sun", dataclasses.replace(SUN, intensity=3))
+    assert not plotter.phong.redo()
+    assert plotter.phong.lights[0].intensity == 3
+
+
+def test_a_refused_edit_is_no_step(new_plotter):
+    shown = new_plotter()
+    with pytest.raises(ValueError, match="^light must be"):
+        shown.phong.add_light("lamp")
+    assert not shown.phong.undo()

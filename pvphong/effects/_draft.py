@@ -98,10 +98,14 @@ class Extent:
         if self._normals is None or self._matrix is not None or not len(self._normals):
             return None
         low, high = _bounds(self._normals)
+        largest = max(np.abs(low).max(), np.abs(high).max())
+        if not 0.0 < largest < math.inf:
+            return None
+        low, high = (np.ldexp(bound, -np.frexp(largest)[1]) for bound in (low, high))  # so that squares can be taken
         corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8).T
         axis = (low + high) / 2
         length, longest = math.hypot(*axis), float(np.sqrt((corners**2).sum(axis=1)).max())
-        if not (0.0 < length < math.inf and 0.0 < longest < math.inf):
+        if length == 0.0:
             return None
         x, y, z = (axis / length).tolist()
         cosine = float((corners @ (axis / length)).min()) / longest

@@ -29,7 +29,7 @@ def _leave_out(draft: Draft, term: LightTerm) -> Draft:
         return draft
     near, far = (attenuation(light.attenuation, seen[1] + side * seen[2] * ROUNDED_UP) for side in (-1, 1))
     bound = term.gain * whole(term) * (near - far) / 2 * ROUNDED_UP
-    if bound > draft.allowance:
+    if not bound <= draft.allowance:
         return draft
     return _fold(draft, term, light, (near + far) / 2, f"even over the mesh to {bound:.2g}", bound)
 

@@ -40,7 +40,7 @@ def _leave_out_falloff(draft: Draft, term: LightTerm, spot: SpotLight, least: fl
     bound = strongest(draft, term) * whole(term) * (brightest - darkest) / 2 * ROUNDED_UP
     if spot.exponent == 0.0:
         middle, bound = 1.0, 0.0
-    if bound > draft.allowance or term.gain * middle > BRIGHTEST:
+    if not bound <= draft.allowance or term.gain * middle > BRIGHTEST:
         return draft
     point = PointLight(position=spot.position, attenuation=spot.attenuation)
     why = "mesh lies inside the cone" + ("" if not bound else f", whose light is even to {bound:.2g}")

@@ -26,7 +26,7 @@ def _leave_out(draft: Draft, term: LightTerm) -> Draft:
         most = widest_to_viewer(draft, (x, y, z), delta)
         bound += peak(term.specular) * highlight_change(draft.equation, delta, most, light_moves=True)
     bound *= term.gain * ROUNDED_UP
-    if bound > draft.allowance:
+    if not bound <= draft.allowance:
         return draft
     far = replace(term, light=DirectionalLight(direction=(-x, -y, -z)))
     why = f"far away: its direction is the same to {bound:.2g}"

@@ -39,7 +39,7 @@ def _leave_out_highlight(draft: Draft, term: LightTerm) -> Draft:
     if not any(term.specular) or not draft.allowance:
         return draft
     bound = strongest(draft, term) * peak(term.specular) * _reach(draft, term) * ROUNDED_UP
-    if bound > draft.allowance:
+    if not bound <= draft.allowance:
         return draft
     why = f"its highlight reaches no vertex, or is at most {bound:.2g}"
     return draft.with_term(term, replace(term, specular=_BLACK), Note("specular", draft.label(term), why, bound))

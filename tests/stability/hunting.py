@@ -41,9 +41,13 @@ def hunt(throw: Callable[[Dice], Any], check: Callable[[Any], None], examples: i
 # --- the whole range of floats ---
 
 
-def float_of(dice: Dice) -> float:
+RANGES = {np.float32: (-149, 127), np.float64: (-1074, 1023)}
+"""Exponents of the least and the greatest number of a type."""
+
+
+def float_of(dice: Dice, lowest: int = -1074, highest: int = 1023) -> float:
     """Any finite float: its exponent is drawn evenly, and some are zero."""
-    return 0.0 if dice.likely(8) else dice.choice((1.0, -1.0)) * dice.wide()
+    return 0.0 if dice.likely(8) else dice.choice((1.0, -1.0)) * dice.wide(lowest, highest)
 
 
 def positive_of(dice: Dice) -> float:
@@ -54,27 +58,28 @@ def color_of(dice: Dice) -> Any:
     return positive_of(dice) if dice.likely(50) else tuple(positive_of(dice) for _ in range(3))
 
 
-def wide_points(dice: Dice) -> np.ndarray:
-    """Points all over the range, clusters whose corners nearly coincide, and slivers."""
-    count = dice.randint(3, 7)
-    points = np.array([[float_of(dice) for _ in range(3)] for _ in range(count)])
-    kind = dice.choice(["anywhere", "cluster", "sliver"])
-    if kind != "anywhere":
-        base, edge = dice.wide_vector(-1074, 1000), dice.wide_vector(-1074, 1000)
-        along = np.array([dice.random() for _ in range(count)])[:, None]
-        with np.errstate(over="ignore"):
+def wide_points(dice: Dice, dtype: Any) -> np.ndarray:
+    """Points all over the range of a type, clusters whose corners nearly coincide, and slivers."""
+    count, (lowest, highest) = dice.randint(3, 7), RANGES[dtype]
+    points = np.array([[float_of(dice, lowest, highest) for _ in range(3)] for _ in range(count)])
+    kind = dice.choice(("anywhere", "cluster", "sliver"))
+    with np.errstate(over="ignore", under="ignore"):
+        if kind != "anywhere":
+            base, edge = (dice.wide_vector(lowest, highest - 2) for _ in range(2))
+            along = np.array([dice.random() for _ in range(count)])[:, None]
             points = base + along * edge if kind == "sliver" else base * (1.0 + dice.log_between(1e-17, 1e-1) * along)
-        points = points + np.array([dice.nudged(np.zeros(3)) for _ in range(count)])
-    return np.nan_to_num(points)
+            points = np.array([dice.nudged(p) for p in points])
+        return np.nan_to_num(points.astype(dtype))
 
 
-def normals_of(dice: Dice, points: np.ndarray) -> np.ndarray:
+def normals_of(dice: Dice, points: np.ndarray, dtype: Any) -> np.ndarray:
     """The normals of a few triangles between the points, or vectors of any length."""
     if dice.likely(50):
         faces = [dice.sample(range(len(points)), 3) for _ in range(dice.randint(1, 4))]
         weighting = dice.choice(("angle", "area", "max"))
-        return point_normals(points, np.ravel(faces), np.arange(0, 3 * len(faces) + 1, 3), weighting)
-    return np.array([dice.wide_vector() * dice.choice((0.0, 1.0, 1.0, 1.0)) for _ in points])
+        return point_normals(points, np.ravel(faces), np.arange(0, 3 * len(faces) + 1, 3), weighting).astype(dtype)
+    lowest, highest = RANGES[dtype]
+    return np.array([dice.wide_vector(lowest, highest - 1) * (not dice.likely(20)) for _ in points]).astype(dtype)
 
 
 def _anywhere(dice: Dice, points: np.ndarray) -> np.ndarray:
@@ -154,11 +159,9 @@ def _wide_matrix(dice: Dice) -> np.ndarray | None:
 
 def wide_case(dice: Dice) -> Case:
     """Every number from the whole range, corners of all kinds; every number is finite."""
-    points = wide_points(dice)
-    normals = normals_of(dice, points)
-    if dice.likely(40):
-        with np.errstate(over="ignore", under="ignore"):
-            points, normals = (np.nan_to_num(rows.astype(np.float32)) for rows in (points, normals))
+    dtype = dice.choice((np.float32, np.float64))
+    points = wide_points(dice, dtype)
+    normals = normals_of(dice, points, dtype)
     material = Material(*(color_of(dice) for _ in range(3)), shininess=positive_of(dice), emission=color_of(dice))
     vtk = dice.likely(30)
     fields: dict[str, Any] = {"ambient": color_of(dice), "clamp": dice.likely(50), "two_sided": dice.likely(50)}
