@@ -136,8 +136,9 @@ def more_errors(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Fl
     """Largest error (m,) at further samples, and with the stored normals blended."""
     result = _errors(vertices, corners, _MORE, lighting)
     rows = np.flatnonzero(_blend_differently(vertices, corners))
-    again = _errors(replace(vertices, normals=vertices.stored), corners[rows], _ALL, lighting)
-    result[rows] = np.maximum(result[rows], again)
+    others = replace(vertices, normals=vertices.stored)
+    for errors in (first_errors(others, corners[rows], lighting), _errors(others, corners[rows], _MORE, lighting)):
+        result[rows] = np.maximum(result[rows], errors)
     return result
 
 

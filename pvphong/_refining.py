@@ -19,8 +19,9 @@ _AIM = 0.95
 # A round splits the triangles that are at least this urgent, against the most urgent.
 _URGENT = 0.25
 
-# A triangle in which the colour jumps is not split below this part of the mesh's diagonal: a pixel of a picture.
-_PIXEL = 2.0**-10
+# Parts of the mesh's diagonal: a triangle in which the colour jumps is split down to the size of a pixel in a
+# picture, any other down to a size that no picture shows.
+_PIXEL, _LEAST = 2.0**-10, 2.0**-16
 
 # The least height of a triangle that is split, in steps of its coordinates' precision.
 _LEAST_HEIGHT = 16.0
@@ -82,7 +83,7 @@ class Refinement:
         self.parents: list[IntArray] = []
         self._lighting, self._smooth, self._real = lighting, smooth, points.dtype
         finite = p[np.isfinite(p).all(axis=1)]
-        self._pixel = _PIXEL * float(np.linalg.norm(np.ptp(finite, axis=0))) if len(finite) else 0.0
+        self._diagonal = float(np.linalg.norm(np.ptp(finite, axis=0))) if len(finite) else 0.0
         self._known = np.zeros(0, dtype=_KNOWN)
         self._measure(np.arange(len(corners)))
 
@@ -131,7 +132,7 @@ class Refinement:
                 continue
             urgency = self._urgency(rows)
             rows = rows[urgency >= _URGENT * urgency.max()]
-            self._look_for_jumps(rows[self._known["longest"][rows] < self._pixel], tolerance)
+            self._look_for_jumps(rows[self._known["longest"][rows] < _PIXEL * self._diagonal], tolerance)
             rows = rows[~self._known["stuck"][rows]]
             if len(rows):
                 return rows
@@ -193,7 +194,7 @@ class Refinement:
         self._known = np.concatenate([self._known, np.zeros(added, dtype=_KNOWN)])
         self._known[rows] = 0
         self._known["longest"][rows] = longest
-        self._known["stuck"][rows] = ~(height > _LEAST_HEIGHT * step)
+        self._known["stuck"][rows] = ~((height > _LEAST_HEIGHT * step) & (longest > _LEAST * self._diagonal))
         self._known["finished"][rows] = ~(height > 0.0)
         self.errors[visible] = first_errors(self.vertices, self.triangles.corners[visible], self._lighting)
 

@@ -23,9 +23,6 @@ from pvphong.vtk_obstacles import refuse_inexpressible, seen_from_infinity, shin
 from pvphong.vtk_oracle import driver, vtk_shade
 from pvphong.vtk_terms import in_vtk_terms
 
-_BRIGHT = 1.0
-"""Errors are relative to the light that arrives where it is more than this."""
-
 _DOUBTFUL_FACING = 2.0**-40
 """Cosines between normal and viewer below this have no certain sign in float64."""
 
@@ -108,7 +105,7 @@ class _Judgement(NamedTuple):
     """What VTK says of the vertices that can be lit."""
 
     colors: FloatArray
-    brightness: Float64Array
+    scale: Float64Array
     open: dict[str, BoolArray]
     tier: int
     conversions: tuple[str, ...]
@@ -167,7 +164,7 @@ def _judge(placed: _Placed, scene: Scene, material: Material, tolerance: float) 
     reasons = {"n·v = 0": placed.doubtful} | known.open
     reasons["float32"] = known.open["float32"] | ~np.isfinite(colors).all(axis=1)
     said = placed.conversions + terms.conversions
-    return _Judgement(colors, known.brightness, reasons, terms.tier, said, tolerance)
+    return _Judgement(colors, known.scale, reasons, terms.tier, said, tolerance)
 
 
 def _comparison(
@@ -178,8 +175,7 @@ def _comparison(
     vtk[rows] = judgement.colors
     positions[rows], normals[rows] = placed.pose.in_world()
     compared = ~np.logical_or.reduce(list(judgement.open.values()), axis=0)
-    scale = np.maximum(1.0, judgement.brightness / _BRIGHT)[:, None]
-    errors = (own[rows].astype(np.float64) - judgement.colors) / scale
+    errors = (own[rows].astype(np.float64) - judgement.colors) / judgement.scale[:, None]
     left_out = {reason: rows[mask] for reason, mask in judgement.open.items()}
     left_out["no place or normal"] = np.flatnonzero(~lit)
     return Comparison(

@@ -29,9 +29,6 @@ _FLOOR, _HEADLIGHT_FLOOR = 1e-5, 1e-6
 _NEAREST, _FARTHEST = 1e-18, 1e18
 """Distances whose squares float32 can hold."""
 
-_TRUST = 0.25
-"""Of the estimated error, the sum of all that can go wrong at once, this much has been seen to go wrong."""
-
 
 class Pose(NamedTuple):
     """Vertices in the mesh's own coordinates, around its middle, and where they stand."""
@@ -56,13 +53,14 @@ class Limits:
 
     Parameters
     ----------
-    brightness : ndarray
-        Shape (n,): the largest channel of the light that arrives, fully reflected; ambient included.
+    scale : ndarray
+        Shape (n,): the light that arrives, times the material's reflectances, where that is more than 1; else 1.
+        float32 rounds in proportion to it.
     open : dict of str to ndarray
         Reason → mask, shape (n,), of the vertices whose colour it leaves open. They may overlap.
     """
 
-    brightness: Float64Array
+    scale: Float64Array
     open: dict[str, BoolArray]
 
 
@@ -127,8 +125,9 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
         for reason in ("n·l = 0", "edge of a cone", "VTK's floor")
         if shares and not (has_floors and reason == "VTK's floor")
     }
-    lost = ~(error * _ROUNDING * _TRUST <= tolerance * np.maximum(1.0, brightness))  # NaN is lost too
-    return Limits(np.broadcast_to(brightness, len(pose.points)), reasons | {"float32": lost})
+    scale = np.broadcast_to(np.maximum(1.0, brightness), len(pose.points))
+    lost = ~(error * _ROUNDING <= tolerance * scale)  # NaN is lost too
+    return Limits(scale, reasons | {"float32": lost})
 
 
 def _surface(pose: Pose, terms: Terms) -> _Surface:

@@ -193,7 +193,7 @@ def test_a_vtk_matrix_will_do():
     ("matrix", "message"),
     [
         (np.full((4, 4), np.nan), "matrix must be a 4x4 matrix of finite numbers"),
-        (np.eye(3), "matrix must be a 4x4 matrix of real numbers; got shape"),
+        (np.eye(3), "matrix must be a 4x4 matrix of real numbers; got an array of shape"),
         (np.ones((4, 4)), "matrix must be an affine 4x4 matrix"),
     ],
 )

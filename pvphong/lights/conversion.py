@@ -69,6 +69,8 @@ def as_light(light: Any, viewer: EyeSpace | None = None) -> Light:
     """
     if viewer is None:
         return from_vtk(light, _camera_distance(light))
+    if _is_moved_headlight(light):
+        return _moved_headlight(light, viewer)
     converted = from_vtk(light, viewer.distance)
     if converted is light or converted.frame == "world":
         return converted
@@ -82,6 +84,9 @@ def from_vtk(light: Any, distance: float) -> Light:
         return light
     if not hasattr(light, "GetConeAngle") or not hasattr(light, "GetTransformedPosition"):
         _check.refuse("light", light, "a pvphong light, a pyvista.Light or a vtkLight")
+    if _is_moved_headlight(light):
+        remedy = "as_light(light, viewer) places it in the world; a light that rides along is a camera light."
+        _check.refuse("light", "a headlight with one", "a headlight without a transform matrix", remedy)
     if light.LightTypeIsHeadlight():
         # VTK overwrites its coordinates at every frame; in eye space they are always these.
         return _with_shape(light, "headlight", (0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
@@ -90,6 +95,22 @@ def from_vtk(light: Any, distance: float) -> Light:
         position, focal_point = light.GetPosition(), light.GetFocalPoint()
         return _with_shape(light, "camera", _eye_space(position, distance), _between(position, focal_point))
     position, focal_point = light.GetTransformedPosition(), light.GetTransformedFocalPoint()
+    return _with_shape(light, "world", position, _between(position, focal_point))
+
+
+def _is_moved_headlight(light: Any) -> bool:
+    """Whether VTK would move the viewer's position and direction by a matrix of the light's."""
+    if isinstance(light, Light) or not getattr(light, "LightTypeIsHeadlight", bool)():
+        return False
+    matrix = light.GetTransformMatrix()
+    return matrix is not None and not matrix.IsIdentity()
+
+
+def _moved_headlight(light: Any, viewer: EyeSpace) -> Light:
+    """The headlight in the world, as VTK draws it: the eye and what it looks at, transformed."""
+    eye, ahead = np.array(viewer.position), np.array(viewer.view_direction) * viewer.distance
+    matrix = light.GetTransformMatrix()
+    position, focal_point = (matrix.MultiplyPoint((*point, 1.0))[:3] for point in (eye, eye + ahead))
     return _with_shape(light, "world", position, _between(position, focal_point))
 
 

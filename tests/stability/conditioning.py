@@ -1,20 +1,20 @@
 """How much a colour may change when everything it is computed from is rounded anew.
 
-For two evaluations of a scene, the second after a motion that rounds every coordinate again. Let η be the largest
-angle by which the directions to light, viewer or along the normal change by that rounding: a difference of positions
-of sizes S at distance d is off by 4u·S/d, and a rotation in floats is orthogonal to 8u, so η = u·(8 + 4·S/d).
-Per light of strength and colour at most s, with m the largest power of a cosine:
+For two evaluations of a scene, with every coordinate rounded again, by at most u of itself, before the second. Then
+the difference of two positions of sizes S₁ and S₂ at distance d turns, and changes its length, by at most
+η = u·(1 + (S₁ + S₂)/d), d the distance; the normal turns by less. Per light of strength · colours of at most s, with m
+the largest power of a cosine, and to first order:
 
-- diffuse: n·l changes by at most 2η; attenuation, as a product of powers of d up to the second, by 2η of itself;
-- highlight: cosᵐ is never steeper than √m/√e, and r turns by 2η + η, v by η: at most 2.5√m·η. Blinn-Phong's h turns
-  by 2η/|l + v|;
-- spot: its cosine's power changes by at most √m·η·2/√e.
+- a highlight is never steeper than √m/√e, r turns by 2η + η and v by η: 2.5√m·η;
+- n·l changes by 2η;
+- a spot's factor is never steeper than √m/√e either, between axis and ray there are 2η, and it weakens up to
+  three shares, ambient, diffuse and specular: 3.7√m·η;
+- attenuation changes by 2η of itself and weakens as many: 6η;
 
-Together no more than (4√m + 16)·η·s, and the same with the step of the precision for each evaluation's own rounding:
+together (6.2√m + 8)·η·s. Either evaluation's own rounding adds (4√m + 16)·(1 + number of lights)·s·step, which is what
+`evaluate` promises. In Blinn-Phong reflection h turns by up to 2/|l + v| times as much as l and v do.
 
-    (4√m + 16) · (1 + number of lights) · s · (2·step + η) · max(1, 2/|l + v| for Blinn-Phong)
-
-Left out: n·l, n·v of a two-sided model, or a cone's edge within 8·(2·step + η) of 0, where either answer is right.
+Left out: n·l, n·v of a two-sided model, or a cone's edge within 8·(step + η) of 0, where either answer is right.
 """
 
 from __future__ import annotations
@@ -52,21 +52,20 @@ def _geometry(case: Case) -> _Geometry:
     eye, ahead = (np.array(vector) for vector in (scene.viewer.position, scene.viewer.view_direction))
     local = scene.light_model.local_viewer and not scene.viewer.parallel
     v = naive.unit(eye - p) if local else np.broadcast_to(-ahead, p.shape)
-    sizes = np.linalg.norm(p, axis=1)
-    ill = (sizes + np.linalg.norm(eye)) / np.linalg.norm(eye - p, axis=1) if local else np.ones(len(p))
-    focal = np.linalg.norm(scene.viewer.focal_point)
-    ill = np.maximum(ill, (np.linalg.norm(eye) + focal) / scene.viewer.distance)
+    sizes, far = np.linalg.norm(p, axis=1), float(np.linalg.norm(eye))
+    ill = (sizes + far) / np.linalg.norm(eye - p, axis=1) if local else np.zeros(len(p))
+    ill = np.maximum(ill, (far + np.linalg.norm(scene.viewer.focal_point)) / scene.viewer.distance)
     rows: dict[str, list[Any]] = {"n_dot_l": [], "to_edge": [], "largest": [], "opening": []}
-    for light in scene.world_lights:
+    for light, given in zip(scene.world_lights, scene.lights, strict=True):
         to_light = -np.broadcast_to(light.direction, p.shape) if not _positional(light) else light.position - p
         distance = np.linalg.norm(to_light, axis=1)
         strength = np.full(len(p), float(light.intensity))
         if _positional(light):
             constant, linear, quadratic = light.attenuation
             strength = strength / (constant + linear * distance + quadratic * distance**2)
-            # A light that rides along is placed relative to the eye.
-            size = sizes + np.linalg.norm(light.position) + np.linalg.norm(eye)
-            ill = np.maximum(ill, size / distance)
+            # A light that rides along is added to the eye, from products with axes that are rounded themselves.
+            riding = 8.0 * (far + np.linalg.norm(light.position - eye)) if given.frame == "camera" else 0.0
+            ill = np.maximum(ill, (sizes + np.linalg.norm(light.position) + riding) / distance)
         l = to_light / distance[:, None]
         edge = np.ones(len(p))
         if isinstance(light, SpotLight):
@@ -88,25 +87,25 @@ def _product(case: Case, light: Light) -> float:
 
 
 def _eta(here: _Geometry, there: _Geometry) -> Any:
-    return _U * (8.0 + 4.0 * np.maximum(here.ill, there.ill))
+    return _U * (1.0 + np.maximum(here.ill, there.ill))
 
 
 def change_bound(case: Case, moved: Case, step: float) -> Any:
     """The bound of every vertex, shape (n,)."""
     here, there = _geometry(case), _geometry(moved)
-    powers = [case.material.shininess, *(s.exponent for s in case.scene.lights if isinstance(s, SpotLight))]
-    largest = here.largest.max(axis=0, initial=1.0)
+    root = math.sqrt(max([case.material.shininess, *(s.exponent for s in case.scene.lights if isinstance(s, SpotLight))]))
+    lights, scale = len(case.scene.lights), here.largest.max(axis=0, initial=1.0)
     if case.scene.light_model.reflection == "blinn-phong":
         with np.errstate(divide="ignore"):
-            largest = largest * (2.0 / here.opening).max(axis=0, initial=1.0)
-    eta = 2.0 * step + _eta(here, there)
-    return (4.0 * math.sqrt(max(powers)) + 16.0) * (1 + len(case.scene.lights)) * largest * eta
+            scale = scale * (2.0 / here.opening).max(axis=0, initial=1.0)
+    own = 2.0 * (4.0 * root + 16.0) * (1 + lights) * step
+    return scale * (own + (6.2 * root + 8.0) * lights * _eta(here, there))
 
 
 def decidable(case: Case, moved: Case, step: float) -> Any:
     """Which vertices lie in no band where either answer is right, shape (n,)."""
     here, there = _geometry(case), _geometry(moved)
-    band = 8.0 * (2.0 * step + _eta(here, there))
+    band = 8.0 * (step + _eta(here, there))
     near = (np.abs(here.n_dot_l) <= band).any(axis=0) | (np.abs(here.to_edge) <= band).any(axis=0)
     if case.scene.light_model.two_sided:
         near |= np.abs(here.n_dot_v) <= band

@@ -1,0 +1,154 @@
+"""Keys: what they do, and that they are nobody else's."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import pyvista as pv
+from mouse import Mouse
+
+import pvphong  # noqa: F401 registers plotter.phong wherever PyVista's own discovery is not installed
+from pvphong.gizmos import commands
+from pvphong.lights import DirectionalLight, PointLight, SpotLight
+
+LAMP = PointLight(position=(0.8, -0.4, 0.9), name="lamp")
+SPOT = SpotLight(position=(-0.7, 0.2, 1.0), direction=(0.7, -0.2, -1.0), name="spot")
+SUN = DirectionalLight(direction=(1, 1, -1), name="sun")
+KEYS = {**commands._SHOWING, **commands._CHANGING}
+# vtkInteractorStyle::OnChar, PyVista's own in Plotter.reset_key_events, its picking's, the widgets' activation.
+TAKEN = {*"qQeErRwWsSpPbBvVCcfFuUiI3lLjJtTaA+-", "Up", "Down", "plus", "minus"}
+
+
+@pytest.fixture
+def plotter():
+    shown = pv.Plotter(off_screen=True, window_size=(300, 200), lighting="none")
+    for light in (LAMP, SPOT, SUN):
+        shown.phong.add_light(light)
+    shown.phong.add_mesh(pv.Sphere())
+    shown.camera_position = [(0, -5, 2.5), (0, 0, 0.2), (0, 0, 1)]
+    shown.show(auto_close=False)
+    shown.phong.add_gizmos()
+    Mouse(shown).move((5, 5))
+    yield shown
+    shown.close()
+
+
+def select(plotter, name):
+    for gizmo in plotter.phong.gizmos:
+        gizmo.is_selected = gizmo.light.name == name
+
+
+def light(plotter, name):
+    return next(each for each in plotter.phong.lights if each.name == name)
+
+
+def image(plotter):
+    plotter.render()
+    return plotter.image.astype(int)
+
+
+def test_no_key_is_taken():
+    assert not TAKEN & set(KEYS)
+
+
+def test_pyvistas_own_keys_are_among_the_taken(plotter):
+    assert set(plotter.iren._key_press_event_callbacks) <= TAKEN
+
+
+def test_the_help_lists_them_all(plotter):
+    for key, (what, _) in KEYS.items():
+        assert f"{key:6}{what}" in commands.HELP.splitlines()
+    before = image(plotter)
+    Mouse(plotter).key("h")
+    helping = image(plotter)
+    assert (helping[:120, :120] != before[:120, :120]).mean() > 0.2
+    Mouse(plotter).key("h")
+    np.testing.assert_array_equal(image(plotter), before)
+
+
+def test_all_gizmos_hide(plotter):
+    with_gizmos = image(plotter)
+    Mouse(plotter).key("g")
+    without = image(plotter)
+    assert (without != with_gizmos).any()
+    at = Mouse(plotter).at(plotter.phong.gizmos[0].handles["position"])
+    Mouse(plotter).drag(at, (9, 9))
+    assert plotter.phong.lights == (LAMP, SPOT, SUN)
+    plotter.camera_position = [(0, -5, 2.5), (0, 0, 0.2), (0, 0, 1)]
+    Mouse(plotter).move((5, 5))
+    Mouse(plotter).key("g")
+    np.testing.assert_array_equal(image(plotter), with_gizmos)
+
+
+def test_the_next_light_is_selected(plotter):
+    chosen = []
+    for _ in range(5):
+        Mouse(plotter).key("n")
+        chosen.append([gizmo.light.name for gizmo in plotter.phong.gizmos if gizmo.is_selected])
+    assert chosen == [["lamp"], ["spot"], ["sun"], [], ["lamp"]]
+
+
+def test_mute(plotter):
+    select(plotter, "spot")
+    Mouse(plotter).key("m")
+    assert plotter.phong.lights == (LAMP, dataclasses.replace(SPOT, on=False), SUN)
+    Mouse(plotter).key("m")
+    assert plotter.phong.lights == (LAMP, SPOT, SUN)
+
+
+def test_solo(plotter):
+    select(plotter, "sun")
+    Mouse(plotter).key("o")
+    assert [each.on for each in plotter.phong.lights] == [False, False, True]
+    Mouse(plotter).key("o")
+    assert plotter.phong.lights == (LAMP, SPOT, SUN)
+
+
+@pytest.mark.parametrize("name", ["lamp", "spot", "sun"])
+def test_to_the_camera_and_reset(plotter, name):
+    select(plotter, name)
+    viewer = plotter.phong.scene.viewer
+    Mouse(plotter).key("k")
+    moved = light(plotter, name)
+    if name != "sun":
+        assert moved.position == viewer.position
+    if name != "lamp":
+        aim = np.array(moved.direction) / np.linalg.norm(moved.direction)
+        np.testing.assert_allclose(aim, viewer.view_direction, atol=1e-12)
+    Mouse(plotter).key("0")
+    assert plotter.phong.lights == (LAMP, SPOT, SUN)
+
+
+@pytest.mark.parametrize("control", [False, True])
+def test_each_change_is_one_step(plotter, control):
+    select(plotter, "lamp")
+    mouse = Mouse(plotter)
+    mouse.key("m")
+    mouse.key("o")
+    states = [(LAMP, SPOT, SUN), (dataclasses.replace(LAMP, on=False), SPOT, SUN)]
+    mouse.key("z", control=control)
+    assert plotter.phong.lights == states[1]
+    mouse.key("z", control=control)
+    assert plotter.phong.lights == states[0]
+    mouse.key("y", control=control)
+    assert plotter.phong.lights == states[1]
+
+
+@pytest.mark.parametrize("key", ["m", "o", "k", "0"])
+def test_without_a_selected_light_nothing_changes(plotter, key):
+    select(plotter, None)
+    Mouse(plotter).key(key)
+    assert plotter.phong.lights == (LAMP, SPOT, SUN)
+    assert not plotter.phong.undo()
+
+
+def test_other_keys_are_left_to_others(plotter):
+    select(plotter, "lamp")
+    heard = []
+    plotter.add_key_event("x", lambda: heard.append("x"))
+    plotter.add_key_event("m", lambda: heard.append("m"))
+    Mouse(plotter).key("x")
+    Mouse(plotter).key("m")
+    assert heard == ["x", "m"]
+    Mouse(plotter).key("m", control=True)
+    assert not light(plotter, "lamp").on
