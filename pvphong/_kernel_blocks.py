@@ -25,6 +25,10 @@ from pvphong._kernel_records import BLINN_PHONG, HEADLIGHT, NO_HIGHLIGHT, PHONG
 GROUP = 32 * BLOCK
 
 
+# Bytes in a line of the processor's caches, and in the longest vectors.
+LINE = 64
+
+
 class Scratch(NamedTuple):
     """The rows of one block, in the precision of the result where nothing else is said."""
 
@@ -45,21 +49,29 @@ class Scratch(NamedTuple):
 
 
 @plain
-def _scratch(real_like: Any, has_albedo: bool) -> Scratch:
-    real = real_like.dtype
-    colors = np.empty(6 * BLOCK, real)
+def _aligned(length: int, like: Any) -> Any:
+    """Memory that starts where a cache line starts: a vector across two lines takes twice as long."""
+    memory = np.empty(length + LINE // like.itemsize, like.dtype)
+    start = -memory.ctypes.data % LINE // like.itemsize
+    return memory[start : start + length]
+
+
+@plain
+def _scratch(like: Any, has_albedo: bool) -> Scratch:
+    rows = _aligned(29 * BLOCK, like)
+    colors = rows[: 3 * BLOCK]
     return Scratch(
-        points=np.empty(3 * BLOCK, real),
-        wide=np.empty(3 * BLOCK, np.float64),
-        normals=np.empty(5 * BLOCK, real),
-        viewer=np.empty(3 * BLOCK, real),
-        facing=np.empty(3 * BLOCK, real),
-        ray=np.empty(3 * BLOCK, real),
-        exponents=np.empty(BLOCK, np.int64),
-        factors=np.empty(3 * BLOCK, real),
         colors=colors,
-        highlights=colors[3 * BLOCK :] if has_albedo else colors[: 3 * BLOCK],
-        albedo=np.empty(3 * BLOCK, real),
+        highlights=rows[3 * BLOCK : 6 * BLOCK] if has_albedo else colors,
+        factors=rows[6 * BLOCK : 9 * BLOCK],
+        points=rows[9 * BLOCK : 12 * BLOCK],
+        normals=rows[12 * BLOCK : 17 * BLOCK],
+        viewer=rows[17 * BLOCK : 20 * BLOCK],
+        facing=rows[20 * BLOCK : 23 * BLOCK],
+        ray=rows[23 * BLOCK : 26 * BLOCK],
+        albedo=rows[26 * BLOCK : 29 * BLOCK],
+        wide=_aligned(3 * BLOCK, np.empty(0, np.float64)),
+        exponents=np.empty(BLOCK, np.int64),
     )
 
 

@@ -19,9 +19,8 @@ _AIM = 0.95
 # A round splits the triangles that are at least this urgent, against the most urgent.
 _URGENT = 0.25
 
-# Parts of the mesh's diagonal: a triangle in which the colour jumps is split down to the size of a pixel in a
-# picture, any other down to a size that no picture shows.
-_PIXEL, _LEAST = 2.0**-10, 2.0**-16
+# A triangle in which the colour jumps is not split below this part of the mesh's diagonal: a pixel of a picture.
+_PIXEL = 2.0**-10
 
 # The least height of a triangle that is split, in steps of its coordinates' precision.
 _LEAST_HEIGHT = 16.0
@@ -77,7 +76,6 @@ class Refinement:
         smooth: bool = False,
     ) -> None:
         p, n = points.astype(np.float64), normals.astype(np.float64)
-        n = normalize(n) if smooth else n
         self.vertices = Vertices(p, n, n, shades, lighting.colors(p, n, shades))
         self.triangles = Triangles(corners, len(p), _side_lengths(p[corners]))
         self.parents: list[IntArray] = []
@@ -176,7 +174,7 @@ class Refinement:
         points[curved] += _bulge(old.points, old.normals, parents[curved])
         points = points.astype(self._real).astype(np.float64)
         normals = 0.5 * old.normals[a] + 0.5 * old.normals[b]
-        stored = normalize(normals)
+        stored = normalize(normals) * _mean_lengths(old.stored[a], old.stored[b])
         normals = stored if self._smooth else normals
         shades = None if old.shades is None else 0.5 * old.shades[a] + 0.5 * old.shades[b]
         colors = self._lighting.colors(points, normals, shades)
@@ -194,7 +192,7 @@ class Refinement:
         self._known = np.concatenate([self._known, np.zeros(added, dtype=_KNOWN)])
         self._known[rows] = 0
         self._known["longest"][rows] = longest
-        self._known["stuck"][rows] = ~((height > _LEAST_HEIGHT * step) & (longest > _LEAST * self._diagonal))
+        self._known["stuck"][rows] = ~(height > _LEAST_HEIGHT * step)
         self._known["finished"][rows] = ~(height > 0.0)
         self.errors[visible] = first_errors(self.vertices, self.triangles.corners[visible], self._lighting)
 
@@ -204,13 +202,20 @@ def _side_lengths(points: Float64Array) -> Float64Array:
         return np.linalg.norm(np.roll(points, -1, axis=1) - points, axis=2)
 
 
+def _mean_lengths(normals: Float64Array, others: Float64Array) -> Float64Array:
+    """(k, 1) mean lengths of two normals each, so that between unit normals there are unit normals."""
+    lengths = np.stack([np.linalg.norm(normals, axis=1), np.linalg.norm(others, axis=1)])
+    return np.where(lengths.min(axis=0) > 0.0, lengths.mean(axis=0), lengths.max(axis=0))[:, None]
+
+
 def _bulge(points: Float64Array, normals: Float64Array, ends: IntArray) -> Float64Array:
     """From the middles of sides (k, 2) to the middles of cubic curves that meet the ends' normals at right angles.
 
     The curves are the sides of PN triangles: A. Vlachos, J. Peters, C. Boyd, J. L. Mitchell: Curved PN triangles.
     Symposium on Interactive 3D Graphics (2001), 159-166. On a circle they err in the fourth power of the angle.
     """
-    (p, q), (n, m) = points[ends].transpose(1, 0, 2), normals[ends].transpose(1, 0, 2)
+    p, q = points[ends].transpose(1, 0, 2)
+    n, m = (normalize(normals[end]) for end in ends.T)
     along = q - p
     rise, fall = (np.einsum("ki,ki->k", along, normal)[:, None] for normal in (n, m))
     return (fall * m - rise * n) / 8.0

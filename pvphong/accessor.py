@@ -69,8 +69,8 @@ class MeshPhong:
         precision : {"float32", "float64"}
             Of the arrays and the arithmetic. float32 errs by at most
             (4√shininess + 16) · 2⁻²⁴ · (1 + number of lights), for colours of size 1.
-        backend : {"auto", "numpy"}
-            Which evaluator computes.
+        backend : {"auto", "numpy", "numba"}
+            Which evaluator computes; see `pvphong.evaluate`.
 
         Returns
         -------

@@ -57,8 +57,8 @@ class Vertex:
 class Comparison:
     """pvphong's unclamped colours against VTK's own shader.
 
-    Errors are pvphong minus VTK, absolute where no more light arrives than full reflection can show, and relative
-    to the light that arrives where it is brighter.
+    Errors are pvphong minus VTK: absolute, and relative to the light that arrives where that, times the material's
+    reflectances, is more than 1. float32 rounds in proportion to it.
 
     Attributes
     ----------
@@ -129,6 +129,12 @@ class Comparison:
         """Whether every error is within the tolerance; False where nothing was compared."""
         return bool(self.max_error <= self.tolerance)
 
+    @property
+    def _verdict(self) -> str:
+        if not self.n:
+            return "nothing to compare"
+        return "passed" if self.passed else "failed"
+
     @cached_property
     def _magnitudes(self) -> Float64Array:
         magnitudes: Float64Array = np.abs(self.errors).max(axis=1, initial=0.0)
@@ -151,8 +157,12 @@ class Comparison:
         from rich import box
         from rich.table import Table
 
-        verdict = "[green]passed[/green]" if self.passed else "[red]failed[/red]"
-        table = Table(title=f"pvphong against VTK's shader: {verdict}", box=box.SIMPLE_HEAD, show_header=False)
+        color = "green" if self.passed else "red"
+        table = Table(
+            title=f"pvphong against VTK's shader: [{color}]{self._verdict}[/{color}]",
+            box=box.SIMPLE_HEAD,
+            show_header=False,
+        )
         table.add_column(justify="left", no_wrap=True)
         table.add_column(justify="left", overflow="fold")
         for name, value in self._rows():
@@ -160,10 +170,13 @@ class Comparison:
         return table
 
     def _rows(self) -> list[tuple[str, str]]:
-        rows = [
-            ("vertices compared", f"{self.n} of {self.n + self.n_left_out}"),
-            ("largest error", f"{self.max_error:.3g}, {self.max_error / self.tolerance:.2f} of the bound"),
-            ("RMS, median, 99 %", f"{self.rms:.3g}, {self.p50:.3g}, {self.p99:.3g}"),
+        rows = [("vertices compared", f"{self.n} of {self.n + self.n_left_out}")]
+        if self.n:
+            rows += [
+                ("largest error", f"{self.max_error:.3g}, {self.max_error / self.tolerance:.2f} of the bound"),
+                ("RMS, median, 99 %", f"{self.rms:.3g}, {self.p50:.3g}, {self.p99:.3g}"),
+            ]
+        rows += [
             ("bound", f"{self.tolerance:.3g} (16 · power · 2⁻²⁴ + 1e-6)"),
             ("VTK's tier", f"{self.tier} ({TIERS[self.tier]})"),
             ("driver", self.driver),
@@ -181,8 +194,8 @@ class Comparison:
         return text.getvalue()
 
     def __repr__(self) -> str:
-        verdict = "passed" if self.passed else "failed"
-        return f"<Comparison {verdict}: largest error {self.max_error:.3g} of {self.tolerance:.3g}, {self.n} vertices>"
+        error = f"largest error {self.max_error:.3g} of {self.tolerance:.3g}"
+        return f"<Comparison {self._verdict}: {error}, {self.n} vertices>"
 
     def to_dict(self) -> dict[str, Any]:
         """The numbers as plain values, without the arrays; NaN as None."""

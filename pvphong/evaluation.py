@@ -6,7 +6,7 @@ from typing import Any, get_args
 
 import numpy as np
 
-from pvphong import _check, reference
+from pvphong import _check, kernel, reference
 from pvphong._types import Backend, ByteArray, FloatArray, MatrixLike, Precision
 from pvphong.equation import Equation
 from pvphong.material import Material
@@ -15,6 +15,9 @@ from pvphong.scene import Scene
 from pvphong.shading import Shading
 from pvphong.transform import normal_matrix
 
+# Vertices times lights from which the compiled evaluator is worth the half second that it takes to load. The rule
+# looks at nothing else, so that equal calls give equal bits.
+_WORTH_COMPILING = 2**18
 # Vertices whose float colours are held at once on their way to 0-255.
 _DISPLAYED_AT_ONCE = 2**17
 
@@ -59,8 +62,10 @@ def evaluate(
     precision : {"float32", "float64"}
         Of the result, and of the arithmetic after the geometry. float32 errs by at most
         (4√shininess + 16) · 2⁻²⁴ · (1 + number of lights), for colours of size 1.
-    backend : {"auto", "numpy"}
-        Which evaluator computes.
+    backend : {"auto", "numpy", "numba"}
+        Which evaluator computes: the readable one in NumPy, or the compiled one, which needs the extra `fast`.
+        "auto" takes the compiled one where it is installed and the work is worth its start. What it cannot
+        do (components, and coordinates beyond 2¹⁰⁰) NumPy does.
     tolerance : float, default 0
         Largest absolute colour error that may be traded for time; 0 allows no approximation.
     components : bool, default False
@@ -74,21 +79,37 @@ def evaluate(
     Raises
     ------
     ValueError
-        If an argument has the wrong shape, type or range; the message names it.
+        If an argument has the wrong shape, type or range, or Numba is asked for and missing; the message
+        names it.
     """
     points = _check.array("points", points)
     normals = _check.array("normals", normals, count=len(points))
     check_scene_and_material(scene, material)
     real = np.dtype(_check.choice("precision", precision, get_args(Precision)))
-    _check.choice("backend", backend, ("auto", "numpy"))
+    _check.choice("backend", backend, get_args(Backend))
     tolerance = _check.number("tolerance", tolerance, at_least=0.0)
     shades = None if albedo is None else _albedo(albedo, len(points))
     if matrix is not None:
         normal_matrix(matrix)  # refuses what cannot light, also where the scene does not need it
     equation = make_plan(points, normals, scene, material, matrix, tolerance).equation
     result = _empty(len(points), len(scene.world_lights), real, _check.flag("components", components))
-    reference.shade(points, normals, equation, shades, result)
+    _run(points, normals, equation, shades, result, backend)
     return result
+
+
+def _run(
+    points: FloatArray, normals: FloatArray, equation: Equation, albedo: Any, result: Shading, backend: Backend
+) -> None:
+    if backend == "numba" and not kernel.is_available():
+        remedy = 'pip install "pvphong[fast]" installs it; backend="auto" does without where it is missing.'
+        _check.refuse("backend", backend, "'auto' or 'numpy' where Numba is not installed", remedy)
+    compiled = backend == "numba" or (backend == "auto" and _is_worth_compiling(len(points), equation))
+    if not (compiled and kernel.shade(points, normals, equation, albedo, result)):
+        reference.shade(points, normals, equation, albedo, result)
+
+
+def _is_worth_compiling(count: int, equation: Equation) -> bool:
+    return count * len(equation.terms) >= _WORTH_COMPILING
 
 
 def display_colors(points: FloatArray, normals: FloatArray, equation: Equation, albedo: Any, out: ByteArray) -> None:
@@ -106,6 +127,8 @@ def display_colors(points: FloatArray, normals: FloatArray, equation: Equation, 
         Shape (n, 3), uint8.
     """
     shades = None if albedo is None else _albedo(albedo, len(points))
+    if _is_worth_compiling(len(points), equation) and kernel.shade(points, normals, equation, shades, Shading(out)):
+        return
     for start in range(0, len(points), _DISPLAYED_AT_ONCE):
         part = slice(start, start + _DISPLAYED_AT_ONCE)
         shading = Shading(np.empty((len(points[part]), 3), np.float32))

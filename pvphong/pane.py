@@ -83,11 +83,13 @@ class Pane:
     def _shown(self) -> list[LiveMesh]:
         return [live for live in self.meshes if live.actor is not None and live.actor.GetVisibility()]
 
-    def take_down(self) -> None:
-        """Take the gizmos down, if there are any."""
-        if self.board is not None:
-            self.board.release()
-            self.board = None
+    def take_down(self) -> bool:
+        """Take the gizmos down; False if there are none."""
+        if self.board is None:
+            return False
+        self.board.release()
+        self.board = None
+        return True
 
     def release(self) -> None:
         """Let go of everything."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 import pyvista as pv
@@ -30,7 +30,7 @@ class PlotterPhong:
     """Lighting in one plotter: every subplot has its own lights, all share the light model."""
 
     def __init__(self, plotter: pv.Plotter) -> None:
-        self._plotter = weakref.proxy(plotter)
+        self._owner = weakref.ref(plotter)
         self._light_model = LightModel()
         self._panes: list[Pane] = []
         self._history = History()
@@ -159,18 +159,23 @@ class PlotterPhong:
             rig.remove(handle)
 
     def undo(self) -> bool:
-        """Take back the last finished drag or edit of a light; lights and colours are what they were, to the bit.
+        """Take back the last finished drag or edit of a light, and draw; light and colours are as before, to the bit.
 
         Returns
         -------
         bool
             False if there is nothing to take back.
         """
-        return self._history.undo()
+        return self._turned(self._history.undo())
 
     def redo(self) -> bool:
         """Do again what `undo` took back last; False if there is nothing."""
-        return self._history.redo()
+        return self._turned(self._history.redo())
+
+    def _turned(self, done: bool) -> bool:
+        if done:
+            self._plotter.render()
+        return done
 
     @property
     def light_model(self) -> LightModel:
@@ -202,7 +207,7 @@ class PlotterPhong:
 
         Drag a light's position, its target, the edge of its cone, the radius at which half of it is left, or, of the
         light that was grabbed last, its highlight on the surface. With Shift a handle moves along one axis, with
-        Ctrl in steps; Escape puts back. The key h lists the other keys.
+        Ctrl in steps; Escape puts back. The key h lists the other keys. Lights set up before are where `undo` ends.
 
         Parameters
         ----------
@@ -232,14 +237,18 @@ class PlotterPhong:
             _check.number("angle_step", angle_step, above=0.0, at_most=90.0),
             None if length_step is None else _check.number("length_step", length_step, above=0.0),
         )
+        if not self._boards:
+            self._history.clear()  # what a script has set up is where the user begins
         self.remove_gizmos()
         pane.put_up(self._plotter.iren.interactor, self._history, only, options)
         keep_out(self._plotter, self._out_of_sight)
+        self._plotter.render()
         return self.gizmos
 
     def remove_gizmos(self) -> None:
         """Take the active subplot's gizmos down, if there are any."""
-        self._pane.take_down()
+        if self._pane.take_down():
+            self._plotter.render()
         if not self._boards:
             let_in(self._plotter)
 
@@ -265,6 +274,12 @@ class PlotterPhong:
     # -- life --------------------------------------------------------------------------------------------
 
     @property
+    def _plotter(self) -> pv.Plotter:
+        plotter = self._owner()
+        assert plotter is not None, "the plotter has gone"
+        return plotter
+
+    @property
     def _pane(self) -> Pane:
         """The active subplot's."""
         renderer = self._plotter.renderer
@@ -287,7 +302,7 @@ class PlotterPhong:
         self._evaluations_of_the_past = self.evaluations
         for pane in self._panes:
             pane.release()
-        with suppress(ReferenceError):  # a plotter that nobody closed calls this as it is collected
-            let_in(self._plotter)
+        if (plotter := self._owner()) is not None:  # it is None for a plotter that is collected without a close
+            let_in(plotter)
         self._panes.clear()
         self._history.clear()

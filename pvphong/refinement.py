@@ -85,7 +85,7 @@ def refine(
         Triangles only. The original points come first and are not moved. Point arrays are interpolated
         linearly; 3 or 4 channels of uint8 are colours and are rounded; of other integers, booleans and strings,
         which may be labels, a new point takes the value of the end of its side that has the lower number. New
-        normals are made unit length. A mesh without active normals gets those that `mesh.phong.normals` gives it
+        normals get the mean length of those that they lie between: unit where those are. A mesh without active normals gets those that `mesh.phong.normals` gives it
         before it is split. Cell arrays are copied to the parts of each cell.
 
         In its cell array ``phong_interpolation_error`` is the error that is left in each triangle. Its field data
@@ -162,7 +162,7 @@ def interpolation_error(
         As `refine`.
     """
     lit = _lit_triangles(mesh, scene, material, matrix, albedo)
-    points, normals = np.float64(lit.mesh.points), np.float64(lit.normals)
+    points, normals = lit.mesh.points.astype(np.float64), lit.normals.astype(np.float64)
     vertices = Vertices(points, normals, normals, lit.shades, lit.lighting.colors(points, normals, lit.shades))
     result = lit.mesh.copy()
     result.cell_data[_ERROR] = all_errors(vertices, lit.corners, lit.lighting)
@@ -185,10 +185,11 @@ def _lit_triangles(
     source, given = surface_and_albedo(mesh, albedo)
     if not has_faces(source):
         _check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", "A cloud has no inside.")
-    shades = None if given is None else np.float64(shades_of(given, source.n_points))
+    shades = None if given is None else shades_of(given, source.n_points).astype(np.float64)
     triangles = source if source.is_all_triangles else source.triangulate()
     lighting = Lighting(scene, material, matrix)
-    return _LitTriangles(triangles, np.intp(triangles.regular_faces), point_normals(source), shades, lighting)
+    corners: IntArray = triangles.regular_faces.astype(np.intp)
+    return _LitTriangles(triangles, corners, point_normals(source), shades, lighting)
 
 
 def _split_mesh(lit: _LitTriangles, refinement: Refinement) -> pv.PolyData:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import NDArray
 
 from pvphong._types import FloatArray
 
@@ -26,7 +29,7 @@ class Shading:
         ``base + per_light.sum(axis=0)`` is the unclamped colour.
     """
 
-    rgb: FloatArray
+    rgb: NDArray[Any]
     ambient: FloatArray | None = None
     diffuse: FloatArray | None = None
     specular: FloatArray | None = None

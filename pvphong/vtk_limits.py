@@ -26,8 +26,11 @@ _ROUNDING = 2.0**-24
 _FLOOR, _HEADLIGHT_FLOOR = 1e-5, 1e-6
 """VTK's least cosine f, and that in its first tier."""
 
-_NEAREST, _FARTHEST = 1e-18, 1e18
-"""Distances whose squares float32 can hold."""
+_LONGEST = 1e18
+"""Vectors whose squared length float32 can hold."""
+
+_FLUSHED = float(np.finfo(np.float32).tiny) / _ROUNDING
+"""What a component's square may lose that is below float32's least normal number; drivers make it zero."""
 
 
 class Pose(NamedTuple):
@@ -137,6 +140,7 @@ def _surface(pose: Pose, terms: Terms) -> _Surface:
     to_eye = eye - points
     distance = np.linalg.norm(to_eye, axis=1)
     place_error = np.linalg.norm(np.abs(pose.points) @ linear.T, axis=1) + np.linalg.norm(pose.matrix[:3, 3] - eye)
+    length = np.linalg.norm(pose.normals @ inverse, axis=1)
     cancelled = np.linalg.norm(np.abs(pose.normals) @ np.abs(inverse), axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         return _Surface(
@@ -145,8 +149,8 @@ def _surface(pose: Pose, terms: Terms) -> _Surface:
             eye=eye,
             to_eye=to_eye / distance[:, None],
             place_error=place_error,
-            normal_angle=cancelled / np.linalg.norm(pose.normals @ inverse, axis=1) + 1.0,
-            eye_angle=place_error / _measurable(distance) + 1.0,
+            normal_angle=cancelled / length + _unit_error(length),
+            eye_angle=place_error / distance + _unit_error(distance),
         )
 
 
@@ -168,14 +172,16 @@ def _share(surface: _Surface, light: Light, terms: Terms, tolerance: float) -> _
         inside = came.strength * came.lit
         doubt = 0.25 * tolerance
         tangent = np.abs(n_l) <= _ROUNDING * (surface.normal_angle + came.angle + 4.0)
-        below = f < floor + _ROUNDING * f_error
+        below = (f < floor + _ROUNDING * f_error) & (inside * shiny * floor**power > doubt) & (power > 0.0) & front
+        if terms.tier == 1:
+            below |= (n_l < floor) & (matte * floor > doubt)
         return _Share(
             brightness=inside * (matte + shiny),
             error=inside * (color * came.error + color_error),
             open={
                 "n·l = 0": tangent & (inside * peak > doubt) & (terms.tier > 1),
                 "edge of a cone": came.edge & (came.strength * color > doubt),
-                "VTK's floor": below & front & (inside * shiny * floor**power > doubt) & (power > 0.0),
+                "VTK's floor": below,
             },
         )
 
@@ -203,19 +209,20 @@ def _arrival(surface: _Surface, light: Any) -> _Arrival:
     position = np.array(light.position)
     to_light = position - surface.points
     distance = np.linalg.norm(to_light, axis=1)
-    place = (surface.place_error + np.linalg.norm(position - surface.eye)) / _measurable(distance)
+    place = (surface.place_error + np.linalg.norm(position - surface.eye)) / distance
+    angle = place + _unit_error(distance)
     constant, linear, quadratic = light.attenuation
     weakening = constant + distance * (linear + quadratic * distance)
     steepness = distance * (linear + 2.0 * quadratic * distance) / weakening
     direction, strength, error = to_light / distance[:, None], 1.0 / weakening, steepness * place + 4.0
     if not isinstance(light, SpotLight) or light.cone_angle >= 90.0:
-        return _Arrival(direction, strength, place + 1.0, error, everywhere, nowhere)
+        return _Arrival(direction, strength, angle, error, everywhere, nowhere)
     cosine, sine = _off_axis(direction, light)
     limit = math.cos(math.radians(light.cone_angle))
-    edge = np.abs(cosine - limit) <= _ROUNDING * (sine * (place + 1.0) + 6.0)
+    edge = np.abs(cosine - limit) <= _ROUNDING * (sine * angle + 6.0)
     falloff = np.maximum(cosine, _ROUNDING) ** light.exponent
-    error = error + light.exponent * ((sine * (place + 1.0) + 3.0) / np.maximum(cosine, _ROUNDING)) + 2.0
-    return _Arrival(direction, strength * falloff, place + 1.0, error, cosine >= limit, edge)
+    error = error + light.exponent * ((sine * angle + 3.0) / np.maximum(cosine, _ROUNDING)) + 2.0
+    return _Arrival(direction, strength * falloff, angle, error, cosine >= limit, edge)
 
 
 def _off_axis(direction: Float64Array, light: SpotLight) -> tuple[Float64Array, Float64Array]:
@@ -225,9 +232,9 @@ def _off_axis(direction: Float64Array, light: SpotLight) -> tuple[Float64Array, 
     return cosine, np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
 
 
-def _measurable(distance: Float64Array) -> Float64Array:
-    """The distance, or NaN where float32 cannot hold its square."""
-    return np.where((distance >= _NEAREST) & (distance <= _FARTHEST), distance, np.nan)
+def _unit_error(length: Float64Array) -> Float64Array:
+    """By which float32 turns a vector of this length when it makes it a unit vector; NaN where it cannot."""
+    return np.where(length <= _LONGEST, 1.0 + _FLUSHED / (length * length), np.nan)
 
 
 def _dot(a: Float64Array, b: Float64Array) -> Float64Array:

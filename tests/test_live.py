@@ -111,7 +111,7 @@ def test_a_named_albedo_that_is_missing_is_named():
     live = LiveMesh(mesh, SHINY, "tint")
     live.refresh(SCENE)
     live.albedo = "tnit"
-    with pytest.raises(ValueError, match="^albedo must be one of .*'tint'"):
+    with pytest.raises(ValueError, match=r"^albedo must be one of .*'tint'"):
         live.refresh(SCENE)
 
 

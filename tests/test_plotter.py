@@ -433,7 +433,7 @@ def test_a_closed_plotter_says_so():
     draw(shown)
     count = shown.phong.evaluations
     shown.close()
-    with pytest.raises(ValueError, match="^plotter must be open; got one that has been closed"):
+    with pytest.raises(ValueError, match=r"^plotter must be open; got one that has been closed"):
         _ = shown.phong.lights
     assert shown.phong.evaluations == count
 
@@ -479,7 +479,7 @@ def test_a_name_replaces_the_actor_before(plotter):
     first = draw(plotter, DULL, name="ball")
     second = draw(plotter, SHINY, name="ball")
     assert plotter.renderer.actors["ball"] is second
-    with pytest.raises(ValueError, match="^actor must be"):
+    with pytest.raises(ValueError, match=r"^actor must be"):
         plotter.phong.mesh(first)
     assert evaluations_after(plotter, lambda: plotter.phong.set_light("sun", LAMP)) == 1
     plotter.remove_actor("ball")
@@ -556,6 +556,6 @@ def test_a_new_edit_ends_what_could_be_redone(plotter):
 
 def test_a_refused_edit_is_no_step(new_plotter):
     shown = new_plotter()
-    with pytest.raises(ValueError, match="^light must be"):
+    with pytest.raises(ValueError, match=r"^light must be"):
         shown.phong.add_light("lamp")
     assert not shown.phong.undo()

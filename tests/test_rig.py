@@ -119,7 +119,7 @@ def test_a_removed_light_returns_to_its_place(rig, renderer):
     renderer.add_light(late)
     rig.turn(after, before)
     assert rig.lights[:3] == (SUN, LAMP, SPOT)
-    assert [light for light in renderer.GetLights()][3] is late
+    assert list(renderer.GetLights())[3] is late
     assert len(renderer.lights) == 4
 
 
@@ -164,7 +164,7 @@ def test_removing_takes_the_lights_actor_too(rig, renderer):
     assert not renderer._lights
 
 
-def test_a_rig_is_saved_and_loaded(rig, renderer, tmp_path):
+def test_a_rig_is_saved_and_loaded(rig, tmp_path):
     rig.add(SPOT)
     rig.add(dataclasses.replace(LAMP, frame="camera"))
     for light in lights_of_pyvista().values():

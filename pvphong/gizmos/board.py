@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pvphong._types import Vector
+from pvphong._types import Float64Array, Vector
 from pvphong.gizmos import commands
 from pvphong.gizmos.drawing import Drawing
 from pvphong.gizmos.gizmo import HIGHLIGHT, Gizmo, in_frame
@@ -168,14 +169,18 @@ class Board:
         self._follow()
         view = self.view
         drawing = Drawing(view)
+        grips: list[tuple[Grip, Float64Array]] = []
         shown = not self.hidden
         active = self._active()
         for gizmo in self._gizmos:
             spot = self._highlight(gizmo, view) if shown and gizmo.is_selected else None
             highlight = None if spot is None else spot.point
-            gizmo.set_grips(view, highlight, shown)
+            grips += gizmo.set_grips(view, highlight, shown)
             if shown:
                 gizmo.draw(drawing, highlight, active[1] if active and active[0] is gizmo else None)
+        for grip, pixel in grips:
+            others = [math.dist(pixel, other) for neighbour, other in grips if neighbour is not grip]
+            grip.limit(0.5 * min(others, default=math.inf))
         self._overlay.attach(self._renderer)
         self._overlay.put(drawing)
         self._overlay.help(commands.HELP if self.helping else "", (12.0, view.size[1] - 12.0))

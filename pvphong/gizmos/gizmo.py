@@ -118,16 +118,17 @@ class Gizmo:
         found: dict[str, Float64Array] = kind_of(world).handles(world, self.place(view), view)
         return found
 
-    def set_grips(self, view: View, highlight: Vector | None, shown: bool) -> None:
-        """Bring the widgets to where the handles are."""
+    def set_grips(self, view: View, highlight: Vector | None, shown: bool) -> list[tuple[Grip, Float64Array]]:
+        """Bring the widgets to where the handles are; those that can be grabbed, and where they are in pixels."""
         points = self.points(view)
         if highlight is not None:
             points[HIGHLIGHT] = np.array(highlight)
         for name in points.keys() - self._grips.keys():
             self._grips[name] = self._board.new_grip(name, self)
+        there = {name: point for name, point in points.items() if shown and view.is_ahead(point)}
         for name, grip in self._grips.items():
-            point = points.get(name)
-            grip.place(point if shown and point is not None and view.is_ahead(point) else None)
+            grip.place(there.get(name))
+        return [(self._grips[name], view.project(point)) for name, point in there.items()]
 
     def draw(self, drawing: Drawing, highlight: Vector | None, active: str | None) -> None:
         """Add it to a drawing; `active` is the handle that is hovered or dragged."""

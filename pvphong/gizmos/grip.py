@@ -49,7 +49,8 @@ class Grip:
         self._looks = vtkPointHandleRepresentation2D()
         self._looks.SetCursorShape(_nothing())
         self._looks.SetTolerance(TOLERANCE)
-        self._looks.SetUseBounds(False)
+        self._looks.UseBoundsOff()
+        self._looks.PickableOff()
         self._widget = vtkHandleWidget()
         self._widget.SetInteractor(interactor)
         self._widget.SetDefaultRenderer(renderer)
@@ -75,6 +76,10 @@ class Grip:
         self._widget.SetProcessEvents(position is not None)
         if position is not None:
             self._looks.SetWorldPosition(position.tolist())
+
+    def limit(self, reach: float) -> None:
+        """Grab it from no farther than this many pixels, so that another one close by can be grabbed too."""
+        self._looks.SetTolerance(int(min(max(reach, 1.0), TOLERANCE)))
 
     @property
     def is_hovered(self) -> bool:

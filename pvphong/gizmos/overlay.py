@@ -36,6 +36,9 @@ class Overlay:
             self._readout,
             self._help,
         ]
+        for prop in self._props:
+            prop.UseBoundsOff()
+            prop.PickableOff()
         self._is_shown = True
 
     def attach(self, renderer: Any) -> None:
@@ -93,7 +96,6 @@ def _actor(data: vtkPolyData, layer: int, width: float = 1.0) -> vtkActor2D:
     actor.SetMapper(mapper)
     actor.SetLayerNumber(layer)
     actor.GetProperty().SetLineWidth(width)
-    actor.UseBoundsOff()
     return actor
 
 
@@ -106,7 +108,6 @@ def _text() -> vtkTextActor:
     style.SetColor(1.0, 1.0, 1.0)
     style.SetBackgroundColor(0.1, 0.1, 0.1)
     style.SetBackgroundOpacity(0.75)
-    actor.UseBoundsOff()
     return actor
 
 

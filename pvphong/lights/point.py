@@ -41,9 +41,7 @@ def attenuate(distance: Float64Array, attenuation: VectorLike) -> Float64Array:
         weakening = distance * linear if not quadratic else (distance * quadratic + linear) * distance
         weakening += constant
         strength: Float64Array = np.divide(1.0, weakening, out=weakening)
-    if strength.max(initial=0.0) == np.inf:  # so near that the sum underflowed; finite, so that 0 times it is 0
-        np.minimum(strength, np.finfo(np.float64).max, out=strength)
-    if constant < np.finfo(np.float64).tiny:
+    if constant < np.finfo(np.float64).tiny:  # the sum may have underflowed; finite, so that 0 times it is 0
         np.minimum(strength, np.finfo(np.float64).max, out=strength)
     if not distance.min(initial=1.0) > 0.0:  # a NaN, or a vertex on the light
         strength[np.isnan(distance)] = 0.0

@@ -27,7 +27,12 @@ def drawn(light, seen_from, *, selected=False, scale=1.0):
 
 @pytest.mark.parametrize(
     ("diffuse", "expected"),
-    [((1, 0.5, 0.25), (1, 0.5, 0.25)), ((0.02, 0.01, 0), (1, 0.5, 0)), ((4, 4, 2), (1, 1, 0.5)), (0.3, (1, 1, 1))],
+    [
+        ((1, 0.5, 0.25), (1, 0.5, 0.25)),
+        ((0.02, 0.01, 0), (1, 0.5, 0)),
+        ((4.0, 4.0, 2.0), (1, 1, 0.5)),
+        (0.3, (1, 1, 1)),
+    ],
 )
 def test_the_hue_is_the_lights_at_full_value(diffuse, expected):
     light = PointLight(diffuse=diffuse)
@@ -79,7 +84,7 @@ def test_a_hovered_handle_is_larger():
     small, large = Drawing(view()), Drawing(view())
     small.handle(np.zeros(3))
     large.handle(np.zeros(3), hovered=True)
-    assert np.ptp(large.areas[0][0]) > 1.5 * np.ptp(small.areas[0][0])
+    assert np.ptp(large.areas[0][0], axis=0).max() > 1.5 * np.ptp(small.areas[0][0], axis=0).max()
     assert len(large.areas) > len(small.areas)
 
 

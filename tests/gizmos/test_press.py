@@ -112,7 +112,7 @@ def test_a_cone_stays_a_cone():
 def test_the_radius_is_where_half_is_left(projection, scale):
     press = grab("point", "radius", projection, scale)
     light, grip = moved(press, (40.0, 0.0))
-    reached = press.view.project(light.position) - (press.view.project(press.grip) + (40.0, 0.0))
+    reached = press.view.project(light.position) - (press.view.project(press.grip) + np.array((40.0, 0.0)))
     at_handle = press.view.project(light.position) - press.view.project(grip)
     np.testing.assert_allclose(at_handle, reached, atol=1e-6)
     radius = float(np.linalg.norm(grip - light.position))
@@ -181,7 +181,7 @@ def test_behind_the_camera_nothing_moves(kind):
         grip = (1.0, 1.0, 1.0)
         press = Press(light, handle, grip, (300.0, 200.0), eye, place())
         for modifiers in ({}, {"constrained": True}, {"snapping": True}):
-            x, y = np.array(press.cursor) + (15, 15)
+            x, y = np.array(press.cursor) + 15
             changed = kind_of(light).drag(press, Cursor((x, y), **modifiers))
             assert all(np.isfinite(np.ravel(value)).all() for value in (changed.position, changed.attenuation))
             if handle in ("radius", "target", "cone"):

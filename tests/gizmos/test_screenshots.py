@@ -1,5 +1,6 @@
 """Gizmos stay out of pictures and exports, unless they are asked for."""
 
+import gc
 import weakref
 
 import numpy as np
@@ -60,6 +61,7 @@ def test_exports_are_without_gizmos(plotter, tmp_path):
 def test_the_plotters_methods_come_back(plotter):
     before = dict(vars(plotter))
     plotter.phong.add_gizmos()
+    assert vars(plotter).keys() > {"screenshot", "export_obj", "export_gltf", "save_graphic"}
     assert plotter.screenshot.__doc__ == pv.Plotter.screenshot.__doc__
     plotter.phong.add_gizmos()
     plotter.phong.remove_gizmos()
@@ -77,5 +79,5 @@ def test_a_plotter_is_let_go_with_its_gizmos():
     watched = weakref.ref(shown)
     shown.close()
     del shown
-    __import__("gc").collect()
+    gc.collect()
     assert watched() is None

@@ -193,11 +193,21 @@ def test_what_pvphong_does_not_allow_is_refused_by_name(setting, value, field):
 @pytest.mark.parametrize("positional", [False, True])
 def test_the_light_is_not_modified(kind, positional, viewer):
     light = pv.Light(position=(1, 2, 3), focal_point=(0, 1, 0), color="tomato", light_type=kind, positional=positional)
-    light.transform_matrix = np.diag([2.0, 3, 4, 1])
+    if kind != "headlight" or viewer is not None:
+        light.transform_matrix = np.diag([2.0, 3, 4, 1])
     before = readings(light)
     as_light(light, viewer)
     assert readings(light) == before
     assert before["GetMTime"] == light.GetMTime()
+
+
+def test_a_headlight_with_a_matrix_has_no_place_without_a_viewer():
+    light = pv.Light(light_type="headlight")
+    light.transform_matrix = np.diag([2.0, 3, 4, 1])
+    with pytest.raises(
+        ValueError, match=r"light must be a headlight without a transform matrix.*as_light\(light, viewer\)"
+    ):
+        as_light(light)
 
 
 def test_subclasses_of_vtk_lights_are_lights():

@@ -66,15 +66,15 @@ def _geometry(case: Case) -> _Geometry:
             # A light that rides along is added to the eye, from products with axes that are rounded themselves.
             riding = 8.0 * (far + np.linalg.norm(light.position - eye)) if given.frame == "camera" else 0.0
             ill = np.maximum(ill, (sizes + np.linalg.norm(light.position) + riding) / distance)
-        l = to_light / distance[:, None]
+        to_light = to_light / distance[:, None]
         edge = np.ones(len(p))
         if isinstance(light, SpotLight):
             axis = naive.unit(np.array(light.direction))
-            edge = -(l @ axis) - math.cos(math.radians(light.cone_angle))
-        rows["n_dot_l"].append((n * l).sum(axis=1))
+            edge = -(to_light @ axis) - math.cos(math.radians(light.cone_angle))
+        rows["n_dot_l"].append((n * to_light).sum(axis=1))
         rows["to_edge"].append(edge)
         rows["largest"].append(strength * _product(case, light))
-        rows["opening"].append(np.linalg.norm(l + v, axis=1))
+        rows["opening"].append(np.linalg.norm(to_light + v, axis=1))
     stacked = {name: np.array(values).reshape(-1, len(p)) for name, values in rows.items()}
     return _Geometry(n_dot_v=(n * v).sum(axis=1), ill=ill, **stacked)
 
@@ -86,6 +86,13 @@ def _product(case: Case, light: Light) -> float:
     return max(float(np.max(np.multiply(k, c))) for k, c in (*pairs, (material.specular, light.specular_color)))
 
 
+def largest_power(case: Case) -> float:
+    """m: of the shininess and the spots' exponents."""
+    return max(
+        [case.material.shininess, *(light.exponent for light in case.scene.lights if hasattr(light, "exponent"))]
+    )
+
+
 def _eta(here: _Geometry, there: _Geometry) -> Any:
     return _U * (1.0 + np.maximum(here.ill, there.ill))
 
@@ -93,7 +100,7 @@ def _eta(here: _Geometry, there: _Geometry) -> Any:
 def change_bound(case: Case, moved: Case, step: float) -> Any:
     """The bound of every vertex, shape (n,)."""
     here, there = _geometry(case), _geometry(moved)
-    root = math.sqrt(max([case.material.shininess, *(s.exponent for s in case.scene.lights if isinstance(s, SpotLight))]))
+    root = math.sqrt(largest_power(case))
     lights, scale = len(case.scene.lights), here.largest.max(axis=0, initial=1.0)
     if case.scene.light_model.reflection == "blinn-phong":
         with np.errstate(divide="ignore"):

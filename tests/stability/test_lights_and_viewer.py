@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from fractions import Fraction
 from functools import partial
 from typing import Any
 
@@ -23,7 +22,7 @@ ATTENUATIONS = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.5, 0.25, 0
 
 
 def lit(evaluator: Evaluator, points: Any, normals: Any, lights: Any, eye: Any, material: Material) -> Any:
-    scene = Scene(lights, Viewer(position=tuple(eye), focal_point=tuple(np.asarray(eye) + (0.0, 0.0, 1.0))), UNLIT)
+    scene = Scene(lights, Viewer(position=eye, focal_point=np.add(eye, (0.0, 0.0, 1.0))), UNLIT)
     stored = (np.asarray(points, evaluator.real), np.asarray(normals, evaluator.real), scene, material)
     return evaluator(*stored), shade(*stored)
 
@@ -81,9 +80,9 @@ def cone_edge(evaluator: Evaluator, cone_angle: float) -> None:
 def light_on_the_vertex(evaluator: Evaluator, attenuation: Any, at: Any) -> None:
     """The light that sits on a vertex gives it neither diffuse light nor a highlight, another light does."""
     normals = np.array([[0.0, 0.0, 1.0], [1.0, -2.0, 0.5]])
-    points = np.array([at, np.asarray(at) + (2.0, 0.0, 0.0)])
+    points = np.array([at, np.add(at, (2.0, 0.0, 0.0))])
     sun = DirectionalLight(direction=(0.0, 0.0, -1.0), diffuse=0.5)
-    eye = np.asarray(at) + (0.0, 0.0, 4.0)
+    eye = np.add(at, (0.0, 0.0, 4.0))
     for shape in (PointLight, SpotLight):
         for ambient in (0.0, 1.0):
             lamp = shape(position=at, attenuation=attenuation, ambient=ambient)
@@ -121,8 +120,8 @@ def far_out(evaluator: Evaluator, offset: float, stored: Any) -> None:
     rng = np.random.default_rng(47)
     centre = offset * np.array([1.0, -0.7, 0.4])
     points = (centre + rng.uniform(-0.5, 0.5, (200, 3))).astype(stored)
-    normals = naive.unit(rng.normal(size=(200, 3)) + (0.0, 0.0, 2.0)).astype(stored)
-    lamp, eye = PointLight(position=centre + (0.43, 0.31, 1.27)), centre + (-0.33, 0.21, 1.57)
+    normals = naive.unit(rng.normal((0.0, 0.0, 2.0), size=(200, 3))).astype(stored)
+    lamp, eye = PointLight(position=np.add(centre, (0.43, 0.31, 1.27))), np.add(centre, (-0.33, 0.21, 1.57))
     scene = Scene([lamp], Viewer(position=eye, focal_point=centre), UNLIT)
     truth = as_array(shade(points, normals, scene, GLOSSY), "unclamped")[:, 0]
     got = evaluator(points, normals, scene, GLOSSY).rgb[:, 0].astype(float)

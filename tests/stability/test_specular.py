@@ -121,9 +121,14 @@ def subnormal(evaluator: Evaluator, shininess: float) -> None:
 UPWARD = np.array([[0.0, 0.0, 1.0]])
 # Vectors to light and viewer whose r·v (Phong) or n·h (Blinn-Phong) is exactly 0 or negative, and n·l.
 PERPENDICULAR = {
-    "phong": [((1, 0, 1), (1, 0, 1), 1), ((3, 0, 4), (4, 0, 3), 1), ((0, 0, 1), (0, 1, 0), 1), ((1, 0, 0), (0, 0, 1), 0)],
+    "phong": [
+        ((1, 0, 1), (1, 0, 1), 1),
+        ((3, 0, 4), (4, 0, 3), 1),
+        ((0, 0, 1), (0, 1, 0), 1),
+        ((1, 0, 0), (0, 0, 1), 0),
+    ],
     "blinn-phong": [((1, 0, 2), (0, 1, -2), 1), ((3, 0, 4), (0, 3, -4), 1), ((1, 0, 0), (0, 1, 0), 0)],
-}  # fmt: skip
+}
 
 
 def zero_to_the_zero(evaluator: Evaluator, reflection: str) -> None:

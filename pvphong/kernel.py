@@ -1,0 +1,145 @@
+"""The fused evaluator: the same equation as `reference.py`, compiled by Numba, parallel and vectorised.
+
+Numba is an optional extra. It is imported when the kernel first runs, compiles then (seconds), and keeps what it
+compiled on disk where it can. What cannot be run here is declined, cheaply, and belongs to the reference:
+Numba is missing, component arrays are wanted, a scene coordinate lies beyond 2¹⁰⁰, or an attenuation or a
+matrix has an entry further than that from 1.
+
+The kernel differs from the reference by rounding alone. float32 results come from float32 arithmetic, geometry
+included: differences of positions have full relative precision however far the scene is from the origin, and a
+highlight errs by at most (4√n + 10) · 2⁻²⁴ for shininess n.
+"""
+
+from __future__ import annotations
+
+import functools
+import os
+import pickle
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from pvphong import _kernel_records as records
+from pvphong._types import FloatArray
+from pvphong.equation import Equation
+from pvphong.shading import Shading
+
+# Vertices that are copied at a time where arrays are not in the form that compiled code takes: 24 MiB at most.
+COPIED = 2**18
+
+
+class _Process:
+    """What this process can do. Threads do not survive a fork, and the child that uses OpenMP's is aborted."""
+
+    has_run = False
+    lost_its_threads = False
+    keeps_code = True
+
+    @classmethod
+    def after_fork(cls) -> None:
+        cls.lost_its_threads = cls.has_run
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_Process.after_fork)
+
+
+def is_available() -> bool:
+    """Whether Numba can be imported and used in this process; the first call imports it."""
+    return not _Process.lost_its_threads and _compiled(_Process.keeps_code) is not None
+
+
+def shade(
+    points: FloatArray, normals: FloatArray, equation: Equation, albedo: FloatArray | None, result: Shading
+) -> bool:
+    """Evaluate the equation at every vertex into `result.rgb`, or decline.
+
+    Numba's settings choose the number of threads; the result does not depend on it, to the bit. Arrays that are
+    not C-contiguous, or not of one type, are copied piece by piece and give the same bits.
+
+    Parameters
+    ----------
+    points, normals : ndarray
+        Shape (n, 3), float32 or float64, of any memory layout.
+    equation : Equation
+        What to evaluate.
+    albedo : ndarray or None
+        Shape (n, 3) in [0, 1]; multiplies the material's ambient and diffuse.
+    result : Shading
+        `rgb`, C-contiguous, is filled in: float32, float64, or uint8, which is float32 arithmetic rounded to
+        0-255 for display.
+
+    Returns
+    -------
+    bool
+        False if the equation was declined and nothing was written.
+    """
+    rgb = result.rgb
+    if result.base is not None or not rgb.flags.c_contiguous or not records.fits(equation) or not is_available():
+        return False
+    real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
+    stored = np.result_type(points, normals) if equation.needs_points else normals.dtype
+    if real == np.float64:
+        stored = real
+    is_wide = stored != real
+    settings = records.settings(equation, is_wide=is_wide, has_albedo=albedo is not None)
+    terms = records.terms(equation)
+    inputs = [
+        (points if equation.needs_points else None, stored),
+        (normals if equation.needs_normals else None, stored),
+        (albedo, real),
+    ]
+    for part in _parts(inputs, len(rgb)):
+        arrays = [_flat(array, dtype, part) for array, dtype in inputs]
+        out = rgb[part].reshape(-1)
+        nothing = np.empty(0, real if rgb.dtype == np.uint8 else np.uint8)
+        targets = (nothing, out) if rgb.dtype == np.uint8 else (out, nothing)
+        _run(*arrays, *targets, settings, terms, len(rgb[part]))
+    return True
+
+
+def _parts(inputs: list[tuple[FloatArray | None, np.dtype[Any]]], count: int) -> Iterator[slice]:
+    """All vertices at once where no array has to be copied, else pieces."""
+    ready = all(array is None or _is_plain(array, dtype) for array, dtype in inputs)
+    step = max(count, 1) if ready else COPIED
+    return (slice(start, min(start + step, count)) for start in range(0, count, step))
+
+
+def _is_plain(array: FloatArray, dtype: np.dtype[Any]) -> bool:
+    return array.dtype == dtype and array.flags.c_contiguous and array.flags.aligned
+
+
+def _flat(array: FloatArray | None, dtype: np.dtype[Any], part: slice) -> FloatArray:
+    """A flat read-only view, or copy: read-only always, because Numba compiles anew for the other kind."""
+    if array is None:
+        return _flat(np.empty((0, 3), dtype), dtype, slice(0))
+    flat = np.require(array[part], dtype, ["C", "A"]).reshape(-1)
+    flat.flags.writeable = False
+    return flat
+
+
+def _run(*arguments: Any) -> None:
+    compiled = _compiled(_Process.keeps_code)
+    assert compiled is not None
+    _Process.has_run = True
+    try:
+        compiled(*arguments)
+    except (OSError, EOFError, pickle.PickleError):
+        if not _Process.keeps_code:
+            raise
+        _Process.keeps_code = False  # the folder for compiled code could not be used after all
+        _run(*arguments)
+
+
+@functools.cache
+def _compiled(keeps_code: bool) -> Callable[..., None] | None:
+    """The compiled function, with its code kept on disk where that is possible; None without Numba."""
+    try:
+        from pvphong._kernel_blocks import compile_shade
+    except ImportError:
+        return None
+    try:
+        return compile_shade(cache=keeps_code)
+    except RuntimeError:  # Numba found no folder that it can write to
+        return compile_shade(cache=False)

@@ -1,0 +1,136 @@
+"""Gizmos in a real window, with the mouse moved from outside."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from windowed import Window
+
+MISSING = [program for program in ("Xvfb", "xdotool") if shutil.which(program) is None]
+pytestmark = [
+    pytest.mark.skipif(bool(MISSING), reason=f"a real window needs {' and '.join(MISSING)} (Debian: xvfb, xdotool)"),
+    pytest.mark.skipif(not sys.platform.startswith("linux"), reason="Xvfb is X's"),
+]
+LAMP, SPOT, GUEST = 0, 1, 2
+
+
+@pytest.fixture(scope="module")
+def display():
+    ready, tell = os.pipe()
+    server = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(tell), "-screen", "0", "1024x768x24", "-nolisten", "tcp"],
+        pass_fds=[tell],
+        stderr=subprocess.DEVNULL,
+    )
+    os.close(tell)
+    with os.fdopen(ready) as pipe:
+        number = pipe.readline().strip()
+    yield {**os.environ, "DISPLAY": f":{number}", "PYVISTA_OFF_SCREEN": "false"}
+    server.terminate()
+    server.wait(10)
+
+
+@pytest.fixture(scope="module")
+def opened(display):
+    window = Window({name: value for name, value in display.items() if name != "VTK_DEFAULT_OPENGL_WINDOW"})
+    yield window
+    assert window.close() == 0
+
+
+@pytest.fixture
+def window(opened):
+    """The window, its lights as at first."""
+    opened.point((3, 3))
+    opened.wait(lambda state: state["hovered"] is None)
+    return opened
+
+
+def essence(state):
+    return {key: state[key] for key in ("lights", "guest", "colors", "camera")}
+
+
+@pytest.mark.parametrize(
+    ("which", "handle", "by"),
+    [
+        (LAMP, "position", (-60, 25)),
+        (LAMP, "radius", (30, 0)),
+        (SPOT, "position", (20, 30)),
+        (SPOT, "target", (40, -15)),
+        (SPOT, "cone", (-9, -6)),
+        (GUEST, "position", (35, 10)),
+        (GUEST, "target", (-25, 20)),
+        (GUEST, "cone", (14, 3)),
+    ],
+)
+def test_dragging_moves_the_light_and_undo_restores_it_to_the_bit(window, which, handle, by):
+    before = window.ask("state")
+    held, after = window.drag(before["handles"][which][handle], by)
+    assert after["lights"][which] != before["lights"][which]
+    assert [a == b for a, b in zip(after["lights"], before["lights"], strict=True)].count(False) == 1
+    assert after["colors"] != before["colors"]
+    assert essence(held) == essence(after)
+    assert after["camera"] == before["camera"]
+    assert (after["guest"] != before["guest"]) == (which == GUEST)
+    if handle in ("position", "target"):
+        moved = np.array(after["handles"][which][handle]) - before["handles"][which][handle]
+        np.testing.assert_allclose(moved, by, atol=1.6)
+    assert essence(window.ask("undo")) == essence(before)
+    assert essence(window.ask("redo")) == essence(after)
+    window.do("key", "z", until=lambda state: essence(state) == essence(before))
+
+
+def test_escape_during_a_drag(window):
+    before = window.ask("state")
+    start = before["handles"][LAMP]["position"]
+    window.point(start)
+    window.do("mousedown", "1")
+    window.point(np.add(start, (30, 30)))
+    window.wait(lambda state: state["colors"] != before["colors"])
+    window.do("key", "Escape", until=lambda state: essence(state) == essence(before))
+    window.point(np.add(start, (40, 30)))
+    assert essence(window.do("mouseup", "1")) == essence(before)
+
+
+def test_modifiers_of_a_real_keyboard(window):
+    before = window.ask("state")
+    _, after = window.drag(before["handles"][SPOT]["cone"], (-12, -7), modifier="ctrl")
+    assert after["cones"][SPOT] % 5 == 0
+    assert essence(window.ask("undo")) == essence(before)
+    _, after = window.drag(before["handles"][LAMP]["position"], (-40, 2), modifier="shift")
+    assert after["lights"][LAMP] != before["lights"][LAMP]
+    assert essence(window.ask("undo")) == essence(before)
+
+
+def test_the_highlight(window):
+    before = window.ask("state")
+    window.point(before["handles"][LAMP]["position"])
+    window.wait(lambda state: state["hovered"])
+    window.do("mousedown", "1")
+    selected = window.do("mouseup", "1", until=lambda state: state["highlight"][LAMP] is not None)
+    window.do("key", "o")  # the others off: nothing else throws a highlight
+    start = selected["highlight"][LAMP]
+    _, after = window.drag(start, (-15, 20))
+    np.testing.assert_allclose(after["highlight"][LAMP], np.add(np.round(start), (-15, 20)), atol=5)
+    window.ask("undo")
+    assert essence(window.ask("undo")) == essence(before)
+
+
+def test_keys_of_a_real_keyboard(window):
+    before = window.ask("state")
+    window.point((20, 20))
+    while not window.state["selected"][SPOT]:
+        window.do("key", "n")
+    window.do("key", "m", until=lambda state: "on=False" in state["lights"][SPOT])
+    window.do("key", "ctrl+z", until=lambda state: essence(state) == essence(before))
+
+
+def test_beside_the_handles_the_camera_moves(window):
+    before = window.ask("state")
+    window.point((30, 30))
+    window.do("mousedown", "1")
+    window.point((40, 34))
+    window.do("mouseup", "1", until=lambda state: state["camera"] != before["camera"])
+    assert window.state["lights"] == before["lights"]

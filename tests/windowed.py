@@ -1,0 +1,145 @@
+"""A plotter in a real window, for tests that move the mouse from outside.
+
+Run as a program it opens the window and answers commands, one a line, with one line of JSON each, after it has
+dealt with all events that the window has got. Imported, it gives the test's side of that.
+"""
+
+import hashlib
+import json
+import subprocess
+import sys
+import time
+
+SIZE = (640, 480)
+
+
+class Window:
+    """The test's side: the mouse as the X server moves it, and what the plotter then says."""
+
+    def __init__(self, environment):
+        self._environment = environment
+        self._child = subprocess.Popen(
+            [sys.executable, "-W", "error", __file__],
+            env=environment,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        self.state = self.ask("state")
+        self._id = self._xdotool("search", "--name", "pvphong in a window").split()[-1]
+
+    def ask(self, command):
+        """What the plotter says."""
+        self._child.stdin.write(command + "\n")
+        self._child.stdin.flush()
+        answer = self._child.stdout.readline()
+        assert answer, f"the window's process ended: {self._child.wait(10)}"
+        self.state = json.loads(answer)
+        return self.state
+
+    def _xdotool(self, *words):
+        done = subprocess.run(["xdotool", *words], env=self._environment, capture_output=True, text=True, timeout=20)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    def point(self, pixel):
+        """Move the pointer to a pixel, counted from below as VTK does."""
+        x, y = round(pixel[0]), SIZE[1] - 1 - round(pixel[1])
+        self._xdotool("mousemove", "--sync", "--window", self._id, str(x), str(y))
+
+    def do(self, *words, until=None):
+        """Something else with mouse or keyboard."""
+        self._xdotool(*words)
+        return self.wait(until)
+
+    def wait(self, until=None):
+        """Ask until something is so, for X delivers events when it likes; gives what the plotter said last."""
+        for _ in range(100):
+            state = self.ask("state")
+            if until is None or until(state):
+                return state
+            time.sleep(0.02)
+        raise AssertionError(f"it did not come: {state}")
+
+    def drag(self, start, by, *, modifier=None):
+        """Press, move in steps, release; gives what the plotter said before the release and after."""
+        self.point(start)
+        self.wait(lambda state: state["hovered"])
+        if modifier:
+            self.do("keydown", modifier)
+        self.do("mousedown", "1")
+        for part in (0.25, 0.5, 0.75, 1.0):
+            self.point([round(s) + part * b for s, b in zip(start, by, strict=True)])
+            self.wait()
+        held = self.wait(lambda state: state["dragging"])
+        self.do("mouseup", "1")
+        if modifier:
+            self.do("keyup", modifier)
+        return held, self.wait(lambda state: not state["dragging"])
+
+    def close(self):
+        """End the process; its exit status."""
+        with self._child as child:  # closes its pipes, then waits
+            child.stdin.close()
+            return child.wait(20)
+
+
+def main():
+    """The plotter's side."""
+    import numpy as np
+    import pyvista as pv
+
+    import pvphong as ph
+
+    plotter = pv.Plotter(window_size=SIZE, lighting="none", title="pvphong in a window")
+    plotter.set_background("#30343c")
+    guest = pv.Light(position=(-0.2, -1.0, 1.3), focal_point=(0, 0, 0.2), color="skyblue", light_type="scene light")
+    guest.positional, guest.cone_angle, guest.intensity = True, 14.0, 0.6
+    plotter.phong.add_light(
+        ph.PointLight(position=(0.9, -0.5, 0.6), attenuation=(1, 0, 6), diffuse=(1, 0.5, 0.2), name="lamp")
+    )
+    plotter.phong.add_light(
+        ph.SpotLight(
+            position=(-0.9, -0.3, 0.9), direction=(0.8, 0.1, -0.8), cone_angle=18, diffuse=(0.5, 1, 0.5), name="spot"
+        )
+    )
+    plotter.add_light(guest)
+    material = ph.Material(ambient=0.15, diffuse=0.7, specular=0.4, shininess=30)
+    actor = plotter.phong.add_mesh(pv.Sphere(theta_resolution=80, phi_resolution=80), material)
+    plotter.camera_position = [(0, -5, 2.5), (0, 0, 0.2), (0, 0, 1)]
+    plotter.phong.add_gizmos()
+    plotter.show(interactive_update=True, auto_close=False)
+    view = plotter.phong._pane.board.view
+
+    def state():
+        plotter.iren.process_events()
+        gizmos = plotter.phong.gizmos
+        colors = np.asarray(actor.mapper.dataset["phong"])
+        return {
+            "handles": [{n: view.project(p).tolist() for n, p in gizmo.handles.items()} for gizmo in gizmos],
+            "highlight": [None if g.highlight is None else view.project(g.highlight).tolist() for g in gizmos],
+            "lights": [repr(light) for light in plotter.phong.lights],
+            "cones": [getattr(light, "cone_angle", None) for light in plotter.phong.lights],
+            "guest": [guest.position, guest.focal_point, guest.cone_angle],
+            "colors": hashlib.sha256(np.ascontiguousarray(colors)).hexdigest(),
+            "hovered": next((gizmo.hovered for gizmo in gizmos if gizmo.hovered), None),
+            "dragging": plotter.phong._pane.board._drag is not None,
+            "selected": [gizmo.is_selected for gizmo in gizmos],
+            "camera": list(plotter.camera.position),
+        }
+
+    for line in sys.stdin:
+        command, *words = line.split()
+        if command == "picture":
+            from PIL import Image
+
+            plotter.iren.process_events()
+            Image.fromarray(np.ascontiguousarray(plotter.image)).save(words[0])
+        elif command in ("undo", "redo"):
+            getattr(plotter.phong, command)()
+        print(json.dumps(state()), flush=True)
+    plotter.close()
+
+
+if __name__ == "__main__":
+    main()
