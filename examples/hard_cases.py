@@ -1,11 +1,15 @@
-"""What rounding does to light: four hard cases, the usual formulas above, pvphong below.
+"""What rounding does to light: four hard cases, the usual formulas above and pvphong below.
 
-Each column is one mesh, lit twice from the same stored numbers by the same light.
+Each column is one mesh, lit twice by one light, from the same stored numbers.
 
-1. Flattened and sheared: every leaf is a sphere under its own singular matrix. There is no inverse to transpose.
-2. Far from the origin, as map coordinates are: float32 has no digits left for the distances that count.
-3. A highlight of shininess 100,000 in float32: its cosine differs from 1 in the last digits alone. Drawn as contours.
-4. Slivers: every other row of triangles is a millionth as high as the others.
+1. Flattened and sheared: every leaf is a dome under its own singular matrix, which has no inverse to transpose.
+   Most turn to the pseudo-inverse; it lays the normals into the leaf. `normal_matrix` follows the limit.
+2. A map's coordinates, millions of metres from the origin: float32 has no digits left for what lies between
+   surface, light and eye. pvphong subtracts in float64, and only then rounds.
+3. A highlight of shininess 100,000 in float32, drawn as contours of its brightness: close to 1 a cosine steps by
+   6e-8, and its power by 0.6 %. pvphong takes the power of the chord, which is small and has all its digits.
+4. Slivers: every other row of triangles is a twenty-thousandth as high as its neighbours, which is two steps of
+   float32. Cross products of that are noise; pvphong takes float64 points as they are, and widens float32 ones.
 """
 
 import sys
@@ -19,80 +23,112 @@ import pvphong as ph
 
 folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
 rng = np.random.default_rng(4)
-clay = ph.Material(ambient=1, diffuse=(0.8, 0.55, 0.35), specular=0.4, shininess=30)
-leaf = ph.Material(ambient=1, diffuse=(0.35, 0.65, 0.2), specular=0.3, shininess=20)
 
 
 def unit(vectors):
+    """Vectors over their lengths."""
     with np.errstate(all="ignore"):
-        return vectors / np.sqrt((vectors * vectors).sum(axis=1, keepdims=True))
+        return vectors / np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True))
 
 
 def textbook(points, normals, scene, material):
-    """The lit colour by normalised vectors and a power of r·v, in float32 from end to end."""
-    p, n, light, eye = (
-        np.asarray(a, np.float32) for a in (points, normals, scene.lights[0].position, scene.viewer.position)
-    )
-    n, l, v = unit(n), unit(light - p), unit(eye - p)
-    n_l = (n * l).sum(axis=1, keepdims=True)
-    r_v = ((2 * n_l * n - l) * v).sum(axis=1, keepdims=True)
-    specular = (n_l > 0) * np.maximum(r_v, 0) ** np.float32(material.shininess)
-    lit = scene.light_model.ambient + np.maximum(n_l, 0) * material.diffuse + specular * material.specular
-    return np.clip(np.nan_to_num(lit, nan=0.0), 0, 1)
+    """Normalise, multiply, take the cosine's power: float32 from end to end."""
+    light, eye = scene.lights[0].position, scene.viewer.position
+    p, n, light, eye = (np.asarray(a, np.float32) for a in (points, normals, light, eye))
+    n, to_light, to_eye = unit(n), unit(light - p), unit(eye - p)
+    n_dot_l = (n * to_light).sum(axis=1, keepdims=True)
+    r_dot_v = ((2 * n_dot_l * n - to_light) * to_eye).sum(axis=1, keepdims=True)
+    highlight = (n_dot_l > 0) * np.maximum(r_dot_v, 0) ** np.float32(material.shininess)
+    ambient = np.multiply(material.ambient, scene.light_model.ambient)
+    lit = ambient + np.maximum(n_dot_l, 0) * material.diffuse + highlight * material.specular
+    return np.clip(np.nan_to_num(lit), 0, 1)
 
 
 def scene_of(light, eye, focal=(0, 0, 0)):
-    return ph.Scene([ph.PointLight(position=light)], ph.Viewer(eye, focal), ph.LightModel(ambient=0.1))
+    """One point light, a viewer, a little ambient light."""
+    return ph.Scene([ph.PointLight(position=light)], ph.Viewer(eye, focal), ph.LightModel(ambient=0.12))
 
 
 def leaves():
-    """Normals by the pseudo-inverse, which most turn to when the inverse is refused, or by `normal_matrix`."""
-    dome, scene = pv.Sphere(radius=1, end_phi=90, theta_resolution=48, phi_resolution=25), scene_of((3, 4, 9), (0, 0, 11))
-    grown, naive, ours = [], [], []
-    for turn in np.arange(75) * 2.4:
-        along = np.array([np.cos(turn), np.sin(turn), 0.0])
-        across = np.array([-np.sin(turn), np.cos(turn), 0.0]) + rng.normal(size=3) * (0.3, 0.3, 0.9)
+    """Mesh, the textbook's colours and pvphong's, as from all that follow."""
+    dome = pv.Sphere(radius=1, end_phi=90, theta_resolution=48, phi_resolution=25)
+    green = ph.Material(ambient=0.5, diffuse=(0.4, 0.7, 0.22), specular=0.3, shininess=20)
+    scene, grown, naive, ours = scene_of((3, 4, 9), (0, 0, 10.5)), [], [], []
+    for turn in np.arange(90) * 2.4:
+        outward, around = np.array([np.cos(turn), np.sin(turn), 0]), np.array([-np.sin(turn), np.cos(turn), 0])
         matrix = np.eye(4)
-        matrix[:3, :3] = np.column_stack([0.55 * along + rng.normal(size=3) * (0, 0, 0.2), 0.22 * across, np.zeros(3)])
-        matrix[:3, 3] = 0.32 * np.sqrt(turn) * along + (0, 0, rng.uniform(-0.5, 0.5))
-        flat = dome.transform(matrix, inplace=False)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ph.transform.SingularMatrixWarning)
-            shade = ph.evaluate(dome.points, dome.point_normals, scene, leaf, matrix=matrix)
-        naive.append(textbook(flat.points, dome.point_normals @ np.linalg.pinv(matrix[:3, :3]), scene, leaf))
-        ours.append(shade.rgb)
-        grown.append(flat)
-    return pv.merge(grown, merge_points=False), scene, np.concatenate(naive), np.concatenate(ours)
+        matrix[:3, 0] = 0.5 * outward + rng.normal(size=3) * (0, 0, 0.15)
+        matrix[:3, 1] = 0.2 * around + rng.normal(size=3) * (0.05, 0.05, 0.1)
+        matrix[:3, 2] = 0  # flat
+        matrix[:3, 3] = 0.3 * np.sqrt(turn) * outward + (0, 0, 0.1 * np.sqrt(turn))
+        grown.append(dome.transform(matrix, inplace=False))
+        ours.append(ph.evaluate(dome.points, dome.point_normals, scene, green, matrix=matrix).rgb)
+        normals = dome.point_normals @ np.linalg.pinv(matrix[:3, :3])
+        naive.append(textbook(grown[-1].points, normals, scene, green))
+    return pv.merge(grown, merge_points=False), np.concatenate(naive), np.concatenate(ours)
 
 
 def far_out():
-    offset = np.array([5.1e6, -2.3e6, 1.7e6])
-    mesh = pv.ParametricTorus(ringradius=1.0, crosssectionradius=0.45, u_res=200, v_res=100)
-    mesh.rotate_x(35, inplace=True)
-    home, scene = scene_of((1.5, 1.5, 2.5), (0, 0, 6)), scene_of(offset + (1.5, 1.5, 2.5), offset + (0, 0, 6), offset)
+    """A torus in a map's coordinates; drawn at home, where the graphics card can see it."""
+    mesh = pv.ParametricTorus(ringradius=1.0, crosssectionradius=0.45, u_res=200, v_res=100).rotate_x(35)
+    clay = ph.Material(ambient=0.8, diffuse=(0.85, 0.55, 0.35), specular=0.4, shininess=30)
+    offset = np.array([5.1e6, -2.3e6, 1.7e6])  # metres
+    scene = scene_of(np.add(offset, (1.5, 1.5, 2.5)), np.add(offset, (0, 0, 6)), offset)
     points = mesh.points + offset
     ours = ph.evaluate(points, mesh.point_normals, scene, clay).rgb
-    return mesh, home, textbook(points, mesh.point_normals, scene, clay), ours
+    return mesh, textbook(points, mesh.point_normals, scene, clay), ours
 
 
 def needle():
-    """A patch of a sphere, a hundredth of its radius wide, where it mirrors the light to the eye."""
-    patch = pv.Plane(i_size=0.012, j_size=0.012, i_resolution=300, j_resolution=300)
-    peak = unit(np.array([[0.3, 0.2, 1.0]]))[0]
+    """A patch of a sphere, where it mirrors the light to the eye."""
+    patch = pv.Plane(i_size=0.006, j_size=0.006, i_resolution=400, j_resolution=400)
+    peak, eye = unit(np.array([0.3, 0.2, 1.0])), np.array([-1.2, 0.7, 5.0])
     points = unit(patch.points.astype(float) + peak)
-    eye = np.array([-1.2, 0.7, 5.0])
-    v = (eye - peak) / np.linalg.norm(eye - peak)
-    scene = scene_of(peak + 4 * (2 * (v @ peak) * peak - v), eye)
-    chrome = ph.Material(diffuse=0, specular=(0.95, 0.95, 1.0), shininess=1e5, ambient=0)
-    normals = points.astype(np.float32)
-    pair = textbook(points, normals, scene, chrome), ph.evaluate(points, normals, scene, chrome).rgb
-    return patch, np.array([0, 0, 1.0]), *(np.where(np.floor(rgb * 14) % 2, rgb, 0.75 * rgb) for rgb in pair)
+    to_eye = unit(eye - peak)
+    scene = scene_of(peak + 4 * (2 * (to_eye @ peak) * peak - to_eye), eye)
+    steel = ph.Material(ambient=0, diffuse=0, specular=(1.0, 0.9, 0.75), shininess=1e5)
+    pair = textbook(points, points, scene, steel), ph.evaluate(points, points, scene, steel).rgb
+    return patch, *(rgb * (0.65 + 0.35 * (np.floor(rgb[:, :1] * 24) % 2)) for rgb in pair)
 
 
 def slivers():
-    """A bumpy sheet whose every other row of triangles is a millionth as high as the rest."""
-    x, y = np.meshgrid(np.linspace(-1, 1, 160), np.linspace(-1, 1, 60))
-    y[1::2] = y[::2] + 1e-6
-    points = np.stack([x, y, 0.25 * np.cos(5 * x) * np.cos(4 * y)], axis=-1).reshape(-1, 3)
-    sheet = pv.StructuredGrid(x, y, points[:, 2].reshape(x.shape)).extract_surface(algorithm=None).triangulate()
-    return sheet
+    """A wavy sheet with rows of triangles 2e-6 high between the ordinary ones."""
+    x, y = np.meshgrid(np.linspace(-1.3, 1.3, 160), np.repeat(np.linspace(-1.3, 1.3, 50), 2))
+    y[1::2] += 2e-6
+    z = 0.25 * np.cos(2.5 * x + 1) * np.cos(2.5 * y)
+    index = np.arange(x.size).reshape(x.shape)
+    here, right, up, across = (index[i, j].ravel() for i in (np.s_[:-1], np.s_[1:]) for j in (np.s_[:-1], np.s_[1:]))
+    corners = np.concatenate([np.stack([here, right, across], axis=1), np.stack([here, across, up], axis=1)])
+    mesh = pv.PolyData.from_regular_faces(np.stack([x, y, z], axis=-1).reshape(-1, 3) + 8, corners)
+    blue = ph.Material(ambient=0.8, diffuse=(0.3, 0.5, 0.8), specular=0.5, shininess=12)
+    scene = scene_of((9, 11, 11), (8, 6, 13))
+    a, b, c = (mesh.points[corners[:, i]].astype(np.float32) for i in range(3))
+    normals = np.zeros(mesh.points.shape, np.float32)
+    for corner in range(3):
+        np.add.at(normals, corners[:, corner], np.nan_to_num(unit(np.cross(b - a, c - a))))
+    return mesh, textbook(mesh.points, normals, scene, blue), mesh.phong.shade(scene, blue)["phong"]
+
+
+cases = {
+    "flattened and sheared": (leaves, "pseudo-inverse"),
+    "6,000 km from the origin": (far_out, "float32 throughout"),
+    "shininess 100,000, contours": (needle, "power of a cosine"),
+    "slivers": (slivers, "cross products in float32"),
+}
+warnings.simplefilter("ignore", ph.SingularMatrixWarning)  # the leaves are meant to be flat
+plotter = pv.Plotter(shape=(2, len(cases)), off_screen=True, window_size=(1800, 940), border=False)
+for column, (title, (case, mistake)) in enumerate(cases.items()):
+    mesh, naive, ours = case()
+    print(f"{title}: {mistake}, off by up to {np.abs(naive - ours).max():.2f} of full brightness")
+    for row, (colors, caption) in enumerate(((naive, mistake), (ours, "pvphong"))):
+        plotter.subplot(row, column)
+        plotter.set_background("white")
+        plotter.add_mesh(mesh.copy(), scalars=colors, rgb=True, lighting=False)
+        plotter.add_text(f"{title}: {caption}" if row == 0 else caption, position=(14, 8), font_size=9, color="black")
+        plotter.view_xy()
+        plotter.camera.zoom(1.2)
+plotter.enable_anti_aliasing("ssaa")
+
+picture = folder / "hard_cases.png"
+plotter.screenshot(picture)
+print(f"wrote {picture}")

@@ -9,16 +9,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from pvphong._peaks import Places, bends, notable_places
+from pvphong._creases import creases, sign_changes
+from pvphong._peaks import Places, peaks
 from pvphong._types import BoolArray, Float64Array, FloatArray, IntArray, MatrixLike
 from pvphong.equation import Equation, assemble
 from pvphong.evaluation import evaluate
 from pvphong.material import Material
 from pvphong.scene import Scene
+from pvphong.transform import normal_matrix, transform_points
 
 # Samples that are held in memory at a time.
 _SAMPLES = 2**18
@@ -121,14 +123,12 @@ class Vertices:
 
 
 def first_errors(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Float64Array:
-    """Largest error (m,) of triangles (m, 3) at the middles of sides, centroids, and where colours peak or bend."""
+    """Largest error (m,) of triangles (m, 3) at middles of sides, centroids, and where colours peak, bend or jump."""
     result = _errors(vertices, corners, _FIRST, lighting)
     step = _SAMPLES // 8
     for start in range(0, len(corners), step):
-        part = corners[start : start + step]
-        for rows, weights in _notable_places(vertices, part, lighting):
-            missed = _misses(vertices, part[rows], weights[:, None], lighting)[:, 0]
-            result[start + rows] = np.maximum(result[start + rows], missed)
+        worst = _worst_notable(vertices, corners[start : start + step], lighting)
+        result[start + worst.rows] = np.maximum(result[start + worst.rows], worst.errors)
     return result
 
 
@@ -172,7 +172,7 @@ def jumps(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Jumps:
     keeps more of the difference is halved again and again. What is left of the difference is a jump.
     """
     rows = np.arange(len(corners))
-    near = _ALL[_misses(vertices, corners, _ALL, lighting).argmax(axis=1)]
+    near = _worst_place(vertices, corners, lighting)
     near_color = _truth(vertices, corners, near[:, None], lighting)[:, 0]
     at_corners = lighting.shown(vertices.colors[corners])
     corner = _largest(at_corners - near_color[:, None]).argmax(axis=1)
@@ -187,11 +187,43 @@ def jumps(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Jumps:
     return Jumps(_largest(far_color - near_color), beside.max(axis=1, initial=0.0))
 
 
+class _Worst(NamedTuple):
+    rows: IntArray
+    weights: Float64Array
+    errors: Float64Array
+
+
+def _worst_place(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Float64Array:
+    """Barycentric coordinates (m, 3) of the sample with the largest error."""
+    missed = _misses(vertices, corners, _ALL, lighting)
+    result, errors = _ALL[missed.argmax(axis=1)], missed.max(axis=1)
+    worst = _worst_notable(vertices, corners, lighting)
+    worse = worst.errors > errors[worst.rows]
+    result[worst.rows[worse]] = worst.weights[worse]
+    return result
+
+
+def _worst_notable(vertices: Vertices, corners: IntArray, lighting: Lighting) -> _Worst:
+    """Of the triangles in which colours peak, bend or jump, the place where the error is largest."""
+    places = list(_notable_places(vertices, corners, lighting))
+    rows = np.concatenate([np.empty(0, dtype=np.intp), *(place.rows for place in places)])
+    weights = np.concatenate([np.empty((0, 3)), *(place.weights for place in places)])
+    errors = _misses(vertices, corners[rows], weights[:, None], lighting)[:, 0]
+    order = np.lexsort([errors, rows])
+    last = order[np.diff(rows[order], append=-1) != 0]  # of each row
+    return _Worst(rows[last], weights[last], errors[last])
+
+
 def _notable_places(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Iterator[Places]:
-    yield from notable_places(vertices.points[corners], vertices.normals[corners], lighting.equation)
+    points, normals, matrix = vertices.points[corners], vertices.normals[corners], lighting.matrix
+    if matrix is not None:
+        points = transform_points(points.reshape(-1, 3), matrix).reshape(points.shape)
+        normals = normals @ normal_matrix(matrix).T
+    yield from peaks(points, normals, lighting.equation)
+    yield from creases(points, normals, lighting.equation)
     if lighting.scene.light_model.clamp:
         for channel in range(3):
-            yield from bends(vertices.colors[corners, channel] - 1.0)
+            yield from sign_changes(vertices.colors[corners, channel] - 1.0)
 
 
 def _errors(vertices: Vertices, corners: IntArray, samples: Float64Array, lighting: Lighting) -> Float64Array:

@@ -9,200 +9,141 @@ from __future__ import annotations
 import inspect
 import zlib
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numba
 import numpy as np
 
-from pvphong import _kernel_math, _kernel_passes, _kernel_rescue
+from pvphong import _kernel_math, _kernel_passes, _kernel_rescue, _kernel_rows
 from pvphong import _kernel_passes as passes
 from pvphong import _kernel_rescue as rescue
-from pvphong._kernel_math import plain
-from pvphong._kernel_passes import BLOCK, X
+from pvphong import _kernel_rows as at
+from pvphong._kernel_math import inlined, plain
 from pvphong._kernel_records import BLINN_PHONG, HEADLIGHT, NO_HIGHLIGHT, PHONG
+from pvphong._kernel_rows import BLOCK
 
 # Vertices per unit of parallel work: enough that its scratch memory costs nothing.
 GROUP = 32 * BLOCK
 
-
-# Bytes in a line of the processor's caches, and in the longest vectors.
-LINE = 64
-
-
-class Scratch(NamedTuple):
-    """The rows of one block, in the precision of the result where nothing else is said."""
-
-    points: Any
-    wide: Any
-    """float64 points, where float32 would lose digits: after a transform, or from a float64 array."""
-    normals: Any
-    viewer: Any
-    facing: Any
-    ray: Any
-    exponents: Any
-    """int64: powers of two taken out of the rays, where any ray was rescued."""
-    factors: Any
-    colors: Any
-    highlights: Any
-    """What the albedo does not multiply; the same rows as `colors` where there is none."""
-    albedo: Any
+# Bytes in a line of the processor's caches, and in its longest vectors.
+_LINE = 64
 
 
 @plain
-def _aligned(length: int, like: Any) -> Any:
+def _scratch(length: int, like: Any) -> Any:
     """Memory that starts where a cache line starts: a vector across two lines takes twice as long."""
-    memory = np.empty(length + LINE // like.itemsize, like.dtype)
-    start = -memory.ctypes.data % LINE // like.itemsize
+    memory = np.empty(length + _LINE // like.itemsize, like.dtype)
+    start = -memory.ctypes.data % _LINE // like.itemsize
     return memory[start : start + length]
 
 
-@plain
-def _scratch(like: Any, has_albedo: bool) -> Scratch:
-    rows = _aligned(29 * BLOCK, like)
-    colors = rows[: 3 * BLOCK]
-    return Scratch(
-        colors=colors,
-        highlights=rows[3 * BLOCK : 6 * BLOCK] if has_albedo else colors,
-        factors=rows[6 * BLOCK : 9 * BLOCK],
-        points=rows[9 * BLOCK : 12 * BLOCK],
-        normals=rows[12 * BLOCK : 17 * BLOCK],
-        viewer=rows[17 * BLOCK : 20 * BLOCK],
-        facing=rows[20 * BLOCK : 23 * BLOCK],
-        ray=rows[23 * BLOCK : 26 * BLOCK],
-        albedo=rows[26 * BLOCK : 29 * BLOCK],
-        wide=_aligned(3 * BLOCK, np.empty(0, np.float64)),
-        exponents=np.empty(BLOCK, np.int64),
-    )
-
-
-@plain
-def _load_normals(array: Any, s: Any, b: Scratch) -> None:
+@inlined
+def _load_normals(array: Any, start: int, count: int, s: Any, rows: Any, wide: Any) -> None:
     if s.has_matrix:
-        passes.split(array, b.wide)
-        passes.rotate(s.normal_matrix, b.wide)
-        passes.copy(b.wide, b.normals)
+        passes.split(array, start, count, wide)
+        passes.rotate_normals(s.normal_matrix, wide, rows)
     else:
-        passes.split(array, b.normals)
-    if passes.measure(b.normals):
-        rescue.rescue_normals(array, s.normal_matrix, s.has_matrix, b.normals)
-        passes.measure(b.normals)
+        passes.split(array, start, count, rows[at.NX :])
+    if passes.measure_normals(rows):
+        rescue.rescue_normals(array, start, count, s.normal_matrix, s.has_matrix, rows)
+        passes.measure_normals(rows)
 
 
-@plain
-def _load_points(array: Any, s: Any, b: Scratch) -> None:
+@inlined
+def _load_points(array: Any, start: int, count: int, s: Any, rows: Any, wide: Any) -> None:
     if not s.is_wide:
-        passes.split(array, b.points)
+        passes.split(array, start, count, rows[at.PX :])
         return
-    passes.split(array, b.wide)
-    if s.has_matrix and passes.transform(s.matrix, s.w, b.wide):
-        rescue.rescue_points(array, s.matrix, s.w, b.wide)
+    passes.split(array, start, count, wide)
+    if s.has_matrix and passes.transform(s.matrix, s.w, wide):
+        rescue.rescue_points(array, start, count, s.matrix, s.w, wide)
 
 
 @plain
-def _approach(position: Any, s: Any, b: Scratch, ray: Any) -> bool:
+def _approach(position: Any, s: Any, rows: Any, wide: Any) -> bool:
     """Rays from the vertices to a position; whether any of them was rescued."""
+    real = rows.dtype.type
     x, y, z = position[0], position[1], position[2]
     if s.is_wide:
-        if passes.approach_wide(b.wide, x, y, z, ray):
-            rescue.rescue_rays(b.wide, x, y, z, ray, b.exponents)
+        if passes.approach_wide(wide, x, y, z, rows):
+            rescue.rescue_rays(wide, x, y, z, rows)
             return True
-    elif passes.approach(b.points, x, y, z, ray):
-        rescue.rescue_rays(b.points, x, y, z, ray, b.exponents)
+        return False
+    x_high, y_high, z_high = real(x), real(y), real(z)
+    x_low, y_low, z_low = real(x - np.float64(x_high)), real(y - np.float64(y_high)), real(z - np.float64(z_high))
+    if passes.approach(rows, x_high, y_high, z_high, x_low, y_low, z_low):
+        rescue.rescue_rays(rows[at.PX :], x, y, z, rows)
         return True
     return False
 
 
-@plain
-def _find_strength(t: Any, is_rescued: bool, b: Scratch) -> None:
-    real = b.ray.dtype.type
-    passes.attenuate(b.ray, real(t.constant), real(t.linear), real(t.quadratic), real(t.gain), b.factors)
+@inlined
+def _find_strength(t: Any, is_rescued: bool, rows: Any) -> None:
+    real = rows.dtype.type
+    passes.attenuate(rows, real(t.constant), real(t.linear), real(t.quadratic), real(t.gain))
     if is_rescued:
-        rescue.mend_strength(b.ray, b.exponents, t.constant, t.linear, t.quadratic, t.gain, b.factors)
+        rescue.mend_strength(rows, t.constant, t.linear, t.quadratic, t.gain)
     if t.has_cone:
         axis = t.axis
-        passes.cone(b.ray, real(axis[0]), real(axis[1]), real(axis[2]), real(t.edge), b.factors)
-        passes.raise_shine(b.factors, real(t.exponent), real(1.0), real(t.dark))
-        passes.narrow(b.factors)
+        passes.find_cone(rows, real(axis[0]), real(axis[1]), real(axis[2]), real(t.edge))
+        passes.raise_shine(rows, real(t.exponent), real(1.0), real(t.dark))
+        passes.apply_cone(rows)
     if t.has_ambient:
         ambient = t.ambient
-        passes.add_strength(b.factors, real(ambient[0]), real(ambient[1]), real(ambient[2]), b.colors)
+        passes.add_strength(rows, real(ambient[0]), real(ambient[1]), real(ambient[2]))
 
 
-@plain
-def _find_cosines(t: Any, s: Any, has_unseen: bool, b: Scratch) -> None:
-    real = b.ray.dtype.type
-    if t.highlight == NO_HIGHLIGHT:
-        if t.is_parallel:
-            l = t.position
-            passes.lambert_parallel(b.normals, real(l[0]), real(l[1]), real(l[2]), b.factors)
-        else:
-            passes.lambert(b.normals, b.ray, b.factors)
-        return
+@inlined
+def _find_highlight(t: Any, s: Any, has_unseen: bool, rows: Any) -> None:
+    real = rows.dtype.type
     if t.is_parallel:
         l = t.position
-        passes.fill(b.ray, l[0], l[1], l[2])
+        passes.fill(rows[at.DX :], real(l[0]), real(l[1]), real(l[2]))
     if t.highlight == PHONG:
-        passes.phong(b.normals, b.viewer, b.ray, b.factors)
+        passes.phong(rows)
     elif t.highlight == BLINN_PHONG:
-        passes.blinn_phong(b.normals, b.viewer, b.ray, b.factors)
+        passes.blinn_phong(rows)
     elif t.highlight == HEADLIGHT:
-        passes.headlight(b.normals, b.ray, real(s.floor), b.factors)
-    passes.raise_shine(b.factors, real(s.shininess), real(1.0) - real(s.floor), real(s.dark))
+        passes.headlight(rows, real(s.floor))
+    passes.raise_shine(rows, real(s.shininess), real(1.0) - real(s.floor), real(s.dark))
     if has_unseen and t.highlight != HEADLIGHT:
-        rescue.hide_unseen(b.viewer, b.factors)
+        rescue.hide_unseen(rows)
 
 
-@plain
-def _add_light(t: Any, s: Any, has_unseen: bool, has_albedo: bool, b: Scratch) -> None:
-    real = b.ray.dtype.type
+@inlined
+def _add_shiny(t: Any, has_albedo: bool, rows: Any) -> None:
+    real = rows.dtype.type
+    d, k = t.diffuse, t.specular
+    if has_albedo:
+        passes.add_matt(rows, real(d[0]), real(d[1]), real(d[2]))
+        passes.add_highlight(rows, real(k[0]), real(k[1]), real(k[2]))
+    else:
+        passes.add_both(rows, real(d[0]), real(d[1]), real(d[2]), real(k[0]), real(k[1]), real(k[2]))
+
+
+@inlined
+def _add_light(t: Any, s: Any, has_unseen: bool, has_albedo: bool, rows: Any, wide: Any) -> None:
+    real = rows.dtype.type
     if not t.is_parallel:
-        is_rescued = _approach(t.position, s, b, b.ray)
+        is_rescued = _approach(t.position, s, rows, wide)
         if t.varies:
-            _find_strength(t, is_rescued, b)
+            _find_strength(t, is_rescued, rows)
     if not t.needs_normals:
         return
-    _find_cosines(t, s, has_unseen, b)
-    if t.varies:
-        passes.dim(b.factors)
-    d, k = t.diffuse, t.specular
-    red, green, blue = real(d[0]), real(d[1]), real(d[2])
-    if t.highlight == NO_HIGHLIGHT:
-        passes.add_matt(b.factors, red, green, blue, b.colors)
-    elif has_albedo:
-        passes.add_matt(b.factors, red, green, blue, b.colors)
-        passes.add_shiny(b.factors, real(k[0]), real(k[1]), real(k[2]), b.highlights)
+    if t.highlight != NO_HIGHLIGHT:
+        _find_highlight(t, s, has_unseen, rows)
+    elif t.is_parallel:
+        l = t.position
+        passes.lambert_parallel(rows, real(l[0]), real(l[1]), real(l[2]))
     else:
-        passes.add_both(b.factors, red, green, blue, real(k[0]), real(k[1]), real(k[2]), b.colors)
-
-
-@plain
-def _shade_block(points: Any, normals: Any, albedo: Any, rgb: Any, display: Any, s: Any, terms: Any, b: Any) -> None:
-    """Arguments are the block's part of each array; one that is not needed may be empty."""
-    real = b.ray.dtype.type
-    has_albedo, has_unseen = len(albedo) > 0, False
-    if s.needs_normals:
-        _load_normals(normals, s, b)
-    if s.needs_points:
-        _load_points(points, s, b)
-    if s.needs_eye:
-        has_unseen = _approach(s.eye, s, b, b.viewer)
-        passes.make_unit(b.viewer)
-    if s.is_flipped:
-        passes.turn(b.normals, b.viewer if s.has_local_facing else b.facing)
-    base = s.base
-    passes.fill(b.colors, base[0], base[1], base[2])
-    if has_albedo:
-        emission = s.emission
-        passes.fill(b.highlights, emission[0], emission[1], emission[2])
-    for t in terms:
-        _add_light(t, s, has_unseen, has_albedo, b)
-    if has_albedo:
-        passes.split(albedo, b.albedo)
-        passes.tint(b.colors, b.albedo, b.highlights)
-    if len(rgb):
-        passes.join(b.colors, real(s.low), real(s.high), rgb)
-    if len(display):
-        passes.join_bytes(b.colors, display)
+        passes.lambert(rows)
+    if t.varies:
+        passes.apply_strength(rows)
+    if t.highlight != NO_HIGHLIGHT:
+        _add_shiny(t, has_albedo, rows)
+    else:
+        d = t.diffuse
+        passes.add_matt(rows, real(d[0]), real(d[1]), real(d[2]))
 
 
 @plain
@@ -210,13 +151,38 @@ def _shade_group(
     start: int, stop: int, points: Any, normals: Any, albedo: Any, rgb: Any, display: Any, settings: Any, terms: Any
 ) -> None:
     s = settings[0]
-    b = _scratch(rgb, len(albedo) > 0)
-    to_eye = s.to_eye
-    passes.fill(b.viewer, to_eye[0], to_eye[1], to_eye[2])
-    passes.fill(b.facing, to_eye[0], to_eye[1], to_eye[2])
+    real = rgb.dtype.type
+    has_albedo, has_unseen = len(albedo) > 0, False
+    rows, wide = _scratch(at.ROWS, rgb), _scratch(3 * BLOCK, np.empty(0, np.float64))
+    base, emission, axis = s.base, s.emission, s.to_eye
+    passes.fill(rows[at.VX :], real(axis[0]), real(axis[1]), real(axis[2]))
+    passes.fill(rows[at.AX :], real(axis[0]), real(axis[1]), real(axis[2]))
     for first in range(start, stop, BLOCK):
-        part = slice(3 * first, 3 * min(first + BLOCK, stop))
-        _shade_block(points[part], normals[part], albedo[part], rgb[part], display[part], s, terms, b)
+        count = min(stop - first, BLOCK)
+        if s.needs_normals:
+            _load_normals(normals, first, count, s, rows, wide)
+        if s.needs_points:
+            _load_points(points, first, count, s, rows, wide)
+        if s.needs_eye:
+            has_unseen = _approach(s.eye, s, rows, wide)
+            passes.look(rows)
+        if s.is_flipped:
+            if s.has_local_facing:
+                passes.turn_to_viewer(rows)
+            else:
+                passes.turn_to_axis(rows)
+        passes.fill(rows, real(base[0]), real(base[1]), real(base[2]))
+        if has_albedo:
+            passes.fill(rows[at.HR :], real(emission[0]), real(emission[1]), real(emission[2]))
+        for t in terms:
+            _add_light(t, s, has_unseen, has_albedo, rows, wide)
+        if has_albedo:
+            passes.split(albedo, first, count, rows[at.ALBEDO_R :])
+            passes.tint(rows)
+        if len(rgb):
+            passes.join(rows, real(s.low), real(s.high), rgb, first, count)
+        if len(display):
+            passes.join_bytes(rows, display, first, count)
 
 
 def compile_shade(*, cache: bool) -> Callable[..., None]:
@@ -235,7 +201,7 @@ def compile_shade(*, cache: bool) -> Callable[..., None]:
     RuntimeError
         If it is to be kept and Numba finds no folder that it can write to.
     """
-    files = (_kernel_math, _kernel_passes, _kernel_rescue)
+    files = (_kernel_rows, _kernel_math, _kernel_passes, _kernel_rescue)
     checksum = zlib.crc32("".join(map(inspect.getsource, files)).encode())
 
     @numba.njit(parallel=True, error_model="numpy", cache=cache)

@@ -1,8 +1,8 @@
-"""Where inside triangles colours peak or bend: samples that no fixed pattern would hit.
+"""Where inside triangles lights are brightest: samples that no fixed pattern would hit.
 
 A peak is where a vector that varies over the triangle is shortest: the chord D between mirror direction and
 viewer (or between half-way direction and normal) for a highlight, the offset from a spot's axis, the offset from
-a light at a position. A bend is where a value changes its sign: n·l at the rim of a light's shadow side.
+a light at a position.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from pvphong._types import BoolArray, Float64Array, IntArray
 from pvphong._vectors import columns, dot, towards, unit
 from pvphong.equation import Equation, LightTerm
 from pvphong.lights import PointLight, SpotLight
-from pvphong.transform import normal_matrix, transform_points
 
 # Step, in barycentric coordinates, of the differences by which a highlight's chord is followed.
 _STEP = 2.0**-12
@@ -32,7 +31,7 @@ _TURNS = 5
 _INVISIBLE = 21.0
 
 Offsets = Callable[[Float64Array, Float64Array], Float64Array]
-"""From points and normals (k, 3) in the world to the vectors (k, 3) that are shortest at a peak."""
+"""From points and normals (k, 3) to the vectors (k, 3) that are shortest at a peak."""
 
 
 class Places(NamedTuple):
@@ -45,57 +44,45 @@ class Places(NamedTuple):
     """(k, 3): where in each, in barycentric coordinates."""
 
 
-def notable_places(points: Float64Array, normals: Float64Array, equation: Equation) -> Iterator[Places]:
-    """Peaks and bends of every light's share that are not at a triangle's corner.
+def peaks(points: Float64Array, normals: Float64Array, equation: Equation) -> Iterator[Places]:
+    """Where every light's share is largest, in triangles that do not have it at a corner.
 
     Parameters
     ----------
     points, normals : ndarray
-        Shape (m, 3, 3): each triangle's corners, in the mesh's own coordinates. Normals need no unit length.
+        Shape (m, 3, 3): each triangle's corners in the world. Normals need no unit length.
     equation : Equation
-        The lights, the viewer and the model matrix.
+        The lights and the viewer.
     """
-    if equation.matrix is not None:
-        points = transform_points(points.reshape(-1, 3), equation.matrix).reshape(points.shape)
-        normals = normals @ normal_matrix(equation.matrix).T
     for term in equation.terms:
-        if any(term.diffuse) or any(term.specular):
-            yield from bends(_facing(term, points, normals))
         if isinstance(term.light, (PointLight, SpotLight)):
             yield _linear_peaks(_offsets_from_light(term.light), points, normals)
         if isinstance(term.light, SpotLight):
             yield _linear_peaks(_offsets_from_axis(term.light), points, normals)
         if any(term.specular) and equation.shininess > 0.0:
-            yield _highlights(_chords(term, equation), points, normals, equation.shininess)
+            yield _highlights(chords(term, equation), points, normals, equation.shininess)
 
 
-def bends(values: Float64Array) -> Iterator[Places]:
-    """Where a value that is linear over triangles changes its sign: on two sides, and half-way between.
-
-    Parameters
-    ----------
-    values : ndarray
-        Shape (m, 3): at each triangle's corners.
-    """
-    above = values > 0.0
-    rows = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1))
-    values, above = values[rows], above[rows]
-    alone = (above == (above.sum(axis=1) == 1)[:, None]).argmax(axis=1)  # the corner whose sign no other has
-    turn = (alone[:, None] + np.arange(3)) % 3
-    values = np.take_along_axis(values, turn, axis=1)
-    along = values[:, :1] / (values[:, :1] - values[:, 1:])
-    ends = np.zeros((2, len(rows), 3))
-    for end, fraction in enumerate(along.T):
-        np.put_along_axis(ends[end], turn[:, :1], 1.0 - fraction[:, None], axis=1)
-        np.put_along_axis(ends[end], turn[:, end + 1 : end + 2], fraction[:, None], axis=1)
-    for weights in (*ends, ends.mean(axis=0)):
-        yield Places(rows, weights)
+def to_viewer(points: Float64Array, equation: Equation) -> Float64Array:
+    """Unit vectors v to the viewer, (3, k), or (3, 1) where they are all the same, from points (3, k)."""
+    return np.array(equation.to_eye)[:, None] if equation.eye is None else towards(equation.eye, points)[0]
 
 
-def _facing(term: LightTerm, points: Float64Array, normals: Float64Array) -> Float64Array:
-    """(m, 3): n·l at the corners, times the normal's length, so that it is linear under a distant light."""
-    to_light = term.light.arrival(columns(points.reshape(-1, 3))).direction
-    return dot(columns(normals.reshape(-1, 3)), to_light).reshape(-1, 3)
+def chords(term: LightTerm, equation: Equation) -> Offsets:
+    """D, whose half square is one minus the cosine that a highlight is a power of; see `pvphong.reference`."""
+
+    def offsets(points: Float64Array, normals: Float64Array) -> Float64Array:
+        p, n = columns(points), unit(columns(normals))[0]
+        v, to_light = to_viewer(p, equation), term.light.arrival(p).direction
+        if equation.headlight_only:
+            return (to_light - n).T
+        if equation.reflection == "phong":
+            return (2.0 * dot(n, to_light) * n - to_light - v).T
+        if equation.two_sided:
+            n = np.where(dot(n, v) < 0.0, -n, n)
+        return (unit(to_light + v)[0] - n).T
+
+    return offsets
 
 
 def _linear_peaks(offsets: Offsets, points: Float64Array, normals: Float64Array) -> Places:
@@ -104,13 +91,13 @@ def _linear_peaks(offsets: Offsets, points: Float64Array, normals: Float64Array)
     return Places(rows, weights[rows])
 
 
-def _highlights(chords: Offsets, points: Float64Array, normals: Float64Array, shininess: float) -> Places:
+def _highlights(chord: Offsets, points: Float64Array, normals: Float64Array, shininess: float) -> Places:
     """By Gauss-Newton steps, in triangles that are large against the highlight; a fixed pattern serves the others.
 
     A chord's length bends by less than a quarter of the square of its spread over the triangle, so that
     triangles too far from the highlight are passed over.
     """
-    at_corners = _at_corners(chords, points, normals)
+    at_corners = _at_corners(chord, points, normals)
     spread = np.abs(at_corners - np.roll(at_corners, 1, axis=1)).max(axis=(1, 2))
     weights = _shortest(at_corners)
     nearest = np.linalg.norm(_blend(weights, at_corners), axis=1)
@@ -118,19 +105,19 @@ def _highlights(chords: Offsets, points: Float64Array, normals: Float64Array, sh
     rows = np.flatnonzero(large & (nearest - spread**2 / 4.0 < math.sqrt(2.0 * _INVISIBLE / shininess)))
     p, n, weights = points[rows], normals[rows], weights[rows]
     for _ in range(_TURNS):
-        weights = _shortest(_expanded(chords, p, n, weights))
+        weights = _shortest(_expanded(chord, p, n, weights))
     keep = _off_corners(weights)
     return Places(rows[keep], weights[keep])
 
 
-def _expanded(chords: Offsets, points: Float64Array, normals: Float64Array, weights: Float64Array) -> Float64Array:
+def _expanded(chord: Offsets, points: Float64Array, normals: Float64Array, weights: Float64Array) -> Float64Array:
     """(k, 3, 3): at the corners, the linear expansion of the chords about a place in each triangle."""
-    here = chords(_blend(weights, points), _blend(weights, normals))
+    here = chord(_blend(weights, points), _blend(weights, normals))
     result = np.empty_like(points)
     for corner in range(3):
         aside = (1.0 - _STEP) * weights
         aside[:, corner] += _STEP
-        there = chords(_blend(aside, points), _blend(aside, normals))
+        there = chord(_blend(aside, points), _blend(aside, normals))
         result[:, corner] = here + (there - here) / _STEP
     return result
 
@@ -198,21 +185,3 @@ def _offsets_from_axis(light: SpotLight) -> Offsets:
         return (from_light - dot(axis, from_light) * axis).T
 
     return offsets
-
-
-def _chords(term: LightTerm, equation: Equation) -> Offsets:
-    """D, whose half square is one minus the cosine that a highlight is a power of; see `pvphong.reference`."""
-
-    def chords(points: Float64Array, normals: Float64Array) -> Float64Array:
-        p, n = columns(points), unit(columns(normals))[0]
-        v = np.array(equation.to_eye)[:, None] if equation.eye is None else towards(equation.eye, p)[0]
-        to_light = term.light.arrival(p).direction
-        if equation.headlight_only:
-            return (to_light - n).T
-        if equation.reflection == "phong":
-            return (2.0 * dot(n, to_light) * n - to_light - v).T
-        if equation.two_sided:
-            n = np.where(dot(n, v) < 0.0, -n, n)
-        return (unit(to_light + v)[0] - n).T
-
-    return chords

@@ -13,8 +13,8 @@ from pvphong.transform import normalize
 
 Stopped = Literal["tolerance", "max_points", "jump", "resolution"]
 
-# Between the samples, errors are up to 3 % larger than at them.
-_AIM = 0.95
+# Between the samples, errors are up to 7 % larger than at them.
+_AIM = 0.93
 
 # A round splits the triangles that are at least this urgent, against the most urgent.
 _URGENT = 0.25

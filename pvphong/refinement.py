@@ -85,8 +85,9 @@ def refine(
         Triangles only. The original points come first and are not moved. Point arrays are interpolated
         linearly; 3 or 4 channels of uint8 are colours and are rounded; of other integers, booleans and strings,
         which may be labels, a new point takes the value of the end of its side that has the lower number. New
-        normals get the mean length of those that they lie between: unit where those are. A mesh without active normals gets those that `mesh.phong.normals` gives it
-        before it is split. Cell arrays are copied to the parts of each cell.
+        normals get the mean length of those that they lie between: unit where those are. A mesh without active
+        normals gets those that `mesh.phong.normals` gives it before it is split. Cell arrays are copied to the
+        parts of each cell.
 
         In its cell array ``phong_interpolation_error`` is the error that is left in each triangle. Its field data
         say how it ended:

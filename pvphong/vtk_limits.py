@@ -26,6 +26,9 @@ _ROUNDING = 2.0**-24
 _FLOOR, _HEADLIGHT_FLOOR = 1e-5, 1e-6
 """VTK's least cosine f, and that in its first tier."""
 
+_DOUBT = 0.25
+"""A jump that is less than this part of the tolerance leaves no vertex open."""
+
 _LONGEST = 1e18
 """Vectors whose squared length float32 can hold."""
 
@@ -96,6 +99,15 @@ class _Arrival(NamedTuple):
     """So near to the cone's edge that float32 may take it for either."""
 
 
+class _Peak(NamedTuple):
+    """The highlight's power of f at n vertices."""
+
+    height: Float64Array
+    error: Float64Array
+    floor: Float64Array
+    """What VTK's floor adds where it shows, else 0."""
+
+
 class _Share(NamedTuple):
     """One light's part in the colours of n vertices."""
 
@@ -155,38 +167,46 @@ def _surface(pose: Pose, terms: Terms) -> _Surface:
 
 
 def _share(surface: _Surface, light: Light, terms: Terms, tolerance: float) -> _Share:
-    material, power = terms.material, terms.material.shininess
-    matte = max(reflected(material.diffuse, rgb(light.diffuse), light))
-    shiny = max(reflected(material.specular, rgb(light.diffuse), light))
-    placed = light.in_world(terms.viewer)
+    matte = max(reflected(terms.material.diffuse, rgb(light.diffuse), light))
+    shiny = max(reflected(terms.material.specular, rgb(light.diffuse), light))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
-        came = _arrival(surface, placed)
+        came = _arrival(surface, light.in_world(terms.viewer))
         n_l = _dot(surface.normals, came.direction)
-        f, f_error, floor = _highlight(surface, came, n_l, terms.tier)
-        base = np.maximum(f, floor)
-        peak = shiny * base**power if shiny else np.zeros(len(n_l))
-        peak_error = peak * (power / base * f_error + 2.0 * power * np.abs(np.log(base)) + 2.0) if shiny else peak
+        peak = _peak(surface, came, n_l, terms)
         front = (n_l > 0.0) | (terms.tier == 1)
-        color = matte * np.maximum(n_l, 0.0) + peak * front
-        color_error = matte * (surface.normal_angle + came.angle + 2.0) + peak_error * front
+        color = matte * np.maximum(n_l, 0.0) + shiny * front * peak.height
+        error = matte * (surface.normal_angle + came.angle + 2.0) + shiny * front * peak.error
         inside = came.strength * came.lit
-        doubt = 0.25 * tolerance
+        doubt = _DOUBT * tolerance
         tangent = np.abs(n_l) <= _ROUNDING * (surface.normal_angle + came.angle + 4.0)
-        below = (f < floor + _ROUNDING * f_error) & (inside * shiny * floor**power > doubt) & (power > 0.0) & front
+        floored = front & (inside * shiny * peak.floor > doubt)
         if terms.tier == 1:
-            below |= (n_l < floor) & (matte * floor > doubt)
+            floored |= (n_l < _HEADLIGHT_FLOOR) & (matte * _HEADLIGHT_FLOOR > doubt)
         return _Share(
             brightness=inside * (matte + shiny),
-            error=inside * (color * came.error + color_error),
+            error=inside * (color * came.error + error),
             open={
-                "n·l = 0": tangent & (inside * peak > doubt) & (terms.tier > 1),
+                "n·l = 0": tangent & (inside * shiny * peak.height > doubt) & (terms.tier > 1),
                 "edge of a cone": came.edge & (came.strength * color > doubt),
-                "VTK's floor": below,
+                "VTK's floor": floored,
             },
         )
 
 
-def _highlight(
+def _peak(surface: _Surface, came: _Arrival, n_l: Float64Array, terms: Terms) -> _Peak:
+    power = terms.material.shininess
+    f, error, floor = _cosine(surface, came, n_l, terms.tier)
+    if not any(rgb(terms.material.specular)):
+        return _Peak(np.zeros(len(f)), np.zeros(len(f)), np.zeros(len(f)))
+    base = np.maximum(f, floor)
+    height = base**power
+    moves = f > floor - _ROUNDING * error  # firmly below its floor, f may err as it likes
+    steepness = power / base * error * moves + 2.0 * power * np.abs(np.log(base)) + 2.0
+    reached = (f < floor + _ROUNDING * error) & (power > 0.0)
+    return _Peak(height, height * steepness, floor**power * reached)
+
+
+def _cosine(
     surface: _Surface, came: _Arrival, n_l: Float64Array, tier: int
 ) -> tuple[Float64Array, Float64Array, float]:
     """f, its error, and the floor under it."""

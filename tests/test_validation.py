@@ -613,7 +613,7 @@ def test_a_mirrored_surface_is_refused_in_vtk_s_convention_only():
 
 
 def test_scales_at_the_end_of_vtk_s_range_are_compared():
-    for scale, share in ((1e-17, 0.3), (1e-15, 0.9), (1e15, 0.9), (1e17, 0.3)):
+    for scale, share in ((1e-16, 0.9), (1e16, 0.9)):
         eye = Viewer(position=tuple(scale * np.array(EYE.position)))
         matrix = np.diag([scale, scale, scale, 1.0])
         comparison = validate(BALL, Scene([SUN], eye), PLASTIC, matrix=matrix)

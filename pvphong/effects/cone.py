@@ -33,6 +33,8 @@ def _leave_out(draft: Draft, term: LightTerm) -> Draft:
 
 def _leave_out_falloff(draft: Draft, term: LightTerm, spot: SpotLight, least: float, most: float) -> Draft:
     """Of a spot that holds the whole mesh."""
+    if spot.exponent and not draft.allowance:
+        return draft  # even where nothing of it is seen: a vertex's last bit is not to depend on the other vertices
     brightest, darkest = (
         max(math.cos(angle), 0.0) ** spot.exponent for angle in (max(least - _SLACK, 0.0), most + _SLACK)
     )

@@ -89,8 +89,6 @@ class Board:
             self._observe("MouseMoveEvent", Board._moved_over),
             self._observe("KeyPressEvent", Board._key_pressed),
         ]
-        # While a widget is dragged VTK gives events to no one else but passive observers: Escape must come through.
-        interactor.GetCommand(self._tags[1]).PassiveObserverOn()
         self.update()
 
     def _observe(self, event: str, react: Callable[[Board], None]) -> int:
@@ -218,6 +216,7 @@ class Board:
 
     def grabbed(self, gizmo: Gizmo, grip: Grip) -> None:
         """A handle was grabbed: freeze everything that the drag depends on."""
+        grip.share_events()
         view = self.view
         self.select(gizmo)
         light = gizmo.light_for(view.viewer).in_world(view.viewer)

@@ -112,11 +112,15 @@ class Drawing:
         red, green, blue = (np.array(self.color) * strength).tolist()
         self._disc(middle, 6.0 if hovered else 5.0, (red, green, blue))
 
-    def ring(self, point: Float64Array, radius: float) -> None:
-        """A ring on the screen."""
-        if self.view.is_ahead(point):
-            points = self.view.project(point) + radius * np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=1)
-            self._add_lines(np.stack([points[:-1], points[1:]], axis=1), 1.0)
+    def ring(self, point: Float64Array, *, hovered: bool = False) -> None:
+        """A ring to grab, with what is inside left to be seen; hovered: with a white one around it."""
+        if not self.view.is_ahead(point):
+            return
+        turns = np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=1)
+        for radius, color in ((8.0, self.color), (11.0, (1.0, 1.0, 1.0)))[: 2 if hovered else 1]:
+            points = self.view.project(point) + radius * turns
+            self._lines.append(np.stack([points[:-1], points[1:]], axis=1))
+            self._line_colors.append(np.tile(_bytes(color, 1.0), (len(points) - 1, 1)))
 
     def across(self, along: Float64Array, point: Float64Array) -> Float64Array:
         """Unit vector square to a direction, in the picture where that can be."""

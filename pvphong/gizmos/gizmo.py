@@ -142,8 +142,7 @@ class Gizmo:
             if name != "position" or active == name:
                 drawing.handle(point, hovered=name == active)
         if highlight is not None:
-            drawing.ring(np.array(highlight), 9.0)
-            drawing.handle(np.array(highlight), hovered=active == HIGHLIGHT)
+            drawing.ring(np.array(highlight), hovered=active == HIGHLIGHT)
 
     def grabbed(self, grip: Grip) -> None:
         """A grip was grabbed."""

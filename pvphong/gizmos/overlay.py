@@ -15,6 +15,7 @@ from pvphong.gizmos.drawing import Drawing
 
 _SHADOW, _LINES, _AREAS, _TEXT = range(4)
 _BESIDE = 18.0
+_LETTER = (8.0, 18.0)  # how large one is at most, in pixels
 
 
 class Overlay:
@@ -69,12 +70,17 @@ class Overlay:
         _fill(self._areas, points, np.array([len(polygon) for polygon in corners]), tints, self._areas.SetPolys)
 
     def say(self, text: str, cursor: tuple[float, float], size: tuple[float, float]) -> None:
-        """Show a text beside the cursor, towards the middle of a pane of this size; an empty one hides it."""
-        (x, y), (width, height) = cursor, size
+        """Show a text beside the cursor, on the side where a pane of this size has its edge; an empty one hides it."""
+        lines = text.split("\n")
+        needed = _BESIDE + _LETTER[0] * max(map(len, lines)), _BESIDE + _LETTER[1] * len(lines)
+        right, up = (
+            at + need <= side if at >= 0.5 * side else at < need
+            for at, need, side in zip(cursor, needed, size, strict=True)
+        )
         style = self._readout.GetTextProperty()
-        right, up = x < 0.5 * width, y < 0.5 * height
         (style.SetJustificationToLeft if right else style.SetJustificationToRight)()
         (style.SetVerticalJustificationToBottom if up else style.SetVerticalJustificationToTop)()
+        x, y = cursor
         self._readout.SetInput(text)
         self._readout.SetPosition(x + (_BESIDE if right else -_BESIDE), y + (_BESIDE if up else -_BESIDE))
         self._readout.SetVisibility(bool(text) and self._is_shown)

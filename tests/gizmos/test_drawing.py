@@ -73,7 +73,7 @@ def test_icons_and_handles_keep_their_size(projection):
         for shape in ("sun", "bulb", "lamp"):
             drawing.icon(np.zeros(3), shape, np.array([0.0, 0, -1]))
         drawing.handle(np.zeros(3))
-        drawing.ring(np.zeros(3), 9.0)
+        drawing.ring(np.zeros(3), hovered=True)
         parts = [np.ptp(corners, axis=0) for corners, _ in drawing.areas]
         sizes.append([np.ptp(drawing.lines[0].reshape(-1, 2), axis=0), *parts])
     np.testing.assert_allclose(sizes[0][1:], sizes[1][1:], atol=1e-6)

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any
+from unittest import mock
 
 import numpy as np
 from stability.ledger import U, V, record
 
-from pvphong import LightModel, Material, Scene, evaluate
+from pvphong import LightModel, Material, Scene, Shading, evaluate, reference
 
 STEPS = {"float32": V, "float64": U}
 
 
+class Declined(Exception):  # noqa: N818 it is no error
+    """The compiled kernel left the work to the reference."""
+
+
 @dataclass(frozen=True)
 class Evaluator:
-    """`evaluate` with a backend in a precision, every component asked for."""
+    """`evaluate` with a backend in a precision; it is that backend that computes, or `Declined` is raised."""
 
     backend: str
     precision: str
@@ -29,19 +34,20 @@ class Evaluator:
         """Half a unit in the last place of 1.0: u or v of the catalogue."""
         return STEPS[self.precision]
 
-    def __call__(self, points: Any, normals: Any, scene: Scene, material: Material, **options: Any) -> Any:
-        return evaluate(
-            points,
-            normals,
-            scene,
-            material,
-            precision=self.precision,
-            backend=self.backend,
-            **({"components": True} | options),
-        )
+    @property
+    def in_full(self) -> dict[str, Any]:
+        """Options for all arrays that this evaluator can give; the kernel has the colours alone."""
+        return {"components": self.backend == "numpy"}
+
+    def __call__(self, points: Any, normals: Any, scene: Scene, material: Material, **options: Any) -> Shading:
+        options |= {"precision": self.precision, "backend": self.backend}
+        if self.backend == "numpy":
+            return evaluate(points, normals, scene, material, **options)
+        with mock.patch.object(reference, "shade", side_effect=Declined):
+            return evaluate(points, normals, scene, material, **options)
 
     def record(self, row: str, observed: Any, bound: Any) -> None:
-        record(row, f"evaluate {self.backend}", self.precision, observed, bound)
+        record(row, {"numpy": "reference", "numba": "kernel"}[self.backend], self.precision, observed, bound)
 
     def __str__(self) -> str:
         return f"{self.precision}-{self.backend}"
