@@ -4,6 +4,9 @@
 The plotter's part is not imported here: it would load all of PyVista's plotting, which computing colours does not need.
 """
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from pvphong import accessor as accessor  # registers mesh.phong
 from pvphong.diagnosis import Diagnosis, diagnose
 from pvphong.effects import Decision
@@ -27,7 +30,27 @@ from pvphong.transform import (
 )
 from pvphong.viewer import Viewer
 
+if TYPE_CHECKING:
+    from pvphong.comparison import Comparison
+    from pvphong.validation import validate
+    from pvphong.vtk_oracle import vtk_shade
+
+# These draw with VTK; they are imported when they are first asked for.
+_DRAWING = {"Comparison": "comparison", "validate": "validation", "vtk_shade": "vtk_oracle"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _DRAWING:
+        raise AttributeError(f"module 'pvphong' has no attribute {name!r}")
+    return getattr(import_module(f"pvphong.{_DRAWING[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
 __all__ = [
+    "Comparison",
     "Decision",
     "Diagnosis",
     "DirectionalLight",
@@ -59,5 +82,7 @@ __all__ = [
     "transform_normals",
     "transform_points",
     "transform_vectors",
+    "validate",
     "vertex_normals",
+    "vtk_shade",
 ]

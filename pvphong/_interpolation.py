@@ -6,9 +6,10 @@ equation at the blended point with the blended normal, made unit length: per-pix
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,7 +30,7 @@ _SAMPLES = 2**18
 _SAME_RATIO = 1e-4
 
 # Halvings of a distance after which a difference that is still there is a jump.
-_HALVINGS = 26
+_HALVINGS = 20
 
 
 # An error from which on triangles are searched for jumps.
@@ -127,7 +128,9 @@ def first_errors(vertices: Vertices, corners: IntArray, lighting: Lighting) -> F
     result = _errors(vertices, corners, _FIRST, lighting)
     step = _SAMPLES // 8
     for start in range(0, len(corners), step):
-        worst = _worst_notable(vertices, corners[start : start + step], lighting)
+        part = corners[start : start + step]
+        places = chain(_peaks(vertices, part, lighting), _creases(vertices, part, lighting))
+        worst = _worst_of(places, vertices, part, lighting)
         result[start + worst.rows] = np.maximum(result[start + worst.rows], worst.errors)
     return result
 
@@ -194,18 +197,18 @@ class _Worst(NamedTuple):
 
 
 def _worst_place(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Float64Array:
-    """Barycentric coordinates (m, 3) of the sample with the largest error."""
+    """Barycentric coordinates (m, 3) of the sample with the largest error; peaks are left out."""
     missed = _misses(vertices, corners, _ALL, lighting)
     result, errors = _ALL[missed.argmax(axis=1)], missed.max(axis=1)
-    worst = _worst_notable(vertices, corners, lighting)
+    worst = _worst_of(_creases(vertices, corners, lighting), vertices, corners, lighting)
     worse = worst.errors > errors[worst.rows]
     result[worst.rows[worse]] = worst.weights[worse]
     return result
 
 
-def _worst_notable(vertices: Vertices, corners: IntArray, lighting: Lighting) -> _Worst:
-    """Of the triangles in which colours peak, bend or jump, the place where the error is largest."""
-    places = list(_notable_places(vertices, corners, lighting))
+def _worst_of(places: Iterable[Places], vertices: Vertices, corners: IntArray, lighting: Lighting) -> _Worst:
+    """In each triangle that has any of the places, the one with the largest error."""
+    places = list(places)
     rows = np.concatenate([np.empty(0, dtype=np.intp), *(place.rows for place in places)])
     weights = np.concatenate([np.empty((0, 3)), *(place.weights for place in places)])
     errors = _misses(vertices, corners[rows], weights[:, None], lighting)[:, 0]
@@ -214,16 +217,23 @@ def _worst_notable(vertices: Vertices, corners: IntArray, lighting: Lighting) ->
     return _Worst(rows[last], weights[last], errors[last])
 
 
-def _notable_places(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Iterator[Places]:
-    points, normals, matrix = vertices.points[corners], vertices.normals[corners], lighting.matrix
-    if matrix is not None:
-        points = transform_points(points.reshape(-1, 3), matrix).reshape(points.shape)
-        normals = normals @ normal_matrix(matrix).T
-    yield from peaks(points, normals, lighting.equation)
-    yield from creases(points, normals, lighting.equation)
+def _peaks(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Iterator[Places]:
+    return peaks(*_in_world(vertices, corners, lighting), lighting.equation)
+
+
+def _creases(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Iterator[Places]:
+    yield from creases(*_in_world(vertices, corners, lighting), lighting.equation)
     if lighting.scene.light_model.clamp:
         for channel in range(3):
             yield from sign_changes(vertices.colors[corners, channel] - 1.0)
+
+
+def _in_world(vertices: Vertices, corners: IntArray, lighting: Lighting) -> tuple[Float64Array, Float64Array]:
+    """Points and normals (m, 3, 3) of triangles; the matrix takes the normals' lengths along."""
+    points, normals, matrix = vertices.points[corners], vertices.normals[corners], lighting.matrix
+    if matrix is None:
+        return points, normals
+    return transform_points(points.reshape(-1, 3), matrix).reshape(points.shape), normals @ normal_matrix(matrix).T
 
 
 def _errors(vertices: Vertices, corners: IntArray, samples: Float64Array, lighting: Lighting) -> Float64Array:

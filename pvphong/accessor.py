@@ -1,11 +1,12 @@
 """`mesh.phong`: lighting on every PyVista dataset with a surface, and on MultiBlock.
 
-PyVista finds this module by its entry point; importing pvphong registers it as well.
+PyVista finds this module by its entry point; importing pvphong registers it as well. What draws or measures is
+imported when it is used: it would load PyVista's plotting.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pyvista as pv
 
@@ -17,6 +18,9 @@ from pvphong.planning import Plan
 from pvphong.scene import Scene
 from pvphong.surface import surface
 from pvphong.transform import transform_normals
+
+if TYPE_CHECKING:
+    from pvphong.comparison import Comparison
 
 _DULL = Material()
 
@@ -131,6 +135,35 @@ class MeshPhong:
     ) -> Plan:
         """Which effects `shade` will run, which it leaves out, and why; see `pvphong.plan`."""
         return plan(self._mesh, scene, material, matrix=matrix, tolerance=tolerance)
+
+    def validate(self, scene: Scene, material: Material = _DULL, *, matrix: MatrixLike | None = None) -> Comparison:
+        """Compare the lit colours with those of VTK's own shader, vertex by vertex; see `pvphong.validate`."""
+        from pvphong.validation import validate
+
+        return validate(self._mesh, scene, material, matrix=matrix)
+
+    def refine(
+        self,
+        scene: Scene,
+        material: Material = _DULL,
+        *,
+        tolerance: float,
+        max_points: int | None = None,
+        **options: Any,
+    ) -> pv.PolyData:
+        """A new lit mesh, split where interpolated colours miss the evaluated ones; see `pvphong.refinement.refine`."""
+        from pvphong.refinement import refine
+
+        return refine(self._mesh, scene, material, tolerance=tolerance, max_points=max_points, **options)
+
+    def interpolation_error(self, scene: Scene, material: Material = _DULL, **options: Any) -> pv.PolyData:
+        """A new mesh that says for each triangle how far interpolated colours are from per-pixel shading.
+
+        See `pvphong.refinement.interpolation_error`.
+        """
+        from pvphong.refinement import interpolation_error
+
+        return interpolation_error(self._mesh, scene, material, **options)
 
     def diagnose(self, *, matrix: MatrixLike | None = None) -> Diagnosis:
         """What in the mesh, or in a model matrix for it, will not light as it should; see `pvphong.diagnose`."""

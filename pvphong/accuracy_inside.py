@@ -92,16 +92,17 @@ def inside(
     some = "" if len(searched) == len(corners) else f"searched in {len(searched)} of {len(corners)} triangles"
     found = [Refined(AS_IT_IS, subject.points, subject.normals, _plain(errors), 0.0, some)]
     left_out = {}
+    half = Clock(0.5 * clock.left, lambda _, what: clock.say(what))
+    adaptive = _adaptive(mesh, subject, tolerance, seconds / len(searched), len(corners), half)
+    if isinstance(adaptive, Refined):
+        found.append(adaptive)
+    else:
+        left_out[ADAPTIVE] = adaptive
     for name, result in _uniform(subject, corners, sample, clock):
         if isinstance(result, Refined):
             found.append(result)
         else:
             left_out[name] = result
-    adaptive = _adaptive(mesh, subject, tolerance, seconds / len(searched), len(corners), clock)
-    if isinstance(adaptive, Refined):
-        found.append(adaptive)
-    else:
-        left_out[ADAPTIVE] = adaptive
     return found, errors, left_out
 
 

@@ -16,9 +16,10 @@ import pyvista as pv
 
 from pvphong import _check
 from pvphong._files import written_aside
-from pvphong._types import Float64Array, FloatArray
+from pvphong._types import Float64Array, FloatArray, MatrixLike
 from pvphong.accuracy_rows import Entry, Errors, Promise, Row
 from pvphong.accuracy_rungs import Rung, Subject, rungs
+from pvphong.scene import Scene
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -110,6 +111,16 @@ class Tradeoff:
         found: list[Rung] = rungs(self._subject, self.tolerance)[0]
         run = next((rung.run for rung in found if chosen is not None and rung.name == chosen.name), found[0].run)
         return run()
+
+    @property
+    def scene(self) -> Scene:
+        """What lit the mesh."""
+        return self._subject.scene
+
+    @property
+    def matrix(self) -> MatrixLike | None:
+        """The model matrix, None for the identity."""
+        return self._subject.matrix
 
     @property
     def reference_colors(self) -> Float64Array:

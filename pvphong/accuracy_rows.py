@@ -71,7 +71,7 @@ class Timing:
     median, low, high : float
         The median and the quartiles.
     repeats : int
-        How many runs, or averages of several short runs, they are taken from.
+        How many samples they are taken from, each the least of a few runs in a row where those are short.
     """
 
     median: float

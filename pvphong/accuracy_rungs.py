@@ -203,6 +203,13 @@ def _rewritten(subject: Subject, name: str, equation: Equation) -> Rung:
     return Rung(name, "light model", run, equation, subject.backend, "float32")
 
 
+def plan_name(tolerance: float) -> str:
+    """The plan's rung; a tolerance of whole display steps is named by them."""
+    steps = tolerance * 255.0
+    whole = round(steps)
+    return f"plan at {whole}/255" if whole and abs(steps - whole) < 1e-9 else f"plan at {tolerance:.3g}"
+
+
 def _planned(subject: Subject, tolerance: float) -> Rung:
     plan = subject.plan(tolerance)
 
@@ -210,5 +217,5 @@ def _planned(subject: Subject, tolerance: float) -> Rung:
         equation = subject.plan(tolerance).equation
         return colors(subject.points, subject.normals, equation, subject.backend, "float32")
 
-    name, bound = f"plan at {tolerance:.3g}", plan.error_bound
-    return Rung(name, "light model", run, plan.equation, subject.backend, "float32", promised=bound)
+    bound = plan.error_bound
+    return Rung(plan_name(tolerance), "light model", run, plan.equation, subject.backend, "float32", promised=bound)

@@ -30,17 +30,18 @@ def everything(report: Tradeoff) -> Iterator[Any]:
 
 def rows_table(report: Tradeoff) -> Table:
     """All rows, by kind and time; ★ is chosen, ● on its kind's front, a dominated one has no mark."""
-    headings = ("", "rung", "trades", "time", "quartiles", "arithmetic", "light model", "interpolation", "RMS", "99 %")
+    headings = ("", "rung", "time", "quartiles", "arithmetic", "light model", "interpolation", "RMS", "99 %")
     table = _table("What accuracy costs in time: largest errors by kind; ★ chosen, ● on the front", *headings)
-    for column in table.columns[3:]:
-        column.justify = "right"
+    for column in table.columns[2:]:
+        column.no_wrap, column.justify = True, "right"
     table.add_column("points", justify="right")
     table.add_column("promised", justify="right")
     chosen = [report.best(), report.best(inside=True)]
     last = ""
     for row in sorted(report.rows, key=lambda row: (_KINDS.index(row.kind), row.time.median)):
-        if last and last != row.kind:
+        if last != row.kind:
             table.add_section()
+            table.add_row("", f"{row.kind}:")
         last = row.kind
         table.add_row(*_cells(row, any(row is best for best in chosen)))
     return table
@@ -52,8 +53,7 @@ _KINDS = ("arithmetic", "light model", "interpolation")
 def _cells(row: Row, is_chosen: bool) -> tuple[str, ...]:
     return (
         "★" if is_chosen else "●" if row.on_front else "",
-        row.name + (" (peer)" if row.is_peer else ""),
-        row.kind,
+        f"  {row.name}" + (" (peer)" if row.is_peer else ""),
         seconds(row.time.median),
         f"{seconds(row.time.low)} – {seconds(row.time.high)}",
         *(_largest(errors) for errors in (row.arithmetic, row.light_model, row.interpolation)),

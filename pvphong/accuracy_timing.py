@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import math
 import random
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -18,7 +17,10 @@ Report = Callable[[float, str], None]
 
 _MOST_REPEATS = 51
 _FEWEST_REPEATS = 3
-_SHORTEST = 2e-3  # seconds that a clock and a scheduler measure well; shorter runs are repeated and averaged
+
+# A sample is the least of a few runs in a row, as many as take this many seconds: another process that interrupts
+# one of them does not count. Long runs are taken as they are.
+_SAMPLE, _MOST_IN_A_ROW = 1e-2, 7
 
 
 class Clock:
@@ -101,7 +103,7 @@ def interleaved(runs: Mapping[str, Run], estimates: Mapping[str, float], clock: 
     dict of str to ndarray
         Shape (repeats,), in the order of the rounds.
     """
-    counts = {name: max(1, math.ceil(_SHORTEST / max(estimates[name], 1e-6))) for name in runs}
+    counts = {name: max(1, min(int(_SAMPLE / max(estimates[name], 1e-9)), _MOST_IN_A_ROW)) for name in runs}
     seconds: dict[str, list[float]] = {name: [] for name in runs}
     order, dice = list(runs), random.Random(0)
     longest = 0.0
@@ -113,16 +115,9 @@ def interleaved(runs: Mapping[str, Run], estimates: Mapping[str, float], clock: 
             start = time.perf_counter()
             dice.shuffle(order)
             for name in order:
-                seconds[name].append(_average(runs[name], counts[name]))
+                seconds[name].append(min(once(runs[name]) for _ in range(counts[name])))
             longest = max(longest, time.perf_counter() - start)
     return {name: np.array(taken) for name, taken in seconds.items()}
-
-
-def _average(run: Run, count: int) -> float:
-    start = time.perf_counter()
-    for _ in range(count):
-        run()
-    return (time.perf_counter() - start) / count
 
 
 @contextmanager

@@ -19,7 +19,7 @@ from cyclopts import App, CycloptsError, Parameter
 from rich.console import Console
 from rich.markdown import Markdown
 
-from pvphong import pictures
+from pvphong import _check, pictures
 from pvphong._types import ColorLike, Precision
 from pvphong.airplane_demo import run_demo
 from pvphong.diagnosis import diagnose as diagnose_mesh
@@ -217,6 +217,38 @@ def plan(mesh: str, /, *, scene: Rig = None, look: LookOptions = _PLAIN, toleran
         if block:
             print(f"{block}:")
         print(plan_mesh(single, rig, material, tolerance=tolerance).explain())
+
+
+@app.command
+def validate(
+    mesh: str, /, *, scene: Rig = None, look: LookOptions = _PLAIN, json: Path | None = None, output: Path | None = None
+) -> int:
+    """Compare the lit colours with those of VTK's own shader; the exit status is 1 if they are too far apart.
+
+    Parameters
+    ----------
+    mesh
+        A file of any format that PyVista reads.
+    json
+        A file for the comparison as JSON.
+    output
+        .vtp, .vtk or .vtkhdf for the mesh with the signed errors.
+    """
+    if output is not None:
+        refuse_suffix(output, "signed errors", tuple(suffix for suffix in MESH_FORMATS if suffix != ".ply"))
+    outside, rig = _surface_and_scene(mesh, scene, _SIZE)
+    if isinstance(outside, pv.MultiBlock):
+        _check.refuse("mesh", f"{mesh}, several blocks", "a single mesh", "Validate each block by itself.")
+    with _busy(f"Drawing {mesh} with VTK"):
+        from pvphong.validation import validate as validate_mesh  # it loads VTK's rendering
+
+        comparison = validate_mesh(outside, rig, look.to_material())
+    print(comparison)
+    if json is not None:
+        comparison.to_json(json)
+    if output is not None:
+        save_lit(comparison.to_mesh(), output, "")
+    return 0 if comparison.passed else 1
 
 
 @app.command

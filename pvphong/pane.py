@@ -68,7 +68,7 @@ class Pane:
 
     def refresh(self) -> None:
         """Bring the visible meshes and the gizmos up to date."""
-        visible = self._shown()
+        visible = self.shown
         if visible:
             scene = self.scene
             self.evaluations += sum(live.refresh(scene) for live in visible)
@@ -77,10 +77,12 @@ class Pane:
 
     def put_up(self, interactor: Any, history: History, only: Sequence[LightHandle] | None, options: Options) -> None:
         """Put gizmos up."""
-        self.board = Board(self.renderer, interactor, self.rig, history, self._shown, only, options)
+        self.board = Board(self.renderer, interactor, self.rig, history, lambda: self.shown, only, options)
         self.watch()
 
-    def _shown(self) -> list[LiveMesh]:
+    @property
+    def shown(self) -> list[LiveMesh]:
+        """The lit meshes that are visible."""
         return [live for live in self.meshes if live.actor is not None and live.actor.GetVisibility()]
 
     def take_down(self) -> bool:

@@ -17,7 +17,7 @@ from pvphong.material import Material
 from pvphong.mesh import point_normals
 from pvphong.pictures import aim, drawing_window
 from pvphong.scene import Scene
-from pvphong.vtk_obstacles import refuse_inexpressible
+from pvphong.vtk_obstacles import InexpressibleError, refuse_inexpressible
 from pvphong.vtk_oracle import _write_material as write_material
 from pvphong.vtk_oracle import driver
 from pvphong.vtk_terms import in_vtk_terms
@@ -38,11 +38,14 @@ class Frames:
         Draws a frame of a mesh that brings its colours, with VTK's lighting off.
     driver : str
         The graphics driver.
+    changed : str
+        What VTK draws in place of what it has no words for; empty where it draws the very scene.
     """
 
     per_pixel: Any
     lit_array: Any
     driver: str
+    changed: str
 
 
 @contextmanager
@@ -50,6 +53,8 @@ def vtk_frames(
     mesh: pv.PolyData, colors: FloatArray, scene: Scene, material: Material, matrix: MatrixLike | None = None
 ) -> Iterator[Frames]:
     """VTK's per-pixel shading of a scene in an offscreen window, beside the lit array in another.
+
+    Of a scene that VTK's shader cannot draw it draws the nearest that it can.
 
     Parameters
     ----------
@@ -63,19 +68,30 @@ def vtk_frames(
     Raises
     ------
     ValueError
-        If VTK cannot draw here, or its shader cannot draw the scene.
+        If VTK cannot draw here, or nothing like the scene.
     """
     drawing_window()
     placed = None if matrix is None else _check.matrix4("matrix", matrix)
-    refuse_inexpressible(scene, material, placed)
+    scene, material, changed = _drawable(scene, material, placed)
     windows: list[pv.Plotter] = []
     try:
         windows += [_per_pixel(mesh, scene, material, placed), _lit(mesh, colors, scene, placed)]
         first, second = (_drawing(window) for window in windows)
-        yield Frames(first, second, driver())
+        yield Frames(first, second, driver(), changed)
     finally:
         for window in windows:
             window.close()
+
+
+def _drawable(scene: Scene, material: Material, matrix: Float64Array | None) -> tuple[Scene, Material, str]:
+    """The scene and material, or the nearest that VTK can draw, and what was changed."""
+    try:
+        refuse_inexpressible(scene, material, matrix)
+    except InexpressibleError as error:
+        if error.scene is None or error.material is None:
+            raise
+        return error.scene, error.material, "without " + ", ".join(error.reasons)
+    return scene, material, ""
 
 
 def _per_pixel(mesh: pv.PolyData, scene: Scene, material: Material, matrix: Float64Array | None) -> pv.Plotter:

@@ -10,6 +10,7 @@ from typing import Any
 import pyvista as pv
 
 from pvphong import _check
+from pvphong.comparison import Comparison
 from pvphong.gizmos import Board, Gizmo, History, Options
 from pvphong.gizmos.screenshots import keep_out, let_in
 from pvphong.lights import Light
@@ -19,6 +20,7 @@ from pvphong.pane import Pane
 from pvphong.planning import check_scene_and_material
 from pvphong.rig import LightHandle
 from pvphong.scene import LightModel, Scene
+from pvphong.validation import validate
 
 _DULL = Material()
 # What `add_mesh` decides itself.
@@ -94,6 +96,34 @@ class PlotterPhong:
                 if live.actor is actor:
                     return live
         return _check.refuse("actor", actor, "an actor that plotter.phong.add_mesh returned, not removed since")
+
+    def validate(self, actor: pv.Actor | None = None) -> Comparison:
+        """Compare what is on the screen with VTK's own shader, in the lights, the camera and the place it has now.
+
+        Parameters
+        ----------
+        actor : pyvista.Actor, optional
+            One of the lit meshes; if not given, the one of the active subplot that does worst.
+
+        Returns
+        -------
+        Comparison
+            As `pvphong.validate` gives it; print it for a table.
+
+        Raises
+        ------
+        ValueError
+            If there is no lit mesh, it has an albedo, or VTK's shader cannot draw the scene.
+        """
+        pane = self._pane if actor is None else next(p for p in self._panes if self.mesh(actor) in p.meshes)
+        compared = pane.shown if actor is None else [self.mesh(actor)]
+        if not compared:
+            _check.refuse("plotter", "a subplot without any", "one with a lit mesh", "phong.add_mesh draws one.")
+        for live in compared:
+            if live.albedo is not None:
+                _check.refuse("albedo", type(live.albedo).__name__, "None", "VTK's vertex colours have but 8 bits.")
+        comparisons = [validate(live.drawn, pane.scene, live.material, matrix=live.matrix) for live in compared]
+        return max(comparisons, key=lambda each: each.max_error / each.tolerance)
 
     @property
     def evaluations(self) -> int:

@@ -41,7 +41,7 @@ def validate(mesh: pv.DataSet, scene: Scene, material: Material, *, matrix: Matr
     Left out are vertices where float32 leaves VTK's colour open: those where a highlight begins at n·l = 0, those
     on the edge of a cone, those whose normals turn to the viewer at n·v = 0, those where VTK's own rounding of places
     and directions may cost more than the bound, and, in the standard convention, those where VTK's floor of 1e-5
-    under a cosine shows (at powers below 1). `Comparison.left_out` counts them.
+    under a cosine shows (at powers of 1 and less). `Comparison.left_out` counts them.
 
     Parameters
     ----------

@@ -3,6 +3,7 @@ import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -56,11 +57,11 @@ def test_python_dash_m_and_version():
 def test_help_names_the_commands(capsys):
     assert run("--help") == 0
     shown = capsys.readouterr().out
-    for command in ("demo", "shade", "view", "plan", "diagnose"):
+    for command in ("demo", "shade", "view", "plan", "validate", "diagnose"):
         assert command in shown
 
 
-@pytest.mark.parametrize("command", ["demo", "shade", "view", "plan", "diagnose"])
+@pytest.mark.parametrize("command", ["demo", "shade", "view", "plan", "validate", "diagnose"])
 def test_every_parameter_has_a_help_text(command, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "120")
     assert run(command, "--help") == 0
@@ -339,6 +340,43 @@ def test_plan_of_blocks_by_name(sphere, capsys):
     shown = capsys.readouterr().out
     assert "one:" in shown
     assert "two:" in shown
+
+
+# -- validate
+
+
+@pytest.mark.usefixtures("sphere")
+def test_validate_agrees_with_vtk(capsys):
+    ph.Scene(lights=[ph.PointLight(position=(1, 2, 3))]).save("rig.json")
+    arguments = ("--scene", "rig.json", "--json", "told.json", "--output", "errors.vtp")
+    assert run("validate", "sphere.vtp", *arguments) == 0
+    assert "passed" in capsys.readouterr().out
+    assert json.loads(Path("told.json").read_text())["passed"] is True
+    assert pv.read("errors.vtp").n_points == pv.read("sphere.vtp").n_points
+
+
+@pytest.mark.usefixtures("sphere")
+def test_validate_fails_where_the_colours_are_wrong(monkeypatch, capsys):
+    from pvphong import validation
+
+    right = validation.evaluate
+
+    def wrong(points, normals, *arguments, **options):
+        return right(points, -np.asarray(normals), *arguments, **options)
+
+    monkeypatch.setattr(validation, "evaluate", wrong)
+    ph.Scene(lights=[ph.PointLight(position=(1, 2, 3))]).save("rig.json")
+    assert run("validate", "sphere.vtp", "--scene", "rig.json") == 1
+    assert "failed" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("sphere")
+def test_validate_refuses_what_it_cannot_do(capsys):
+    ph.Scene(light_model=ph.LightModel.opengl(), lights=[ph.PointLight(position=(1, 2, 3))]).save("rig.json")
+    assert run("validate", "sphere.vtp", "--scene", "rig.json", "--specular", "0.5") == 2
+    assert "error:" in capsys.readouterr().err
+    assert run("validate", "sphere.vtp", "--output", "errors.ply") == 2
+    assert "error:" in capsys.readouterr().err
 
 
 # -- demo

@@ -519,6 +519,40 @@ def test_a_mesh_stays_findable_from_another_subplot(new_plotter):
     assert shown.phong.mesh(actor).actor is actor
 
 
+# --- against VTK ---
+
+
+def test_what_is_on_the_screen_is_validated(plotter):
+    actor = draw(plotter, SHINY)
+    actor.rotate_x(30)
+    moved(plotter)
+    plotter.phong.light_model = LightModel.vtk(two_sided=False)
+    comparison = plotter.phong.validate()
+    assert comparison.passed
+    assert comparison.n > 100
+    lit = ball().phong.shade(plotter.phong.scene, SHINY, matrix=actor.GetMatrix(), precision="float64")["phong"]
+    np.testing.assert_allclose(np.clip(comparison.pvphong, 0, 1), lit, atol=1e-5)
+
+
+def test_of_several_meshes_the_worst_is_shown(plotter):
+    draw(plotter, DULL)
+    shiny = draw(plotter, SHINY)
+    each = plotter.phong.validate(shiny), plotter.phong.validate(next(iter(plotter.renderer.actors.values())))
+    worst = plotter.phong.validate()
+    assert worst.max_error / worst.tolerance == max(one.max_error / one.tolerance for one in each)
+
+
+def test_what_cannot_be_validated(plotter):
+    with pytest.raises(ValueError, match=r"^plotter must be one with a lit mesh"):
+        plotter.phong.validate()
+    mesh = ball()
+    draw(plotter, DULL, mesh, albedo=np.ones((mesh.n_points, 3)))
+    with pytest.raises(ValueError, match=r"^albedo must be None; got ndarray"):
+        plotter.phong.validate()
+    with pytest.raises(ValueError, match=r"^actor must be"):
+        plotter.phong.validate(pv.Actor())
+
+
 # --- undo ---
 
 

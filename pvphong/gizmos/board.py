@@ -13,20 +13,18 @@ import numpy as np
 
 from pvphong._types import Float64Array, Vector
 from pvphong.gizmos import commands
+from pvphong.gizmos.dragging import Drag
 from pvphong.gizmos.drawing import Drawing
-from pvphong.gizmos.gizmo import HIGHLIGHT, Gizmo, in_frame
+from pvphong.gizmos.gizmo import HIGHLIGHT, Gizmo
 from pvphong.gizmos.grip import Grip
-from pvphong.gizmos.highlight import Spot, mirrored_to_eye
+from pvphong.gizmos.highlight import Spot
 from pvphong.gizmos.history import History
-from pvphong.gizmos.kinds import kind_of
 from pvphong.gizmos.overlay import Overlay
 from pvphong.gizmos.press import Cursor, Press, vector
-from pvphong.gizmos.readout import readout
 from pvphong.gizmos.surfaces import find_highlight, pick
 from pvphong.gizmos.view import View
-from pvphong.lights import Light
 from pvphong.live import LiveMesh
-from pvphong.rig import LightHandle, Rig, RigState
+from pvphong.rig import LightHandle, Rig
 
 
 @dataclass(frozen=True)
@@ -36,16 +34,6 @@ class Options:
     in_screenshots: bool = False
     angle_step: float = 5.0
     length_step: float | None = None
-
-
-@dataclass(frozen=True)
-class _Drag:
-    """A running drag: who, from where, and all lights before it."""
-
-    gizmo: Gizmo
-    press: Press
-    before: RigState
-    held: Spot | None
 
 
 class Board:
@@ -82,7 +70,7 @@ class Board:
         self._renderer, self._interactor, self._meshes, self._only = renderer, interactor, meshes, only
         self._overlay = Overlay()
         self._gizmos: list[Gizmo] = []
-        self._drag: _Drag | None = None
+        self._drag: Drag | None = None
         self._readout = ""
         self._hovered: tuple[Gizmo, str] | None = None
         self._tags = [
@@ -236,32 +224,16 @@ class Board:
             self.options.angle_step,
             self.options.length_step,
         )
-        self._drag = _Drag(gizmo, press, self.rig.state, held)
+        self._drag = Drag(gizmo, press, self.rig, self.rig.state, held)
 
     def dragged(self) -> None:
         """The cursor moved with the button down: the light becomes what the cursor asks for."""
         drag = self._drag
-        if drag is None or drag.gizmo.handle not in self.rig.handles:
-            self._drag = None
+        if drag is None or not drag.is_possible:
+            self._drag, self._readout = None, ""
             return
-        press = drag.press
         at = Cursor(self._cursor(), bool(self._interactor.GetShiftKey()), bool(self._interactor.GetControlKey()))
-        light = self._dragged_highlight(drag, at) if press.handle == HIGHLIGHT else kind_of(press.light).drag(press, at)
-        viewer = press.view.viewer
-        if light == press.light:
-            self.rig.turn(self.rig.state, drag.before)
-        else:
-            now = drag.gizmo.light_for(viewer)
-            drag.gizmo.handle.set(in_frame(light, now.frame, viewer), viewer)
-        self._readout = readout(light, press.handle, press.place)
-
-    def _dragged_highlight(self, drag: _Drag, at: Cursor) -> Light:
-        press = drag.press
-        x, y = press.picture(at)
-        target = pick((float(x), float(y)), self._renderer, press.view, self._meshes())
-        if drag.held is None or target is None:
-            return drag.gizmo.light_for(press.view.viewer).in_world(press.view.viewer)  # off the surface: it waits
-        return mirrored_to_eye(press.light, press.view, drag.held, target)
+        self._readout = drag.move(at, lambda cursor: pick(cursor, self._renderer, drag.press.view, self._meshes()))
 
     def dropped(self) -> None:
         """The button was let go: the drag becomes one step."""
@@ -273,7 +245,7 @@ class Board:
     def cancel(self) -> None:
         """Put back what a running drag has changed."""
         if self._drag is not None:
-            self.rig.turn(self.rig.state, self._drag.before)
+            self._drag.put_back()
         self._drag, self._readout = None, ""
         self.render()
 

