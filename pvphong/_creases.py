@@ -47,7 +47,7 @@ def sign_changes(values: Float64Array) -> Iterator[Places]:
         Shape (m, 3): at each triangle's corners, and linear between.
     """
     above = values > 0.0
-    rows = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1))
+    rows = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1) & np.isfinite(values).all(axis=1))
     values, above = values[rows], above[rows]
     alone = (above == (above.sum(axis=1) == 1)[:, None]).argmax(axis=1)  # the corner whose sign no other has
     turn = (alone[:, None] + np.arange(3)) % 3

@@ -8,19 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pvphong._creases import creases, sign_changes
+from pvphong._lit_vertices import Lighting, Vertices, sizes
 from pvphong._peaks import Places, peaks
-from pvphong._types import BoolArray, Float64Array, FloatArray, IntArray, MatrixLike
-from pvphong.equation import Equation, assemble
-from pvphong.evaluation import evaluate
-from pvphong.material import Material
-from pvphong.scene import Scene
+from pvphong._types import BoolArray, Float64Array, IntArray
 from pvphong.transform import normal_matrix, transform_points
 
 # Samples that are held in memory at a time.
@@ -37,17 +33,6 @@ _HALVINGS = 20
 _LARGE = 1.0 / 255.0
 
 
-def sizes(points: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Longest side and least height (m,) of triangles (m, 3, 3).
-
-    The height is zero or NaN where a triangle has no area, or a point that is not finite.
-    """
-    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        sides = np.roll(points, -1, axis=1) - points
-        longest = np.linalg.norm(sides, axis=2).max(axis=1, initial=0.0)
-        return longest, np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / longest
-
-
 def _lattice(order: int) -> Float64Array:
     """Barycentric coordinates (s, 3) in multiples of 1/order, without the corners."""
     steps = [(i, j, order - i - j) for i in range(order + 1) for j in range(order + 1 - i)]
@@ -57,70 +42,6 @@ def _lattice(order: int) -> Float64Array:
 _FIRST = np.concatenate([_lattice(2), np.full((1, 3), 1.0 / 3.0)])
 _MORE = np.array([weights for weights in _lattice(4) if (weights * 2.0 % 1.0).any()])
 _ALL = np.concatenate([_FIRST, _MORE])
-
-
-@dataclass(frozen=True)
-class Lighting:
-    """What a surface is lit by."""
-
-    scene: Scene
-    material: Material
-    matrix: MatrixLike | None
-
-    def colors(self, points: FloatArray, normals: FloatArray, shades: Float64Array | None) -> Float64Array:
-        """(n, 3) lit colours before they are clamped."""
-        unclamped = replace(self.scene, light_model=replace(self.scene.light_model, clamp=False))
-        shading = evaluate(
-            points,
-            normals,
-            unclamped,
-            self.material,
-            matrix=self.matrix,
-            albedo=shades,
-            precision="float64",
-            backend="numpy",
-        )
-        return shading.rgb.astype(np.float64, copy=False)
-
-    def shown(self, colors: Float64Array) -> Float64Array:
-        """Colours as the light model shows them, clamped or not."""
-        return np.clip(colors, 0.0, 1.0) if self.scene.light_model.clamp else colors
-
-    @cached_property
-    def equation(self) -> Equation:
-        """The whole lighting equation."""
-        return assemble(self.scene, self.material, self.matrix)
-
-
-@dataclass(frozen=True)
-class Vertices:
-    """Points, and what is interpolated between them: float64 arrays of shape (n, 3).
-
-    Attributes
-    ----------
-    points : ndarray
-        Where they are.
-    normals : ndarray
-        Of the lengths with which they are blended.
-    stored : ndarray
-        The same directions, of the lengths with which whoever gets the mesh will blend them.
-    shades : ndarray or None
-        Albedo in [0, 1].
-    colors : ndarray
-        The lit colours before they are clamped.
-    """
-
-    points: Float64Array
-    normals: Float64Array
-    stored: Float64Array
-    shades: Float64Array | None
-    colors: Float64Array
-
-    def followed_by(self, others: Vertices) -> Vertices:
-        """These vertices and then others."""
-        both = {name: (getattr(self, name), getattr(others, name)) for name in Vertices.__dataclass_fields__}
-        joined: dict[str, Any] = {name: None if b is None else np.concatenate([a, b]) for name, (a, b) in both.items()}
-        return Vertices(**joined)
 
 
 def first_errors(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Float64Array:

@@ -37,21 +37,6 @@ def _scratch(length: int, like: Any) -> Any:
     return memory[start : start + length]
 
 
-import sys
-sys.path.insert(0,"/tmp/kp")
-from pf import pf_read, pf_write
-@plain
-def _ahead(array,first):
-    n=len(array)
-    a=min(3*(first+1*BLOCK),n); b=min(3*(first+(1+1)*BLOCK),n)
-    part=array[a:b]
-    for k in range(0,len(part),16): pf_read(part,k)
-@plain
-def _ahead_w(array,first):
-    n=len(array)
-    a=min(3*(first),n); b=min(3*(first+1*BLOCK),n)
-    part=array[a:b]
-    for k in range(0,len(part),16): pf_write(part,k)
 @inlined
 def _load_normals(array: Any, start: int, count: int, s: Any, rows: Any, wide: Any) -> None:
     if s.has_matrix:
@@ -178,8 +163,6 @@ def _shade_group(
             _load_normals(normals, first, count, s, rows, wide)
         if s.needs_points:
             _load_points(points, first, count, s, rows, wide)
-        if s.needs_points: _ahead(points,first)
-        if s.needs_normals: _ahead(normals,first)
         if s.needs_eye:
             has_unseen = _approach(s.eye, s, rows, wide)
             passes.look(rows)
@@ -188,7 +171,6 @@ def _shade_group(
                 passes.turn_to_viewer(rows)
             else:
                 passes.turn_to_axis(rows)
-        _ahead_w(rgb,first)
         passes.fill(rows, real(base[0]), real(base[1]), real(base[2]))
         if has_albedo:
             passes.fill(rows[at.HR :], real(emission[0]), real(emission[1]), real(emission[2]))

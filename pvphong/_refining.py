@@ -6,7 +6,8 @@ from typing import Literal
 
 import numpy as np
 
-from pvphong._interpolation import Lighting, Vertices, first_errors, jumps, more_errors, sizes
+from pvphong._interpolation import first_errors, jumps, more_errors
+from pvphong._lit_vertices import Lighting, Vertices, sizes
 from pvphong._splitting import Triangles
 from pvphong._types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.transform import normalize
@@ -31,6 +32,7 @@ _KNOWN = np.dtype(
     [
         ("error", np.float64),  # the largest at the samples so far; 0 in a triangle that has no area
         ("longest", np.float64),  # longest side
+        ("visible", np.bool_),  # whether it has an area
         ("finished", np.bool_),  # whether all samples have been taken
         ("stuck", np.bool_),  # whether no splitting would help
         ("jump", np.bool_),  # because the colour jumps in it
@@ -100,7 +102,7 @@ class Refinement:
             rows = self._to_split(tolerance)
             if not len(rows):
                 break
-            marks = self.triangles.marks(rows)
+            marks = self._marks(rows)
             if self.triangles.n_vertices + np.count_nonzero(marks) > limit:
                 self._spend_what_is_left(tolerance, limit)
                 break
@@ -155,12 +157,15 @@ class Refinement:
         fits, too_many = 0, len(rows) + 1
         while too_many - fits > 1:
             middle = (fits + too_many) // 2
-            spent = np.count_nonzero(self.triangles.marks(rows[:middle]))
+            spent = np.count_nonzero(self._marks(rows[:middle]))
             fits, too_many = (middle, too_many) if self.triangles.n_vertices + spent <= limit else (fits, middle)
         if fits:
-            self._split(self.triangles.marks(rows[:fits]))
+            self._split(self._marks(rows[:fits]))
         self.finish()
         self._look_for_jumps(self._poor(tolerance), tolerance)
+
+    def _marks(self, rows: IntArray) -> BoolArray:
+        return self.triangles.marks(rows, self._known["visible"])
 
     def _split(self, marks: BoolArray) -> None:
         curved = self.triangles.have_two_triangles(marks) & self._smooth
@@ -187,14 +192,15 @@ class Refinement:
         points = self.vertices.points[corners]
         longest, height = sizes(points)
         step = np.abs(points).max(axis=(1, 2), initial=0.0) * float(np.finfo(self._real).eps)
-        visible = rows[height > 0.0]
+        visible = height > 0.0
         added = len(self.triangles) - len(self._known)
         self._known = np.concatenate([self._known, np.zeros(added, dtype=_KNOWN)])
         self._known[rows] = 0
         self._known["longest"][rows] = longest
         self._known["stuck"][rows] = ~(height > _LEAST_HEIGHT * step)
-        self._known["finished"][rows] = ~(height > 0.0)
-        self.errors[visible] = first_errors(self.vertices, self.triangles.corners[visible], self._lighting)
+        self._known["visible"][rows] = visible
+        self._known["finished"][rows] = ~visible
+        self.errors[rows[visible]] = first_errors(self.vertices, corners[visible], self._lighting)
 
 
 def _side_lengths(points: Float64Array) -> Float64Array:

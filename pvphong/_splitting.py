@@ -74,13 +74,21 @@ class Triangles:
     def __len__(self) -> int:
         return len(self.corners)
 
-    def marks(self, rows: IntArray) -> BoolArray:
-        """Which sides must be cut so that each of some triangles is cut, and all through their longest side."""
+    def marks(self, rows: IntArray, shaped: BoolArray) -> BoolArray:
+        """Which sides must be cut so that some triangles are cut, and all that have a shape through their longest side.
+
+        Parameters
+        ----------
+        rows : ndarray of int
+            The triangles to cut.
+        shaped : ndarray of bool
+            Shape (m,): False for triangles that are cut only where their neighbours are.
+        """
         longest = np.take_along_axis(self.sides, self._squares[self.sides].argmax(axis=1)[:, None], axis=1)[:, 0]
         marks = np.zeros(len(self._ends), dtype=bool)
         marks[longest[rows]] = True
         while True:  # ends, for each turn but the last marks a side more
-            more = longest[marks[self.sides].any(axis=1)]
+            more = longest[marks[self.sides].any(axis=1) & shaped]
             more = more[~marks[more]]
             if not len(more):
                 return marks

@@ -20,6 +20,7 @@ from pvphong.surface import surface
 from pvphong.transform import transform_normals
 
 if TYPE_CHECKING:
+    from pvphong.accuracy_report import Tradeoff
     from pvphong.comparison import Comparison
 
 _DULL = Material()
@@ -164,6 +165,20 @@ class MeshPhong:
         from pvphong.refinement import interpolation_error
 
         return interpolation_error(self._mesh, scene, material, **options)
+
+    def tradeoff(
+        self,
+        scene: Scene,
+        material: Material = _DULL,
+        *,
+        tolerance: float = 1.0 / 255.0,
+        seconds: float = 20.0,
+        matrix: MatrixLike | None = None,
+    ) -> Tradeoff:
+        """What accuracy costs in time on this mesh, measured; see `pvphong.accuracy.tradeoff`."""
+        from pvphong.accuracy import tradeoff
+
+        return tradeoff(self._mesh, scene, material, tolerance=tolerance, seconds=seconds, matrix=matrix)
 
     def diagnose(self, *, matrix: MatrixLike | None = None) -> Diagnosis:
         """What in the mesh, or in a model matrix for it, will not light as it should; see `pvphong.diagnose`."""

@@ -44,7 +44,7 @@ def light_labels(subject: Subject) -> tuple[str, ...]:
 
 def dropped(subject: Subject, effect: str, equation: Equation) -> Without:
     """One effect's absence, with the largest error that it makes."""
-    error = vertex_errors(subject.exact(equation), subject.truth).largest
+    error = vertex_errors(subject.exact(equation), subject.exact_whole).largest
     return Without(effect, equation, subject.runner(equation, subject.backend, "float32"), error)
 
 

@@ -16,6 +16,7 @@ from pvphong._types import Float64Array, FloatArray, MatrixLike, Precision
 from pvphong.accuracy_rows import Kind
 from pvphong.effects import Extent
 from pvphong.equation import Equation
+from pvphong.evaluation import _is_worth_compiling as is_worth_compiling
 from pvphong.lights import PointLight, SpotLight
 from pvphong.material import Material
 from pvphong.planning import Plan, make_plan
@@ -59,11 +60,19 @@ class Subject:
     @cached_property
     def truth(self) -> Float64Array:
         """Colours of the float64 reference."""
-        return self.exact(self.equation)
+        return colors(self.points, self.normals, self.equation, "numpy", "float64")
+
+    @cached_property
+    def exact_whole(self) -> Float64Array:
+        """The whole equation, as `exact` computes others: what light models are held against."""
+        return self.truth if self.backend == "numpy" else self.exact(self.equation)
 
     def exact(self, equation: Equation) -> Float64Array:
-        """The float64 reference of any equation at the vertices."""
-        return colors(self.points, self.normals, equation, "numpy", "float64")
+        """Any equation at the vertices in float64: by the reference, or for very many by the kernel.
+
+        Both differ from the equation by rounding alone, some 1e-15.
+        """
+        return colors(self.points, self.normals, equation, self.backend, "float64")
 
     @cached_property
     def sphere(self) -> tuple[Float64Array, float]:
@@ -71,9 +80,22 @@ class Subject:
         return Extent(self.points, self.normals, self.matrix).sphere or (np.zeros(3), 0.0)
 
     @cached_property
+    def has_kernel(self) -> bool:
+        """Whether the kernel is there and takes the equation; asking compiles it for these types."""
+        return self._takes("float32") and self._takes("float64")
+
+    @property
     def backend(self) -> str:
-        """The faster evaluator of those that take the equation."""
-        return "numba" if _takes(self.equation, self.points.dtype, "float32") else "numpy"
+        """The evaluator that `evaluate` takes for as many vertices by itself."""
+        return self.backend_for(len(self.points))
+
+    def backend_for(self, count: int) -> str:
+        """The evaluator that `evaluate` takes for so many vertices."""
+        return "numba" if self.has_kernel and is_worth_compiling(count, self.equation) else "numpy"
+
+    def _takes(self, precision: str) -> bool:
+        result = Shading(np.empty((1, 3), precision))
+        return kernel.shade(self.points[:1], self.normals[:1], self.equation, None, result)
 
     def runner(self, equation: Equation, backend: str, precision: Precision) -> Callable[[], FloatArray]:
         """A run of an equation as `evaluate` does it: the plan first, then the vertices."""
@@ -91,12 +113,6 @@ def colors(points: FloatArray, normals: FloatArray, equation: Equation, backend:
     if backend != "numba" or not kernel.shade(points, normals, equation, None, result):
         reference.shade(points, normals, equation, None, result)
     return result.rgb
-
-
-def _takes(equation: Equation, stored: np.dtype[Any], precision: Precision) -> bool:
-    """Whether the kernel is there and takes the equation; compiles it for these types."""
-    vertex = np.ones((1, 3), stored)
-    return kernel.shade(vertex, vertex, equation, None, Shading(np.empty((1, 3), precision)))
 
 
 @dataclass(frozen=True)
@@ -137,7 +153,7 @@ class Rung:
 def rungs(subject: Subject, tolerance: float) -> tuple[list[Rung], dict[str, str]]:
     """Every rung that the scene has a place for, and the reasons why others are left out."""
     found, left_out = list(_arithmetic(subject)), {}
-    if subject.backend == "numpy":
+    if not subject.has_kernel:
         left_out["kernel"] = "Numba is not installed, or declines this scene"
     try:
         refuse_unknown(subject.scene)
@@ -159,7 +175,7 @@ def _arithmetic(subject: Subject) -> Iterator[Rung]:
         (REFERENCE, "numpy", "float64"),
         ("float32 NumPy", "numpy", "float32"),
     ]
-    if subject.backend == "numba":
+    if subject.has_kernel:
         variants += [("float64 kernel", "numba", "float64"), ("float32 kernel", "numba", "float32")]
     for name, backend, precision in variants:
         run = subject.runner(subject.equation, backend, precision)

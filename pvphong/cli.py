@@ -21,6 +21,7 @@ from rich.markdown import Markdown
 
 from pvphong import _check, pictures
 from pvphong._types import ColorLike, Precision
+from pvphong.accuracy import tradeoff as measure_tradeoff
 from pvphong.airplane_demo import run_demo
 from pvphong.diagnosis import diagnose as diagnose_mesh
 from pvphong.material import Material
@@ -249,6 +250,47 @@ def validate(
     if output is not None:
         save_lit(comparison.to_mesh(), output, "")
     return 0 if comparison.passed else 1
+
+
+@app.command
+def tradeoff(
+    mesh: str,
+    /,
+    *,
+    scene: Rig = None,
+    look: LookOptions = _PLAIN,
+    tolerance: float = 1.0 / 255.0,
+    seconds: float = 20.0,
+    plot: Path | None = None,
+    csv: Path | None = None,
+    json: Path | None = None,
+) -> None:
+    """Measure what accuracy costs in time on a mesh: evaluators, simpler light models, refined meshes, VTK.
+
+    Parameters
+    ----------
+    mesh
+        A file of any format that PyVista reads.
+    tolerance
+        Largest absolute colour error that is to be allowed; 1/255 = 0.0039 is one step of a display.
+    seconds
+        What the measuring may take; compiling the kernel, once per installation, is not counted.
+    plot
+        A figure: .png, .pdf or .svg.
+    csv
+        The rows as a table.
+    json
+        All numbers.
+    """
+    outside, rig = _surface_and_scene(mesh, scene, _SIZE)
+    if isinstance(outside, pv.MultiBlock):
+        _check.refuse("mesh", mesh, "a file with a single mesh", "Save one of its blocks by itself.")
+    result = measure_tradeoff(outside, rig, look.to_material(), tolerance=tolerance, seconds=seconds)
+    print(result)
+    for path, save in ((plot, result.plot), (csv, result.to_csv), (json, result.to_json)):
+        if path is not None:
+            save(path)
+            print(path)
 
 
 @app.command

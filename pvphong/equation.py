@@ -8,6 +8,7 @@ both, and the evaluators know nothing of conventions.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -169,7 +170,7 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
         _term(_vtk_shape(term.light), term.index, material, (0.0, 0.0, 0.0), rgb(term.light.diffuse))
         for term in standard.terms
     )
-    headlight = _only_a_headlight(scene)
+    headlight = vtk_tier(scene.lights) == 1
     unlit = tuple(a + d for a, d in zip(rgb(material.ambient), rgb(material.diffuse), strict=True))
     return replace(
         standard,
@@ -183,9 +184,22 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     )
 
 
-def _only_a_headlight(scene: Scene) -> bool:
-    shining = [light for light in scene.lights if light.on]
-    return len(shining) == 1 and isinstance(shining[0], DirectionalLight) and shining[0].frame == "headlight"
+def vtk_tier(lights: Iterable[Light]) -> int:
+    """Which tier of its shader VTK chooses: 1 a headlight alone, 2 directional lights, 3 any light; 0 draws unlit.
+
+    A light that is off counts too if it has a position, or if it is no headlight and stands behind the first
+    that is on (vtkOpenGLRenderer::UpdateLights).
+    """
+    chosen, shine = 0, 0
+    for light in lights:
+        if light.on:
+            shine += 1
+            chosen = max(chosen, 1)
+        if chosen == 1 and (shine > 1 or light.frame != "headlight"):
+            chosen = 2
+        if not isinstance(light, DirectionalLight):
+            chosen = 3
+    return chosen if shine else 0
 
 
 def _vtk_shape(light: Light) -> Light:

@@ -15,6 +15,7 @@ from pvphong import _check
 from pvphong._types import Float64Array, FloatArray, MatrixLike
 from pvphong.material import Material
 from pvphong.mesh import point_normals
+from pvphong.pictures import _preferring as preferring
 from pvphong.pictures import aim, drawing_window
 from pvphong.scene import Scene
 from pvphong.vtk_obstacles import InexpressibleError, refuse_inexpressible
@@ -70,14 +71,17 @@ def vtk_frames(
     ValueError
         If VTK cannot draw here, or nothing like the scene.
     """
-    drawing_window()
     placed = None if matrix is None else _check.matrix4("matrix", matrix)
     scene, material, changed = _drawable(scene, material, placed)
     windows: list[pv.Plotter] = []
     try:
-        windows += [_per_pixel(mesh, scene, material, placed), _lit(mesh, colors, scene, placed)]
-        first, second = (_drawing(window) for window in windows)
-        yield Frames(first, second, driver(), changed)
+        with preferring(drawing_window()), pv.vtk_verbosity("off"):
+            windows += [_per_pixel(mesh, scene, material, placed), _lit(mesh, colors, scene, placed)]
+            first, second = (_drawing(window) for window in windows)
+            first()
+            second()
+            name = driver()
+        yield Frames(first, second, name, changed)
     finally:
         for window in windows:
             window.close()

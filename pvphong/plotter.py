@@ -5,6 +5,7 @@ from __future__ import annotations
 import weakref
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from types import MappingProxyType
 from typing import Any
 
 import pyvista as pv
@@ -12,6 +13,7 @@ import pyvista as pv
 from pvphong import _check
 from pvphong.comparison import Comparison
 from pvphong.gizmos import Board, Gizmo, History, Options
+from pvphong.gizmos.commands import Keys, check_keys
 from pvphong.gizmos.screenshots import keep_out, let_in
 from pvphong.lights import Light
 from pvphong.live import ARRAY, LiveMesh
@@ -23,6 +25,7 @@ from pvphong.scene import LightModel, Scene
 from pvphong.validation import validate
 
 _DULL = Material()
+_NO_KEYS: Keys = MappingProxyType({})
 # What `add_mesh` decides itself.
 _OURS = ("scalars", "rgb", "rgba", "lighting", "color", "smooth_shading", "texture", "pbr", "cmap", "copy_mesh")
 
@@ -232,6 +235,7 @@ class PlotterPhong:
         in_screenshots: bool = False,
         angle_step: float = 5.0,
         length_step: float | None = None,
+        keys: Keys = _NO_KEYS,
     ) -> tuple[Gizmo, ...]:
         """Put up a gizmo for each light of the active subplot, to be dragged with the mouse.
 
@@ -249,6 +253,8 @@ class PlotterPhong:
             What angles snap to, in degrees.
         length_step : float, optional
             What coordinates and lengths snap to; a round twentieth to fiftieth of the scene if not given.
+        keys : mapping, optional
+            More keys for the window: key → (what the help says, function without arguments).
 
         Returns
         -------
@@ -266,6 +272,7 @@ class PlotterPhong:
             _check.flag("in_screenshots", in_screenshots),
             _check.number("angle_step", angle_step, above=0.0, at_most=90.0),
             None if length_step is None else _check.number("length_step", length_step, above=0.0),
+            check_keys(keys),
         )
         if not self._boards:
             self._history.clear()  # what a script has set up is where the user begins

@@ -10,7 +10,8 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from pvphong import _check
-from pvphong._interpolation import Lighting, Vertices, all_errors
+from pvphong._interpolation import all_errors
+from pvphong._lit_vertices import Lighting, Vertices
 from pvphong._refining import Refinement
 from pvphong._types import Float64Array, FloatArray, IntArray, MatrixLike, Precision
 from pvphong.evaluation import _albedo as shades_of

@@ -34,17 +34,19 @@ class LightHandle:
         self._is_guest = light is None
         self._own = light
         self._name = "" if light is None else light.name
-        self._echo = self._read(1.0)
-
-    def _read(self, distance: float) -> Light:
-        return replace(from_vtk(self.vtk_light, distance), name=self._name)
+        self._echo = _fields(vtk_light)
+        self._converted: tuple[Any, Light] | None = None
 
     def light(self, viewer: Viewer) -> Light:
         """The light's value now."""
-        if self._own is not None and self._read(1.0) == self._echo:
+        fields = _fields(self.vtk_light)
+        if self._own is not None and fields == self._echo:
             return self._own
         self._own = None
-        return self._read(viewer.distance)
+        known = (fields, viewer.distance, self._name)
+        if self._converted is None or self._converted[0] != known:
+            self._converted = known, replace(from_vtk(self.vtk_light, viewer.distance), name=self._name)
+        return self._converted[1]
 
     def set(self, light: Light, viewer: Viewer) -> None:
         """Give the light a new value, in place."""
@@ -60,7 +62,7 @@ class LightHandle:
                 guest.SetPosition(position)
                 guest.SetFocalPoint(*(p + d for p, d in zip(position, light.direction, strict=True)))
         self._own, self._name = light, light.name
-        self._echo = self._read(1.0)
+        self._echo = _fields(self.vtk_light)
 
     @property
     def state(self) -> LightState:
@@ -71,7 +73,7 @@ class LightHandle:
         """Make the light again what it was, to the bit."""
         _set_fields(self.vtk_light, state.fields)
         self._own, self._name = state.own, state.name
-        self._echo = self._read(1.0)
+        self._echo = _fields(self.vtk_light)
 
 
 RigState = tuple[tuple[LightHandle, LightState], ...]

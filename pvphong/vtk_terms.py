@@ -7,13 +7,13 @@ takes for one. `pvphong.vtk_obstacles` says what cannot.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from pvphong._types import Float64Array, Vector, rgb
+from pvphong.equation import vtk_tier
 from pvphong.lights import DirectionalLight, Light, SpotLight
 from pvphong.material import Material
 from pvphong.scene import Scene
@@ -79,25 +79,7 @@ def in_vtk_terms(scene: Scene, material: Material, center: Float64Array, size: f
         said.append("emission as a part of VTK's ambient")
     red, green, blue = (a + e for a, e in zip(unlit, rgb(material.emission), strict=True))
     given = replace(material, ambient=(red, green, blue), emission=0.0)
-    return Terms(lights, given, viewer, tier(lights), tuple(said))
-
-
-def tier(lights: Iterable[Light]) -> int:
-    """Which tier of its shader VTK chooses: 1 a headlight alone, 2 directional lights, 3 any light; 0 draws unlit.
-
-    A light that is off counts too if it has a position, or if it is no headlight and stands behind the first
-    that is on (vtkOpenGLRenderer::UpdateLights).
-    """
-    chosen, shine = 0, 0
-    for light in lights:
-        if light.on:
-            shine += 1
-            chosen = max(chosen, 1)
-        if chosen == 1 and (shine > 1 or light.frame != "headlight"):
-            chosen = 2
-        if not isinstance(light, DirectionalLight):
-            chosen = 3
-    return chosen if shine else 0
+    return Terms(lights, given, viewer, vtk_tier(lights), tuple(said))
 
 
 def _standard(
@@ -116,9 +98,9 @@ def _standard(
         said.append("the viewer at infinity as an eye far away")
         lights = [light.in_world(viewer) for light in lights]
         viewer = _far_away(viewer, center, size)
-    if tier(lights) < 2:
+    if vtk_tier(lights) < 2:
         said.append(
-            "a black light added, without which VTK would " + ("draw unlit", "simplify highlights")[tier(lights)]
+            "a black light added, without which VTK would " + ("draw unlit", "simplify highlights")[vtk_tier(lights)]
         )
         lights = [*lights, _BLACK]
     return tuple(lights), viewer, said

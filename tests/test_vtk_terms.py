@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from pvphong.equation import vtk_tier
 from pvphong.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.material import Material
 from pvphong.scene import LightModel, Scene
 from pvphong.viewer import Viewer
 from pvphong.vtk_oracle import vtk_shade
-from pvphong.vtk_terms import in_vtk_terms, tier
+from pvphong.vtk_terms import in_vtk_terms
 
 SUN = DirectionalLight(direction=(0.0, 1.0, -1.0))
 HEADLIGHT = DirectionalLight(frame="headlight")
@@ -39,7 +40,7 @@ def drawn_tier(lights: list) -> str:
 @pytest.mark.parametrize("kinds", list(itertools.product(range(4), repeat=2)))
 def test_the_tier_is_the_one_that_vtk_draws(kinds, on):
     lights = [replace(KINDS[kind], on=shines) for kind, shines in zip(kinds, on, strict=True)]
-    assert drawn_tier(lights) == {0: "unlit", 1: "headlight"}.get(tier(lights), "lit")
+    assert drawn_tier(lights) == {0: "unlit", 1: "headlight"}.get(vtk_tier(lights), "lit")
 
 
 @pytest.mark.parametrize(
@@ -59,7 +60,7 @@ def test_the_tier_is_the_one_that_vtk_draws(kinds, on):
     ],
 )
 def test_tiers(lights, expected):
-    assert tier(lights) == expected
+    assert vtk_tier(lights) == expected
 
 
 # --- terms --------------------------------------------------------------------------------------------------------

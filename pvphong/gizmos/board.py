@@ -6,7 +6,7 @@ import math
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from pvphong.gizmos.highlight import Spot
 from pvphong.gizmos.history import History
 from pvphong.gizmos.overlay import Overlay
 from pvphong.gizmos.press import Cursor, Press, vector
-from pvphong.gizmos.surfaces import find_highlight, pick
+from pvphong.gizmos.surfaces import Surfaces, find_highlight
 from pvphong.gizmos.view import View
 from pvphong.live import LiveMesh
 from pvphong.rig import LightHandle, Rig
@@ -34,6 +34,7 @@ class Options:
     in_screenshots: bool = False
     angle_step: float = 5.0
     length_step: float | None = None
+    keys: commands.Keys = field(default_factory=dict)
 
 
 class Board:
@@ -169,7 +170,7 @@ class Board:
             grip.limit(0.5 * min(others, default=math.inf))
         self._overlay.attach(self._renderer)
         self._overlay.put(drawing)
-        self._overlay.help(commands.HELP if self.helping else "", (12.0, view.size[1] - 12.0))
+        self._overlay.help(commands.help_text(self.options.keys) if self.helping else "", (12.0, view.size[1] - 12.0))
         x, y = self._cursor()
         self._overlay.say(self._readout, (x - view.origin[0], y - view.origin[1]), view.size)
 
@@ -224,7 +225,8 @@ class Board:
             self.options.angle_step,
             self.options.length_step,
         )
-        self._drag = Drag(gizmo, press, self.rig, self.rig.state, held)
+        surfaces = Surfaces(self._renderer, view, self._meshes()) if grip.name == HIGHLIGHT else None
+        self._drag = Drag(gizmo, press, self.rig, self.rig.state, held, surfaces)
 
     def dragged(self) -> None:
         """The cursor moved with the button down: the light becomes what the cursor asks for."""
@@ -233,7 +235,7 @@ class Board:
             self._drag, self._readout = None, ""
             return
         at = Cursor(self._cursor(), bool(self._interactor.GetShiftKey()), bool(self._interactor.GetControlKey()))
-        self._readout = drag.move(at, lambda cursor: pick(cursor, self._renderer, drag.press.view, self._meshes()))
+        self._readout = drag.move(at)
 
     def dropped(self) -> None:
         """The button was let go: the drag becomes one step."""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from pvphong import _check
 from pvphong.gizmos.gizmo import in_frame
 
 if TYPE_CHECKING:
@@ -90,11 +91,28 @@ _MOUSE = {
     "Esc": "put back",
 }
 
-HELP = "\n".join(
-    f"{key:6}{what}"
-    for key, what in [*((key, what) for key, (what, _) in {**_SHOWING, **_CHANGING}.items()), *_MOUSE.items()]
-)
-"""All keys, one a line."""
+TAKEN = frozenset({*"qQeErRwWsSpPbBvVCcfFuUiI3lLjJtTaA+-", "Up", "Down", "plus", "minus"})
+"""What vtkInteractorStyle::OnChar, `Plotter.reset_key_events`, PyVista's picking and VTK's widgets listen to."""
+
+Keys = Mapping[str, tuple[str, Callable[[], None]]]
+"""Key → what the help says, and what is done."""
+
+
+def check_keys(keys: Keys) -> Keys:
+    """Raise ValueError for a key that has a meaning already, or has none."""
+    for key, (what, action) in keys.items():
+        if key in TAKEN or key in _SHOWING or key in _CHANGING:
+            _check.refuse("keys", key, "keys that are free", "x, d and the digits from 4 are, for example.")
+        _check.text(f"keys[{key!r}][0]", what)
+        if not callable(action):
+            _check.refuse(f"keys[{key!r}][1]", action, "a function without arguments")
+    return keys
+
+
+def help_text(more: Keys) -> str:
+    """All keys, one a line."""
+    entries = {key: what for table in (_SHOWING, _CHANGING, more) for key, (what, _) in table.items()}
+    return "\n".join(f"{key:6}{what}" for key, what in (entries | _MOUSE).items())
 
 
 def run(board: Board, key: str, *, control: bool = False) -> bool:
@@ -104,6 +122,8 @@ def run(board: Board, key: str, *, control: bool = False) -> bool:
     elif key in _CHANGING and not control:
         with board.history.edit(board.rig):
             _CHANGING[key][1](board)
+    elif key in board.options.keys and not control:
+        board.options.keys[key][1]()
     else:
         return False
     return True

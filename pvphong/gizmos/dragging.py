@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from pvphong.gizmos.gizmo import HIGHLIGHT, Gizmo, in_frame
@@ -10,6 +9,7 @@ from pvphong.gizmos.highlight import Spot, mirrored_to_eye
 from pvphong.gizmos.kinds import kind_of
 from pvphong.gizmos.press import Cursor, Press
 from pvphong.gizmos.readout import readout
+from pvphong.gizmos.surfaces import Surfaces
 from pvphong.lights import Light
 from pvphong.rig import Rig, RigState
 
@@ -30,6 +30,8 @@ class Drag:
         What they were.
     held : Spot, optional
         Where the light's highlight was.
+    surfaces : Surfaces, optional
+        What it can be dragged on, if it is the highlight that was grabbed.
     """
 
     gizmo: Gizmo
@@ -37,19 +39,17 @@ class Drag:
     rig: Rig
     before: RigState
     held: Spot | None
+    surfaces: Surfaces | None
 
     @property
     def is_possible(self) -> bool:
         """Whether the light is still there."""
         return self.gizmo.handle in self.rig.handles
 
-    def move(self, at: Cursor, pick: Callable[[tuple[float, float]], Spot | None]) -> str:
-        """Make the light what the cursor asks for; gives the numbers to be shown.
-
-        `pick` finds the place on a surface under a cursor.
-        """
+    def move(self, at: Cursor) -> str:
+        """Make the light what the cursor asks for; gives the numbers to be shown."""
         press, viewer = self.press, self.press.view.viewer
-        light = self._mirrored(at, pick) if press.handle == HIGHLIGHT else kind_of(press.light).drag(press, at)
+        light = self._mirrored(at) if press.handle == HIGHLIGHT else kind_of(press.light).drag(press, at)
         if light == press.light:
             self.put_back()
         else:
@@ -57,9 +57,9 @@ class Drag:
             self.gizmo.handle.set(in_frame(light, frame, viewer), viewer)
         return readout(light, press.handle, press.place)
 
-    def _mirrored(self, at: Cursor, pick: Callable[[tuple[float, float]], Spot | None]) -> Light:
+    def _mirrored(self, at: Cursor) -> Light:
         x, y = self.press.picture(at).tolist()
-        target = pick((x, y))
+        target = None if self.surfaces is None else self.surfaces.pick((x, y))
         if self.held is None or target is None:  # off the surface: it waits
             viewer = self.press.view.viewer
             return self.gizmo.light_for(viewer).in_world(viewer)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 from vtkmodules.vtkRenderingCore import vtkCellPicker
 
 from pvphong._types import Float64Array, rgb
@@ -41,23 +42,44 @@ def _in_world(live: LiveMesh, points: Any, normals: Any) -> tuple[Float64Array, 
     return transform_points(points, matrix), transform_normals(normals, matrix)
 
 
-def pick(cursor: tuple[float, float], renderer: Any, view: View, meshes: Sequence[LiveMesh]) -> Spot | None:
-    """The place on the meshes under a cursor, its normal interpolated and turned to the eye."""
-    picker = vtkCellPicker()
-    picker.SetTolerance(0.0)
-    picker.PickFromListOn()
-    for live in meshes:
-        assert live.actor is not None
-        picker.AddPickList(live.actor)
-    if not picker.Pick(*cursor, 0.0, renderer):
-        return None
-    live = next(live for live in meshes if live.actor is picker.GetActor())
-    cell = live.drawn.GetCell(picker.GetCellId())
-    weights = [0.0] * cell.GetNumberOfPoints()
-    cell.InterpolateFunctions(picker.GetPCoords(), weights)
-    ids = [cell.GetPointId(corner) for corner in range(cell.GetNumberOfPoints())]
-    blended = np.array(weights) @ np.asarray(live.normals, dtype=np.float64)[ids]
-    normal = _in_world(live, np.zeros((1, 3)), blended[None])[1][0]
-    point = picker.GetPickPosition()
-    facing = float(normal @ view.towards_eye(point))
-    return Spot(vector(point), vector(normal if facing >= 0.0 else -normal))
+class Surfaces:
+    """Lit meshes that are asked again and again what is under a cursor, while none of them moves.
+
+    Parameters
+    ----------
+    renderer
+        VTK's.
+    view : View
+        The pane.
+    meshes : sequence of LiveMesh
+        What can be hit.
+    """
+
+    def __init__(self, renderer: Any, view: View, meshes: Sequence[LiveMesh]) -> None:
+        self._renderer, self._view, self._meshes = renderer, view, meshes
+        self._picker = vtkCellPicker()
+        self._picker.SetTolerance(0.0)
+        self._picker.PickFromListOn()
+        for live in meshes:
+            assert live.actor is not None
+            self._picker.AddPickList(live.actor)
+            locator = vtkStaticCellLocator()
+            locator.SetDataSet(live.actor.GetMapper().GetInput())  # the picker knows it by the mapper's own
+            locator.BuildLocator()
+            self._picker.AddLocator(locator)
+
+    def pick(self, cursor: tuple[float, float]) -> Spot | None:
+        """The place under a cursor, its normal interpolated and turned to the eye."""
+        picker = self._picker
+        if not picker.Pick(*cursor, 0.0, self._renderer):
+            return None
+        live = next(live for live in self._meshes if live.actor is picker.GetActor())
+        cell = live.drawn.GetCell(picker.GetCellId())
+        weights = [0.0] * cell.GetNumberOfPoints()
+        cell.InterpolateFunctions(picker.GetPCoords(), weights)
+        ids = [cell.GetPointId(corner) for corner in range(cell.GetNumberOfPoints())]
+        blended = np.array(weights) @ np.asarray(live.normals, dtype=np.float64)[ids]
+        normal = _in_world(live, np.zeros((1, 3)), blended[None])[1][0]
+        point = picker.GetPickPosition()
+        facing = float(normal @ self._view.towards_eye(point))
+        return Spot(vector(point), vector(normal if facing >= 0.0 else -normal))

@@ -15,8 +15,6 @@ LAMP = PointLight(position=(0.8, -0.4, 0.9), name="lamp")
 SPOT = SpotLight(position=(-0.7, 0.2, 1.0), direction=(0.7, -0.2, -1.0), name="spot")
 SUN = DirectionalLight(direction=(1, 1, -1), name="sun")
 KEYS = {**commands._SHOWING, **commands._CHANGING}
-# vtkInteractorStyle::OnChar, PyVista's own in Plotter.reset_key_events, its picking's, the widgets' activation.
-TAKEN = {*"qQeErRwWsSpPbBvVCcfFuUiI3lLjJtTaA+-", "Up", "Down", "plus", "minus"}
 
 
 @pytest.fixture
@@ -48,16 +46,16 @@ def image(plotter):
 
 
 def test_no_key_is_taken():
-    assert not TAKEN & set(KEYS)
+    assert not commands.TAKEN & set(KEYS)
 
 
 def test_pyvistas_own_keys_are_among_the_taken(plotter):
-    assert set(plotter.iren._key_press_event_callbacks) <= TAKEN
+    assert set(plotter.iren._key_press_event_callbacks) <= commands.TAKEN
 
 
 def test_the_help_lists_them_all(plotter):
     for key, (what, _) in KEYS.items():
-        assert f"{key:6}{what}" in commands.HELP.splitlines()
+        assert f"{key:6}{what}" in commands.help_text({}).splitlines()
     before = image(plotter)
     Mouse(plotter).key("h")
     helping = image(plotter)
@@ -152,3 +150,26 @@ def test_other_keys_are_left_to_others(plotter):
     assert heard == ["x", "m"]
     Mouse(plotter).key("m", control=True)
     assert not light(plotter, "lamp").on
+
+
+def test_more_keys_can_be_added(plotter):
+    saved = []
+    plotter.phong.add_gizmos(keys={"d": ("save the rig", lambda: saved.append(plotter.phong.scene))})
+    Mouse(plotter).key("d")
+    assert saved == [plotter.phong.scene]
+    assert "d     save the rig" in commands.help_text(plotter.phong._pane.board.options.keys)
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"q": ("quit", print)}, r"^keys must be keys that are free; got q\. x, d and"),
+        ({"m": ("mine", print)}, r"^keys must be keys that are free; got m"),
+        ({"d": ("save", None)}, r"^keys\['d'\]\[1\] must be a function without arguments; got None"),
+        ({"d": (7, print)}, r"^keys\['d'\]\[0\] must be a string; got 7"),
+    ],
+)
+def test_keys_that_cannot_be_added(plotter, keys, message):
+    with pytest.raises(ValueError, match=message):
+        plotter.phong.add_gizmos(keys=keys)
+    assert len(plotter.phong.gizmos) == 3
