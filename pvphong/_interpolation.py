@@ -28,7 +28,6 @@ _SAME_RATIO = 1e-4
 # Halvings of a distance after which a difference that is still there is a jump.
 _HALVINGS = 20
 
-
 # An error from which on triangles are searched for jumps.
 _LARGE = 1.0 / 255.0
 
@@ -90,25 +89,32 @@ class Jumps:
 
 
 def jumps(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Jumps:
-    """Look for steps of the colour, which no splitting would cure.
+    """Look for steps of the colour, which no splitting would cure."""
+    result = Jumps(np.zeros(len(corners)), np.zeros(len(corners)))
+    step = _SAMPLES // len(_ALL)
+    for start in range(0, len(corners), step):
+        part = slice(start, start + step)
+        result.sizes[part], result.errors[part] = _jumps(vertices, corners[part], lighting)
+    return result
 
-    From the sample with the largest error to the corner whose colour differs most from it, the half that
-    keeps more of the difference is halved again and again. What is left of the difference is a jump.
+
+def _jumps(vertices: Vertices, corners: IntArray, lighting: Lighting) -> tuple[Float64Array, Float64Array]:
+    """From the worst sample to the corner whose colour differs most from it: the half that keeps more of the
+    difference, again and again. What is left of the difference is a jump.
     """
-    rows = np.arange(len(corners))
     near = _worst_place(vertices, corners, lighting)
     near_color = _truth(vertices, corners, near[:, None], lighting)[:, 0]
     at_corners = lighting.shown(vertices.colors[corners])
     corner = _largest(at_corners - near_color[:, None]).argmax(axis=1)
-    far, far_color = np.eye(3)[corner], at_corners[rows, corner]
+    far, far_color = np.eye(3)[corner], at_corners[np.arange(len(corners)), corner]
     for _ in range(_HALVINGS):
         middle = (near + far) / 2.0
         color = _truth(vertices, corners, middle[:, None], lighting)[:, 0]
-        nearer = (_largest(color - near_color) >= _largest(color - far_color))[:, None]
-        far, far_color = np.where(nearer, middle, far), np.where(nearer, color, far_color)
-        near, near_color = np.where(nearer, near, middle), np.where(nearer, near_color, color)
+        near_half = (_largest(color - near_color) >= _largest(color - far_color))[:, None]
+        far, far_color = np.where(near_half, middle, far), np.where(near_half, color, far_color)
+        near, near_color = np.where(near_half, near, middle), np.where(near_half, near_color, color)
     beside = _misses(vertices, corners, np.stack([near, far], axis=1), lighting)
-    return Jumps(_largest(far_color - near_color), beside.max(axis=1, initial=0.0))
+    return _largest(far_color - near_color), beside.max(axis=1)
 
 
 class _Worst(NamedTuple):

@@ -86,7 +86,7 @@ def _find_strength(t: Any, is_rescued: bool, rows: Any) -> None:
     if t.has_cone:
         axis = t.axis
         passes.find_cone(rows, real(axis[0]), real(axis[1]), real(axis[2]), real(t.edge))
-        passes.raise_shine(rows, real(t.exponent), real(1.0), real(t.dark))
+        passes.raise_shine(rows, real(t.exponent), real(-np.inf), real(t.dark))
         passes.apply_cone(rows)
     if t.has_ambient:
         ambient = t.ambient
@@ -105,7 +105,7 @@ def _find_highlight(t: Any, s: Any, has_unseen: bool, rows: Any) -> None:
         passes.blinn_phong(rows)
     elif t.highlight == HEADLIGHT:
         passes.headlight(rows, real(s.floor))
-    passes.raise_shine(rows, real(s.shininess), real(1.0) - real(s.floor), real(s.dark))
+    passes.raise_shine(rows, real(s.shininess), real(np.log2(s.floor)), real(s.dark))
     if has_unseen and t.highlight != HEADLIGHT:
         rescue.hide_unseen(rows)
 

@@ -84,11 +84,12 @@ _WHOLE32, _WHOLE64 = np.float32(1.5 * 2**23), 1.5 * 2**52
 _LEAST32, _LEAST64 = np.float32(-126.0), -1022.0
 
 
-def power(square: Any, exponent: Any, most: Any) -> Any:
-    """(1 − d)ⁿ for a chord's squared length |D|² = 2d, n = `exponent` and d taken to be at most `most` <= 1.
+def power(square: Any, exponent: Any, least: Any) -> Any:
+    """(1 − d)ⁿ for a chord's squared length |D|² = 2d and n = `exponent`, log2(1 − d) being at least `least`.
 
-    All three in the same precision. Where d = 1 the result means nothing unless n = 0; what would be below
-    the least normal number comes out between 0 and twice that.
+    All three in the same precision. (The floor is on the logarithm because 1 − floor would be rounded by far
+    more than the floor's own last bit.) Where d >= 1 and `least` is infinite the result means nothing unless
+    n = 0; what would be below the least normal number comes out between 0 and twice that.
     """
     raise NotImplementedError  # compiled code gets one of the two functions below
 
@@ -102,38 +103,38 @@ def _horner(t: Any, coefficients: Any) -> Any:
 
 
 @contracted
-def _power32(square: Any, exponent: Any, most: Any) -> Any:
+def _power32(square: Any, exponent: Any, least: Any) -> Any:
     # Numba widens sums and shifts of int32 to int64; each is cut back at once, or vectors would be half as long.
-    d = min(np.float32(0.5) * square, most)
+    d = min(np.float32(0.5) * square, np.float32(1.0))
     bits = np.float32(np.float32(1.0) - d).view(np.int32)
     k = np.int32(np.int32(bits - _ROOT32) >> _MANTISSA32)
     m = np.int32(bits - np.int32(k << _MANTISSA32)).view(np.float32)
     t = -d if k == np.int32(0) else m - np.float32(1.0)  # the rounding of 1 − d matters near the peak alone
-    y = max(exponent * (t * _horner(t, _LOG32) + np.float32(k)), _LEAST32)
+    y = max(exponent * max(t * _horner(t, _LOG32) + np.float32(k), least), _LEAST32)
     whole = y + _WHOLE32
     significand = np.float32(_horner(y - (whole - _WHOLE32), _EXP32)).view(np.int32)
     return np.int32(significand + np.int32(np.float32(whole).view(np.int32) << _MANTISSA32)).view(np.float32)
 
 
 @contracted
-def _power64(square: Any, exponent: Any, most: Any) -> Any:
-    d = min(0.5 * square, most)
+def _power64(square: Any, exponent: Any, least: Any) -> Any:
+    d = min(0.5 * square, 1.0)
     bits = np.float64(1.0 - d).view(np.int64)
     k = (bits - _ROOT64) >> _MANTISSA64
     m = np.int64(bits - (k << _MANTISSA64)).view(np.float64)
     t = -d if k == 0 else m - 1.0
     z = t / (2.0 + t)
-    y = max(exponent * (z * _horner(z * z, _LOG64) + np.float64(k)), _LEAST64)
+    y = max(exponent * max(z * _horner(z * z, _LOG64) + np.float64(k), least), _LEAST64)
     whole = y + _WHOLE64
     significand = np.float64(_horner(y - (whole - _WHOLE64), _EXP64)).view(np.int64)
     return np.int64(significand + (np.float64(whole).view(np.int64) << _MANTISSA64)).view(np.float64)
 
 
 @overload(power, jit_options={"forceinline": True})
-def _power(square: Any, exponent: Any, most: Any) -> Any:  # noqa: ARG001 Numba matches the names
+def _power(square: Any, exponent: Any, least: Any) -> Any:  # noqa: ARG001 Numba matches the names
     chosen = _power32 if square == numba.float32 else _power64
 
-    def implementation(square: Any, exponent: Any, most: Any) -> Any:
-        return chosen(square, exponent, most)
+    def implementation(square: Any, exponent: Any, least: Any) -> Any:
+        return chosen(square, exponent, least)
 
     return implementation

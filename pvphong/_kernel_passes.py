@@ -51,7 +51,9 @@ def ray_square(rows: Any, i: int) -> Any:
     return square_of(rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i])
 
 
-@inlined
+import numba
+_fl=lambda f: numba.njit(error_model="numpy", forceinline=True, fastmath={"afn","arcp"})(f)
+@_fl
 def _inverse_root(square: Any) -> Any:
     return _ONE / np.sqrt(max(square, _ZERO_SQUARE))
 
@@ -251,11 +253,11 @@ def headlight(rows: Any, floor: Any) -> None:
 
 
 @plain
-def raise_shine(rows: Any, exponent: Any, most: Any, dark: Any) -> None:
+def raise_shine(rows: Any, exponent: Any, least: Any, dark: Any) -> None:
     """The power of 1 − |C|²/2 in place of |C|²; 0 from the squared chord `dark` on."""
     for i in range(BLOCK):
         square = rows[at.SHINE + i]
-        raised = power(square, exponent, most)
+        raised = power(square, exponent, least)
         rows[at.SHINE + i] = raised if square < dark else _ZERO
 
 

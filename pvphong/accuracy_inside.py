@@ -23,6 +23,9 @@ _ERROR = "phong_interpolation_error"
 _LEVELS = (1, 2, 3)
 _MOST_POINTS = 5_000_000
 
+# Seconds to split a triangle of a large mesh, generously.
+_PER_SPLIT = 4e-6
+
 # Triangles in which the error is searched, of a large mesh a random choice; and of these the ones that stand for
 # all on the refined meshes: those that are worst on the mesh as it is, and a random choice of the others.
 _SEARCHED, _WORST, _OTHERS = 50_000, 800, 800
@@ -159,7 +162,7 @@ def _uniform(
         if count > _MOST_POINTS:
             yield name, f"it would have {count / 1e6:.1f} million points"
             continue
-        if clock.left < 5.0 * spent:
+        if clock.left < max(5.0 * spent, len(whole.corners) * _PER_SPLIT):
             yield name, "there was no time for it"
             continue
         clock.say(name)

@@ -16,7 +16,7 @@ from pvphong.transform import transform_points
 if TYPE_CHECKING:
     from pvphong.accuracy_report import Tradeoff
 
-SIZE = (800, 600)
+SIZE = (640, 480)
 
 STEP = 1.0 / 255.0
 """One step of a display, the unit of the errors in pictures."""
@@ -49,10 +49,11 @@ def linked_pictures(report: Tradeoff) -> dict[str, Any]:
         "signed error at the vertices": error_colors(signed),
     }
     viewer = report.scene.viewer
-    first = next(iter(shown.values()))
-    if _covered(_drawn(mesh, first, viewer)) < _NOT_SEEN:
+    pictures = {"reference": _drawn(mesh, shown.pop("reference"), viewer)}
+    if _covered(pictures["reference"]) < _NOT_SEEN:
         viewer = studio_scene(mesh).viewer
-    pictures = {name: _drawn(mesh, colors, viewer) for name, colors in shown.items()}
+        pictures["reference"] = _drawn(mesh, np.clip(report.reference_colors, 0.0, 1.0), viewer)
+    pictures |= {name: _drawn(mesh, colors, viewer) for name, colors in shown.items()}
     if len(report.inside_errors) == mesh.n_cells and mesh.is_all_triangles:
         pictures["interpolation error inside triangles"] = _drawn_faces(mesh, report.inside_errors, viewer)
     return pictures

@@ -27,7 +27,8 @@ Placement = Literal["linear", "smooth"]
 # Points that are added at most where no limit is given.
 _MOST_ADDED = 1_000_000
 
-_ERROR = "phong_interpolation_error"
+# After the name of the lit colours, the name of the cell array of errors.
+_ERROR = "_interpolation_error"
 
 
 def refine(
@@ -51,8 +52,8 @@ def refine(
     that a highlight that falls between all corners is found too.
 
     Triangles are bisected until every error is within the tolerance. A side is split for all triangles that
-    share it, so that there are no T-junctions: what is manifold, closed or a boundary stays so. Triangles keep
-    the shape that they came with: no angle falls below half of the smallest that equal cutting would give.
+    share it, so that there are no T-junctions: what is manifold, closed or a boundary stays so. The parts keep
+    the shape of the triangle that they come from: none of their angles is less than half of its smallest.
 
     Parameters
     ----------
@@ -90,8 +91,8 @@ def refine(
         normals gets those that `mesh.phong.normals` gives it before it is split. Cell arrays are copied to the
         parts of each cell.
 
-        In its cell array ``phong_interpolation_error`` is the error that is left in each triangle. Its field data
-        say how it ended:
+        Its cell array ``<name>_interpolation_error`` is the error that is left in each triangle, and its field
+        data say how it ended:
 
         ``<name>_refinement_error``
             The largest error that is left.
@@ -111,7 +112,8 @@ def refine(
     Notes
     -----
     Triangles without an area, or with a point that is not finite, are left alone, except that they are split
-    along with their neighbours.
+    along with their neighbours. PyVista's `validate_mesh` takes triangles for empty whose area is below the epsilon
+    of the points' type, 1.2e-7 in float32, whatever the mesh's unit is: very fine parts may fall under that.
 
     References
     ----------
@@ -127,7 +129,7 @@ def refine(
     refinement = Refinement(lit.mesh.points, lit.normals, lit.shades, lit.corners, lit.lighting, smooth)
     stopped = refinement.run(tolerance, limit)
     result = _split_mesh(lit, refinement)
-    result.cell_data[_ERROR] = refinement.errors
+    result.cell_data[name + _ERROR] = refinement.errors
     result.field_data[f"{name}_refinement_error"] = [refinement.errors.max(initial=0.0)]
     result.field_data[f"{name}_refinement_stopped"] = stopped
     result.field_data[f"{name}_refinement_points"] = [lit.mesh.n_points, result.n_points]
@@ -167,8 +169,8 @@ def interpolation_error(
     points, normals = lit.mesh.points.astype(np.float64), lit.normals.astype(np.float64)
     vertices = Vertices(points, normals, normals, lit.shades, lit.lighting.colors(points, normals, lit.shades))
     result = lit.mesh.copy()
-    result.cell_data[_ERROR] = all_errors(vertices, lit.corners, lit.lighting)
-    result.set_active_scalars(_ERROR, preference="cell")
+    result.cell_data["phong" + _ERROR] = all_errors(vertices, lit.corners, lit.lighting)
+    result.set_active_scalars("phong" + _ERROR, preference="cell")
     return result
 
 

@@ -213,16 +213,12 @@ def _fields(light: Any) -> tuple[Any, ...]:
 
 
 def _set_fields(light: Any, fields: tuple[Any, ...]) -> None:
-    kind, position, focal_point, matrix, elements, *colors, intensity, switch, positional, cone, exponent, falloff = (
-        fields
-    )
+    kind, position, focal_point, matrix, _, *colors, intensity, switch, positional, cone, exponent, falloff = fields
     light.SetLightType(kind)
     if position is not None:
         light.SetPosition(position)
         light.SetFocalPoint(focal_point)
     light.SetTransformMatrix(matrix)
-    if matrix is not None:
-        matrix.DeepCopy(elements)
     for put, color in zip((light.SetDiffuseColor, light.SetSpecularColor, light.SetAmbientColor), colors, strict=True):
         put(color)
     light.SetIntensity(intensity)

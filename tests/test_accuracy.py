@@ -20,7 +20,7 @@ from pvphong.textbook import textbook_colors
 
 STEP = 1 / 255
 SUN = ph.PointLight(position=(400, 100, 300), name="sun")
-LAMP = ph.PointLight(position=(0, -2, 1), attenuation=(1, 0, 0.5), diffuse=(0.3, 0.4, 0.6), name="lamp")
+LAMP = ph.PointLight(position=(0, -1.5, 0.6), attenuation=(1, 0, 0.5), diffuse=(0.3, 0.4, 0.6), name="lamp")
 GLOW = ph.PointLight(position=(0, 0, -3), diffuse=0.0005, name="glow")
 SCENE = ph.Scene(lights=[SUN, LAMP, GLOW], viewer=ph.Viewer(position=(1.5, 1.2, 1.0), up=(0, 0, 1)))
 SHINY = ph.Material(diffuse=(0.6, 0.5, 0.4), specular=0.4, shininess=30)
@@ -33,7 +33,7 @@ def mesh():
 
 @pytest.fixture(scope="module")
 def report(mesh):
-    return tradeoff(mesh, SCENE, SHINY, seconds=8)
+    return tradeoff(mesh, SCENE, SHINY, seconds=7)
 
 
 def row(report, name):
@@ -68,7 +68,8 @@ def test_arithmetic_error_is_that_of_evaluate(mesh, report):
 
 def test_light_model_errors_are_those_of_the_changed_scene(mesh, report):
     truth = exact(mesh, SCENE, SHINY)
-    x, y, z = SUN.position
+    x, y, z = SUN.position  # the mesh's middle is the origin, and the lamp is not far
+    up = ph.DirectionalLight(direction=(0, 0, 1), diffuse=GLOW.diffuse)
     changed = {
         "infinite viewer": (replace(SCENE, light_model=ph.LightModel(local_viewer=False)), SHINY),
         "Blinn-Phong, shininess × 4": (
@@ -77,14 +78,13 @@ def test_light_model_errors_are_those_of_the_changed_scene(mesh, report):
         ),
         "no highlights": (SCENE, replace(SHINY, specular=0.0)),
         "far lights directional": (
-            replace(SCENE, lights=[ph.DirectionalLight(direction=(-x, -y, -z)), LAMP, replace(GLOW, on=False)]),
+            replace(SCENE, lights=[ph.DirectionalLight(direction=(-x, -y, -z)), LAMP, up]),
             SHINY,
         ),
     }
     for name, (scene, material) in changed.items():
         error = np.abs(exact(mesh, scene, material) - truth).max()
-        slack = 1e-3 if name == "far lights directional" else 1e-12  # the glow, which is far too, was left out here
-        assert row(report, name).light_model.largest == pytest.approx(error, abs=slack), name
+        assert row(report, name).light_model.largest == pytest.approx(error, rel=1e-4), name
         assert row(report, name).light_model.largest > 0, name
         assert row(report, name).arithmetic.largest < 1e-5, name
 
@@ -93,7 +93,7 @@ def test_interpolation_errors_fall_when_the_mesh_is_refined(mesh, report):
     whole = mesh.phong.interpolation_error(SCENE, SHINY)["phong_interpolation_error"]
     assert row(report, "as it is").interpolation.largest == pytest.approx(whole.max(), rel=1e-6)
     errors = [row(report, f"refined {level}×").interpolation.largest for level in (1, 2)]
-    assert whole.max() > 2 * errors[0] > 4 * errors[1] > 0
+    assert whole.max() > 1.5 * errors[0] > 3 * errors[1] > 0
     assert row(report, "refined 1×").points == mesh.n_points + mesh.extract_all_edges().n_cells
 
 
@@ -154,7 +154,7 @@ def test_the_plans_row_says_what_was_promised(mesh, report):
 def test_no_approximation_errs_by_more_than_it_promises():
     rng = np.random.default_rng(5)
     count = 0
-    for _ in range(120):
+    for _ in range(60):
         subject = random_subject(rng)
         tolerance = 10 ** rng.uniform(-6, -1)
         found = promises(subject, tolerance)
@@ -164,7 +164,7 @@ def test_no_approximation_errs_by_more_than_it_promises():
         plan = subject.plan(tolerance)
         error = np.abs(subject.exact(plan.equation) - subject.truth).max()
         assert error <= plan.error_bound + 1e-12 <= tolerance + 2e-12
-    assert count > 100, "approximations are really taken"
+    assert count > 60, "approximations are really taken"
 
 
 def random_subject(rng):

@@ -145,6 +145,15 @@ def test_a_light_of_vtk_is_followed_itself(rig):
     assert rig.lights == ()
 
 
+def test_an_edited_transform_is_followed(rig):
+    light = lights_of_pyvista()["transformed"]
+    handle = rig.add(light)
+    handle.light(rig.viewer)
+    light.GetTransformMatrix().SetElement(0, 3, 9.0)
+    assert handle.light(rig.viewer).position == light.world_position
+    assert handle.light(rig.viewer).position[0] == pytest.approx(10.0)
+
+
 def test_a_light_added_or_removed_by_others_is_followed(rig, renderer):
     light = pv.Light(intensity=0.4)
     renderer.add_light(light)

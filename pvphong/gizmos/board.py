@@ -148,8 +148,6 @@ class Board:
                 gizmo.release()
         known = {gizmo.handle: gizmo for gizmo in self._gizmos}
         self._gizmos = [known.get(handle) or Gizmo(handle, self) for handle in present]
-        if self._drag is not None and self._drag.gizmo not in self._gizmos:
-            self._drag, self._readout = None, ""
 
     def update(self) -> None:
         """Bring widgets and looks to where lights, camera and scene are now."""
@@ -205,7 +203,6 @@ class Board:
 
     def grabbed(self, gizmo: Gizmo, grip: Grip) -> None:
         """A handle was grabbed: freeze everything that the drag depends on."""
-        grip.share_events()
         view = self.view
         self.select(gizmo)
         light = gizmo.light_for(view.viewer).in_world(view.viewer)
@@ -239,7 +236,7 @@ class Board:
 
     def dropped(self) -> None:
         """The button was let go: the drag becomes one step."""
-        if self._drag is not None:
+        if self._drag is not None and self._drag.is_possible:
             self.history.record(self.rig, self._drag.before)
         self._drag, self._readout = None, ""
         self.render()

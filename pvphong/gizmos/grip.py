@@ -77,10 +77,6 @@ class Grip:
         if position is not None:
             self._looks.SetWorldPosition(position.tolist())
 
-    def share_events(self) -> None:
-        """While it is dragged VTK would give events to nobody else: let keys come through."""
-        self._widget.ReleaseFocus()
-
     def limit(self, reach: float) -> None:
         """Grab it from no farther than this many pixels, so that another one close by can be grabbed too."""
         self._looks.SetTolerance(int(min(max(reach, 1.0), TOLERANCE)))

@@ -101,6 +101,20 @@ def test_a_drag_changes_the_light_and_the_colours_and_undo_restores_both(plotter
     np.testing.assert_array_equal(colors(plotter), dragged)
 
 
+def test_the_icon_of_a_directional_light_stays_where_it_is(plotter):
+    def icon():
+        chosen = gizmo(plotter, "sun")
+        along = np.array(chosen.light.direction) / np.linalg.norm(chosen.light.direction)
+        size = 0.6 * 0.95 * 0.5 * np.linalg.norm([1, 1, 1])  # the arrow's length, by the ball's bounds
+        return chosen.handles["target"] - size * along
+
+    before = icon()
+    end = Mouse(plotter).drag(handle_at(plotter, "sun", "target"), (22, -9))
+    np.testing.assert_allclose(icon(), before, atol=2e-3)
+    start, tip = Mouse(plotter).at(icon()), handle_at(plotter, "sun", "target")
+    assert np.cross([*(tip - start), 0], [*(end - start), 0])[2] / np.hypot(*(end - start)) == pytest.approx(0, abs=1)
+
+
 def test_the_mesh_follows_while_the_button_is_down(plotter):
     mouse, lit = Mouse(plotter), colors(plotter)
     start = handle_at(plotter, "lamp", "position")
@@ -167,17 +181,21 @@ def test_steps_can_be_chosen(new_plotter):
     assert len(shown.phong.gizmos) == 3
 
 
-def test_a_light_removed_during_a_drag(plotter):
+@pytest.mark.parametrize("moves_on", [True, False])
+def test_a_light_removed_during_a_drag(plotter, moves_on):
     mouse, start = Mouse(plotter), handle_at(plotter, "lamp", "position")
     mouse.press(start)
     mouse.move(start + np.array((20, 5)))
     plotter.phong.remove_light("lamp")
-    mouse.move(start + np.array((25, 5)))
-    plotter.render()
-    mouse.move(start + np.array((30, 5)))
+    if moves_on:
+        mouse.move(start + np.array((25, 5)))
+        plotter.render()
     mouse.release(start + np.array((30, 5)))
     assert [light.name for light in plotter.phong.lights] == ["spot", "sun"]
     assert [each.light.name for each in plotter.phong.gizmos] == ["spot", "sun"]
+    assert plotter.phong.undo()
+    assert len(plotter.phong.lights) == 3
+    assert not plotter.phong.undo()  # the drag was not finished
 
 
 @pytest.mark.parametrize("light_type", ["scene light", "camera light"])

@@ -93,6 +93,12 @@ def test_an_axis_that_points_at_the_eye_is_not_chosen(projection):
     np.testing.assert_array_equal(seen_from.along(point, np.array([0.0, 1, 0]), np.array([9.0, 9.0])), point)
 
 
+def test_an_axis_that_nearly_points_at_the_eye_is_not_chosen():
+    seen_from = view(position=(0, -6, 0), focal_point=(0, 0, 0))
+    point = np.array([0.05, 0.0, 0.05])  # there the y axis runs along the diagonal of the picture, hardly at all
+    assert seen_from.axis_along(point, np.array([7.0, 7.0]))[1] == 0
+
+
 def test_no_motion_has_no_axis():
     assert view().axis_along(np.zeros(3), np.zeros(2)) is None
 

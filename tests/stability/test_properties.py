@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 import warnings
 from collections import Counter
 from collections.abc import Iterable
@@ -43,6 +44,18 @@ def _flattening_is_no_failure():
         warnings.simplefilter("error")
         warnings.simplefilter("ignore", SingularMatrixWarning)
         yield
+
+
+@pytest.fixture(autouse=True)
+def _one_thread():
+    """A few vertices are no work for many threads: waiting for each other takes them ten times as long."""
+    numba = sys.modules.get("numba")
+    before = numba and numba.get_num_threads()
+    if numba:
+        numba.set_num_threads(1)
+    yield
+    if numba:
+        numba.set_num_threads(before)
 
 
 def arrays(shading: Shading) -> dict[str, np.ndarray]:
