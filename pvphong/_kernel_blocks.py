@@ -44,7 +44,7 @@ def _load_normals(array: Any, start: int, count: int, s: Any, rows: Any, wide: A
         passes.rotate_normals(s.normal_matrix, wide, rows)
     else:
         passes.split(array, start, count, rows[at.NX :])
-    if passes.measure_normals(rows):
+    if not passes.measure_normals(rows):
         rescue.rescue_normals(array, start, count, s.normal_matrix, s.has_matrix, rows)
         passes.measure_normals(rows)
 
@@ -55,26 +55,26 @@ def _load_points(array: Any, start: int, count: int, s: Any, rows: Any, wide: An
         passes.split(array, start, count, rows[at.PX :])
         return
     passes.split(array, start, count, wide)
-    if s.has_matrix and passes.transform(s.matrix, s.w, wide):
+    if s.has_matrix and not passes.transform(s.matrix, s.w, wide):
         rescue.rescue_points(array, start, count, s.matrix, s.w, wide)
 
 
-@plain
+@inlined
 def _approach(position: Any, s: Any, rows: Any, wide: Any) -> bool:
     """Rays from the vertices to a position; whether any of them was rescued."""
     real = rows.dtype.type
     x, y, z = position[0], position[1], position[2]
     if s.is_wide:
         if passes.approach_wide(wide, x, y, z, rows):
-            rescue.rescue_rays(wide, x, y, z, rows)
-            return True
-        return False
+            return False
+        rescue.rescue_rays(wide, x, y, z, rows)
+        return True
     x_high, y_high, z_high = real(x), real(y), real(z)
     x_low, y_low, z_low = real(x - np.float64(x_high)), real(y - np.float64(y_high)), real(z - np.float64(z_high))
     if passes.approach(rows, x_high, y_high, z_high, x_low, y_low, z_low):
-        rescue.rescue_rays(rows[at.PX :], x, y, z, rows)
-        return True
-    return False
+        return False
+    rescue.rescue_rays(rows[at.PX :], x, y, z, rows)
+    return True
 
 
 @inlined

@@ -36,7 +36,7 @@ _WHOLE = np.float32(1.5 * 2**23)
 @inlined
 def is_moderate(square: Any) -> bool:
     """Whether a vector of that squared length needs no rescue; False for NaN."""
-    return square >= _LEAST_SQUARE and square <= _MOST_SQUARE
+    return (square >= _LEAST_SQUARE) & (square <= _MOST_SQUARE)  # `and` would be a branch
 
 
 @inlined
@@ -87,9 +87,9 @@ def split(array: Any, start: int, count: int, rows: Any) -> None:
 
 
 @plain
-def transform(matrix: Any, w: float, wide: Any) -> int:
-    """(L p + t) / w for float64 points and a (3, 4) matrix (L | t); gives the number of those not finite."""
-    rare = 0
+def transform(matrix: Any, w: float, wide: Any) -> bool:
+    """(L p + t) / w for float64 points and a (3, 4) matrix (L | t); gives whether all are finite."""
+    good = True
     for i in range(BLOCK):
         x, y, z = wide[i], wide[BLOCK + i], wide[2 * BLOCK + i]
         x, y, z = (
@@ -98,8 +98,8 @@ def transform(matrix: Any, w: float, wide: Any) -> int:
             (matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2] * z + matrix[2, 3]) / w,
         )
         wide[i], wide[BLOCK + i], wide[2 * BLOCK + i] = x, y, z
-        rare += not (np.isfinite(x) and np.isfinite(y) and np.isfinite(z))
-    return rare
+        good = good & np.isfinite(x) & np.isfinite(y) & np.isfinite(z)
+    return good
 
 
 @plain
@@ -113,45 +113,45 @@ def rotate_normals(matrix: Any, wide: Any, rows: Any) -> None:
 
 
 @plain
-def measure_normals(rows: Any) -> int:
-    """1/|n| and 2/|n|²; gives the number of normals that need a rescue."""
-    rare = 0
+def measure_normals(rows: Any) -> bool:
+    """1/|n| and 2/|n|²; gives whether none needs a rescue."""
+    good = True
     for i in range(BLOCK):
         square = square_of(rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i])
         inverse = _inverse_root(square)
         rows[at.INVERSE + i] = inverse
         rows[at.MIRROR + i] = _TWO * inverse * inverse
-        rare += not is_moderate(square)
-    return rare
+        good = good & is_moderate(square)
+    return good
 
 
 @plain
-def approach(rows: Any, x: Any, y: Any, z: Any, x_low: Any, y_low: Any, z_low: Any) -> int:
-    """D towards a position; gives the number of rays that need a rescue.
+def approach(rows: Any, x: Any, y: Any, z: Any, x_low: Any, y_low: Any, z_low: Any) -> bool:
+    """D towards a position; gives whether none needs a rescue.
 
     With the position as a sum of two numbers of the points' type, D is right to the last bit that matters: the
     difference to the first number is exact wherever it is so small that the second one counts.
     """
-    rare = 0
+    good = True
     for i in range(BLOCK):
         dx = (x - rows[at.PX + i]) + x_low
         dy = (y - rows[at.PY + i]) + y_low
         dz = (z - rows[at.PZ + i]) + z_low
         rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i] = dx, dy, dz
-        rare += not is_moderate(square_of(dx, dy, dz))
-    return rare
+        good = good & is_moderate(square_of(dx, dy, dz))
+    return good
 
 
 @plain
-def approach_wide(wide: Any, x: float, y: float, z: float, rows: Any) -> int:
+def approach_wide(wide: Any, x: float, y: float, z: float, rows: Any) -> bool:
     """`approach` from points that are float64 where the rows are float32."""
-    rare = 0
+    good = True
     for i in range(BLOCK):
         rows[at.DX + i] = x - wide[i]
         rows[at.DY + i] = y - wide[BLOCK + i]
         rows[at.DZ + i] = z - wide[2 * BLOCK + i]
-        rare += not is_moderate(ray_square(rows, i))
-    return rare
+        good = good & is_moderate(ray_square(rows, i))
+    return good
 
 
 @plain

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 # Vertices in a block: a multiple of every vector's length, and few enough that the rows in use stay in 32 KiB
 # of first-level cache.
-BLOCK = 128
+BLOCK = 256
 
 # Colour; and the part of it that the albedo does not multiply, where there is an albedo.
 R, G, B, HR, HG, HB = range(0, 6 * BLOCK, BLOCK)

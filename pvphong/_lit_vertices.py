@@ -86,5 +86,18 @@ def sizes(points: Float64Array) -> tuple[Float64Array, Float64Array]:
     """
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         sides = np.roll(points, -1, axis=1) - points
+        scale = np.abs(sides).max(axis=(1, 2), initial=0.0)
+        sides /= scale[:, None, None]
         longest = np.linalg.norm(sides, axis=2).max(axis=1, initial=0.0)
-        return longest, np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / longest
+        double_area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+        return longest * scale, double_area / longest * scale
+
+
+def moderate(normals: FloatArray) -> tuple[Float64Array, int]:
+    """Normals scaled by one power of two so that the longest is near 1, and its exponent.
+
+    Blended, they have the same directions, and nothing overflows. A normal that is not finite becomes zero.
+    """
+    result = np.where(np.isfinite(normals).all(axis=1)[:, None], normals, 0.0).astype(np.float64)
+    exponent = int(np.frexp(np.abs(result).max(initial=0.0))[1])
+    return np.ldexp(result, -exponent), exponent

@@ -27,7 +27,7 @@ from pvphong.surface import surface
 PER_PIXEL, LIT_ARRAY = "VTK per pixel", "VTK drawing lit array"
 
 # Parts of the time budget: for meshes that are refined, and left over so that it is kept.
-_FOR_INSIDE, _SPARE = 0.3, 0.05
+_FOR_INSIDE, _SPARE = 0.4, 0.05
 
 # Seconds that VTK needs to open two windows, and per face of a frame drawn by the processor.
 _FOR_WINDOWS, _PER_FACE = 2.0, 1e-6

@@ -29,6 +29,15 @@ _DATA = 0.5
 """The part of a front's width that markers take; names stand beside it."""
 
 
+def refuse_format(path: str | os.PathLike[str]) -> None:
+    """Raise ``ValueError`` unless the suffix is one that figures are drawn in, and Matplotlib is there."""
+    _check.choice("suffix of path", Path(path).suffix.lower(), _FORMATS)
+    try:
+        import matplotlib.figure  # noqa: F401
+    except ImportError as error:
+        raise ValueError('Figures need Matplotlib: pip install "pvphong[plot]".') from error
+
+
 def save_figure(report: Tradeoff, path: str | os.PathLike[str]) -> None:
     """Draw a report into a file.
 
@@ -37,11 +46,9 @@ def save_figure(report: Tradeoff, path: str | os.PathLike[str]) -> None:
     ValueError
         If Matplotlib is missing, the suffix is none that it is drawn in, or the file cannot be written.
     """
-    _check.choice("suffix of path", Path(path).suffix.lower(), _FORMATS)
-    try:
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise ValueError('Figures need Matplotlib: pip install "pvphong[plot]".') from error
+    refuse_format(path)
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=_SIZE, layout="constrained")
     rows: Any = figure.subfigures(3, 1, height_ratios=(1.1, 0.6, 0.9))
     rows[0].suptitle(f"What accuracy costs in time: {report.facts['mesh']}", fontsize=15, fontweight="bold")
@@ -157,6 +164,7 @@ def _label(axes: Any, rows: Sequence[Row], floor: float) -> None:
         axes.annotate(
             text, (row.time.median * 1e3, _height(row, floor)), xytext=(_DATA + 0.06, place),
             textcoords="axes fraction", va="center", fontsize=8.5, color=_INK if row.on_front else _GREY, zorder=2,
+            bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.85},
             arrowprops={"arrowstyle": "-", "color": "#c9c9c9", "linewidth": 0.7, "relpos": (0.0, 0.5)},
         )  # fmt: skip
 
@@ -212,7 +220,7 @@ def _draw_scale(part: Any, all_axes: Any) -> None:
     colors = LinearSegmentedColormap.from_list("steps", [BELOW, NONE, ABOVE], N=2 * MOST_STEPS + 1)
     edges = np.arange(-MOST_STEPS, MOST_STEPS + 2) - 0.5
     bar = part.colorbar(
-        ScalarMappable(BoundaryNorm(edges, colors.N), colors), ax=list(all_axes[-1:]), shrink=0.85, extend="both",
+        ScalarMappable(BoundaryNorm(edges, colors.N), colors), ax=list(all_axes), shrink=0.85, extend="both",
         ticks=range(-MOST_STEPS, MOST_STEPS + 1), extendfrac=0.06,
     )  # fmt: skip
     bar.set_label("error in steps of 1/255", fontsize=9)

@@ -17,7 +17,7 @@ from pvphong.refinement import interpolation_error, refine
 from pvphong.surface import has_faces
 
 AS_IT_IS = "as it is"
-ADAPTIVE = "refined where it matters"
+ADAPTIVE = "refined adaptively"
 
 _ERROR = "phong_interpolation_error"
 _LEVELS = (1, 2, 3)
@@ -28,7 +28,7 @@ _PER_SPLIT = 4e-6
 
 # Triangles in which the error is searched, of a large mesh a random choice; and of these the ones that stand for
 # all on the refined meshes: those that are worst on the mesh as it is, and a random choice of the others.
-_SEARCHED, _WORST, _OTHERS = 50_000, 800, 800
+_SEARCHED, _WORST, _OTHERS = 50_000, 400, 300
 
 # Measured: a point that refinement adds costs some times the search of one triangle, and never less than this.
 _SEARCHES_PER_POINT, _LEAST_PER_POINT = 3.0, 5e-5
@@ -162,7 +162,7 @@ def _uniform(
         if count > _MOST_POINTS:
             yield name, f"it would have {count / 1e6:.1f} million points"
             continue
-        if clock.left < max(5.0 * spent, len(whole.corners) * _PER_SPLIT):
+        if clock.left < max(4.2 * spent, len(whole.corners) * _PER_SPLIT):
             yield name, "there was no time for it"
             continue
         clock.say(name)

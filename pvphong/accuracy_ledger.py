@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 from pvphong._types import Float64Array, FloatArray
@@ -45,7 +46,11 @@ def light_labels(subject: Subject) -> tuple[str, ...]:
 def dropped(subject: Subject, effect: str, equation: Equation) -> Without:
     """One effect's absence, with the largest error that it makes."""
     error = vertex_errors(subject.exact(equation), subject.exact_whole).largest
-    return Without(effect, equation, subject.runner(equation, subject.backend, "float32"), error)
+    kept = {term.index for term in equation.terms}
+    gone = {term.index for term in subject.equation.terms} - kept
+    lights = tuple(light for index, light in enumerate(subject.scene.lights) if index not in gone)
+    scene = replace(subject.scene, lights=lights) if gone else None  # what is not there is not planned either
+    return Without(effect, equation, subject.runner(equation, subject.backend, "float32", scene), error)
 
 
 def ledger(subject: Subject, plan: Plan, missing: list[Without], costs: dict[str, Float64Array]) -> tuple[Entry, ...]:

@@ -101,8 +101,8 @@ class Tradeoff:
 
     @property
     def noise(self) -> float:
-        """The largest spread of any row's times: from quartile to quartile, as a part of its median."""
-        return max((row.time.high - row.time.low) / row.time.median for row in self.rows)
+        """The spread of times in the middle row: from quartile to quartile, as a part of the median."""
+        return float(np.median([row.time.spread for row in self.rows]))
 
     @cached_property
     def chosen_colors(self) -> FloatArray:

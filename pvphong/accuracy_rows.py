@@ -79,6 +79,11 @@ class Timing:
     high: float
     repeats: int
 
+    @property
+    def spread(self) -> float:
+        """From quartile to quartile, as a part of the median."""
+        return (self.high - self.low) / self.median
+
     @classmethod
     def of(cls, seconds: Sequence[float] | Float64Array) -> Timing:
         """The quartiles of some seconds."""

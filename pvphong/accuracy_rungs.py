@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -97,11 +97,14 @@ class Subject:
         result = Shading(np.empty((1, 3), precision))
         return kernel.shade(self.points[:1], self.normals[:1], self.equation, None, result)
 
-    def runner(self, equation: Equation, backend: str, precision: Precision) -> Callable[[], FloatArray]:
-        """A run of an equation as `evaluate` does it: the plan first, then the vertices."""
+    def runner(
+        self, equation: Equation, backend: str, precision: Precision, scene: Scene | None = None
+    ) -> Callable[[], FloatArray]:
+        """A run of an equation as `evaluate` does it: the plan first, of another scene if one is given."""
+        planned = self if scene is None else replace(self, scene=scene)
 
         def run() -> FloatArray:
-            self.plan()
+            planned.plan()
             return colors(self.points, self.normals, equation, backend, precision)
 
         return run

@@ -23,7 +23,9 @@ def everything(report: Tradeoff) -> Iterator[Any]:
     if report.left_out:
         yield _plain_table("left out", [*report.left_out.items()])
     told = [*report.facts.items()]
-    told.append(("noise", f"times of one run spread by up to {report.noise:.0%} of their median, quartile to quartile"))
+    loudest = max(report.rows, key=lambda row: row.time.spread)
+    spread = f"times spread by {report.noise:.1%} of their median, quartile to quartile, in the middle row"
+    told.append(("noise", f"{spread}; by {loudest.time.spread:.0%} in {loudest.name}"))
     worst = ", ".join(f"{error:.2g} at vertex {index}" for index, error in report.worst())
     yield _plain_table("measured on", [*told, ("worst vertices", worst)])
 
@@ -143,7 +145,7 @@ def price(chosen: Row, following: Row) -> str:
     more = following.time.median - chosen.time.median
     times = chosen.decisive_error / following.decisive_error if following.decisive_error else 0.0
     bought = f"buys {times:.3g}× less error" if times else "buys all of it"
-    noisy = ", which is less than the noise" if following.time.low <= chosen.time.high else ""
+    noisy = ", within the noise" if following.time.low <= chosen.time.high else ""
     return f"Next is {following.name}: +{seconds(more)} {bought}{noisy}."
 
 

@@ -16,11 +16,11 @@ Run = Callable[[], object]
 Report = Callable[[float, str], None]
 
 _MOST_REPEATS = 51
-_FEWEST_REPEATS = 3
+_FEWEST_REPEATS = 5
 
 # A sample is the least of a few runs in a row, as many as take this many seconds: another process that interrupts
 # one of them does not count. Long runs are taken as they are.
-_SAMPLE, _MOST_IN_A_ROW = 1e-2, 7
+_SAMPLE, _MOST_IN_A_ROW = 3e-2, 7
 
 
 class Clock:

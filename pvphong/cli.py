@@ -22,6 +22,7 @@ from rich.markdown import Markdown
 from pvphong import _check, pictures
 from pvphong._types import ColorLike, Precision
 from pvphong.accuracy import tradeoff as measure_tradeoff
+from pvphong.accuracy_figure import refuse_format
 from pvphong.airplane_demo import run_demo
 from pvphong.diagnosis import diagnose as diagnose_mesh
 from pvphong.material import Material
@@ -190,7 +191,7 @@ def shade(
 
 @app.command
 def view(mesh: str, /, *, scene: Rig = None, look: LookOptions = _PLAIN) -> None:
-    """Show a lit mesh in a window; its colours follow the camera.
+    """Show a lit mesh in a window, with gizmos to place its lights; the key h lists the keys.
 
     Parameters
     ----------
@@ -198,7 +199,7 @@ def view(mesh: str, /, *, scene: Rig = None, look: LookOptions = _PLAIN) -> None
         A file of any format that PyVista reads.
     """
     outside, rig = _surface_and_scene(mesh, scene, _SIZE)
-    show(outside, rig, look.to_material(), title=f"pvphong: {mesh}")
+    show(outside, rig, look.to_material(), title=f"pvphong: {mesh}", stem=Path(mesh).stem)
 
 
 @app.command
@@ -282,6 +283,11 @@ def tradeoff(
     json
         All numbers.
     """
+    if plot is not None:
+        refuse_format(plot)
+    for output in (plot, csv, json):
+        if output is not None and not output.resolve().parent.is_dir():
+            _check.refuse("path", str(output), "in a folder that exists", f"Create {output.parent} first.")
     outside, rig = _surface_and_scene(mesh, scene, _SIZE)
     if isinstance(outside, pv.MultiBlock):
         _check.refuse("mesh", mesh, "a file with a single mesh", "Save one of its blocks by itself.")

@@ -28,6 +28,9 @@ from pvphong.equation import BRIGHTEST, Equation, LightTerm
 from pvphong.shading import Shading
 from pvphong.transform import transform_normals, transform_points
 
+# Powers below e to this are 0 in float64: NumPy's exp takes up to fifty times as long from there on.
+_DARK = -707.5
+
 # Vertices per block: large enough that NumPy's cost per call is small, small enough for the caches.
 BLOCK = 32768
 
@@ -216,10 +219,14 @@ def _power(distance: FloatArray, shininess: float, floor: float) -> Any:
     logarithm = _log1p_of_negative(np.minimum(distance, real(1.0), out=distance))
     if floor:  # here, because 1 − floor would be rounded by far more than the floor's own last bit
         np.maximum(logarithm, real(math.log(floor)), out=logarithm)
-    tiny = float(np.finfo(real).tiny)
-    logarithm *= real(max(tiny, min(shininess, BRIGHTEST)))
-    # A power below the least normal number is 0: NumPy's exp takes ten times as long over it.
-    return np.exp(logarithm, out=np.zeros_like(logarithm), where=logarithm > math.log(tiny))
+    logarithm *= real(max(float(np.finfo(real).tiny), min(shininess, BRIGHTEST)))
+    if real is np.float32:
+        return np.exp(logarithm, out=logarithm)
+    shows = logarithm > _DARK
+    np.maximum(logarithm, _DARK, out=logarithm)
+    power = np.exp(logarithm, out=logarithm)
+    power *= shows
+    return power
 
 
 def _log1p_of_negative(d: FloatArray) -> Any:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pvphong import _check
 from pvphong._interpolation import all_errors
-from pvphong._lit_vertices import Lighting, Vertices
+from pvphong._lit_vertices import Lighting, Vertices, moderate
 from pvphong._refining import Refinement
 from pvphong._types import Float64Array, FloatArray, IntArray, MatrixLike, Precision
 from pvphong.evaluation import _albedo as shades_of
@@ -126,8 +126,9 @@ def refine(
     real = _check.choice("precision", precision, get_args(Precision))
     lit = _lit_triangles(mesh, scene, material, matrix, albedo)
     limit = _limit(max_points, lit.mesh.n_points)
-    refinement = Refinement(lit.mesh.points, lit.normals, lit.shades, lit.corners, lit.lighting, smooth)
-    stopped = refinement.run(tolerance, limit)
+    with _far_ranges_allowed():
+        refinement = Refinement(lit.mesh.points, lit.blended, lit.shades, lit.corners, lit.lighting, smooth)
+        stopped = refinement.run(tolerance, limit)
     result = _split_mesh(lit, refinement)
     result.cell_data[name + _ERROR] = refinement.errors
     result.field_data[f"{name}_refinement_error"] = [refinement.errors.max(initial=0.0)]
@@ -166,10 +167,12 @@ def interpolation_error(
         As `refine`.
     """
     lit = _lit_triangles(mesh, scene, material, matrix, albedo)
-    points, normals = lit.mesh.points.astype(np.float64), lit.normals.astype(np.float64)
-    vertices = Vertices(points, normals, normals, lit.shades, lit.lighting.colors(points, normals, lit.shades))
+    points, normals = lit.mesh.points.astype(np.float64), lit.blended
+    with _far_ranges_allowed():
+        vertices = Vertices(points, normals, normals, lit.shades, lit.lighting.colors(points, normals, lit.shades))
+        errors = all_errors(vertices, lit.corners, lit.lighting)
     result = lit.mesh.copy()
-    result.cell_data["phong" + _ERROR] = all_errors(vertices, lit.corners, lit.lighting)
+    result.cell_data["phong" + _ERROR] = errors
     result.set_active_scalars("phong" + _ERROR, preference="cell")
     return result
 
@@ -178,6 +181,10 @@ class _LitTriangles(NamedTuple):
     mesh: pv.PolyData
     corners: IntArray
     normals: FloatArray
+    """As they are stored."""
+    blended: Float64Array
+    """The same, divided by 2**exponent."""
+    exponent: int
     shades: Float64Array | None
     lighting: Lighting
 
@@ -193,7 +200,13 @@ def _lit_triangles(
     triangles = source if source.is_all_triangles else source.triangulate()
     lighting = Lighting(scene, material, matrix)
     corners: IntArray = triangles.regular_faces.astype(np.intp)
-    return _LitTriangles(triangles, corners, point_normals(source), shades, lighting)
+    normals = point_normals(source)
+    return _LitTriangles(triangles, corners, normals, *moderate(normals), shades, lighting)
+
+
+def _far_ranges_allowed() -> np.errstate:
+    """Where coordinates leave float64's range, samples are lost, but nothing else."""
+    return np.errstate(over="ignore", under="ignore", invalid="ignore")
 
 
 def _split_mesh(lit: _LitTriangles, refinement: Refinement) -> pv.PolyData:
@@ -207,7 +220,8 @@ def _split_mesh(lit: _LitTriangles, refinement: Refinement) -> pv.PolyData:
     for key in source.cell_data:
         result.cell_data[key] = np.asarray(source.cell_data[key])[triangles.source]
     result.field_data.update(source.field_data)
-    normals = np.concatenate([lit.normals, vertices.stored[added].astype(lit.normals.dtype)])
+    new_normals = np.ldexp(vertices.stored[added], lit.exponent)
+    normals = np.concatenate([lit.normals, new_normals.astype(lit.normals.dtype)])
     key = source.point_data.active_normals_name or _unused("Normals", source)
     result.point_data[key] = normals
     result.point_data.active_normals_name = key

@@ -1,23 +1,32 @@
-"""A window with lit meshes, for the command line."""
+"""A window with lit meshes and gizmos for their lights, for the command line."""
 
 from __future__ import annotations
 
 import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
 
 import pyvista as pv
 
 from pvphong import _check
+from pvphong.live import ARRAY
 from pvphong.material import Material
-from pvphong.pictures import WITHOUT_DISPLAY, aim, drawing_window, leaves
+from pvphong.mesh import map_blocks, shade_mesh
+from pvphong.mesh_files import save_lit
+from pvphong.pictures import WITHOUT_DISPLAY, aim, drawing_window, leaves, save_picture
 from pvphong.scene import Scene
 
 _INSTEAD = "A picture needs no window: pvphong shade MESH -o picture.png."
 
 
-def show(mesh: pv.PolyData | pv.MultiBlock, scene: Scene, material: Material, *, title: str) -> None:
-    """Open a window with a lit mesh, and come back when it is closed.
+def show(
+    mesh: pv.PolyData | pv.MultiBlock, scene: Scene, material: Material, *, title: str, stem: str = "pvphong"
+) -> None:
+    """Open a window with a lit mesh and gizmos for its lights, and come back when it is closed.
 
-    Lights that ride along with the viewer, and highlights, follow the camera as it is moved.
+    Lights that ride along with the viewer, and highlights, follow the camera as it is moved. The key h lists
+    the keys; d, x and 4 write files into the current folder and say so.
 
     Parameters
     ----------
@@ -29,6 +38,8 @@ def show(mesh: pv.PolyData | pv.MultiBlock, scene: Scene, material: Material, *,
         The surface's reflectances.
     title : str
         Of the window.
+    stem : str
+        What the names of saved files begin with.
 
     Raises
     ------
@@ -46,4 +57,48 @@ def show(mesh: pv.PolyData | pv.MultiBlock, scene: Scene, material: Material, *,
         plotter.phong.add_light(light)
     for part in leaves(mesh):
         plotter.phong.add_mesh(part, material)
+    plotter.phong.add_gizmos(keys=_keys(plotter, mesh, material, stem))
     plotter.show()
+
+
+def _keys(
+    plotter: pv.Plotter, mesh: pv.PolyData | pv.MultiBlock, material: Material, stem: str
+) -> dict[str, tuple[str, Callable[[], None]]]:
+    """Keys that save what the window shows: key → (what it does, how)."""
+    several = isinstance(mesh, pv.MultiBlock)
+    rig, lit, picture = Path(f"{stem}-rig.json"), Path(f"{stem}-lit.{'vtm' if several else 'vtp'}"), Path(f"{stem}.png")
+
+    def save_lit_mesh() -> None:
+        scene = plotter.phong.scene
+        shaded = (
+            map_blocks(mesh, lambda block: shade_mesh(block, scene, material))
+            if several
+            else shade_mesh(mesh, scene, material)
+        )
+        save_lit(shaded, lit, ARRAY)
+
+    def save_rig() -> None:
+        plotter.phong.scene.save(rig)
+
+    def save_screenshot() -> None:
+        save_picture(plotter.screenshot(return_img=True), picture)
+
+    return {
+        "d": (f"save the rig as {rig}", _told(save_rig, rig)),
+        "x": (f"save the lit mesh as {lit}", _told(save_lit_mesh, lit)),
+        "4": (f"save a picture as {picture}", _told(save_screenshot, picture)),
+    }
+
+
+def _told(save: Callable[[], None], path: Path) -> Callable[[], None]:
+    """The saving function, which says where the file is, or why there is none: a window must outlive an error."""
+
+    def press() -> None:
+        try:
+            save()
+        except ValueError as error:
+            print("error:", error, file=sys.stderr)
+        else:
+            print(path)
+
+    return press

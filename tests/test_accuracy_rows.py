@@ -38,7 +38,9 @@ def test_triangle_errors_count_each_for_those_it_stands_for():
 
 
 def test_timing_has_quartiles():
-    assert Timing.of([5.0, 1.0, 2.0, 3.0, 4.0]) == Timing(3.0, 2.0, 4.0, 5)
+    timing = Timing.of([5.0, 1.0, 2.0, 3.0, 4.0])
+    assert timing == Timing(3.0, 2.0, 4.0, 5)
+    assert timing.spread == pytest.approx(2 / 3)
 
 
 def test_only_undominated_rows_are_on_the_front():

@@ -57,11 +57,11 @@ def test_python_dash_m_and_version():
 def test_help_names_the_commands(capsys):
     assert run("--help") == 0
     shown = capsys.readouterr().out
-    for command in ("demo", "shade", "view", "plan", "validate", "diagnose"):
+    for command in ("demo", "shade", "view", "plan", "validate", "tradeoff", "diagnose"):
         assert command in shown
 
 
-@pytest.mark.parametrize("command", ["demo", "shade", "view", "plan", "validate", "diagnose"])
+@pytest.mark.parametrize("command", ["demo", "shade", "view", "plan", "validate", "tradeoff", "diagnose"])
 def test_every_parameter_has_a_help_text(command, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "120")
     assert run(command, "--help") == 0
@@ -377,6 +377,43 @@ def test_validate_refuses_what_it_cannot_do(capsys):
     assert "error:" in capsys.readouterr().err
     assert run("validate", "sphere.vtp", "--output", "errors.ply") == 2
     assert "error:" in capsys.readouterr().err
+
+
+# -- tradeoff
+
+
+@pytest.mark.usefixtures("sphere")
+def test_tradeoff_prints_the_report_and_writes_figure_and_numbers(capsys):
+    options = ["--seconds", 2, "--tolerance", 0.01, "--plot", "a.png", "--csv", "a.csv", "--json", "a.json"]
+    assert run("tradeoff", "sphere.vtp", *options) == 0
+    shown = capsys.readouterr().out
+    assert "float64 reference" in shown
+    assert shown.splitlines()[-3:] == ["a.png", "a.csv", "a.json"]
+    with open("a.json") as file:
+        numbers = json.load(file)
+    assert numbers["tolerance"] == 0.01
+    assert f"{numbers['chosen']} is the cheapest within 0.01" in " ".join(shown.split())
+    with open("a.csv") as file:
+        assert len(file.readlines()) == 1 + len(numbers["rows"])
+    assert files() == ["a.csv", "a.json", "a.png", "sphere.vtp"]
+
+
+@pytest.mark.usefixtures("sphere")
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("sphere.vtp --tolerance 0", "tolerance must be a finite number > 0"),
+        ("sphere.vtp --seconds=-1", "seconds must be a finite number > 0"),
+        ("blocks.vtm", "mesh must be a file with a single mesh"),
+        ("sphere.vtp --plot no/a.png", "path must be in a folder that exists"),
+        ("sphere.vtp --plot a.bmp", "suffix of path must be one of"),
+    ],
+)
+def test_tradeoff_of_bad_input_is_refused_before_it_measures(words, message, capsys, monkeypatch):
+    monkeypatch.setattr("pvphong.accuracy.interleaved", lambda *_: pytest.fail("it measured"))
+    pv.MultiBlock({"one": pv.Sphere()}).save("blocks.vtm")
+    assert run("tradeoff", *words.split()) == 2
+    assert message in capsys.readouterr().err
 
 
 # -- demo

@@ -5,6 +5,7 @@ import pyvista as pv
 from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Viewer, window
 from pvphong.mesh import shade_mesh
 from pvphong.mesh_files import eight_bit
+from pvphong.plotter import PlotterPhong
 from pvphong.window import show
 
 SCENE = Scene(
@@ -61,3 +62,46 @@ def test_offscreen_no_window_opens(shown, monkeypatch):
     with pytest.raises(ValueError, match=r"PYVISTA_OFF_SCREEN must be unset .* pvphong shade MESH -o picture\.png"):
         show(pv.Sphere(), SCENE, Material(), title="a sphere")
     assert not shown
+
+
+@pytest.fixture
+def keys(shown, monkeypatch, tmp_path):
+    """Key → function of a window on a mesh, in a folder of its own."""
+    monkeypatch.chdir(tmp_path)
+    taken = {}
+    monkeypatch.setattr(PlotterPhong, "add_gizmos", lambda _, *, keys: taken.update(keys))
+
+    def of(mesh):
+        show(mesh, SCENE, Material.named("gold"), title="a mesh", stem="mine")
+        return {key: act for key, (_, act) in taken.items()}
+
+    return of
+
+
+def test_keys_save_the_rig_and_the_lit_mesh(keys, capsys):
+    sphere = pv.Sphere()
+    saving = keys(sphere)
+    saving["d"]()
+    saving["x"]()
+    assert capsys.readouterr().out.split() == ["mine-rig.json", "mine-lit.vtp"]
+    assert Scene.load("mine-rig.json").lights == SCENE.lights
+    expected = shade_mesh(sphere, Scene.load("mine-rig.json"), Material.named("gold"))
+    np.testing.assert_array_equal(pv.read("mine-lit.vtp")["phong"], expected["phong"])
+
+
+def test_blocks_are_saved_as_blocks(keys, capsys):
+    keys(pv.MultiBlock({"one": pv.Sphere()}))["x"]()
+    assert capsys.readouterr().out.split() == ["mine-lit.vtm"]
+    assert "phong" in pv.read("mine-lit.vtm")["one"].array_names
+
+
+def test_a_file_that_cannot_be_written_leaves_the_window_open(keys, capsys, tmp_path):
+    saving = keys(pv.Sphere())
+    (tmp_path / "mine-rig.json").mkdir()
+    saving["d"]()
+    assert "error: path must be a file" in capsys.readouterr().err
+
+
+def test_the_window_has_gizmos_for_its_lights(shown):
+    show(pv.Sphere(), SCENE, Material(), title="a sphere")
+    assert len(shown[0].phong.gizmos) == len(SCENE.lights)

@@ -71,6 +71,7 @@ class Board:
         self._renderer, self._interactor, self._meshes, self._only = renderer, interactor, meshes, only
         self._overlay = Overlay()
         self._gizmos: list[Gizmo] = []
+        self._retired: list[Grip] = []
         self._drag: Drag | None = None
         self._readout = ""
         self._hovered: tuple[Gizmo, str] | None = None
@@ -145,7 +146,7 @@ class Board:
         present = [handle for handle in self.rig.handles if self._only is None or handle in self._only]
         for gizmo in self._gizmos:
             if gizmo.handle not in present:
-                gizmo.release()
+                self._retired += gizmo.retire()
         known = {gizmo.handle: gizmo for gizmo in self._gizmos}
         self._gizmos = [known.get(handle) or Gizmo(handle, self) for handle in present]
 
@@ -186,7 +187,14 @@ class Board:
     def _is_here(self) -> bool:
         return bool(self._renderer.IsInViewport(*self._interactor.GetEventPosition()))
 
+    def _release_retired(self) -> None:
+        """A light can go while its handle is dragged: its widget must outlive the event that it is dealing with."""
+        for grip in self._retired:
+            grip.release()
+        self._retired.clear()
+
     def _moved_over(self) -> None:
+        self._release_retired()
         over = [(gizmo, gizmo.hovered) for gizmo in self._gizmos] if self._is_here() else []
         hovered = next(((gizmo, name) for gizmo, name in over if name is not None), None)
         if hovered != self._hovered:
@@ -194,6 +202,7 @@ class Board:
             self.render()
 
     def _key_pressed(self) -> None:
+        self._release_retired()
         key, control = self._interactor.GetKeySym(), self._interactor.GetControlKey()
         if self._drag is not None:
             if key == "Escape":
@@ -271,6 +280,7 @@ class Board:
             self._interactor.RemoveObserver(tag)
         self._drag = None
         for gizmo in self._gizmos:
-            gizmo.release()
+            self._retired += gizmo.retire()
         self._gizmos.clear()
+        self._release_retired()
         self._overlay.detach(self._renderer)

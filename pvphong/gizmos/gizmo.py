@@ -156,11 +156,13 @@ class Gizmo:
         """A grip was let go."""
         self._board.dropped()
 
-    def release(self) -> None:
-        """Let go of the widgets."""
-        for grip in self._grips.values():
-            grip.release()
+    def retire(self) -> list[Grip]:
+        """Take its grips away; they are to be released when none of them deals with an event."""
+        grips = list(self._grips.values())
         self._grips.clear()
+        for grip in grips:
+            grip.retire()
+        return grips
 
 
 def in_frame(world: Light, frame: Frame, viewer: Viewer) -> Light:

@@ -86,8 +86,14 @@ class Grip:
         """Whether it can be grabbed where the cursor is."""
         return bool(self._widget.GetProcessEvents() and self._looks.GetInteractionState())
 
+    def retire(self) -> None:
+        """Take it away for good: as `place(None)`, and a drag of it ends here."""
+        self.place(None)
+        if self._widget.GetWidgetState() == vtkHandleWidget.Active:
+            self._widget.ReleaseFocus()
+
     def release(self) -> None:
-        """Let go of renderer and interactor."""
+        """Let go of renderer and interactor; not to be called while the widget itself deals with an event."""
         for tag in self._tags:
             self._widget.RemoveObserver(tag)
         self._widget.SetEnabled(False)

@@ -1,15 +1,14 @@
-"""The lighting model as a textbook writes it in NumPy: what the evaluator is measured against.
-
-Whole (n, 3) float64 arrays, vectors normalised by their norms, the mirror direction, `np.power`, `np.clip`. It is
-right for comfortable numbers and for nothing else: no zero normals, no huge or tiny vectors, no light on a vertex.
-"""
+"""The scene and the vertices that evaluators are measured on, and the textbook's formula to hold them against."""
 
 import numpy as np
 
 from pvphong.lights import PointLight
 from pvphong.material import Material
 from pvphong.scene import Scene
+from pvphong.textbook import textbook_colors as shade
 from pvphong.viewer import Viewer
+
+__all__ = ["measured_scene", "shade", "vertices"]
 
 
 def measured_scene():
@@ -33,23 +32,3 @@ def vertices(count, dtype=np.float64):
 
 def normalised(vectors):
     return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
-
-
-def shade(points, normals, scene, material):
-    """Colours (n, 3) of a scene of point lights with attenuation, a local viewer and Phong reflection."""
-    points, normals = points.astype(np.float64), normalised(normals.astype(np.float64))
-    to_viewer = normalised(np.array(scene.viewer.position) - points)
-    color = np.zeros_like(points) + np.multiply(material.ambient, scene.light_model.ambient) + material.emission
-    for light in scene.lights:
-        to_light = np.array(light.position) - points
-        distance = np.linalg.norm(to_light, axis=1, keepdims=True)
-        to_light = to_light / distance
-        constant, linear, quadratic = light.attenuation
-        strength = light.intensity / (constant + linear * distance + quadratic * distance**2)
-        n_dot_l = np.sum(normals * to_light, axis=1, keepdims=True)
-        mirror = 2.0 * n_dot_l * normals - to_light
-        r_dot_v = np.sum(mirror * to_viewer, axis=1, keepdims=True)
-        highlight = np.where(n_dot_l > 0.0, np.power(np.maximum(r_dot_v, 0.0), material.shininess), 0.0)
-        diffuse = np.multiply(material.diffuse, light.diffuse) * np.maximum(n_dot_l, 0.0)
-        color = color + strength * (diffuse + np.multiply(material.specular, light.specular_color) * highlight)
-    return np.clip(color, 0.0, 1.0)

@@ -196,6 +196,13 @@ def test_a_light_removed_during_a_drag(plotter, moves_on):
     assert plotter.phong.undo()
     assert len(plotter.phong.lights) == 3
     assert not plotter.phong.undo()  # the drag was not finished
+    before = plotter.camera.position
+    mouse.drag((5, 5), (20, 30))  # the mouse is everybody's again
+    assert plotter.camera.position != before
+    camera = plotter.camera.position
+    mouse.drag(handle_at(plotter, "spot", "target"), (9, 9))
+    assert gizmo(plotter, "spot").light != SPOT
+    assert plotter.camera.position == camera
 
 
 @pytest.mark.parametrize("light_type", ["scene light", "camera light"])

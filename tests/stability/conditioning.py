@@ -93,27 +93,31 @@ def largest_power(case: Case) -> float:
     )
 
 
-def _eta(here: _Geometry, there: _Geometry) -> Any:
-    return _U * (1.0 + np.maximum(here.ill, there.ill))
+class Change:
+    """Between two evaluations of a scene, the second with every number rounded again, or the same once more."""
 
+    def __init__(self, case: Case, moved: Case) -> None:
+        here = _geometry(case)
+        there = here if moved is case else _geometry(moved)
+        self._here = here
+        self._eta = _U * (1.0 + np.maximum(here.ill, there.ill))
+        self._lights = len(case.scene.lights)
+        self._root = math.sqrt(largest_power(case))
+        self._is_two_sided = case.scene.light_model.two_sided
+        self._scale = here.largest.max(axis=0, initial=1.0)
+        if case.scene.light_model.reflection == "blinn-phong":
+            with np.errstate(divide="ignore"):
+                self._scale = self._scale * (2.0 / here.opening).max(axis=0, initial=1.0)
 
-def change_bound(case: Case, moved: Case, step: float) -> Any:
-    """The bound of every vertex, shape (n,)."""
-    here, there = _geometry(case), _geometry(moved)
-    root = math.sqrt(largest_power(case))
-    lights, scale = len(case.scene.lights), here.largest.max(axis=0, initial=1.0)
-    if case.scene.light_model.reflection == "blinn-phong":
-        with np.errstate(divide="ignore"):
-            scale = scale * (2.0 / here.opening).max(axis=0, initial=1.0)
-    own = 2.0 * (4.0 * root + 16.0) * (1 + lights) * step
-    return scale * (own + (6.2 * root + 8.0) * lights * _eta(here, there))
+    def bound(self, step: float) -> Any:
+        """The bound of every vertex, shape (n,)."""
+        own = 2.0 * (4.0 * self._root + 16.0) * (1 + self._lights) * step
+        return self._scale * (own + (6.2 * self._root + 8.0) * self._lights * self._eta)
 
-
-def decidable(case: Case, moved: Case, step: float) -> Any:
-    """Which vertices lie in no band where either answer is right, shape (n,)."""
-    here, there = _geometry(case), _geometry(moved)
-    band = 8.0 * (step + _eta(here, there))
-    near = (np.abs(here.n_dot_l) <= band).any(axis=0) | (np.abs(here.to_edge) <= band).any(axis=0)
-    if case.scene.light_model.two_sided:
-        near |= np.abs(here.n_dot_v) <= band
-    return ~near
+    def decidable(self, step: float) -> Any:
+        """Which vertices lie in no band where either answer is right, shape (n,)."""
+        band = 8.0 * (step + self._eta)
+        near = (np.abs(self._here.n_dot_l) <= band).any(axis=0) | (np.abs(self._here.to_edge) <= band).any(axis=0)
+        if self._is_two_sided:
+            near |= np.abs(self._here.n_dot_v) <= band
+        return ~near

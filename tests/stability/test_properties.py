@@ -7,15 +7,13 @@ import re
 import sys
 import warnings
 from collections import Counter
-from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
-from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from stability.conditioning import change_bound, decidable, largest_power
+from stability.conditioning import Change, largest_power
 from stability.evaluators import BACKENDS, STEPS, Declined, Evaluator
 from stability.hunting import FEW, MANY, Promise, hunt, mixed_case, positive_of, promising_case, smooth_case, wide_case
 from strategies import Case, Dice, triple
@@ -245,51 +243,65 @@ def test_order_selection_and_layout_change_no_bit(backend: str, examples: int) -
 # --- (d) rotating, translating, mirroring everything ---
 
 
-def _isometry(dice: Dice) -> tuple[list[list[Fraction]], list[Fraction], int]:
-    """An exactly orthogonal matrix, by a quaternion of integers, an offset, and the matrix's determinant."""
+class _Isometry(NamedTuple):
+    """An orthogonal matrix of integers over a common denominator, an offset, and the matrix's determinant."""
+
+    rows: list[list[int]]
+    denominator: int
+    offset: tuple[float, float, float]
+    side: int
+
+    def of_vector(self, vector: Any) -> tuple[float, ...]:
+        return self.of_point(vector, (0.0, 0.0, 0.0))
+
+    def of_point(self, point: Any, offset: Any = None) -> tuple[float, ...]:
+        """The exact image, every coordinate rounded once: Python divides integers like that."""
+        ratios = [float(x).as_integer_ratio() for x in (*point, *(self.offset if offset is None else offset))]
+        common = max(below for _, below in ratios)
+        x, y, z, *shifts = (above * (common // below) for above, below in ratios)
+        below = self.denominator * common
+        rows = zip(self.rows, shifts, strict=True)
+        return tuple((a * x + b * y + c * z + self.denominator * shift) / below for (a, b, c), shift in rows)
+
+
+def _isometry(dice: Dice) -> _Isometry:
+    """By a quaternion of integers, and a mirror for every third."""
     a, b, c, d = (*(dice.randint(-99, 99) for _ in range(3)), dice.randint(1, 99))
-    square, side = a * a + b * b + c * c + d * d, dice.choice((1, 1, -1))
+    side = dice.choice((1, 1, -1))
     rows = [
         [side * (a * a + b * b - c * c - d * d), 2 * (b * c - a * d), 2 * (b * d + a * c)],
         [side * 2 * (b * c + a * d), a * a - b * b + c * c - d * d, 2 * (c * d - a * b)],
         [side * 2 * (b * d - a * c), 2 * (c * d + a * b), a * a - b * b - c * c + d * d],
     ]
-    offset = dice.vector() * dice.choice((0.0, dice.log_between(1e-3, 1e6)))
-    return [[Fraction(entry, square) for entry in row] for row in rows], [Fraction(x) for x in offset], side
+    offset = triple(dice.vector() * dice.choice((0.0, dice.log_between(1e-3, 1e6))))
+    return _Isometry(rows, a * a + b * b + c * c + d * d, offset, side)
 
 
-def _image(vector: Any, linear: list[list[Fraction]], offset: Iterable[Any] = (0, 0, 0)) -> tuple[float, ...]:
-    """Each coordinate of the exact image, rounded once."""
-    exact = [Fraction(float(x)) for x in vector]
-    rows = zip(linear, offset, strict=True)
-    return tuple(float(sum((a * x for a, x in zip(row, exact, strict=True)), shift)) for row, shift in rows)
-
-
-def _moved(case: Case, linear: list[list[Fraction]], offset: list[Fraction], side: int) -> Case:
+def _moved(case: Case, motion: _Isometry) -> Case:
     """Mesh, lights and viewer in another place; a mirror swaps left and right in eye space."""
 
     def light(old: Any) -> Any:
         changed = {}
-        for name, shift in (("position", offset), ("direction", (0, 0, 0))):
+        for name, move in (("position", motion.of_point), ("direction", motion.of_vector)):
             if hasattr(old, name):
                 x, y, z = getattr(old, name)
-                changed[name] = (side * x, y, z) if old.frame == "camera" else _image((x, y, z), linear, shift)
+                changed[name] = (motion.side * x, y, z) if old.frame == "camera" else move((x, y, z))
         return replace(old, **changed)
 
     scene, viewer = case.scene, case.scene.viewer
-    places = {name: _image(getattr(viewer, name), linear, offset) for name in ("position", "focal_point")}
-    viewer = replace(viewer, **places, up=_image(viewer.up, linear))
+    places = {name: motion.of_point(getattr(viewer, name)) for name in ("position", "focal_point")}
+    viewer = replace(viewer, **places, up=motion.of_vector(viewer.up))
     return replace(
         case,
-        points=np.array([_image(p, linear, offset) for p in case.points]),
-        normals=np.array([_image(n, linear) for n in case.normals]),
+        points=np.array([motion.of_point(p) for p in case.points]),
+        normals=np.array([motion.of_vector(n) for n in case.normals]),
         scene=replace(scene, lights=[light(old) for old in scene.lights], viewer=viewer),
     )
 
 
 def _with_motion(dice: Dice) -> tuple[Case, Case]:
     case = smooth_case(dice)
-    return case, _moved(case, *_isometry(dice))
+    return case, _moved(case, _isometry(dice))
 
 
 @hunted
@@ -299,16 +311,14 @@ def test_moving_everything_changes_colours_by_rounding_only(backend: str, exampl
 
     def check(drawn: tuple[Case, Case]) -> None:
         nonlocal vertices, left_out
-        case, moved = drawn
+        change = Change(*drawn)
         for precision, step in STEPS.items():
-            evaluator = Evaluator(backend, precision)
-            here, there = (evaluator(*c.arguments).rgb.astype(float) for c in drawn)
-            bound = change_bound(case, moved, step)
-            judged = decidable(case, moved, step)
-            ratio = np.abs(here - there).max(axis=1) / bound * judged
+            here, there = (Evaluator(backend, precision)(*c.arguments).rgb.astype(float) for c in drawn)
+            judged = change.decidable(step)
+            ratio = np.abs(here - there).max(axis=1) / change.bound(step) * judged
             worst[precision] = max(worst[precision], float(ratio.max()))
             vertices, left_out = vertices + len(judged), left_out + int(np.count_nonzero(~judged))
-            assert (ratio <= 1.0).all(), f"{ratio.max():.3g} times the bound in {precision}\n{case!r}\n{moved!r}"
+            assert (ratio <= 1.0).all(), f"{ratio.max():.3g} times the bound in {precision}\n{drawn!r}"
 
     hunt(_with_motion, check, examples)
     assert left_out < 0.1 * vertices
@@ -362,10 +372,10 @@ def test_a_spoiled_vertex_leaves_the_others_bits_alone(backend: str, examples: i
 @pytest.mark.parametrize("backend", BACKENDS[1:])
 def test_every_backend_agrees_with_the_reference(backend: str, examples: int) -> None:
     def check(case: Case) -> None:
-        exact = Evaluator("numpy", "float64")(*case.arguments).rgb
+        exact, change = Evaluator("numpy", "float64")(*case.arguments).rgb, Change(case, case)
         for precision, step in STEPS.items():
             error = np.abs(Evaluator(backend, precision)(*case.arguments).rgb - exact).max(axis=1)
-            ratio = error / change_bound(case, case, step) * decidable(case, case, step)
+            ratio = error / change.bound(step) * change.decidable(step)
             assert (ratio <= 1.0).all(), f"{ratio.max():.3g} times the bound in {precision}\n{case!r}"
 
     hunt(smooth_case, check, examples)

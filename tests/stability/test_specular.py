@@ -105,7 +105,7 @@ def at_the_peak(evaluator: Evaluator, shininess: float, reflection: str = "phong
 def subnormal(evaluator: Evaluator, shininess: float) -> None:
     """Powers around and below the least normal number of the precision."""
     tiny = float(np.finfo(evaluator.real).tiny)
-    bound = 2e-38 if evaluator.precision == "float32" else 2.0 * tiny
+    bound = 2e-38 if evaluator.precision == "float32" else 3.0 * tiny
     cosines = np.exp((math.log(tiny) + np.linspace(2.0, -20.0, 200)) / shininess)
     half = np.arccos(cosines) / 2.0
     normals = np.stack([np.sin(half), 0.0 * half, np.cos(half)], axis=1).astype(evaluator.real)
