@@ -60,18 +60,23 @@ def _load_points(array: Any, start: int, count: int, s: Any, rows: Any, wide: An
 
 
 @inlined
+def _in_two(rows: Any, position: Any) -> Any:
+    """A float64 position as a sum of two numbers of the rows' type for each coordinate."""
+    real = rows.dtype.type
+    x, y, z = real(position[0]), real(position[1]), real(position[2])
+    return x, y, z, real(position[0] - x), real(position[1] - y), real(position[2] - z)
+
+
+@inlined
 def _approach(position: Any, s: Any, rows: Any, wide: Any) -> bool:
     """Rays from the vertices to a position; whether any of them was rescued."""
-    real = rows.dtype.type
     x, y, z = position[0], position[1], position[2]
     if s.is_wide:
         if passes.approach_wide(wide, x, y, z, rows):
             return False
         rescue.rescue_rays(wide, x, y, z, rows)
         return True
-    x_high, y_high, z_high = real(x), real(y), real(z)
-    x_low, y_low, z_low = real(x - np.float64(x_high)), real(y - np.float64(y_high)), real(z - np.float64(z_high))
-    if passes.approach(rows, x_high, y_high, z_high, x_low, y_low, z_low):
+    if passes.approach(rows, *_in_two(rows, position)):
         return False
     rescue.rescue_rays(rows[at.PX :], x, y, z, rows)
     return True
@@ -86,7 +91,7 @@ def _find_strength(t: Any, is_rescued: bool, rows: Any) -> None:
     if t.has_cone:
         axis = t.axis
         passes.find_cone(rows, real(axis[0]), real(axis[1]), real(axis[2]), real(t.edge))
-        passes.raise_shine(rows, real(t.exponent), real(-np.inf), real(t.dark))
+        passes.raise_shine(rows, real(t.exponent), real(1.0), real(t.dark))
         passes.apply_cone(rows)
     if t.has_ambient:
         ambient = t.ambient
@@ -94,56 +99,67 @@ def _find_strength(t: Any, is_rescued: bool, rows: Any) -> None:
 
 
 @inlined
-def _find_highlight(t: Any, s: Any, has_unseen: bool, rows: Any) -> None:
+def _find_lambert(t: Any, s: Any, rows: Any, wide: Any) -> None:
+    """Factors of a light without highlights."""
     real = rows.dtype.type
     if t.is_parallel:
         l = t.position
-        passes.fill(rows[at.DX :], real(l[0]), real(l[1]), real(l[2]))
-    if t.highlight == PHONG:
-        passes.phong(rows)
-    elif t.highlight == BLINN_PHONG:
-        passes.blinn_phong(rows)
-    elif t.highlight == HEADLIGHT:
-        passes.headlight(rows, real(s.floor))
-    passes.raise_shine(rows, real(s.shininess), real(np.log2(s.floor)), real(s.dark))
-    if has_unseen and t.highlight != HEADLIGHT:
-        rescue.hide_unseen(rows)
+        passes.lambert_parallel(rows, real(l[0]), real(l[1]), real(l[2]))
+        return
+    if not (t.varies or s.is_wide) and passes.lambert_near(rows, *_in_two(rows, t.position)):
+        return
+    is_rescued = _approach(t.position, s, rows, wide)
+    if t.varies:
+        _find_strength(t, is_rescued, rows)
+    passes.lambert(rows)
 
 
 @inlined
-def _add_shiny(t: Any, has_albedo: bool, rows: Any) -> None:
+def _find_highlight(t: Any, s: Any, rows: Any, wide: Any) -> bool:
+    """Factors of a light with highlights; whether any vertex has one."""
     real = rows.dtype.type
-    d, k = t.diffuse, t.specular
-    if has_albedo:
-        passes.add_matt(rows, real(d[0]), real(d[1]), real(d[2]))
-        passes.add_highlight(rows, real(k[0]), real(k[1]), real(k[2]))
+    dark = real(s.dark)
+    if t.is_parallel:
+        l = t.position
+        passes.fill(rows[at.DX :], real(l[0]), real(l[1]), real(l[2]))
+    elif t.highlight == PHONG and not (t.varies or s.is_wide):
+        good, shines = passes.phong_near(rows, *_in_two(rows, t.position), dark)
+        if good:
+            return shines
+        _approach(t.position, s, rows, wide)
     else:
-        passes.add_both(rows, real(d[0]), real(d[1]), real(d[2]), real(k[0]), real(k[1]), real(k[2]))
+        is_rescued = _approach(t.position, s, rows, wide)
+        if t.varies:
+            _find_strength(t, is_rescued, rows)
+    if t.highlight == PHONG:
+        return passes.phong(rows, dark)
+    if t.highlight == BLINN_PHONG:
+        return passes.blinn_phong(rows, dark)
+    passes.headlight(rows, real(s.floor))
+    return True
 
 
 @inlined
 def _add_light(t: Any, s: Any, has_unseen: bool, has_albedo: bool, rows: Any, wide: Any) -> None:
     real = rows.dtype.type
-    if not t.is_parallel:
-        is_rescued = _approach(t.position, s, rows, wide)
-        if t.varies:
-            _find_strength(t, is_rescued, rows)
-    if not t.needs_normals:
-        return
+    shines = False
     if t.highlight != NO_HIGHLIGHT:
-        _find_highlight(t, s, has_unseen, rows)
-    elif t.is_parallel:
-        l = t.position
-        passes.lambert_parallel(rows, real(l[0]), real(l[1]), real(l[2]))
+        shines = _find_highlight(t, s, rows, wide)
     else:
-        passes.lambert(rows)
+        _find_lambert(t, s, rows, wide)
+    if shines:
+        passes.raise_shine(rows, real(s.shininess), real(1.0) - real(s.floor), real(s.dark))
+        if has_unseen and t.highlight != HEADLIGHT:
+            rescue.hide_unseen(rows)
     if t.varies:
         passes.apply_strength(rows)
-    if t.highlight != NO_HIGHLIGHT:
-        _add_shiny(t, has_albedo, rows)
-    else:
-        d = t.diffuse
-        passes.add_matt(rows, real(d[0]), real(d[1]), real(d[2]))
+    d, k = t.diffuse, t.specular
+    if shines and not has_albedo:
+        passes.add_both(rows, real(d[0]), real(d[1]), real(d[2]), real(k[0]), real(k[1]), real(k[2]))
+        return
+    passes.add_matt(rows, real(d[0]), real(d[1]), real(d[2]))
+    if shines:
+        passes.add_highlight(rows, real(k[0]), real(k[1]), real(k[2]))
 
 
 @plain

@@ -114,15 +114,19 @@ def rotate_normals(matrix: Any, wide: Any, rows: Any) -> None:
 
 @plain
 def measure_normals(rows: Any) -> bool:
-    """1/|n| and 2/|n|²; gives whether none needs a rescue."""
+    """1/|n|; gives whether none needs a rescue."""
     good = True
     for i in range(BLOCK):
         square = square_of(rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i])
         inverse = _inverse_root(square)
         rows[at.INVERSE + i] = inverse
-        rows[at.MIRROR + i] = _TWO * inverse * inverse
         good = good & is_moderate(square)
     return good
+
+
+@inlined
+def _ray(rows: Any, i: int, x: Any, y: Any, z: Any, x_low: Any, y_low: Any, z_low: Any) -> tuple[Any, Any, Any]:
+    return (x - rows[at.PX + i]) + x_low, (y - rows[at.PY + i]) + y_low, (z - rows[at.PZ + i]) + z_low
 
 
 @plain
@@ -134,9 +138,7 @@ def approach(rows: Any, x: Any, y: Any, z: Any, x_low: Any, y_low: Any, z_low: A
     """
     good = True
     for i in range(BLOCK):
-        dx = (x - rows[at.PX + i]) + x_low
-        dy = (y - rows[at.PY + i]) + y_low
-        dz = (z - rows[at.PZ + i]) + z_low
+        dx, dy, dz = _ray(rows, i, x, y, z, x_low, y_low, z_low)
         rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i] = dx, dy, dz
         good = good & is_moderate(square_of(dx, dy, dz))
     return good
@@ -186,13 +188,30 @@ def _turn(rows: Any, i: int, is_away: bool) -> None:
     rows[at.NZ + i] = -z if is_away else z
 
 
+@inlined
+def _lambert(rows: Any, i: int, x: Any, y: Any, z: Any, square: Any) -> None:
+    n_l = _normal_dot(rows, i, x, y, z) * (_inverse_root(square) * rows[at.INVERSE + i])
+    rows[at.COSINE + i] = max(n_l, _ZERO)
+
+
 @plain
 def lambert(rows: Any) -> None:
     """max(n·l, 0)."""
     for i in range(BLOCK):
         x, y, z = rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i]
-        n_l = _normal_dot(rows, i, x, y, z) * (_inverse_root(square_of(x, y, z)) * rows[at.INVERSE + i])
-        rows[at.COSINE + i] = max(n_l, _ZERO)
+        _lambert(rows, i, x, y, z, square_of(x, y, z))
+
+
+@plain
+def lambert_near(rows: Any, x: Any, y: Any, z: Any, x_low: Any, y_low: Any, z_low: Any) -> bool:
+    """`approach` and `lambert` in one, without the rays; if any of them needs a rescue the result is useless."""
+    good = True
+    for i in range(BLOCK):
+        dx, dy, dz = _ray(rows, i, x, y, z, x_low, y_low, z_low)
+        square = square_of(dx, dy, dz)
+        _lambert(rows, i, dx, dy, dz, square)
+        good = good & is_moderate(square)
+    return good
 
 
 @plain
@@ -202,30 +221,52 @@ def lambert_parallel(rows: Any, x: Any, y: Any, z: Any) -> None:
         rows[at.COSINE + i] = max(_normal_dot(rows, i, x, y, z) * rows[at.INVERSE + i], _ZERO)
 
 
+@inlined
+def _phong(rows: Any, i: int, dx: Any, dy: Any, dz: Any, square: Any, dark: Any) -> bool:
+    nx, ny, nz = rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i]
+    inverse, shrink = _inverse_root(square), rows[at.INVERSE + i]
+    n_l = (nx * dx + ny * dy + nz * dz) * inverse * shrink
+    twice = n_l * (shrink + shrink)
+    chord = square_of(
+        twice * nx - dx * inverse - rows[at.VX + i],
+        twice * ny - dy * inverse - rows[at.VY + i],
+        twice * nz - dz * inverse - rows[at.VZ + i],
+    )
+    rows[at.COSINE + i] = max(n_l, _ZERO)
+    rows[at.SHINE + i] = chord
+    return (n_l > _ZERO) & (chord < dark)
+
+
 @plain
-def phong(rows: Any) -> None:
-    """max(n·l, 0) and |C|² for C = 2(n·l)n − l − v."""
+def phong(rows: Any, dark: Any) -> bool:
+    """max(n·l, 0) and |C|² for C = 2(n·l)n − l − v; gives whether any vertex is lit with |C|² below `dark`."""
+    shines = False
     for i in range(BLOCK):
-        nx, ny, nz = rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i]
-        dx, dy, dz = rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i]
-        inverse = _inverse_root(square_of(dx, dy, dz))
-        n_l = (nx * dx + ny * dy + nz * dz) * inverse
-        twice = n_l * rows[at.MIRROR + i]
-        rows[at.COSINE + i] = max(n_l * rows[at.INVERSE + i], _ZERO)
-        rows[at.SHINE + i] = square_of(
-            twice * nx - dx * inverse - rows[at.VX + i],
-            twice * ny - dy * inverse - rows[at.VY + i],
-            twice * nz - dz * inverse - rows[at.VZ + i],
-        )
+        x, y, z = rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i]
+        shines = shines | _phong(rows, i, x, y, z, square_of(x, y, z), dark)
+    return shines
 
 
 @plain
-def blinn_phong(rows: Any) -> None:
-    """max(n·l, 0) and |C|² for C = h − n, h the unit vector of l + v; 2 where l = −v and there is no h."""
+def phong_near(rows: Any, x: Any, y: Any, z: Any, x_low: Any, y_low: Any, z_low: Any, dark: Any) -> tuple[bool, bool]:
+    """`approach` and `phong` in one, without the rays; if any of them needs a rescue the result is useless."""
+    good, shines = True, False
+    for i in range(BLOCK):
+        dx, dy, dz = _ray(rows, i, x, y, z, x_low, y_low, z_low)
+        square = square_of(dx, dy, dz)
+        shines = shines | _phong(rows, i, dx, dy, dz, square, dark)
+        good = good & is_moderate(square)
+    return good, shines
+
+
+@plain
+def blinn_phong(rows: Any, dark: Any) -> bool:
+    """As `phong`, for C = h − n, h the unit vector of l + v; |C|² is 2 where l = −v and there is no h."""
+    shines = False
     for i in range(BLOCK):
         dx, dy, dz = rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i]
         inverse, shrink = _inverse_root(square_of(dx, dy, dz)), rows[at.INVERSE + i]
-        n_l = _normal_dot(rows, i, dx, dy, dz) * inverse
+        n_l = _normal_dot(rows, i, dx, dy, dz) * inverse * shrink
         hx, hy, hz = dx * inverse + rows[at.VX + i], dy * inverse + rows[at.VY + i], dz * inverse + rows[at.VZ + i]
         square = square_of(hx, hy, hz)
         unit = _inverse_root(square)
@@ -234,8 +275,11 @@ def blinn_phong(rows: Any) -> None:
             hy * unit - rows[at.NY + i] * shrink,
             hz * unit - rows[at.NZ + i] * shrink,
         )
-        rows[at.COSINE + i] = max(n_l * shrink, _ZERO)
-        rows[at.SHINE + i] = chord if square > _ZERO_SQUARE else _TWO
+        chord = chord if square > _ZERO_SQUARE else _TWO
+        rows[at.COSINE + i] = max(n_l, _ZERO)
+        rows[at.SHINE + i] = chord
+        shines = shines | ((n_l > _ZERO) & (chord < dark))
+    return shines
 
 
 @plain
@@ -244,7 +288,7 @@ def headlight(rows: Any, floor: Any) -> None:
     for i in range(BLOCK):
         x, y, z = rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i]
         inverse, shrink = _inverse_root(square_of(x, y, z)), rows[at.INVERSE + i]
-        rows[at.COSINE + i] = max(_normal_dot(rows, i, x, y, z) * (inverse * shrink), floor)
+        rows[at.COSINE + i] = max(_normal_dot(rows, i, x, y, z) * inverse * shrink, floor)
         rows[at.SHINE + i] = square_of(
             rows[at.NX + i] * shrink - x * inverse,
             rows[at.NY + i] * shrink - y * inverse,

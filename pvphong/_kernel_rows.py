@@ -4,7 +4,7 @@ from __future__ import annotations
 
 # Vertices in a block: a multiple of every vector's length, and few enough that the rows in use stay in 32 KiB
 # of first-level cache.
-BLOCK = 256
+BLOCK = 128
 
 # Colour; and the part of it that the albedo does not multiply, where there is an albedo.
 R, G, B, HR, HG, HB = range(0, 6 * BLOCK, BLOCK)
@@ -12,12 +12,12 @@ R, G, B, HR, HG, HB = range(0, 6 * BLOCK, BLOCK)
 # Factors of one light: max(n·l, 0); the highlight's squared chord and then its power; attenuation times spot factor.
 COSINE, SHINE, STRENGTH = range(6 * BLOCK, 9 * BLOCK, BLOCK)
 
-# Points p; normals n, with 1/|n| and 2/|n|².
-PX, PY, PZ, NX, NY, NZ, INVERSE, MIRROR = range(9 * BLOCK, 17 * BLOCK, BLOCK)
+# Points p; normals n, with 1/|n|.
+PX, PY, PZ, NX, NY, NZ, INVERSE = range(9 * BLOCK, 16 * BLOCK, BLOCK)
 
 # Unit vectors v to the viewer; the axis to the viewer; ways D to a light or to the eye, with the powers of two
 # that were taken out of them where any of them was rescued.
-VX, VY, VZ, AX, AY, AZ, DX, DY, DZ, EXPONENT = range(17 * BLOCK, 27 * BLOCK, BLOCK)
+VX, VY, VZ, AX, AY, AZ, DX, DY, DZ, EXPONENT = range(16 * BLOCK, 26 * BLOCK, BLOCK)
 
-ALBEDO_R, ALBEDO_G, ALBEDO_B, ROWS = range(27 * BLOCK, 31 * BLOCK, BLOCK)
-"""The last one is the length of them all."""
+# Albedo; and the length of all rows.
+ALBEDO_R, ALBEDO_G, ALBEDO_B, ROWS = range(26 * BLOCK, 30 * BLOCK, BLOCK)

@@ -98,6 +98,7 @@ def moderate(normals: FloatArray) -> tuple[Float64Array, int]:
 
     Blended, they have the same directions, and nothing overflows. A normal that is not finite becomes zero.
     """
-    result = np.where(np.isfinite(normals).all(axis=1)[:, None], normals, 0.0).astype(np.float64)
+    result = normals.astype(np.float64)
+    result[~np.isfinite(result).all(axis=1)] = 0.0
     exponent = int(np.frexp(np.abs(result).max(initial=0.0))[1])
     return np.ldexp(result, -exponent), exponent

@@ -145,10 +145,16 @@ class Refinement:
         return self.errors[rows] * self._known["longest"][rows]
 
     def _look_for_jumps(self, rows: IntArray, tolerance: float) -> None:
-        found = jumps(self.vertices, self.triangles.corners[rows], self._lighting)
+        """Triangles in which the colour jumps are stuck, and those that meet them: around a vertex without a normal
+        the colours are as varied at every size.
+        """
+        corners = self.triangles.corners
+        found = jumps(self.vertices, corners[rows], self._lighting)
         self.errors[rows] = np.maximum(self.errors[rows], found.errors)
         self._known["jump"][rows] = found.sizes > tolerance
-        self._known["stuck"][rows] |= self._known["jump"][rows]
+        at_jumps = np.zeros(self.triangles.n_vertices, dtype=bool)
+        at_jumps[corners[self._known["jump"]]] = True
+        self._known["stuck"][rows] |= at_jumps[corners[rows]].any(axis=1)
 
     def _spend_what_is_left(self, tolerance: float, limit: int) -> None:
         """Split as many of the most urgent triangles as the limit allows."""

@@ -98,7 +98,7 @@ def refine(
             The largest error that is left.
         ``<name>_refinement_stopped``
             "tolerance": it is reached. "max_points": they are spent. "jump": it is reached except where the
-            colour jumps, at the edge of a spot's cone say, and those triangles are smaller than 1/1024 of the
+            colour jumps, at the edge of a spot's cone say, and the triangles there are smaller than 1/1024 of the
             mesh's diagonal. "resolution": it is reached except where triangles are as small as the points'
             type can tell apart.
         ``<name>_refinement_points``
@@ -197,11 +197,22 @@ def _lit_triangles(
     if not has_faces(source):
         _check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", "A cloud has no inside.")
     shades = None if given is None else shades_of(given, source.n_points).astype(np.float64)
-    triangles = source if source.is_all_triangles else source.triangulate()
-    lighting = Lighting(scene, material, matrix)
+    triangles = source if source.is_all_triangles else _faces_alone(source).triangulate()
     corners: IntArray = triangles.regular_faces.astype(np.intp)
     normals = point_normals(source)
-    return _LitTriangles(triangles, corners, normals, *moderate(normals), shades, lighting)
+    return _LitTriangles(triangles, corners, normals, *moderate(normals), shades, Lighting(scene, material, matrix))
+
+
+def _faces_alone(mesh: pv.PolyData) -> pv.PolyData:
+    """A mesh without its vertex and line cells, which VTK's triangulation would mix up with the faces' arrays."""
+    first = mesh.n_verts + mesh.n_lines
+    result = mesh.copy(deep=False)
+    result.clear_cell_data()
+    result.SetVerts(None)
+    result.SetLines(None)
+    for key in mesh.cell_data:
+        result.cell_data[key] = np.asarray(mesh.cell_data[key])[first:]
+    return result
 
 
 def _far_ranges_allowed() -> np.errstate:

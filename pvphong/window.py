@@ -57,6 +57,7 @@ def show(
         plotter.phong.add_light(light)
     for part in leaves(mesh):
         plotter.phong.add_mesh(part, material)
+    plotter.reset_camera_clipping_range()  # PyVista leaves it alone once the camera has been placed
     plotter.phong.add_gizmos(keys=_keys(plotter, mesh, material, stem))
     plotter.show()
 

@@ -113,7 +113,7 @@ def test_there_is_always_one_round():
 def test_the_slowest_go_first_and_what_is_needed_stays():
     estimates = {"reference": 5.0, "slow": 2.0, "quick": 0.1, "quicker": 0.01}
     assert fitting(estimates, {"reference"}, 100.0) == set(estimates)
-    assert fitting(estimates, {"reference"}, 15.5) == {"reference", "quick", "quicker"}
+    assert fitting(estimates, {"reference"}, 26.0) == {"reference", "quick", "quicker"}
     assert fitting(estimates, {"reference"}, 1.0) == {"reference"}
 
 

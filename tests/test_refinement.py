@@ -114,7 +114,7 @@ def test_the_coarse_mesh_misses_the_highlight_that_the_fine_one_has():
     coarse = coarse_sphere()
     shaded = coarse.phong.shade(SUNNY, SHARP)
     shaded.point_data.active_normals = coarse.phong.normals()
-    assert dense_errors(shaded, textbook).max() > 80 * STEP
+    assert dense_errors(shaded, textbook).max() > 60 * STEP
 
 
 def test_a_tenth_of_the_points_of_uniform_subdivision():
@@ -122,13 +122,11 @@ def test_a_tenth_of_the_points_of_uniform_subdivision():
     fine = refine(coarse, SUNNY, SHARP, tolerance=STEP)
     uniform = coarse.copy()
     uniform.point_data.active_normals = coarse.phong.normals()
-    uniform = uniform.subdivide(4, "linear")  # its normals are interpolated and not made unit length
+    uniform = uniform.subdivide(5, "linear")  # its normals are interpolated and not made unit length
     uniform["phong"] = textbook(uniform.points.astype(float), uniform.point_data.active_normals.astype(float))
     assert dense_errors(fine, textbook).max() <= STEP
-    assert dense_errors(uniform, textbook, count=20).max() > 10 * STEP  # uniform needs more than these points
-    assert fine.n_points <= uniform.n_points / 5
-    # Two levels more are needed, for an error that falls by four at each: 16 times these points at least.
-    assert fine.n_points <= 16 * uniform.n_points / 80
+    assert dense_errors(uniform, textbook, count=10).max() > 3 * STEP  # so uniform needs more points than these
+    assert fine.n_points <= uniform.n_points / 10
 
 
 def test_errors_do_not_depend_on_how_normals_are_blended():
@@ -330,8 +328,8 @@ def test_no_vertex_lies_inside_a_side_of_another_triangle():
 def test_sheets_that_meet_in_one_side_keep_meeting():
     points = [(0, 0, 0), (0, 0, 1), (1, 0, 0.5), (-0.5, 0.8, 0.5), (-0.5, -0.8, 0.5)]
     book = pv.PolyData(np.array(points, dtype=float), faces=[3, 0, 1, 2, 3, 0, 1, 3, 3, 0, 1, 4])
-    scene = ph.Scene(lights=[ph.PointLight(position=(0.2, 0.1, 0.5))])
-    fine = refine(book, scene, MATT, tolerance=0.05, placement="smooth", max_points=3000)
+    scene = ph.Scene(lights=[ph.PointLight(position=(0.1, 0.02, 0.5))])
+    fine = refine(book, scene, MATT, tolerance=STEP, placement="smooth", max_points=3000)
     spine = np.flatnonzero(np.abs(fine.points[:, :2]).max(axis=1) < 1e-12)
     assert len(spine) > 3
     corners = fine.regular_faces
@@ -490,7 +488,9 @@ def test_other_datasets_give_their_surface():
 def test_lines_and_vertices_are_left_out():
     mesh = pv.PolyData(np.eye(4, 3), faces=[3, 0, 1, 2], lines=[2, 0, 3], verts=[1, 3])
     mesh.cell_data["number"] = [7, 8, 9]
+    before = mesh.copy()
     fine = refine(mesh, SUNNY, SHARP, tolerance=STEP)
+    assert mesh == before
     assert fine.n_cells == fine.n_faces
     assert set(fine["number"]) == {9}
 
@@ -503,7 +503,8 @@ def test_smooth_placement_comes_near_the_sphere():
     off = [np.abs(np.linalg.norm(fine.points, axis=1) - 0.5).max() for fine in (flat, smooth)]
     angle = math.radians(36.0)  # of an icosphere's sides after one subdivision
     assert off[0] == pytest.approx(0.5 * (1 - math.cos(angle / 2) * math.cos(angle / 3)), rel=0.35)
-    assert off[1] < 0.5 * angle**4 / 64  # the cubic's error on a circle is of the fourth order
+    # On an arc of angle a, the cubic's middle is low by (1 - cos(a/2)) - sin²(a/2) cos(a/2) / 2 = 3 a⁴/128 + O(a⁶).
+    assert off[1] < 1.25 * 0.5 * 3 * angle**4 / 128
     assert abs(smooth.volume - math.pi / 6) < abs(flat.volume - math.pi / 6) / 3
 
 
@@ -512,7 +513,7 @@ def test_smooth_placement_opens_no_crack_at_a_crease():
     assert cube.n_open_edges > 0
     scene = ph.Scene(lights=[ph.PointLight(position=(0.9, 0.8, 0.7))])
     fine = refine(cube, scene, MATT, tolerance=STEP, placement="smooth")
-    assert fine.n_points > 100
+    assert fine.n_points > 2 * cube.n_points
     assert np.abs(fine.points).max(axis=1) == pytest.approx(0.5)
 
 

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -73,6 +75,7 @@ def keys(shown, monkeypatch, tmp_path):
 
     def of(mesh):
         show(mesh, SCENE, Material.named("gold"), title="a mesh", stem="mine")
+        assert len(shown) == 1
         return {key: act for key, (_, act) in taken.items()}
 
     return of
@@ -105,3 +108,10 @@ def test_a_file_that_cannot_be_written_leaves_the_window_open(keys, capsys, tmp_
 def test_the_window_has_gizmos_for_its_lights(shown):
     show(pv.Sphere(), SCENE, Material(), title="a sphere")
     assert len(shown[0].phong.gizmos) == len(SCENE.lights)
+
+
+def test_a_mesh_far_from_the_viewer_is_not_clipped_away(shown):
+    show(pv.Sphere(radius=500), replace(SCENE, viewer=Viewer(position=(4000, 0, 0))), Material(), title="far away")
+    near, far = shown[0].camera.clipping_range
+    assert near < 3500
+    assert far > 4500

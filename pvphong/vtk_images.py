@@ -1,0 +1,235 @@
+"""Lit colours on the screen beside VTK's own lighting of the same mesh, pixel by pixel.
+
+A picture has 8 bits and shows colours interpolated between vertices, where VTK lights every pixel: this is coarser
+than `pvphong.validation`, which is the judge. It says whether what is drawn is what was computed.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkFloatArray, vtkUnsignedCharArray
+from vtkmodules.vtkRenderingCore import vtkCamera, vtkLight, vtkProperty, vtkRenderer, vtkRenderWindow
+from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLActor, vtkOpenGLPolyDataMapper
+
+from pvphong import _check
+from pvphong._types import BoolArray
+from pvphong._vertex_bench import _window as off_screen_window
+from pvphong.material import Material
+from pvphong.mesh import point_normals, shade_mesh
+from pvphong.mesh_files import refuse_suffix
+from pvphong.pictures import drawing_window, refuse_size, save_picture
+from pvphong.planning import check_scene_and_material
+from pvphong.scene import Scene
+from pvphong.surface import has_faces, surface
+from pvphong.viewer import Viewer
+from pvphong.vtk_obstacles import refuse_inexpressible
+from pvphong.vtk_oracle import _appearance as appearance_of
+from pvphong.vtk_oracle import _vtk_camera as vtk_camera
+from pvphong.vtk_oracle import _vtk_light as vtk_light
+from pvphong.vtk_terms import Terms, in_vtk_terms
+
+Image = NDArray[np.uint8]
+
+_ARRAY = "phong"
+
+_AMPLIFIED = 16
+"""Grey levels of the difference picture for each step of a display."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ImageComparison:
+    """Two pictures of one mesh from one camera: its lit colours drawn without lighting, and VTK's lighting.
+
+    Attributes
+    ----------
+    ours, vtks : ndarray
+        Shape (height, width, 3), uint8, on white.
+    difference : ndarray
+        Shape (height, width, 3), int16: ours minus VTK's, in steps of a display.
+    inside : ndarray
+        Shape (height, width), bool: pixels wholly inside the silhouette. They and their eight neighbours are covered.
+    """
+
+    ours: Image
+    vtks: Image
+    difference: NDArray[np.int16]
+    inside: BoolArray
+
+    @property
+    def max_difference(self) -> int:
+        """The largest difference of any channel inside the silhouette, in steps of 1/255."""
+        return int(self._largest.max())
+
+    @property
+    def p99(self) -> float:
+        """What 99 % of the pixels inside the silhouette stay below, each pixel's difference that of its worst channel."""
+        return float(np.percentile(self._largest, 99))
+
+    @property
+    def _largest(self) -> NDArray[np.int16]:
+        largest: NDArray[np.int16] = np.abs(self.difference[self.inside]).max(axis=1)
+        return largest
+
+    def __repr__(self) -> str:
+        pixels = np.count_nonzero(self.inside)
+        return f"<ImageComparison: at most {self.max_difference}/255, 99 % {self.p99:.3g}/255, {pixels} pixels>"
+
+    def side_by_side(self) -> Image:
+        """Ours, VTK's, and the difference inside the silhouette: grey is none, a step of a display is 16 levels."""
+        amplified = np.clip(128 + _AMPLIFIED * self.difference, 0, 255).astype(np.uint8)
+        return np.hstack([self.ours, self.vtks, np.where(self.inside[:, :, None], amplified, np.uint8(255))])
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write `side_by_side` as a .png file, whole or not at all.
+
+        Raises
+        ------
+        ValueError
+            If the suffix is another, or the file cannot be written.
+        """
+        refuse_suffix(Path(path), "a picture", (".png",))
+        save_picture(self.side_by_side(), Path(path))
+
+
+def compare_images(
+    mesh: pv.DataSet, scene: Scene, material: Material, *, size: tuple[int, int] = (400, 300)
+) -> ImageComparison:
+    """Draw a mesh with its lit colours, and lit by VTK per pixel, and compare the pictures.
+
+    Both are drawn by the scene's viewer without multisampling. The lit colours are interpolated across faces, VTK
+    interpolates normals: expect differences of the mesh's interpolation error (`pvphong.interpolation_error`)
+    beside the two roundings to 8 bits. VTK lights the backs of surfaces too, whatever the scene says: compare on
+    closed meshes.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        With faces. Its active point normals are used, computed ones where it has none.
+    scene : Scene
+        Its viewer must see the mesh.
+    material : Material
+        The surface's reflectances.
+    size : tuple of int, default (400, 300)
+        Width and height in pixels.
+
+    Returns
+    -------
+    ImageComparison
+        `.max_difference`, `.p99`, the pictures and `.save`.
+
+    Raises
+    ------
+    ValueError
+        As `pvphong.validate`; also for highlights seen from infinity, which VTK draws from a place far away only,
+        for a mesh without faces or out of view, and where this machine cannot draw.
+    """
+    check_scene_and_material(scene, material)
+    refuse_size(size)
+    drawing_window()  # says what is missing where VTK would end the process
+    source = surface(mesh)
+    if not has_faces(source):
+        _check.refuse("mesh", f"{source.n_points} points and no faces", "a mesh with faces")
+    terms = _terms(source, scene, material)
+    lit = shade_mesh(source, scene, material, name=_ARRAY)
+    ours, covered = _drawn(_colored(lit), scene.viewer, [], size)
+    vtks, _ = _drawn(_lit_by_vtk(source, terms.material), scene.viewer, _lights(terms), size)
+    inside = _eroded(covered)
+    if not inside.any():
+        _check.refuse("viewer", scene.viewer, "one who sees the mesh", "Its picture is empty.")
+    return ImageComparison(ours, vtks, ours.astype(np.int16) - vtks, inside)
+
+
+def _terms(source: pv.PolyData, scene: Scene, material: Material) -> Terms:
+    refuse_inexpressible(scene, material, None)
+    terms = in_vtk_terms(scene, material, np.array(source.center), source.length)
+    if terms.viewer != scene.viewer:
+        remedy = "local_viewer=True and parallel=False, or a material without specular."
+        got = "highlights for a viewer at infinity, which VTK draws from far away only"
+        _check.refuse("scene", got, "one that VTK can draw from the viewer's place", remedy)
+    return terms
+
+
+def _lights(terms: Terms) -> list[vtkLight]:
+    return [vtk_light(light, terms.viewer) for light in terms.lights]
+
+
+def _colored(lit: pv.PolyData) -> vtkOpenGLActor:
+    """The lit colours as they are."""
+    lit.set_active_scalars(_ARRAY, preference="point")
+    mapper = vtkOpenGLPolyDataMapper()
+    mapper.SetInputData(lit)
+    mapper.SetScalarModeToUsePointData()
+    mapper.SetColorModeToDirectScalars()
+    appearance = vtkProperty()
+    appearance.LightingOff()
+    return _actor(mapper, appearance)
+
+
+def _lit_by_vtk(source: pv.PolyData, material: Material) -> vtkOpenGLActor:
+    """The surface with smooth shading, as VTK lights it."""
+    smooth = source.copy(deep=False)
+    smooth.point_data.active_normals = point_normals(source)
+    mapper = vtkOpenGLPolyDataMapper()
+    mapper.SetInputData(smooth)
+    mapper.ScalarVisibilityOff()
+    appearance = appearance_of(material)
+    appearance.SetRepresentationToSurface()
+    return _actor(mapper, appearance)
+
+
+def _actor(mapper: vtkOpenGLPolyDataMapper, appearance: vtkProperty) -> vtkOpenGLActor:
+    actor = vtkOpenGLActor()
+    actor.SetMapper(mapper)
+    actor.SetProperty(appearance)
+    return actor
+
+
+def _drawn(
+    actor: vtkOpenGLActor, viewer: Viewer, lights: Sequence[vtkLight], size: tuple[int, int]
+) -> tuple[Image, BoolArray]:
+    """The picture, and which pixels the actor covers."""
+    with off_screen_window(*size) as window:
+        renderer = vtkRenderer()
+        renderer.AutomaticLightCreationOff()
+        renderer.SetBackground(1.0, 1.0, 1.0)
+        renderer.SetActiveCamera(_camera(viewer))
+        for light in lights:
+            renderer.AddLight(light)
+        renderer.AddActor(actor)
+        renderer.ResetCameraClippingRange()
+        window.AddRenderer(renderer)
+        window.Render()
+        return _pixels(window, size)
+
+
+def _camera(viewer: Viewer) -> vtkCamera:
+    camera = vtk_camera(viewer, rides=True)
+    camera.SetViewAngle(viewer.view_angle)
+    camera.SetParallelScale(viewer.parallel_scale)
+    return camera
+
+
+def _pixels(window: vtkRenderWindow, size: tuple[int, int]) -> tuple[Image, BoolArray]:
+    """VTK's rows start below."""
+    width, height = size
+    colors, depths = vtkUnsignedCharArray(), vtkFloatArray()
+    window.GetPixelData(0, 0, width - 1, height - 1, 0, colors)
+    window.GetZbufferData(0, 0, width - 1, height - 1, depths)
+    image = vtk_to_numpy(colors).reshape(height, width, 3)[::-1].copy()
+    return image, vtk_to_numpy(depths).reshape(height, width)[::-1] < 1.0
+
+
+def _eroded(covered: BoolArray) -> BoolArray:
+    """Pixels that are covered with all eight neighbours; the picture's border has none beyond it."""
+    padded = np.pad(covered, 1, constant_values=False)
+    windows = np.lib.stride_tricks.sliding_window_view(padded, (3, 3))
+    inside: BoolArray = windows.all(axis=(2, 3))
+    return inside
