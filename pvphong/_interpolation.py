@@ -41,6 +41,7 @@ def _lattice(order: int) -> Float64Array:
 _FIRST = np.concatenate([_lattice(2), np.full((1, 3), 1.0 / 3.0)])
 _MORE = np.array([weights for weights in _lattice(4) if (weights * 2.0 % 1.0).any()])
 _ALL = np.concatenate([_FIRST, _MORE])
+_DENSE = _lattice(8)
 
 
 def first_errors(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Float64Array:
@@ -63,6 +64,11 @@ def more_errors(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Fl
     for errors in (first_errors(others, corners[rows], lighting), _errors(others, corners[rows], _MORE, lighting)):
         result[rows] = np.maximum(result[rows], errors)
     return result
+
+
+def dense_errors(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Float64Array:
+    """Largest error (m,) at samples so dense that hardly anything lies between them."""
+    return _errors(vertices, corners, _DENSE, lighting)
 
 
 def all_errors(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Float64Array:

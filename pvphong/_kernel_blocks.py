@@ -39,13 +39,13 @@ def _scratch(length: int, like: Any) -> Any:
 
 @inlined
 def _load_normals(array: Any, start: int, count: int, s: Any, rows: Any, wide: Any) -> None:
-    if s.has_matrix:
+    if s.turns_normals:
         passes.split(array, start, count, wide)
         passes.rotate_normals(s.normal_matrix, wide, rows)
     else:
         passes.split(array, start, count, rows[at.NX :])
     if not passes.measure_normals(rows):
-        rescue.rescue_normals(array, start, count, s.normal_matrix, s.has_matrix, rows)
+        rescue.rescue_normals(array, start, count, s.normal_matrix, s.turns_normals, rows)
         passes.measure_normals(rows)
 
 
@@ -55,7 +55,7 @@ def _load_points(array: Any, start: int, count: int, s: Any, rows: Any, wide: An
         passes.split(array, start, count, rows[at.PX :])
         return
     passes.split(array, start, count, wide)
-    if s.has_matrix and not passes.transform(s.matrix, s.w, wide):
+    if s.moves_points and not passes.transform(s.matrix, s.w, wide):
         rescue.rescue_points(array, start, count, s.matrix, s.w, wide)
 
 
@@ -87,11 +87,11 @@ def _find_strength(t: Any, is_rescued: bool, rows: Any) -> None:
     real = rows.dtype.type
     passes.attenuate(rows, real(t.constant), real(t.linear), real(t.quadratic), real(t.gain))
     if is_rescued:
-        rescue.mend_strength(rows, t.constant, t.linear, t.quadratic, t.gain)
+        rescue.mend_strength(rows, t.constant, t.linear, t.quadratic, t.gain, t.on_light)
     if t.has_cone:
         axis = t.axis
         passes.find_cone(rows, real(axis[0]), real(axis[1]), real(axis[2]), real(t.edge))
-        passes.raise_shine(rows, real(t.exponent), real(1.0), real(t.dark))
+        passes.raise_shine(rows, real(t.exponent), real(-np.inf), real(t.dark))
         passes.apply_cone(rows)
     if t.has_ambient:
         ambient = t.ambient
@@ -142,13 +142,17 @@ def _find_highlight(t: Any, s: Any, rows: Any, wide: Any) -> bool:
 @inlined
 def _add_light(t: Any, s: Any, has_unseen: bool, has_albedo: bool, rows: Any, wide: Any) -> None:
     real = rows.dtype.type
+    if not t.needs_normals:  # all it has is ambient light
+        if t.varies:
+            _find_strength(t, _approach(t.position, s, rows, wide), rows)
+        return
     shines = False
     if t.highlight != NO_HIGHLIGHT:
         shines = _find_highlight(t, s, rows, wide)
     else:
         _find_lambert(t, s, rows, wide)
     if shines:
-        passes.raise_shine(rows, real(s.shininess), real(1.0) - real(s.floor), real(s.dark))
+        passes.raise_shine(rows, real(s.shininess), real(np.log2(s.floor)), real(s.dark))
         if has_unseen and t.highlight != HEADLIGHT:
             rescue.hide_unseen(rows)
     if t.varies:

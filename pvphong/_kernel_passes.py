@@ -51,9 +51,7 @@ def ray_square(rows: Any, i: int) -> Any:
     return square_of(rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i])
 
 
-import numba
-_fl=lambda f: numba.njit(error_model="numpy", forceinline=True, fastmath={"afn","arcp"})(f)
-@_fl
+@inlined
 def _inverse_root(square: Any) -> Any:
     return _ONE / np.sqrt(max(square, _ZERO_SQUARE))
 
@@ -223,15 +221,15 @@ def lambert_parallel(rows: Any, x: Any, y: Any, z: Any) -> None:
 
 @inlined
 def _phong(rows: Any, i: int, dx: Any, dy: Any, dz: Any, square: Any, dark: Any) -> bool:
-    nx, ny, nz = rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i]
-    inverse, shrink = _inverse_root(square), rows[at.INVERSE + i]
-    n_l = (nx * dx + ny * dy + nz * dz) * inverse * shrink
-    twice = n_l * (shrink + shrink)
-    chord = square_of(
-        twice * nx - dx * inverse - rows[at.VX + i],
-        twice * ny - dy * inverse - rows[at.VY + i],
-        twice * nz - dz * inverse - rows[at.VZ + i],
-    )
+    nx, ny, nz, shrink = rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i], rows[at.INVERSE + i]
+    vx, vy, vz = rows[at.VX + i], rows[at.VY + i], rows[at.VZ + i]
+    inverse = _inverse_root(square)
+    lx, ly, lz = dx * inverse, dy * inverse, dz * inverse
+    n_l = (nx * dx + ny * dy + nz * dz) * (inverse * shrink)
+    sx, sy, sz = lx + vx, ly + vy, lz + vz
+    across = square_of(ny * sz - nz * sy, nz * sx - nx * sz, nx * sy - ny * sx)
+    along = nx * (lx - vx) + ny * (ly - vy) + nz * (lz - vz)
+    chord = (across + along * along) * (shrink * shrink)
     rows[at.COSINE + i] = max(n_l, _ZERO)
     rows[at.SHINE + i] = chord
     return (n_l > _ZERO) & (chord < dark)
@@ -239,7 +237,10 @@ def _phong(rows: Any, i: int, dx: Any, dy: Any, dz: Any, square: Any, dark: Any)
 
 @plain
 def phong(rows: Any, dark: Any) -> bool:
-    """max(n·l, 0) and |C|² for C = 2(n·l)n − l − v; gives whether any vertex is lit with |C|² below `dark`."""
+    """max(n·l, 0) and |C|² for C = 2(n·l)n − l − v; gives whether any vertex is lit with |C|² below `dark`.
+
+    |C|² = |n × (l + v)|² + (n·(l − v))² is exactly 0 where n = l = v, and leaves out the rounding of |n|.
+    """
     shines = False
     for i in range(BLOCK):
         x, y, z = rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i]
@@ -266,7 +267,7 @@ def blinn_phong(rows: Any, dark: Any) -> bool:
     for i in range(BLOCK):
         dx, dy, dz = rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i]
         inverse, shrink = _inverse_root(square_of(dx, dy, dz)), rows[at.INVERSE + i]
-        n_l = _normal_dot(rows, i, dx, dy, dz) * inverse * shrink
+        n_l = _normal_dot(rows, i, dx, dy, dz) * (inverse * shrink)
         hx, hy, hz = dx * inverse + rows[at.VX + i], dy * inverse + rows[at.VY + i], dz * inverse + rows[at.VZ + i]
         square = square_of(hx, hy, hz)
         unit = _inverse_root(square)
@@ -284,15 +285,17 @@ def blinn_phong(rows: Any, dark: Any) -> bool:
 
 @plain
 def headlight(rows: Any, floor: Any) -> None:
-    """max(n·l, floor) and |C|² for C = n − l: VTK's first tier."""
+    """max(n·l, floor), but 0 where there is no n, and |C|² for C = n − l: VTK's first tier."""
     for i in range(BLOCK):
         x, y, z = rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i]
         inverse, shrink = _inverse_root(square_of(x, y, z)), rows[at.INVERSE + i]
-        rows[at.COSINE + i] = max(_normal_dot(rows, i, x, y, z) * inverse * shrink, floor)
+        nx, ny, nz = rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i]
+        n_l = max(_normal_dot(rows, i, x, y, z) * (inverse * shrink), floor)
+        rows[at.COSINE + i] = n_l if square_of(nx, ny, nz) > _ZERO else _ZERO
         rows[at.SHINE + i] = square_of(
-            rows[at.NX + i] * shrink - x * inverse,
-            rows[at.NY + i] * shrink - y * inverse,
-            rows[at.NZ + i] * shrink - z * inverse,
+            nx * shrink - x * inverse,
+            ny * shrink - y * inverse,
+            nz * shrink - z * inverse,
         )
 
 

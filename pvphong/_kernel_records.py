@@ -25,7 +25,8 @@ SETTINGS = np.dtype(
         ("needs_eye", "?"),
         ("is_flipped", "?"),
         ("has_local_facing", "?"),
-        ("has_matrix", "?"),
+        ("moves_points", "?"),
+        ("turns_normals", "?"),
         ("is_wide", "?"),
         ("eye", "3f8"),
         ("to_eye", "3f8"),
@@ -61,6 +62,7 @@ TERM = np.dtype(
         ("linear", "f8"),
         ("quadratic", "f8"),
         ("gain", "f8"),
+        ("on_light", "f8"),
         ("ambient", "3f8"),
         ("diffuse", "3f8"),
         ("specular", "3f8"),
@@ -68,7 +70,7 @@ TERM = np.dtype(
     align=True,
 )
 """One light. `position`: for parallel light the unit vector towards it. `varies`: whether its strength is taken
-at each vertex; else the strength is in the colours."""
+at each vertex; else the strength is in the colours. `on_light`: what a vertex on the light gets of its strength."""
 
 # Larger scene coordinates, and coefficients further from 1, are left to the reference: float32 could not hold
 # their products. (Vertices may be anywhere.)
@@ -88,6 +90,7 @@ def fits(equation: Equation) -> bool:
         all(isinstance(term.light, DirectionalLight | PointLight | SpotLight) for term in equation.terms)
         and all(x == 0.0 or _SMALLEST <= x <= _LARGEST for x in numbers)
         and all(abs(x) <= _LARGEST for x in positions)
+        and all(term.gain <= BRIGHTEST or isinstance(term.light, DirectionalLight) for term in equation.terms)
     )
 
 
@@ -105,7 +108,7 @@ def settings(equation: Equation, *, is_wide: bool, has_albedo: bool) -> NDArray[
         _set_matrix(s, equation)
     s["shininess"], s["floor"] = _exponent(equation.shininess), equation.cosine_floor
     s["dark"] = math.inf if equation.cosine_floor or not equation.shininess else 2.0
-    everywhere = [_times(t.ambient, t.gain) for t in equation.terms if isinstance(t.light, DirectionalLight)]
+    everywhere = [_times(t.ambient, min(t.gain, BRIGHTEST)) for t in equation.terms if isinstance(t.light, DirectionalLight)]
     base = np.sum([equation.ambient, *everywhere], axis=0)
     s["base"] = base if has_albedo else base + equation.emission
     s["low"], s["high"] = (0.0, 1.0) if equation.clamp else (-math.inf, math.inf)
@@ -114,9 +117,9 @@ def settings(equation: Equation, *, is_wide: bool, has_albedo: bool) -> NDArray[
 
 def _set_matrix(s: Any, equation: Equation) -> None:
     matrix = _check.matrix4("matrix", equation.matrix)
-    s["has_matrix"], s["matrix"], s["w"] = True, matrix[:3], matrix[3, 3]
-    if equation.needs_normals:
-        s["normal_matrix"] = normal_matrix(matrix)
+    s["moves_points"], s["matrix"], s["w"] = True, matrix[:3], matrix[3, 3]
+    if equation.needs_normals and equation.turns_normals:
+        s["turns_normals"], s["normal_matrix"] = True, normal_matrix(matrix)
 
 
 def terms(equation: Equation) -> NDArray[Any]:
@@ -130,7 +133,7 @@ def terms(equation: Equation) -> NDArray[Any]:
         if isinstance(term.light, DirectionalLight):
             t["is_parallel"] = True
             t["position"] = -unit(np.array(term.light.direction, dtype=np.float64)[:, None])[0][:, 0]
-            _set_colors(t, term, term.gain)
+            _set_colors(t, term, min(term.gain, BRIGHTEST))
         else:
             _set_positional(t, term)
     return records
@@ -143,8 +146,10 @@ def _set_positional(t: Any, term: LightTerm) -> None:
     t["has_ambient"] = any(term.ambient)
     t["varies"] = linear or quadratic or t["has_cone"] or t["has_ambient"]
     t["constant"], t["linear"], t["quadratic"], t["gain"] = constant, linear, quadratic, term.gain
+    t["on_light"] = 1.0
     _set_colors(t, term, 1.0 if t["varies"] else min(term.gain / constant, BRIGHTEST))
     if isinstance(term.light, SpotLight):
+        t["on_light"] = float(term.light.cone_angle == 90.0 and term.light.exponent == 0.0)
         t["axis"] = unit(np.array(term.light.direction, dtype=np.float64)[:, None])[0][:, 0]
         t["edge"] = 4.0 * math.sin(math.radians(term.light.cone_angle) / 2.0) ** 2
         t["exponent"] = _exponent(term.light.exponent)

@@ -60,14 +60,14 @@ def _vector(array: Any, start: int, count: int, i: int) -> tuple[float, float, f
 
 
 @plain
-def rescue_normals(array: Any, start: int, count: int, matrix: Any, has_matrix: bool, rows: Any) -> None:
+def rescue_normals(array: Any, start: int, count: int, matrix: Any, is_turned: bool, rows: Any) -> None:
     """Rescale the rare normals of a block."""
     for i in range(BLOCK):
         if is_moderate(square_of(rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i])):
             continue
         x, y, z = _vector(array, start, count, i)
         x, y, z = _rescaled(x, y, z)
-        if has_matrix:
+        if is_turned:
             x, y, z = _product(matrix, x, y, z)
             x, y, z = _rescaled(x, y, z)
         rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i] = x, y, z
@@ -116,13 +116,17 @@ def _difference(points: Any, target: float, coordinate: float, exponent: int) ->
 
 
 @plain
-def mend_strength(rows: Any, constant: float, linear: float, quadratic: float, gain: float) -> None:
-    """Strength over rescaled rays: 0 where the vertex is lost, or on the light where c is 0."""
+def mend_strength(
+    rows: Any, constant: float, linear: float, quadratic: float, gain: float, on_light: float
+) -> None:
+    """Strength over rescaled rays: 0 where the vertex is lost, and on the light where c is 0."""
     real = rows.dtype.type
     for i in range(BLOCK):
         square, exponent = ray_square(rows, i), int(rows[at.EXPONENT + i])
         if exponent == _LOST or (square == 0.0 and constant == 0.0):
             rows[at.STRENGTH + i] = 0.0
+        elif square == 0.0:
+            rows[at.STRENGTH + i] = on_light * strength(square, real(constant), real(0.0), real(0.0), real(gain))
         else:
             scaled = real(math.ldexp(linear, exponent)), real(math.ldexp(quadratic, 2 * exponent))
             rows[at.STRENGTH + i] = strength(square, real(constant), scaled[0], scaled[1], real(gain))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
 
-from pvphong._interpolation import first_errors, jumps, more_errors
+from pvphong._interpolation import dense_errors, first_errors, jumps, more_errors
 from pvphong._lit_vertices import Lighting, Vertices, sizes
 from pvphong._splitting import Triangles
 from pvphong._types import BoolArray, Float64Array, FloatArray, IntArray
@@ -114,12 +115,17 @@ class Refinement:
             return "max_points"
         return "jump" if self._known["jump"][left].any() else "resolution"
 
-    def finish(self) -> None:
-        """Take the samples that have not been taken yet."""
+    def _finish(self, tolerance: float) -> None:
+        """Take the samples that have not been taken yet; more of them where it is a close thing."""
         rows = np.flatnonzero(~self._known["finished"])
-        more = more_errors(self.vertices, self.triangles.corners[rows], self._lighting)
-        self.errors[rows] = np.maximum(self.errors[rows], more)
+        self._sample(rows, more_errors)
+        errors = self.errors[rows]
+        self._sample(rows[(errors > _CLOSE * tolerance) & (errors <= _AIM * tolerance)], dense_errors)
         self._known["finished"][rows] = True
+
+    def _sample(self, rows: IntArray, errors_of: Callable[[Vertices, IntArray, Lighting], Float64Array]) -> None:
+        errors = errors_of(self.vertices, self.triangles.corners[rows], self._lighting)
+        self.errors[rows] = np.maximum(self.errors[rows], errors)
 
     def _to_split(self, tolerance: float) -> IntArray:
         """The triangles of the next round; none if all that may be split are good."""
@@ -128,7 +134,7 @@ class Refinement:
             if not len(rows):
                 if self._known["finished"].all():
                     return rows
-                self.finish()
+                self._finish(tolerance)
                 continue
             urgency = self._urgency(rows)
             rows = rows[urgency >= _URGENT * urgency.max()]
@@ -167,7 +173,7 @@ class Refinement:
             fits, too_many = (middle, too_many) if self.triangles.n_vertices + spent <= limit else (fits, middle)
         if fits:
             self._split(self._marks(rows[:fits]))
-        self.finish()
+        self._finish(tolerance)
         self._look_for_jumps(self._poor(tolerance), tolerance)
 
     def _marks(self, rows: IntArray) -> BoolArray:

@@ -128,8 +128,6 @@ class _Measurement:
         """Everything in the order of its importance, as long as there is time."""
         self.clock.say("float64 reference")
         self.exact_seconds = once(lambda: self.subject.truth)
-        if self.subject.backend != "numpy":
-            self.exact_seconds = once(lambda: self.subject.exact_whole)
         self._at_vertices()
         if self._has_time_for("promises", 8):
             self.promised = promises(self.subject, self.tolerance)
@@ -277,7 +275,7 @@ def _errors(subject: Subject, rung: Rung) -> tuple[Errors, Errors]:
     own, light_model = subject.truth, NO_ERROR
     if rung.equation is not subject.equation:
         own = subject.exact(rung.equation)
-        light_model = vertex_errors(own, subject.exact_whole)
+        light_model = vertex_errors(own, subject.truth)
     return vertex_errors(rung.run(), own), light_model
 
 

@@ -45,7 +45,7 @@ def light_labels(subject: Subject) -> tuple[str, ...]:
 
 def dropped(subject: Subject, effect: str, equation: Equation) -> Without:
     """One effect's absence, with the largest error that it makes."""
-    error = vertex_errors(subject.exact(equation), subject.exact_whole).largest
+    error = vertex_errors(subject.exact(equation), subject.truth).largest
     kept = {term.index for term in equation.terms}
     gone = {term.index for term in subject.equation.terms} - kept
     lights = tuple(light for index, light in enumerate(subject.scene.lights) if index not in gone)

@@ -60,19 +60,11 @@ class Subject:
     @cached_property
     def truth(self) -> Float64Array:
         """Colours of the float64 reference."""
-        return colors(self.points, self.normals, self.equation, "numpy", "float64")
-
-    @cached_property
-    def exact_whole(self) -> Float64Array:
-        """The whole equation, as `exact` computes others: what light models are held against."""
-        return self.truth if self.backend == "numpy" else self.exact(self.equation)
+        return self.exact(self.equation)
 
     def exact(self, equation: Equation) -> Float64Array:
-        """Any equation at the vertices in float64: by the reference, or for very many by the kernel.
-
-        Both differ from the equation by rounding alone, some 1e-15.
-        """
-        return colors(self.points, self.normals, equation, self.backend, "float64")
+        """The float64 reference of any equation at the vertices."""
+        return colors(self.points, self.normals, equation, "numpy", "float64")
 
     @cached_property
     def sphere(self) -> tuple[Float64Array, float]:

@@ -223,7 +223,15 @@ def plan(mesh: str, /, *, scene: Rig = None, look: LookOptions = _PLAIN, toleran
 
 @app.command
 def validate(
-    mesh: str, /, *, scene: Rig = None, look: LookOptions = _PLAIN, json: Path | None = None, output: Path | None = None
+    mesh: str | None = None,
+    /,
+    *,
+    scene: Rig = None,
+    look: LookOptions = _PLAIN,
+    json: Path | None = None,
+    output: Path | None = None,
+    every: Annotated[bool, Parameter(name="--all", negative="", show_default=False)] = False,
+    report: Path | None = None,
 ) -> int:
     """Compare the lit colours with those of VTK's own shader; the exit status is 1 if they are too far apart.
 
@@ -235,7 +243,38 @@ def validate(
         A file for the comparison as JSON.
     output
         .vtp, .vtk or .vtkhdf for the mesh with the signed errors.
+    every
+        In place of a mesh: a standing list of scenes, on meshes that come with PyVista.
+    report
+        .md for what came of --all, with pictures in a folder beside it.
     """
+    if every:
+        if mesh is not None or look != _PLAIN or any(given is not None for given in (scene, json, output)):
+            _check.refuse("--all", "a mesh, a scene, a look, --json or --output beside it", "alone or with --report")
+        return _validate_all(report)
+    if report is not None:
+        _check.refuse("--report", str(report), "given together with --all")
+    if mesh is None:
+        _check.refuse("MESH", "none", "given, or --all in its place")
+    return _validate_mesh(mesh, scene, look.to_material(), json, output)
+
+
+def _validate_all(report: Path | None) -> int:
+    from pvphong.vtk_report import refuse_path, standing_report  # it loads VTK's rendering
+
+    if report is not None:
+        refuse_path(report)
+    with _busy("Drawing a list of scenes with VTK"):
+        found = standing_report()
+    Console().print(found.table())
+    print(found.summary())
+    if report is not None:
+        found.save(report)
+        print(report)
+    return 0 if found.passed else 1
+
+
+def _validate_mesh(mesh: str, scene: Path | None, material: Material, json: Path | None, output: Path | None) -> int:
     if output is not None:
         refuse_suffix(output, "signed errors", tuple(suffix for suffix in MESH_FORMATS if suffix != ".ply"))
     outside, rig = _surface_and_scene(mesh, scene, _SIZE)
@@ -244,7 +283,7 @@ def validate(
     with _busy(f"Drawing {mesh} with VTK"):
         from pvphong.validation import validate as validate_mesh  # it loads VTK's rendering
 
-        comparison = validate_mesh(outside, rig, look.to_material())
+        comparison = validate_mesh(outside, rig, material)
     print(comparison)
     if json is not None:
         comparison.to_json(json)

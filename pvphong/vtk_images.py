@@ -20,7 +20,7 @@ from vtkmodules.vtkRenderingCore import vtkCamera, vtkLight, vtkProperty, vtkRen
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLActor, vtkOpenGLPolyDataMapper
 
 from pvphong import _check
-from pvphong._types import BoolArray
+from pvphong._types import BoolArray, Float64Array
 from pvphong._vertex_bench import _window as off_screen_window
 from pvphong.material import Material
 from pvphong.mesh import point_normals, shade_mesh
@@ -43,6 +43,9 @@ _ARRAY = "phong"
 _AMPLIFIED = 16
 """Grey levels of the difference picture for each step of a display."""
 
+_STEEPEST = 6.0
+"""Slope against the picture's plane from which a surface counts as its own silhouette: seen at 80° and more."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ImageComparison:
@@ -55,7 +58,8 @@ class ImageComparison:
     difference : ndarray
         Shape (height, width, 3), int16: ours minus VTK's, in steps of a display.
     inside : ndarray
-        Shape (height, width), bool: pixels wholly inside the silhouette. They and their eight neighbours are covered.
+        Shape (height, width), bool: pixels wholly inside the silhouette. They and their eight neighbours are
+        covered, by a surface that is nowhere there about to turn away: a torus has contours inside its outline.
     """
 
     ours: Image
@@ -70,7 +74,7 @@ class ImageComparison:
 
     @property
     def p99(self) -> float:
-        """What 99 % of the pixels inside the silhouette stay below, each pixel's difference that of its worst channel."""
+        """What 99 % of the differences inside the silhouette stay below, each pixel's that of its worst channel."""
         return float(np.percentile(self._largest, 99))
 
     @property
@@ -139,9 +143,9 @@ def compare_images(
         _check.refuse("mesh", f"{source.n_points} points and no faces", "a mesh with faces")
     terms = _terms(source, scene, material)
     lit = shade_mesh(source, scene, material, name=_ARRAY)
-    ours, covered = _drawn(_colored(lit), scene.viewer, [], size)
+    ours, distances = _drawn(_colored(lit), scene.viewer, [], size)
     vtks, _ = _drawn(_lit_by_vtk(source, terms.material), scene.viewer, _lights(terms), size)
-    inside = _eroded(covered)
+    inside = _inside(distances, scene.viewer)
     if not inside.any():
         _check.refuse("viewer", scene.viewer, "one who sees the mesh", "Its picture is empty.")
     return ImageComparison(ours, vtks, ours.astype(np.int16) - vtks, inside)
@@ -194,8 +198,8 @@ def _actor(mapper: vtkOpenGLPolyDataMapper, appearance: vtkProperty) -> vtkOpenG
 
 def _drawn(
     actor: vtkOpenGLActor, viewer: Viewer, lights: Sequence[vtkLight], size: tuple[int, int]
-) -> tuple[Image, BoolArray]:
-    """The picture, and which pixels the actor covers."""
+) -> tuple[Image, Float64Array]:
+    """The picture, and how far away along the view axis each pixel is; infinite for the background."""
     with off_screen_window(*size) as window:
         renderer = vtkRenderer()
         renderer.AutomaticLightCreationOff()
@@ -207,7 +211,7 @@ def _drawn(
         renderer.ResetCameraClippingRange()
         window.AddRenderer(renderer)
         window.Render()
-        return _pixels(window, size)
+        return _colors(window, size), _distances(window, size, renderer.GetActiveCamera())
 
 
 def _camera(viewer: Viewer) -> vtkCamera:
@@ -217,19 +221,39 @@ def _camera(viewer: Viewer) -> vtkCamera:
     return camera
 
 
-def _pixels(window: vtkRenderWindow, size: tuple[int, int]) -> tuple[Image, BoolArray]:
+def _colors(window: vtkRenderWindow, size: tuple[int, int]) -> Image:
     """VTK's rows start below."""
     width, height = size
-    colors, depths = vtkUnsignedCharArray(), vtkFloatArray()
-    window.GetPixelData(0, 0, width - 1, height - 1, 0, colors)
+    colors = vtkUnsignedCharArray()
+    window.GetPixelData(0, 0, width - 1, height - 1, 0, colors, 0)
+    return vtk_to_numpy(colors).reshape(height, width, 3)[::-1].copy()
+
+
+def _distances(window: vtkRenderWindow, size: tuple[int, int], camera: vtkCamera) -> Float64Array:
+    """From the depth buffer, where 0 is the near plane and 1 the far plane."""
+    width, height = size
+    depths = vtkFloatArray()
     window.GetZbufferData(0, 0, width - 1, height - 1, depths)
-    image = vtk_to_numpy(colors).reshape(height, width, 3)[::-1].copy()
-    return image, vtk_to_numpy(depths).reshape(height, width)[::-1] < 1.0
+    depth = vtk_to_numpy(depths).reshape(height, width)[::-1].astype(np.float64)
+    near, far = camera.GetClippingRange()
+    parallel = camera.GetParallelProjection()
+    distances = near + depth * (far - near) if parallel else near * far / (far - depth * (far - near))
+    return np.where(depth < 1.0, distances, np.inf)
 
 
-def _eroded(covered: BoolArray) -> BoolArray:
-    """Pixels that are covered with all eight neighbours; the picture's border has none beyond it."""
-    padded = np.pad(covered, 1, constant_values=False)
+def _inside(distances: Float64Array, viewer: Viewer) -> BoolArray:
+    """Pixels around which the distance changes by less than `_STEEPEST` pixels' widths from one to the next."""
+    nearest, farthest = _around(np.minimum, distances), _around(np.maximum, distances)
+    covered = np.isfinite(farthest)
+    half_height = viewer.parallel_scale if viewer.parallel else np.tan(np.radians(0.5 * viewer.view_angle)) * nearest
+    pixel = 2.0 * half_height / len(distances)
+    inside: BoolArray = np.where(covered, farthest, 0.0) - np.where(covered, nearest, 0.0) < 2.0 * _STEEPEST * pixel
+    return inside & covered
+
+
+def _around(extreme: np.ufunc, distances: Float64Array) -> Float64Array:
+    """The least or greatest of each pixel and its eight neighbours; nothing covers what lies beyond the border."""
+    padded = np.pad(distances, 1, constant_values=np.inf)
     windows = np.lib.stride_tricks.sliding_window_view(padded, (3, 3))
-    inside: BoolArray = windows.all(axis=(2, 3))
-    return inside
+    around: Float64Array = extreme.reduce(windows, axis=(2, 3))
+    return around

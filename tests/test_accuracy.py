@@ -131,8 +131,8 @@ def test_the_input_is_not_modified(mesh):
 
 
 def test_a_cloud_has_no_inside():
-    cloud = pv.PolyData(np.eye(3))
-    cloud.point_data.active_normals = np.eye(3)
+    cloud = pv.PolyData(np.eye(3, dtype=np.float32))
+    cloud.point_data.active_normals = np.eye(3, dtype=np.float32)
     found = tradeoff(cloud, SCENE, SHINY, seconds=1)
     assert "no inside" in found.left_out["inside triangles"]
     assert "At the vertices" in str(found)

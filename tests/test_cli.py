@@ -379,6 +379,37 @@ def test_validate_refuses_what_it_cannot_do(capsys):
     assert "error:" in capsys.readouterr().err
 
 
+def test_validate_all_writes_a_report_and_fails_with_its_scenes(monkeypatch, capsys):
+    from pvphong import vtk_report
+
+    monkeypatch.setattr(vtk_report, "CASES", vtk_report.CASES[:2])
+    assert run("validate", "--all", "--report", "told.md") == 0
+    assert "All 2 scenes passed" in capsys.readouterr().out
+    assert files() == ["told-pictures", "told.md"]
+    monkeypatch.setattr(vtk_report.Comparison, "passed", False)
+    monkeypatch.setattr(vtk_report, "_pictures", lambda: [])
+    assert run("validate", "--all") == 1
+    assert "2 of 2 scenes failed" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("", "MESH must be given, or --all in its place"),
+        ("sphere.vtp --report told.md", "--report must be given together with --all"),
+        ("sphere.vtp --all", "--all must be alone or with --report"),
+        ("--all --json told.json", "--all must be alone or with --report"),
+        ("--all --shininess 4", "--all must be alone or with --report"),
+        ("--all --report told.pdf", ".md"),
+        ("--all --report no/told.md", "path must be in a folder that exists"),
+    ],
+)
+def test_validate_refuses_calls_that_make_no_sense(words, message, capsys):
+    assert run("validate", *words.split()) == 2
+    assert message in capsys.readouterr().err
+    assert files() == []
+
+
 # -- tradeoff
 
 

@@ -18,8 +18,8 @@ from pvphong.vtk_obstacles import InexpressibleError
 
 EYE = Viewer(position=(1.6, -1.2, 1.0), up=(0.0, 0.0, 1.0), view_angle=34.0)
 PARALLEL = replace(EYE, parallel=True, parallel_scale=0.7)
-SPHERE = pv.Sphere(theta_resolution=400, phi_resolution=300)
-TORUS = pv.ParametricTorus(ringradius=0.35, crosssectionradius=0.15, u_res=400, v_res=250, w_res=10)
+SPHERE = pv.Sphere(theta_resolution=220, phi_resolution=150)
+TORUS = pv.ParametricTorus(ringradius=0.35, crosssectionradius=0.15, u_res=240, v_res=180, w_res=10)
 MATTE = Material(ambient=0.2, diffuse=(0.8, 0.5, 0.3))
 SHINY = Material(ambient=0.1, diffuse=(0.2, 0.3, 0.6), specular=0.4, shininess=25.0)
 SUN = DirectionalLight(direction=(-1.0, 0.5, -0.8), intensity=0.9)
@@ -38,6 +38,18 @@ DIFFUSE = {
     "no light": Scene([], EYE, VTK),
 }
 
+SHINING = {
+    "sun": Scene([SUN], EYE),
+    "lamp": Scene([LAMP], EYE, LightModel.vtk(two_sided=False)),
+    "spot and headlight": Scene([WIDE, HEADLIGHT], EYE),
+    "headlight alone": Scene([HEADLIGHT], EYE, LightModel.vtk(two_sided=False)),
+}
+
+
+def steps_of_interpolation(mesh, scene, material):
+    """The largest interpolation error, in steps of a display."""
+    return 255.0 * float(interpolation_error(mesh, scene, material).cell_data["phong_interpolation_error"].max())
+
 
 @pytest.mark.parametrize("mesh", [SPHERE, TORUS], ids=["sphere", "torus"])
 @pytest.mark.parametrize("scene", DIFFUSE.values(), ids=DIFFUSE.keys())
@@ -48,18 +60,19 @@ def test_diffuse_scenes_are_drawn_as_vtk_draws_them(mesh, scene):
 
 
 @pytest.mark.parametrize("mesh", [SPHERE, TORUS], ids=["sphere", "torus"])
-@pytest.mark.parametrize("lights", [[SUN], [LAMP], [WIDE, HEADLIGHT]], ids=["sun", "lamp", "spot and headlight"])
-@pytest.mark.parametrize("model", [LightModel(), VTK], ids=["standard", "vtk"])
-def test_highlights_are_within_the_interpolation_error(mesh, lights, model):
-    compared = compare_images(mesh, Scene(lights, EYE, model), SHINY)
-    assert compared.max_difference <= 3, compared
+@pytest.mark.parametrize("scene", SHINING.values(), ids=SHINING.keys())
+def test_highlights_are_within_the_interpolation_error(mesh, scene):
+    compared = compare_images(mesh, scene, SHINY)
+    error = steps_of_interpolation(mesh, scene, SHINY)
+    assert error < 16.0
+    assert compared.max_difference <= 2.0 + error, compared
+    assert compared.p99 <= 2.0
 
 
 def test_coarse_meshes_differ_by_their_interpolation_error():
     coarse, scene = pv.Sphere(theta_resolution=24, phi_resolution=24), Scene([SUN], EYE)
     compared = compare_images(coarse, scene, SHINY)
-    error = 255.0 * float(np.max(interpolation_error(coarse, scene, SHINY)))
-    assert 3.0 < compared.max_difference <= 2.0 + error
+    assert 10.0 < compared.max_difference <= 2.0 + steps_of_interpolation(coarse, scene, SHINY)
 
 
 FAULTS = {
@@ -98,6 +111,15 @@ def test_the_numbers_are_those_of_the_pixels_inside():
     np.testing.assert_array_equal(picture[1, 11], (128, 128 + 7 * 16, 128 - 4 * 16))
     np.testing.assert_array_equal(picture[1, 12], (128, 128, 128))
     np.testing.assert_array_equal(picture[0, 10], (255, 255, 255))
+
+
+def test_contours_inside_the_outline_are_not_inside():
+    """The far side of a torus shows above the near one; where the near one turns away is a silhouette too."""
+    compared = compare_images(TORUS, Scene([SUN], EYE), MATTE)
+    column, height = compared.inside[:, 200], len(compared.inside)
+    parts = np.flatnonzero(np.diff(column.astype(int)) == 1)
+    assert len(parts) == 2
+    assert column.sum() < height
 
 
 def test_only_pixels_with_all_their_neighbours_are_inside():

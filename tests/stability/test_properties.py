@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import sys
 import warnings
 from collections import Counter
 from contextlib import suppress
@@ -42,18 +41,6 @@ def _flattening_is_no_failure():
         warnings.simplefilter("error")
         warnings.simplefilter("ignore", SingularMatrixWarning)
         yield
-
-
-@pytest.fixture(autouse=True)
-def _one_thread():
-    """A few vertices are no work for many threads: waiting for each other takes them ten times as long."""
-    numba = sys.modules.get("numba")
-    before = numba and numba.get_num_threads()
-    if numba:
-        numba.set_num_threads(1)
-    yield
-    if numba:
-        numba.set_num_threads(before)
 
 
 def arrays(shading: Shading) -> dict[str, np.ndarray]:

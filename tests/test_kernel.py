@@ -1,0 +1,233 @@
+"""The compiled evaluator computes what the readable one does, and declines what it cannot do."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import pvphong as ph
+from pvphong import kernel
+from pvphong.equation import assemble
+from pvphong.evaluation import display_colors
+from pvphong.shading import Shading
+
+pytest.importorskip("numba", reason="the extra `fast` is not installed")
+pytestmark = pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
+
+COUNT = 1500  # more than two of the kernel's blocks, and not a multiple of their size
+SUN = ph.DirectionalLight(direction=(-1, -1, -2), diffuse=(1, 0.9, 0.7), ambient=0.1)
+LAMP = ph.PointLight(position=(2, -1, 3), attenuation=(1, 0.1, 0.02), diffuse=(0.5, 0.7, 1))
+SPOT = ph.SpotLight(position=(1, 1, 4), direction=(-1, -1, -4), cone_angle=20, exponent=9, ambient=0.2)
+EVEN = ph.SpotLight(position=(1, 1, 4), direction=(-1, -1, -4), cone_angle=20, exponent=0, attenuation=(0, 1, 0))
+HEAD = ph.DirectionalLight(frame="headlight")
+SHINY = ph.Material(ambient=0.3, diffuse=(0.4, 0.5, 0.6), specular=(0.5, 0.4, 0.3), shininess=25, emission=0.05)
+DULL = replace(SHINY, specular=0.0)
+SHEAR = np.array([[1, 0.4, 0, 2], [0, 1.5, 0.3, 0], [0, 0, -0.7, 1], [0, 0, 0, 1.0]])
+
+SHAPES = {
+    "nothing": ([], SHINY, {}),
+    "sun, dull": ([SUN], DULL, {}),
+    "sun": ([SUN], SHINY, {}),
+    "lamp, dull": ([LAMP], DULL, {}),
+    "lamp": ([LAMP], SHINY, {}),
+    "spot": ([SPOT], SHINY, {}),
+    "even spot": ([EVEN], SHINY, {}),
+    "all": ([SUN, LAMP, SPOT, EVEN, HEAD], SHINY, {}),
+    "blinn-phong": ([SUN, LAMP, SPOT], SHINY, {"reflection": "blinn-phong"}),
+    "infinite viewer": ([SUN, LAMP], SHINY, {"local_viewer": False}),
+    "two-sided": ([SUN, LAMP], SHINY, {"two_sided": True}),
+    "unclamped": ([SUN, LAMP, replace(LAMP, intensity=9.0)], SHINY, {"clamp": False}),
+    "no shininess": ([SUN, LAMP], replace(SHINY, shininess=0.0), {}),
+    "needle": ([SUN, LAMP], replace(SHINY, shininess=1e5), {}),
+}
+VTK = {
+    "vtk, headlight": ([HEAD], SHINY),
+    "vtk, sun": ([SUN, HEAD], SHINY),
+    "vtk, lamp": ([LAMP, SPOT], SHINY),
+    "vtk, blunt": ([LAMP], replace(SHINY, shininess=0.1)),
+    "vtk, unlit": ([], SHINY),
+}
+
+
+def scene_of(name):
+    if name in VTK:
+        lights, material = VTK[name]
+        return ph.Scene(lights, ph.Viewer(position=(0, -3, 4)), ph.LightModel.vtk()), material
+    lights, material, model = SHAPES[name]
+    return ph.Scene(lights, ph.Viewer(position=(0, -3, 4)), ph.LightModel(**model)), material
+
+
+@pytest.fixture(scope="module")
+def vertices():
+    random = np.random.default_rng(7)
+    points = random.normal(size=(COUNT, 3))
+    return points, points + 0.3 * random.normal(size=(COUNT, 3))
+
+
+def shade(vertices, name, backend, precision, **options):
+    scene, material = scene_of(name)
+    return ph.evaluate(*vertices, scene, material, backend=backend, precision=precision, **options).rgb
+
+
+def undecided(vertices, name, matrix=None):
+    """Vertices within rounding of n·l = 0, n·v = 0 or the edge of a cone: there either answer is right."""
+    scene, _ = scene_of(name)
+    points, normals = vertices
+    if matrix is not None:
+        points, normals = ph.transform_points(points, matrix), ph.transform_normals(normals, matrix)
+    near = np.zeros(len(points), bool)
+    for light in scene.world_lights:
+        arrival = light.arrival(np.ascontiguousarray(points.T))
+        near |= np.abs((normals.T * arrival.direction).sum(axis=0)) < 1e-5
+        if isinstance(light, ph.SpotLight):
+            axis = np.array(light.direction) / np.linalg.norm(light.direction)
+            near |= np.abs(-axis @ arrival.direction - np.cos(np.radians(light.cone_angle))) < 1e-6
+    toward = np.array(scene.viewer.position) - points
+    return near | (np.abs((normals * toward).sum(axis=1)) < 1e-5)
+
+
+@pytest.mark.parametrize("options", [{}, {"matrix": SHEAR}, {"albedo": "random"}], ids=["plain", "matrix", "albedo"])
+@pytest.mark.parametrize(("precision", "unit"), [("float32", 2.0**-24), ("float64", 2.0**-53)])
+@pytest.mark.parametrize("name", [*SHAPES, *VTK])
+def test_it_agrees_with_the_reference(vertices, name, precision, unit, options):
+    """Each is within (4√n + 16)·u of the exact colour for each light, so they are within twice that of each other."""
+    if options.get("albedo"):
+        options = {"albedo": np.random.default_rng(3).random((COUNT, 3))}
+    stored = tuple(array.astype(precision) for array in vertices)
+    ours, theirs = (shade(stored, name, backend, precision, **options) for backend in ("numba", "numpy"))
+    scene, material = scene_of(name)
+    power = max([material.shininess, *(light.exponent for light in scene.lights if isinstance(light, ph.SpotLight))])
+    bound = 2 * (4 * np.sqrt(power) + 16) * unit * (1 + len(scene.lights)) * max(1.0, float(theirs.max()))
+    judged = ~undecided(stored, name, options.get("matrix"))
+    assert judged.mean() > 0.99
+    assert np.abs(ours.astype(float) - theirs)[judged].max() <= bound
+    assert ours.dtype == precision
+
+
+@pytest.mark.parametrize("name", ["all", "blinn-phong", "two-sided"])
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_a_vertex_keeps_its_bits_among_others_and_in_any_layout(vertices, name, precision):
+    points, normals = (array.astype(precision) for array in vertices)
+    whole = shade((points, normals), name, "numba", precision)
+    order = np.random.default_rng(1).permutation(COUNT)
+    np.testing.assert_array_equal(shade((points[order], normals[order]), name, "numba", precision), whole[order])
+    np.testing.assert_array_equal(shade((points[700:], normals[700:]), name, "numba", precision), whole[700:])
+    fortran = np.asfortranarray(points), np.repeat(normals, 2, axis=0)[::2]
+    np.testing.assert_array_equal(shade(fortran, name, "numba", precision), whole)
+    for spoil in (np.nan, np.inf, 0.0):
+        spoiled_points, spoiled_normals = points.copy(), normals.copy()
+        spoiled_points[3], spoiled_normals[801] = spoil, spoil
+        lit = shade((spoiled_points, spoiled_normals), name, "numba", precision)
+        others = np.delete(np.arange(COUNT), [3, 801])
+        np.testing.assert_array_equal(lit[others], whole[others])
+        assert np.isfinite(lit).all()
+        reference = shade((spoiled_points, spoiled_normals), name, "numpy", precision)
+        np.testing.assert_allclose(lit[[3, 801]], reference[[3, 801]], atol=1e-5)
+
+
+def test_the_number_of_threads_changes_no_bit(vertices):
+    import numba
+
+    many = tuple(np.tile(array, (20, 1)) for array in vertices)
+    threads = numba.get_num_threads()
+    try:
+        numba.set_num_threads(1)
+        alone = shade(many, "all", "numba", "float32")
+    finally:
+        numba.set_num_threads(threads)
+    np.testing.assert_array_equal(shade(many, "all", "numba", "float32"), alone)
+
+
+def test_colours_for_a_display_are_the_rounded_floats(vertices):
+    points, normals = (np.tile(array.astype(np.float32), (200, 1)) for array in vertices)
+    scene, material = scene_of("all")
+    equation = ph.plan(points, scene, material).equation
+    shown = np.zeros((len(points), 3), np.uint8)
+    display_colors(points, normals, equation, None, shown)
+    exact = ph.evaluate(points, normals, scene, material, backend="numba").rgb * 255.0
+    assert np.abs(shown - exact).max() <= 0.5 + 1e-4
+    assert len(np.unique(shown)) > 100
+
+
+def test_moving_or_tinting_a_light_compiles_nothing(vertices):
+    shade(vertices, "all", "numba", "float32")
+    compiled = kernel._compiled(kernel._Process.keeps_code)
+    before = len(compiled.signatures)
+    scene, material = scene_of("all")
+    for light in (replace(LAMP, position=(5, 5, 5)), replace(SPOT, diffuse="red", cone_angle=31.0), SUN):
+        ph.evaluate(*vertices, replace(scene, lights=[light]), replace(material, shininess=3.0), backend="numba")
+    assert len(compiled.signatures) == before
+
+
+def result_of(rows, **arrays):
+    return Shading(np.full((rows, 3), 7.0, np.float32), **arrays)
+
+
+def test_it_declines_what_it_cannot_do_and_writes_nothing(vertices):
+    points, normals = vertices
+    far = ph.Scene([replace(LAMP, position=(1e200, 0, 0))])
+    result = result_of(COUNT)
+    assert not kernel.shade(points, normals, assemble(far, SHINY, None), None, result)
+    assert (result.rgb == 7.0).all()
+    with_parts = result_of(COUNT, base=np.zeros((COUNT, 3), np.float32))
+    assert not kernel.shade(points, normals, assemble(*scene_of("lamp"), None), None, with_parts)
+
+
+@pytest.mark.parametrize("intensity", [1e30, 1e40, 1e300])
+def test_lights_as_bright_as_they_are_far_away(vertices, intensity):
+    far = ph.PointLight(position=(0, 0, 1e20), attenuation=(0, 0, 1), intensity=intensity)
+    lit = [ph.evaluate(*vertices, ph.Scene([far]), DULL, backend=backend).rgb for backend in ("numba", "numpy")]
+    np.testing.assert_allclose(*lit, atol=1e-5)
+
+
+def run_apart(code, **environment):
+    import os
+
+    return subprocess.run(
+        [sys.executable, "-W", "error", "-c", code],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+        env=os.environ | environment,
+    )
+
+
+EVALUATE = """
+import numpy as np, pvphong as ph
+def lit(backend, n=3):
+    return ph.evaluate(np.zeros((n, 3)), np.tile([0, 0, 1.0], (n, 1)), ph.Scene([ph.DirectionalLight()]), ph.Material(),
+                       backend=backend).rgb[0]
+"""
+
+
+def test_without_numba_all_works_but_asking_for_it():
+    code = f"""
+import sys
+sys.modules["numba"] = None
+{EVALUATE}
+assert abs(lit("auto", 300000) - 0.84).max() < 1e-6
+try:
+    lit("numba")
+except ValueError as error:
+    print(error)
+"""
+    process = run_apart(code)
+    assert process.returncode == 0, process.stderr
+    assert "backend must be 'auto' or 'numpy' where Numba is not installed" in process.stdout
+
+
+def test_a_cache_folder_that_cannot_be_written_is_no_failure(tmp_path):
+    (tmp_path / "file").write_text("in the way of a folder")
+    process = run_apart(f"{EVALUATE}\nprint(lit('numba'))", NUMBA_CACHE_DIR=str(tmp_path / "file" / "cache"))
+    assert process.returncode == 0, process.stderr
+    assert "0.84" in process.stdout
+
+
+def test_importing_pvphong_does_not_import_numba():
+    process = run_apart("import sys, pvphong; assert 'numba' not in sys.modules")
+    assert process.returncode == 0, process.stderr
