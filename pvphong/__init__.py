@@ -31,12 +31,20 @@ from pvphong.transform import (
 from pvphong.viewer import Viewer
 
 if TYPE_CHECKING:
+    from pvphong.accuracy import tradeoff
+    from pvphong.accuracy_report import Tradeoff
     from pvphong.comparison import Comparison
     from pvphong.validation import validate
     from pvphong.vtk_oracle import vtk_shade
 
 # These draw with VTK; they are imported when they are first asked for.
-_DRAWING = {"Comparison": "comparison", "validate": "validation", "vtk_shade": "vtk_oracle"}
+_DRAWING = {
+    "Comparison": "comparison",
+    "Tradeoff": "accuracy_report",
+    "tradeoff": "accuracy",
+    "validate": "validation",
+    "vtk_shade": "vtk_oracle",
+}
 
 
 def __getattr__(name: str) -> Any:
@@ -64,6 +72,7 @@ __all__ = [
     "Shading",
     "SingularMatrixWarning",
     "SpotLight",
+    "Tradeoff",
     "Viewer",
     "as_light",
     "diagnose",
@@ -79,6 +88,7 @@ __all__ = [
     "plan",
     "plane_normal",
     "project",
+    "tradeoff",
     "transform_normals",
     "transform_points",
     "transform_vectors",

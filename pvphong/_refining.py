@@ -15,8 +15,9 @@ from pvphong.transform import normalize
 
 Stopped = Literal["tolerance", "max_points", "jump", "resolution"]
 
-# Between the samples, errors are up to 7 % larger than at them.
-_AIM = 0.93
+# Parts of the tolerance: a triangle with an error above the first is split, one with an error above the second is
+# sampled densely. Between samples errors were found to be larger by up to 5 % (dense) and 30 % (others).
+_AIM, _CLOSE = 0.95, 0.7
 
 # A round splits the triangles that are at least this urgent, against the most urgent.
 _URGENT = 0.25

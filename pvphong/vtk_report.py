@@ -143,7 +143,7 @@ class VTKReport:
         yield "## Every vertex, in float32\n"
         yield "VTK's unmodified fragment shader runs once per vertex and is read back in float32, unclamped. Errors are"
         yield f"absolute, relative where more light than 1 arrives; the bound is {_FORMULA}, and the ratio is that of"
-        yield "error to bound. Vertices where float32 leaves VTK's colour open, on the edge of a cone say, are left out.\n"
+        yield "error to bound. Vertices where float32 leaves VTK's colour open, as on a cone's edge, are left out.\n"
         yield _line(_HEADINGS)
         yield _line(["---"] * len(_HEADINGS))
         for row in self.rows:

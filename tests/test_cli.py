@@ -387,7 +387,7 @@ def test_validate_all_writes_a_report_and_fails_with_its_scenes(monkeypatch, cap
     assert "All 2 scenes passed" in capsys.readouterr().out
     assert files() == ["told-pictures", "told.md"]
     monkeypatch.setattr(vtk_report.Comparison, "passed", False)
-    monkeypatch.setattr(vtk_report, "_pictures", lambda: [])
+    monkeypatch.setattr(vtk_report, "_pictures", list)
     assert run("validate", "--all") == 1
     assert "2 of 2 scenes failed" in capsys.readouterr().out
 

@@ -33,7 +33,7 @@ DIFFUSE = {
     "lamp": Scene([LAMP], EYE),
     "spot": Scene([WIDE], EYE),
     "headlight": Scene([HEADLIGHT], EYE, VTK),
-    "parallel": Scene([LAMP, HEADLIGHT], PARALLEL, VTK),
+    "parallel": Scene([LAMP, replace(HEADLIGHT, intensity=0.1)], PARALLEL, VTK),
     "camera light": Scene([replace(SUN, frame="camera")], EYE, LightModel(two_sided=True)),
     "no light": Scene([], EYE, VTK),
 }

@@ -100,13 +100,13 @@ def test_a_report_is_written_again_and_leaves_nothing_where_it_cannot_be(report,
 
 
 def test_a_wrong_evaluator_fails(monkeypatch):
-    def halved(points, normals, *arguments, **options):
+    def dimmed(points, normals, *arguments, **options):
         shading = evaluate(points, normals, *arguments, **options)
         shading.rgb[:] *= 0.999
         return shading
 
-    monkeypatch.setattr(validation, "evaluate", halved)
-    monkeypatch.setattr("pvphong.vtk_report._pictures", lambda: [])
+    monkeypatch.setattr(validation, "evaluate", dimmed)
+    monkeypatch.setattr("pvphong.vtk_report._pictures", list)
     monkeypatch.setattr("pvphong.vtk_report.CASES", CASES[:3])
     report = standing_report()
     assert not report.passed

@@ -1,0 +1,78 @@
+"""VTK's shader, read back per vertex, beside pvphong's evaluators: `python bench_vtk_shade.py`.
+
+All three light the same million vertices, in turns, so that a busy machine slows all of them down alike. Times are
+wall clock: VTK's includes sending the mesh to the driver and reading the colours back, and a software driver works
+on the same processor.
+"""
+
+import time
+from dataclasses import replace
+from statistics import median
+
+import numpy as np
+import pyvista as pv
+from rich.console import Console
+from rich.table import Table
+from textbook import measured_scene, vertices
+
+from pvphong import evaluate, kernel
+from pvphong.vtk_oracle import driver, vtk_shade
+from pvphong.vtk_terms import in_vtk_terms
+
+COUNT = 1_000_000
+REPEATS = 5
+
+
+def variants():
+    """Name → what is timed."""
+    points, normals = vertices(COUNT, "float32")
+    scene, material = measured_scene()
+    # VTK has highlights in the diffuse colour of the light only
+    scene = replace(scene, lights=[replace(light, specular=None) for light in scene.lights])
+    cloud = pv.PolyData(points)
+    cloud.point_data.active_normals = normals
+    terms = in_vtk_terms(scene, material, np.array(cloud.center), cloud.length)
+
+    def lit(backend):
+        return lambda: evaluate(points, normals, scene, material, backend=backend).rgb
+
+    backends = ["numpy", "numba"] if kernel.is_available() else ["numpy"]
+    named = {f"evaluate, {backend}": lit(backend) for backend in backends}
+    return named | {"vtk_shade": lambda: vtk_shade(cloud, terms.lights, terms.material, terms.viewer)}
+
+
+def measured(named):
+    """Seconds of each variant, run in turns, and its colours."""
+    seconds, colors = {name: [] for name in named}, {}
+    for turn in range(REPEATS + 1):
+        for name, run in named.items():
+            start = time.perf_counter()
+            colors[name] = run()
+            if turn:  # the first one compiles and loads
+                seconds[name].append(time.perf_counter() - start)
+    return seconds, colors
+
+
+def main():
+    seconds, colors = measured(variants())
+    table = Table(title=f"{COUNT:,} vertices, median of {REPEATS} runs in turns")
+    for heading in ("", "time", "quickest – slowest", "per vertex", "of vtk_shade's", "largest difference from VTK"):
+        table.add_column(heading, justify="right" if heading else "left")
+    drawn, whole = np.clip(colors["vtk_shade"], 0.0, 1.0), median(seconds["vtk_shade"])
+    for name, times in seconds.items():
+        middle = median(times)
+        table.add_row(
+            name,
+            f"{middle * 1e3:.0f} ms",
+            f"{min(times) * 1e3:.0f} – {max(times) * 1e3:.0f} ms",
+            f"{middle / COUNT * 1e9:.0f} ns",
+            f"{middle / whole:.2f}",
+            "" if name == "vtk_shade" else f"{np.abs(colors[name] - drawn).max():.1e}",
+        )
+    console = Console(width=120)
+    console.print(table)
+    console.print(f"VTK {pv.vtk_version_info} on {driver()}")
+
+
+if __name__ == "__main__":
+    main()
