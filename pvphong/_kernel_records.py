@@ -90,7 +90,6 @@ def fits(equation: Equation) -> bool:
         all(isinstance(term.light, DirectionalLight | PointLight | SpotLight) for term in equation.terms)
         and all(x == 0.0 or _SMALLEST <= x <= _LARGEST for x in numbers)
         and all(abs(x) <= _LARGEST for x in positions)
-        and all(term.gain <= BRIGHTEST or isinstance(term.light, DirectionalLight) for term in equation.terms)
     )
 
 
@@ -145,7 +144,11 @@ def _set_positional(t: Any, term: LightTerm) -> None:
     t["has_cone"] = isinstance(term.light, SpotLight)
     t["has_ambient"] = any(term.ambient)
     t["varies"] = linear or quadratic or t["has_cone"] or t["has_ambient"]
-    t["constant"], t["linear"], t["quadratic"], t["gain"] = constant, linear, quadratic, term.gain
+    # A gain beyond float32's range goes into the coefficients; one that underflows there belongs to a strength that
+    # is cut off at the most anyway.
+    excess = max(term.gain / BRIGHTEST, 1.0)
+    t["gain"] = term.gain / excess
+    t["constant"], t["linear"], t["quadratic"] = constant / excess, linear / excess, quadratic / excess
     t["on_light"] = 1.0
     _set_colors(t, term, 1.0 if t["varies"] else min(term.gain / constant, BRIGHTEST))
     if isinstance(term.light, SpotLight):

@@ -22,7 +22,10 @@ FLOORS = {
     2: ["equation", "shading", "effects", "effects.*", "planning"],
     3: ["reference", "kernel", "_kernel_*"],
     4: ["evaluation"],
-    5: ["_cells", "surface", "mesh", "mesh_files", "_interpolation", "_lit_vertices", "_creases", "_peaks", "_refining", "_splitting"],
+    5: [
+        "_cells", "surface", "mesh", "mesh_files", "_interpolation", "_lit_vertices", "_creases", "_peaks", "_refining",
+        "_splitting",
+    ],
     6: [
         "_vertex_bench", "vtk_*", "validation", "comparison", "diagnosis", "diagnosis_*", "pictures", "studio",
         "live", "rig", "pane", "gizmos", "gizmos.*", "presets", "refinement", "accuracy",

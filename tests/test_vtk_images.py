@@ -18,7 +18,7 @@ from pvphong.vtk_obstacles import InexpressibleError
 
 EYE = Viewer(position=(1.6, -1.2, 1.0), up=(0.0, 0.0, 1.0), view_angle=34.0)
 PARALLEL = replace(EYE, parallel=True, parallel_scale=0.7)
-SPHERE = pv.Sphere(theta_resolution=220, phi_resolution=150)
+SPHERE = pv.Sphere(theta_resolution=180, phi_resolution=120)
 TORUS = pv.ParametricTorus(ringradius=0.35, crosssectionradius=0.15, u_res=240, v_res=180, w_res=10)
 MATTE = Material(ambient=0.2, diffuse=(0.8, 0.5, 0.3))
 SHINY = Material(ambient=0.1, diffuse=(0.2, 0.3, 0.6), specular=0.4, shininess=25.0)
@@ -64,7 +64,7 @@ def test_diffuse_scenes_are_drawn_as_vtk_draws_them(mesh, scene):
 def test_highlights_are_within_the_interpolation_error(mesh, scene):
     compared = compare_images(mesh, scene, SHINY)
     error = steps_of_interpolation(mesh, scene, SHINY)
-    assert error < 16.0
+    assert error < 20.0
     assert compared.max_difference <= 2.0 + error, compared
     assert compared.p99 <= 2.0
 
@@ -92,8 +92,10 @@ def test_a_wrong_picture_is_seen(monkeypatch, light, fault):
     def faulty(mesh, scene, *arguments, **options):
         return shade_mesh(mesh, fault(scene), *arguments, **options)
 
+    scene = Scene([light], EYE)
+    assert compare_images(SPHERE, scene, MATTE).max_difference <= 2
     monkeypatch.setattr(vtk_images, "shade_mesh", faulty)
-    assert compare_images(SPHERE, Scene([light], EYE), MATTE).max_difference > 5
+    assert compare_images(SPHERE, scene, MATTE).max_difference > 5
 
 
 def test_the_numbers_are_those_of_the_pixels_inside():
