@@ -156,7 +156,7 @@ def approach_wide(wide: Any, x: float, y: float, z: float, rows: Any) -> bool:
 
 @plain
 def look(rows: Any) -> None:
-    """v along rays to the eye; zero remains zero."""
+    """V along rays to the eye; zero remains zero."""
     for i in range(BLOCK):
         inverse = _inverse_root(ray_square(rows, i))
         rows[at.VX + i] = rows[at.DX + i] * inverse
@@ -249,7 +249,7 @@ def phong(rows: Any, dark: Any) -> bool:
 
 
 @plain
-def phong_near(rows: Any, x: Any, y: Any, z: Any, x_low: Any, y_low: Any, z_low: Any, dark: Any) -> tuple[bool, bool]:
+def phong_near(rows: Any, dark: Any, x: Any, y: Any, z: Any, x_low: Any, y_low: Any, z_low: Any) -> tuple[bool, bool]:
     """`approach` and `phong` in one, without the rays; if any of them needs a rescue the result is useless."""
     good, shines = True, False
     for i in range(BLOCK):

@@ -107,7 +107,8 @@ def settings(equation: Equation, *, is_wide: bool, has_albedo: bool) -> NDArray[
         _set_matrix(s, equation)
     s["shininess"], s["floor"] = _exponent(equation.shininess), equation.cosine_floor
     s["dark"] = math.inf if equation.cosine_floor or not equation.shininess else 2.0
-    everywhere = [_times(t.ambient, min(t.gain, BRIGHTEST)) for t in equation.terms if isinstance(t.light, DirectionalLight)]
+    parallel = [term for term in equation.terms if isinstance(term.light, DirectionalLight)]
+    everywhere = [_times(term.ambient, min(term.gain, BRIGHTEST)) for term in parallel]
     base = np.sum([equation.ambient, *everywhere], axis=0)
     s["base"] = base if has_albedo else base + equation.emission
     s["low"], s["high"] = (0.0, 1.0) if equation.clamp else (-math.inf, math.inf)

@@ -116,9 +116,7 @@ def _difference(points: Any, target: float, coordinate: float, exponent: int) ->
 
 
 @plain
-def mend_strength(
-    rows: Any, constant: float, linear: float, quadratic: float, gain: float, on_light: float
-) -> None:
+def mend_strength(rows: Any, constant: float, linear: float, quadratic: float, gain: float, on_light: float) -> None:
     """Strength over rescaled rays: 0 where the vertex is lost, and on the light where c is 0."""
     real = rows.dtype.type
     for i in range(BLOCK):

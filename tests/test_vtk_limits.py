@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pvphong.equation import vtk_tier
 from pvphong.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.material import Material
 from pvphong.viewer import Viewer
 from pvphong.vtk_limits import Pose, limits
-from pvphong.vtk_terms import Terms, tier
+from pvphong.vtk_terms import Terms
 
 SHINY = Material(ambient=0.1, diffuse=0.5, specular=0.5, shininess=4.0)
 EYE = Viewer(position=(3.0, 2.0, 4.0))
@@ -31,7 +32,7 @@ def found(
         normals=normals / np.linalg.norm(normals, axis=1)[:, None],
         matrix=options.pop("matrix", np.eye(4)),
     )
-    terms = Terms(tuple(lights), material, viewer, tier(lights), ())
+    terms = Terms(tuple(lights), material, viewer, vtk_tier(lights), ())
     known = limits(pose, terms, options.pop("tolerance", TOLERANCE), has_floors=options.pop("has_floors", True))
     return {reason: np.flatnonzero(mask).tolist() for reason, mask in known.open.items() if mask.any()}
 

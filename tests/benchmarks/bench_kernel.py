@@ -144,8 +144,7 @@ def measure_growth():
 def measure_first_call():
     """Seconds by which the first call in a process takes longer than the second, with compiled code on disk."""
     runs = (
-        subprocess.run([sys.executable, "-c", FIRST_CALL], capture_output=True, text=True, check=True)
-        for _ in range(5)
+        subprocess.run([sys.executable, "-c", FIRST_CALL], capture_output=True, text=True, check=True) for _ in range(5)
     )
     return min(float(run.stdout) for run in runs)
 
