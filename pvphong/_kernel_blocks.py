@@ -123,7 +123,7 @@ def _find_highlight(t: Any, s: Any, rows: Any, wide: Any) -> bool:
         l = t.position
         passes.fill(rows[at.DX :], real(l[0]), real(l[1]), real(l[2]))
     elif t.highlight == PHONG and not (t.varies or s.is_wide):
-        good, shines = passes.phong_near(rows, *_in_two(rows, t.position), dark)
+        good, shines = passes.phong_near(rows, dark, *_in_two(rows, t.position))
         if good:
             return shines
         _approach(t.position, s, rows, wide)

@@ -11,9 +11,9 @@ term is exactly 1, so that a power is exactly 1 where d = 0 or n = 0.
 type     logarithm                              exponential                 measured error of the power
 =======  =====================================  ==========================  ===========================
 float32  log2(1 + t) = t·P(t), P of degree 9,   2^r = 1 + r·Q(r), Q of
-         t in [√½ − 1, √2 − 1]: 8e-9            degree 5, |r| <= ½: 4e-9    1.6 · 2⁻²⁴ beside n·δd
+         t in [√½ − 1, √2 − 1]: 8e-9            degree 5, |r| <= ½: 4e-9    1.5 · 2⁻²⁴ beside n·δd
 float64  log2(1 + t) = z·P(z²), P of degree 7,  2^r = 1 + r·Q(r), Q of
-         z = t / (2 + t): 4e-18                 degree 10, |r| <= ½: 7e-18  2.2 · 2⁻⁵³ beside n·δd
+         z = t / (2 + t): 4e-18                 degree 10, |r| <= ½: 7e-18  1.5 · 2⁻⁵³ beside n·δd
 =======  =====================================  ==========================  ===========================
 
 Only here is LLVM allowed to contract a product and a sum into one rounding: polynomials gain from it, and no

@@ -1,0 +1,122 @@
+"""How many points refinement spends against uniform subdivision for the same error: `python bench_refinement.py`.
+
+Errors of both are taken at random places in every triangle, by code of its own. Uniform subdivision cuts every
+triangle into four (vtkLinearSubdivisionFilter), with normals interpolated like everything else; it gets fewer
+samples, and so a smaller error than it has.
+"""
+
+import sys
+import time
+
+import numpy as np
+import pyvista as pv
+from pyvista import examples
+from rich.console import Console
+from rich.table import Table
+
+import pvphong as ph
+from pvphong.refinement import refine
+
+TOLERANCE = 1 / 255
+ALLOWED_SHARE = 0.1
+ALLOWED_SECONDS = 10.0
+MOST_UNIFORM = 400_000
+
+SHARP = ph.Material(diffuse=0.5, specular=0.4, shininess=200)
+NEEDLE = ph.Material(diffuse=0.5, specular=0.4, shininess=5000)
+SUN = ph.DirectionalLight(direction=(-1, -1, -2))
+
+
+def seen_from(*position) -> ph.Scene:
+    """The sun, and an eye."""
+    return ph.Scene(lights=[SUN], viewer=ph.Viewer(position=position))
+
+
+def torus() -> pv.PolyData:
+    """24 by 24 quads, closed."""
+    mesh = pv.ParametricTorus(u_res=24, v_res=24, w_res=12).clean().triangulate()
+    mesh.clear_data()
+    return mesh
+
+
+CASES = {
+    "sphere, 42 points": (pv.Icosphere(nsub=1), seen_from(3, -1, 4), SHARP),
+    "sphere, 842 points": (pv.Sphere(), seen_from(3, -1, 4), SHARP),
+    "torus, 529 points, needle": (torus(), seen_from(3, -1, 4), NEEDLE),
+    "airplane": (examples.load_airplane(), seen_from(2500, -900, 1200), SHARP),
+}
+
+
+def largest_error(mesh, normals, scene, material, count) -> float:
+    """Of colours interpolated from the corners, at random places, others in every triangle."""
+    rng = np.random.default_rng(1)
+    corners, points = mesh.regular_faces, mesh.points.astype(float)
+    colors = ph.evaluate(points, normals, scene, material, precision="float64").rgb
+    worst = 0.0
+    for _ in range(count):
+        weights = rng.dirichlet(np.ones(3), size=len(corners))
+        place, normal, color = (np.einsum("ki,kij->kj", weights, a[corners]) for a in (points, normals, colors))
+        truth = ph.evaluate(place, normal, scene, material, precision="float64").rgb
+        worst = max(worst, float(np.abs(truth - color).max()))
+    return worst
+
+
+def uniform(mesh, scene, material) -> tuple[int, float]:
+    """Points and error of the first level that reaches the tolerance, or of the last that is tried."""
+    mesh = mesh.copy()
+    mesh.point_data.active_normals = mesh.phong.normals()
+    while True:
+        normals = mesh.point_data.active_normals.astype(float)
+        error = largest_error(mesh, normals, scene, material, count=8)
+        if error <= TOLERANCE or mesh.n_points > MOST_UNIFORM:
+            return mesh.n_points, error
+        mesh = mesh.subdivide(1, "linear")
+
+
+def row(name, mesh, scene, material) -> tuple[list[str], float]:
+    """One case as text, and the share of points that it needs."""
+    start = time.perf_counter()
+    fine = refine(mesh, scene, material, tolerance=TOLERANCE)
+    seconds = time.perf_counter() - start
+    error = largest_error(fine, fine.point_data.active_normals.astype(float), scene, material, count=100)
+    reported = fine.field_data["phong_refinement_error"][0]
+    spent, uniform_error = uniform(mesh, scene, material)
+    share = fine.n_points / spent
+    reached = "" if uniform_error <= TOLERANCE else "> "
+    texts = [
+        name,
+        f"{mesh.n_points}",
+        f"{fine.n_points}",
+        f"{seconds:.2f} s",
+        f"{255 * reported:.3f}",
+        f"{255 * error:.3f}",
+        f"{reached}{spent}",
+        f"{255 * uniform_error:.2f}",
+        f"{'' if not reached else '< '}{share:.2%}",
+    ]
+    return texts, share
+
+
+def main() -> int:
+    """Measure; 0 if points and time are within what is allowed."""
+    headings = ("mesh", "points", "ours", "time", "reported", "sampled", "uniform", "sampled", "share")
+    table = Table(title="points for an error of 1/255 (errors in steps of 1/255)")
+    for heading in headings:
+        table.add_column(heading, justify="left" if heading == "mesh" else "right")
+    shares = []
+    for name, case in CASES.items():
+        texts, share = row(name, *case)
+        table.add_row(*texts)
+        shares.append(share)
+    large = pv.Sphere(theta_resolution=225, phi_resolution=225)
+    start = time.perf_counter()
+    fine = refine(large, seen_from(3, -1, 4), ph.Material(diffuse=0.5, specular=0.4, shininess=20_000), tolerance=1e-3)
+    seconds = time.perf_counter() - start
+    console = Console(width=120)
+    console.print(table)
+    console.print(f"{large.n_cells} triangles to {fine.n_cells}: {seconds:.2f} s (allowed {ALLOWED_SECONDS:.0f} s)")
+    return 0 if max(shares) <= ALLOWED_SHARE and seconds <= ALLOWED_SECONDS else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
