@@ -276,7 +276,7 @@ def test_view_shows_the_surface_in_the_rig(sphere, monkeypatch):
     assert mesh.n_points == sphere.n_points
     assert scene == SCENE
     assert material == ph.Material.named("ruby")
-    assert options == {"title": "pvphong: sphere.vtp"}
+    assert options == {"title": "pvphong: sphere.vtp", "stem": "sphere"}
 
 
 # -- diagnose
