@@ -1,8 +1,8 @@
 """How many points refinement spends against uniform subdivision for the same error: `python bench_refinement.py`.
 
 Errors of both are taken at random places in every triangle, by code of its own. Uniform subdivision cuts every
-triangle into four (vtkLinearSubdivisionFilter), with normals interpolated like everything else; it gets fewer
-samples, and so a smaller error than it has.
+triangle into four, with normals interpolated like everything else; it gets fewer samples, and so a smaller error
+than it has.
 """
 
 import sys
@@ -47,10 +47,9 @@ CASES = {
 }
 
 
-def largest_error(mesh, normals, scene, material, count) -> float:
+def largest_error(points, normals, corners, scene, material, count) -> float:
     """Of colours interpolated from the corners, at random places, others in every triangle."""
     rng = np.random.default_rng(1)
-    corners, points = mesh.regular_faces, mesh.points.astype(float)
     colors = ph.evaluate(points, normals, scene, material, precision="float64").rgb
     worst = 0.0
     for _ in range(count):
@@ -61,16 +60,25 @@ def largest_error(mesh, normals, scene, material, count) -> float:
     return worst
 
 
+def quartered(points, normals, corners):
+    """Every triangle cut into four through the middles of its sides."""
+    ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    sides, number = np.unique(ends, axis=0, return_inverse=True)
+    ab, bc, ca = (len(points) + number.reshape(corners.shape)).T
+    a, b, c = corners.T
+    parts = [np.stack(part, axis=1) for part in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+    grown = (np.concatenate([array, array[sides].mean(axis=1)]) for array in (points, normals))
+    return *grown, np.concatenate(parts)
+
+
 def uniform(mesh, scene, material) -> tuple[int, float]:
     """Points and error of the first level that reaches the tolerance, or of the last that is tried."""
-    mesh = mesh.copy()
-    mesh.point_data.active_normals = mesh.phong.normals()
+    level = mesh.points.astype(float), mesh.phong.normals().astype(float), mesh.regular_faces
     while True:
-        normals = mesh.point_data.active_normals.astype(float)
-        error = largest_error(mesh, normals, scene, material, count=8)
-        if error <= TOLERANCE or mesh.n_points > MOST_UNIFORM:
-            return mesh.n_points, error
-        mesh = mesh.subdivide(1, "linear")
+        error = largest_error(*level, scene, material, count=8)
+        if error <= TOLERANCE or len(level[0]) > MOST_UNIFORM:
+            return len(level[0]), error
+        level = quartered(*level)
 
 
 def row(name, mesh, scene, material) -> tuple[list[str], float]:
@@ -78,7 +86,8 @@ def row(name, mesh, scene, material) -> tuple[list[str], float]:
     start = time.perf_counter()
     fine = refine(mesh, scene, material, tolerance=TOLERANCE)
     seconds = time.perf_counter() - start
-    error = largest_error(fine, fine.point_data.active_normals.astype(float), scene, material, count=100)
+    normals = fine.point_data.active_normals.astype(float)
+    error = largest_error(fine.points.astype(float), normals, fine.regular_faces, scene, material, count=100)
     reported = fine.field_data["phong_refinement_error"][0]
     spent, uniform_error = uniform(mesh, scene, material)
     share = fine.n_points / spent

@@ -249,7 +249,8 @@ def _far_light(dice: Dice, centre: np.ndarray, radius: float, aim: np.ndarray) -
     }
     kind = dice.choice(("directional", "point", "point", "spot", "spot"))
     if kind == "directional":
-        return DirectionalLight(direction=triple(-away), **common)
+        frame = "headlight" if dice.likely(30) else "world"
+        return DirectionalLight(direction=triple(-away), frame=frame, **common)
     position = centre + away * distance
     attenuation = dice.choice(
         ((1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.5, 0.0, 0.0), (0.0, 1.0 / distance, 0.0), (0.0, 0.0, distance**-2))

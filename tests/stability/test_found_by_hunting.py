@@ -108,3 +108,13 @@ def test_a_spot_on_a_vertex_takes_its_cosine_to_be_0(evaluator: Evaluator, cone_
 def test_a_light_that_is_bright_because_it_is_far_away_is_not_cut_off(evaluator: Evaluator) -> None:
     lamp = PointLight(position=(0.0, 0.0, 2.0**60), attenuation=(0.0, 0.0, 1.0), intensity=2.0**119)
     assert colors(evaluator, lamp, Material(ambient=0.0, diffuse=1.0)).tolist() == [[0.5] * 3]
+
+
+@pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
+@pytest.mark.parametrize("gap", [1e-323, 1e-310, 1e-200, 1e-40, 1e-30])
+def test_a_light_may_be_as_near_as_floats_can_be(evaluator: Evaluator, gap: float) -> None:
+    """Scaled so that the gap counted, the coordinate that vertex and light share overflowed in the kernel."""
+    points, normals = np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 3.0, 4.0]])
+    scene = Scene([PointLight(position=(1.0, 0.0, gap))], ABOVE)
+    got = evaluator(points, normals, scene, Material(ambient=0.0, diffuse=1.0)).rgb
+    assert np.abs(got - 0.8).max() <= 8 * evaluator.step
