@@ -412,13 +412,19 @@ def _standard_term(light: Any, eye: Eye, vertex: _Vertex, material: Any, model: 
 
 
 def vtk_tier(lights: Iterable[Any]) -> int:
-    """VTK's light complexity; 0 where no light is on. A black light that is on counts."""
-    on = [light for light in lights if light.on]
-    if any(is_positional(light) for light in on):
+    """VTK's light complexity; 0 where no light is on. A black light that is on counts.
+
+    Measured with VTK 9.7.2: a light that is off counts as well if it has a position, or if it is no headlight and
+    comes after one that is on.
+    """
+    listed = list(lights)
+    on = [light for light in listed if light.on]
+    if not on:
+        return 0
+    if any(is_positional(light) for light in listed):
         return 3
-    if len(on) == 1 and on[0].frame == "headlight":
-        return 1
-    return 2 if on else 0
+    behind = listed[listed.index(on[0]) :]
+    return 1 if len(on) == 1 and all(light.frame == "headlight" for light in behind) else 2
 
 
 def vtk_unlit(material: Any, albedo: Rgb) -> Rgb:

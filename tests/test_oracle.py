@@ -366,13 +366,15 @@ def vtk_scene(*lights: Any, **model: Any) -> Any:
     return scene_of(*lights, convention="vtk", **model)
 
 
-def test_vtk_tiers_follow_the_lights_that_are_on() -> None:
+def test_vtk_tiers_follow_the_lights_that_vtk_counts() -> None:
     head = directional(UP, frame="headlight")
     black = directional(UP, diffuse=0.0)
     assert vtk_tier([]) == 0
     assert vtk_tier([directional(UP, on=False)]) == 0
     assert vtk_tier([head]) == 1
-    assert vtk_tier([head, point(UP, on=False)]) == 1
+    assert vtk_tier([head, point(UP, on=False)]) == 3
+    assert vtk_tier([head, directional(UP, on=False)]) == 2
+    assert vtk_tier([directional(UP, on=False), head]) == 1
     assert vtk_tier([head, black]) == 2
     assert vtk_tier([directional((0.0, 0.0, -1.0), frame="camera")]) == 2
     assert vtk_tier([head, point(UP, intensity=0.0)]) == 3

@@ -60,7 +60,7 @@ def test_the_quick_starts_array_is_as_it_says():
 def test_the_pvphong_commands_run_one_after_the_other(tmp_path):
     commands = [line.removeprefix(SET_UP) for line in SHELL]
     commands = [shlex.split(command) for command in commands if command.startswith("pvphong ")]
-    assert [command[1] for command in commands] == ["demo", "shade", "shade", "diagnose"]
+    assert [command[1] for command in commands] == ["demo", "shade", "shade", "plan", "validate", "diagnose"]
     for command in commands:
         run([sys.executable, "-m", *command], tmp_path)
     assert (tmp_path / "gold.png").stat().st_size > 5000

@@ -521,13 +521,15 @@ def test_a_black_second_light_changes_vtks_tier(precision: str) -> None:
     """Tier 1 takes the viewer at infinity, tier 2 at the eye; so a highlight seen from aside differs."""
     head = DirectionalLight(frame="headlight")
     black = DirectionalLight(direction=(1.0, 0.0, 0.0), diffuse=0.0)
+    off = replace(black, on=False)
     viewer = Viewer(position=(3.0, 0.0, 4.0), focal_point=(3.0, 0.0, 0.0))
     material = Material(ambient=0.0, diffuse=0.0, specular=1.0, shininess=2.0)
     got = [
         float(one(Scene(lights, viewer, LightModel.vtk()), material, precision).rgb[0, 0])
-        for lights in ([head], [head, black], [head, replace(black, on=False)])
+        for lights in ([head], [head, black], [head, off], [off, head])
     ]
-    assert got == pytest.approx([1.0, 0.64, 1.0], rel=8 * STEP[precision], abs=0)
+    # VTK counts a light that is off, too, if it comes after the headlight
+    assert got == pytest.approx([1.0, 0.64, 0.64, 1.0], rel=8 * STEP[precision], abs=0)
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
