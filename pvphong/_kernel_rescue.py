@@ -110,9 +110,13 @@ def _difference(points: Any, target: float, coordinate: float, exponent: int) ->
     real = points.dtype.type
     high = np.float64(real(target))
     low = target - high
-    return (real(math.ldexp(high, -exponent)) - real(math.ldexp(coordinate, -exponent))) + real(
+    scaled = (real(math.ldexp(high, -exponent)) - real(math.ldexp(coordinate, -exponent))) + real(
         math.ldexp(low, -exponent)
     )
+    if math.isfinite(scaled):
+        return scaled
+    # so near each other that coordinates scaled like their difference overflow; the difference is exact then
+    return real(math.ldexp(target - coordinate, -exponent))
 
 
 @plain
