@@ -31,8 +31,7 @@ from pvphong.transform import (
 from pvphong.viewer import Viewer
 
 if TYPE_CHECKING:
-    from pvphong.accuracy import tradeoff
-    from pvphong.accuracy_report import Tradeoff
+    from pvphong.accuracy import Tradeoff, tradeoff
     from pvphong.comparison import Comparison
     from pvphong.validation import validate
     from pvphong.vtk_oracle import vtk_shade
@@ -40,7 +39,7 @@ if TYPE_CHECKING:
 # These draw with VTK; they are imported when they are first asked for.
 _DRAWING = {
     "Comparison": "comparison",
-    "Tradeoff": "accuracy_report",
+    "Tradeoff": "accuracy",
     "tradeoff": "accuracy",
     "validate": "validation",
     "vtk_shade": "vtk_oracle",

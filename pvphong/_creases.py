@@ -13,7 +13,7 @@ import numpy as np
 
 from pvphong._peaks import Places, chords, to_viewer
 from pvphong._types import Float64Array
-from pvphong._vectors import columns, dot, unit
+from pvphong._vectors import columns, dot
 from pvphong.equation import Equation
 from pvphong.lights import SpotLight
 
@@ -73,7 +73,7 @@ def _values(points: Float64Array, normals: Float64Array, equation: Equation) -> 
         if any(term.diffuse) or any(term.specular):
             yield dot(n, to_light)  # with the normal's length: so it is linear under a distant light
         if isinstance(term.light, SpotLight):
-            axis = unit(np.array(term.light.direction, dtype=np.float64)[:, None])[0]
+            axis = np.array(term.light.axis)[:, None]
             edge = 4.0 * math.sin(math.radians(term.light.cone_angle) / 2.0) ** 2
             yield edge - dot(axis + to_light, axis + to_light)
         if any(term.specular) and 0.0 < equation.shininess < _SMOOTH:

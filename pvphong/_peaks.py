@@ -178,7 +178,7 @@ def _offsets_from_light(light: PointLight | SpotLight) -> Offsets:
 
 
 def _offsets_from_axis(light: SpotLight) -> Offsets:
-    axis = unit(np.array(light.direction, dtype=np.float64)[:, None])[0]
+    axis = np.array(light.axis)[:, None]
 
     def offsets(points: Float64Array, _: Float64Array) -> Float64Array:
         from_light = columns(points - np.array(light.position))

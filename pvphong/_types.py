@@ -39,5 +39,5 @@ def rgb(color: ColorLike) -> Vector:
     """Red, green and blue of a checked colour; a single float is grey."""
     if isinstance(color, float):
         return color, color, color
-    red, green, blue = (float(channel) for channel in color)
+    red, green, blue = map(float, color)
     return red, green, blue

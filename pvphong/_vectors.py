@@ -7,12 +7,15 @@ had in a comfortable range. (A matrix product by BLAS would not give that, so no
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pvphong._types import BoolArray, Float64Array, FloatArray, Vector
+from pvphong._types import BoolArray, Float64Array, FloatArray, Vector, VectorLike
+
+Real = TypeVar("Real", bound=np.floating[Any])
 
 # Squared lengths inside this range carry no underflow into their last bit and fit float32 as well.
 _LEAST, _MOST = 2.0**-60, 2.0**60
@@ -47,35 +50,48 @@ def columns(rows: FloatArray) -> Float64Array:
     return rows.T.astype(np.float64, order="C")
 
 
-def unit(w: Float64Array, out: Float64Array | None = None) -> tuple[Float64Array, Float64Array]:
-    """Unit vectors and lengths of the columns; a zero or non-finite column gives zero and length 0.
-
-    The unit vectors are written to `out`, which may be `w` itself, where it is given.
-    """
-    square, comfortable = _squares(w)
-    if comfortable:
-        length = np.sqrt(square, out=square)
-        return np.multiply(w, 1.0 / length, out=out), length
-    scaled, exponents = _rescue(w, square)
-    length = np.sqrt(dot(scaled, scaled))
-    with np.errstate(over="ignore", under="ignore"):
-        return np.multiply(scaled, _inverse(length), out=out), np.ldexp(length, exponents)
+def unit_vector(vector: VectorLike) -> Vector:
+    """A single vector, finite and not zero, made as long as 1: the bits of `unit` without the cost of arrays."""
+    scale = -math.frexp(max(map(abs, vector)))[1]
+    x, y, z = (math.ldexp(component, scale) for component in vector)
+    inverse = 1.0 / math.sqrt(x * x + y * y + z * z)
+    return x * inverse, y * inverse, z * inverse
 
 
-def moderate(w: Float64Array) -> tuple[Float64Array, Float64Array]:
+def unit(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real]]:
+    """Unit vectors and lengths of the columns; a zero or non-finite column gives zero and length 0."""
+    with np.errstate(all="ignore"):
+        square, comfortable = _squares(w)
+        length = np.sqrt(square)
+        direction = w * (1.0 / length)
+        if not comfortable:
+            rare = _is_rare(square)
+            scaled, exponents = _rescaled(w[:, rare])
+            scaled_length = np.sqrt(dot(scaled, scaled))
+            direction[:, rare] = scaled * _inverse(scaled_length)
+            length[rare] = np.ldexp(scaled_length, exponents)
+    return direction, length
+
+
+def moderate(w: FloatArray, real: Any = np.float64) -> tuple[Any, Any]:
     """Columns of the same directions and moderate lengths, and the inverses of those lengths.
 
-    A column in the comfortable range is left as it is; any other is scaled by a power of two. A zero or
-    non-finite column gives zero, and 0 for the inverse of its length.
+    Both are new arrays of the float type `real`. A column in the comfortable range is only rounded to that type;
+    any other is first scaled by a power of two. A zero or non-finite column gives zero, and 0 for the inverse of
+    its length.
     """
-    square, comfortable = _squares(w)
-    if comfortable:
-        return w, 1.0 / np.sqrt(square)
-    scaled = _rescue(w, square)[0]
-    return scaled, _inverse(np.sqrt(dot(scaled, scaled)))
+    with np.errstate(all="ignore"):
+        result = w.astype(real, order="C")
+        square, comfortable = _squares(result)
+        inverse = 1.0 / np.sqrt(square)
+    if not comfortable:
+        rare = _is_rare(square)
+        scaled = _rescaled(w[:, rare].astype(np.float64))[0].astype(real)
+        result[:, rare], inverse[rare] = scaled, _inverse(np.sqrt(dot(scaled, scaled)))
+    return result, inverse
 
 
-def _squares(w: Float64Array) -> tuple[Float64Array, bool]:
+def _squares(w: NDArray[Real]) -> tuple[NDArray[Real], bool]:
     """Squared lengths, and whether all of them can be used as they are."""
     with np.errstate(over="ignore", invalid="ignore", under="ignore"):
         square = dot(w, w)
@@ -83,25 +99,26 @@ def _squares(w: Float64Array) -> tuple[Float64Array, bool]:
     return square, bool(comfortable)
 
 
-def _rescue(w: Float64Array, square: Float64Array) -> tuple[Float64Array, NDArray[np.int32]]:
-    """A copy whose uncomfortable columns have their largest entry in [0.5, 1), and the powers of two taken out."""
-    rare: BoolArray = ~((square >= _LEAST) & (square <= _MOST))
-    odd = w[:, rare]
-    odd[:, ~np.isfinite(odd).all(axis=0)] = 0.0
-    powers = np.frexp(np.abs(odd).max(axis=0))[1]
-    scaled = w.copy()
-    scaled[:, rare] = np.ldexp(odd, -powers)
-    exponents = np.zeros(w.shape[1], dtype=np.int32)
-    exponents[rare] = powers
-    return scaled, exponents
+def _is_rare(square: FloatArray) -> BoolArray:
+    return ~((square >= _LEAST) & (square <= _MOST))
 
 
-def _inverse(length: Float64Array) -> Float64Array:
+def _rescaled(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[np.int32]]:
+    """Columns with their largest entry in [0.5, 1), zero where not finite, and the powers of two taken out."""
+    finite = np.where(np.isfinite(w).all(axis=0), w, 0.0)
+    exponents = np.frexp(np.abs(finite).max(axis=0))[1]
+    return np.ldexp(finite, -exponents), exponents
+
+
+def _inverse(length: NDArray[Real]) -> NDArray[Real]:
     return np.divide(1.0, length, out=np.zeros_like(length), where=length > 0.0)
 
 
-def towards(target: Vector, points: Float64Array) -> tuple[Float64Array, Float64Array]:
+def towards(target: Vector, points: Float64Array, real: Any = np.float64) -> tuple[Any, Float64Array]:
     """Unit vectors from points to a target, and the distances.
+
+    The difference of two positions is taken in float64, however near each other and far from the origin they are.
+    What follows is computed in the float type `real`.
 
     Parameters
     ----------
@@ -109,28 +126,39 @@ def towards(target: Vector, points: Float64Array) -> tuple[Float64Array, Float64
         A position.
     points : ndarray
         Shape (3, n).
+    real : type, default float64
+        Float type of the unit vectors.
 
     Returns
     -------
     direction : ndarray
         Shape (3, n), unit; zero where the point is the target or is not finite.
     distance : ndarray
-        Shape (n,); NaN where the point is not finite, and at most the largest float.
+        Shape (n,), float64; NaN where the point is not finite, and at most the largest float.
     """
     goal = np.array(target)[:, None]
-    with np.errstate(over="ignore", invalid="ignore"):
-        difference = goal - points
-    direction, distance = unit(difference, out=difference)
-    if not (distance.min(initial=1.0) > 0.0 and distance.max(initial=1.0) < np.inf):
-        _mend(goal, points, direction, distance)
+    direction = np.empty(points.shape, real)
+    with np.errstate(all="ignore"):
+        np.subtract(goal, points, out=direction, casting="same_kind")
+        square, comfortable = _squares(direction)
+        length = np.sqrt(square)
+        direction *= 1.0 / length
+    distance = length.astype(np.float64, copy=False)
+    if not comfortable:
+        rare = _is_rare(square)
+        direction[:, rare], distance[rare] = _rare_rays(goal, points[:, rare], real)
     return direction, distance
 
 
-def _mend(goal: Float64Array, points: Float64Array, direction: Float64Array, distance: Float64Array) -> None:
-    """Put right, in place, the columns of `towards` whose difference overflowed or is not finite."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        overflowed = ~np.isfinite(goal - points).all(axis=0)
-        direction[:, overflowed], quarter = unit(goal * 0.25 - points[:, overflowed] * 0.25)
-        distance[overflowed] = quarter * 4.0
+def _rare_rays(goal: Float64Array, points: Float64Array, real: Any) -> tuple[Any, Float64Array]:
+    """`towards` where a difference's square is 0, not finite, or has overflowed or underflowed."""
+    with np.errstate(all="ignore"):
+        difference = goal - points
+        far = ~np.isfinite(difference).all(axis=0)
+        difference[:, far] = goal * 0.25 - points[:, far] * 0.25
+        scaled, exponents = _rescaled(difference)
+        direction, length = unit(scaled.astype(real))
+        distance = np.ldexp(length.astype(np.float64), exponents + 2 * far)
     np.minimum(distance, np.finfo(np.float64).max, out=distance)
     distance[~np.isfinite(points).all(axis=0)] = np.nan
+    return direction, distance

@@ -22,6 +22,7 @@ from vtkmodules.vtkRenderingOpenGL2 import (
 )
 
 from pvphong._types import FloatArray
+from pvphong.pictures import drawing_window, preferring
 
 SIDE = 2048
 """Width of the framebuffer and its greatest height: one pass shades up to 2048² vertices in 64 MiB."""
@@ -64,6 +65,8 @@ def shade_vertices(
 
     Raises
     ------
+    ValueError
+        If VTK cannot draw on this machine.
     RuntimeError
         If the driver left vertices undrawn.
     """
@@ -72,7 +75,7 @@ def shade_vertices(
     actor = _actor(_point_cloud(points, normals), appearance, matrix)
     uniforms = actor.GetShaderProperty().GetVertexCustomUniforms()
     uniforms.SetUniform2i("framebufferSize", (width, height))
-    with _window(width, height) as window:
+    with off_screen_window(width, height) as window:
         renderer, framebuffer = _renderer(lights, camera)
         renderer.AddActor(actor)
         window.AddRenderer(renderer)
@@ -87,7 +90,7 @@ def shade_vertices(
 @functools.cache
 def driver() -> str:
     """Name and version of the graphics driver that VTK draws with, for reports; asked once per process."""
-    with _window(1, 1) as window:
+    with off_screen_window(1, 1) as window:
         window.AddRenderer(vtkRenderer())
         window.Render()
         lines = [line.split(":", 1) for line in window.ReportCapabilities().splitlines() if ":" in line]
@@ -96,9 +99,13 @@ def driver() -> str:
 
 
 @contextmanager
-def _window(width: int, height: int) -> Iterator[vtkRenderWindow]:
-    """An off-screen window that is empty and closed again on leaving, whatever happened inside."""
-    window = vtkRenderWindow()
+def off_screen_window(width: int, height: int) -> Iterator[vtkRenderWindow]:
+    """An off-screen window that is empty and closed again on leaving, whatever happened inside.
+
+    Raises ``ValueError`` if VTK cannot draw on this machine.
+    """
+    with preferring(drawing_window()):
+        window = vtkRenderWindow()
     window.SetOffScreenRendering(True)
     window.SetMultiSamples(0)
     window.SetSize(width, height)

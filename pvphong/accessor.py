@@ -20,7 +20,7 @@ from pvphong.surface import surface
 from pvphong.transform import transform_normals
 
 if TYPE_CHECKING:
-    from pvphong.accuracy_report import Tradeoff
+    from pvphong.accuracy import Tradeoff
     from pvphong.comparison import Comparison
 
 _DULL = Material()

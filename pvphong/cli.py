@@ -22,7 +22,7 @@ from rich.markdown import Markdown
 from pvphong import _check, pictures
 from pvphong._types import ColorLike, Precision
 from pvphong.accuracy import tradeoff as measure_tradeoff
-from pvphong.accuracy_figure import refuse_format
+from pvphong.accuracy.figure import refuse_format
 from pvphong.airplane_demo import run_demo
 from pvphong.diagnosis import diagnose as diagnose_mesh
 from pvphong.material import Material

@@ -150,15 +150,16 @@ class Diagnosis:
 
     def table(self) -> Table:
         """The findings as a `rich.table.Table`; print it with a `rich.console.Console`."""
+        from rich import box
         from rich.table import Table
 
-        table = Table(title=self._summary())
-        for heading in ("", "finding", "what", "first", "remedy"):
-            table.add_column(heading)
+        table = Table(title=self._summary(), title_justify="left", box=box.SIMPLE, show_header=False, leading=1)
+        table.add_column(no_wrap=True)
+        table.add_column(overflow="fold")  # code in a remedy may be longer than a line
         for finding in self.findings:
             kind = "[red]spoils[/red]" if finding.spoils else "note"
-            what = f"{_named(finding)} {finding.meaning}"
-            table.add_row(kind, finding.name, what, _listed(finding), finding.remedy)
+            said = (f"{_named(finding)} {finding.meaning}", _listed(finding), finding.remedy)
+            table.add_row(f"{finding.name}\n{kind}", "\n".join(filter(None, said)))
         return table
 
     def __str__(self) -> str:

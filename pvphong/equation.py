@@ -23,6 +23,9 @@ BRIGHTEST = 2.0**100
 # The most that a light's colours may be before its attenuation, which may bring them down again.
 _FARTHEST = 2.0**1000
 
+# Three factors of at most this, whose product is at least `_TAME / _FARTHEST`, have products of two within range too.
+_TAME = 2.0**300
+
 # vtkProperty and vtkLight keep exponents in [0, 128]; the shader cuts cosines off at the floors.
 _VTK_EXPONENT = 128.0
 _VTK_FLOOR = 1e-5
@@ -226,12 +229,18 @@ def _term(light: Light, index: int, material: Material, ambient: Vector, specula
 
 
 def _product(most: float, reflectance: ColorLike, light: ColorLike, intensity: float = 1.0) -> Vector:
-    red, green, blue = (_capped(most, k, c, intensity) for k, c in zip(rgb(reflectance), rgb(light), strict=True))
-    return red, green, blue
+    (red, green, blue), (r, g, b) = rgb(reflectance), rgb(light)
+    return _capped(most, red, r, intensity), _capped(most, green, g, intensity), _capped(most, blue, b, intensity)
 
 
 def _capped(most: float, *factors: float) -> float:
-    """A product of numbers >= 0, at most `most`; only the whole of it may leave the range of floats."""
+    """A product of three numbers >= 0, at most `most`; only the whole of it may leave the range of floats."""
+    a, b, c = factors
+    product = a * b * c
+    if product >= _TAME / _FARTHEST and a <= _TAME and b <= _TAME and c <= _TAME:
+        return min(product, most)
+    if 0.0 in factors:
+        return 0.0
     mantissas, exponents = zip(*map(math.frexp, factors), strict=True)
     mantissa, exponent = math.prod(mantissas), sum(exponents)
     return min(math.ldexp(mantissa, min(exponent, 1023)), most)

@@ -60,7 +60,7 @@ def evaluate(
         Shape (n, 3): multiplies the material's ambient and diffuse. uint8 counts as 0-255; floats are
         clipped to [0, 1], a NaN counts as 0.
     precision : {"float32", "float64"}
-        Of the result, and of the arithmetic after the geometry. float32 errs by at most
+        Of the result, and of the arithmetic after positions are subtracted. float32 errs by at most
         (4√shininess + 16) · 2⁻²⁴ · (1 + number of lights), for colours of size 1.
     backend : {"auto", "numpy", "numba"}
         Which evaluator computes: the readable one in NumPy, or the compiled one, which needs the extra `fast`.
@@ -88,7 +88,7 @@ def evaluate(
     real = np.dtype(_check.choice("precision", precision, get_args(Precision)))
     _check.choice("backend", backend, get_args(Backend))
     tolerance = _check.number("tolerance", tolerance, at_least=0.0)
-    shades = None if albedo is None else _albedo(albedo, len(points))
+    shades = None if albedo is None else checked_albedo(albedo, len(points))
     if matrix is not None:
         normal_matrix(matrix)  # refuses what cannot light, also where the scene does not need it
     equation = make_plan(points, normals, scene, material, matrix, tolerance).equation
@@ -103,12 +103,13 @@ def _run(
     if backend == "numba" and not kernel.is_available():
         remedy = 'pip install "pvphong[fast]" installs it; backend="auto" does without where it is missing.'
         _check.refuse("backend", backend, "'auto' or 'numpy' where Numba is not installed", remedy)
-    compiled = backend == "numba" or (backend == "auto" and _is_worth_compiling(len(points), equation))
+    compiled = backend == "numba" or (backend == "auto" and is_worth_compiling(len(points), equation))
     if not (compiled and kernel.shade(points, normals, equation, albedo, result)):
         reference.shade(points, normals, equation, albedo, result)
 
 
-def _is_worth_compiling(count: int, equation: Equation) -> bool:
+def is_worth_compiling(count: int, equation: Equation) -> bool:
+    """Whether `backend="auto"` takes the compiled evaluator for so many vertices."""
     return count * len(equation.terms) >= _WORTH_COMPILING
 
 
@@ -126,8 +127,8 @@ def display_colors(points: FloatArray, normals: FloatArray, equation: Equation, 
     out : ndarray
         Shape (n, 3), uint8.
     """
-    shades = None if albedo is None else _albedo(albedo, len(points))
-    if _is_worth_compiling(len(points), equation) and kernel.shade(points, normals, equation, shades, Shading(out)):
+    shades = None if albedo is None else checked_albedo(albedo, len(points))
+    if is_worth_compiling(len(points), equation) and kernel.shade(points, normals, equation, shades, Shading(out)):
         return
     for start in range(0, len(points), _DISPLAYED_AT_ONCE):
         part = slice(start, start + _DISPLAYED_AT_ONCE)
@@ -145,7 +146,8 @@ def _empty(count: int, lights: int, real: np.dtype[Any], components: bool) -> Sh
     return Shading(rgb, ambient, diffuse, specular, emission, per_light, base)
 
 
-def _albedo(value: Any, count: int) -> FloatArray:
+def checked_albedo(value: Any, count: int) -> FloatArray:
+    """An albedo as `evaluate` takes it, in [0, 1]; raises ``ValueError`` for what is none of `count` vertices."""
     given = _check.real_array("albedo", value, "an (n, 3) array of real numbers")
     if given.ndim == 2 and given.shape[1] == 4:
         _check.refuse(

@@ -64,7 +64,7 @@ def shade_mesh(
     """
     if not isinstance(name, str) or not name:
         _check.refuse("name", name, "a string that is not empty")
-    source, shades = _surface_and_albedo(mesh, albedo)
+    source, shades = surface_and_albedo(mesh, albedo)
     normals = _normals_that_are_read(source, scene, material, matrix)
     shading = evaluate(
         source.points,
@@ -130,7 +130,8 @@ def plan(
         points = _check.array("mesh_or_points", mesh_or_points)
         return make_plan(points, None, scene, material, matrix, tolerance)
     source = surface(mesh_or_points)
-    normals = point_normals(source) if tolerance else None  # an exact plan does not ask for them
+    asks_for_normals = tolerance or scene.light_model.two_sided
+    normals = point_normals(source) if asks_for_normals else None
     return make_plan(_check.array("points", source.points), normals, scene, material, matrix, tolerance)
 
 
@@ -198,7 +199,7 @@ def datasets(blocks: pv.MultiBlock, place: str = "") -> Iterator[tuple[str, pv.D
             yield path, block
 
 
-def _surface_and_albedo(mesh: pv.DataSet, albedo: Any) -> tuple[pv.PolyData, Any]:
+def surface_and_albedo(mesh: pv.DataSet, albedo: Any) -> tuple[pv.PolyData, Any]:
     """The surface, and the albedo at its points."""
     if isinstance(albedo, str):
         source = surface(mesh)

@@ -5,6 +5,9 @@ from __future__ import annotations
 import logging
 import re
 import shutil
+import subprocess
+import sys
+import tempfile
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -23,6 +26,19 @@ MESH_FORMATS = (".vtp", ".vtk", ".vtkhdf", ".ply")
 BLOCK_FORMATS = (".vtm", ".vtmb", ".vtkhdf")
 """What a lit MultiBlock can be saved as."""
 
+_PLY_TO_VTP = """
+import sys
+from vtkmodules.vtkIOPLY import vtkPLYReader
+from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
+reader, writer = vtkPLYReader(), vtkXMLPolyDataWriter()
+reader.SetFileName(sys.argv[1])
+writer.SetInputConnection(reader.GetOutputPort())
+writer.SetFileName(sys.argv[2])
+writer.SetCompressorTypeToNone()
+writer.EncodeAppendedDataOff()
+sys.exit(not writer.Write())
+"""
+
 _READABLE = "a mesh file that PyVista can read (.vtp, .vtu, .vtk, .ply, .stl, .obj, .vtm and many more)"
 
 
@@ -39,7 +55,7 @@ def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
     mesh = None
     with _heard(complaints):
         try:
-            mesh = pv.read(path)
+            mesh = _read_ply(path) if Path(path).suffix.lower() == ".ply" else pv.read(path)
         except Exception as error:  # readers, VTK's and others', raise what they like
             complaints.insert(0, str(error))
     if complaints:
@@ -47,6 +63,18 @@ def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
     if not isinstance(mesh, (pv.DataSet, pv.MultiBlock)):
         _check.refuse("mesh", f"a {type(mesh).__name__} in {path}", "a dataset or a MultiBlock")
     return mesh
+
+
+def _read_ply(path: str) -> pv.DataSet:
+    """A .ply file by way of a child process, because VTK's reader dies of most that are damaged or cut short."""
+    if not Path(path).is_file():
+        raise FileNotFoundError(f"File ({path}) not found")
+    with tempfile.TemporaryDirectory() as folder:
+        copy = str(Path(folder, "mesh.vtp"))
+        child = subprocess.run([sys.executable, "-c", _PLY_TO_VTP, path, copy], capture_output=True, check=False)
+        if child.returncode != 0:
+            raise ValueError("VTK's reader fails on it: it is damaged, cut short, or not a .ply file.")
+        return pv.read(copy)
 
 
 def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str) -> None:

@@ -75,9 +75,16 @@ class Pane:
         if self.board is not None:
             self.board.update()
 
-    def put_up(self, interactor: Any, history: History, only: Sequence[LightHandle] | None, options: Options) -> None:
+    def put_up(
+        self,
+        interactor: Any,
+        draw: Callable[[], None],
+        history: History,
+        only: Sequence[LightHandle] | None,
+        options: Options,
+    ) -> None:
         """Put gizmos up."""
-        self.board = Board(self.renderer, interactor, self.rig, history, lambda: self.shown, only, options)
+        self.board = Board(self.renderer, interactor, draw, self.rig, history, lambda: self.shown, only, options)
         self.watch()
 
     @property

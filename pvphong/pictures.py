@@ -80,7 +80,7 @@ def draw(
     window = drawing_window()
     refuse_size(size)
     _check.color("background", background)
-    with _preferring(window), pv.vtk_verbosity("off"):
+    with preferring(window), pv.vtk_verbosity("off"):
         plotter = pv.Plotter(off_screen=True, window_size=list(size))
         try:
             plotter.set_background(background)
@@ -128,7 +128,7 @@ def drawing_window() -> str:
 
 
 @contextmanager
-def _preferring(window: str) -> Iterator[None]:
+def preferring(window: str) -> Iterator[None]:
     """Lets VTK make this window at once, where it would first look for a display, and complain."""
     if window not in WITHOUT_DISPLAY or _CHOICE in os.environ:
         yield

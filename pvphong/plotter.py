@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from types import MappingProxyType
 from typing import Any
@@ -14,12 +14,12 @@ from pvphong import _check
 from pvphong.comparison import Comparison
 from pvphong.gizmos import Board, Gizmo, History, Options
 from pvphong.gizmos.commands import Keys, check_keys
-from pvphong.gizmos.screenshots import keep_out, let_in
 from pvphong.lights import Light
 from pvphong.live import ARRAY, LiveMesh
 from pvphong.material import Material
 from pvphong.pane import Pane
 from pvphong.planning import check_scene_and_material
+from pvphong.plotter_outputs import unwrap_outputs, wrap_outputs
 from pvphong.rig import LightHandle
 from pvphong.scene import LightModel, Scene
 from pvphong.validation import validate
@@ -83,7 +83,9 @@ class PlotterPhong:
         live = LiveMesh(mesh, material, albedo)
         pane.evaluate(live)
         live.actor = self._plotter.add_mesh(live.drawn, scalars=ARRAY, rgb=True, lighting=False, **add_mesh_options)
+        live.actor.prop.color = "white"  # VTK's exporters write it too, and glTF multiplies colours by it
         pane.add(live)
+        wrap_outputs(self._plotter, self._prepared)
         return live.actor
 
     def mesh(self, actor: pv.Actor) -> LiveMesh:
@@ -277,17 +279,25 @@ class PlotterPhong:
         if not self._boards:
             self._history.clear()  # what a script has set up is where the user begins
         self.remove_gizmos()
-        pane.put_up(self._plotter.iren.interactor, self._history, only, options)
-        keep_out(self._plotter, self._out_of_sight)
+        pane.put_up(self._plotter.iren.interactor, self._draw(), self._history, only, options)
+        wrap_outputs(self._plotter, self._prepared)
         self._plotter.render()
         return self.gizmos
+
+    def _draw(self) -> Callable[[], None]:
+        """`plotter.render`, which also tells trame's views of a new picture; the plotter is not held on to."""
+        owner = self._owner
+
+        def draw() -> None:
+            if (plotter := owner()) is not None:
+                plotter.render()
+
+        return draw
 
     def remove_gizmos(self) -> None:
         """Take the active subplot's gizmos down, if there are any."""
         if self._pane.take_down():
             self._plotter.render()
-        if not self._boards:
-            let_in(self._plotter)
 
     @property
     def gizmos(self) -> tuple[Gizmo, ...]:
@@ -300,13 +310,19 @@ class PlotterPhong:
         return [pane.board for pane in self._panes if pane.board is not None]
 
     @contextmanager
-    def _out_of_sight(self) -> Iterator[None]:
+    def _prepared(self) -> Iterator[None]:
+        """Colours brought up to date, for an exporter draws no frame; gizmos out of sight."""
+        boards = self._boards
+        for pane in self._panes:
+            pane.refresh()
         with ExitStack() as stack:
-            for board in self._boards:
+            for board in boards:
                 stack.enter_context(board.out_of_sight())
-            self._plotter.render()
+            if boards:
+                self._plotter.render()
             yield
-        self._plotter.render()
+        if boards:
+            self._plotter.render()
 
     # -- life --------------------------------------------------------------------------------------------
 
@@ -340,6 +356,6 @@ class PlotterPhong:
         for pane in self._panes:
             pane.release()
         if (plotter := self._owner()) is not None:  # it is None for a plotter that is collected without a close
-            let_in(plotter)
+            unwrap_outputs(plotter)
         self._panes.clear()
         self._history.clear()

@@ -4,9 +4,9 @@ Symbols: p a vertex, n its unit normal, v the unit vector to the viewer, l the u
 for each light a·s its attenuation times spot factor; f is the cosine that the highlight raises to the
 material's shininess. Arrays hold a block of vertices as columns, (3, block).
 
-Geometry (differences of positions, distances, unit vectors) is always computed in float64, whatever the
-precision asked for: a light's difference to a vertex far from the origin is then exact to the last bit of
-the stored coordinates. What follows is computed in the precision asked for.
+Positions are moved and subtracted from each other in float64, whatever the precision asked for: a light's
+difference to a vertex far from the origin is then exact to the last bit of the stored coordinates. What
+follows is computed in the precision asked for.
 
 The highlight is computed by chords. With D = 2(n·l)n − l − v, the difference of mirror direction and
 viewer, r·v = 1 − ½|D|²; with D = h − n, n·h = 1 − ½|D|². Near the peak |D| is small and known to full
@@ -52,7 +52,7 @@ class Surface(NamedTuple):
     albedo: FloatArray | None
 
 
-_NOTHING = np.zeros((3, 0))
+_NOTHING: Any = np.zeros((3, 0))
 
 
 def shade(
@@ -94,40 +94,45 @@ def _surface(
     p, v, unseen = _points(points, equation) if equation.needs_points else _NOTHING, _column(equation.to_eye), False
     raw, inverse_length = _NOTHING, _NOTHING
     if equation.eye is not None and equation.needs_eye:
-        v, unseen = _to_viewer(p, equation.eye)
+        v, unseen = _to_viewer(p, equation.eye, real)
     if equation.needs_normals:
-        raw, inverse_length = _normals(normals, equation)
+        raw, inverse_length = _normals(normals, equation, real)
     if equation.is_flipped:
         facing = v if equation.local_facing else _column(equation.to_eye)
         raw = np.where(dot(raw, facing) < 0.0, -raw, raw)
     return Surface(
         points=p,
-        raw=raw.astype(real, copy=False),
-        inverse_length=inverse_length.astype(real, copy=False),
-        normals=(raw * inverse_length).astype(real, copy=False),
+        raw=raw,
+        inverse_length=inverse_length,
+        normals=raw * inverse_length if _needs_unit_normals(equation) else _NOTHING,
         to_viewer=v.astype(real, copy=False),
         unseen=unseen,
         albedo=None if albedo is None else albedo.T.astype(real),
     )
 
 
+def _needs_unit_normals(equation: Equation) -> bool:
+    """Phong's chord, as n·l, takes raw normals."""
+    return equation.headlight_only or (equation.has_highlights and equation.reflection == "blinn-phong")
+
+
 def _points(points: FloatArray, equation: Equation) -> Float64Array:
     return columns(points if equation.matrix is None else transform_points(points, equation.matrix))
 
 
-def _normals(normals: FloatArray, equation: Equation) -> tuple[Float64Array, Float64Array]:
+def _normals(normals: FloatArray, equation: Equation, real: Any) -> tuple[FloatArray, FloatArray]:
     if equation.turns_normals and equation.matrix is not None:
         normals = transform_normals(normals, equation.matrix)
-    return moderate(columns(normals))
+    return moderate(normals.T, real)
 
 
 def _column(vector: Vector) -> Float64Array:
     return np.array(vector)[:, None]
 
 
-def _to_viewer(p: Float64Array, eye: Vector) -> tuple[Float64Array, Any]:
+def _to_viewer(p: Float64Array, eye: Vector, real: Any) -> tuple[Any, Any]:
     """Unit vectors v, (3, n), and where there is none."""
-    v, distance = towards(eye, p)
+    v, distance = towards(eye, p, real)
     return v, False if distance.min(initial=1.0) > 0.0 else ~(distance > 0.0)
 
 
@@ -142,9 +147,8 @@ def _shade_block(surface: Surface, equation: Equation, result: Shading) -> None:
         _add(term.diffuse, diffuse, surface.albedo, color, result.diffuse, share)
         _add(term.specular, specular, None, color, result.specular, share)
     if equation.clamp:
-        np.clip(color.T, 0.0, 1.0, out=result.rgb)
-    else:
-        result.rgb[:] = color.T
+        np.clip(color, 0.0, 1.0, out=color)
+    result.rgb[:] = color.T
 
 
 def _add(
@@ -168,11 +172,11 @@ def _add(
 def _factors(surface: Surface, equation: Equation, term: LightTerm) -> tuple[Any, Any, Any]:
     """What one light's ambient, diffuse and specular colours are multiplied by: a·s times 1, n·l and fⁿ."""
     real = surface.raw.dtype.type
-    arrival = term.light.arrival(surface.points)
+    arrival = term.light.arrival(surface.points, real)
     strength = np.minimum(arrival.strength * term.gain, BRIGHTEST).astype(real, copy=False)
     if not (any(term.diffuse) or any(term.specular)):
         return strength, 0.0, 0.0
-    l = arrival.direction.astype(real, copy=False)
+    l = arrival.direction
     n_l = dot(surface.raw, l)
     n_l *= surface.inverse_length
     if equation.headlight_only:

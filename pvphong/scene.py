@@ -6,6 +6,7 @@ import json
 import os
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field, fields
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Self, get_args
 
@@ -123,7 +124,7 @@ class Scene:
         converted = tuple(from_vtk(light, self.viewer.distance) for light in self.lights)
         object.__setattr__(self, "lights", converted)
 
-    @property
+    @cached_property
     def world_lights(self) -> tuple[Light, ...]:
         """The lights with world coordinates, as the viewer makes them: the order of `lights`, the off ones too."""
         return tuple(light.in_world(self.viewer) for light in self.lights)

@@ -10,7 +10,7 @@ import numpy as np
 
 from pvphong import _check
 from pvphong._types import Float64Array, Vector, VectorLike
-from pvphong._vectors import towards, unit
+from pvphong._vectors import towards, unit_vector
 
 # The sine of the angle between up and the view axis below which rounding has decided its direction.
 _PARALLEL = 2.0**-48
@@ -116,11 +116,11 @@ class Viewer:
             If `up` lies along the view axis.
         """
         back = -np.array(self.view_direction)
-        up = unit(np.array(self.up)[:, None])[0][:, 0]
+        up = np.array(unit_vector(self.up))
         right = np.cross(up, back)
         if np.abs(right).max() < _PARALLEL:
             _check.refuse("up", self.up, "off the view axis", "Any other direction will do.")
-        right = unit(right[:, None])[0][:, 0]
+        right = np.array(unit_vector(right.tolist()))
         return np.array([right, np.cross(back, right), back])
 
     def vector_to_world(self, vector: Vector) -> Vector:

@@ -21,7 +21,7 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLActor, vtkOpenGLPolyDataMapp
 
 from pvphong import _check
 from pvphong._types import BoolArray, Float64Array
-from pvphong._vertex_bench import _window as off_screen_window
+from pvphong._vertex_bench import off_screen_window
 from pvphong.material import Material
 from pvphong.mesh import point_normals, shade_mesh
 from pvphong.mesh_files import refuse_suffix
@@ -31,9 +31,7 @@ from pvphong.scene import Scene
 from pvphong.surface import has_faces, surface
 from pvphong.viewer import Viewer
 from pvphong.vtk_obstacles import refuse_inexpressible
-from pvphong.vtk_oracle import _appearance as appearance_of
-from pvphong.vtk_oracle import _vtk_camera as vtk_camera
-from pvphong.vtk_oracle import _vtk_light as vtk_light
+from pvphong.vtk_oracle import vtk_camera, vtk_light, vtk_property
 from pvphong.vtk_terms import Terms, in_vtk_terms
 
 Image = NDArray[np.uint8]
@@ -184,7 +182,7 @@ def _lit_by_vtk(source: pv.PolyData, material: Material) -> vtkOpenGLActor:
     mapper = vtkOpenGLPolyDataMapper()
     mapper.SetInputData(smooth)
     mapper.ScalarVisibilityOff()
-    appearance = appearance_of(material)
+    appearance = vtk_property(material)
     appearance.SetRepresentationToSurface()
     return _actor(mapper, appearance)
 

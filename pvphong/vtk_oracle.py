@@ -72,7 +72,8 @@ def vtk_shade(
     ------
     ValueError
         For a mesh without points, or without normals and faces to compute them from; for a material or light that
-        VTK has no place for (emission, powers above 128); for anything that is no light, material or viewer.
+        VTK has no place for (emission, powers above 128); for anything that is no light, material or viewer; if
+        VTK cannot draw on this machine.
 
     Notes
     -----
@@ -84,9 +85,9 @@ def vtk_shade(
     points, normals = _check.array("points", source.points), _check.array("normals", point_normals(source))
     placed = None if matrix is None else _vtk_matrix(_check.matrix4("matrix", matrix))
     given = _listed(lights)
-    camera = _vtk_camera(viewer, rides=any(getattr(light, "frame", "") == "camera" for light in given))
-    copies = [_vtk_light(light, Viewer.from_camera(camera)) for light in given]
-    appearance = _appearance(property_or_material)
+    camera = vtk_camera(viewer, rides=any(getattr(light, "frame", "") == "camera" for light in given))
+    copies = [vtk_light(light, Viewer.from_camera(camera)) for light in given]
+    appearance = vtk_property(property_or_material)
     colors = np.full(points.shape, np.nan, dtype=np.float32)
     drawable = _drawable(points, normals)
     if drawable.any():
@@ -109,7 +110,7 @@ def _listed(lights: Any) -> list[Any]:
     return list(lights)
 
 
-def _vtk_light(light: Any, viewer: Viewer) -> vtkLight:
+def vtk_light(light: Any, viewer: Viewer) -> vtkLight:
     """A copy that the renderer may move. Its floats are kept, where `pyvista.Light.copy` rounds colours to 8 bits."""
     copy = vtkLight()
     if isinstance(light, Light):
@@ -128,11 +129,11 @@ def _within_vtk(name: str, power: float) -> None:
         _check.refuse(name, power, f"at most {HIGHEST_POWER:g} in VTK", remedy)
 
 
-def _appearance(property_or_material: Any) -> vtkProperty:
+def vtk_property(property_or_material: Any) -> vtkProperty:
     """What the lighting takes from a property or material, on points of one pixel."""
     appearance = vtkProperty()
     if isinstance(property_or_material, Material):
-        _write_material(property_or_material, appearance)
+        write_material(property_or_material, appearance)
     elif isinstance(property_or_material, vtkProperty):
         _write_property(property_or_material, appearance)
     else:
@@ -144,7 +145,8 @@ def _appearance(property_or_material: Any) -> vtkProperty:
     return appearance
 
 
-def _write_material(material: Material, appearance: vtkProperty) -> None:
+def write_material(material: Material, appearance: vtkProperty) -> None:
+    """A material in VTK's terms; raises ``ValueError`` for what VTK has no place for."""
     if any(rgb(material.emission)):
         remedy = "VTK's Phong shading has none. Without any light, ambient is the same: add it there."
         _check.refuse("emission", material.emission, "0 in VTK", remedy)
@@ -172,7 +174,7 @@ def _write_property(source: vtkProperty, appearance: vtkProperty) -> None:
     appearance.SetLighting(source.GetLighting())
 
 
-def _vtk_camera(viewer: Any, *, rides: bool) -> vtkCamera:
+def vtk_camera(viewer: Any, *, rides: bool) -> vtkCamera:
     """A camera that the renderer may adjust; `rides` says whether a light depends on the viewer's `up`."""
     camera = vtkCamera()
     if isinstance(viewer, Viewer):

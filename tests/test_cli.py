@@ -228,6 +228,19 @@ def test_bad_input_is_one_line_status_2_and_no_file(capfd, words, message):
 
 
 @pytest.mark.usefixtures("sphere")
+@pytest.mark.parametrize("words", [("diagnose", "half.ply"), ("shade", "half.ply", "-o", "o.vtp")])
+def test_a_ply_file_cut_short_does_not_end_the_process(words):
+    """As VTK's reader would, by a signal."""
+    pv.Sphere().save("whole.ply")
+    with open("whole.ply", "rb") as whole, open("half.ply", "wb") as half:
+        half.write(whole.read()[:20_000])
+    process = in_a_process(*words)
+    assert process.returncode == 2
+    assert process.stderr.startswith("error: mesh must be a mesh file that PyVista can read")
+    assert process.stderr.count("\n") == 1
+
+
+@pytest.mark.usefixtures("sphere")
 def test_an_old_result_survives_a_failure(monkeypatch):
     with open("lit.vtp", "w") as file:
         file.write("old")
@@ -300,7 +313,7 @@ def test_diagnose_prints_a_table_on_a_terminal(monkeypatch, capsys):
     monkeypatch.setenv("FORCE_COLOR", "1")
     pv.PolyData(np.eye(3)).save("cloud.vtp")
     assert run("diagnose", "cloud.vtp") == 1
-    assert "┃" in capsys.readouterr().out
+    assert "\x1b[31mspoils" in capsys.readouterr().out
 
 
 def test_diagnose_blocks_by_name(sphere, capsys):
@@ -441,7 +454,7 @@ def test_tradeoff_prints_the_report_and_writes_figure_and_numbers(capsys):
     ],
 )
 def test_tradeoff_of_bad_input_is_refused_before_it_measures(words, message, capsys, monkeypatch):
-    monkeypatch.setattr("pvphong.accuracy.interleaved", lambda *_: pytest.fail("it measured"))
+    monkeypatch.setattr("pvphong.accuracy.measurement.interleaved", lambda *_: pytest.fail("it measured"))
     pv.MultiBlock({"one": pv.Sphere()}).save("blocks.vtm")
     assert run("tradeoff", *words.split()) == 2
     assert message in capsys.readouterr().err

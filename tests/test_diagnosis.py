@@ -399,14 +399,22 @@ def test_what_spoils_comes_first():
     assert spoils == [True, False, False]
 
 
-def test_the_table_can_be_printed():
-    console = Console(width=200, record=True, file=io.StringIO())
-    found = diagnose(examples.load_globe())
+@pytest.mark.parametrize("width", [60, 80, 120])
+def test_the_table_says_everything_at_any_width(width):
+    console = Console(width=width, record=True, file=io.StringIO())
+    mesh = examples.load_globe()
+    mesh.point_data.active_normals = np.zeros((mesh.n_points, 3))
+    found = diagnose(mesh, matrix=np.diag([1, -1, 1, 1]))
     console.print(found.table())
-    text = console.export_text()
+    lines = console.export_text().splitlines()
+    assert max(map(len, lines)) <= width
+    names = max(len(finding.name) for finding in found.findings)
+    said = "".join("".join(line[names + 3 :].split()) for line in lines)
+    assert len(found.findings) > 3
     for finding in found.findings:
-        assert finding.name in text
-        assert str(finding.count) in text
+        assert any(line.split()[:1] == [finding.name] for line in lines)
+        for text in (f"{finding.count} {finding.where}" * bool(finding.first), finding.meaning, finding.remedy):
+            assert text.replace(" ", "") in said
 
 
 def test_every_kind_has_its_field_and_its_bit():

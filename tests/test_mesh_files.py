@@ -143,17 +143,25 @@ def test_garbage_is_refused_in_silence_with_one_error(tmp_path, capfd, suffix):
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_file_that_is_not_there_is_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"mesh must be .* got .*missing\.vtp.* not found"):
-        read_mesh(str(tmp_path / "missing.vtp"))
+@pytest.mark.parametrize("name", ["missing.vtp", "missing.ply"])
+def test_a_file_that_is_not_there_is_refused(tmp_path, name):
+    with pytest.raises(ValueError, match=rf"mesh must be .* got .*{name}.* not found"):
+        read_mesh(str(tmp_path / name))
 
 
-def test_half_a_file_is_refused(tmp_path, lit):
-    lit.save(tmp_path / "whole.vtp")
-    whole = (tmp_path / "whole.vtp").read_bytes()
-    (tmp_path / "half.vtp").write_bytes(whole[: len(whole) // 2])
+@pytest.mark.parametrize("suffix", [".vtp", ".stl", ".ply"])
+def test_half_a_file_is_refused(tmp_path, lit, suffix):
+    whole, half = tmp_path / f"whole{suffix}", tmp_path / f"half{suffix}"
+    lit.save(whole)
+    half.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
     with pytest.raises(ValueError, match="mesh must be a mesh file that PyVista can read"):
-        read_mesh(str(tmp_path / "half.vtp"))
+        read_mesh(str(half))
+
+
+def test_a_ply_file_gives_what_pyvista_reads(tmp_path, lit):
+    lit.compute_normals(inplace=True)
+    save_lit(lit, tmp_path / "lit.ply", "phong")
+    assert read_mesh(str(tmp_path / "lit.ply")) == pv.read(tmp_path / "lit.ply")
 
 
 def test_a_table_is_no_mesh(monkeypatch):

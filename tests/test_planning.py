@@ -10,7 +10,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong import reference
+from pvphong import kernel, reference
 from pvphong.effects import EFFECTS
 from pvphong.equation import assemble
 from pvphong.shading import Shading
@@ -109,20 +109,59 @@ def test_normals_are_transformed_by_the_class_of_the_matrix(mesh, matrix, on, wh
     assert why in decision.why
 
 
-def run(equation, mesh, precision=np.float64):
+def run(equation, mesh, shade=reference.shade, precision=np.float64):
     result = Shading(np.empty((mesh.n_points, 3), precision))
     normals = np.asarray(mesh.point_data.active_normals)
-    reference.shade(np.asarray(mesh.points), normals, equation, None, result)
+    assert shade(np.asarray(mesh.points), normals, equation, None, result) is not False, "it was declined"
     return result.rgb
 
 
+EVALUATORS = [reference.shade] + ([kernel.shade] if kernel.is_available() else [])
+over_evaluators = pytest.mark.parametrize("shade", EVALUATORS, ids=lambda shade: shade.__module__.split(".")[-1])
+
+
+def bent(angle):
+    """A patch of a sphere around the origin, whose normals lie within an angle in degrees of z."""
+    return pv.Sphere(end_phi=angle)
+
+
+@over_evaluators
+@pytest.mark.parametrize("local_viewer", [True, False])
+@pytest.mark.parametrize("material", [DULL, SHINY])
+def test_no_normal_is_turned_where_all_face_the_viewer(material, local_viewer, shade):
+    model = ph.LightModel(two_sided=True, local_viewer=local_viewer)
+    above = ph.Scene(lights=[LAMP], viewer=ph.Viewer(position=(0, 0, 4)), light_model=model)
+    patch = bent(40)
+    plan = ph.plan(patch, above, material)
+    assert "no vertex faces away" in plan.effects["two-sided"].why
+    assert plan.error_bound == 0.0
+    assert plan.view_dependent  # from elsewhere, some may face away
+    left, whole = (run(equation, patch, shade) for equation in (plan.equation, assemble(above, material, None)))
+    np.testing.assert_array_equal(left, whole)
+
+
+@pytest.mark.parametrize("seen", [bent(100), bent(40).flip_faces()])
+def test_normals_are_turned_where_some_face_away(seen):
+    below = ph.Viewer(position=(0, 0, -4))
+    for viewer in (below, ph.Viewer(position=(0, 0, 4))):
+        some_scene = ph.Scene(lights=[SUN], viewer=viewer, light_model=ph.LightModel(two_sided=True))
+        plan = ph.plan(seen, some_scene, DULL)
+        faces_viewer = (np.asarray(seen.point_data.active_normals) @ viewer.view_direction < 0).all()
+        assert plan.effects["two-sided"].on is not faces_viewer
+
+
+@over_evaluators
+@pytest.mark.parametrize(("precision", "step"), [(np.float32, 2.0**-24), (np.float64, 2.0**-53)])
 @pytest.mark.parametrize("case", ON_AND_OFF)
 @pytest.mark.parametrize("matrix", [None, np.eye(4), np.diag([2.0, 2.0, 2.0, 1.0]), shear()], ids=str)
-def test_what_is_left_out_exactly_changes_nothing_beyond_rounding(case, matrix, mesh):
+def test_what_is_left_out_exactly_changes_nothing_beyond_rounding(case, matrix, mesh, shade, precision, step):
     for some_scene, material in ON_AND_OFF[case][:2]:
         planned = ph.plan(mesh, some_scene, material, matrix=matrix)
-        whole = run(assemble(some_scene, material, matrix), mesh)
-        np.testing.assert_allclose(run(planned.equation, mesh), whole, rtol=0, atol=8 * 2.0**-53)
+        left, whole = (
+            run(equation, mesh, shade, precision)
+            for equation in (planned.equation, assemble(some_scene, material, matrix))
+        )
+        np.testing.assert_allclose(left, whole, rtol=0, atol=8 * step)
         assert planned.error_bound == 0.0
 
 
@@ -212,6 +251,15 @@ def test_no_approximation_is_taken_where_a_point_is_not_finite(mesh):
     assert plan.error_bound == 0.0
 
 
+def test_what_is_left_out_for_this_viewer_is_planned_anew_for_the_next_one():
+    patch, sun = pv.Plane(), replace(SUN, direction=(0, 0, -1))
+    aside = ph.Scene(lights=[sun], viewer=ph.Viewer(position=(9, 0, 0.1)))
+    plan = ph.plan(patch, aside, replace(SHINY, shininess=300), tolerance=1 / 255)
+    assert not plan.effects["specular"].on
+    assert not plan.equation.has_highlights
+    assert plan.view_dependent
+
+
 def test_the_values_of_lights_are_no_part_of_which_effects_run(mesh):
     before = ph.plan(mesh, scene(LAMP), SHINY)
     after = ph.plan(mesh, scene(replace(LAMP, position=(1, 2, 3), diffuse="orange", intensity=0.3)), SHINY)
@@ -229,6 +277,8 @@ def test_explain_is_a_table_for_people(mesh):
         "do not change",
     ):
         assert part in text
+    # one sun without highlights: 0.5 to read the normals and 0.2 for the light
+    assert re.search(r"diffuse +on .*normals +0\.7", text)
     assert "depends" not in text.splitlines()[-1]
 
 

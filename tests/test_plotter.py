@@ -1,7 +1,9 @@
 """`plotter.phong`: lit meshes and lights that follow what is done to them, and nothing else."""
 
+import base64
 import dataclasses
 import gc
+import json
 import weakref
 
 import numpy as np
@@ -496,19 +498,38 @@ def test_a_cleared_plotter_can_be_filled_again(plotter):
     assert_current(plotter, draw(plotter, SHINY, mesh), mesh, SHINY)
 
 
-def test_it_is_exported_in_its_lit_colours(plotter, tmp_path):
-    actor = draw(plotter, name="ball")
-    plotter.export_obj(tmp_path / "ball.obj")
+def gltf_colors(path):
+    """What a viewer shows: COLOR_0 times the material's base colour (glTF 2.0, 3.9.2), shape (n, 3)."""
+    scene = json.loads(path.read_text())
+    (mesh,) = scene["meshes"]
+    (part,) = mesh["primitives"]
+    accessor = scene["accessors"][part["attributes"]["COLOR_0"]]
+    assert (accessor["componentType"], accessor["type"]) == (5121, "VEC4")  # unsigned bytes, RGBA
+    view = scene["bufferViews"][accessor["bufferView"]]
+    data = base64.b64decode(scene["buffers"][view["buffer"]]["uri"].split(",")[1])
+    base = scene["materials"][part["material"]]["pbrMetallicRoughness"]["baseColorFactor"]
+    return (np.frombuffer(data, np.uint8).reshape(-1, 4) * base)[:, :3]
+
+
+@pytest.mark.parametrize("is_shown", [True, False])
+def test_it_is_exported_in_colours_that_are_current(plotter, tmp_path, is_shown):
+    mesh = ball()
+    if is_shown:
+        actor = draw(plotter, DULL, mesh)
+    else:
+        actor = plotter.phong.add_mesh(mesh, DULL)
+    plotter.phong.set_light("sun", LAMP)  # and no frame is drawn
     plotter.export_gltf(tmp_path / "ball.gltf")
-    assert len(pv.read(tmp_path / "ball.obj").points) >= actor.mapper.dataset.n_points - 2
-    assert "COLOR_0" in (tmp_path / "ball.gltf").read_text()
-
-
-def test_it_is_exported_as_a_web_page(plotter, tmp_path):
-    pytest.importorskip("trame_pyvista", reason="PyVista exports HTML only with the package trame-pyvista")
-    draw(plotter)
-    plotter.trame.export_html(tmp_path / "ball.html")
-    assert (tmp_path / "ball.html").stat().st_size > 10_000
+    assert_current(plotter, actor, mesh, DULL)
+    np.testing.assert_array_equal(gltf_colors(tmp_path / "ball.gltf"), drawn(actor))
+    plotter.phong.set_light("lamp", SUN)
+    plotter.export_vrml(tmp_path / "ball.wrl")
+    assert_current(plotter, actor, mesh, DULL)
+    block = (tmp_path / "ball.wrl").read_text().split("Color {")[1].split("[")[1].split("]")[0]
+    written = np.array(block.replace(",", " ").split(), dtype=float).reshape(-1, 3)
+    np.testing.assert_allclose(255 * written, drawn(actor), atol=1e-9)
+    plotter.export_obj(tmp_path / "ball.obj")  # a format without colours of vertices
+    assert pv.read(tmp_path / "ball.obj").n_cells == mesh.n_cells
 
 
 def test_a_mesh_stays_findable_from_another_subplot(new_plotter):

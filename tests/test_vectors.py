@@ -9,13 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pvphong._vectors import columns, dot, moderate, towards, unit
+from pvphong._vectors import columns, dot, moderate, towards, unit, unit_vector
 
 U = 2.0**-53
 LARGEST = np.finfo(np.float64).max
 QUICK = settings(max_examples=150, derandomize=True, deadline=None, database=None)
 any_float = st.floats(allow_nan=False, allow_infinity=False)
 vectors = st.tuples(any_float, any_float, any_float)
+both_types = pytest.mark.parametrize(("real", "step"), [(np.float32, 2.0**-24), (np.float64, U)])
 
 
 def exact_unit(vector):
@@ -95,30 +96,49 @@ def test_a_power_of_two_changes_no_bit_of_the_direction(power):
     assert unit(w)[0].tobytes() == unit(np.ldexp(w, power))[0].tobytes()
 
 
-def test_unit_leaves_its_argument_alone_unless_told():
+@given(vectors.filter(any))
+@QUICK
+def test_a_single_unit_vector_has_the_bits_of_a_column(vector):
+    assert unit_vector(vector) == tuple(unit(column(vector))[0][:, 0])
+
+
+def test_unit_leaves_its_argument_alone():
     for w in (np.random.default_rng(2).normal(size=(3, 5)), spread(5)):
         before = w.copy()
-        direction, _ = unit(w)
+        unit(w)
         np.testing.assert_array_equal(w, before)
-        again, _ = unit(w, out=w)
-        assert again is w
-        assert w.tobytes() == direction.tobytes()
 
 
-def test_moderate_keeps_directions_and_gives_the_inverse_lengths():
+@both_types
+def test_moderate_keeps_directions_and_gives_the_inverse_lengths(real, step):
     w = spread()
-    scaled, inverse = moderate(w)
+    scaled, inverse = moderate(w, real)
+    assert scaled.dtype == inverse.dtype == real
     square = dot(scaled, scaled)
     assert square.min() >= 2.0**-61
     assert square.max() <= 2.0**61
-    np.testing.assert_allclose(scaled * inverse, unit(w)[0], rtol=0, atol=4 * U)
+    np.testing.assert_allclose(scaled * inverse, unit(w)[0], rtol=0, atol=4 * step)
+
+
+def test_moderate_scales_by_powers_of_two():
+    w = spread()
+    scaled, _ = moderate(w)
     ratio = np.divide(scaled, w, where=np.abs(w) > 1e-300, out=np.ones_like(w))
-    assert (np.frexp(ratio[:, np.abs(w).min(axis=0) > 1e-290])[0] == 0.5).all()  # powers of two alone
+    assert (np.frexp(ratio[:, np.abs(w).min(axis=0) > 1e-290])[0] == 0.5).all()
 
 
-def test_moderate_passes_comfortable_columns_on():
+@pytest.mark.parametrize("real", [np.float32, np.float64])
+def test_moderate_only_rounds_comfortable_columns(real):
     w = np.random.default_rng(3).normal(size=(3, 9))
-    assert moderate(w)[0] is w
+    assert moderate(w, real)[0].tobytes() == w.astype(real).tobytes()
+
+
+@pytest.mark.parametrize("real", [np.float32, np.float64])
+def test_moderate_leaves_its_argument_alone(real):
+    w = spread()
+    before = w.copy()
+    moderate(w, real)
+    np.testing.assert_array_equal(w, before)
 
 
 def test_nothing_at_all():
@@ -128,10 +148,12 @@ def test_nothing_at_all():
     assert towards((1.0, 2.0, 3.0), nothing)[1].shape == (0,)
 
 
+@both_types
 @given(target=vectors, point=vectors)
 @QUICK
-def test_towards_over_the_whole_range(target, point):
-    direction, distance = towards(target, column(point))
+def test_towards_over_the_whole_range(real, step, target, point):
+    direction, distance = towards(target, column(point), real)
+    assert direction.dtype == real
     difference = [Fraction(t) - Fraction(p) for t, p in zip(target, point, strict=True)]
     if not any(difference):
         assert (direction.tolist(), distance.tolist()) == ([[0.0]] * 3, [0.0])
@@ -142,8 +164,8 @@ def test_towards_over_the_whole_range(target, point):
         expected = [float(x / length) for x in parts]
         far = float(min(length, mpmath.mpf(LARGEST)))
     # each component of the difference is rounded once more than in `unit`
-    np.testing.assert_allclose(direction[:, 0], expected, rtol=0, atol=6 * U)
-    assert distance[0] == pytest.approx(far, rel=6 * U, abs=1e-323)
+    np.testing.assert_allclose(direction[:, 0], expected, rtol=0, atol=6 * step)
+    assert distance[0] == pytest.approx(far, rel=6 * step, abs=1e-323)
     assert distance[0] <= LARGEST
 
 
@@ -154,13 +176,14 @@ def test_towards_of_points_that_are_not_finite():
     np.testing.assert_array_equal(distance, [np.nan, np.nan, 1, 0])
 
 
-def test_towards_each_column_for_itself():
+@pytest.mark.parametrize("real", [np.float32, np.float64])
+def test_towards_each_column_for_itself(real):
     points = spread()
     points[:, 7] = 1.0, 2.0, 3.0
     points[0, 9] = np.inf
-    direction, distance = towards((1.0, 2.0, 3.0), points)
+    direction, distance = towards((1.0, 2.0, 3.0), points, real)
     for index in range(points.shape[1]):
-        alone, near = towards((1.0, 2.0, 3.0), points[:, [index]])
+        alone, near = towards((1.0, 2.0, 3.0), points[:, [index]], real)
         assert direction[:, [index]].tobytes() == alone.tobytes()
         assert distance[[index]].tobytes() == near.tobytes()
 
@@ -170,3 +193,13 @@ def test_towards_leaves_the_points_alone():
     before = points.copy()
     towards((1.0, 2.0, 3.0), points)
     np.testing.assert_array_equal(points, before)
+
+
+def test_towards_in_float32_of_points_whose_difference_float32_does_not_hold():
+    points = np.array([[1e12 + 0.25, 1e200, 1e-200], [1e12, -1e200, 0.0], [-1e12, 0.0, 0.0]])
+    direction, distance = towards((1e12, 1e12, -1e12), points[:, :1], np.float32)
+    assert (direction[:, 0].tolist(), distance.tolist()) == ([-1.0, 0.0, 0.0], [0.25])
+    direction, distance = towards((0.0, 0.0, 0.0), points[:, 1:], np.float32)
+    half = math.sqrt(0.5)
+    np.testing.assert_allclose(direction, [[-half, -1.0], [half, 0.0], [0.0, 0.0]], rtol=0, atol=6 * 2.0**-24)
+    np.testing.assert_allclose(distance, [2e200 * half, 1e-200], rtol=6 * 2.0**-24)

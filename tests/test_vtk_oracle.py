@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import os
+import subprocess
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -487,6 +489,14 @@ def test_undrawn_vertices_are_noticed(monkeypatch):
     monkeypatch.setattr(_vertex_bench, "_TO_PIXEL", "//VTK::CustomEnd::Impl\n")  # all stay where they are
     with pytest.raises(RuntimeError, match=r"left \d+ of 4000 vertices undrawn"):
         vtk_shade(cloud(), [SUN.vtk()], SHINY, VIEWER)
+
+
+def test_no_display_is_nothing_to_complain_about():
+    hidden = {name: value for name, value in os.environ.items() if not name.endswith("DISPLAY")}
+    code = "from pvphong.vtk_oracle import driver; print(driver())"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=hidden)
+    assert run.stdout.strip() == driver()
+    assert run.stderr == ""
 
 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="counts resources where /proc is")

@@ -84,14 +84,12 @@ class Window:
             return child.wait(20)
 
 
-def main():
-    """The plotter's side."""
-    import numpy as np
+def furnish(plotter):
+    """A ball in the light of a lamp, a spot light, and a guest of PyVista's; gives the ball's actor and the guest."""
     import pyvista as pv
 
     import pvphong as ph
 
-    plotter = pv.Plotter(window_size=SIZE, lighting="none", title="pvphong in a window")
     plotter.set_background("#30343c")
     guest = pv.Light(position=(-0.2, -1.0, 1.3), focal_point=(0, 0, 0.2), color="skyblue", light_type="scene light")
     guest.positional, guest.cone_angle, guest.intensity = True, 14.0, 0.6
@@ -108,26 +106,40 @@ def main():
     actor = plotter.phong.add_mesh(pv.Sphere(theta_resolution=80, phi_resolution=80), material)
     plotter.camera_position = [(0, -5, 2.5), (0, 0, 0.2), (0, 0, 1)]
     plotter.phong.add_gizmos()
+    return actor, guest
+
+
+def told(plotter, actor, guest):
+    """What the tests want to know of a furnished plotter."""
+    import numpy as np
+
+    board = plotter.phong._pane.board
+    view, gizmos = board.view, plotter.phong.gizmos
+    colors = np.asarray(actor.mapper.dataset["phong"])
+    return {
+        "size": view.size,
+        "ball": view.project((0, 0, 0)).tolist(),
+        "handles": [{n: view.project(p).tolist() for n, p in gizmo.handles.items()} for gizmo in gizmos],
+        "highlight": [None if g.highlight is None else view.project(g.highlight).tolist() for g in gizmos],
+        "lights": [repr(light) for light in plotter.phong.lights],
+        "cones": [getattr(light, "cone_angle", None) for light in plotter.phong.lights],
+        "guest": [guest.position, guest.focal_point, guest.cone_angle],
+        "colors": hashlib.sha256(np.ascontiguousarray(colors)).hexdigest(),
+        "hovered": next((gizmo.hovered for gizmo in gizmos if gizmo.hovered), None),
+        "dragging": board._drag is not None,
+        "selected": [gizmo.is_selected for gizmo in gizmos],
+        "camera": list(plotter.camera.position),
+    }
+
+
+def main():
+    """The plotter's side."""
+    import numpy as np
+    import pyvista as pv
+
+    plotter = pv.Plotter(window_size=SIZE, lighting="none", title="pvphong in a window")
+    actor, guest = furnish(plotter)
     plotter.show(interactive_update=True, auto_close=False)
-    view = plotter.phong._pane.board.view
-
-    def state():
-        plotter.iren.process_events()
-        gizmos = plotter.phong.gizmos
-        colors = np.asarray(actor.mapper.dataset["phong"])
-        return {
-            "handles": [{n: view.project(p).tolist() for n, p in gizmo.handles.items()} for gizmo in gizmos],
-            "highlight": [None if g.highlight is None else view.project(g.highlight).tolist() for g in gizmos],
-            "lights": [repr(light) for light in plotter.phong.lights],
-            "cones": [getattr(light, "cone_angle", None) for light in plotter.phong.lights],
-            "guest": [guest.position, guest.focal_point, guest.cone_angle],
-            "colors": hashlib.sha256(np.ascontiguousarray(colors)).hexdigest(),
-            "hovered": next((gizmo.hovered for gizmo in gizmos if gizmo.hovered), None),
-            "dragging": plotter.phong._pane.board._drag is not None,
-            "selected": [gizmo.is_selected for gizmo in gizmos],
-            "camera": list(plotter.camera.position),
-        }
-
     for line in sys.stdin:
         command, *words = line.split()
         if command == "picture":
@@ -137,7 +149,8 @@ def main():
             Image.fromarray(np.ascontiguousarray(plotter.image)).save(words[0])
         elif command in ("undo", "redo"):
             getattr(plotter.phong, command)()
-        print(json.dumps(state()), flush=True)
+        plotter.iren.process_events()
+        print(json.dumps(told(plotter, actor, guest)), flush=True)
     plotter.close()
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from pvphong._types import VectorLike
+from pvphong._types import Vector, VectorLike
 from pvphong.effects._draft import ROUNDED_UP, Draft, sight, turn
 from pvphong.equation import Equation, LightTerm
 from pvphong.lights import PointLight, SpotLight
@@ -49,19 +49,26 @@ def steepness(shininess: float) -> float:
     return math.sqrt(shininess) * ((shininess - 1.0) / shininess) ** ((shininess - 1.0) / 2.0)
 
 
+def angle(a: VectorLike, b: VectorLike) -> float:
+    """Between two unit vectors, in radians; right to 1e-7, for arc cosines lose half the digits near 0 and π."""
+    return math.acos(max(-1.0, min(1.0, math.fsum(x * y for x, y in zip(a, b, strict=True)))))
+
+
+def viewer_seen(draft: Draft, eye: Vector | None) -> tuple[Vector, float] | None:
+    """Direction to the viewer, at infinity where there is no eye, and the angle by which it may be off at a vertex."""
+    if eye is None:
+        return draft.equation.to_eye, 1e-7
+    seen = sight(eye, draft)
+    return None if seen is None else (seen[0], turn(seen[1], seen[2]) + 1e-7)
+
+
 def widest_to_viewer(draft: Draft, direction: VectorLike, light_angle: float) -> float:
     """The greatest ψ over all vertices, for a light that is seen within an angle of a direction."""
-    equation = draft.equation
-    if equation.eye is None:
-        v, spread = equation.to_eye, 0.0
-    else:
-        seen = sight(equation.eye, draft)
-        if seen is None:
-            return math.pi
-        v, spread = seen[0], turn(seen[1], seen[2])
-    between = math.acos(max(-1.0, min(1.0, math.fsum(a * b for a, b in zip(v, direction, strict=True)))))
-    slack = (light_angle + spread) * ROUNDED_UP + 1e-7  # acos loses half the digits near 0 and π
-    return min(between + slack, math.pi)
+    seen = viewer_seen(draft, draft.equation.eye)
+    if seen is None:
+        return math.pi
+    v, spread = seen
+    return min(angle(v, direction) + (light_angle + spread) * ROUNDED_UP, math.pi)
 
 
 def highlight_change(equation: Equation, angle: float, most: float, light_moves: bool) -> float:

@@ -7,6 +7,7 @@ they run the equation that is left.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -23,6 +24,8 @@ from pvphong.transform import transform_points
 ROUNDED_UP = 1.0 + 1e-9
 # Rows that are searched for extremes at once, and that are laid side by side for it.
 _CHUNK, _FOLD = 2**16, 64
+# Normals that are looked at first.
+_SOME = 64
 
 
 @dataclass(frozen=True)
@@ -37,21 +40,28 @@ class Decision:
         The reason, for people.
     bound : float
         The largest absolute colour error that leaving it out can cause; 0 where it is left out exactly.
+    lights : int
+        For how many lights it runs, of those it is about.
     """
 
     on: bool
     why: str
     bound: float = 0.0
+    lights: int = 0
 
 
 @dataclass(frozen=True)
 class Note:
-    """One rewriting of the equation: which effect was left out, for which light, why, at what error."""
+    """One rewriting of the equation: which effect was left out, for which light, why, at what error.
+
+    `here`: it holds for the viewer where he is now, and not wherever he goes.
+    """
 
     effect: str
     light: str
     why: str
     bound: float = 0.0
+    here: bool = False
 
 
 class Extent:
@@ -67,49 +77,54 @@ class Extent:
         Model matrix.
     """
 
-    nowhere: Float64Array = np.zeros((3, 0))
-    """Points for a directional light, which does not read them."""
-
     def __init__(self, points: FloatArray, normals: FloatArray | None, matrix: MatrixLike | None) -> None:
         self._points = points
         self._normals = normals
         self._matrix = matrix
 
     @cached_property
-    def sphere(self) -> tuple[Float64Array, float] | None:
+    def sphere(self) -> tuple[Vector, float] | None:
         """Centre and radius; None where there is no point, or one is not finite."""
         if not len(self._points):
             return None
         low, high = _bounds(self._points)
-        corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8).T
         if self._matrix is not None:
-            corners = transform_points(corners, self._matrix)
-        with np.errstate(over="ignore", invalid="ignore"):
-            centre = corners.min(axis=0) / 2 + corners.max(axis=0) / 2
-            radius = math.hypot(*np.abs(corners - centre).max(axis=0)) * ROUNDED_UP
-        return (centre, radius) if math.isfinite(radius) else None
+            corners = transform_points(_corners(low, high), self._matrix)
+            low, high = corners.min(axis=0), corners.max(axis=0)
+        x, y, z = centre = [a / 2 + b / 2 for a, b in zip(low.tolist(), high.tolist(), strict=True)]
+        reach = (max(b - c, c - a) for a, b, c in zip(low.tolist(), high.tolist(), centre, strict=True))
+        radius = math.hypot(*reach) * ROUNDED_UP
+        return ((x, y, z), radius) if math.isfinite(radius) else None
 
     @cached_property
     def normal_cone(self) -> tuple[Vector, float] | None:
-        """A unit axis, and an angle in radians within which all normals lie from it; None where none is known.
-
-        By the box around the normals: n·axis is least, and |n| greatest, at one of its corners.
-        """
+        """A unit axis, and an angle in radians within which all normals lie from it; None where none is known."""
         if self._normals is None or self._matrix is not None or not len(self._normals):
             return None
-        low, high = _bounds(self._normals)
-        largest = max(np.abs(low).max(), np.abs(high).max())
-        if not 0.0 < largest < math.inf:
-            return None
-        low, high = (np.ldexp(bound, -np.frexp(largest)[1]) for bound in (low, high))  # so that squares can be taken
-        corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8).T
-        axis = (low + high) / 2
-        length, longest = math.hypot(*axis), float(np.sqrt((corners**2).sum(axis=1)).max())
-        if length == 0.0:
-            return None
-        x, y, z = (axis / length).tolist()
-        cosine = float((corners @ (axis / length)).min()) / longest
-        return ((x, y, z), math.acos(min(cosine, 1.0)) + 1e-7) if cosine > 0.0 else None
+        some = self._normals[:: max(len(self._normals) // _SOME, 1)]  # where these have no cone, all hardly have one
+        return None if _cone(some) is None else _cone(self._normals)
+
+
+def _cone(normals: FloatArray) -> tuple[Vector, float] | None:
+    """By the box around the normals: n·axis is least, and |n| greatest, at one of its corners."""
+    low, high = _bounds(normals)
+    largest = max(np.abs(low).max(), np.abs(high).max())
+    if not 0.0 < largest < math.inf:
+        return None
+    low, high = (np.ldexp(bound, -np.frexp(largest)[1]) for bound in (low, high))  # so that squares can be taken
+    corners = _corners(low, high)
+    axis = (low + high) / 2
+    length, longest = math.hypot(*axis), float(np.sqrt((corners**2).sum(axis=1)).max())
+    if length == 0.0:
+        return None
+    x, y, z = (axis / length).tolist()
+    cosine = float((corners @ (axis / length)).min()) / longest
+    return ((x, y, z), math.acos(min(cosine, 1.0)) + 1e-7) if cosine > 0.0 else None
+
+
+def _corners(low: Float64Array, high: Float64Array) -> Float64Array:
+    """Of the box between two, shape (8, 3)."""
+    return np.array(list(itertools.product(*zip(low.tolist(), high.tolist(), strict=True))))
 
 
 def _bounds(rows: FloatArray) -> tuple[Float64Array, Float64Array]:
@@ -152,26 +167,22 @@ class Draft:
     tolerance: float
     notes: tuple[Note, ...] = ()
 
-    @property
+    @cached_property
     def error_bound(self) -> float:
         """Sum of the bounds taken so far."""
         return math.fsum(note.bound for note in self.notes) * (ROUNDED_UP if self.notes else 1.0)
 
-    @property
+    @cached_property
     def allowance(self) -> float:
         """The error that the next approximation may take: its share, or what is left of the tolerance."""
+        if not self.tolerance:
+            return 0.0
         share = self.tolerance / (2 * max(len(self.labels), 1))
         return min(share, max(self.tolerance - self.error_bound, 0.0) / ROUNDED_UP**2)
 
     def label(self, term: LightTerm) -> str:
         """What names the light of a term."""
         return self.labels[term.index]
-
-    def with_term(self, term: LightTerm, new: LightTerm | None, *notes: Note) -> Draft:
-        """The draft with one term replaced, or left out where `new` is None."""
-        terms = [new if t is term else t for t in self.equation.terms]
-        equation = replace(self.equation, terms=tuple(t for t in terms if t is not None))
-        return replace(self, equation=equation, notes=(*self.notes, *notes))
 
     def because(self, effect: str) -> str:
         """The reasons noted for leaving an effect out, each with its lights."""
@@ -206,12 +217,23 @@ class Effect:
         Draft → Draft: leaves the effect out where it can be.
     decide : callable
         Finished draft → Decision: whether it is still there.
+    once, each : float
+        About how many nanoseconds per vertex it takes, whatever the lights, and for each light it runs for.
     """
 
     name: str
     inputs: tuple[str, ...]
     simplify: Callable[[Draft], Draft]
     decide: Callable[[Draft], Decision]
+    once: float = 0.0
+    each: float = 0.0
+
+    def nanoseconds(self, choice: Decision) -> float:
+        """Per vertex, in the compiled evaluator and in float32 on one core: 0 where it does not run.
+
+        Rounded differences of runs with and without it, measured on a server's processor of 2022 at 3.7 GHz.
+        """
+        return self.once + self.each * choice.lights if choice.on else 0.0
 
 
 def unchanged(draft: Draft) -> Draft:
@@ -219,13 +241,23 @@ def unchanged(draft: Draft) -> Draft:
     return draft
 
 
-def for_each_term(rule: Callable[[Draft, LightTerm], Draft]) -> Callable[[Draft], Draft]:
-    """A simplification that looks at one light's term after the other."""
+Change = tuple[LightTerm | None, *tuple[Note, ...]] | None
+"""What is left of a light's term, None for nothing, and why; or None where the term stays as it is."""
+
+
+def for_each_term(rule: Callable[[Draft, LightTerm], Change]) -> Callable[[Draft], Draft]:
+    """A simplification that looks at one light's term after the other; each rule sees the notes of those before."""
 
     def simplify(draft: Draft) -> Draft:
-        for term in draft.equation.terms:
-            draft = rule(draft, term)
-        return draft
+        before, terms = draft.equation.terms, list[LightTerm]()
+        for term in before:
+            left, *notes = rule(draft, term) or (term,)
+            if notes:
+                draft = replace(draft, notes=(*draft.notes, *notes))
+            if left is not None:
+                terms.append(left)
+        kept = tuple(terms)
+        return draft if kept == before else replace(draft, equation=replace(draft.equation, terms=kept))
 
     return simplify
 
@@ -234,7 +266,8 @@ def decision(draft: Draft, name: str, lights: Sequence[str], off: str) -> Decisi
     """On where some lights have the effect; else off, for the reasons noted or `off`."""
     noted = draft.because(name)
     if lights:
-        return Decision(True, ", ".join(lights) + (f" (left out: {noted})" if noted else ""), draft.bound_of(name))
+        why = ", ".join(lights) + (f" (left out: {noted})" if noted else "")
+        return Decision(True, why, draft.bound_of(name), len(lights))
     return Decision(False, noted or off, draft.bound_of(name))
 
 
@@ -243,12 +276,11 @@ def sight(target: Any, draft: Draft) -> tuple[Vector, float, float] | None:
     if draft.extent.sphere is None:
         return None
     centre, radius = draft.extent.sphere
-    difference = np.array(target) - centre
-    distance = math.hypot(*difference)
+    x, y, z = (a - b for a, b in zip(target, centre, strict=True))
+    distance = math.hypot(x, y, z)
     if not 0.0 < distance < math.inf:
         return None
-    x, y, z = (difference / distance).tolist()
-    return (x, y, z), distance, radius
+    return (x / distance, y / distance, z / distance), distance, radius
 
 
 def turn(distance: float, radius: float) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pvphong.effects._bounds import attenuation, whole
-from pvphong.effects._draft import ROUNDED_UP, Draft, Effect, Note, decision, for_each_term, sight
+from pvphong.effects._draft import ROUNDED_UP, Change, Draft, Effect, Note, decision, for_each_term, sight
 from pvphong.equation import BRIGHTEST, LightTerm
 from pvphong.lights import PointLight, SpotLight
 
@@ -17,32 +17,31 @@ def _attenuated(term: LightTerm) -> bool:
     return isinstance(term.light, (PointLight, SpotLight)) and tuple(term.light.attenuation) != _NONE
 
 
-def _leave_out(draft: Draft, term: LightTerm) -> Draft:
+def _leave_out(draft: Draft, term: LightTerm) -> Change:
     light = term.light
     if not isinstance(light, (PointLight, SpotLight)) or not _attenuated(term):
-        return draft
+        return None
     constant, linear, quadratic = light.attenuation
     if not linear and not quadratic:
         return _fold(draft, term, light, 1.0 / constant, f"constant, {1.0 / constant:g}", 0.0)
     seen = sight(light.position, draft)
     if not draft.allowance or seen is None or seen[1] <= seen[2]:
-        return draft
+        return None
     near, far = (attenuation(light.attenuation, seen[1] + side * seen[2] * ROUNDED_UP) for side in (-1, 1))
     bound = term.gain * whole(term) * (near - far) / 2 * ROUNDED_UP
     if not bound <= draft.allowance:
-        return draft
+        return None
     return _fold(draft, term, light, (near + far) / 2, f"even over the mesh to {bound:.2g}", bound)
 
 
-def _fold(draft: Draft, term: LightTerm, light: PointLight | SpotLight, factor: float, why: str, bound: float) -> Draft:
+def _fold(
+    draft: Draft, term: LightTerm, light: PointLight | SpotLight, factor: float, why: str, bound: float
+) -> Change:
     """The attenuation as a factor of the light's colours."""
     if not 1.0 / BRIGHTEST < term.gain * factor < BRIGHTEST:
-        return draft
-    return draft.with_term(
-        term,
-        replace(term, light=replace(light, attenuation=_NONE), gain=term.gain * factor),
-        Note(NAME, draft.label(term), why, bound),
-    )
+        return None
+    even = replace(term, light=replace(light, attenuation=_NONE), gain=term.gain * factor)
+    return even, Note(NAME, draft.label(term), why, bound)
 
 
 EFFECT = Effect(
@@ -50,4 +49,5 @@ EFFECT = Effect(
     ("points",),
     for_each_term(_leave_out),
     lambda draft: decision(draft, NAME, draft.labels_where(_attenuated), "no light weakens with distance"),
+    each=0.7,
 )

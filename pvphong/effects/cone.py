@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from pvphong.effects._bounds import strongest, whole
-from pvphong.effects._draft import ROUNDED_UP, Draft, Effect, Note, decision, for_each_term, sight, turn
+from pvphong.effects._draft import ROUNDED_UP, Change, Draft, Effect, Note, decision, for_each_term, sight, turn
 from pvphong.equation import BRIGHTEST, LightTerm
 from pvphong.lights import PointLight, SpotLight
 
@@ -15,26 +15,26 @@ NAME = "cone"
 _SLACK = 1e-6
 
 
-def _leave_out(draft: Draft, term: LightTerm) -> Draft:
+def _leave_out(draft: Draft, term: LightTerm) -> Change:
     if not isinstance(term.light, SpotLight):
-        return draft
+        return None
     angles = _angles(draft, term.light)
     if angles is None:
-        return draft
+        return None
     least, most = angles
     edge, label = math.radians(term.light.cone_angle), draft.label(term)
     if least > edge + _SLACK:
         why = f"mesh lies outside the cone by {math.degrees(least - edge):.0f}°"
-        return draft.with_term(term, None, Note(NAME, label, why), Note("lights", label, why))
+        return None, Note(NAME, label, why), Note("lights", label, why)
     if most < edge - _SLACK:
         return _leave_out_falloff(draft, term, term.light, least, most)
-    return draft
+    return None
 
 
-def _leave_out_falloff(draft: Draft, term: LightTerm, spot: SpotLight, least: float, most: float) -> Draft:
+def _leave_out_falloff(draft: Draft, term: LightTerm, spot: SpotLight, least: float, most: float) -> Change:
     """Of a spot that holds the whole mesh."""
     if spot.exponent and not draft.allowance:
-        return draft  # even where nothing of it is seen: a vertex's last bit is not to depend on the other vertices
+        return None  # even where nothing of it is seen: a vertex's last bit is not to depend on the other vertices
     brightest, darkest = (
         max(math.cos(angle), 0.0) ** spot.exponent for angle in (max(least - _SLACK, 0.0), most + _SLACK)
     )
@@ -43,12 +43,10 @@ def _leave_out_falloff(draft: Draft, term: LightTerm, spot: SpotLight, least: fl
     if spot.exponent == 0.0:
         middle, bound = 1.0, 0.0
     if not bound <= draft.allowance or term.gain * middle > BRIGHTEST:
-        return draft
+        return None
     point = PointLight(position=spot.position, attenuation=spot.attenuation)
     why = "mesh lies inside the cone" + ("" if not bound else f", whose light is even to {bound:.2g}")
-    return draft.with_term(
-        term, replace(term, light=point, gain=term.gain * middle), Note(NAME, draft.label(term), why, bound)
-    )
+    return replace(term, light=point, gain=term.gain * middle), Note(NAME, draft.label(term), why, bound)
 
 
 def _angles(draft: Draft, spot: SpotLight) -> tuple[float, float] | None:
@@ -70,4 +68,5 @@ EFFECT = Effect(
     lambda draft: decision(
         draft, NAME, draft.labels_where(lambda term: isinstance(term.light, SpotLight)), "no spot light"
     ),
+    each=1.6,
 )

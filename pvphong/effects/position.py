@@ -5,20 +5,20 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pvphong.effects._bounds import highlight_change, widest_to_viewer
-from pvphong.effects._draft import ROUNDED_UP, Draft, Effect, Note, decision, for_each_term, peak, sight, turn
+from pvphong.effects._draft import ROUNDED_UP, Change, Draft, Effect, Note, decision, for_each_term, peak, sight, turn
 from pvphong.equation import LightTerm
 from pvphong.lights import DirectionalLight, PointLight
 
 NAME = "position"
 
 
-def _leave_out(draft: Draft, term: LightTerm) -> Draft:
+def _leave_out(draft: Draft, term: LightTerm) -> Change:
     light = term.light
     if not draft.allowance or not isinstance(light, PointLight) or tuple(light.attenuation) != (1.0, 0.0, 0.0):
-        return draft
+        return None
     seen = sight(light.position, draft)
     if seen is None or seen[1] < 2 * seen[2]:
-        return draft
+        return None
     (x, y, z), distance, radius = seen
     delta = turn(distance, radius)
     bound = peak(term.diffuse) * delta
@@ -27,10 +27,10 @@ def _leave_out(draft: Draft, term: LightTerm) -> Draft:
         bound += peak(term.specular) * highlight_change(draft.equation, delta, most, light_moves=True)
     bound *= term.gain * ROUNDED_UP
     if not bound <= draft.allowance:
-        return draft
+        return None
     far = replace(term, light=DirectionalLight(direction=(-x, -y, -z)))
     why = f"far away: its direction is the same to {bound:.2g}"
-    return draft.with_term(term, far, Note(NAME, draft.label(term), why, bound))
+    return far, Note(NAME, draft.label(term), why, bound)
 
 
 EFFECT = Effect(
@@ -43,4 +43,6 @@ EFFECT = Effect(
         draft.labels_where(lambda term: not isinstance(term.light, DirectionalLight)),
         "every light is directional",
     ),
+    once=0.5,
+    each=0.2,
 )

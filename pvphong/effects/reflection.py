@@ -6,9 +6,10 @@ import math
 from dataclasses import replace
 
 from pvphong._types import VectorLike
-from pvphong.effects._bounds import strongest, widest_to_viewer
+from pvphong.effects._bounds import angle, strongest, viewer_seen, widest_to_viewer
 from pvphong.effects._draft import (
     ROUNDED_UP,
+    Change,
     Draft,
     Effect,
     Note,
@@ -32,17 +33,19 @@ DIFFUSE = Effect(
     lambda draft: decision(
         draft, "diffuse", draft.labels_where(lambda term: any(term.diffuse)), "black diffuse colour"
     ),
+    once=0.5,
+    each=0.2,
 )
 
 
-def _leave_out_highlight(draft: Draft, term: LightTerm) -> Draft:
+def _leave_out_highlight(draft: Draft, term: LightTerm) -> Change:
     if not any(term.specular) or not draft.allowance:
-        return draft
+        return None
     bound = strongest(draft, term) * peak(term.specular) * _reach(draft, term) * ROUNDED_UP
     if not bound <= draft.allowance:
-        return draft
+        return None
     why = f"its highlight reaches no vertex, or is at most {bound:.2g}"
-    return draft.with_term(term, replace(term, specular=_BLACK), Note("specular", draft.label(term), why, bound))
+    return replace(term, specular=_BLACK), Note("specular", draft.label(term), why, bound, here=True)
 
 
 def _reach(draft: Draft, term: LightTerm) -> float:
@@ -55,10 +58,10 @@ def _reach(draft: Draft, term: LightTerm) -> float:
     if equation.headlight_only or equation.is_flipped or equation.shininess == 0.0 or cone is None:
         return 1.0
     axis, opening = cone
-    light, viewer = _light_seen(draft, term), _viewer_seen(draft)
+    light, viewer = _light_seen(draft, term), viewer_seen(draft, draft.equation.eye)
     if light is None or viewer is None:
         return 1.0
-    theta, phi = (max(_angle(axis, d) - opening - spread, 0.0) for d, spread in (light, viewer))
+    theta, phi = (max(angle(axis, d) - opening - spread, 0.0) for d, spread in (light, viewer))
     if theta >= math.pi / 2:
         return 0.0
     most = widest_to_viewer(draft, light[0], light[1])
@@ -74,22 +77,10 @@ def _reach(draft: Draft, term: LightTerm) -> float:
 def _light_seen(draft: Draft, term: LightTerm) -> tuple[VectorLike, float] | None:
     """Direction to the light and the angle by which it may differ over the vertices."""
     if isinstance(term.light, DirectionalLight):
-        x, y, z = term.light.arrival(draft.extent.nowhere).direction[:, 0].tolist()
-        return (x, y, z), 1e-7
+        return term.light.towards, 1e-7
     assert isinstance(term.light, (PointLight, SpotLight))
     seen = sight(term.light.position, draft)
     return None if seen is None else (seen[0], turn(seen[1], seen[2]) + 1e-7)
-
-
-def _viewer_seen(draft: Draft) -> tuple[VectorLike, float] | None:
-    if draft.equation.eye is None:
-        return draft.equation.to_eye, 1e-7
-    seen = sight(draft.equation.eye, draft)
-    return None if seen is None else (seen[0], turn(seen[1], seen[2]) + 1e-7)
-
-
-def _angle(a: VectorLike, b: VectorLike) -> float:
-    return math.acos(max(-1.0, min(1.0, math.fsum(x * y for x, y in zip(a, b, strict=True)))))
 
 
 SPECULAR = Effect(
@@ -99,4 +90,5 @@ SPECULAR = Effect(
     lambda draft: decision(
         draft, "specular", draft.labels_where(lambda term: any(term.specular)), "black specular colour"
     ),
+    each=1.4,
 )

@@ -63,4 +63,4 @@ def _decide_transform(draft: Draft) -> Decision:
     return Decision(equation.turns_normals, kind if equation.turns_normals else f"{kind} leaves normals as they are")
 
 
-NORMAL_TRANSFORM = Effect("normal transform", ("normals",), _leave_out_transform, _decide_transform)
+NORMAL_TRANSFORM = Effect("normal transform", ("normals",), _leave_out_transform, _decide_transform, once=0.7)

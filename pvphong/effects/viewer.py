@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from pvphong.effects._bounds import highlight_change, strongest, widest_to_viewer
-from pvphong.effects._draft import ROUNDED_UP, Decision, Draft, Effect, Note, peak, sight, turn, unchanged
+from pvphong.effects._bounds import angle, highlight_change, strongest, viewer_seen, widest_to_viewer
+from pvphong.effects._draft import ROUNDED_UP, Decision, Draft, Effect, Note, peak, sight, turn
 from pvphong.equation import LightTerm
 from pvphong.lights import DirectionalLight, PointLight, SpotLight
 
 NAME = "local viewer"
+# Float32 knows which side of a surface the viewer is on unless he is within this many radians of its plane.
+_SLACK = 1e-4
 
 
 def _leave_out(draft: Draft) -> Draft:
@@ -28,15 +30,14 @@ def _leave_out(draft: Draft) -> Draft:
     return replace(
         draft,
         equation=replace(equation, eye=None, to_eye=seen[0], local_facing=False),
-        notes=(*draft.notes, Note(NAME, "", why, bound)),
+        notes=(*draft.notes, Note(NAME, "", why, bound, here=True)),
     )
 
 
 def _change(draft: Draft, term: LightTerm, delta: float) -> float:
     light, angle = term.light, 0.0
     if isinstance(light, DirectionalLight):
-        x, y, z = light.arrival(draft.extent.nowhere).direction[:, 0].tolist()
-        direction = (x, y, z)
+        direction = light.towards
     else:
         assert isinstance(light, (PointLight, SpotLight))
         seen = sight(light.position, draft)
@@ -58,15 +59,28 @@ def _decide(draft: Draft) -> Decision:
     return Decision(False, "no highlight is left that depends on it")
 
 
-LOCAL_VIEWER = Effect(NAME, ("points", "viewer"), _leave_out, _decide)
+LOCAL_VIEWER = Effect(NAME, ("points", "viewer"), _leave_out, _decide, once=0.6)
+
+
+def _leave_out_flip(draft: Draft) -> Draft:
+    """Where no vertex faces away. A closed mesh seen from outside hides the others, but their colours are data too."""
+    equation = draft.equation
+    cone = draft.extent.normal_cone if equation.is_flipped else None
+    seen = viewer_seen(draft, equation.eye if equation.local_facing else None) if cone else None
+    if cone is None or seen is None or angle(cone[0], seen[0]) + cone[1] + seen[1] > math.pi / 2 - _SLACK:
+        return draft
+    note = Note("two-sided", "", "no vertex faces away from the viewer", here=True)
+    return replace(draft, equation=replace(equation, two_sided=False), notes=(*draft.notes, note))
 
 
 def _decide_flip(draft: Draft) -> Decision:
     if draft.equation.is_flipped:
         return Decision(True, "vertices that face away are lit with the opposite normal")
+    if draft.because("two-sided"):
+        return Decision(False, draft.because("two-sided"))
     if draft.equation.two_sided:
         return Decision(False, "nothing depends on the normal")
     return Decision(False, "the light model is one-sided")
 
 
-TWO_SIDED = Effect("two-sided", ("normals", "viewer"), unchanged, _decide_flip)
+TWO_SIDED = Effect("two-sided", ("normals", "viewer"), _leave_out_flip, _decide_flip, once=0.5)

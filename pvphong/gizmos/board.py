@@ -26,6 +26,8 @@ from pvphong.gizmos.view import View
 from pvphong.live import LiveMesh
 from pvphong.rig import LightHandle, Rig
 
+_BEFORE_WIDGETS = 1.0  # theirs is 0.5
+
 
 @dataclass(frozen=True)
 class Options:
@@ -44,6 +46,8 @@ class Board:
     ----------
     renderer, interactor
         VTK's.
+    draw : callable
+        Draws a frame, wherever it is seen: `plotter.render`.
     rig : Rig
         The renderer's lights.
     history : History
@@ -60,6 +64,7 @@ class Board:
         self,
         renderer: Any,
         interactor: Any,
+        draw: Callable[[], None],
         rig: Rig,
         history: History,
         meshes: Callable[[], Sequence[LiveMesh]],
@@ -69,26 +74,31 @@ class Board:
         self.rig, self.history, self.options = rig, history, options
         self.hidden, self.helping = False, False
         self._renderer, self._interactor, self._meshes, self._only = renderer, interactor, meshes, only
+        self.render = draw
         self._overlay = Overlay()
         self._gizmos: list[Gizmo] = []
         self._retired: list[Grip] = []
         self._drag: Drag | None = None
         self._readout = ""
         self._hovered: tuple[Gizmo, str] | None = None
+        self._presses = commands.Presses()
         self._tags = [
+            self._observe("MouseMoveEvent", Board._resized, _BEFORE_WIDGETS),
             self._observe("MouseMoveEvent", Board._moved_over),
             self._observe("KeyPressEvent", Board._key_pressed),
+            self._observe("CharEvent", Board._key_ended),
+            self._observe("KeyReleaseEvent", Board._key_ended),
         ]
         self.update()
 
-    def _observe(self, event: str, react: Callable[[Board], None]) -> int:
+    def _observe(self, event: str, react: Callable[[Board], None], priority: float = 0.0) -> int:
         board = weakref.ref(self)
 
         def happened(_interactor: Any, _event: str) -> None:
             if (alive := board()) is not None:
                 react(alive)
 
-        return int(self._interactor.AddObserver(event, happened))
+        return int(self._interactor.AddObserver(event, happened, priority))
 
     # -- what is there -----------------------------------------------------------------------------------
 
@@ -154,24 +164,37 @@ class Board:
         """Bring widgets and looks to where lights, camera and scene are now."""
         self._follow()
         view = self.view
+        self._size = view.size
         drawing = Drawing(view)
-        grips: list[tuple[Grip, Float64Array]] = []
-        shown = not self.hidden
+        shown = {} if self.hidden else {gizmo: self._shown_highlight(gizmo, view) for gizmo in self._gizmos}
+        self._place_grips(view, shown)
+        self._hovered = self._under_cursor()
         active = self._active()
-        for gizmo in self._gizmos:
-            spot = self._highlight(gizmo, view) if shown and gizmo.is_selected else None
-            highlight = None if spot is None else spot.point
-            grips += gizmo.set_grips(view, highlight, shown)
-            if shown:
-                gizmo.draw(drawing, highlight, active[1] if active and active[0] is gizmo else None)
-        for grip, pixel in grips:
-            others = [math.dist(pixel, other) for neighbour, other in grips if neighbour is not grip]
-            grip.limit(0.5 * min(others, default=math.inf))
+        for gizmo, highlight in shown.items():
+            gizmo.draw(drawing, highlight, active[1] if active and active[0] is gizmo else None)
         self._overlay.attach(self._renderer)
         self._overlay.put(drawing)
         self._overlay.help(commands.help_text(self.options.keys) if self.helping else "", (12.0, view.size[1] - 12.0))
         x, y = self._cursor()
         self._overlay.say(self._readout, (x - view.origin[0], y - view.origin[1]), view.size)
+
+    def _shown_highlight(self, gizmo: Gizmo, view: View) -> Vector | None:
+        spot = self._highlight(gizmo, view) if gizmo.is_selected else None
+        return None if spot is None else spot.point
+
+    def _place_grips(self, view: View, shown: dict[Gizmo, Vector | None]) -> None:
+        """Of two close together each is grabbed on its own half of the way."""
+        grips: list[tuple[Grip, Float64Array]] = []
+        for gizmo in self._gizmos:
+            grips += gizmo.set_grips(view, shown.get(gizmo), gizmo in shown)
+        for grip, pixel in grips:
+            others = [math.dist(pixel, other) for neighbour, other in grips if neighbour is not grip]
+            grip.limit(0.5 * min(others, default=math.inf))
+            grip.look(self._interactor.GetEventPosition())
+
+    def _under_cursor(self) -> tuple[Gizmo, str] | None:
+        over = [(gizmo, gizmo.hovered) for gizmo in self._gizmos] if self._is_here() else []
+        return next(((gizmo, name) for gizmo, name in over if name is not None), None)
 
     def _active(self) -> tuple[Gizmo, str] | None:
         if self._drag is not None:
@@ -193,22 +216,29 @@ class Board:
             grip.release()
         self._retired.clear()
 
+    def _resized(self) -> None:
+        """A browser's window is resized without a frame: while the button is down, trame may draw fewer pixels."""
+        if self.view.size != self._size:
+            self.update()
+
     def _moved_over(self) -> None:
         self._release_retired()
-        over = [(gizmo, gizmo.hovered) for gizmo in self._gizmos] if self._is_here() else []
-        hovered = next(((gizmo, name) for gizmo, name in over if name is not None), None)
-        if hovered != self._hovered:
-            self._hovered = hovered
+        if self._under_cursor() != self._hovered:
             self.render()
 
     def _key_pressed(self) -> None:
         self._release_retired()
         key, control = self._interactor.GetKeySym(), self._interactor.GetControlKey()
+        if not self._presses.begin(key):
+            return
         if self._drag is not None:
             if key == "Escape":
                 self.cancel()
         elif self._is_here() and commands.run(self, key, control=bool(control)):
             self.render()
+
+    def _key_ended(self) -> None:
+        self._presses.end()
 
     def grabbed(self, gizmo: Gizmo, grip: Grip) -> None:
         """A handle was grabbed: freeze everything that the drag depends on."""
@@ -256,10 +286,6 @@ class Board:
             self._drag.put_back()
         self._drag, self._readout = None, ""
         self.render()
-
-    def render(self) -> None:
-        """Draw a frame."""
-        self._interactor.Render()
 
     @contextmanager
     def out_of_sight(self) -> Iterator[None]:

@@ -115,6 +115,27 @@ def help_text(more: Keys) -> str:
     return "\n".join(f"{key:6}{what}" for key, what in (entries | _MOUSE).items())
 
 
+class Presses:
+    """Tells presses of a key apart from reports of them.
+
+    A press ends with its `CharEvent` or with its release. Trame's remote area reports letters twice before that, for
+    the browser's `keydown` and for its `keypress`.
+    """
+
+    def __init__(self) -> None:
+        self._down: str | None = None
+
+    def begin(self, key: str) -> bool:
+        """A press is reported; False if it is the one that was reported last."""
+        is_new = key != self._down
+        self._down = key
+        return is_new
+
+    def end(self) -> None:
+        """The key has given its character, or was let go."""
+        self._down = None
+
+
 def run(board: Board, key: str, *, control: bool = False) -> bool:
     """Do what a key stands for; False if it stands for nothing."""
     if key in _SHOWING and (not control or key in "zy"):

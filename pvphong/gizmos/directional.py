@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from pvphong._types import Float64Array, Vector
-from pvphong._vectors import unit
+from pvphong._vectors import unit_vector
 from pvphong.gizmos.drawing import Drawing
 from pvphong.gizmos.press import Cursor, Place, Press, aimed, vector
 from pvphong.gizmos.view import View
@@ -19,7 +19,7 @@ DISTANCE = 0.95
 
 def travel(light: DirectionalLight) -> Float64Array:
     """Unit vector along the light's direction."""
-    return unit(np.array(light.direction)[:, None])[0][:, 0]
+    return np.array(unit_vector(light.direction))
 
 
 def anchor(light: DirectionalLight, center: Vector, size: float) -> Vector:

@@ -123,8 +123,9 @@ class Gizmo:
         points = self.points(view)
         if highlight is not None:
             points[HIGHLIGHT] = np.array(highlight)
-        for name in points.keys() - self._grips.keys():
-            self._grips[name] = self._board.new_grip(name, self)
+        for name in points:
+            if name not in self._grips:
+                self._grips[name] = self._board.new_grip(name, self)
         there = {name: point for name, point in points.items() if shown and view.is_ahead(point)}
         for name, grip in self._grips.items():
             grip.place(there.get(name))

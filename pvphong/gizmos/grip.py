@@ -76,10 +76,16 @@ class Grip:
         self._widget.SetProcessEvents(position is not None)
         if position is not None:
             self._looks.SetWorldPosition(position.tolist())
+            self._looks.BuildRepresentation()  # else it is grabbed where it was when the last frame was drawn
 
     def limit(self, reach: float) -> None:
         """Grab it from no farther than this many pixels, so that another one close by can be grabbed too."""
         self._looks.SetTolerance(int(min(max(reach, 1.0), TOLERANCE)))
+
+    def look(self, cursor: tuple[int, int]) -> None:
+        """See whether the cursor is on it: the handle may have moved, and the cursor not."""
+        if self._widget.GetWidgetState() != vtkHandleWidget.Active:
+            self._looks.ComputeInteractionState(*cursor, 0)
 
     @property
     def is_hovered(self) -> bool:

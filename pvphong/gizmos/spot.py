@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from pvphong._types import Float64Array, Vector
-from pvphong._vectors import unit
 from pvphong.gizmos.drawing import Drawing, circle
 from pvphong.gizmos.press import Cursor, Place, Press, aimed, vector
 from pvphong.gizmos.view import View
@@ -22,12 +21,12 @@ _NARROWEST, _WIDEST = 0.5, 89.5
 
 def axis(light: SpotLight) -> Float64Array:
     """Unit vector along the cone's axis."""
-    return unit(np.array(light.direction)[:, None])[0][:, 0]
+    return np.array(light.axis)
 
 
 def reach(light: SpotLight, place: Place) -> float:
     """How far from the light its target is shown."""
-    length = float(unit(np.array(light.direction)[:, None])[1][0])
+    length = math.hypot(*light.direction)
     if _NEAREST * place.size <= length <= _FARTHEST * place.size:
         return length
     return max(float(np.linalg.norm(np.array(place.center) - light.position)), 0.5 * place.size)

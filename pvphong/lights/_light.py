@@ -7,9 +7,11 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self, get_args
 
+import numpy as np
+
 from pvphong import _check
 from pvphong._host import blank_light
-from pvphong._types import ColorLike, Float64Array, Frame, Vector, rgb
+from pvphong._types import ColorLike, Float64Array, FloatArray, Frame, Vector, rgb
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -22,7 +24,7 @@ _KEPT_BITS = 20
 class Arrival(NamedTuple):
     """What reaches a block of n points from one light, before its colour is taken into account."""
 
-    direction: Float64Array
+    direction: FloatArray
     """Unit vectors towards the light, l in the model: shape (3, n), or (3, 1) where it is constant."""
 
     strength: Float64Array | float
@@ -116,8 +118,8 @@ class Light(ABC):
         """This light with its coordinates in the world, as `viewer` makes them."""
 
     @abstractmethod
-    def arrival(self, points: Float64Array) -> Arrival:
-        """Direction and strength of the light at points (3, n) in its own frame."""
+    def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
+        """Direction, in the float type `real`, and strength of the light at points (3, n) in its own frame."""
 
     @abstractmethod
     def _place(self, light: pv.Light, distance: float) -> None:

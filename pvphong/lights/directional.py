@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pvphong import _check
-from pvphong._types import Float64Array, VectorLike
-from pvphong._vectors import unit
+from pvphong._types import Float64Array, Vector, VectorLike
+from pvphong._vectors import unit_vector
 from pvphong.lights._light import Arrival, EyeSpace, Light
 
 if TYPE_CHECKING:
@@ -47,10 +47,15 @@ class DirectionalLight(Light):
             return replace(self, direction=viewer.view_direction, frame="world")
         return self
 
-    def arrival(self, points: Float64Array) -> Arrival:  # noqa: ARG002 the same everywhere
+    def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:  # noqa: ARG002 the same everywhere
         """The direction against the light's travel, shape (3, 1), and strength 1."""
-        travel = np.array(self.direction, dtype=np.float64)[:, None]
-        return Arrival(-unit(travel)[0], 1.0)
+        return Arrival(np.array(self.towards, dtype=real)[:, None], 1.0)
+
+    @property
+    def towards(self) -> Vector:
+        """Unit vector to the light, in its own frame."""
+        x, y, z = unit_vector(self.direction)
+        return -x, -y, -z
 
     def _place(self, light: pv.Light, distance: float) -> None:  # noqa: ARG002 infinitely far away
         x, y, z = self.direction

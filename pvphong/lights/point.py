@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -85,10 +85,10 @@ class PointLight(Light):
             return replace(self, position=viewer.position, frame="world")
         return self
 
-    def arrival(self, points: Float64Array) -> Arrival:
+    def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
         """Direction to the light, shape (3, n), and attenuation, shape (n,), at points (3, n)."""
         x, y, z = self.position
-        direction, distance = towards((x, y, z), points)
+        direction, distance = towards((x, y, z), points, real)
         return Arrival(direction, attenuate(distance, self.attenuation))
 
     def _place(self, light: pv.Light, distance: float) -> None:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pvphong import _check
-from pvphong._types import Float64Array, VectorLike
-from pvphong._vectors import dot, towards, unit
+from pvphong._types import Float64Array, Vector, VectorLike
+from pvphong._vectors import dot, towards, unit_vector
 from pvphong.lights._light import Arrival, EyeSpace, Light, place_for_vtk, point_ahead
 from pvphong.lights.point import attenuate, check_attenuation
 
@@ -70,10 +70,10 @@ class SpotLight(Light):
             return replace(self, position=viewer.position, direction=viewer.view_direction, frame="world")
         return self
 
-    def arrival(self, points: Float64Array) -> Arrival:
+    def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
         """Direction to the light, shape (3, n), and attenuation times spot factor, shape (n,), at points (3, n)."""
         x, y, z = self.position
-        direction, distance = towards((x, y, z), points)
+        direction, distance = towards((x, y, z), points, real)
         factor = self.spot_factor(direction)
         if not distance.min(initial=1.0) > 0.0:  # on the light itself cos θ is taken to be 0
             factor[distance == 0.0] = float(self.cone_angle == 90.0 and self.exponent == 0.0)
@@ -85,7 +85,7 @@ class SpotLight(Light):
         With the chord D between the axis and the ray, cos θ = 1 − ½|D|²: narrow cones and high exponents
         keep their digits, where a cosine near 1 has lost them.
         """
-        axis = unit(np.array(self.direction, dtype=np.float64)[:, None])[0]
+        axis = np.array(self.axis)[:, None]
         chord = axis + to_light
         square = dot(chord, chord)
         edge = 4.0 * math.sin(math.radians(self.cone_angle) / 2.0) ** 2
@@ -95,6 +95,11 @@ class SpotLight(Light):
         with np.errstate(divide="ignore", over="ignore"):  # the far hemisphere: log of 0 gives 0 in the end
             falloff = np.exp(self.exponent * np.log1p(-np.minimum(0.5 * square, 1.0)))
         return np.where(inside, falloff, 0.0)
+
+    @property
+    def axis(self) -> Vector:
+        """Unit vector along the cone's axis, in which the light travels."""
+        return unit_vector(self.direction)
 
     def _place(self, light: pv.Light, distance: float) -> None:
         (px, py, pz), (dx, dy, dz) = self.position, self.direction

@@ -5,7 +5,7 @@ Blocks, memory layout and the order of the work are the same in all variants; th
 - highlights: the power of r·v or n·h, where the evaluator takes the power of a chord;
 - cones: the cosine with the axis and its power, where it takes a chord too;
 - vectors: divided by their length, where it looks for lengths that would overflow first;
-- geometry, in the last variant: in float32 where the result is float32, where it is always in float64.
+- positions, in the last variant: float32 where the result is float32, where they are always float64.
 
 Variants are measured in turns, so that a busy machine slows all of them down alike.
 """
@@ -31,15 +31,17 @@ ALLOWED = 0.25
 ALLOWED_MATRIX = 1e-3
 
 
-def naive_towards(target, points):
+def naive_towards(target, points, real):
     """Unit vectors and distances, whatever the numbers."""
-    difference = np.array(target, points.dtype)[:, None] - points
+    difference = np.empty(points.shape, real)
+    np.subtract(np.array(target, points.dtype)[:, None], points, out=difference, casting="same_kind")
     distance = np.sqrt(dot(difference, difference))
     difference /= distance
     return difference, distance
 
 
-def naive_moderate(w):
+def naive_moderate(w, real):
+    w = w.astype(real, order="C")
     return w, 1.0 / np.sqrt(dot(w, w))
 
 
@@ -52,16 +54,17 @@ def naive_spot_factor(self, to_light):
 
 def naive_cosine(surface, equation, to_light):
     """r·v or n·h."""
-    n, v = surface.normals, surface.to_viewer
+    v = surface.to_viewer
     if equation.reflection == "phong":
+        n = surface.raw * surface.inverse_length
         return dot(n * (2 * dot(n, to_light)) - to_light, v)
     h = to_light + v
-    return dot(n, h / np.sqrt(dot(h, h)))
+    return dot(surface.normals, h / np.sqrt(dot(h, h)))
 
 
 @contextmanager
 def naive_formulas(real):
-    """While it lasts, `evaluate` computes with naive formulas, its geometry in the float type `real`."""
+    """While it lasts, `evaluate` computes with naive formulas, from positions in the float type `real`."""
     with ExitStack() as stack:
         stack.enter_context(naive_highlights())
         replaced = [(reference, "_chord_distance", naive_cosine), (reference, "moderate", naive_moderate)]

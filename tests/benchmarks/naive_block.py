@@ -14,7 +14,8 @@ from pvphong._vectors import dot
 
 def cosine(surface, _equation, to_light, *_):
     """r·v by the mirror direction."""
-    mirror = surface.normals * (2.0 * dot(surface.normals, to_light)) - to_light
+    normals = surface.raw * surface.inverse_length
+    mirror = normals * (2.0 * dot(normals, to_light)) - to_light
     return dot(mirror, surface.to_viewer)
 
 

@@ -127,6 +127,30 @@ def test_the_mesh_follows_while_the_button_is_down(plotter):
     assert plotter.phong.undo()
 
 
+def test_a_window_that_was_resized_without_a_frame(plotter):
+    """As trame does it at each press, when fewer pixels are to be drawn while the button is down."""
+    mouse, scale = Mouse(plotter), 0.5
+    where = handle_at(plotter, "lamp", "position")
+    plotter.render_window.SetSize(200, 150)
+    mouse.move(scale * where)
+    assert gizmo(plotter, "lamp").hovered == "position"
+    plotter.render_window.SetSize(400, 300)
+    end = mouse.drag(where, (20, 5))
+    assert gizmo(plotter, "lamp").light != LAMP
+    np.testing.assert_allclose(handle_at(plotter, "lamp", "position"), end, atol=1.01)
+
+
+def test_views_of_the_plotter_are_told_of_every_new_picture(plotter):
+    """PyVista's views in a browser know a new picture by the plotter's render callbacks."""
+    drawn, mouse = [], Mouse(plotter)
+    plotter.add_on_render_callback(lambda _: drawn.append(plotter.image))
+    mouse.move(handle_at(plotter, "lamp", "position"))
+    assert len(drawn) == 1
+    mouse.key("h")
+    assert len(drawn) == 2
+    assert (drawn[0] != drawn[1]).any()
+
+
 def test_a_drag_is_no_movement_of_the_camera(plotter):
     before = plotter.camera.position
     Mouse(plotter).drag(handle_at(plotter, "lamp", "position"), (20, 5))
@@ -315,6 +339,24 @@ def test_hovering_shows(plotter):
     Mouse(plotter).move((3, 3))
     assert gizmo(plotter, "spot").hovered is None
     np.testing.assert_array_equal(picture(plotter), away)
+
+
+def test_nothing_is_hovered_before_the_cursor_has_come(plotter):
+    assert [each.hovered for each in plotter.phong.gizmos] == [None, None, None]
+
+
+def test_a_handle_that_is_taken_away_from_under_the_cursor_is_not_hovered_any_more(plotter):
+    start = handle_at(plotter, "lamp", "position")
+    end = Mouse(plotter).drag(start, (40, 25))
+    assert gizmo(plotter, "lamp").hovered == "position"
+    plotter.phong.undo()
+    assert gizmo(plotter, "lamp").hovered is None
+    away = picture(plotter)
+    Mouse(plotter).move(end + 1)
+    np.testing.assert_array_equal(picture(plotter), away)
+    Mouse(plotter).move(start)
+    plotter.phong.redo()
+    assert gizmo(plotter, "lamp").hovered is None
 
 
 def test_handles_are_easier_to_hit_than_they_look(plotter):

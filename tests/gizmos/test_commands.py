@@ -132,6 +132,38 @@ def test_each_change_is_one_step(plotter, control):
     assert plotter.phong.lights == states[1]
 
 
+def send(plotter, key, *events):
+    interactor = plotter.iren.interactor
+    interactor.SetKeySym(key)
+    for event in events:
+        interactor.InvokeEvent(event)
+
+
+def test_a_press_that_is_reported_twice_counts_once(plotter):
+    """As trame's remote area reports a letter."""
+    select(plotter, "lamp")
+    for is_on in (False, True):
+        send(plotter, "m", "KeyPressEvent", "KeyPressEvent", "CharEvent", "KeyReleaseEvent")
+        assert light(plotter, "lamp").on == is_on
+
+
+def test_a_key_that_is_held_repeats(plotter):
+    select(plotter, "lamp")
+    mouse = Mouse(plotter)
+    for key in "mom":
+        mouse.key(key)
+    send(plotter, "z", *(3 * ["KeyPressEvent", "CharEvent"]), "KeyReleaseEvent")
+    assert plotter.phong.lights == (LAMP, SPOT, SUN)
+
+
+def test_of_two_keys_that_are_held_each_counts(plotter):
+    select(plotter, "lamp")
+    send(plotter, "m", "KeyPressEvent")
+    send(plotter, "n", "KeyPressEvent")
+    assert not light(plotter, "lamp").on
+    assert [gizmo.is_selected for gizmo in plotter.phong.gizmos] == [False, True, False]
+
+
 @pytest.mark.parametrize("key", ["m", "o", "k", "0"])
 def test_without_a_selected_light_nothing_changes(plotter, key):
     select(plotter, None)

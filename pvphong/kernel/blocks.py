@@ -14,13 +14,11 @@ from typing import Any
 import numba
 import numpy as np
 
-from pvphong import _kernel_math, _kernel_passes, _kernel_rescue, _kernel_rows
-from pvphong import _kernel_passes as passes
-from pvphong import _kernel_rescue as rescue
-from pvphong import _kernel_rows as at
-from pvphong._kernel_math import inlined, plain
-from pvphong._kernel_records import BLINN_PHONG, HEADLIGHT, NO_HIGHLIGHT, PHONG
-from pvphong._kernel_rows import BLOCK
+from pvphong.kernel import arithmetic, passes, rescue
+from pvphong.kernel import rows as at
+from pvphong.kernel.arithmetic import inlined, plain
+from pvphong.kernel.records import BLINN_PHONG, HEADLIGHT, NO_HIGHLIGHT, PHONG
+from pvphong.kernel.rows import BLOCK
 
 # Vertices per unit of parallel work: enough that its scratch memory costs nothing.
 GROUP = 32 * BLOCK
@@ -29,7 +27,7 @@ GROUP = 32 * BLOCK
 _LINE = 64
 
 
-@plain
+@numba.njit
 def _scratch(length: int, like: Any) -> Any:
     """Memory that starts where a cache line starts: a vector across two lines takes twice as long."""
     memory = np.empty(length + _LINE // like.itemsize, like.dtype)
@@ -152,7 +150,7 @@ def _add_light(t: Any, s: Any, has_unseen: bool, has_albedo: bool, rows: Any, wi
     else:
         _find_lambert(t, s, rows, wide)
     if shines:
-        passes.raise_shine(rows, real(s.shininess), real(np.log2(s.floor)), real(s.dark))
+        passes.raise_shine(rows, real(s.shininess), real(s.log_floor), real(s.dark))
         if has_unseen and t.highlight != HEADLIGHT:
             rescue.hide_unseen(rows)
     if t.varies:
@@ -168,17 +166,31 @@ def _add_light(t: Any, s: Any, has_unseen: bool, has_albedo: bool, rows: Any, wi
 
 @plain
 def _shade_group(
-    start: int, stop: int, points: Any, normals: Any, albedo: Any, rgb: Any, display: Any, settings: Any, terms: Any
+    start: int,
+    stop: int,
+    points: Any,
+    normals: Any,
+    albedo: Any,
+    rgb: Any,
+    display: Any,
+    settings: Any,
+    terms: Any,
+    rows: Any,
+    wide: Any,
 ) -> None:
     s = settings[0]
     real = rgb.dtype.type
     has_albedo, has_unseen = len(albedo) > 0, False
-    rows, wide = _scratch(at.ROWS, rgb), _scratch(3 * BLOCK, np.empty(0, np.float64))
+    is_even = not (s.needs_normals or s.needs_points or has_albedo)
     base, emission, axis = s.base, s.emission, s.to_eye
     passes.fill(rows[at.VX :], real(axis[0]), real(axis[1]), real(axis[2]))
     passes.fill(rows[at.AX :], real(axis[0]), real(axis[1]), real(axis[2]))
     for first in range(start, stop, BLOCK):
         count = min(stop - first, BLOCK)
+        if is_even and first > start:  # every block is like the first one
+            passes.repeat(rgb, start, first, min(count, len(rgb)))
+            passes.repeat(display, start, first, min(count, len(display)))
+            continue
         if s.needs_normals:
             _load_normals(normals, first, count, s, rows, wide)
         if s.needs_points:
@@ -221,7 +233,7 @@ def compile_shade(*, cache: bool) -> Callable[..., None]:
     RuntimeError
         If it is to be kept and Numba finds no folder that it can write to.
     """
-    files = (_kernel_rows, _kernel_math, _kernel_passes, _kernel_rescue)
+    files = (at, arithmetic, passes, rescue)
     checksum = zlib.crc32("".join(map(inspect.getsource, files)).encode())
 
     @numba.njit(parallel=True, error_model="numpy", cache=cache)
@@ -231,6 +243,7 @@ def compile_shade(*, cache: bool) -> Callable[..., None]:
         _ = checksum
         for group in numba.prange((count + GROUP - 1) // GROUP):
             start, stop = group * GROUP, min(group * GROUP + GROUP, count)
-            _shade_group(start, stop, points, normals, albedo, rgb, display, settings, terms)
+            rows, wide = _scratch(at.ROWS, rgb), _scratch(3 * BLOCK, np.empty(0, np.float64))
+            _shade_group(start, stop, points, normals, albedo, rgb, display, settings, terms, rows, wide)
 
     return shade

@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 
-from pvphong import _kernel_records as records
 from pvphong._types import FloatArray
 from pvphong.equation import Equation
+from pvphong.kernel import records
 from pvphong.shading import Shading
 
 # Vertices that are copied at a time where arrays are not in the form that compiled code takes: 24 MiB at most.
@@ -48,6 +48,19 @@ if hasattr(os, "register_at_fork"):
 def is_available() -> bool:
     """Whether Numba can be imported and used in this process; the first call imports it."""
     return not _Process.lost_its_threads and _compiled(_Process.keeps_code) is not None
+
+
+def seconds_compiling(run: Callable[[], object]) -> float:
+    """Seconds that Numba spends compiling while something runs; loading what it kept on disk does not count."""
+    if not is_available():
+        run()
+        return 0.0
+    from numba.core import event
+
+    seconds: list[float] = []
+    with event.install_timer("numba:compile", seconds.append):
+        run()
+    return sum(seconds)
 
 
 def shade(
@@ -136,7 +149,7 @@ def _run(*arguments: Any) -> None:
 def _compiled(keeps_code: bool) -> Callable[..., None] | None:
     """The compiled function, with its code kept on disk where that is possible; None without Numba."""
     try:
-        from pvphong._kernel_blocks import compile_shade
+        from pvphong.kernel.blocks import compile_shade
     except ImportError:
         return None
     try:

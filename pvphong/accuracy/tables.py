@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from pvphong.accuracy_rows import Entry, Errors, Row, Timing
+from pvphong.accuracy.rows import Entry, Errors, Row, Timing
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from pvphong.accuracy_report import Tradeoff
+    from pvphong.accuracy.report import Tradeoff
 
 
 def everything(report: Tradeoff) -> Iterator[Any]:
@@ -20,8 +20,11 @@ def everything(report: Tradeoff) -> Iterator[Any]:
     yield ledger_table(report)
     if report.promises:
         yield promises_table(report)
+    notes = [(row.name, row.note) for row in report.rows if row.note]
+    if notes:
+        yield _plain_table("notes", notes)
     if report.left_out:
-        yield _plain_table("left out", [*report.left_out.items()])
+        yield _plain_table("left out", _by_reason(report.left_out))
     told = [*report.facts.items()]
     loudest = max(report.rows, key=lambda row: row.time.spread)
     spread = f"times spread by {report.noise:.1%} of their median, quartile to quartile, in the middle row"
@@ -100,6 +103,14 @@ def promises_table(report: Tradeoff) -> Table:
     for promise in report.promises:
         table.add_row(promise.effect, promise.why, number(promise.promised), number(promise.measured))
     return table
+
+
+def _by_reason(left_out: dict[str, str]) -> list[tuple[str, str]]:
+    """One line for all that is left out for the same reason."""
+    names: dict[str, list[str]] = {}
+    for name, reason in left_out.items():
+        names.setdefault(reason, []).append(name)
+    return [(", ".join(some), reason) for reason, some in names.items()]
 
 
 def _plain_table(title: str, rows: list[tuple[str, str]]) -> Table:

@@ -86,9 +86,13 @@ class Timing:
 
     @classmethod
     def of(cls, seconds: Sequence[float] | Float64Array) -> Timing:
-        """The quartiles of some seconds."""
-        low, median, high = np.percentile(seconds, (25.0, 50.0, 75.0)).tolist()
-        return cls(median, low, high, len(seconds))
+        """The quartiles of some seconds; NaN is where nothing was measured."""
+        low, median, high = np.nanpercentile(seconds, (25.0, 50.0, 75.0)).tolist()
+        return cls(median, low, high, int(np.count_nonzero(~np.isnan(seconds))))
+
+
+UNTIMED = Timing(0.0, 0.0, 0.0, 0)
+"""Of a row that is still to be timed."""
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from pvphong._types import Float64Array, FloatArray
-from pvphong.accuracy_effects import DROPS, without_light
-from pvphong.accuracy_rows import Entry, Promise, Timing, vertex_errors
-from pvphong.accuracy_rungs import Subject
+from pvphong.accuracy.drops import DROPS, without_light
+from pvphong.accuracy.rows import Entry, Promise, Timing, vertex_errors
+from pvphong.accuracy.subject import Subject
 from pvphong.effects import EFFECTS, Draft, Extent
 from pvphong.equation import Equation, assemble
 from pvphong.planning import Plan
@@ -26,12 +26,12 @@ class Without(NamedTuple):
 
 def withouts(subject: Subject) -> dict[str, Equation]:
     """What each effect and light that is there leaves when it is dropped."""
-    whole, (middle, _) = subject.equation, subject.sphere
+    whole, needed, (middle, _) = subject.assembled, subject.equation, subject.sphere
     there = subject.plan().effects
     result = {name: drop(whole, middle) for name, drop in DROPS.items() if there[name].on}
-    if len(whole.terms) > 1:
+    if len(needed.terms) > 1:
         labels = light_labels(subject)
-        result |= {f"light {labels[term.index]}": without_light(whole, term.index) for term in whole.terms}
+        result |= {f"light {labels[term.index]}": without_light(whole, term.index) for term in needed.terms}
     return result
 
 
@@ -47,10 +47,10 @@ def dropped(subject: Subject, effect: str, equation: Equation) -> Without:
     """One effect's absence, with the largest error that it makes."""
     error = vertex_errors(subject.exact(equation), subject.truth).largest
     kept = {term.index for term in equation.terms}
-    gone = {term.index for term in subject.equation.terms} - kept
+    gone = {term.index for term in subject.assembled.terms} - kept
     lights = tuple(light for index, light in enumerate(subject.scene.lights) if index not in gone)
-    scene = replace(subject.scene, lights=lights) if gone else None  # what is not there is not planned either
-    return Without(effect, equation, subject.runner(equation, subject.backend, "float32", scene), error)
+    scene = replace(subject.scene, lights=lights) if gone else None  # what is not there is not assembled either
+    return Without(effect, equation, subject.runner(equation, scene=scene), error)
 
 
 def ledger(subject: Subject, plan: Plan, missing: list[Without], costs: dict[str, Float64Array]) -> tuple[Entry, ...]:

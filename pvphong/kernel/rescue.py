@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from pvphong import _kernel_rows as at
-from pvphong._kernel_math import inlined, plain
-from pvphong._kernel_passes import is_moderate, ray_square, square_of, strength
-from pvphong._kernel_rows import BLOCK
+from pvphong.kernel import rows as at
+from pvphong.kernel.arithmetic import inlined, plain
+from pvphong.kernel.passes import is_moderate, ray_square, square_of, strength
+from pvphong.kernel.rows import BLOCK
 
 # In the place of an exponent: the vertex is not finite.
 _LOST = 100_000

@@ -17,8 +17,9 @@ import pyvista as pv
 from pvphong import _check
 from pvphong._files import written_aside
 from pvphong._types import Float64Array, FloatArray, MatrixLike
-from pvphong.accuracy_rows import Entry, Errors, Promise, Row
-from pvphong.accuracy_rungs import Rung, Subject, rungs
+from pvphong.accuracy.rows import Entry, Errors, Promise, Row
+from pvphong.accuracy.rungs import Rung, rungs
+from pvphong.accuracy.subject import Subject
 from pvphong.scene import Scene
 
 if TYPE_CHECKING:
@@ -154,13 +155,13 @@ class Tradeoff:
 
     def table(self) -> Table:
         """The rows as a `rich.table.Table`; print it with a `rich.console.Console`."""
-        from pvphong.accuracy_tables import rows_table
+        from pvphong.accuracy.tables import rows_table
 
         return rows_table(self)
 
     def conclusions(self) -> list[str]:
         """What to choose, at what price, and what the next step would cost: a sentence or two per question."""
-        from pvphong.accuracy_tables import conclusion
+        from pvphong.accuracy.tables import conclusion
 
         questions = [("At the vertices", False)]
         if any(row.kind == "interpolation" for row in self.rows):
@@ -170,7 +171,7 @@ class Tradeoff:
     def __str__(self) -> str:
         from rich.console import Console
 
-        from pvphong.accuracy_tables import everything
+        from pvphong.accuracy.tables import everything
 
         text = io.StringIO()
         console = Console(file=text, width=_WIDTH, color_system=None)
@@ -233,7 +234,7 @@ class Tradeoff:
         ValueError
             If Matplotlib is missing, or the file cannot be written.
         """
-        from pvphong.accuracy_figure import save_figure
+        from pvphong.accuracy.figure import save_figure
 
         save_figure(self, path)
 

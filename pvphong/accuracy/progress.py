@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from pvphong.accuracy_timing import Report
+from pvphong.accuracy.timing import Clock
 
 
 @contextmanager
-def progress(what: str) -> Iterator[Report]:
-    """A function to report to: the part that is done, from 0 to 1, and what is being done."""
+def progress(clock: Clock, what: str) -> Iterator[None]:
+    """Shows how much of a clock's budget is spent, and what is being done."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -18,4 +18,5 @@ def progress(what: str) -> Iterator[Report]:
     columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(what, total=1.0)
-        yield lambda part, doing: bar.update(task, completed=part, description=f"{what}: {doing}")
+        clock.report = lambda part, doing: bar.update(task, completed=part, description=f"{what}: {doing}")
+        yield

@@ -12,11 +12,11 @@ import pyvista as pv
 
 import pvphong as ph
 from pvphong.accuracy import tradeoff
-from pvphong.accuracy_effects import DROPS
-from pvphong.accuracy_ledger import promises
-from pvphong.accuracy_rungs import Subject
+from pvphong.accuracy.drops import DROPS
+from pvphong.accuracy.ledger import promises
+from pvphong.accuracy.subject import Subject
+from pvphong.accuracy.textbook import textbook_colors
 from pvphong.effects import EFFECTS
-from pvphong.textbook import textbook_colors
 
 STEP = 1 / 255
 SUN = ph.PointLight(position=(400, 100, 300), name="sun")
@@ -52,7 +52,7 @@ def exact(mesh, scene, material, **options):
 def test_the_three_kinds_are_there(report):
     kinds = {row.kind for row in report.rows}
     assert kinds == {"arithmetic", "light model", "interpolation"}
-    assert all(row.time.repeats == report.rows[0].time.repeats >= 3 for row in report.rows)
+    assert all(row.time.repeats >= 3 for row in report.rows)
     assert all(0 < row.time.low <= row.time.median <= row.time.high for row in report.rows)
 
 
@@ -217,12 +217,12 @@ def test_the_ledger_tells_error_reason_and_whether_it_runs(mesh, report):
 # -- time
 
 
-def test_the_time_budget_is_kept(mesh, report):  # noqa: ARG001 the report has compiled the kernel
-    large = pv.Sphere(theta_resolution=200, phi_resolution=200)
-    start = time.perf_counter()
-    found = tradeoff(large, SCENE, SHINY, seconds=3)
-    assert time.perf_counter() - start < 4.5  # other processes may be busy
-    assert found.best() is not None
+def test_the_time_budget_is_kept(mesh):
+    for seconds in (0.5, 3.0):
+        start = time.process_time()
+        found = tradeoff(mesh.subdivide(3), SCENE, SHINY, seconds=seconds)
+        assert time.process_time() - start < 1.05 * seconds
+        assert found.best() is not None
 
 
 def test_what_there_is_no_time_for_is_said(mesh):

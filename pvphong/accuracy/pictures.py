@@ -14,7 +14,7 @@ from pvphong.studio import studio_scene
 from pvphong.transform import transform_points
 
 if TYPE_CHECKING:
-    from pvphong.accuracy_report import Tradeoff
+    from pvphong.accuracy.report import Tradeoff
 
 SIZE = (640, 480)
 

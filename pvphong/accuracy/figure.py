@@ -11,12 +11,12 @@ import numpy as np
 
 from pvphong import _check
 from pvphong._files import written_aside
-from pvphong.accuracy_pictures import ABOVE, BELOW, MOST_STEPS, NONE, STEP, linked_pictures
-from pvphong.accuracy_rows import Kind, Row
-from pvphong.accuracy_tables import is_noise, number, seconds
+from pvphong.accuracy.pictures import ABOVE, BELOW, MOST_STEPS, NONE, STEP, linked_pictures
+from pvphong.accuracy.rows import Kind, Row
+from pvphong.accuracy.tables import is_noise, number, seconds
 
 if TYPE_CHECKING:
-    from pvphong.accuracy_report import Tradeoff
+    from pvphong.accuracy.report import Tradeoff
 
 _FORMATS = (".png", ".pdf", ".svg")
 _SIZE = (16.0, 13.5)

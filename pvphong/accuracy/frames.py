@@ -15,12 +15,10 @@ from pvphong import _check
 from pvphong._types import Float64Array, FloatArray, MatrixLike
 from pvphong.material import Material
 from pvphong.mesh import point_normals
-from pvphong.pictures import _preferring as preferring
-from pvphong.pictures import aim, drawing_window
+from pvphong.pictures import aim, drawing_window, preferring
 from pvphong.scene import Scene
 from pvphong.vtk_obstacles import InexpressibleError, refuse_inexpressible
-from pvphong.vtk_oracle import _write_material as write_material
-from pvphong.vtk_oracle import driver
+from pvphong.vtk_oracle import driver, write_material
 from pvphong.vtk_terms import in_vtk_terms
 
 FRAME = (1024, 768)

@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from pvphong import _kernel_rows as at
-from pvphong._kernel_math import inlined, plain, power
-from pvphong._kernel_rows import BLOCK
 from pvphong.equation import BRIGHTEST
+from pvphong.kernel import rows as at
+from pvphong.kernel.arithmetic import inlined, plain, power
+from pvphong.kernel.rows import BLOCK
 
 _ZERO, _ONE, _TWO, _BRIGHTEST = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(BRIGHTEST)
 
@@ -414,6 +414,14 @@ def join(rows: Any, low: Any, high: Any, rgb: Any, start: int, count: int) -> No
         part[3 * i] = min(max(rows[at.R + i], low), high)
         part[3 * i + 1] = min(max(rows[at.G + i], low), high)
         part[3 * i + 2] = min(max(rows[at.B + i], low), high)
+
+
+@plain
+def repeat(array: Any, source: int, target: int, count: int) -> None:
+    """Copy colours that stand one after the other from one vertex on to another's place."""
+    there, here = array[3 * source : 3 * (source + count)], array[3 * target : 3 * (target + count)]
+    for i in range(3 * count):
+        here[i] = there[i]
 
 
 @inlined

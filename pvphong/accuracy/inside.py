@@ -10,9 +10,9 @@ import numpy as np
 import pyvista as pv
 
 from pvphong._types import Float64Array, FloatArray, IntArray
-from pvphong.accuracy_rows import Errors, triangle_errors
-from pvphong.accuracy_rungs import Subject
-from pvphong.accuracy_timing import Clock, once
+from pvphong.accuracy.rows import UNTIMED, Errors, Row, triangle_errors
+from pvphong.accuracy.subject import Subject
+from pvphong.accuracy.timing import Clock, timed
 from pvphong.refinement import interpolation_error, refine
 from pvphong.surface import has_faces
 
@@ -26,9 +26,22 @@ _MOST_POINTS = 5_000_000
 # Seconds to split a triangle of a large mesh, generously.
 _PER_SPLIT = 4e-6
 
-# Triangles in which the error is searched, of a large mesh a random choice; and of these the ones that stand for
-# all on the refined meshes: those that are worst on the mesh as it is, and a random choice of the others.
-_SEARCHED, _WORST, _OTHERS = 50_000, 400, 300
+# Triangles in which the error is searched, of a large mesh a random choice, in a part of the time; and of these the
+# ones that stand for all on the refined meshes: those that are worst on the mesh as it is, and a random choice of the
+# others.
+_FEWEST_SEARCHED, _MOST_SEARCHED, _FOR_SEARCH = 2_000, 50_000, 0.3
+_WORST, _OTHERS = 400, 300
+
+# What stopped the refinement, and why it left a mesh as it is.
+_STOPPED = {
+    "tolerance": ("reached the tolerance", "the mesh as it is, is within the tolerance"),
+    "max_points": ("stopped by the time budget", "there was no time to split a triangle"),
+    "jump": ("within the tolerance but for jumps of the colour", "only jumps of the colour are left to split"),
+    "resolution": ("within the tolerance but for the least triangles", "its triangles are as small as can be"),
+}
+
+# Measured: evaluations that the search of a triangle takes.
+_EVALUATIONS = 40.0
 
 # Measured: a point that refinement adds costs some times the search of one triangle, and never less than this.
 _SEARCHES_PER_POINT, _LEAST_PER_POINT = 3.0, 5e-5
@@ -59,6 +72,22 @@ class Refined:
     preparation: float
     note: str
 
+    def row(self, backend: str) -> Row:
+        """Its row of the report, not timed yet."""
+        return Row(
+            name=self.name,
+            kind="interpolation",
+            time=UNTIMED,
+            arithmetic=None,
+            light_model=None,
+            interpolation=self.errors,
+            points=len(self.points),
+            backend=backend,
+            precision="float32",
+            preparation=self.preparation,
+            note=self.note,
+        )
+
 
 class Triangles(NamedTuple):
     """Some triangles of a mesh, each with corners of its own, and how many of the mesh each stands for."""
@@ -69,8 +98,13 @@ class Triangles(NamedTuple):
     weights: Float64Array
 
 
+def least_seconds(mesh: pv.PolyData, exact_seconds: float) -> float:
+    """About how long `inside` takes at least, where a float64 evaluation of all vertices takes some seconds."""
+    return _EVALUATIONS * exact_seconds * min(mesh.n_cells, _FEWEST_SEARCHED) / mesh.n_points
+
+
 def inside(
-    mesh: pv.PolyData, subject: Subject, tolerance: float, clock: Clock
+    mesh: pv.PolyData, subject: Subject, tolerance: float, exact_seconds: float, clock: Clock
 ) -> tuple[list[Refined], Float64Array, dict[str, str]]:
     """The meshes to compare, the errors of the triangles that were searched, and what is left out and why.
 
@@ -82,6 +116,8 @@ def inside(
         Its points and normals, and what lights them.
     tolerance : float
         What it is refined to where it matters.
+    exact_seconds : float
+        What a float64 evaluation of all vertices takes.
     clock : Clock
         Its budget is what this may take.
     """
@@ -90,13 +126,13 @@ def inside(
     triangles = mesh if mesh.is_all_triangles else mesh.triangulate()
     corners = triangles.regular_faces.astype(np.intp, copy=False)
     clock.say("errors inside triangles")
-    seconds, searched, errors = _search(subject, corners)
+    affordable = _FOR_SEARCH * clock.left * mesh.n_points / (_EVALUATIONS * exact_seconds)
+    seconds, searched, errors = _search(subject, corners, int(np.clip(affordable, _FEWEST_SEARCHED, _MOST_SEARCHED)))
     sample = _stratified(subject, searched, errors, len(corners) / len(searched))
     some = "" if len(searched) == len(corners) else f"searched in {len(searched)} of {len(corners)} triangles"
     found = [Refined(AS_IT_IS, subject.points, subject.normals, _plain(errors), 0.0, some)]
     left_out = {}
-    half = Clock(0.5 * clock.left, lambda _, what: clock.say(what))
-    adaptive = _adaptive(mesh, subject, tolerance, seconds / len(searched), len(corners), half)
+    adaptive = _adaptive(mesh, subject, tolerance, seconds / len(searched), len(corners), clock.part(0.5 * clock.left))
     if isinstance(adaptive, Refined):
         found.append(adaptive)
     else:
@@ -113,19 +149,14 @@ def _plain(errors: Float64Array) -> Errors:
     return triangle_errors(errors, np.ones(len(errors)))
 
 
-def _search(subject: Subject, corners: IntArray) -> tuple[float, IntArray, Float64Array]:
+def _search(subject: Subject, corners: IntArray, most: int) -> tuple[float, IntArray, Float64Array]:
     """Seconds, triangles, and the largest error in each."""
     chosen = corners
-    if len(corners) > _SEARCHED:
-        rows = np.random.default_rng(0).choice(len(corners), _SEARCHED, replace=False)
+    if len(corners) > most:
+        rows = np.random.default_rng(0).choice(len(corners), most, replace=False)
         chosen = corners[np.sort(rows)]
-    result = np.zeros(0)
-
-    def search() -> None:
-        nonlocal result
-        result = _errors(subject, _soup(subject, chosen, np.ones(len(chosen))))
-
-    return once(search), chosen, result
+    errors, seconds = timed(lambda: _errors(subject, _soup(subject, chosen, np.ones(len(chosen)))))
+    return seconds, chosen, errors
 
 
 def _soup(subject: Subject, corners: IntArray, weights: Float64Array) -> Triangles:
@@ -208,10 +239,9 @@ def _adaptive(
     start = clock.spent
     result = refine(mesh, subject.scene, subject.material, tolerance=tolerance, max_points=most, matrix=subject.matrix)
     seconds = clock.spent - start
-    stopped = str(result.field_data["phong_refinement_stopped"][0])
-    note = {"tolerance": "reached the tolerance", "max_points": "stopped by the time budget"}.get(
-        stopped, f"stopped by: {stopped}"
-    )
+    note, nothing_added = _STOPPED[str(result.field_data["phong_refinement_stopped"])]
+    if result.n_points == mesh.n_points:
+        return nothing_added
     normals = np.asarray(result.point_data.active_normals)
     errors = _plain(np.asarray(result.cell_data[_ERROR], np.float64))
     return Refined(ADAPTIVE, np.asarray(result.points), normals, errors, seconds, note)

@@ -1,0 +1,240 @@
+"""An equation as two arrays of records, the form in which compiled code takes it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pvphong import _check
+from pvphong._types import Vector
+from pvphong.equation import BRIGHTEST, Equation, LightTerm
+from pvphong.lights import DirectionalLight, Light, PointLight, SpotLight
+from pvphong.transform import normal_matrix
+
+NO_HIGHLIGHT, PHONG, BLINN_PHONG, HEADLIGHT = range(4)
+"""Kinds of highlight."""
+
+SETTINGS = np.dtype(
+    [
+        ("needs_normals", "?"),
+        ("needs_points", "?"),
+        ("needs_eye", "?"),
+        ("is_flipped", "?"),
+        ("has_local_facing", "?"),
+        ("moves_points", "?"),
+        ("turns_normals", "?"),
+        ("is_wide", "?"),
+        ("eye", "3f8"),
+        ("to_eye", "3f8"),
+        ("matrix", "(3,4)f8"),
+        ("w", "f8"),
+        ("normal_matrix", "(3,3)f8"),
+        ("shininess", "f8"),
+        ("floor", "f8"),
+        ("log_floor", "f8"),
+        ("dark", "f8"),
+        ("base", "3f8"),
+        ("emission", "3f8"),
+        ("low", "f8"),
+        ("high", "f8"),
+    ],
+    align=True,
+)
+"""What all lights share. `log_floor`: log2 of `floor`. `dark`: from this squared chord on, a highlight is 0."""
+
+TERM = np.dtype(
+    [
+        ("is_parallel", "?"),
+        ("varies", "?"),
+        ("has_cone", "?"),
+        ("has_ambient", "?"),
+        ("needs_normals", "?"),
+        ("highlight", "i8"),
+        ("position", "3f8"),
+        ("axis", "3f8"),
+        ("edge", "f8"),
+        ("exponent", "f8"),
+        ("dark", "f8"),
+        ("constant", "f8"),
+        ("linear", "f8"),
+        ("quadratic", "f8"),
+        ("gain", "f8"),
+        ("on_light", "f8"),
+        ("ambient", "3f8"),
+        ("diffuse", "3f8"),
+        ("specular", "3f8"),
+    ],
+    align=True,
+)
+"""One light. `position`: for parallel light the unit vector towards it. `varies`: whether its strength is taken
+at each vertex; else the strength is in the colours. `on_light`: what a vertex on the light gets of its strength."""
+
+# Larger scene coordinates, and coefficients further from 1, are left to the reference: float32 could not hold
+# their products. (Vertices may be anywhere.)
+_LARGEST, _SMALLEST = 2.0**100, 2.0**-100
+
+
+_ORIGIN = (0.0, 0.0, 0.0)
+_NO_MATRIX: tuple[Any, float, Any] = (((0.0,) * 4,) * 3, 1.0, ((0.0,) * 3,) * 3)
+
+
+def fits(equation: Equation) -> bool:
+    """Whether compiled code can take the equation: known lights, and numbers within its range."""
+    numbers = [value for term in equation.terms for value in _coefficients(term.light)]
+    if equation.matrix is not None:
+        matrix = _check.matrix4("matrix", equation.matrix)
+        if matrix[3, :3].any() or matrix[3, 3] == 0.0:
+            return False  # the reference says what is wrong with it
+        numbers += np.abs(matrix).ravel().tolist()
+    positions = [x for term in equation.terms for x in _position(term.light)] + list(equation.eye or ())
+    return (
+        all(isinstance(term.light, DirectionalLight | PointLight | SpotLight) for term in equation.terms)
+        and all(x == 0.0 or _SMALLEST <= x <= _LARGEST for x in numbers)
+        and all(abs(x) <= _LARGEST for x in positions)
+    )
+
+
+def settings(equation: Equation, *, is_wide: bool, has_albedo: bool) -> NDArray[Any]:
+    """One record of type `SETTINGS`."""
+    matrix, w, normals_matrix = _NO_MATRIX
+    if equation.matrix is not None:
+        whole = _check.matrix4("matrix", equation.matrix)
+        matrix, w = whole[:3].tolist(), whole[3, 3]
+        if equation.needs_normals and equation.turns_normals:
+            normals_matrix = normal_matrix(whole).tolist()
+    base = equation.ambient
+    for term in equation.terms:
+        if isinstance(term.light, DirectionalLight):
+            base = _plus(base, _times(term.ambient, min(term.gain, BRIGHTEST)))
+    floor = equation.cosine_floor
+    record = {
+        "needs_normals": equation.needs_normals,
+        "needs_points": equation.needs_points,
+        "needs_eye": equation.needs_eye,
+        "is_flipped": equation.is_flipped,
+        "has_local_facing": equation.local_facing,
+        "moves_points": equation.matrix is not None,
+        "turns_normals": normals_matrix is not _NO_MATRIX[2],
+        "is_wide": is_wide or equation.matrix is not None,
+        "eye": equation.eye or _ORIGIN,
+        "to_eye": equation.to_eye,
+        "matrix": matrix,
+        "w": w,
+        "normal_matrix": normals_matrix,
+        "shininess": _exponent(equation.shininess),
+        "floor": floor,
+        "log_floor": math.log2(floor) if floor else -math.inf,
+        "dark": math.inf if floor or not equation.shininess else 2.0,
+        "base": base if has_albedo else _plus(base, equation.emission),
+        "emission": equation.emission,
+        "low": 0.0 if equation.clamp else -math.inf,
+        "high": 1.0 if equation.clamp else math.inf,
+    }
+    return _records(SETTINGS, [record])
+
+
+def terms(equation: Equation) -> NDArray[Any]:
+    """One record of type `TERM` for each light."""
+    return _records(TERM, [_term(term, equation) for term in equation.terms])
+
+
+def _records(kind: np.dtype[Any], values: list[dict[str, Any]]) -> NDArray[Any]:
+    """Records of a type from the values of their fields: a field at a time would take several times as long."""
+    assert kind.names is not None
+    return np.array([tuple(record[name] for name in kind.names) for record in values], kind)
+
+
+def _term(term: LightTerm, equation: Equation) -> dict[str, Any]:
+    light = term.light
+    record: dict[str, Any] = {
+        "is_parallel": isinstance(light, DirectionalLight),
+        "varies": False,
+        "has_cone": isinstance(light, SpotLight),
+        "has_ambient": False,
+        "needs_normals": any(term.diffuse) or any(term.specular),
+        "highlight": _highlight(term, equation),
+        "position": light.towards if isinstance(light, DirectionalLight) else _position(light),
+        "axis": _ORIGIN,
+        "edge": 0.0,
+        "exponent": 0.0,
+        "dark": 0.0,
+        "constant": 1.0,
+        "linear": 0.0,
+        "quadratic": 0.0,
+        "gain": 1.0,
+        "on_light": 1.0,
+    }
+    strength = min(term.gain, BRIGHTEST)
+    if not record["is_parallel"]:
+        record |= _attenuated(term)
+        strength = 1.0 if record["varies"] else min(term.gain / record["constant"], BRIGHTEST)
+    if isinstance(light, SpotLight):
+        record |= _cone(light)
+    return record | {name: _times(getattr(term, name), strength) for name in ("ambient", "diffuse", "specular")}
+
+
+def _attenuated(term: LightTerm) -> dict[str, Any]:
+    """What only a light with a position has.
+
+    A gain beyond float32's range goes into the coefficients; one that underflows there belongs to a strength that
+    is cut off at the most anyway.
+    """
+    constant, linear, quadratic = _coefficients(term.light)
+    excess, has_ambient = max(term.gain / BRIGHTEST, 1.0), any(term.ambient)
+    return {
+        "has_ambient": has_ambient,
+        "varies": bool(linear or quadratic or has_ambient) or isinstance(term.light, SpotLight),
+        "constant": constant / excess,
+        "linear": linear / excess,
+        "quadratic": quadratic / excess,
+        "gain": term.gain / excess,
+    }
+
+
+def _cone(light: SpotLight) -> dict[str, Any]:
+    return {
+        "on_light": float(light.cone_angle == 90.0 and light.exponent == 0.0),
+        "axis": light.axis,
+        "edge": 4.0 * math.sin(math.radians(light.cone_angle) / 2.0) ** 2,
+        "exponent": _exponent(light.exponent),
+        "dark": 2.0 if light.exponent else math.inf,
+    }
+
+
+def _highlight(term: LightTerm, equation: Equation) -> int:
+    if equation.headlight_only:
+        return HEADLIGHT
+    if not any(term.specular):
+        return NO_HIGHLIGHT
+    return PHONG if equation.reflection == "phong" else BLINN_PHONG
+
+
+def _plus(a: Vector, b: Vector) -> Vector:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def _times(color: Vector, factor: float) -> Vector:
+    red, green, blue = color
+    return red * factor, green * factor, blue * factor
+
+
+def _exponent(value: float) -> float:
+    """Within float32, and not 0 unless it is 0."""
+    return value and max(float(np.finfo(np.float32).tiny), min(value, BRIGHTEST))
+
+
+def _position(light: Light) -> Vector:
+    if isinstance(light, PointLight | SpotLight):
+        x, y, z = light.position
+        return x, y, z
+    return _ORIGIN
+
+
+def _coefficients(light: Light) -> Vector:
+    if isinstance(light, PointLight | SpotLight):
+        constant, linear, quadratic = light.attenuation
+        return constant, linear, quadratic
+    return 1.0, 0.0, 0.0

@@ -1,0 +1,133 @@
+"""Gizmos in a web page: trame sends pictures to the browser, and the browser's mouse and keys come back."""
+
+import importlib.util
+import shutil
+
+import numpy as np
+import pytest
+from selenium.webdriver import Keys
+from served import SIZE, VIEWS, Page, Server, new_browser
+
+PROGRAMS = {name: shutil.which(name) for name in ("chromium", "chromedriver")}
+MISSING = [name for name, path in PROGRAMS.items() if path is None]
+MISSING += [name for name in ("selenium", "trame_pyvista") if importlib.util.find_spec(name) is None]
+pytestmark = pytest.mark.skipif(
+    bool(MISSING), reason=f"a page in a browser needs {', '.join(MISSING)} (Debian: chromium, chromium-driver)"
+)
+LAMP, SPOT, GUEST = 0, 1, 2
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    driver = new_browser(PROGRAMS["chromium"], PROGRAMS["chromedriver"], tmp_path_factory.mktemp("profile"))
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture(scope="module", params=VIEWS)
+def opened(request, browser):
+    server = Server(request.param)
+    yield Page(server, browser)
+    browser.get("about:blank")
+    assert server.close() == 0
+
+
+@pytest.fixture
+def page(opened):
+    """The page, its lights as at first, the pointer away from them."""
+    opened.point((3, 3))
+    return opened
+
+
+only_area = pytest.mark.parametrize("opened", ["area"], indirect=True)
+
+
+def essence(state):
+    return {key: state[key] for key in ("lights", "guest", "colors", "camera")}
+
+
+def differs(state, one, other):
+    """By how many levels of 255 the ball does, but for the tenth that has changed most: gizmos lie over it."""
+    x, y = round(state["ball"][0]), SIZE[1] - round(state["ball"][1])
+    part = np.s_[y - 50 : y + 50, x - 50 : x + 50]
+    return np.percentile(np.abs(one[part] - other[part]).max(axis=2), 90)
+
+
+def test_dragging_moves_the_light_and_a_key_undoes_it(page):
+    before, shown = page.settled(), page.picture()
+    held = page.drag(before["handles"][LAMP]["position"], (-60, 20))
+    page.picture(lambda now: differs(before, now, shown) > 15)
+    after = page.drop()
+    assert essence(held) == essence(after)
+    assert [a == b for a, b in zip(after["lights"], before["lights"], strict=True)] == [False, True, True]
+    assert after["colors"] != before["colors"]
+    assert after["camera"] == before["camera"]
+    moved = np.subtract(after["handles"][LAMP]["position"], before["handles"][LAMP]["position"])
+    np.testing.assert_allclose(moved, (-60, 20), atol=2.6)
+    page.picture(lambda now: differs(before, now, shown) > 15)
+    page.key("z")
+    page.wait(lambda state: essence(state) == essence(before))
+    page.picture(lambda now: differs(before, now, shown) <= 3)
+
+
+@pytest.mark.parametrize("opened", ["remote", "area"], indirect=True)
+def test_a_light_of_pyvista_is_dragged_in_place(page):
+    before = page.settled()
+    page.drag(before["handles"][GUEST]["target"], (-25, 20))
+    after = page.drop()
+    assert after["guest"] != before["guest"]
+    assert after["colors"] != before["colors"]
+    page.key("z")
+    page.wait(lambda state: essence(state) == essence(before))
+
+
+@pytest.mark.parametrize("opened", ["remote", "area"], indirect=True)
+def test_escape_puts_back(page):
+    before = page.settled()
+    held = page.drag(before["handles"][SPOT]["cone"], (-12, -7))
+    assert held["cones"][SPOT] != before["cones"][SPOT]
+    page.key(Keys.ESCAPE)
+    page.wait(lambda state: essence(state) == essence(before))
+    assert essence(page.drop()) == essence(before)
+
+
+def around(picture, pixel):
+    """A square about a pixel that is counted from below."""
+    x, y = round(pixel[0]), SIZE[1] - round(pixel[1])
+    return picture[y - 12 : y + 12, x - 12 : x + 12]
+
+
+@only_area
+def test_hovering_shows(page):
+    state, away = page.settled(), page.picture()
+    target = state["handles"][SPOT]["target"]
+    page.point(target)
+    page.wait(lambda state: state["hovered"] == "target")
+    page.picture(lambda now: (around(now, target) != around(away, target)).mean() > 0.2)
+    page.point((3, 3))
+    page.wait(lambda state: state["hovered"] is None)
+    page.picture(lambda now: np.array_equal(around(now, target), around(away, target)))
+
+
+@only_area
+def test_a_key_counts_once(page):
+    """A browser reports a letter twice: `keydown`, `keypress`."""
+    before = page.picture()
+    corner = np.s_[:120, :120]
+    page.key("h")
+    page.picture(lambda now: (now[corner] != before[corner]).mean() > 0.5)
+    page.key("h")
+    page.picture(lambda now: np.array_equal(now[corner], before[corner]))
+
+
+@only_area
+def test_in_a_page_of_another_size(page):
+    page.resize((500, 400))
+    before = page.settled()
+    page.drag(before["handles"][LAMP]["position"], (-40, 10))
+    after = page.drop()
+    moved = np.subtract(after["handles"][LAMP]["position"], before["handles"][LAMP]["position"])
+    np.testing.assert_allclose(moved, (-40, 10), atol=1.6)
+    page.key("z")
+    page.resize(SIZE)
+    page.wait(lambda state: state["lights"] == before["lights"])

@@ -1,0 +1,223 @@
+"""A plotter in a web page with server-side rendering, for tests that move the mouse in a browser.
+
+Run as a program it serves the page and answers commands, one a line, with one line of JSON each. Imported, it gives
+the test's side of that.
+"""
+
+import json
+import subprocess
+import sys
+import time
+from io import BytesIO
+
+SIZE = (640, 480)
+FLAGS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--hide-scrollbars",
+    "--force-device-scale-factor=1",
+)
+
+
+def new_browser(chromium, driver, profile):
+    """Headless Chromium with an empty profile; to be ended with `quit`."""
+    from selenium import webdriver
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = chromium
+    for flag in (*FLAGS, f"--user-data-dir={profile}"):
+        options.add_argument(flag)
+    return webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+
+
+class Server:
+    """The program, and what the plotter in it says."""
+
+    def __init__(self, view):
+        self._child = subprocess.Popen(
+            [sys.executable, "-W", "error", __file__, view], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+        self.address = self._answer()
+
+    def _answer(self):
+        answer = self._child.stdout.readline()
+        assert answer, f"the server's process ended: {self._child.wait(10)}"
+        return json.loads(answer)
+
+    def ask(self, command):
+        """What the plotter says."""
+        self._child.stdin.write(command + "\n")
+        self._child.stdin.flush()
+        return self._answer()
+
+    def close(self):
+        """End the process; its exit status."""
+        with self._child as child:  # closes its pipes, then waits
+            child.stdin.close()
+            return child.wait(20)
+
+
+class Page:
+    """The page in a browser: the mouse as the browser gets it, and what it then shows."""
+
+    def __init__(self, server, browser):
+        self.ask = server.ask
+        self._browser = browser
+        browser.set_window_rect(width=SIZE[0], height=SIZE[1])
+        browser.get(server.address)
+        self.resize(SIZE)
+
+    def resize(self, size):
+        """Give the page's inside this size, and wait for the plotter to have it."""
+        self.size = size
+        for _ in range(2):  # what the window's frame takes is known only afterwards
+            inside = self._browser.execute_script("return [innerWidth, innerHeight]")
+            outside = self._browser.get_window_size()
+            grown = [outside[side] + wanted - has for side, wanted, has in zip(outside, size, inside, strict=True)]
+            self._browser.set_window_rect(width=grown[0], height=grown[1])
+        self.wait(lambda state: state["size"] == list(size))
+        self.picture(lambda shown: shown[-1, -1].max() < 128)  # the plotter's background, no longer the empty page
+
+    def wait(self, until):
+        """Ask until something is so, for the browser sends events when it likes; gives what the plotter said last."""
+        for _ in range(200):
+            state = self.ask("state")
+            if until(state):
+                return state
+            time.sleep(0.05)
+        raise AssertionError(f"it did not come: {state}")
+
+    def _mouse(self, act):
+        from selenium.webdriver.common.actions.action_builder import ActionBuilder
+
+        actions = ActionBuilder(self._browser, duration=20)
+        act(actions.pointer_action)
+        actions.perform()
+
+    def point(self, pixel):
+        """Move the pointer to a pixel, counted from below as VTK does."""
+        x, y = round(pixel[0]), self.size[1] - round(pixel[1])
+        self._mouse(lambda mouse: mouse.move_to_location(x, y))
+
+    def press(self, pixel):
+        """Button down at a pixel."""
+        self.point(pixel)
+        self._mouse(lambda mouse: mouse.pointer_down())
+
+    def drag(self, start, by):
+        """Press, move in steps, hold; gives what the plotter says before `drop`."""
+        self.press(start)
+        self.wait(lambda state: state["dragging"])
+        for part in (0.25, 0.5, 0.75, 1.0):
+            time.sleep(0.05)  # trame leaves out moves that come faster than 30 a second
+            self.point([round(s) + part * b for s, b in zip(start, by, strict=True)])
+        return self.settled()
+
+    def drop(self):
+        """Button up."""
+        self._mouse(lambda mouse: mouse.pointer_up())
+        self.wait(lambda state: not state["dragging"])
+        return self.settled()
+
+    def key(self, key):
+        """Press and release a key."""
+        from selenium.webdriver.common.action_chains import ActionChains
+
+        ActionChains(self._browser).send_keys(key).perform()
+
+    def settled(self):
+        """What the plotter says when it has dealt with everything that was sent."""
+        last = None
+        while (state := self.ask("state")) != last:
+            last = state
+            time.sleep(0.2)
+        return state
+
+    def picture(self, until=None):
+        """What the browser shows, shape (height, width, 3), when something is so."""
+        import numpy as np
+        from PIL import Image
+
+        for _ in range(100):
+            shown = np.asarray(Image.open(BytesIO(self._browser.get_screenshot_as_png())).convert("RGB")).astype(int)
+            if until is None or until(shown):
+                return shown
+            time.sleep(0.05)
+        raise AssertionError("the browser did not show it")
+
+
+def main(view):
+    """The plotter's side."""
+    import asyncio
+
+    import pyvista as pv
+    from trame.app import get_server
+    from trame.ui.vuetify3 import VAppLayout
+    from trame.widgets import html
+    from windowed import furnish, told
+
+    plotter = pv.Plotter(off_screen=True, window_size=SIZE, lighting="none")
+    actor, guest = furnish(plotter)
+    server = get_server("served", client_type="vue3")
+    with VAppLayout(server), html.Div(style="position: fixed; inset: 0"):
+        VIEWS[view](plotter, server)
+
+    def answer():
+        line = sys.stdin.readline()
+        if not line:
+            asyncio.get_running_loop().remove_reader(sys.stdin)
+            ending.append(asyncio.ensure_future(server.stop()))
+            return
+        command, *words = line.split()
+        if command == "export":
+            plotter.trame.export_html(words[0])
+        print(json.dumps(told(plotter, actor, guest)), flush=True)
+
+    def ready(**_):
+        asyncio.get_running_loop().add_reader(sys.stdin, answer)
+        print(json.dumps(f"http://127.0.0.1:{server.port}/index.html"), flush=True)
+
+    ending = []  # asyncio itself does not hold on to what it runs
+    pv.global_theme.trame.jupyter_server_name = server.name  # else an export starts a server of its own
+    server.controller.on_server_ready.add(ready)
+    server.start(host="127.0.0.1", port=0, open_browser=False, show_connection_info=False, timeout=0)
+    plotter.close()
+
+
+def _remote(plotter, server, **options):
+    """What `plotter.show(jupyter_backend="server")` shows. By itself it sends neither keys nor moves over a handle."""
+    from trame_pyvista.ui import plotter_ui
+
+    def pass_on(key):
+        interactor = plotter.iren.interactor
+        interactor.SetKeySym(key)
+        interactor.KeyPressEvent()
+        interactor.KeyReleaseEvent()
+
+    keys = {"interactor_events": ("events", ["KeyDown"]), "KeyDown": (pass_on, "[$event.key]")}
+    plotter_ui(plotter, mode="server", server=server, add_menu=False, **keys, **options)
+
+
+def _coarse(plotter, server):
+    """As `_remote`, with fewer pixels while a button is down."""
+    _remote(plotter, server, interactive_ratio=0.5)
+
+
+def _area(plotter, server):  # noqa: ARG001 the layout that it is made in knows the server
+    """What `plotter.trame.app()` shows when it renders remotely."""
+    from trame_pyvista.widgets import PyVistaRCAView
+
+    PyVistaRCAView(plotter, send_mouse_move=True)
+
+
+VIEWS = {"remote": _remote, "coarse": _coarse, "area": _area}
+"""PyVista's views with server-side rendering."""
+
+if __name__ == "__main__":
+    main(sys.argv[1])
