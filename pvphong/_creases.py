@@ -29,10 +29,8 @@ def creases(points: Float64Array, normals: Float64Array, equation: Equation) -> 
 
     Parameters
     ----------
-    points, normals : ndarray
-        Shape (m, 3, 3): each triangle's corners in the world. Normals need no unit length.
-    equation : Equation
-        The lights and the viewer.
+    points, normals, equation
+        As for `peaks`.
     """
     for values in _values(points.reshape(-1, 3), normals.reshape(-1, 3), equation):
         yield from sign_changes(values.reshape(-1, 3))

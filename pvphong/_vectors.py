@@ -118,7 +118,7 @@ def towards(target: Vector, points: Float64Array, real: Any = np.float64) -> tup
     """Unit vectors from points to a target, and the distances.
 
     The difference of two positions is taken in float64, however near each other and far from the origin they are.
-    What follows is computed in the float type `real`.
+    What follows is computed in the float type `real`; float32 rounds each component to 2⁻¹¹⁹ of the distance too.
 
     Parameters
     ----------

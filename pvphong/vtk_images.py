@@ -25,7 +25,7 @@ from pvphong._vertex_bench import off_screen_window
 from pvphong.material import Material
 from pvphong.mesh import point_normals, shade_mesh
 from pvphong.mesh_files import refuse_suffix
-from pvphong.pictures import drawing_window, refuse_size, save_picture
+from pvphong.pictures import refuse_size, save_picture
 from pvphong.planning import check_scene_and_material
 from pvphong.scene import Scene
 from pvphong.surface import has_faces, surface
@@ -135,7 +135,6 @@ def compare_images(
     """
     check_scene_and_material(scene, material)
     refuse_size(size)
-    drawing_window()  # says what is missing where VTK would end the process
     source = surface(mesh)
     if not has_faces(source):
         _check.refuse("mesh", f"{source.n_points} points and no faces", "a mesh with faces")

@@ -160,8 +160,9 @@ def main(view):
     from trame.app import get_server
     from trame.ui.vuetify3 import VAppLayout
     from trame.widgets import html
-    from windowed import furnish, told
+    from windowed import end_at_errors, furnish, told
 
+    end_at_errors()
     plotter = pv.Plotter(off_screen=True, window_size=SIZE, lighting="none")
     actor, guest = furnish(plotter)
     server = get_server("served", client_type="vue3")
@@ -176,7 +177,8 @@ def main(view):
             return
         command, *words = line.split()
         if command == "export":
-            plotter.trame.export_html(words[0])
+            plotter.trame.export_html(f"{words[0]}/ball.html")
+            plotter.trame.export_vtksz(f"{words[0]}/ball.vtksz")
         print(json.dumps(told(plotter, actor, guest)), flush=True)
 
     def ready(**_):

@@ -1,11 +1,17 @@
 """What a plotter's own methods write is without gizmos, unless they are asked for."""
 
+import base64
 import gc
+import json
+import re
 import weakref
+from hashlib import sha256
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
 import pyvista as pv
+from served import Server
 
 import pvphong  # noqa: F401 registers plotter.phong wherever PyVista's own discovery is not installed
 from pvphong.lights import PointLight
@@ -56,6 +62,21 @@ def test_exports_are_without_gizmos(plotter, tmp_path):
     plotter.export_gltf(tmp_path / "with.gltf")
     assert (tmp_path / "with.obj").read_text().replace("with", "clean") == (tmp_path / "clean.obj").read_text()
     assert (tmp_path / "with.gltf").read_text() == (tmp_path / "clean.gltf").read_text()
+
+
+def test_what_trame_exports_is_without_gizmos_and_lit(tmp_path):
+    pytest.importorskip("trame_pyvista", reason="PyVista exports web pages only with the package trame-pyvista")
+    server = Server("remote")
+    colors = server.ask(f"export {tmp_path}")["colors"]
+    assert server.close() == 0
+    assert b"</html>" in (tmp_path / "ball.html").read_bytes()
+    with ZipFile(tmp_path / "ball.vtksz") as archive:
+        exported = json.loads(archive.read("index.json"))
+    kinds = set(re.findall(r'"type": "(vtk\w+)"', json.dumps(exported["scene"])))
+    assert "vtkOpenGLActor" in kinds
+    assert not [kind for kind in kinds if "2D" in kind or "Text" in kind]
+    arrays = [base64.b64decode(array["content"]) for array in exported["hashes"].values()]
+    assert colors in [sha256(array).hexdigest() for array in arrays]
 
 
 def test_the_plotters_own_methods_come_back_at_the_end(plotter):

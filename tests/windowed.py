@@ -6,6 +6,7 @@ dealt with all events that the window has got. Imported, it gives the test's sid
 
 import hashlib
 import json
+import os
 import subprocess
 import sys
 import time
@@ -132,11 +133,22 @@ def told(plotter, actor, guest):
     }
 
 
+def end_at_errors():
+    """End the process at an error in a callback, which VTK would but print."""
+
+    def end(*error):
+        sys.__excepthook__(*error)
+        os._exit(1)
+
+    sys.excepthook = end
+
+
 def main():
     """The plotter's side."""
     import numpy as np
     import pyvista as pv
 
+    end_at_errors()
     plotter = pv.Plotter(window_size=SIZE, lighting="none", title="pvphong in a window")
     actor, guest = furnish(plotter)
     plotter.show(interactive_update=True, auto_close=False)

@@ -232,7 +232,7 @@ def _adaptive(
 ) -> Refined | str:
     left = clock.left
     if 2.0 * count * seconds_each > left:
-        return f"searching {count} triangles would take about {count * seconds_each:.0f} s"
+        return f"searching {count} triangles takes about {count * seconds_each:.2g} s; {left:.2g} s were left"
     per_point = max(_SEARCHES_PER_POINT * seconds_each, _LEAST_PER_POINT)
     most = mesh.n_points + max(int((left - count * seconds_each) / per_point), 0)
     clock.say(ADAPTIVE)

@@ -240,6 +240,7 @@ class Measurement:
             tolerance=self.tolerance,
             rows=with_fronts(rows),
             ledger=ledger(s, s.plan(self.tolerance), self.missing, costs),
+            baseline=self.baseline,
             promises=self.promised,
             left_out=self.left_out,
             facts=told,

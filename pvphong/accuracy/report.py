@@ -41,6 +41,8 @@ class Tradeoff:
         Every rung that was measured.
     ledger : tuple of Entry
         What each effect and light costs, and what its absence would do.
+    baseline : str
+        The row that the ledger's costs are parts of: what `evaluate` does by itself.
     promises : tuple of Promise
         The approximations of the plan at the tolerance: bounds and what came of them.
     left_out : dict of str to str
@@ -56,6 +58,7 @@ class Tradeoff:
     tolerance: float
     rows: tuple[Row, ...]
     ledger: tuple[Entry, ...]
+    baseline: str
     promises: tuple[Promise, ...]
     left_out: dict[str, str]
     facts: dict[str, str]
@@ -196,6 +199,7 @@ class Tradeoff:
             "facts": self.facts,
             "rows": [asdict(row) for row in self.rows],
             "ledger": [asdict(entry) for entry in self.ledger],
+            "baseline": self.baseline,
             "promises": [asdict(promise) for promise in self.promises],
             "left_out": self.left_out,
             "worst_vertices": [{"index": index, "error": error} for index, error in self.worst()],

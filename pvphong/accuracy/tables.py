@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from pvphong.accuracy.rows import Entry, Errors, Row, Timing
+from pvphong.accuracy.timing import FEWEST_REPEATS
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -24,11 +25,12 @@ def everything(report: Tradeoff) -> Iterator[Any]:
     if notes:
         yield _plain_table("notes", notes)
     if report.left_out:
-        yield _plain_table("left out", _by_reason(report.left_out))
+        yield _plain_table("left out", by_reason(report.left_out))
     told = [*report.facts.items()]
     loudest = max(report.rows, key=lambda row: row.time.spread)
     spread = f"times spread by {report.noise:.1%} of their median, quartile to quartile, in the middle row"
-    told.append(("noise", f"{spread}; by {loudest.time.spread:.0%} in {loudest.name}"))
+    most = f"by {loudest.time.spread:.0%} in {loudest.name}"
+    told.append(("noise", f"{spread}, {most}; differences below that may be none"))
     worst = ", ".join(f"{error:.2g} at vertex {index}" for index, error in report.worst())
     yield _plain_table("measured on", [*told, ("worst vertices", worst)])
 
@@ -76,7 +78,8 @@ def _largest(errors: Errors | None) -> str:
 def ledger_table(report: Tradeoff) -> Table:
     """What each effect costs."""
     headings = ("effect", "", "cost", "quartiles", "error if dropped", "why")
-    table = _table("What each effect costs: time with it minus time without it", *headings)
+    title = f"What each effect costs: time with it minus time without it, of {report.baseline}"
+    table = _table(title, *headings)
     for column in table.columns[2:5]:
         column.justify = "right"
     for entry in report.ledger:
@@ -93,8 +96,8 @@ def _cost(entry: Entry) -> tuple[str, str, str]:
 
 
 def is_noise(cost: Timing) -> bool:
-    """Whether a difference of times cannot be told from 0."""
-    return cost.low <= 0.0 <= cost.high
+    """Whether a cost, a difference of times, cannot be told from none: by its quartiles, or by too few repeats."""
+    return cost.low <= 0.0 or cost.repeats < FEWEST_REPEATS
 
 
 def promises_table(report: Tradeoff) -> Table:
@@ -105,7 +108,7 @@ def promises_table(report: Tradeoff) -> Table:
     return table
 
 
-def _by_reason(left_out: dict[str, str]) -> list[tuple[str, str]]:
+def by_reason(left_out: dict[str, str]) -> list[tuple[str, str]]:
     """One line for all that is left out for the same reason."""
     names: dict[str, list[str]] = {}
     for name, reason in left_out.items():

@@ -15,6 +15,8 @@ from pvphong.viewer import Viewer
 _NEAREST, _FARTHEST = 0.02, 50.0
 # An axis whose picture is shorter than this fraction of the longest points at the eye.
 _END_ON = 0.05
+# A depth of this fraction of the coordinates that it is computed from may be rounded zero.
+_BESIDE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -53,8 +55,14 @@ class View:
         return away @ self.viewer.axes.T * (1.0, 1.0, -1.0)
 
     def is_ahead(self, point: VectorLike | Float64Array) -> bool:
-        """Whether a point has a place in the picture; in parallel projection every point has."""
-        return self.viewer.parallel or bool(self.seen(point)[2] > 0.0)
+        """Whether a point has a place in the picture; in parallel projection every point has.
+
+        A point beside the eye has none, although its depth may be rounded to a little more than zero.
+        """
+        if self.viewer.parallel:
+            return True
+        seen = self.seen(point)
+        return bool(seen[2] > _BESIDE * (math.hypot(*seen) + math.hypot(*self.viewer.position)))
 
     def project(self, points: VectorLike | Float64Array) -> Float64Array:
         """Pixels, (…, 2), of points (…, 3); NaN at and behind the eye of a perspective."""

@@ -59,6 +59,22 @@ print(seconds[0] - seconds[1])
 """
 
 
+# In a process of its own, because the resident size's peak never goes down; the arrays are in place before.
+PEAK = """
+import resource, sys
+import numpy as np
+from pvphong import Material, PointLight, Scene, evaluate
+count, stored = int(sys.argv[1]), np.dtype(sys.argv[2])
+points, normals = (np.full((count, 3), value, stored) for value in (0.5, 1.0))
+scene, material = Scene([PointLight(position=(k, 2, 3)) for k in range(3)]), Material(specular=0.5, shininess=20)
+evaluate(points[:1000], normals[:1000], scene, material, backend="numba")
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+rgb = evaluate(points, normals, scene, material, backend="numba").rgb
+print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024 - rgb.nbytes)
+"""
+MANY = 10_000_000
+
+
 def scene_of(*lights):
     return Scene(lights=lights, viewer=VIEWER)
 
@@ -167,6 +183,13 @@ def estimate(call):
     return plan and sum(effect.nanoseconds(plan.effects[effect.name]) for effect in EFFECTS)
 
 
+def measure_peak(stored):
+    """MiB of resident memory at the peak beside inputs, stored as some type, and float32 output."""
+    command = [sys.executable, "-c", PEAK, str(MANY), stored]
+    run = subprocess.run(command, capture_output=True, text=True, check=True)
+    return float(run.stdout) / 2**20
+
+
 def times_table(calls, least, alone, book, count):
     table = Table(title=f"{count / 1e6:g} M vertices, least of {REPEATS} repeats in turns")
     for heading in ("workload", "ms", "over a + b", "textbook over it", "one thread, ns", "of which plan says"):
@@ -199,6 +222,8 @@ def main():
     book = least_times({"it": lambda: textbook(*arrays, scene_of(*LAMPS), SHINY)}, 3)["it"]
     rows = targets(least, book)
     rows.append(("first call over second, seconds", measure_first_call(), 0.6, False))
+    for stored in ("float32", "float64"):
+        rows.append((f"peak memory, {MANY / 1e6:g} M vertices in {stored}, MiB", measure_peak(stored), 32.0, False))
     growth = measure_growth()
     rows.append(("ns per vertex, largest over least", max(growth.values()) / min(growth.values()), 1.15, False))
     console.print(times_table(calls, least, alone, book, count))

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from pvphong.accuracy.textbook import textbook_colors as shade
 from pvphong.lights import PointLight
 from pvphong.material import Material
 from pvphong.scene import Scene
-from pvphong.accuracy.textbook import textbook_colors as shade
 from pvphong.viewer import Viewer
 
 __all__ = ["measured_scene", "shade", "vertices"]

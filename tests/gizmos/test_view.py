@@ -5,6 +5,8 @@ import pytest
 import vtk
 from views import EVERYWHERE, SCALES, view
 
+from pvphong.lights import PointLight
+
 POINTS = np.array([(0.3, 0.1, 0.2), (-1.0, 0.7, -0.4), (1.5, 1.1, 0.9)])
 
 
@@ -101,6 +103,21 @@ def test_an_axis_that_nearly_points_at_the_eye_is_not_chosen():
 
 def test_no_motion_has_no_axis():
     assert view().axis_along(np.zeros(3), np.zeros(2)) is None
+
+
+def test_a_light_that_the_eye_carries_beside_it_is_never_ahead():
+    """As the kits of lights have them. For half of all cameras its depth is rounded to a little more than zero."""
+    random, rounded_up = np.random.default_rng(3), 0
+    for scale in (1e-6, 1.0, 1e6):
+        for position, focal_point in random.normal(size=(100, 2, 3)):
+            seen_from = view(scale=scale, position=position + 10.0, focal_point=focal_point + 10.0)
+            for far in (0.0, 1.0, 1e3):
+                carried = PointLight(position=(5.5 * scale * far, -4.4 * scale * far, 0.0), frame="camera")
+                at = carried.in_world(seen_from.viewer).position
+                assert not seen_from.is_ahead(at)
+                rounded_up += bool(seen_from.seen(at)[2] > 0)
+            assert seen_from.is_ahead(seen_from.viewer.focal_point)
+    assert rounded_up > 100
 
 
 def test_behind_the_eye_of_a_perspective_there_is_no_picture():

@@ -48,7 +48,7 @@ def test_row_21_normals_are_those_of_the_stored_points(offset):
             bounds.append(8 * U * exact.slenderness(stored[face]))
         else:
             assert not normal.any()
-    record(f"21 offset={offset:g}", "face_normals", "float32 points", errors, bounds)
+    record(f"21 offset={offset:g}", "face_normals", "float32", errors, bounds)
 
 
 @pytest.mark.parametrize("offset", [1e4, 1e6, 1e8])

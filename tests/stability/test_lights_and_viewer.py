@@ -127,7 +127,7 @@ def far_out(evaluator: Evaluator, offset: float, stored: Any) -> None:
     scene = Scene([lamp], Viewer(position=eye, focal_point=centre), UNLIT)
     truth = as_array(shade(points, normals, scene, GLOSSY), "unclamped")[:, 0]
     got = evaluator(points, normals, scene, GLOSSY).rgb[:, 0].astype(float)
-    label = f"47 {offset:.0e} {np.dtype(stored).name} points"
+    label = f"47 {offset:.0e} {np.dtype(stored).name}"
     evaluator.record(label, abs(got - truth), 1e-5 * evaluator.step / V)
     with np.errstate(all="ignore"):
         in_float32 = naive.shade(points, normals, lamp.position, eye, GLOSSY, np.float32).astype(float)

@@ -101,8 +101,8 @@ def test_row_22_sliver(power):
 ROOF = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 
 FLAWS = {
-    "two-corners-one-index": (ROOF, [0, 1, 1]),
-    "one-index": (ROOF, [2, 2, 2]),
+    "one-index-twice": (ROOF, [0, 1, 1]),
+    "one-index-thrice": (ROOF, [2, 2, 2]),
     "duplicate-points": (np.array([*ROOF, [0.0, 1.0, 0.0]]), [2, 4, 1]),
     "collinear": (np.array([*ROOF, [0.1, 0.2, 0.3], [0.2, 0.4, 0.6], [0.4, 0.8, 1.2]]), [4, 5, 6]),
     "collinear-to-the-last-bit": (np.array([*ROOF, [0.1, 0.2, 0.3], [0.3, 0.6, 0.9], [0.7, 1.4, 2.1]]), [4, 5, 6]),

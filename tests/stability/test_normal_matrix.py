@@ -8,8 +8,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from stability import exact_normals as exact
+from stability.evaluators import EVALUATORS, UNLIT
 from stability.ledger import U, record
 
+from pvphong import DirectionalLight, Material, Scene, Viewer
 from pvphong.transform import SingularMatrixWarning, normal_matrix, transform_normals
 
 SAMPLES = 60
@@ -213,6 +215,52 @@ def test_row_13_a_negative_w_turns_normals_round():
     matrix = np.diag([5.0, 5.0, 5.0, -2.0])
     record("13", "transform_normals", "float64", np.abs(transform_normals(normals, matrix) + unit), 0.0)
     assert np.array_equal(normal_matrix(matrix) < 0.0, np.eye(3, dtype=bool))
+
+
+TO_LIGHT = np.array([0.5, -0.625, 0.75])
+MATT = Material(ambient=0.0, diffuse=1.0)
+
+TRANSFORMED = {
+    "1 c=1e+16": lambda: stretched([1.0, 1.0, 1e-16], samples=20),
+    "2 c=1e+16": lambda: stretched([1.0, 1e-8, 1e-16], samples=20),
+    "3 c=1e+16": lambda: stretched([1.0, 1e-16, 1e-16], samples=20),
+    "5 k=1e+12": lambda: sheared(1e12, samples=20),
+    "6 1e-25": lambda: stretched([1e-25] * 3, samples=20),
+    "6 1e+29": lambda: stretched([1e29] * 3, samples=20),
+    "7 a=1e+29": lambda: [(affine(np.diag([1e29, 1.0, 1e-29])), normal) for normal in (np.ones(3), *np.eye(3))],
+    "8 mirror": lambda: [(affine(np.diag([1.0, -3.0, 1.0])), normal) for normal in (np.ones(3), *np.eye(3))],
+    "11 c=1e+12": lambda: [(m, m[:3, :3].T @ n) for m, n in stretched([1.0, 1e-6, 1e-12], seed=11, samples=20)],
+    "13": lambda: [(np.diag([5.0, 5.0, 5.0, -2.0]), normal) for normal in (np.ones(3), *np.eye(3))],
+}
+
+
+def brightness(evaluator, matrix, normal, image):
+    """Error of n·l for the side of the surface that the exact, unnormalised `image` of the normal lies on."""
+    cosine = exact.dot(exact.unit(image), exact.unit(exact.fractions(TO_LIGHT)))
+    light = DirectionalLight(direction=-TO_LIGHT * np.sign(float(cosine)))
+    scene = Scene([light], Viewer(), UNLIT)
+    return abs(evaluator(np.zeros((1, 3)), normal[None], scene, MATT, matrix=matrix).rgb[0, 0] - abs(float(cosine)))
+
+
+@pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
+@pytest.mark.parametrize("row", TRANSFORMED)
+def test_row_as_lit(row, evaluator):
+    errors, bounds = [], []
+    for matrix, normal in TRANSFORMED[row]():
+        truth = exact.inverse_transpose(matrix)
+        errors.append(brightness(evaluator, matrix, normal, exact.apply(truth, normal)))
+        bounds.append(4 * U * max(1.0, exact.amplification(truth, normal)) + 10 * evaluator.step)
+    evaluator.record(row, errors, bounds)
+
+
+@pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
+@pytest.mark.parametrize("case", [case for case in FLATTENED if case != "tiny"])
+def test_row_9_as_lit(case, evaluator):
+    linear, cofactors = FLATTENED[case]
+    normal = np.array([0.25, -1.0, 2.0])
+    with pytest.warns(SingularMatrixWarning):
+        error = brightness(evaluator, affine(linear), normal, exact.apply(exact.fractions(cofactors), normal))
+    evaluator.record(f"9 {case}", error, 10 * evaluator.step)
 
 
 def test_the_sign_is_right_on_both_sides_of_a_singular_matrix():

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from oracle import as_array, shade
 from stability import exact_normals as exact
+from stability.evaluators import EVALUATORS, UNLIT
 from stability.ledger import U, V, record
 
+from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Viewer
 from pvphong.normals import implicit_normals
 from pvphong.transform import normalize, transform_normals
 
@@ -87,3 +90,43 @@ def test_row_18_a_nan_or_infinity_gives_zero_and_spoils_no_neighbour(bad, dtype)
         observed = evaluator(spoilt)
         record(f"18 {bad}", "normalize", np.dtype(dtype).name, np.abs(observed[7]), 0.0)
         assert np.array_equal(observed[others], evaluator(stored)[others])
+
+
+# --- as evaluators light them ---
+
+SUN = DirectionalLight(direction=(-1.0, 2.0, -3.0))
+
+
+@pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
+@pytest.mark.parametrize(
+    ("length", "stored_as"),
+    [(length, np.float32) for length in FLOAT32_LENGTHS] + [(length, np.float64) for length in FLOAT64_LENGTHS],
+    ids=lambda value: f"{value:.0e}" if isinstance(value, float) else np.dtype(value).name,
+)
+def test_row_15_16_as_lit(length, stored_as, evaluator):
+    stored = (directions(15, 12) * length).astype(stored_as)
+    stored = stored[stored.any(axis=1)]
+    scene, matt = Scene([SUN], Viewer(), UNLIT), Material(ambient=0.0, diffuse=1.0)
+    truth = as_array(shade(np.zeros_like(stored), stored, scene, matt), "unclamped")
+    observed = evaluator(np.zeros_like(stored), stored, scene, matt).rgb
+    row = f"{15 if stored_as == np.float32 else 16} {length:.0e}"
+    evaluator.record(row, np.abs(observed - truth), 10 * evaluator.step)
+
+
+@pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
+@pytest.mark.parametrize("bad", [(0.0, -0.0, 0.0), *BAD_ROWS], ids=str)
+def test_rows_17_18_as_lit(bad, evaluator):
+    """Ambient light and emission only: 1/4 · 1/2 of the model's, 1/4 · 1/8 of the lamp's, and 1/16."""
+    rng = np.random.default_rng(17)
+    points, stored = rng.normal(size=(50, 3)), directions(17, 46)
+    scene = Scene(
+        [SUN, PointLight(position=(1.0, 2.0, 9.0), ambient=0.125)],
+        Viewer(position=(0.0, 0.0, 9.0)),
+        LightModel(ambient=0.5),
+    )
+    shiny = Material(ambient=0.25, diffuse=0.5, specular=0.5, shininess=3.0, emission=0.0625)
+    spoilt = stored.copy()
+    spoilt[7] = bad
+    before, after = (evaluator(points, normals, scene, shiny).rgb for normals in (stored, spoilt))
+    evaluator.record(f"{18 if any(bad) else 17}", np.abs(after[7] - 0.21875), 0.0)
+    assert np.array_equal(np.delete(after, 7, axis=0), np.delete(before, 7, axis=0))
