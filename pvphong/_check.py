@@ -18,6 +18,7 @@ from pvphong._host import color_by_name
 from pvphong._types import Color, Float64Array, FloatArray, Vector
 
 _LONGEST_SHOWN = 80
+_ROWS = "an (n, 3) array of real numbers"
 
 
 def refuse(name: str, got: object, allowed: str, remedy: str = "") -> NoReturn:
@@ -161,7 +162,7 @@ def _triple(name: str, value: Sequence[Any] | np.ndarray, allowed: str) -> Color
     return red, green, blue
 
 
-def array(name: str, value: Any, *, count: int | None = None) -> FloatArray:
+def array(name: str, value: Any, *, count: int | None = None, allowed: str = _ROWS) -> FloatArray:
     """An (n, 3) array of float32 or float64; other real types are widened to float64.
 
     Parameters
@@ -169,24 +170,33 @@ def array(name: str, value: Any, *, count: int | None = None) -> FloatArray:
     name : str
         The argument's name.
     value : array_like
-        Shape (n, 3). float32 and float64 are passed on without a copy; float16, integers and long
-        doubles become float64.
+        Shape (n, 3). float32 and float64 are passed on without a copy, in another byte order with one; float16,
+        integers and long doubles become float64.
     count : int, optional
         The number of rows that it must have.
+    allowed : str
+        What the message says is allowed, where that is more than an array.
 
     Raises
     ------
     ValueError
         For another shape, another number of rows, or strings, objects and complex numbers.
     """
-    result = real_array(name, value, "an (n, 3) array of real numbers")
+    result = rows(name, value, count=count, allowed=allowed)
+    native = result.dtype.newbyteorder("=")
+    if native not in (np.float32, np.float64):
+        native = np.dtype(np.float64)
+    with np.errstate(over="ignore"):  # a long double beyond float64's range becomes infinite
+        return result.astype(native, copy=False)
+
+
+def rows(name: str, value: Any, *, count: int | None = None, allowed: str = _ROWS) -> Any:
+    """An (n, 3) array of real numbers of any type; else as `array`."""
+    result = real_array(name, value, allowed)
     if result.ndim != 2 or result.shape[1] != 3:
-        refuse(name, f"an array of shape {result.shape}", "an (n, 3) array of real numbers")
+        refuse(name, f"an array of shape {result.shape}", allowed)
     if count is not None and len(result) != count:
         refuse(name, f"{len(result)} rows", f"an array with one row per point, {count} rows")
-    if result.dtype not in (np.float32, np.float64):
-        with np.errstate(over="ignore"):  # a long double beyond float64's range becomes infinite
-            result = result.astype(np.float64)
     return result
 
 
@@ -197,7 +207,7 @@ def real_array(name: str, value: Any, allowed: str) -> Any:
     except ValueError:
         refuse(name, f"a ragged {type(value).__name__}", allowed)
     if result.dtype.kind not in "fiu":
-        refuse(name, f"an array of {result.dtype}", allowed)
+        refuse(name, f"an array of {result.dtype}" if result.ndim else value, allowed)
     return result
 
 

@@ -12,7 +12,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from pvphong._types import ColorLike, MatrixLike, Reflection, Vector, VectorLike, rgb
+from pvphong import _check
+from pvphong._types import ColorLike, Float64Array, MatrixLike, Reflection, Vector, VectorLike, rgb
 from pvphong.lights import DirectionalLight, Light, PointLight, SpotLight
 from pvphong.material import Material
 from pvphong.scene import Scene
@@ -45,7 +46,8 @@ class LightTerm:
     ambient, diffuse, specular : tuple of float
         Its colours times intensity times the material's, divided by `gain`: at most 1.
     gain : float
-        A power of two, which may be beyond float32's range: a light that is bright because it is far away.
+        What the colours are to be multiplied by; it may be beyond float32's range, as where a light is bright because
+        it is far away.
     """
 
     light: Light
@@ -54,6 +56,11 @@ class LightTerm:
     diffuse: Vector
     specular: Vector
     gain: float
+
+    @property
+    def is_black(self) -> bool:
+        """Whether it adds nothing anywhere: its colours, its intensity or the material's are 0."""
+        return not (any(self.ambient) or any(self.diffuse) or any(self.specular))
 
 
 @dataclass(frozen=True)
@@ -84,8 +91,8 @@ class Equation:
         Whether that is judged from `eye`, rather than along `to_eye`.
     clamp : bool
         Whether the sum is clamped to [0, 1].
-    matrix : array_like or None
-        (4, 4) model matrix, None for the identity.
+    matrix : ndarray or None
+        (4, 4) model matrix, float64 and read-only; None for the identity.
     turns_normals : bool
         Whether the matrix changes the directions of normals.
     """
@@ -102,7 +109,7 @@ class Equation:
     two_sided: bool
     local_facing: bool
     clamp: bool
-    matrix: MatrixLike | None
+    matrix: Float64Array | None
     turns_normals: bool
 
     @cached_property
@@ -132,12 +139,15 @@ class Equation:
 
 
 def assemble(scene: Scene, material: Material, matrix: MatrixLike | None) -> Equation:
-    """The equation of a scene and a material, in the scene's convention."""
-    standard = _standard(scene, material, matrix)
+    """The equation of a scene and a material, in the scene's convention; the matrix is copied."""
+    copied = None if matrix is None else _check.matrix4("matrix", matrix)
+    if copied is not None:
+        copied.flags.writeable = False
+    standard = _standard(scene, material, copied)
     return standard if scene.light_model.convention == "standard" else _as_vtk(standard, scene, material)
 
 
-def _standard(scene: Scene, material: Material, matrix: MatrixLike | None) -> Equation:
+def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> Equation:
     model, viewer = scene.light_model, scene.viewer
     local = model.local_viewer and not viewer.parallel
     x, y, z = viewer.view_direction

@@ -7,6 +7,7 @@ from typing import Any, get_args
 import numpy as np
 
 from pvphong import _check, kernel, reference
+from pvphong._albedo import checked_albedo
 from pvphong._types import Backend, ByteArray, FloatArray, MatrixLike, Precision
 from pvphong.equation import Equation
 from pvphong.material import Material
@@ -15,8 +16,9 @@ from pvphong.scene import Scene
 from pvphong.shading import Shading
 from pvphong.transform import normal_matrix
 
-# Vertices times lights from which the compiled evaluator is worth the half second that it takes to load. The rule
-# looks at nothing else, so that equal calls give equal bits.
+# Vertices times lights from which the compiled evaluator is worth the half second that it takes to load, or once per
+# installation the ten or more that it takes to compile. The rule looks at nothing else, so that equal calls give equal
+# bits.
 _WORTH_COMPILING = 2**18
 # Vertices whose float colours are held at once on their way to 0-255.
 _DISPLAYED_AT_ONCE = 2**17
@@ -61,11 +63,13 @@ def evaluate(
         clipped to [0, 1], a NaN counts as 0.
     precision : {"float32", "float64"}
         Of the result, and of the arithmetic after positions are subtracted. float32 errs by at most
-        (4√shininess + 16) · 2⁻²⁴ · (1 + number of lights), for colours of size 1.
+        (4√n + 16) · 2⁻²⁴ · (1 + number of lights) for colours of size 1, n the largest of the material's
+        shininess and the spot lights' exponents.
     backend : {"auto", "numpy", "numba"}
         Which evaluator computes: the readable one in NumPy, or the compiled one, which needs the extra `fast`.
-        "auto" takes the compiled one where it is installed and the work is worth its start. What it cannot
-        do (components, and coordinates beyond 2¹⁰⁰) NumPy does.
+        "auto" takes the compiled one where it is installed and the work is worth its start: half a second per
+        process, and once per installation ten seconds or more to compile. What it cannot do (components, and
+        coordinates beyond 2¹⁰⁰) NumPy does.
     tolerance : float, default 0
         Largest absolute colour error that may be traded for time; 0 allows no approximation.
     components : bool, default False
@@ -100,17 +104,18 @@ def evaluate(
 def _run(
     points: FloatArray, normals: FloatArray, equation: Equation, albedo: Any, result: Shading, backend: Backend
 ) -> None:
-    if backend == "numba" and not kernel.is_available():
-        remedy = 'pip install "pvphong[fast]" installs it; backend="auto" does without where it is missing.'
-        _check.refuse("backend", backend, "'auto' or 'numpy' where Numba is not installed", remedy)
+    obstacle = kernel.obstacle() if backend == "numba" else None
+    if obstacle is not None:
+        where, remedy = obstacle
+        _check.refuse("backend", backend, f"'auto' or 'numpy' {where}", remedy)
     compiled = backend == "numba" or (backend == "auto" and is_worth_compiling(len(points), equation))
     if not (compiled and kernel.shade(points, normals, equation, albedo, result)):
         reference.shade(points, normals, equation, albedo, result)
 
 
 def is_worth_compiling(count: int, equation: Equation) -> bool:
-    """Whether `backend="auto"` takes the compiled evaluator for so many vertices."""
-    return count * len(equation.terms) >= _WORTH_COMPILING
+    """Whether `backend="auto"` takes the compiled evaluator: not for few vertices, nor where it would compile anew."""
+    return count * len(equation.terms) >= _WORTH_COMPILING and kernel.keeps_code()
 
 
 def display_colors(points: FloatArray, normals: FloatArray, equation: Equation, albedo: Any, out: ByteArray) -> None:
@@ -144,19 +149,3 @@ def _empty(count: int, lights: int, real: np.dtype[Any], components: bool) -> Sh
     ambient, diffuse, specular, emission, base = (np.zeros((count, 3), real) for _ in range(5))
     per_light = np.zeros((lights, count, 3), real)
     return Shading(rgb, ambient, diffuse, specular, emission, per_light, base)
-
-
-def checked_albedo(value: Any, count: int) -> FloatArray:
-    """An albedo as `evaluate` takes it, in [0, 1]; raises ``ValueError`` for what is none of `count` vertices."""
-    given = _check.real_array("albedo", value, "an (n, 3) array of real numbers")
-    if given.ndim == 2 and given.shape[1] == 4:
-        _check.refuse(
-            "albedo", f"an array of shape {given.shape}", "of shape (n, 3)", "Leave out the opacity: [:, :3]."
-        )
-    if given.dtype.kind in "iu" and given.dtype != np.uint8:
-        remedy = "Convert 0-255 to uint8, or divide it by 255."
-        _check.refuse("albedo", f"an array of {given.dtype}", "uint8 or floats", remedy)
-    shades = _check.array("albedo", given, count=count)
-    if given.dtype == np.uint8:
-        return shades / 255.0
-    return np.fmin(np.fmax(shades, 0.0), 1.0)  # fmax takes 0 before a NaN

@@ -8,14 +8,16 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
+from vtkmodules.vtkCommonDataModel import vtkDataObject
 
 from pvphong import _check
 from pvphong._types import FloatArray, MatrixLike, Weighting
 from pvphong.evaluation import evaluate
 from pvphong.material import Material
 from pvphong.planning import Plan, check_scene_and_material, make_plan
-from pvphong.scene import Scene
+from pvphong.scene import Scene, light_labels
 from pvphong.surface import surface, vertex_normals
+from pvphong.transform import normal_matrix
 
 _CARRIED = "_pvphong_albedo"
 
@@ -104,7 +106,8 @@ def plan(
     Parameters
     ----------
     mesh_or_points : pyvista.DataSet or array_like
-        A mesh, or points of shape (n, 3). Of a mesh the normals are known too, and may rule out highlights.
+        A mesh, or points of shape (n, 3). Of a mesh the normals are known too, and may rule out highlights: with
+        a tolerance, `evaluate` may leave out more of bare points than the plan says, within that tolerance.
     scene : Scene
         Lights, viewer and light model.
     material : Material
@@ -126,13 +129,27 @@ def plan(
     """
     check_scene_and_material(scene, material)
     tolerance = _check.number("tolerance", tolerance, at_least=0.0)
+    if matrix is not None:
+        normal_matrix(matrix)  # refuses what `evaluate` refuses
     if not isinstance(mesh_or_points, pv.DataSet):
-        points = _check.array("mesh_or_points", mesh_or_points)
+        points = _bare_points(mesh_or_points)
         return make_plan(points, None, scene, material, matrix, tolerance)
     source = surface(mesh_or_points)
     asks_for_normals = tolerance or scene.light_model.two_sided
     normals = point_normals(source) if asks_for_normals else None
     return make_plan(_check.array("points", source.points), normals, scene, material, matrix, tolerance)
+
+
+def _bare_points(given: Any) -> FloatArray:
+    """Points without a mesh, checked."""
+    allowed = "a mesh or an (n, 3) array of real numbers"
+    if isinstance(given, pv.MultiBlock):
+        remedy = "blocks.phong.plan(...) plans each block by itself."
+        _check.refuse("mesh_or_points", f"a MultiBlock of {given.n_blocks}", allowed, remedy)
+    if isinstance(given, vtkDataObject):
+        remedy = "pyvista.wrap(...) makes a mesh of VTK's datasets."
+        _check.refuse("mesh_or_points", f"a {type(given).__name__}", allowed, remedy)
+    return _check.array("mesh_or_points", given, allowed=allowed)
 
 
 def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None) -> FloatArray:
@@ -158,14 +175,6 @@ def _normals_that_are_read(
     return np.broadcast_to(np.zeros(3, np.float32), points.shape)
 
 
-def light_labels(scene: Scene) -> list[str]:
-    """What names each light's array: its name if no other light could be meant by it, else its index."""
-    indices = [str(index) for index in range(len(scene.world_lights))]
-    names = [light.name for light in scene.world_lights]
-    counts = Counter(names + indices)
-    return [name if name and counts[name] == 1 else index for name, index in zip(names, indices, strict=True)]
-
-
 def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: str = "") -> pv.MultiBlock:
     """A new MultiBlock of the same structure and names, with `operation` applied to each dataset.
 
@@ -189,14 +198,26 @@ def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: st
     return result
 
 
-def datasets(blocks: pv.MultiBlock, place: str = "") -> Iterator[tuple[str, pv.DataSet]]:
-    """The path and the dataset of each block that is not empty."""
+def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
+    """The path of names and the dataset of each block that is not empty.
+
+    A path that several blocks share has their indices appended: "wheel [2]" is blocks[2], "car/wheel [0][2]" is
+    blocks[0][2]. A block without a name goes by its index.
+    """
+    found = list(_datasets(blocks))
+    counts = Counter(path for path, _, _ in found)
+    for path, place, block in found:
+        yield (path if counts[path] == 1 else f"{path} {place}"), block
+
+
+def _datasets(blocks: pv.MultiBlock, names: tuple[str, ...] = (), place: str = "") -> Iterator[tuple[str, str, Any]]:
+    """Path, indices and dataset of each."""
     for index, block in enumerate(blocks):
-        path = f"{place}/{blocks.get_block_name(index)}".lstrip("/")
+        path, where = (*names, blocks.get_block_name(index) or str(index)), f"{place}[{index}]"
         if isinstance(block, pv.MultiBlock):
-            yield from datasets(block, path)
+            yield from _datasets(block, path, where)
         elif isinstance(block, pv.DataSet) and block.n_points:
-            yield path, block
+            yield "/".join(path), where, block
 
 
 def surface_and_albedo(mesh: pv.DataSet, albedo: Any) -> tuple[pv.PolyData, Any]:

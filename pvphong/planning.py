@@ -6,14 +6,18 @@ import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import reduce
-from typing import Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 from pvphong import _check
 from pvphong._types import FloatArray, MatrixLike
 from pvphong.effects import EFFECTS, Decision, Draft, Extent, Note
 from pvphong.equation import Equation, assemble
 from pvphong.material import Material
-from pvphong.scene import Scene
+from pvphong.scene import Scene, light_labels
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,26 +53,40 @@ class Plan:
         Nanoseconds are those of the compiled evaluator in float32 on one core of a server's processor of 2022,
         as estimates; `tradeoff` measures what leaving out an effect saves where you are.
         """
-        from rich import box
         from rich.console import Console
+
+        text = io.StringIO()
+        Console(file=text, width=100, color_system=None, markup=False, emoji=False).print(self._table())
+        depends = "change" if self.view_dependent else "do not change"
+        reads = ", ".join(sorted(self.needs)) or "nothing"
+        lines = [
+            *(line.rstrip() for line in text.getvalue().splitlines()),
+            "ns/vertex: estimates for the compiled evaluator in float32 on one core.",
+            f"It reads {reads}; the colours {depends} when the viewer moves.",
+        ]
+        return "\n".join(lines) + "\n"
+
+    def _table(self) -> Table:
+        from rich import box
         from rich.table import Table
 
-        table = Table(title=f"error bound {self.error_bound:.3g} of {self.tolerance:.3g}", box=box.SIMPLE_HEAD)
-        for heading in ("effect", "", "why", "reads", "error bound", "~ ns per vertex"):
-            is_number = heading in ("error bound", "~ ns per vertex")
-            table.add_column(heading, justify="right" if is_number else "left", overflow="fold")
+        spent = {effect.name: effect.nanoseconds(self.effects[effect.name]) for effect in EFFECTS}
+        title = f"error bound {self.error_bound:.3g}, tolerance {self.tolerance:.3g}"
+        title = title if self.tolerance else "exact: tolerance 0"
+        table = Table(title=title, box=box.SIMPLE, padding=(0, 1, 0, 0), show_footer=True, expand=True)
+        table.add_column("effect", "sum", no_wrap=True)
+        table.add_column("", no_wrap=True)
+        table.add_column("why", ratio=1, overflow="fold")
+        table.add_column("reads", no_wrap=True)
+        table.add_column("bound", f"{self.error_bound:.2g}", justify="right", no_wrap=True)
+        table.add_column("ns/vertex", f"{sum(spent.values()):.1f}", justify="right", no_wrap=True)
         for effect in EFFECTS:
             choice = self.effects[effect.name]
             reads = ", ".join(effect.inputs) if choice.on else ""
             bound = f"{choice.bound:.2g}" if choice.bound else ""
-            spent = effect.nanoseconds(choice)
-            cost = f"{spent:.1f}" if spent else ""
+            cost = f"{spent[effect.name]:.1f}" if spent[effect.name] else ""
             table.add_row(effect.name, "on" if choice.on else "off", choice.why, reads, bound, cost)
-        text = io.StringIO()
-        Console(file=text, width=100, color_system=None).print(table)
-        depends = "change" if self.view_dependent else "do not change"
-        reads = ", ".join(sorted(self.needs)) or "nothing"
-        return f"{text.getvalue()}It reads {reads}; the colours {depends} when the viewer moves.\n"
+        return table
 
 
 def make_plan(
@@ -87,26 +105,32 @@ def plan_equation(
     equation: Equation, points: FloatArray, normals: FloatArray | None, scene: Scene, tolerance: float
 ) -> Plan:
     """The plan for the equation of a scene, or one that was rewritten from it."""
+    labels = light_labels(scene, "light ")
     draft = Draft(
         equation=equation,
-        labels=_labels(scene),
+        labels=labels,
         extent=Extent(points, normals, equation.matrix),
         tolerance=tolerance,
         notes=tuple(
             Note("lights", label, "switched off")
-            for label, light in zip(_labels(scene), scene.world_lights, strict=True)
+            for label, light in zip(labels, scene.world_lights, strict=True)
             if not light.on
         ),
     )
     draft = reduce(lambda so_far, effect: effect.simplify(so_far), EFFECTS, draft)
-    equation = draft.equation
+    left = draft.equation
     return Plan(
-        effects={effect.name: effect.decide(draft) for effect in EFFECTS},
-        needs=_needs(equation),
-        view_dependent=_is_view_dependent(equation, scene) or any(note.here for note in draft.notes),
+        effects=MappingProxyType({effect.name: effect.decide(draft) for effect in EFFECTS}),
+        needs=_needs(left),
+        view_dependent=(
+            left.has_highlights
+            or left.is_flipped
+            or any(note.here for note in draft.notes)
+            or _has_riding_light(equation, scene)
+        ),
         tolerance=tolerance,
         error_bound=draft.error_bound,
-        equation=equation,
+        equation=left,
     )
 
 
@@ -118,10 +142,6 @@ def check_scene_and_material(scene: Any, material: Any) -> None:
         _check.refuse("material", material, "a Material", "Material.from_property makes one of a pyvista.Property.")
 
 
-def _labels(scene: Scene) -> tuple[str, ...]:
-    return tuple(light.name or f"light {index}" for index, light in enumerate(scene.world_lights))
-
-
 def _needs(equation: Equation) -> frozenset[str]:
     needs = {
         "points": equation.needs_points,
@@ -131,8 +151,7 @@ def _needs(equation: Equation) -> frozenset[str]:
     return frozenset(name for name, needed in needs.items() if needed)
 
 
-def _is_view_dependent(equation: Equation, scene: Scene) -> bool:
-    """Through highlights, through turned normals, or through a light that rides along with the viewer."""
+def _has_riding_light(equation: Equation, scene: Scene) -> bool:
+    """Whether a light that shines moves with the viewer: left out here, it may reach the mesh from elsewhere."""
     lights = tuple(scene.lights)
-    rides = any(lights[term.index].frame != "world" for term in equation.terms)
-    return rides or equation.has_highlights or equation.is_flipped
+    return any(lights[term.index].frame != "world" and not term.is_black for term in equation.terms)

@@ -359,3 +359,7 @@ class PlotterPhong:
             unwrap_outputs(plotter)
         self._panes.clear()
         self._history.clear()
+
+    def __plotter_deep_clean__(self) -> None:
+        """As at a close: what PyVista has cleaned has no camera any more, and events may still come."""
+        self.__plotter_close__()

@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pvphong._albedo import reflectances
 from pvphong._types import Float64Array, FloatArray, Vector
 from pvphong._vectors import columns, dot, moderate, square_of_cross, towards
 from pvphong.equation import BRIGHTEST, Equation, LightTerm
@@ -69,16 +70,28 @@ def shade(
     equation : Equation
         What to evaluate.
     albedo : ndarray or None
-        Shape (n, 3) in [0, 1]; multiplies the material's ambient and diffuse.
+        Shape (n, 3), as `checked_albedo` gives it; multiplies the material's ambient and diffuse.
     result : Shading
         `rgb` is filled in, the others are added to; their type is the precision.
     """
+    is_even = not (equation.needs_points or equation.needs_normals or albedo is not None)
     for start in range(0, len(points), BLOCK):
         part = slice(start, start + BLOCK)
+        if start and is_even:
+            _repeat(result, part)
+            continue
         shades = None if albedo is None else albedo[part]
         with np.errstate(divide="ignore", under="ignore", over="ignore"):
             surface = _surface(points[part], normals[part], shades, equation, result.rgb.dtype.type)
             _shade_block(surface, equation, _part(result, part))
+
+
+def _repeat(result: Shading, part: slice) -> None:
+    """The first block's values once more: nothing tells one vertex from another."""
+    for array in vars(result).values():
+        if array is not None:
+            here = array[..., part, :]
+            here[:] = array[..., : here.shape[-2], :]
 
 
 def _part(result: Shading, part: slice) -> Shading:
@@ -107,7 +120,7 @@ def _surface(
         normals=raw * inverse_length if _needs_unit_normals(equation) else _NOTHING,
         to_viewer=v.astype(real, copy=False),
         unseen=unseen,
-        albedo=None if albedo is None else albedo.T.astype(real),
+        albedo=None if albedo is None else reflectances(albedo).T.astype(real),
     )
 
 

@@ -10,11 +10,11 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from pvphong import _check
+from pvphong._albedo import checked_albedo, reflectances
 from pvphong._interpolation import all_errors
 from pvphong._lit_vertices import Lighting, Vertices, moderate
 from pvphong._refining import Refinement
 from pvphong._types import Float64Array, FloatArray, IntArray, MatrixLike, Precision
-from pvphong.evaluation import checked_albedo
 from pvphong.material import Material
 from pvphong.mesh import point_normals, surface_and_albedo
 from pvphong.planning import check_scene_and_material
@@ -198,7 +198,7 @@ def _lit_triangles(
     source, given = surface_and_albedo(mesh, albedo)
     if not has_faces(source):
         _check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", "A cloud has no inside.")
-    shades = None if given is None else checked_albedo(given, source.n_points).astype(np.float64)
+    shades = None if given is None else reflectances(checked_albedo(given, source.n_points)).astype(np.float64)
     triangles = source if source.is_all_triangles else _faces_alone(source).triangulate()
     corners: IntArray = triangles.regular_faces.astype(np.intp)
     normals = point_normals(source)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
@@ -205,6 +206,22 @@ class Scene:
             viewer=_value("viewer", Viewer, document.get("viewer", {})),
             light_model=_value("light_model", LightModel, document.get("light_model", {})),
         )
+
+
+def light_labels(scene: Scene, numbered: str = "") -> tuple[str, ...]:
+    """What names each of a scene's lights, no two alike: its name, or its index where it has none or shares it.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its lights are named in their order, the off ones too.
+    numbered : str, default ""
+        Stands before an index.
+    """
+    names = [light.name for light in scene.lights]
+    indices = [f"{numbered}{index}" for index in range(len(names))]
+    counts = Counter(names + indices)
+    return tuple(name if name and counts[name] == 1 else index for name, index in zip(names, indices, strict=True))
 
 
 def _type_name(light: Light) -> str:

@@ -11,6 +11,8 @@ import time
 from io import BytesIO
 
 SIZE = (640, 480)
+ESCAPE = "\ue00c"
+"""As WebDriver names the key."""
 FLAGS = (
     "--headless",
     "--no-sandbox",
@@ -20,6 +22,7 @@ FLAGS = (
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
+    "--disable-dev-shm-usage",
     "--hide-scrollbars",
     "--force-device-scale-factor=1",
 )
@@ -115,9 +118,22 @@ class Page:
         self.press(start)
         self.wait(lambda state: state["dragging"])
         for part in (0.25, 0.5, 0.75, 1.0):
-            time.sleep(0.05)  # trame leaves out moves that come faster than 30 a second
-            self.point([round(s) + part * b for s, b in zip(start, by, strict=True)])
-        return self.settled()
+            end = [round(s) + part * b for s, b in zip(start, by, strict=True)]
+            self.point(end)
+            time.sleep(0.1)
+        for _ in range(20):  # trame leaves out moves that come faster than 30 a second, the last one too
+            if self._is_at(end):
+                return self.settled()
+            for pixel in ((end[0] + 1, end[1]), end):
+                self.point(pixel)
+                time.sleep(0.2)
+        raise AssertionError("the pointer did not arrive")
+
+    def _is_at(self, pixel):
+        """Whether the plotter knows that the pointer is there; it may be drawing fewer pixels than the page has."""
+        state = self.ask("state")
+        scaled = [at * shown / size for at, shown, size in zip(state["cursor"], self.size, state["size"], strict=True)]
+        return max(abs(at - wanted) for at, wanted in zip(scaled, pixel, strict=True)) < 2
 
     def drop(self):
         """Button up."""

@@ -7,11 +7,12 @@ import sys
 import numpy as np
 import pytest
 import pyvista as pv
+import vtk
 
 import pvphong as ph
 from pvphong.lights import DirectionalLight, PointLight
 from pvphong.material import Material
-from pvphong.mesh import shade_mesh
+from pvphong.mesh import datasets, shade_mesh
 from pvphong.scene import Scene
 
 SCENE = Scene(lights=[DirectionalLight(direction=(-1, -2, -3)), PointLight(position=(1, 1, 2))])
@@ -112,6 +113,29 @@ def test_plan_is_the_functions():
     mesh = pv.Sphere()
     ours = mesh.phong.plan(SCENE, Material(specular=0.5), tolerance=0.01)
     assert ours.explain() == ph.plan(mesh, SCENE, Material(specular=0.5), tolerance=0.01).explain()
+
+
+def wheel(size):
+    return pv.Plane(i_resolution=size)
+
+
+def test_every_block_has_its_own_plan_and_diagnosis_where_names_are_shared_or_missing():
+    car = pv.MultiBlock()
+    for size in (1, 2):
+        car.append(wheel(size), "wheel")
+    car.append(wheel(3), "hood")
+    blocks = pv.MultiBlock()
+    blocks.append(car, "car")
+    blocks.append(wheel(4), "car/hood")
+    nameless = vtk.vtkMultiBlockDataSet()
+    nameless.SetBlock(0, wheel(5))
+    nameless.SetBlock(1, wheel(6))
+    blocks.append(pv.wrap(nameless), "rest")
+    paths = ["car/wheel [0][0]", "car/wheel [0][1]", "car/hood [0][2]", "car/hood [1]", "rest/0", "rest/1"]
+    assert list(blocks.phong.plan(SCENE)) == paths
+    sizes = [block.n_cells for _, block in datasets(blocks)]
+    assert sizes == [10, 20, 30, 40, 50, 60]
+    assert list(blocks.phong.diagnose()) == paths
 
 
 def test_diagnoses_of_blocks_are_named_by_their_path():

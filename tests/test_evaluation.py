@@ -5,12 +5,14 @@ How accurate the colours are is the reference evaluator's own test.
 
 import dataclasses
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
 import pyvista as pv
 import vtk
 
+from pvphong import evaluation, kernel
 from pvphong.evaluation import evaluate
 from pvphong.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.material import Material
@@ -25,6 +27,7 @@ COUNT = 60
 POINTS = RNG.normal(size=(COUNT, 3))
 NORMALS = RNG.normal(size=(COUNT, 3))
 ALBEDO = RNG.uniform(size=(COUNT, 3))
+BACKENDS = ["numpy", "numba"] if kernel.is_available() else ["numpy"]
 SCENE = Scene(
     lights=[
         DirectionalLight(direction=(-1, 0.5, -1), diffuse=(0.9, 0.8, 0.7), ambient=0.05),
@@ -332,9 +335,53 @@ def test_a_vertex_does_not_depend_on_its_neighbours(precision, matrix):
         assert bits(rgb(points[part], normals[part], **options)) == bits(whole[part])
 
 
+@pytest.mark.skipif(not kernel.keeps_code(), reason="Numba cannot run here, or would compile every time")
 @pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_backends_that_are_there_agree(precision):
-    assert bits(rgb(backend="auto", precision=precision)) == bits(rgb(backend="numpy", precision=precision))
+def test_auto_takes_the_kernel_where_the_work_is_worth_its_start(precision, monkeypatch):
+    work = len(POINTS) * sum(light.on for light in SCENE.lights)
+    own = {backend: bits(rgb(backend=backend, precision=precision)) for backend in ("numpy", "numba")}
+    assert own["numpy"] != own["numba"]
+    for least, backend in ((work, "numba"), (work + 1, "numpy")):
+        monkeypatch.setattr(evaluation, "_WORTH_COMPILING", least)
+        assert bits(rgb(backend="auto", precision=precision)) == own[backend]
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_ambient_light_alone_is_one_colour_for_all(backend, precision):
+    count, material = 3 * BLOCK + 7, Material(ambient=(0.1, 0.2, 0.3), emission=(0.5, 0.0, 2.0))
+    lit = evaluate(
+        np.full((count, 3), np.nan), np.zeros((count, 3)), Scene(), material, precision=precision, backend=backend
+    ).rgb
+    exact = np.array([0.2 * 0.1 + 0.5, 0.2 * 0.2, 1.0])
+    np.testing.assert_allclose(lit, np.broadcast_to(exact, lit.shape), rtol=4 * np.finfo(precision).eps, atol=0)
+    assert (lit == lit[0]).all()
+
+
+def test_ambient_light_alone_with_components_adds_up():
+    count, material = BLOCK + 5, Material(ambient=0.5, emission=0.25)
+    lit = evaluate(np.zeros((count, 3)), np.ones((count, 3)), Scene(), material, components=True)
+    assert (lit.ambient == np.float32(0.1)).all()
+    assert (lit.emission == 0.25).all()
+    assert (lit.base == lit.rgb).all()
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_another_byte_order_changes_no_bit(backend):
+    points, normals = POINTS.astype(np.float32), NORMALS.astype(np.float32)
+    swapped = points.astype(">f4"), normals.astype(">f4")
+    assert bits(rgb(*swapped, backend=backend)) == bits(rgb(points, normals, backend=backend))
+
+
+@pytest.mark.parametrize("stored", [np.uint8, np.float32, np.float64])
+def test_albedo_needs_no_memory_of_its_size(stored):
+    count = 1_000_000
+    points, albedo = np.zeros((count, 3), np.float32), np.ones((count, 3), stored)
+    tracemalloc.start()
+    lit = evaluate(points, points + 1, SCENE, Material(), albedo=albedo, backend="numpy").rgb
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 2 * lit.nbytes + 20e6  # the result, the normals made here, and scratch for a block
 
 
 def test_a_normals_length_does_not_count():

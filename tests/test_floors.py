@@ -15,7 +15,7 @@ import pvphong
 
 FLOORS = {
     0: [
-        "_types", "_check", "_host", "_vectors", "_wide", "_files", "_named_materials", "_faces",
+        "_types", "_check", "_albedo", "_host", "_vectors", "_wide", "_files", "_named_materials", "_faces",
         "lights", "lights.*", "material", "normals", "transform", "projection",
     ],
     1: ["viewer", "scene"],

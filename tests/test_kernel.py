@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -132,6 +133,9 @@ def test_a_vertex_keeps_its_bits_among_others_and_in_any_layout(vertices, name, 
 def test_the_number_of_threads_changes_no_bit(vertices):
     import numba
 
+    if numba.config.NUMBA_NUM_THREADS < 2:
+        pytest.skip("there is a single thread")
+
     many = tuple(np.tile(array, (20, 1)) for array in vertices)
     threads = numba.get_num_threads()
     try:
@@ -185,8 +189,6 @@ def test_lights_as_bright_as_they_are_far_away(vertices, intensity):
 
 
 def run_apart(code, **environment):
-    import os
-
     return subprocess.run(
         [sys.executable, "-W", "error", "-c", code],
         capture_output=True,
@@ -221,11 +223,69 @@ except ValueError as error:
     assert "backend must be 'auto' or 'numpy' where Numba is not installed" in process.stdout
 
 
-def test_a_cache_folder_that_cannot_be_written_is_no_failure(tmp_path):
-    (tmp_path / "file").write_text("in the way of a folder")
-    process = run_apart(f"{EVALUATE}\nprint(lit('numba'))", NUMBA_CACHE_DIR=str(tmp_path / "file" / "cache"))
+def test_without_a_folder_for_compiled_code_it_is_no_failure_but_not_worth_compiling():
+    code = f"""
+from unittest import mock
+from numba.core import caching
+from pvphong import kernel
+{EVALUATE}
+# The tests may run as root, for whom no folder is closed.
+with mock.patch.object(caching._CacheLocator, "ensure_cache_path", side_effect=PermissionError):
+    with mock.patch.object(kernel, "shade", side_effect=AssertionError("it compiles")):
+        print(lit("auto", 300000))
+    print(lit("numba"))
+"""
+    process = run_apart(code, NUMBA_OPT="0")
+    assert process.returncode == 0, process.stderr
+    assert process.stdout.count("0.84") == 6, process.stdout
+
+
+def test_numba_told_not_to_compile_is_as_if_it_were_not_there():
+    code = f"""
+{EVALUATE}
+print(lit("auto", 300000))
+try:
+    lit("numba")
+except ValueError as error:
+    print(error)
+"""
+    process = run_apart(code, NUMBA_DISABLE_JIT="1")
     assert process.returncode == 0, process.stderr
     assert "0.84" in process.stdout
+    assert "where Numba does not compile" in process.stdout
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_forked_child_says_why_it_cannot_use_numba():
+    code = f"""
+{EVALUATE}
+import os
+lit("numba")
+if not os.fork():
+    assert abs(lit("auto", 300000) - 0.84).max() < 1e-6
+    try:
+        lit("numba")
+    except ValueError as error:
+        print(error, flush=True)
+    os._exit(0)
+os.wait()
+"""
+    process = run_apart(code)
+    assert process.returncode == 0, process.stderr
+    assert "forked from one that has used Numba" in process.stdout
+
+
+def test_several_python_threads_may_evaluate_at_once():
+    # Numba's own threads, where neither OpenMP nor TBB is there, abort the process when two callers meet.
+    code = f"""
+{EVALUATE}
+from concurrent.futures import ThreadPoolExecutor
+with ThreadPoolExecutor(4) as pool:
+    for colour in pool.map(lambda _: lit("numba", 200000), range(12)):
+        assert abs(colour - 0.84).max() < 1e-6
+"""
+    process = run_apart(code, NUMBA_THREADING_LAYER="workqueue", NUMBA_NUM_THREADS="2")
+    assert process.returncode == 0, process.stderr
 
 
 def test_importing_pvphong_does_not_import_numba():

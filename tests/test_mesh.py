@@ -10,7 +10,7 @@ import pvphong  # noqa: F401 registers mesh.phong wherever PyVista's own discove
 from pvphong.evaluation import evaluate
 from pvphong.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.material import Material
-from pvphong.mesh import light_labels, map_blocks, point_normals, shade_mesh
+from pvphong.mesh import map_blocks, point_normals, shade_mesh
 from pvphong.scene import LightModel, Scene
 from pvphong.surface import vertex_normals
 from pvphong.viewer import Viewer
@@ -200,26 +200,6 @@ def test_each_lights_array_is_its_own_share():
     shares = evaluate(lit.points, lit["Normals"], SCENE, MATERIAL, components=True).per_light
     for name, share in zip(["sun", "1", "lamp"], shares, strict=True):
         assert bits(lit[f"phong_light_{name}"]) == bits(share)
-
-
-@pytest.mark.parametrize(
-    ("names", "labels"),
-    [
-        ([], []),
-        (["", ""], ["0", "1"]),
-        (["sun", "", "lamp"], ["sun", "1", "lamp"]),
-        (["sun", "sun", "lamp"], ["0", "1", "lamp"]),
-        (["", "0x", "é"], ["0", "0x", "é"]),
-    ],
-)
-def test_a_lights_label_is_its_name_or_its_index(names, labels):
-    assert light_labels(Scene(lights=[PointLight(name=name) for name in names])) == labels
-
-
-@pytest.mark.parametrize("names", [["1", ""], ["", "0"], ["2", "1", ""], ["1", "sun", "sun"], ["1", "1", "0"]])
-def test_no_two_lights_have_the_same_label(names):
-    scene = Scene(lights=[PointLight(name=name, position=(0, 0, 2 + i)) for i, name in enumerate(names)])
-    assert len(set(light_labels(scene))) == len(names)
 
 
 # --- normals ---

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import pyvista as pv
+import vtk
 
 import pvphong as ph
 from pvphong import kernel, reference
@@ -260,6 +261,57 @@ def test_what_is_left_out_for_this_viewer_is_planned_anew_for_the_next_one():
     assert plan.view_dependent
 
 
+@pytest.mark.parametrize("tolerance", [0.0, 1 / 255])
+@pytest.mark.parametrize(
+    "riding",
+    [
+        ph.SpotLight(frame="camera", cone_angle=10),
+        ph.SpotLight(frame="headlight", cone_angle=10, exponent=0),
+        ph.PointLight(frame="headlight", attenuation=(0, 0, 1)),
+        replace(SUN, frame="camera"),
+    ],
+)
+def test_a_light_that_rides_along_makes_the_colours_depend_on_the_viewer(riding, tolerance, mesh):
+    def seen(position, focal_point):
+        viewer = ph.Viewer(position=position, focal_point=focal_point, up=(0, 1, 0))
+        return ph.Scene(lights=[riding], viewer=viewer)
+
+    away, towards = seen((0, 0, 500), (0, 0, 900)), seen((0, 0, 5), (0, 0, 0))
+    assert ph.plan(mesh, away, DULL, tolerance=tolerance).view_dependent
+    dark, bright = (ph.evaluate(mesh.points, mesh.points, s, DULL).rgb for s in (away, towards))
+    assert np.abs(bright - dark).max() > 0.02
+    assert not ph.plan(mesh, replace(away, lights=[replace(riding, diffuse=0.0)]), DULL).view_dependent
+
+
+@pytest.mark.parametrize("length", [1e-323, 1e-200, 1.0, 1e308])
+def test_a_spot_lights_axis_may_have_any_length(length, mesh):
+    axis = np.array([1.0, 1.0, -1.0])
+    spot = ph.SpotLight(position=tuple(-3 * axis), direction=tuple(axis * length), cone_angle=30, exponent=0)
+    assert "inside the cone" in ph.plan(mesh, scene(spot), DULL).effects["cone"].why
+
+
+def test_a_highlight_too_weak_for_any_viewer_leaves_the_plan_independent_of_him(mesh):
+    plan = ph.plan(mesh, scene(replace(SUN, specular=1e-5)), SHINY, tolerance=1 / 255)
+    assert plan.needs == {"normals"}
+    assert not plan.view_dependent
+
+
+def test_a_plan_cannot_be_changed_by_its_reader_or_by_the_matrix_it_was_made_for(mesh):
+    matrix = shear()
+    plan = ph.plan(mesh, scene(SUN), DULL, matrix=matrix)
+    with pytest.raises(TypeError):
+        plan.effects["ambient"] = None
+    matrix[0, 1] = 7.0
+    np.testing.assert_array_equal(plan.equation.matrix, shear())
+
+
+@pytest.mark.parametrize("matrix", [np.eye(4), np.diag([2.0, 2.0, 2.0, 1.0])], ids=str)
+def test_a_matrix_that_turns_no_normal_hides_no_omission(matrix):
+    above = ph.Viewer(position=(0, 0, 9))
+    some_scene = ph.Scene(lights=[SUN], viewer=above, light_model=ph.LightModel(two_sided=True))
+    assert not ph.plan(bent(40), some_scene, DULL, matrix=matrix).effects["two-sided"].on
+
+
 def test_the_values_of_lights_are_no_part_of_which_effects_run(mesh):
     before = ph.plan(mesh, scene(LAMP), SHINY)
     after = ph.plan(mesh, scene(replace(LAMP, position=(1, 2, 3), diffuse="orange", intensity=0.3)), SHINY)
@@ -269,26 +321,62 @@ def test_the_values_of_lights_are_no_part_of_which_effects_run(mesh):
 def test_explain_is_a_table_for_people(mesh):
     text = mesh.phong.plan(scene(SUN, replace(SPOT, direction=(0, 0, 1))), DULL).explain()
     for part in (
-        "specular",
-        "off",
-        "black specular colour",
-        "outside the cone by",
+        "exact: tolerance 0",
+        "off  black specular colour",
+        "sun (left out: spot: mesh lies outside",
+        "estimates for the compiled evaluator in float32 on one core",
         "It reads normals",
         "do not change",
     ):
         assert part in text
     # one sun without highlights: 0.5 to read the normals and 0.2 for the light
     assert re.search(r"diffuse +on .*normals +0\.7", text)
+    assert re.search(r"sum +0 +0\.7\n", text)
+    assert text == "".join(f"{line.rstrip()}\n" for line in text.splitlines())
     assert "depends" not in text.splitlines()[-1]
+
+
+def test_explain_says_what_error_was_taken_of_what_was_allowed(mesh):
+    plan = mesh.phong.plan(FAR[0][0], SHINY, tolerance=0.004)
+    assert f"error bound {plan.error_bound:.3g}, tolerance 0.004\n" in plan.explain()
+    costs = [effect.nanoseconds(plan.effects[effect.name]) for effect in EFFECTS]
+    assert re.search(rf"sum +{plan.error_bound:.2g} +{sum(costs):.1f}\n", plan.explain())
+
+
+def test_explain_shows_names_as_they_are(mesh):
+    assert "[b]lamp :sun:" in mesh.phong.plan(scene(replace(LAMP, name="[b]lamp :sun:")), DULL).explain()
+
+
+def test_lights_that_share_a_name_or_have_none_are_told_apart(mesh):
+    names = ["sun", "sun", "", "lamp", "light 2"]
+    lights = [replace(SUN, name=name, on=index != 1) for index, name in enumerate(names)]
+    why = ph.plan(mesh, scene(*lights), DULL).effects["lights"].why
+    assert why == "light 0, light 2, lamp, light 4 (left out: light 1: switched off)"
+
+
+MESH_OR_POINTS = r"^mesh_or_points must be a mesh or an \(n, 3\) array of real numbers"
 
 
 @pytest.mark.parametrize(
     ("arguments", "options", "message"),
     [
-        (([1, 2, 3], scene(), DULL), {}, "mesh_or_points must be an"),
+        (([1, 2, 3], scene(), DULL), {}, rf"{MESH_OR_POINTS}; got an array of shape \(3,\)"),
+        ((None, scene(), DULL), {}, f"{MESH_OR_POINTS}; got None"),
+        (("mesh.vtp", scene(), DULL), {}, f"{MESH_OR_POINTS}; got mesh.vtp"),
+        (
+            (pv.MultiBlock([pv.Sphere(), None]), scene(), DULL),
+            {},
+            rf"{MESH_OR_POINTS}; got a MultiBlock of 2\. blocks\.phong\.plan\(\.\.\.\) plans each",
+        ),
+        (
+            (vtk.vtkPolyData(), scene(), DULL),
+            {},
+            rf"{MESH_OR_POINTS}; got a vtkPolyData\. pyvista\.wrap\(\.\.\.\) makes",
+        ),
         ((np.zeros((2, 3)), "dark", DULL), {}, "scene must be a Scene"),
         ((np.zeros((2, 3)), scene(), "gold"), {}, "material must be a Material"),
         ((np.zeros((2, 3)), scene(), DULL), {"tolerance": -1}, "tolerance must be a finite number >= 0"),
+        ((np.zeros((2, 3)), scene(), DULL), {"matrix": np.zeros((4, 4))}, "matrix must be"),
     ],
 )
 def test_bad_arguments(arguments, options, message):

@@ -514,10 +514,7 @@ def gltf_colors(path):
 @pytest.mark.parametrize("is_shown", [True, False])
 def test_it_is_exported_in_colours_that_are_current(plotter, tmp_path, is_shown):
     mesh = ball()
-    if is_shown:
-        actor = draw(plotter, DULL, mesh)
-    else:
-        actor = plotter.phong.add_mesh(mesh, DULL)
+    actor = draw(plotter, DULL, mesh) if is_shown else plotter.phong.add_mesh(mesh, DULL)
     plotter.phong.set_light("sun", LAMP)  # and no frame is drawn
     plotter.export_gltf(tmp_path / "ball.gltf")
     assert_current(plotter, actor, mesh, DULL)

@@ -1,10 +1,12 @@
 """What the README shows, run. The two commands that set everything up are run by .ci/run, word for word."""
 
+import ast
 import os
 import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from dataclasses import fields
 from pathlib import Path
 
@@ -12,6 +14,8 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
+from pvphong.equation import assemble
+from pvphong.evaluation import is_worth_compiling
 from pvphong.lights import Light
 from pvphong.pictures import HEADLESS_PACKAGES
 
@@ -86,6 +90,32 @@ def test_the_table_of_lights_names_all_fields():
     assert set(rows) == {"DirectionalLight", "PointLight", "SpotLight"}
     for name, listed in rows.items():
         assert set(listed) == {field.name for field in fields(getattr(ph, name))} - common, name
+
+
+def test_the_table_of_viewer_and_light_model_has_all_fields_and_their_defaults():
+    rows = {name.strip("`"): text for name, text in table("Viewer and light model")}
+    assert set(rows) == {"Viewer", "LightModel"}
+    for name, text in rows.items():
+        shown = {field: ast.literal_eval(default) for field, default in re.findall(r"`([a-z_]+)` (\(.*?\))", text)}
+        assert shown == {field.name: field.default for field in fields(getattr(ph, name))}, name
+
+
+def test_the_table_of_extras_names_all_of_them_and_what_they_bring():
+    declared = tomllib.loads((README.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = declared["optional-dependencies"]
+    rows = {name.strip("`"): brings for name, brings, _ in table("Install")[1:]}
+    assert rows.pop("all") == "all four"
+    assert set(extras.pop("all")[0].removeprefix("pvphong[").removesuffix("]").split(",")) == set(rows)
+    brought = {name: {re.split("[>-]", package)[0] for package in packages} for name, packages in extras.items()}
+    assert brought == {name: set(brings.lower().split(", ")) for name, brings in rows.items()}
+
+
+def test_large_is_what_the_evaluator_takes_for_large():
+    (told,) = re.findall(r"from ([\d ]+) points times lights on", TEXT)
+    count = int(told.replace(" ", ""))
+    one_light = assemble(ph.Scene(lights=[ph.DirectionalLight()]), ph.Material(), None)
+    assert is_worth_compiling(count, one_light)
+    assert not is_worth_compiling(count - 1, one_light)
 
 
 def test_the_table_of_material_fields_has_the_defaults():

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from pvphong.evaluation import evaluate
 from pvphong.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.material import Material
-from pvphong.scene import LightModel, Scene
+from pvphong.scene import LightModel, Scene, light_labels
 from pvphong.viewer import Viewer
 
 MODEL_FIELDS = {
@@ -134,6 +134,28 @@ def test_scene_is_frozen_and_hashable_by_value():
 def test_scene_refuses_by_name(fields, message):
     with pytest.raises(ValueError, match=message):
         Scene(**fields)
+
+
+@pytest.mark.parametrize(
+    ("names", "labels"),
+    [
+        ([], ()),
+        (["", ""], ("0", "1")),
+        (["sun", "", "lamp"], ("sun", "1", "lamp")),
+        (["sun", "sun", "lamp"], ("0", "1", "lamp")),
+        (["", "0x", "é"], ("0", "0x", "é")),
+    ],
+)
+def test_a_lights_label_is_its_name_or_its_index(names, labels):
+    assert light_labels(Scene(lights=[PointLight(name=name) for name in names])) == labels
+
+
+@pytest.mark.parametrize("numbered", ["", "light "])
+@pytest.mark.parametrize("names", [["1", ""], ["", "0"], ["2", "1", ""], ["1", "sun", "sun"], ["1", "1", "0"]])
+def test_no_two_lights_have_the_same_label(names, numbered):
+    for shown in (names, [f"{numbered}{name}" for name in names]):
+        scene = Scene(lights=[PointLight(name=name, position=(0, 0, 2 + i)) for i, name in enumerate(shown)])
+        assert len(set(light_labels(scene, numbered))) == len(names)
 
 
 def test_pyvistas_and_vtks_lights_are_converted():

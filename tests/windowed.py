@@ -119,6 +119,7 @@ def told(plotter, actor, guest):
     colors = np.asarray(actor.mapper.dataset["phong"])
     return {
         "size": view.size,
+        "cursor": plotter.iren.interactor.GetEventPosition(),
         "ball": view.project((0, 0, 0)).tolist(),
         "handles": [{n: view.project(p).tolist() for n, p in gizmo.handles.items()} for gizmo in gizmos],
         "highlight": [None if g.highlight is None else view.project(g.highlight).tolist() for g in gizmos],

@@ -13,6 +13,7 @@ from pvphong.accuracy.subject import Subject
 from pvphong.effects import EFFECTS, Draft, Extent
 from pvphong.equation import Equation, assemble
 from pvphong.planning import Plan
+from pvphong.scene import light_labels
 
 
 class Without(NamedTuple):
@@ -30,17 +31,9 @@ def withouts(subject: Subject) -> dict[str, Equation]:
     there = subject.plan().effects
     result = {name: drop(whole, middle) for name, drop in DROPS.items() if there[name].on}
     if len(needed.terms) > 1:
-        labels = light_labels(subject)
+        labels = light_labels(subject.scene)
         result |= {f"light {labels[term.index]}": without_light(whole, term.index) for term in needed.terms}
     return result
-
-
-def light_labels(subject: Subject) -> tuple[str, ...]:
-    """What names each of the scene's lights: its name, with its number where it has none or shares it."""
-    names = [light.name for light in subject.scene.world_lights]
-    return tuple(
-        name if name and names.count(name) == 1 else f"{name} {index}".strip() for index, name in enumerate(names)
-    )
 
 
 def dropped(subject: Subject, effect: str, equation: Equation) -> Without:
@@ -73,7 +66,7 @@ def ledger(subject: Subject, plan: Plan, missing: list[Without], costs: dict[str
         Entry(name, timings.get(name), errors.get(name), choice.on, choice.why) for name, choice in plan.effects.items()
     ]
     kept = {term.index for term in plan.equation.terms}
-    for index, label in enumerate(light_labels(subject)):
+    for index, label in enumerate(light_labels(subject.scene)):
         name = f"light {label}"
         if name in errors:
             why = "" if index in kept else "left out, see lights"
@@ -85,7 +78,7 @@ def promises(subject: Subject, tolerance: float) -> tuple[Promise, ...]:
     """Each approximation of the plan at a tolerance: the bound that it took, the difference that it makes."""
     draft = Draft(
         equation=assemble(subject.scene, subject.material, subject.matrix),
-        labels=light_labels(subject),
+        labels=light_labels(subject.scene, "light "),
         extent=Extent(subject.points, subject.normals, subject.matrix),
         tolerance=tolerance,
     )

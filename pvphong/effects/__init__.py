@@ -6,12 +6,15 @@ A new effect is its own file beside these and one entry in `EFFECTS`.
 from __future__ import annotations
 
 from pvphong.effects import attenuation, cone, light, position
-from pvphong.effects._draft import Decision, Draft, Effect, Extent, Note
+from pvphong.effects._draft import Decision, Draft, Effect, Note
+from pvphong.effects._extent import Extent
 from pvphong.effects.reflection import DIFFUSE, SPECULAR
 from pvphong.effects.surface import AMBIENT, EMISSION, NORMAL_TRANSFORM
 from pvphong.effects.viewer import LOCAL_VIEWER, TWO_SIDED
 
 EFFECTS: tuple[Effect, ...] = (
+    NORMAL_TRANSFORM,
+    TWO_SIDED,
     EMISSION,
     AMBIENT,
     light.EFFECT,
@@ -21,8 +24,6 @@ EFFECTS: tuple[Effect, ...] = (
     position.EFFECT,
     LOCAL_VIEWER,
     DIFFUSE,
-    TWO_SIDED,
-    NORMAL_TRANSFORM,
 )
 
 __all__ = ["EFFECTS", "Decision", "Draft", "Effect", "Extent", "Note"]

@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 
 from pvphong._types import Vector, VectorLike
-from pvphong.effects._draft import ROUNDED_UP, Draft, sight, turn
+from pvphong.effects._draft import Draft
+from pvphong.effects._extent import ROUNDED_UP, sight, turn
 from pvphong.equation import Equation, LightTerm
-from pvphong.lights import PointLight, SpotLight
+from pvphong.lights import DirectionalLight, PointLight, SpotLight
 
 
 def attenuation(coefficients: VectorLike, distance: float) -> float:
@@ -23,9 +24,11 @@ def attenuation(coefficients: VectorLike, distance: float) -> float:
 
 def strongest(draft: Draft, term: LightTerm) -> float:
     """The largest attenuation times gain that can reach a vertex; infinite where nothing is known."""
-    if not isinstance(term.light, (PointLight, SpotLight)):
+    if isinstance(term.light, DirectionalLight):
         return term.gain
-    seen = sight(term.light.position, draft)
+    if not isinstance(term.light, (PointLight, SpotLight)):
+        return math.inf
+    seen = sight(term.light.position, draft.extent)
     if seen is None:
         return math.inf
     _, distance, radius = seen
@@ -58,7 +61,7 @@ def viewer_seen(draft: Draft, eye: Vector | None) -> tuple[Vector, float] | None
     """Direction to the viewer, at infinity where there is no eye, and the angle by which it may be off at a vertex."""
     if eye is None:
         return draft.equation.to_eye, 1e-7
-    seen = sight(eye, draft)
+    seen = sight(eye, draft.extent)
     return None if seen is None else (seen[0], turn(seen[1], seen[2]) + 1e-7)
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pvphong.effects._bounds import attenuation, whole
-from pvphong.effects._draft import ROUNDED_UP, Change, Draft, Effect, Note, decision, for_each_term, sight
+from pvphong.effects._draft import Change, Draft, Effect, Note, decision, for_each_term
+from pvphong.effects._extent import ROUNDED_UP, sight
 from pvphong.equation import BRIGHTEST, LightTerm
 from pvphong.lights import PointLight, SpotLight
 
@@ -24,7 +25,7 @@ def _leave_out(draft: Draft, term: LightTerm) -> Change:
     constant, linear, quadratic = light.attenuation
     if not linear and not quadratic:
         return _fold(draft, term, light, 1.0 / constant, f"constant, {1.0 / constant:g}", 0.0)
-    seen = sight(light.position, draft)
+    seen = sight(light.position, draft.extent)
     if not draft.allowance or seen is None or seen[1] <= seen[2]:
         return None
     near, far = (attenuation(light.attenuation, seen[1] + side * seen[2] * ROUNDED_UP) for side in (-1, 1))

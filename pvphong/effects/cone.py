@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from pvphong.effects._bounds import strongest, whole
-from pvphong.effects._draft import ROUNDED_UP, Change, Draft, Effect, Note, decision, for_each_term, sight, turn
+from pvphong.effects._bounds import angle, strongest, whole
+from pvphong.effects._draft import Change, Draft, Effect, Note, decision, for_each_term
+from pvphong.effects._extent import ROUNDED_UP, sight, turn
 from pvphong.equation import BRIGHTEST, LightTerm
 from pvphong.lights import PointLight, SpotLight
 
@@ -51,13 +52,11 @@ def _leave_out_falloff(draft: Draft, term: LightTerm, spot: SpotLight, least: fl
 
 def _angles(draft: Draft, spot: SpotLight) -> tuple[float, float] | None:
     """Least and greatest angle off the axis at which the spot sees the vertices' sphere."""
-    seen = sight(spot.position, draft)
+    seen = sight(spot.position, draft.extent)
     if seen is None:
         return None
     to_light, distance, radius = seen
-    length = math.hypot(*spot.direction)
-    cosine = -math.fsum(a * (b / length) for a, b in zip(to_light, spot.direction, strict=True))
-    middle, spread = math.acos(max(-1.0, min(1.0, cosine))), turn(distance, radius)
+    middle, spread = math.pi - angle(to_light, spot.axis), turn(distance, radius)
     return max(middle - spread, 0.0), min(middle + spread, math.pi)
 
 

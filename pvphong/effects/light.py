@@ -10,12 +10,12 @@ NAME = "lights"
 
 
 def _leave_out(draft: Draft, term: LightTerm) -> Change:
-    label, brightness = draft.label(term), whole(term)
-    if brightness == 0.0:
+    label = draft.label(term)
+    if term.is_black:
         return None, Note(NAME, label, "adds black: its colour, intensity or the material's is 0")
     if not draft.allowance:
         return None
-    bound = strongest(draft, term) * brightness
+    bound = strongest(draft, term) * whole(term)
     if bound <= draft.allowance:
         return None, Note(NAME, label, f"too weak to be seen, at most {bound:.2g}", bound)
     return None

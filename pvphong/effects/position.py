@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pvphong.effects._bounds import highlight_change, widest_to_viewer
-from pvphong.effects._draft import ROUNDED_UP, Change, Draft, Effect, Note, decision, for_each_term, peak, sight, turn
+from pvphong.effects._draft import Change, Draft, Effect, Note, decision, for_each_term, peak
+from pvphong.effects._extent import ROUNDED_UP, sight, turn
 from pvphong.equation import LightTerm
 from pvphong.lights import DirectionalLight, PointLight
 
@@ -16,7 +17,7 @@ def _leave_out(draft: Draft, term: LightTerm) -> Change:
     light = term.light
     if not draft.allowance or not isinstance(light, PointLight) or tuple(light.attenuation) != (1.0, 0.0, 0.0):
         return None
-    seen = sight(light.position, draft)
+    seen = sight(light.position, draft.extent)
     if seen is None or seen[1] < 2 * seen[2]:
         return None
     (x, y, z), distance, radius = seen

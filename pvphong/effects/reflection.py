@@ -7,19 +7,8 @@ from dataclasses import replace
 
 from pvphong._types import VectorLike
 from pvphong.effects._bounds import angle, strongest, viewer_seen, widest_to_viewer
-from pvphong.effects._draft import (
-    ROUNDED_UP,
-    Change,
-    Draft,
-    Effect,
-    Note,
-    decision,
-    for_each_term,
-    peak,
-    sight,
-    turn,
-    unchanged,
-)
+from pvphong.effects._draft import Change, Draft, Effect, Note, decision, for_each_term, peak, unchanged
+from pvphong.effects._extent import ROUNDED_UP, sight, turn
 from pvphong.equation import LightTerm
 from pvphong.lights import DirectionalLight, PointLight, SpotLight
 
@@ -41,11 +30,13 @@ DIFFUSE = Effect(
 def _leave_out_highlight(draft: Draft, term: LightTerm) -> Change:
     if not any(term.specular) or not draft.allowance:
         return None
-    bound = strongest(draft, term) * peak(term.specular) * _reach(draft, term) * ROUNDED_UP
+    anywhere = strongest(draft, term) * peak(term.specular) * ROUNDED_UP
+    is_weak = anywhere <= draft.allowance
+    bound = anywhere if is_weak else anywhere * _reach(draft, term) * ROUNDED_UP
     if not bound <= draft.allowance:
         return None
-    why = f"its highlight reaches no vertex, or is at most {bound:.2g}"
-    return replace(term, specular=_BLACK), Note("specular", draft.label(term), why, bound, here=True)
+    why = f"its highlight {'is too weak to be seen' if is_weak else 'hardly reaches a vertex'}, at most {bound:.2g}"
+    return replace(term, specular=_BLACK), Note("specular", draft.label(term), why, bound, here=not is_weak)
 
 
 def _reach(draft: Draft, term: LightTerm) -> float:
@@ -54,7 +45,7 @@ def _reach(draft: Draft, term: LightTerm) -> float:
     With θ the angle from n to l, φ from n to v and ψ from l to v: r·v = 2 cos θ cos φ − cos ψ, and
     n·h = (cos θ + cos φ) / (2 cos ψ/2); both grow with smaller θ and φ and greater ψ.
     """
-    equation, cone = draft.equation, draft.extent.normal_cone
+    equation, cone = draft.equation, draft.normal_cone
     if equation.headlight_only or equation.is_flipped or equation.shininess == 0.0 or cone is None:
         return 1.0
     axis, opening = cone
@@ -79,7 +70,7 @@ def _light_seen(draft: Draft, term: LightTerm) -> tuple[VectorLike, float] | Non
     if isinstance(term.light, DirectionalLight):
         return term.light.towards, 1e-7
     assert isinstance(term.light, (PointLight, SpotLight))
-    seen = sight(term.light.position, draft)
+    seen = sight(term.light.position, draft.extent)
     return None if seen is None else (seen[0], turn(seen[1], seen[2]) + 1e-7)
 
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from pvphong import _check
 from pvphong._types import Float64Array
 from pvphong.effects._draft import Decision, Draft, Effect, unchanged
 
@@ -32,10 +31,9 @@ def _leave_out_transform(draft: Draft) -> Draft:
     equation = draft.equation
     if equation.matrix is None:
         return draft
-    matrix = _check.matrix4("matrix", equation.matrix)
-    if np.array_equal(matrix, np.eye(4)):
+    if np.array_equal(equation.matrix, np.eye(4)):
         return replace(draft, equation=replace(equation, matrix=None, turns_normals=False))
-    return replace(draft, equation=replace(equation, turns_normals=_kind(matrix) not in _KEEPING))
+    return replace(draft, equation=replace(equation, turns_normals=_kind(equation.matrix) not in _KEEPING))
 
 
 _KEEPING = ("a translation", "a uniform scale")
@@ -59,7 +57,7 @@ def _decide_transform(draft: Draft) -> Decision:
         return Decision(False, "no matrix, or the identity")
     if not equation.needs_normals:
         return Decision(False, "nothing depends on the normal")
-    kind = _kind(_check.matrix4("matrix", equation.matrix))
+    kind = _kind(equation.matrix)
     return Decision(equation.turns_normals, kind if equation.turns_normals else f"{kind} leaves normals as they are")
 
 

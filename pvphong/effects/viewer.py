@@ -6,7 +6,8 @@ import math
 from dataclasses import replace
 
 from pvphong.effects._bounds import angle, highlight_change, strongest, viewer_seen, widest_to_viewer
-from pvphong.effects._draft import ROUNDED_UP, Decision, Draft, Effect, Note, peak, sight, turn
+from pvphong.effects._draft import Decision, Draft, Effect, Note, peak
+from pvphong.effects._extent import ROUNDED_UP, sight, turn
 from pvphong.equation import LightTerm
 from pvphong.lights import DirectionalLight, PointLight, SpotLight
 
@@ -19,7 +20,7 @@ def _leave_out(draft: Draft) -> Draft:
     equation = draft.equation
     if equation.eye is None or not equation.has_highlights or equation.is_flipped or not draft.allowance:
         return draft
-    seen = sight(equation.eye, draft)
+    seen = sight(equation.eye, draft.extent)
     if seen is None or seen[1] < 2 * seen[2]:
         return draft
     delta = turn(seen[1], seen[2])
@@ -40,7 +41,7 @@ def _change(draft: Draft, term: LightTerm, delta: float) -> float:
         direction = light.towards
     else:
         assert isinstance(light, (PointLight, SpotLight))
-        seen = sight(light.position, draft)
+        seen = sight(light.position, draft.extent)
         if seen is None:
             return math.inf
         direction, angle = seen[0], turn(seen[1], seen[2])
@@ -65,7 +66,7 @@ LOCAL_VIEWER = Effect(NAME, ("points", "viewer"), _leave_out, _decide, once=0.6)
 def _leave_out_flip(draft: Draft) -> Draft:
     """Where no vertex faces away. A closed mesh seen from outside hides the others, but their colours are data too."""
     equation = draft.equation
-    cone = draft.extent.normal_cone if equation.is_flipped else None
+    cone = draft.normal_cone if equation.is_flipped else None
     seen = viewer_seen(draft, equation.eye if equation.local_facing else None) if cone else None
     if cone is None or seen is None or angle(cone[0], seen[0]) + cone[1] + seen[1] > math.pi / 2 - _SLACK:
         return draft

@@ -72,8 +72,8 @@ class Grip:
         return int(self._widget.AddObserver(event, happened))
 
     def place(self, position: Float64Array | None) -> None:
-        """Put it somewhere in the world; None takes it away."""
-        self._widget.SetProcessEvents(position is not None)
+        """Put it somewhere in the world; None takes it away, when it is let go."""
+        self._widget.SetProcessEvents(position is not None or self._is_held)
         if position is not None:
             self._looks.SetWorldPosition(position.tolist())
             self._looks.BuildRepresentation()  # else it is grabbed where it was when the last frame was drawn
@@ -84,8 +84,12 @@ class Grip:
 
     def look(self, cursor: tuple[int, int]) -> None:
         """See whether the cursor is on it: the handle may have moved, and the cursor not."""
-        if self._widget.GetWidgetState() != vtkHandleWidget.Active:
+        if not self._is_held:
             self._looks.ComputeInteractionState(*cursor, 0)
+
+    @property
+    def _is_held(self) -> bool:
+        return bool(self._widget.GetWidgetState() == vtkHandleWidget.Active)
 
     @property
     def is_hovered(self) -> bool:
@@ -93,9 +97,9 @@ class Grip:
         return bool(self._widget.GetProcessEvents() and self._looks.GetInteractionState())
 
     def retire(self) -> None:
-        """Take it away for good: as `place(None)`, and a drag of it ends here."""
-        self.place(None)
-        if self._widget.GetWidgetState() == vtkHandleWidget.Active:
+        """Take it away for good; a drag of it ends here."""
+        self._widget.SetProcessEvents(False)
+        if self._is_held:
             self._widget.ReleaseFocus()
 
     def release(self) -> None:

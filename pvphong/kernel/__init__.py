@@ -13,13 +13,16 @@ highlight errs by at most (4√n + 10) · 2⁻²⁴ for shininess n.
 from __future__ import annotations
 
 import functools
+import importlib.util
 import os
 import pickle
+import threading
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
+from pvphong._albedo import reflectances
 from pvphong._types import FloatArray
 from pvphong.equation import Equation
 from pvphong.kernel import records
@@ -32,6 +35,7 @@ COPIED = 2**18
 class _Process:
     """What this process can do. Threads do not survive a fork, and the child that uses OpenMP's is aborted."""
 
+    one_at_a_time = threading.Lock()  # Numba's own threads are not for several of Python's at once
     has_run = False
     lost_its_threads = False
     keeps_code = True
@@ -45,9 +49,27 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_Process.after_fork)
 
 
+def obstacle() -> tuple[str, str] | None:
+    """Why Numba cannot be used in this process, and what can be done about it; the first call imports it."""
+    if _Process.lost_its_threads:
+        remedy = "Start processes by spawn, or let this one's parent do without it."
+        return "in a process forked from one that has used Numba's threads", remedy
+    if _compiled(_Process.keeps_code) is not None:
+        return None
+    if importlib.util.find_spec("numba") is not None:
+        return "where Numba does not compile", "Unset NUMBA_DISABLE_JIT, or see whether `import numba` fails."
+    remedy = 'pip install "pvphong[fast]" installs it; backend="auto" does without where it is missing.'
+    return "where Numba is not installed", remedy
+
+
 def is_available() -> bool:
     """Whether Numba can be imported and used in this process; the first call imports it."""
-    return not _Process.lost_its_threads and _compiled(_Process.keeps_code) is not None
+    return obstacle() is None
+
+
+def keeps_code() -> bool:
+    """Whether compiled code is at hand, or on disk after the first time: else each process would compile anew."""
+    return is_available() and (_Process.keeps_code or _Process.has_run)
 
 
 def seconds_compiling(run: Callable[[], object]) -> float:
@@ -69,7 +91,7 @@ def shade(
     """Evaluate the equation at every vertex into `result.rgb`, or decline.
 
     Numba's settings choose the number of threads; the result does not depend on it, to the bit. Arrays that are
-    not C-contiguous, or not of one type, are copied piece by piece and give the same bits.
+    not C-contiguous are copied piece by piece and give the same bits; so are float32 beside float64, as float64.
 
     Parameters
     ----------
@@ -78,7 +100,7 @@ def shade(
     equation : Equation
         What to evaluate.
     albedo : ndarray or None
-        Shape (n, 3) in [0, 1]; multiplies the material's ambient and diffuse.
+        Shape (n, 3), as `checked_albedo` gives it; multiplies the material's ambient and diffuse.
     result : Shading
         `rgb`, C-contiguous, is filled in: float32, float64, or uint8, which is float32 arithmetic rounded to
         0-255 for display.
@@ -127,7 +149,8 @@ def _flat(array: FloatArray | None, dtype: np.dtype[Any], part: slice) -> FloatA
     """A flat read-only view, or copy: read-only always, because Numba compiles anew for the other kind."""
     if array is None:
         return _flat(np.empty((0, 3), dtype), dtype, slice(0))
-    flat = np.require(array[part], dtype, ["C", "A"]).reshape(-1)
+    rows = reflectances(array[part]) if array.dtype == np.uint8 else array[part]
+    flat = np.require(rows, dtype, ["C", "A"]).reshape(-1)
     flat.flags.writeable = False
     return flat
 
@@ -137,7 +160,8 @@ def _run(*arguments: Any) -> None:
     assert compiled is not None
     _Process.has_run = True
     try:
-        compiled(*arguments)
+        with _Process.one_at_a_time:
+            compiled(*arguments)
     except (OSError, EOFError, pickle.PickleError):
         if not _Process.keeps_code:
             raise
@@ -149,10 +173,15 @@ def _run(*arguments: Any) -> None:
 def _compiled(keeps_code: bool) -> Callable[..., None] | None:
     """The compiled function, with its code kept on disk where that is possible; None without Numba."""
     try:
+        from numba import config
+
         from pvphong.kernel.blocks import compile_shade
     except ImportError:
+        return None
+    if config.DISABLE_JIT:
         return None
     try:
         return compile_shade(cache=keeps_code)
     except RuntimeError:  # Numba found no folder that it can write to
+        _Process.keeps_code = False
         return compile_shade(cache=False)

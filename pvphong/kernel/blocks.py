@@ -65,7 +65,7 @@ def _in_two(rows: Any, position: Any) -> Any:
     return x, y, z, real(position[0] - x), real(position[1] - y), real(position[2] - z)
 
 
-@inlined
+@plain
 def _approach(position: Any, s: Any, rows: Any, wide: Any) -> bool:
     """Rays from the vertices to a position; whether any of them was rescued."""
     x, y, z = position[0], position[1], position[2]
@@ -80,7 +80,7 @@ def _approach(position: Any, s: Any, rows: Any, wide: Any) -> bool:
     return True
 
 
-@inlined
+@plain
 def _find_strength(t: Any, is_rescued: bool, rows: Any) -> None:
     real = rows.dtype.type
     passes.attenuate(rows, real(t.constant), real(t.linear), real(t.quadratic), real(t.gain))

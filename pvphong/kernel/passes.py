@@ -397,13 +397,19 @@ def add_both(rows: Any, red: Any, green: Any, blue: Any, shiny_red: Any, shiny_g
         rows[at.B + i] += blue * matt + shiny_blue * shine
 
 
+@inlined
+def _reflectance(albedo: Any) -> Any:
+    """In [0, 1], and 0 for a NaN."""
+    return min(albedo, _ONE) if albedo > _ZERO else _ZERO
+
+
 @plain
 def tint(rows: Any) -> None:
     """Colour times albedo plus highlights."""
     for i in range(BLOCK):
-        rows[at.R + i] = rows[at.R + i] * rows[at.ALBEDO_R + i] + rows[at.HR + i]
-        rows[at.G + i] = rows[at.G + i] * rows[at.ALBEDO_G + i] + rows[at.HG + i]
-        rows[at.B + i] = rows[at.B + i] * rows[at.ALBEDO_B + i] + rows[at.HB + i]
+        rows[at.R + i] = rows[at.R + i] * _reflectance(rows[at.ALBEDO_R + i]) + rows[at.HR + i]
+        rows[at.G + i] = rows[at.G + i] * _reflectance(rows[at.ALBEDO_G + i]) + rows[at.HG + i]
+        rows[at.B + i] = rows[at.B + i] * _reflectance(rows[at.ALBEDO_B + i]) + rows[at.HB + i]
 
 
 @plain

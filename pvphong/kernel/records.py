@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pvphong import _check
 from pvphong._types import Vector
 from pvphong.equation import BRIGHTEST, Equation, LightTerm
 from pvphong.lights import DirectionalLight, Light, PointLight, SpotLight
@@ -85,7 +84,7 @@ def fits(equation: Equation) -> bool:
     """Whether compiled code can take the equation: known lights, and numbers within its range."""
     numbers = [value for term in equation.terms for value in _coefficients(term.light)]
     if equation.matrix is not None:
-        matrix = _check.matrix4("matrix", equation.matrix)
+        matrix = equation.matrix
         if matrix[3, :3].any() or matrix[3, 3] == 0.0:
             return False  # the reference says what is wrong with it
         numbers += np.abs(matrix).ravel().tolist()
@@ -101,10 +100,9 @@ def settings(equation: Equation, *, is_wide: bool, has_albedo: bool) -> NDArray[
     """One record of type `SETTINGS`."""
     matrix, w, normals_matrix = _NO_MATRIX
     if equation.matrix is not None:
-        whole = _check.matrix4("matrix", equation.matrix)
-        matrix, w = whole[:3].tolist(), whole[3, 3]
+        matrix, w = equation.matrix[:3].tolist(), equation.matrix[3, 3]
         if equation.needs_normals and equation.turns_normals:
-            normals_matrix = normal_matrix(whole).tolist()
+            normals_matrix = normal_matrix(equation.matrix).tolist()
     base = equation.ambient
     for term in equation.terms:
         if isinstance(term.light, DirectionalLight):

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import sys
 import time
 from dataclasses import replace
@@ -188,6 +189,15 @@ def random_subject(rng):
     scene = ph.Scene(lights, ph.Viewer(position=place(), up=rng.normal(size=3)), model)
     material = ph.Material(diffuse=rng.random(), specular=rng.random(), shininess=rng.uniform(1, 100))
     return Subject(points, normals, scene, material, None)
+
+
+def test_promises_name_lights_as_the_plan_does(mesh):
+    lights = [replace(SUN, name=""), replace(SUN, name="twin"), replace(SUN, name="twin")]
+    scene = replace(SCENE, lights=lights)
+    subject = Subject(mesh.points, mesh.point_data.active_normals, scene, ph.Material(), None)
+    (promise,) = promises(subject, 0.02)
+    assert re.findall(r"(light \d): far away", promise.why) == ["light 0", "light 1", "light 2"]
+    assert "light 0, light 1, light 2: far away" in subject.plan(0.02).effects[promise.effect].why
 
 
 # -- the ledger

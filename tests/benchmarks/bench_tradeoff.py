@@ -8,8 +8,8 @@ For each mesh the report is made twice, each time in a process of its own, and a
 - no rung that others were better than in the first report, in time and in error, is faster than all of them in the
   second, by more than the noise that the reports state. (Meshes that are refined for a time are other meshes.)
 - the ledger's costs are within 25 % of those of separate runs with and without an effect, where that is known to half
-  of it; others are in the noise. Both are parts of the whole evaluation's time, so that a machine that was slower
-  meanwhile does not count.
+  of it; others are in the noise. Both are parts of what `evaluate` takes in the same process, so that a machine that
+  was slower meanwhile does not count.
 """
 
 import os
@@ -74,14 +74,16 @@ CASES = {
 
 
 def reported(case, seconds):
-    """A report as plain numbers, what it took, and how far its choice is from exact colours."""
+    """A report as plain numbers, what it took, how far its choice is from exact colours, what `evaluate` takes."""
     make, material = CASES[case]
     mesh = make()
     scene = lit(mesh)
     start = time.perf_counter()
     report = ph.tradeoff(mesh, scene, material, tolerance=TOLERANCE, seconds=seconds)
     took = time.perf_counter() - start
-    return report.to_dict() | {"took": took, "off": off_exact(report, scene, material)}
+    seconds = evaluations(mesh)
+    whole = np.median([seconds(scene, material) for _ in range(REPEATS)])
+    return report.to_dict() | {"took": took, "off": off_exact(report, scene, material), "whole": whole}
 
 
 def off_exact(report, scene, material):
@@ -113,26 +115,30 @@ def dropped(scene, material):
         )
 
 
+def evaluations(mesh):
+    """A function from a scene and a material to the seconds that `evaluate` takes: the least of a few where short."""
+    normals, in_a_row = mesh.phong.normals(), 1 if mesh.n_points > 100_000 else 7
+
+    def seconds(scene, material):
+        least = np.inf
+        for _ in range(in_a_row):
+            start = time.perf_counter()
+            ph.evaluate(mesh.points, normals, scene, material)
+            least = min(least, time.perf_counter() - start)
+        return least
+
+    return seconds
+
+
 def costs(case):
     """Quartiles of what `evaluate` takes longer with each effect than without it, as parts of its time, in turns."""
     make, material = CASES[case]
     mesh = make()
-    scene, normals = lit(mesh), mesh.phong.normals()
-    in_a_row = 1 if mesh.n_points > 100_000 else 7
-
-    def seconds(some, how):
-        least = np.inf
-        for _ in range(in_a_row):
-            start = time.perf_counter()
-            ph.evaluate(mesh.points, normals, some, how)
-            least = min(least, time.perf_counter() - start)
-        return least
-
+    scene, seconds = lit(mesh), evaluations(mesh)
     result = {}
     for name, *without in dropped(scene, material):
         pairs = np.array([(seconds(scene, material), seconds(*without)) for _ in range(REPEATS + 1)])[1:]
-        whole = np.median(pairs[:, 0])
-        result[name] = np.percentile((pairs[:, 0] - pairs[:, 1]) / whole, (25, 50, 75)).tolist()
+        result[name] = np.percentile((pairs[:, 0] - pairs[:, 1]) / np.median(pairs[:, 0]), (25, 50, 75)).tolist()
     return result
 
 
@@ -193,10 +199,9 @@ def uncertainty(cost, repeats):
 
 def compared(report, own):
     """Effect, cost by the ledger, cost by separate runs, and whether both are known well enough to be compared."""
-    (whole,) = [seconds_of(row) for row in report["rows"] if row["name"] == report["baseline"]]
     for entry in report["ledger"]:
         if entry["cost"] and entry["effect"] in own:
-            told = [entry["cost"][key] / whole for key in ("low", "median", "high")]
+            told = [entry["cost"][key] / report["whole"] for key in ("low", "median", "high")]
             apart = own[entry["effect"]]
             known = np.hypot(uncertainty(told, entry["cost"]["repeats"]), uncertainty(apart, REPEATS)) <= ALLOWED / 2
             yield entry["effect"], told, apart, known
@@ -229,7 +234,7 @@ def main():
         f"Reports in {seconds:g} s, each made twice",
         "mesh", "took", "chosen", "off, of 1/255", "noise", "repeats", "ahead, of noise", "holds",
     )  # fmt: skip
-    title = "What effects cost, of the whole evaluation's time: medians and quartiles"
+    title = "What effects cost, of `evaluate`'s time: medians and quartiles"
     ledgers = table(title, "mesh", "effect", "ledger", "separate runs", "ratio", "holds")
     missing = table("Left out", "mesh", "what", "why")
     held = True

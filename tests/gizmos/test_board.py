@@ -361,6 +361,25 @@ def test_a_handle_that_is_taken_away_from_under_the_cursor_is_not_hovered_any_mo
     assert gizmo(plotter, "lamp").hovered is None
 
 
+def test_numbers_stand_beside_the_cursor_during_a_drag(plotter):
+    def shown():
+        return [prop for prop in plotter.renderer.GetViewProps() if prop.IsA("vtkTextActor") and prop.GetVisibility()]
+
+    mouse, start = Mouse(plotter), handle_at(plotter, "lamp", "position")
+    mouse.move(start)
+    assert shown() == []
+    mouse.press(start)
+    for by in ((10, 6), (-30, 20)):
+        mouse.move(start + by)
+        plotter.render()
+        (text,) = shown()
+        x, y, z = gizmo(plotter, "lamp").light.position
+        assert text.GetInput().splitlines()[:2] == ["lamp: position", f"position ({x:.4g}, {y:.4g}, {z:.4g})"]
+        assert np.abs(np.subtract(text.GetPosition(), start + by)).max() <= 20
+    mouse.release(start + by)
+    assert shown() == []
+
+
 def test_handles_are_easier_to_hit_than_they_look(plotter):
     for offset in ((9, 0), (0, -9), (6, 6)):
         Mouse(plotter).move(handle_at(plotter, "lamp", "position") + offset)
@@ -531,11 +550,11 @@ def test_the_subplot_is_switched_during_a_drag(new_plotter):
     start = handle_at(shown, "lamp", "position")
     Mouse(shown).press(start)
     shown.subplot(0, 1)
-    Mouse(shown).move(start + (12, 8))
-    Mouse(shown).release(start + (12, 8))
+    Mouse(shown).move(start + np.array((12, 8)))
+    Mouse(shown).release(start + np.array((12, 8)))
     assert shown.phong.lights == ()
     shown.subplot(0, 0)
-    np.testing.assert_allclose(handle_at(shown, "lamp", "position"), np.round(start + (12, 8)), atol=1.01)
+    np.testing.assert_allclose(handle_at(shown, "lamp", "position"), np.round(start + np.array((12, 8))), atol=1.01)
     shown.subplot(0, 1)
     assert shown.phong.undo()
     shown.subplot(0, 0)
@@ -553,7 +572,7 @@ def test_the_mesh_changes_while_its_highlight_is_dragged(new_plotter, change):
     mouse.release(mouse.interactor.GetEventPosition())
     start = mouse.at(only.highlight)
     mouse.press(start)
-    mouse.move(start + (5, -5))
+    mouse.move(start + np.array((5, -5)))
     if change == "edited":
         mesh.points *= 0.5
         mesh.copy_from(pv.Sphere(theta_resolution=9, phi_resolution=7))
@@ -561,32 +580,36 @@ def test_the_mesh_changes_while_its_highlight_is_dragged(new_plotter, change):
         shown.remove_actor("ball")
     else:
         shown.phong.add_mesh(pv.Cube(), SHINY, name="ball")
-    mouse.move(start + (9, -9))
+    mouse.move(start + np.array((9, -9)))
     shown.render()
-    mouse.release(start + (12, -12))
+    mouse.release(start + np.array((12, -12)))
     assert shown.phong.undo()
     assert shown.phong.lights == (LAMP,)
 
 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="the process's memory is read as Linux tells it")
-def test_memory_does_not_grow_over_a_thousand_frames(plotter):
-    """VTK's is not Python's to trace. One array of this mesh's colours, kept at each frame, would be 4 MB."""
+def test_neither_memory_nor_objects_pile_up_over_a_thousand_updates(new_plotter):
+    """VTK's memory is not Python's to trace. Colours of this mesh that were kept at each update would be 67 MB."""
+    shown = new_plotter(lights=[LAMP])
+    shown.phong.add_mesh(pv.Sphere(theta_resolution=150, phi_resolution=150), SHINY, name="ball")
+    shown.phong.add_gizmos()
 
-    def megabytes():
+    def used():
         gc.collect()
-        return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize() / 1e6
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+        return pages * resource.getpagesize() / 1e6, len(gc.get_objects())
 
-    def frames(count):
+    def updates(count):
         for step in range(count):
-            plotter.phong.set_light("lamp", dataclasses.replace(LAMP, position=(0.8, -0.4, 0.9 + 1e-4 * step)))
-            plotter.render()
+            shown.phong.set_light("lamp", dataclasses.replace(LAMP, position=(0.8, -0.4, 0.9 + 1e-4 * step)))
+            shown.phong._pane.refresh()  # as before each frame
 
-    plotter.render_window.SetSize(40, 30)
-    frames(300)
-    before, evaluated = megabytes(), plotter.phong.evaluations
-    frames(1000)
-    assert plotter.phong.evaluations == evaluated + 1000
-    assert megabytes() - before < 2
+    updates(300)  # `undo` keeps so many steps and no more
+    (megabytes, objects), evaluated = used(), shown.phong.evaluations
+    updates(1000)
+    assert shown.phong.evaluations == evaluated + 1000
+    assert used()[0] < megabytes + 10
+    assert used()[1] < objects + 500
 
 
 def test_a_cleared_plotter_keeps_its_gizmos_of_new_lights(plotter):

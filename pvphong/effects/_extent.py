@@ -1,0 +1,115 @@
+"""Where the vertices are and where their normals point, as far as effects ask; and how far off a target is seen."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from functools import cached_property
+
+import numpy as np
+
+from pvphong._types import Float64Array, FloatArray, MatrixLike, Vector, VectorLike
+from pvphong.transform import transform_points
+
+# Bounds are computed in float64 and rounded up by this factor.
+ROUNDED_UP = 1.0 + 1e-9
+# Rows that are searched for extremes at once, and that are laid side by side for it.
+_CHUNK, _FOLD = 2**16, 64
+# Normals that are looked at first.
+_SOME = 64
+
+
+class Extent:
+    """A sphere around all vertices, in world coordinates; computed when an effect first asks.
+
+    Parameters
+    ----------
+    points : ndarray
+        Shape (n, 3).
+    normals : ndarray or None
+        Shape (n, 3), where they are known.
+    matrix : array_like or None
+        Model matrix.
+    """
+
+    def __init__(self, points: FloatArray, normals: FloatArray | None, matrix: MatrixLike | None) -> None:
+        self._points = points
+        self._normals = normals
+        self._matrix = matrix
+
+    @cached_property
+    def sphere(self) -> tuple[Vector, float] | None:
+        """Centre and radius; None where there is no point, or one is not finite."""
+        if not len(self._points):
+            return None
+        low, high = _bounds(self._points)
+        if self._matrix is not None:
+            corners = transform_points(_corners(low, high), self._matrix)
+            low, high = corners.min(axis=0), corners.max(axis=0)
+        x, y, z = centre = [a / 2 + b / 2 for a, b in zip(low.tolist(), high.tolist(), strict=True)]
+        reach = (max(b - c, c - a) for a, b, c in zip(low.tolist(), high.tolist(), centre, strict=True))
+        radius = math.hypot(*reach) * ROUNDED_UP
+        return ((x, y, z), radius) if math.isfinite(radius) else None
+
+    @cached_property
+    def normal_cone(self) -> tuple[Vector, float] | None:
+        """A unit axis, and an angle in radians within which all normals, as stored, lie from it; None if unknown."""
+        if self._normals is None or not len(self._normals):
+            return None
+        some = self._normals[:: max(len(self._normals) // _SOME, 1)]  # where these have no cone, all hardly have one
+        return None if _cone(some) is None else _cone(self._normals)
+
+
+def _cone(normals: FloatArray) -> tuple[Vector, float] | None:
+    """By the box around the normals: n·axis is least, and |n| greatest, at one of its corners."""
+    low, high = _bounds(normals)
+    largest = max(np.abs(low).max(), np.abs(high).max())
+    if not 0.0 < largest < math.inf:
+        return None
+    low, high = (np.ldexp(bound, -np.frexp(largest)[1]) for bound in (low, high))  # so that squares can be taken
+    corners = _corners(low, high)
+    axis = (low + high) / 2
+    length, longest = math.hypot(*axis), float(np.sqrt((corners**2).sum(axis=1)).max())
+    if length == 0.0:
+        return None
+    x, y, z = (axis / length).tolist()
+    cosine = float((corners @ (axis / length)).min()) / longest
+    return ((x, y, z), math.acos(min(cosine, 1.0)) + 1e-7) if cosine > 0.0 else None
+
+
+def _corners(low: Float64Array, high: Float64Array) -> Float64Array:
+    """Of the box between two, shape (8, 3)."""
+    return np.array(list(itertools.product(*zip(low.tolist(), high.tolist(), strict=True))))
+
+
+def _bounds(rows: FloatArray) -> tuple[Float64Array, Float64Array]:
+    """Least and greatest entry of each column; NaN where any is."""
+    extremes = np.concatenate([_extremes(rows[start : start + _CHUNK]) for start in range(0, len(rows), _CHUNK)])
+    return extremes.min(axis=0), extremes.max(axis=0)
+
+
+def _extremes(rows: FloatArray) -> Float64Array:
+    """A few rows with the same least and greatest entries. NumPy reduces long rows many times as fast as triples."""
+    whole = len(rows) // _FOLD * _FOLD
+    folded = rows[:whole].reshape(-1, 3 * _FOLD)
+    parts = [rows[whole:]]
+    if whole:
+        parts += [folded.min(axis=0).reshape(_FOLD, 3), folded.max(axis=0).reshape(_FOLD, 3)]
+    return np.concatenate(parts).astype(np.float64)
+
+
+def sight(target: VectorLike, extent: Extent) -> tuple[Vector, float, float] | None:
+    """From the vertices' sphere to a target: unit direction at the centre, distance from it, and radius."""
+    if extent.sphere is None:
+        return None
+    centre, radius = extent.sphere
+    x, y, z = (a - b for a, b in zip(target, centre, strict=True))
+    distance = math.hypot(x, y, z)
+    if not 0.0 < distance < math.inf:
+        return None
+    return (x / distance, y / distance, z / distance), distance, radius
+
+
+def turn(distance: float, radius: float) -> float:
+    """The largest angle in radians between the directions to a target from the centre and from the sphere."""
+    return math.pi if distance <= radius else math.asin(min(radius / distance, 1.0)) * ROUNDED_UP
