@@ -287,11 +287,18 @@ def test_array_passes_floats_on_without_a_copy(real):
     assert _check.array("points", rows[::2, ::-1]).dtype == real
 
 
-@pytest.mark.parametrize("kind", [np.float16, np.longdouble, np.int8, np.int64, np.uint8, np.uint64, ">f8", ">f4"])
+@pytest.mark.parametrize("kind", [np.float16, np.longdouble, np.int8, np.int64, np.uint8, np.uint64, ">f8"])
 def test_array_widens_other_reals(kind):
     rows = np.arange(12).reshape(4, 3).astype(kind)
     result = _check.array("points", rows)
     assert result.dtype == np.float64
+    assert result.dtype.isnative
+    np.testing.assert_array_equal(result, np.arange(12).reshape(4, 3))
+
+
+def test_array_keeps_float32_in_another_byte_order():
+    result = _check.array("points", np.arange(12).reshape(4, 3).astype(">f4"))
+    assert result.dtype == np.float32
     assert result.dtype.isnative
     np.testing.assert_array_equal(result, np.arange(12).reshape(4, 3))
 

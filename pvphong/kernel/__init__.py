@@ -120,13 +120,16 @@ def shade(
     is_wide = stored != real
     settings = records.settings(equation, is_wide=is_wide, has_albedo=albedo is not None)
     terms = records.terms(equation)
-    inputs = [
+    vertices = [
         (points if equation.needs_points else None, stored),
         (normals if equation.needs_normals else None, stored),
-        (albedo, real),
     ]
-    for part in _parts(inputs, len(rgb)):
-        arrays = [_flat(array, dtype, part) for array, dtype in inputs]
+    for part in _parts([*vertices, (albedo, real)], len(rgb)):
+        arrays = [_flat(array, dtype, part) for array, dtype in vertices]
+        shades = None if albedo is None else albedo[part]
+        if shades is not None and shades.dtype != real:
+            shades = reflectances(shades)  # the kernel clips what it gets, but this may not even fit its type
+        arrays.append(_flat(shades, real, slice(None)))
         out = rgb[part].reshape(-1)
         nothing = np.empty(0, real if rgb.dtype == np.uint8 else np.uint8)
         targets = (nothing, out) if rgb.dtype == np.uint8 else (out, nothing)
@@ -149,8 +152,7 @@ def _flat(array: FloatArray | None, dtype: np.dtype[Any], part: slice) -> FloatA
     """A flat read-only view, or copy: read-only always, because Numba compiles anew for the other kind."""
     if array is None:
         return _flat(np.empty((0, 3), dtype), dtype, slice(0))
-    rows = reflectances(array[part]) if array.dtype == np.uint8 else array[part]
-    flat = np.require(rows, dtype, ["C", "A"]).reshape(-1)
+    flat = np.require(array[part], dtype, ["C", "A"]).reshape(-1)
     flat.flags.writeable = False
     return flat
 
