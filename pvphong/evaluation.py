@@ -64,7 +64,8 @@ def evaluate(
     precision : {"float32", "float64"}
         Of the result, and of the arithmetic after positions are subtracted. float32 errs by at most
         (4√n + 16) · 2⁻²⁴ · (1 + number of lights) for colours of size 1, n the largest of the material's
-        shininess and the spot lights' exponents.
+        shininess and the spot lights' exponents. (A power between 0 and 1 errs by more where its cosine is
+        nearly 0: it is infinitely steep there.)
     backend : {"auto", "numpy", "numba"}
         Which evaluator computes: the readable one in NumPy, or the compiled one, which needs the extra `fast`.
         "auto" takes the compiled one where it is installed and the work is worth its start: half a second per

@@ -177,11 +177,13 @@ def _term(term: LightTerm, equation: Equation) -> dict[str, Any]:
 def _attenuated(term: LightTerm) -> dict[str, Any]:
     """What only a light with a position has.
 
-    A gain beyond float32's range goes into the coefficients; one that underflows there belongs to a strength that
-    is cut off at the most anyway.
+    The gain is brought between 2^-21 and 2^100, and the rest of it goes into the coefficients, which may leave
+    float32's range for that. Where they sum to 0 or less than a normal number, the strength is beyond `BRIGHTEST`;
+    where they are infinite, it is below 2^-60.
     """
     constant, linear, quadratic = _coefficients(term.light)
-    excess, has_ambient = max(term.gain / BRIGHTEST, 1.0), any(term.ambient)
+    exponent, has_ambient = math.frexp(term.gain)[1], any(term.ambient)
+    excess = 2.0 ** (exponent - min(max(exponent, -20), 100))
     return {
         "has_ambient": has_ambient,
         "varies": bool(linear or quadratic or has_ambient) or isinstance(term.light, SpotLight),

@@ -221,17 +221,20 @@ def in_either_type(dice: Dice, case: Case) -> Case:
 # --- scenes without low powers, near to nothing that is undecidable, for what may change by rounding only ---
 
 
-def _blunt(power: float) -> float:
+def blunt(case: Case) -> Case:
     """No power between 0 and 1: there a cosine's slope at 0 is infinite."""
-    return power if power == 0.0 else power + 1.0
+
+    def power(value: float) -> float:
+        return value if value == 0.0 else value + 1.0
+
+    lights = [replace(s, exponent=power(s.exponent)) if isinstance(s, SpotLight) else s for s in case.scene.lights]
+    material = replace(case.material, shininess=power(case.material.shininess))
+    return replace(case, scene=replace(case.scene, lights=lights), material=material)
 
 
 def smooth_case(dice: Dice) -> Case:
     """An ordinary scene without a matrix; powers are 0 or at least 1."""
-    case = moderate_case(dice, "standard")
-    lights = [replace(s, exponent=_blunt(s.exponent)) if isinstance(s, SpotLight) else s for s in case.scene.lights]
-    material = replace(case.material, shininess=_blunt(case.material.shininess))
-    case = replace(case, scene=replace(case.scene, lights=lights), material=material, matrix=None, albedo=None)
+    case = replace(blunt(moderate_case(dice, "standard")), matrix=None, albedo=None)
     return in_either_type(dice, case)
 
 

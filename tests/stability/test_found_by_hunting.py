@@ -118,3 +118,14 @@ def test_a_light_may_be_as_near_as_floats_can_be(evaluator: Evaluator, gap: floa
     scene = Scene([PointLight(position=(1.0, 0.0, gap))], ABOVE)
     got = evaluator(points, normals, scene, Material(ambient=0.0, diffuse=1.0)).rgb
     assert np.abs(got - 0.8).max() <= 8 * evaluator.step
+
+
+@pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
+@pytest.mark.parametrize("intensity", [1e-300, 1e-150, 1e-40, 1e-20])
+@pytest.mark.parametrize("distance", [1e-120, 1e-24, 1e-12])
+def test_a_dim_light_may_weaken_with_a_tiny_distance(evaluator: Evaluator, distance: float, intensity: float) -> None:
+    """In the kernel's float32 both its strength and the square of its distance were 0, and 0 / 0 is NaN."""
+    lamp = PointLight(position=(0.0, 0.0, distance), attenuation=(0.0, 0.0, 5e-5), intensity=intensity)
+    got = colors(evaluator, lamp, Material(ambient=0.0, diffuse=1.0))
+    truth = min(intensity / 5e-5 / distance / distance, 1.0)
+    assert np.abs(got - truth).max() <= 8 * evaluator.step * truth + 1e-40

@@ -18,6 +18,7 @@ from stability.hunting import (
     FEW,
     MANY,
     Promise,
+    blunt,
     hunt,
     in_either_type,
     mixed_case,
@@ -419,7 +420,7 @@ def test_a_plan_without_tolerance_changes_nothing_but_rounding(examples: int) ->
 
     def check(promise: Promise) -> None:
         nonlocal rewritten
-        case = promise.case
+        case = blunt(promise.case)
         planned, unplanned = (np.empty((len(case.points), 3)) for _ in range(2))
         equation, original = (
             make_plan(*case.arguments, case.matrix, 0.0).equation,
