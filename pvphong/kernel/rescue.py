@@ -121,16 +121,17 @@ def _difference(points: Any, target: float, coordinate: float, exponent: int) ->
 
 @plain
 def mend_strength(rows: Any, constant: float, linear: float, quadratic: float, gain: float, on_light: float) -> None:
-    """Strength over rescaled rays, in float64: 0 where the vertex is lost, and on the light where c is 0."""
+    """Strength over rescaled rays: 0 where the vertex is lost, and on the light where c is 0."""
+    real = rows.dtype.type
     for i in range(BLOCK):
-        square, exponent = np.float64(ray_square(rows, i)), int(rows[at.EXPONENT + i])
+        square, exponent = ray_square(rows, i), int(rows[at.EXPONENT + i])
         if exponent == _LOST or (square == 0.0 and constant == 0.0):
             rows[at.STRENGTH + i] = 0.0
         elif square == 0.0:
-            rows[at.STRENGTH + i] = on_light * strength(square, constant, 0.0, 0.0, gain)
+            rows[at.STRENGTH + i] = on_light * strength(square, real(constant), real(0.0), real(0.0), real(gain))
         else:
-            scaled = math.ldexp(linear, exponent), math.ldexp(quadratic, 2 * exponent)
-            rows[at.STRENGTH + i] = strength(square, constant, scaled[0], scaled[1], gain)
+            scaled = real(math.ldexp(linear, exponent)), real(math.ldexp(quadratic, 2 * exponent))
+            rows[at.STRENGTH + i] = strength(square, real(constant), scaled[0], scaled[1], real(gain))
 
 
 @plain
