@@ -14,7 +14,7 @@ from pvphong.transform import transform_points
 # Bounds are computed in float64 and rounded up by this factor.
 ROUNDED_UP = 1.0 + 1e-9
 # Rows that are searched for extremes at once, and that are laid side by side for it.
-_CHUNK, _FOLD = 2**16, 64
+_CHUNK, _FOLD = 2**20, 512
 # Normals that are looked at first.
 _SOME = 64
 
