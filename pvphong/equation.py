@@ -13,10 +13,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from pvphong import _check
-from pvphong._types import ColorLike, Float64Array, MatrixLike, Reflection, Vector, VectorLike, rgb
+from pvphong._types import Float64Array, MatrixLike, Reflection, Vector, VectorLike, rgb
 from pvphong.lights import DirectionalLight, Light, PointLight, SpotLight
 from pvphong.material import Material
 from pvphong.scene import Scene
+
+_BLACK, _WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 
 BRIGHTEST = 2.0**100
 """Strengths and colours are capped here, so that nothing overflows float32; anything near it is white."""
@@ -24,8 +26,9 @@ BRIGHTEST = 2.0**100
 # The most that a light's colours may be before its attenuation, which may bring them down again.
 _FARTHEST = 2.0**1000
 
-# Three factors of at most this, whose product is at least `_TAME / _FARTHEST`, have products of two within range too.
+# Three factors of at most `_TAME`, whose product is at least `_SMALL`, have products of two within range too.
 _TAME = 2.0**300
+_SMALL = _TAME / _FARTHEST
 
 # vtkProperty and vtkLight keep exponents in [0, 128]; the shader cuts cosines off at the floors.
 _VTK_EXPONENT = 128.0
@@ -151,14 +154,15 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
     model, viewer = scene.light_model, scene.viewer
     local = model.local_viewer and not viewer.parallel
     x, y, z = viewer.view_direction
+    reflectances = _reflectances(material)
     return Equation(
         terms=tuple(
-            _term(light, index, material, rgb(light.ambient), light.specular_color)
+            _term(light, index, reflectances, rgb(light.ambient), light.specular_color)
             for index, light in enumerate(scene.world_lights)
             if light.on
         ),
-        ambient=_product(BRIGHTEST, material.ambient, model.ambient),
-        emission=_product(BRIGHTEST, material.emission, 1.0),
+        ambient=_product(BRIGHTEST, reflectances[0], rgb(model.ambient)),
+        emission=_product(BRIGHTEST, rgb(material.emission), _WHITE),
         shininess=material.shininess,
         reflection=model.reflection,
         cosine_floor=0.0,
@@ -179,16 +183,18 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     The material's ambient is not multiplied by any light; the lights' ambient and specular colours are
     ignored; the viewer is local even in parallel projection; a scene without any light is drawn unlit.
     """
+    reflectances = _reflectances(material)
     terms = tuple(
-        _term(_vtk_shape(term.light), term.index, material, (0.0, 0.0, 0.0), rgb(term.light.diffuse))
+        _term(_vtk_shape(term.light), term.index, reflectances, _BLACK, rgb(term.light.diffuse))
         for term in standard.terms
     )
     headlight = vtk_tier(scene.lights) == 1
-    unlit = tuple(a + d for a, d in zip(rgb(material.ambient), rgb(material.diffuse), strict=True))
+    ambient, diffuse, _ = reflectances
+    unlit = ambient[0] + diffuse[0], ambient[1] + diffuse[1], ambient[2] + diffuse[2]
     return replace(
         standard,
         terms=terms,
-        ambient=_product(BRIGHTEST, material.ambient if terms else unlit, 1.0),
+        ambient=_product(BRIGHTEST, ambient if terms else unlit, _WHITE),
         shininess=min(material.shininess, _VTK_EXPONENT),
         cosine_floor=_VTK_HEADLIGHT_FLOOR if headlight else _VTK_FLOOR,
         headlight_only=headlight,
@@ -226,20 +232,28 @@ def _vtk_shape(light: Light) -> Light:
     return replace(light, exponent=min(light.exponent, _VTK_EXPONENT))
 
 
-def _term(light: Light, index: int, material: Material, ambient: Vector, specular: Vector) -> LightTerm:
-    intensity = light.intensity
-    colors = [
-        _product(_FARTHEST, material.ambient, ambient, intensity),
-        _product(_FARTHEST, material.diffuse, light.diffuse, intensity),
-        _product(_FARTHEST, material.specular, specular, intensity),
-    ]
-    gain = 2.0 ** math.frexp(max(map(max, colors)))[1]
-    dim, matte, shiny = ((r / gain, g / gain, b / gain) for r, g, b in colors)
-    return LightTerm(light, index, dim, matte, shiny, gain)
+def _reflectances(material: Material) -> tuple[Vector, Vector, Vector]:
+    return rgb(material.ambient), rgb(material.diffuse), rgb(material.specular)
 
 
-def _product(most: float, reflectance: ColorLike, light: ColorLike, intensity: float = 1.0) -> Vector:
-    (red, green, blue), (r, g, b) = rgb(reflectance), rgb(light)
+def _term(
+    light: Light, index: int, reflectances: tuple[Vector, Vector, Vector], ambient: Vector, specular: Vector
+) -> LightTerm:
+    dim = _product(_FARTHEST, reflectances[0], ambient, light.intensity)
+    matt = _product(_FARTHEST, reflectances[1], rgb(light.diffuse), light.intensity)
+    shiny = _product(_FARTHEST, reflectances[2], specular, light.intensity)
+    gain = 2.0 ** math.frexp(max(*dim, *matt, *shiny))[1]
+    return LightTerm(light, index, _over(dim, gain), _over(matt, gain), _over(shiny, gain), gain)
+
+
+def _over(color: Vector, gain: float) -> Vector:
+    return color[0] / gain, color[1] / gain, color[2] / gain
+
+
+def _product(most: float, reflectance: Vector, light: Vector, intensity: float = 1.0) -> Vector:
+    (red, green, blue), (r, g, b) = reflectance, light
+    if not (r or g or b):
+        return _BLACK
     return _capped(most, red, r, intensity), _capped(most, green, g, intensity), _capped(most, blue, b, intensity)
 
 
@@ -247,7 +261,7 @@ def _capped(most: float, *factors: float) -> float:
     """A product of three numbers >= 0, at most `most`; only the whole of it may leave the range of floats."""
     a, b, c = factors
     product = a * b * c
-    if product >= _TAME / _FARTHEST and a <= _TAME and b <= _TAME and c <= _TAME:
+    if product >= _SMALL and a <= _TAME and b <= _TAME and c <= _TAME:
         return min(product, most)
     if 0.0 in factors:
         return 0.0

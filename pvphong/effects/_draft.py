@@ -161,16 +161,23 @@ Change = tuple[LightTerm | None, *tuple[Note, ...]] | None
 
 
 def for_each_term(rule: Callable[[Draft, LightTerm], Change]) -> Callable[[Draft], Draft]:
-    """A simplification that looks at one light's term after the other; each rule sees the notes of those before."""
+    """A simplification that looks at one light's term after the other; each rule sees the bounds taken before it."""
 
     def simplify(draft: Draft) -> Draft:
-        before, terms = draft.equation.terms, list[LightTerm]()
+        before, terms, noted = draft.equation.terms, list[LightTerm](), list[Note]()
         for term in before:
-            left, *notes = rule(draft, term) or (term,)
-            if notes:
-                draft = replace(draft, notes=(*draft.notes, *notes))
+            change = rule(draft, term)
+            if change is None:
+                terms.append(term)
+                continue
+            left, *notes = change
+            noted += notes
+            if any(note.bound for note in notes):  # exact ones can wait: a draft for each of many would take long
+                draft, noted = replace(draft, notes=(*draft.notes, *noted)), []
             if left is not None:
                 terms.append(left)
+        if noted:
+            draft = replace(draft, notes=(*draft.notes, *noted))
         kept = tuple(terms)
         return draft if kept == before else replace(draft, equation=replace(draft.equation, terms=kept))
 

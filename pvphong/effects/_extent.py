@@ -102,8 +102,9 @@ def sight(target: VectorLike, extent: Extent) -> tuple[Vector, float, float] | N
     """From the vertices' sphere to a target: unit direction at the centre, distance from it, and radius."""
     if extent.sphere is None:
         return None
-    centre, radius = extent.sphere
-    x, y, z = (a - b for a, b in zip(target, centre, strict=True))
+    (cx, cy, cz), radius = extent.sphere
+    x, y, z = target
+    x, y, z = x - cx, y - cy, z - cz
     distance = math.hypot(x, y, z)
     if not 0.0 < distance < math.inf:
         return None

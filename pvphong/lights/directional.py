@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -51,7 +52,7 @@ class DirectionalLight(Light):
         """The direction against the light's travel, shape (3, 1), and strength 1."""
         return Arrival(np.array(self.towards, dtype=real)[:, None], 1.0)
 
-    @property
+    @cached_property
     def towards(self) -> Vector:
         """Unit vector to the light, in its own frame."""
         x, y, z = unit_vector(self.direction)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -96,7 +97,7 @@ class SpotLight(Light):
             falloff = np.exp(self.exponent * np.log1p(-np.minimum(0.5 * square, 1.0)))
         return np.where(inside, falloff, 0.0)
 
-    @property
+    @cached_property
     def axis(self) -> Vector:
         """Unit vector along the cone's axis, in which the light travels."""
         return unit_vector(self.direction)
