@@ -10,6 +10,7 @@ import difflib
 import math
 import numbers
 from collections.abc import Iterable, Sequence
+from pathlib import PurePath
 from typing import Any, NoReturn
 
 import numpy as np
@@ -29,14 +30,14 @@ def refuse(name: str, got: object, allowed: str, remedy: str = "") -> NoReturn:
     name : str
         The argument or field.
     got : object
-        What came; a string is shown as it is, anything else by its ``repr``.
+        What came; a path is shown whole, a string as it is, anything else by its ``repr``, the last two cut short.
     allowed : str
         What is allowed, completing the phrase "<name> must be …".
     remedy : str
         A sentence that says how to put it right.
     """
-    shown = " ".join((got if isinstance(got, str) else repr(got)).split())
-    if len(shown) > _LONGEST_SHOWN:
+    shown = " ".join((str(got) if isinstance(got, (str, PurePath)) else repr(got)).split())
+    if len(shown) > _LONGEST_SHOWN and not isinstance(got, PurePath):
         shown = shown[: _LONGEST_SHOWN - 1] + "…"
     message = f"{name} must be {allowed}; got {shown}."
     raise ValueError(f"{message} {remedy}" if remedy else message)

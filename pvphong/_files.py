@@ -25,9 +25,9 @@ def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
     target = Path(path).resolve()  # a link keeps pointing to the file
     folder = target.parent
     if not folder.is_dir():
-        _check.refuse("path", str(target), "in a folder that exists", f"Create {folder} first.")
+        _check.refuse("path", target, "in a folder that exists", f"Create {folder} first.")
     if target.is_dir():
-        _check.refuse("path", str(target), "a file", "It is a folder.")
+        _check.refuse("path", target, "a file", "It is a folder.")
     try:
         aside = Path(tempfile.mkdtemp(prefix=".pvphong-", dir=folder))
     except OSError as error:

@@ -326,7 +326,7 @@ def tradeoff(
         refuse_format(plot)
     for output in (plot, csv, json):
         if output is not None and not output.resolve().parent.is_dir():
-            _check.refuse("path", str(output), "in a folder that exists", f"Create {output.parent} first.")
+            _check.refuse("path", output, "in a folder that exists", f"Create {output.parent} first.")
     outside, rig = _surface_and_scene(mesh, scene, _SIZE)
     if isinstance(outside, pv.MultiBlock):
         _check.refuse("mesh", mesh, "a file with a single mesh", "Save one of its blocks by itself.")

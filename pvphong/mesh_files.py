@@ -59,7 +59,7 @@ def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
         except Exception as error:  # readers, VTK's and others', raise what they like
             complaints.insert(0, str(error))
     if complaints:
-        _check.refuse("mesh", path, _READABLE, _first_line(complaints))
+        _check.refuse("mesh", Path(path), _READABLE, _first_line(complaints))
     if not isinstance(mesh, (pv.DataSet, pv.MultiBlock)):
         _check.refuse("mesh", f"a {type(mesh).__name__} in {path}", "a dataset or a MultiBlock")
     return mesh
@@ -115,7 +115,7 @@ def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str) -> None:
 def refuse_suffix(path: Path, what: str, allowed: tuple[str, ...]) -> None:
     """Raise ``ValueError`` for a path whose suffix is not among those that hold the colours of `what`."""
     if path.suffix.lower() not in allowed:
-        _check.refuse("output", str(path), f"a file that holds the colours of {what}: one of " + ", ".join(allowed))
+        _check.refuse("output", path, f"a file that holds the colours of {what}: one of " + ", ".join(allowed))
 
 
 def eight_bit(colors: Any) -> np.ndarray[Any, np.dtype[np.uint8]]:

@@ -171,7 +171,7 @@ def refuse_path(path: str | os.PathLike[str]) -> None:
     refuse_suffix(Path(path), "a report", (".md",))
     folder = Path(path).resolve().parent
     if not folder.is_dir():
-        _check.refuse("path", str(path), "in a folder that exists", f"Create {folder} first.")
+        _check.refuse("path", Path(path), "in a folder that exists", f"Create {folder} first.")
 
 
 def standing_report() -> VTKReport:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from dataclasses import astuple
 from itertools import groupby
 from typing import Any
 
@@ -47,6 +48,19 @@ def _table(entries: list[ledger.Entry]) -> Table:
         bound = f"{worst.bound:.2g}" if worst.bound else "exact"
         table.add_row(worst.row, evaluator, precision, bound, f"{worst.ratio:.2f}", f"{len(measured)}")
     return table
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Where several processes share the tests, each hands over what it measured."""
+    output = getattr(session.config, "workeroutput", None)
+    if output is not None:
+        output["ledger"] = [astuple(entry) for entry in ledger.entries]
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """A process of pytest-xdist has ended."""
+    ledger.entries += [ledger.Entry(*values) for values in getattr(node, "workeroutput", {}).get("ledger", ())]
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

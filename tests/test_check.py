@@ -1,7 +1,9 @@
 """Every check gives the canonical value, or a ValueError that says what, what is allowed, and how to put it right."""
 
 import math
+import re
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -32,6 +34,12 @@ def test_refusal_cuts_long_values():
     with pytest.raises(ValueError, match=r"got x{79}…") as caught:
         _check.refuse("name", "x" * 10_000, "short")
     assert len(str(caught.value)) < 150
+
+
+def test_refusal_shows_a_path_to_its_end():
+    path = Path("/home/somebody") / ("deep/" * 30) / "mesh.vtp"
+    with pytest.raises(ValueError, match=f"got {re.escape(str(path))}\\."):
+        _check.refuse("path", path, "a file")
 
 
 # --- numbers ---

@@ -1,5 +1,7 @@
 """The pictures of a report: errors in colours that show them, however small they are."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -11,7 +13,9 @@ from pvphong.accuracy.pictures import decades, linked_pictures, signed_scale, wo
 @pytest.fixture(scope="module")
 def report():
     scene = ph.Scene([ph.PointLight(position=(1, 1, 2))], ph.Viewer(position=(0, 0, 3)))
-    return ph.tradeoff(pv.Sphere(), scene, ph.Material(specular=0.3, shininess=20), seconds=1)
+    measured = ph.tradeoff(pv.Sphere(), scene, ph.Material(specular=0.3, shininess=20), seconds=1)
+    # which row is the cheapest is the machine's to say
+    return replace(measured, rows=tuple(row for row in measured.rows if row.name == "float32 NumPy"))
 
 
 def colored(pixels):
