@@ -44,7 +44,7 @@ def test_every_block_has_a_language_that_is_run():
 
 def test_one_command_ends_with_the_demo_and_one_with_the_tests():
     set_ups = [line for line in SHELL if line.startswith("python3")]
-    assert set_ups == [SET_UP + "pvphong demo", SET_UP + "python -m pytest"]
+    assert set_ups == [SET_UP + "pvphong demo", SET_UP + "python -m pytest -n 2 --dist loadfile"]
 
 
 @pytest.mark.parametrize("code", PYTHON, ids=lambda code: f"{len(code.splitlines())} lines")
@@ -107,7 +107,7 @@ def test_the_table_of_extras_names_all_of_them_and_what_they_bring():
     rows = {name.strip("`"): brings for name, brings, _ in table("Install")[1:]}
     assert rows.pop("all") == "all four"
     assert set(extras.pop("all")[0].removeprefix("pvphong[").removesuffix("]").split(",")) == set(rows)
-    brought = {name: {re.split("[>-]", package)[0] for package in packages} for name, packages in extras.items()}
+    brought = {name: {package.split(">")[0] for package in packages} for name, packages in extras.items()}
     assert brought == {name: set(brings.lower().split(", ")) for name, brings in rows.items()}
 
 
