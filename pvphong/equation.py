@@ -254,15 +254,14 @@ def _product(most: float, reflectance: Vector, light: Vector, intensity: float =
     (red, green, blue), (r, g, b) = reflectance, light
     if not (r or g or b):
         return _BLACK
+    product = red * r * intensity, green * g * intensity, blue * b * intensity
+    if min(product) >= _SMALL and max(product) <= most and max(red, green, blue, r, g, b, intensity) <= _TAME:
+        return product
     return _capped(most, red, r, intensity), _capped(most, green, g, intensity), _capped(most, blue, b, intensity)
 
 
 def _capped(most: float, *factors: float) -> float:
     """A product of three numbers >= 0, at most `most`; only the whole of it may leave the range of floats."""
-    a, b, c = factors
-    product = a * b * c
-    if product >= _SMALL and a <= _TAME and b <= _TAME and c <= _TAME:
-        return min(product, most)
     if 0.0 in factors:
         return 0.0
     mantissas, exponents = zip(*map(math.frexp, factors), strict=True)

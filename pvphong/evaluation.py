@@ -96,7 +96,7 @@ def evaluate(
     shades = None if albedo is None else checked_albedo(albedo, len(points))
     if matrix is not None:
         normal_matrix(matrix)  # refuses what cannot light, also where the scene does not need it
-    equation = make_plan(points, normals, scene, material, matrix, tolerance).equation
+    equation = make_plan(points, normals, scene, material, matrix, tolerance, kernel.find_bounds).equation
     result = _empty(len(points), len(scene.world_lights), real, _check.flag("components", components))
     _run(points, normals, equation, shades, result, backend)
     return result

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from pvphong import _check
+from pvphong import _check, kernel
 from pvphong._types import ByteArray, Float64Array, FloatArray
 from pvphong.evaluation import display_colors
 from pvphong.material import Material
@@ -64,7 +64,7 @@ class LiveMesh:
         if state == self._drawn_for and not self._viewer_moved(scene):
             return False
         points = _check.array("points", self.drawn.points)
-        self._plan = make_plan(points, None, scene, self.material, self.matrix, 0.0)
+        self._plan = make_plan(points, None, scene, self.material, self.matrix, 0.0, kernel.find_bounds)
         normals = self.normals if "normals" in self._plan.needs else np.broadcast_to(np.zeros(3), points.shape)
         display_colors(points, normals, self._plan.equation, self._current_albedo(), self._colors)
         self._drawn_for, self._viewer = state, scene.viewer

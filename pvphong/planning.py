@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pvphong import _check
 from pvphong._types import FloatArray, MatrixLike
-from pvphong.effects import EFFECTS, Decision, Draft, Extent, Note
+from pvphong.effects import EFFECTS, Decision, Draft, Extent, Note, Search
 from pvphong.equation import Equation, assemble
 from pvphong.material import Material
 from pvphong.scene import Scene, light_labels
@@ -96,20 +96,26 @@ def make_plan(
     material: Material,
     matrix: MatrixLike | None,
     tolerance: float,
+    search: Search | None = None,
 ) -> Plan:
     """The plan for vertices whose arrays have been checked; without normals fewer highlights can be ruled out."""
-    return plan_equation(assemble(scene, material, matrix), points, normals, scene, tolerance)
+    return plan_equation(assemble(scene, material, matrix), points, normals, scene, tolerance, search)
 
 
 def plan_equation(
-    equation: Equation, points: FloatArray, normals: FloatArray | None, scene: Scene, tolerance: float
+    equation: Equation,
+    points: FloatArray,
+    normals: FloatArray | None,
+    scene: Scene,
+    tolerance: float,
+    search: Search | None = None,
 ) -> Plan:
     """The plan for the equation of a scene, or one that was rewritten from it."""
     labels = light_labels(scene, "light ")
     draft = Draft(
         equation=equation,
         labels=labels,
-        extent=Extent(points, normals, equation.matrix),
+        extent=Extent(points, normals, equation.matrix, search),
         tolerance=tolerance,
         notes=tuple(
             Note("lights", label, "switched off")

@@ -14,6 +14,7 @@ import pvphong as ph
 from pvphong import kernel
 from pvphong.equation import assemble
 from pvphong.evaluation import display_colors
+from pvphong.planning import make_plan
 from pvphong.shading import Shading
 
 pytest.importorskip("numba", reason="the extra `fast` is not installed")
@@ -169,6 +170,39 @@ def test_moving_or_tinting_a_light_compiles_nothing(vertices):
 
 def result_of(rows, **arrays):
     return Shading(np.full((rows, 3), 7.0, np.float32), **arrays)
+
+
+@pytest.mark.parametrize("count", [2**15, 2**15 + 1, 2**15 + 130, 50_000])
+@pytest.mark.parametrize(("stored", "precision"), [("f4", "float32"), ("f8", "float32"), ("f8", "float64")])
+def test_the_bounds_that_it_finds_are_numpys(stored, precision, count):
+    random = np.random.default_rng(count)
+    rows = (random.normal(size=(count, 3)) * (1.0, 1e3, 1e-20) + (5.0, 0.0, 1e-19)).astype(stored)
+    rows[-1] = -7.0, 1e4, 1.0
+    ph.evaluate(rows[:9], rows[:9], *scene_of("lamp"), backend="numba", precision=precision)
+    low, high = kernel.find_bounds(rows)
+    np.testing.assert_array_equal(low, rows.min(axis=0))
+    np.testing.assert_array_equal(high, rows.max(axis=0))
+    rows[count // 2, 1] = random.choice((np.nan, np.inf, -np.inf))
+    assert np.isnan(kernel.find_bounds(rows)).all()
+
+
+def test_bounds_are_left_to_numpy_where_they_would_take_longer():
+    rows = np.ones((2**15, 3), np.float32)
+    ph.evaluate(rows[:9], rows[:9], *scene_of("lamp"), backend="numba")
+    assert kernel.find_bounds(rows) is not None
+    assert kernel.find_bounds(rows[1:]) is None
+    assert kernel.find_bounds(np.ones((2**15, 6), np.float32)[:, ::2]) is None
+    assert kernel.find_bounds(rows.astype(np.float16)) is None
+
+
+def test_a_plan_is_the_same_by_the_bounds_of_either():
+    points = np.random.default_rng(3).normal(size=(2**15, 3)).astype(np.float32)
+    scene, material = scene_of("all")
+    ph.evaluate(points[:9], points[:9], scene, material, backend="numba")
+    for normals, tolerance in ((points, 0.0), (points, 1e-3), (np.abs(points), 1e-3)):
+        plans = [make_plan(points, normals, scene, material, None, tolerance, by) for by in (None, kernel.find_bounds)]
+        assert plans[0].explain() == plans[1].explain()
+        assert plans[0].equation == plans[1].equation
 
 
 def test_it_declines_what_it_cannot_do_and_writes_nothing(vertices):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pvphong.effects import attenuation, cone, light, position
 from pvphong.effects._draft import Decision, Draft, Effect, Note
-from pvphong.effects._extent import Extent
+from pvphong.effects._extent import Extent, Search
 from pvphong.effects.reflection import DIFFUSE, SPECULAR
 from pvphong.effects.surface import AMBIENT, EMISSION, NORMAL_TRANSFORM
 from pvphong.effects.viewer import LOCAL_VIEWER, TWO_SIDED
@@ -26,4 +26,4 @@ EFFECTS: tuple[Effect, ...] = (
     DIFFUSE,
 )
 
-__all__ = ["EFFECTS", "Decision", "Draft", "Effect", "Extent", "Note"]
+__all__ = ["EFFECTS", "Decision", "Draft", "Effect", "Extent", "Note", "Search"]

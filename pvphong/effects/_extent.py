@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +20,9 @@ _CHUNK, _FOLD = 2**20, 512
 _SOME = 64
 
 
+Search = Callable[[FloatArray], tuple[Float64Array, Float64Array] | None]
+
+
 class Extent:
     """A sphere around all vertices, in world coordinates; computed when an effect first asks.
 
@@ -30,19 +34,28 @@ class Extent:
         Shape (n, 3), where they are known.
     matrix : array_like or None
         Model matrix.
+    search : callable, optional
+        Finds the least and the greatest entry of each column faster than NumPy does, or gives None.
     """
 
-    def __init__(self, points: FloatArray, normals: FloatArray | None, matrix: MatrixLike | None) -> None:
+    def __init__(
+        self,
+        points: FloatArray,
+        normals: FloatArray | None,
+        matrix: MatrixLike | None,
+        search: Search | None = None,
+    ) -> None:
         self._points = points
         self._normals = normals
         self._matrix = matrix
+        self._search = search
 
     @cached_property
     def sphere(self) -> tuple[Vector, float] | None:
         """Centre and radius; None where there is no point, or one is not finite."""
         if not len(self._points):
             return None
-        low, high = _bounds(self._points)
+        low, high = self._bounds(self._points)
         if self._matrix is not None:
             corners = transform_points(_corners(low, high), self._matrix)
             low, high = corners.min(axis=0), corners.max(axis=0)
@@ -57,12 +70,14 @@ class Extent:
         if self._normals is None or not len(self._normals):
             return None
         some = self._normals[:: max(len(self._normals) // _SOME, 1)]  # where these have no cone, all hardly have one
-        return None if _cone(some) is None else _cone(self._normals)
+        return None if _cone(*_bounds(some)) is None else _cone(*self._bounds(self._normals))
+
+    def _bounds(self, rows: FloatArray) -> tuple[Float64Array, Float64Array]:
+        return (self._search and self._search(rows)) or _bounds(rows)
 
 
-def _cone(normals: FloatArray) -> tuple[Vector, float] | None:
-    """By the box around the normals: n·axis is least, and |n| greatest, at one of its corners."""
-    low, high = _bounds(normals)
+def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
+    """Of normals between two: n·axis is least, and |n| greatest, at one of the corners."""
     largest = max(np.abs(low).max(), np.abs(high).max())
     if not 0.0 < largest < math.inf:
         return None

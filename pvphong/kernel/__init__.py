@@ -18,18 +18,21 @@ import os
 import pickle
 import threading
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from pvphong._albedo import reflectances
-from pvphong._types import FloatArray
+from pvphong._types import Float64Array, FloatArray
 from pvphong.equation import Equation
 from pvphong.kernel import records
+from pvphong.kernel.rows import GROUP
 from pvphong.shading import Shading
 
 # Vertices that are copied at a time where arrays are not in the form that compiled code takes: 24 MiB at most.
 COPIED = 2**18
+# Rows from which their bounds are found in less time than NumPy takes.
+_SEARCHED = 2**15
 
 
 class _Process:
@@ -37,6 +40,7 @@ class _Process:
 
     one_at_a_time = threading.Lock()  # Numba's own threads are not for several of Python's at once
     has_run = False
+    result_types: ClassVar[dict[np.dtype[Any], np.dtype[Any]]] = {}  # of what has run, by the vertices' type
     lost_its_threads = False
     keeps_code = True
 
@@ -133,8 +137,25 @@ def shade(
         out = rgb[part].reshape(-1)
         nothing = np.empty(0, real if rgb.dtype == np.uint8 else np.uint8)
         targets = (nothing, out) if rgb.dtype == np.uint8 else (out, nothing)
-        _run(*arrays, *targets, settings, terms, len(rgb[part]))
+        _run(*arrays, *targets, settings, terms, len(rgb[part]), np.empty(0))
+    _Process.result_types[stored] = real
     return True
+
+
+def find_bounds(rows: FloatArray) -> tuple[Float64Array, Float64Array] | None:
+    """Least and greatest entry of each column, shape (3,), NaN where any is not finite; or None.
+
+    None where NumPy is to look for them: for few rows, and where the code for their type has not run in this process.
+    """
+    real = _Process.result_types.get(rows.dtype)
+    if len(rows) < _SEARCHED or real is None or not _is_plain(rows, rows.dtype) or not is_available():
+        return None
+    vertices, nothing = _flat(rows, rows.dtype, slice(None)), _flat(None, rows.dtype, slice(None))
+    found = np.empty((-(-len(rows) // GROUP), 6))
+    no_equation = np.zeros(0, records.SETTINGS), np.zeros(0, records.TERM)
+    colors = np.empty(0, real), np.empty(0, np.uint8)
+    _run(vertices, nothing, _flat(None, real, slice(None)), *colors, *no_equation, len(rows), found.reshape(-1))
+    return found[:, :3].min(axis=0), found[:, 3:].max(axis=0)
 
 
 def _parts(inputs: list[tuple[FloatArray | None, np.dtype[Any]]], count: int) -> Iterator[slice]:

@@ -14,14 +14,11 @@ from typing import Any
 import numba
 import numpy as np
 
-from pvphong.kernel import arithmetic, passes, rescue
+from pvphong.kernel import arithmetic, extremes, passes, rescue
 from pvphong.kernel import rows as at
 from pvphong.kernel.arithmetic import inlined, plain
 from pvphong.kernel.records import BLINN_PHONG, HEADLIGHT, NO_HIGHLIGHT, PHONG
-from pvphong.kernel.rows import BLOCK
-
-# Vertices per unit of parallel work: enough that its scratch memory costs nothing.
-GROUP = 32 * BLOCK
+from pvphong.kernel.rows import BLOCK, GROUP
 
 # Bytes in a line of the processor's caches, and in its longest vectors.
 _LINE = 64
@@ -233,17 +230,28 @@ def compile_shade(*, cache: bool) -> Callable[..., None]:
     RuntimeError
         If it is to be kept and Numba finds no folder that it can write to.
     """
-    files = (at, arithmetic, passes, rescue)
+    files = (at, arithmetic, extremes, passes, rescue)
     checksum = zlib.crc32("".join(map(inspect.getsource, files)).encode())
 
     @numba.njit(parallel=True, error_model="numpy", cache=cache)
     def shade(
-        points: Any, normals: Any, albedo: Any, rgb: Any, display: Any, settings: Any, terms: Any, count: int
+        points: Any,
+        normals: Any,
+        albedo: Any,
+        rgb: Any,
+        display: Any,
+        settings: Any,
+        terms: Any,
+        count: int,
+        found: Any,
     ) -> None:
         _ = checksum
         for group in numba.prange((count + GROUP - 1) // GROUP):
             start, stop = group * GROUP, min(group * GROUP + GROUP, count)
-            rows, wide = _scratch(at.ROWS, rgb), _scratch(3 * BLOCK, np.empty(0, np.float64))
-            _shade_group(start, stop, points, normals, albedo, rgb, display, settings, terms, rows, wide)
+            if len(found):
+                extremes.find_extremes(points, start, stop, _scratch(extremes.ROWS, points), found[6 * group :])
+            else:
+                rows, wide = _scratch(at.ROWS, rgb), _scratch(3 * BLOCK, np.empty(0, np.float64))
+                _shade_group(start, stop, points, normals, albedo, rgb, display, settings, terms, rows, wide)
 
     return shade

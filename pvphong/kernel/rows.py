@@ -6,6 +6,9 @@ from __future__ import annotations
 # of first-level cache.
 BLOCK = 128
 
+# Vertices per unit of parallel work: enough that its scratch memory costs nothing.
+GROUP = 32 * BLOCK
+
 # Colour; and the part of it that the albedo does not multiply, where there is an albedo.
 R, G, B, HR, HG, HB = range(0, 6 * BLOCK, BLOCK)
 

@@ -91,7 +91,9 @@ def compiled(arrays, scene, material, real, planned=False):
     equation = assemble(scene, material, None)
 
     def run():
-        left = make_plan(points, normals, scene, material, None, 0.0).equation if planned else equation
+        left = equation
+        if planned:
+            left = make_plan(points, normals, scene, material, None, 0.0, kernel.find_bounds).equation
         kernel.shade(points, normals, left, None, out)
 
     run.plan = make_plan(points, normals, scene, material, None, 0.0)
