@@ -37,9 +37,13 @@ def _load_normals(array: Any, start: int, count: int, s: Any, rows: Any, wide: A
     if s.turns_normals:
         passes.split(array, start, count, wide)
         passes.rotate_normals(s.normal_matrix, wide, rows)
+        good = passes.measure_normals(rows)
+    elif count == BLOCK:
+        good = passes.split_normals(array, start, rows)
     else:
         passes.split(array, start, count, rows[at.NX :])
-    if not passes.measure_normals(rows):
+        good = passes.measure_normals(rows)
+    if not good:
         rescue.rescue_normals(array, start, count, s.normal_matrix, s.turns_normals, rows)
         passes.measure_normals(rows)
 
