@@ -14,7 +14,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from pvphong.kernel import arithmetic, extremes, passes, rescue
+from pvphong.kernel import arithmetic, colors, extremes, loading, passes, rescue, vectors
 from pvphong.kernel import rows as at
 from pvphong.kernel.arithmetic import inlined, plain
 from pvphong.kernel.records import BLINN_PHONG, HEADLIGHT, NO_HIGHLIGHT, PHONG
@@ -35,26 +35,26 @@ def _scratch(length: int, like: Any) -> Any:
 @inlined
 def _load_normals(array: Any, start: int, count: int, s: Any, rows: Any, wide: Any) -> None:
     if s.turns_normals:
-        passes.split(array, start, count, wide)
-        passes.rotate_normals(s.normal_matrix, wide, rows)
-        good = passes.measure_normals(rows)
+        loading.split(array, start, count, wide)
+        loading.rotate_normals(s.normal_matrix, wide, rows)
+        good = loading.measure_normals(rows)
     elif count == BLOCK:
-        good = passes.split_normals(array, start, rows)
+        good = loading.split_normals(array, start, rows)
     else:
-        passes.split(array, start, count, rows[at.NX :])
-        good = passes.measure_normals(rows)
+        loading.split(array, start, count, rows[at.NX :])
+        good = loading.measure_normals(rows)
     if not good:
         rescue.rescue_normals(array, start, count, s.normal_matrix, s.turns_normals, rows)
-        passes.measure_normals(rows)
+        loading.measure_normals(rows)
 
 
 @inlined
 def _load_points(array: Any, start: int, count: int, s: Any, rows: Any, wide: Any) -> None:
     if not s.is_wide:
-        passes.split(array, start, count, rows[at.PX :])
+        loading.split(array, start, count, rows[at.PX :])
         return
-    passes.split(array, start, count, wide)
-    if s.moves_points and not passes.transform(s.matrix, s.w, wide):
+    loading.split(array, start, count, wide)
+    if s.moves_points and not loading.transform(s.matrix, s.w, wide):
         rescue.rescue_points(array, start, count, s.matrix, s.w, wide)
 
 
@@ -189,8 +189,8 @@ def _shade_group(
     for first in range(start, stop, BLOCK):
         count = min(stop - first, BLOCK)
         if is_even and first > start:  # every block is like the first one
-            passes.repeat(rgb, start, first, min(count, len(rgb)))
-            passes.repeat(display, start, first, min(count, len(display)))
+            colors.repeat(rgb, start, first, min(count, len(rgb)))
+            colors.repeat(display, start, first, min(count, len(display)))
             continue
         if s.needs_normals:
             _load_normals(normals, first, count, s, rows, wide)
@@ -210,12 +210,12 @@ def _shade_group(
         for t in terms:
             _add_light(t, s, has_unseen, has_albedo, rows, wide)
         if has_albedo:
-            passes.split(albedo, first, count, rows[at.ALBEDO_R :])
-            passes.tint(rows)
+            loading.split(albedo, first, count, rows[at.ALBEDO_R :])
+            colors.tint(rows)
         if len(rgb):
-            passes.join(rows, real(s.low), real(s.high), rgb, first, count)
+            colors.join(rows, real(s.low), real(s.high), rgb, first, count)
         if len(display):
-            passes.join_bytes(rows, display, first, count)
+            colors.join_bytes(rows, display, first, count)
 
 
 def compile_shade(*, cache: bool) -> Callable[..., None]:
@@ -234,7 +234,7 @@ def compile_shade(*, cache: bool) -> Callable[..., None]:
     RuntimeError
         If it is to be kept and Numba finds no folder that it can write to.
     """
-    files = (at, arithmetic, extremes, passes, rescue)
+    files = (at, arithmetic, vectors, loading, passes, rescue, colors, extremes)
     checksum = zlib.crc32("".join(map(inspect.getsource, files)).encode())
 
     @numba.njit(parallel=True, error_model="numpy", cache=cache)

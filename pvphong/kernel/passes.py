@@ -1,4 +1,4 @@
-"""The kernel's loops over one block of vertices. Each is simple enough for LLVM to vectorise.
+"""The kernel's loops that light one block of vertices. Each is simple enough for LLVM to vectorise.
 
 Symbols: p a vertex, n its normal (of any length), v the unit vector to the viewer, D the way from p to a light,
 l = D/|D|; C the chord of a highlight or a cone, whose squared length is 2(1 − cosine).
@@ -20,40 +20,15 @@ from pvphong.equation import BRIGHTEST
 from pvphong.kernel import rows as at
 from pvphong.kernel.arithmetic import inlined, plain, power
 from pvphong.kernel.rows import BLOCK
+from pvphong.kernel.vectors import ZERO_SQUARE, inverse_root, is_moderate, square_of
 
 _ZERO, _ONE, _TWO, _BRIGHTEST = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(BRIGHTEST)
-
-# Squared lengths between these have lost no bit to underflow, in float32 as in float64.
-_LEAST_SQUARE, _MOST_SQUARE = np.float32(2.0**-80), np.float32(2.0**120)
-
-# Stands in for the square of a zero vector, which then remains zero when it is made unit length.
-_ZERO_SQUARE = np.float32(2.0**-126)
-
-# Adding it rounds to an integer, which then stands in the last bits of the mantissa.
-_WHOLE = np.float32(1.5 * 2**23)
-
-
-@inlined
-def is_moderate(square: Any) -> bool:
-    """Whether a vector of that squared length needs no rescue; False for NaN."""
-    return (square >= _LEAST_SQUARE) & (square <= _MOST_SQUARE)  # `and` would be a branch
-
-
-@inlined
-def square_of(x: Any, y: Any, z: Any) -> Any:
-    """Squared length, summed in the order x, y, z."""
-    return x * x + y * y + z * z
 
 
 @inlined
 def ray_square(rows: Any, i: int) -> Any:
     """|D|²."""
     return square_of(rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i])
-
-
-@inlined
-def _inverse_root(square: Any) -> Any:
-    return _ONE / np.sqrt(max(square, _ZERO_SQUARE))
 
 
 @inlined
@@ -68,75 +43,6 @@ def fill(rows: Any, x: Any, y: Any, z: Any) -> None:
         rows[i] = x
         rows[BLOCK + i] = y
         rows[2 * BLOCK + i] = z
-
-
-@plain
-def split(array: Any, start: int, count: int, rows: Any) -> None:
-    """Vectors that stand one after the other into the first three rows; the last one fills up the block."""
-    part = array[3 * start : 3 * (start + count)]
-    for i in range(count):
-        rows[i] = part[3 * i]
-        rows[BLOCK + i] = part[3 * i + 1]
-        rows[2 * BLOCK + i] = part[3 * i + 2]
-    for i in range(count, BLOCK):
-        rows[i] = part[3 * count - 3]
-        rows[BLOCK + i] = part[3 * count - 2]
-        rows[2 * BLOCK + i] = part[3 * count - 1]
-
-
-@plain
-def transform(matrix: Any, w: float, wide: Any) -> bool:
-    """(L p + t) / w for float64 points and a (3, 4) matrix (L | t); gives whether all are finite."""
-    good = True
-    for i in range(BLOCK):
-        x, y, z = wide[i], wide[BLOCK + i], wide[2 * BLOCK + i]
-        x, y, z = (
-            (matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2] * z + matrix[0, 3]) / w,
-            (matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2] * z + matrix[1, 3]) / w,
-            (matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2] * z + matrix[2, 3]) / w,
-        )
-        wide[i], wide[BLOCK + i], wide[2 * BLOCK + i] = x, y, z
-        good = good & np.isfinite(x) & np.isfinite(y) & np.isfinite(z)
-    return good
-
-
-@plain
-def rotate_normals(matrix: Any, wide: Any, rows: Any) -> None:
-    """(3, 3) matrix times float64 normals."""
-    for i in range(BLOCK):
-        x, y, z = wide[i], wide[BLOCK + i], wide[2 * BLOCK + i]
-        rows[at.NX + i] = matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2] * z
-        rows[at.NY + i] = matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2] * z
-        rows[at.NZ + i] = matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2] * z
-
-
-@inlined
-def _measure(rows: Any, i: int, x: Any, y: Any, z: Any) -> bool:
-    square = square_of(x, y, z)
-    rows[at.INVERSE + i] = _inverse_root(square)
-    return is_moderate(square)
-
-
-@plain
-def measure_normals(rows: Any) -> bool:
-    """1/|n|; gives whether none needs a rescue."""
-    good = True
-    for i in range(BLOCK):
-        good = good & _measure(rows, i, rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i])
-    return good
-
-
-@plain
-def split_normals(array: Any, start: int, rows: Any) -> bool:
-    """`split` and `measure_normals` in one, for a whole block: a tenth of the time of a scene with one dull sun."""
-    real = rows.dtype.type
-    part = array[3 * start : 3 * (start + BLOCK)]
-    good = True
-    for i in range(BLOCK):
-        x, y, z = real(part[3 * i]), real(part[3 * i + 1]), real(part[3 * i + 2])
-        rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i] = x, y, z
-        good = good & _measure(rows, i, x, y, z)
-    return good
 
 
 @inlined
@@ -175,7 +81,7 @@ def approach_wide(wide: Any, x: float, y: float, z: float, rows: Any) -> bool:
 def look(rows: Any) -> None:
     """V along rays to the eye; zero remains zero."""
     for i in range(BLOCK):
-        inverse = _inverse_root(ray_square(rows, i))
+        inverse = inverse_root(ray_square(rows, i))
         rows[at.VX + i] = rows[at.DX + i] * inverse
         rows[at.VY + i] = rows[at.DY + i] * inverse
         rows[at.VZ + i] = rows[at.DZ + i] * inverse
@@ -205,7 +111,7 @@ def _turn(rows: Any, i: int, is_away: bool) -> None:
 
 @inlined
 def _lambert(rows: Any, i: int, x: Any, y: Any, z: Any, square: Any) -> None:
-    n_l = _normal_dot(rows, i, x, y, z) * (_inverse_root(square) * rows[at.INVERSE + i])
+    n_l = _normal_dot(rows, i, x, y, z) * (inverse_root(square) * rows[at.INVERSE + i])
     rows[at.COSINE + i] = max(n_l, _ZERO)
 
 
@@ -240,7 +146,7 @@ def lambert_parallel(rows: Any, x: Any, y: Any, z: Any) -> None:
 def _phong(rows: Any, i: int, dx: Any, dy: Any, dz: Any, square: Any, dark: Any) -> bool:
     nx, ny, nz, shrink = rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i], rows[at.INVERSE + i]
     vx, vy, vz = rows[at.VX + i], rows[at.VY + i], rows[at.VZ + i]
-    inverse = _inverse_root(square)
+    inverse = inverse_root(square)
     lx, ly, lz = dx * inverse, dy * inverse, dz * inverse
     n_l = (nx * dx + ny * dy + nz * dz) * (inverse * shrink)
     sx, sy, sz = lx + vx, ly + vy, lz + vz
@@ -283,17 +189,17 @@ def blinn_phong(rows: Any, dark: Any) -> bool:
     shines = False
     for i in range(BLOCK):
         dx, dy, dz = rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i]
-        inverse, shrink = _inverse_root(square_of(dx, dy, dz)), rows[at.INVERSE + i]
+        inverse, shrink = inverse_root(square_of(dx, dy, dz)), rows[at.INVERSE + i]
         n_l = _normal_dot(rows, i, dx, dy, dz) * (inverse * shrink)
         hx, hy, hz = dx * inverse + rows[at.VX + i], dy * inverse + rows[at.VY + i], dz * inverse + rows[at.VZ + i]
         square = square_of(hx, hy, hz)
-        unit = _inverse_root(square)
+        unit = inverse_root(square)
         chord = square_of(
             hx * unit - rows[at.NX + i] * shrink,
             hy * unit - rows[at.NY + i] * shrink,
             hz * unit - rows[at.NZ + i] * shrink,
         )
-        chord = chord if square > _ZERO_SQUARE else _TWO
+        chord = chord if square > ZERO_SQUARE else _TWO
         rows[at.COSINE + i] = max(n_l, _ZERO)
         rows[at.SHINE + i] = chord
         shines = shines | ((n_l > _ZERO) & (chord < dark))
@@ -305,7 +211,7 @@ def headlight(rows: Any, floor: Any) -> None:
     """max(n·l, floor), but 0 where there is no n, and |C|² for C = n − l: VTK's first tier."""
     for i in range(BLOCK):
         x, y, z = rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i]
-        inverse, shrink = _inverse_root(square_of(x, y, z)), rows[at.INVERSE + i]
+        inverse, shrink = inverse_root(square_of(x, y, z)), rows[at.INVERSE + i]
         nx, ny, nz = rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i]
         n_l = max(_normal_dot(rows, i, x, y, z) * (inverse * shrink), floor)
         rows[at.COSINE + i] = n_l if square_of(nx, ny, nz) > _ZERO else _ZERO
@@ -344,7 +250,7 @@ def attenuate(rows: Any, constant: Any, linear: Any, quadratic: Any, gain: Any) 
 def find_cone(rows: Any, x: Any, y: Any, z: Any, edge: Any) -> None:
     """|C|² for C = l + axis; and, in the row of n·l, 1 inside the cone's edge and 0 outside."""
     for i in range(BLOCK):
-        inverse = _inverse_root(ray_square(rows, i))
+        inverse = inverse_root(ray_square(rows, i))
         square = square_of(
             rows[at.DX + i] * inverse + x,
             rows[at.DY + i] * inverse + y,
@@ -412,53 +318,3 @@ def add_both(rows: Any, red: Any, green: Any, blue: Any, shiny_red: Any, shiny_g
         rows[at.R + i] += red * matt + shiny_red * shine
         rows[at.G + i] += green * matt + shiny_green * shine
         rows[at.B + i] += blue * matt + shiny_blue * shine
-
-
-@inlined
-def _reflectance(albedo: Any) -> Any:
-    """In [0, 1], and 0 for a NaN."""
-    return min(albedo, _ONE) if albedo > _ZERO else _ZERO
-
-
-@plain
-def tint(rows: Any) -> None:
-    """Colour times albedo plus highlights."""
-    for i in range(BLOCK):
-        rows[at.R + i] = rows[at.R + i] * _reflectance(rows[at.ALBEDO_R + i]) + rows[at.HR + i]
-        rows[at.G + i] = rows[at.G + i] * _reflectance(rows[at.ALBEDO_G + i]) + rows[at.HG + i]
-        rows[at.B + i] = rows[at.B + i] * _reflectance(rows[at.ALBEDO_B + i]) + rows[at.HB + i]
-
-
-@plain
-def join(rows: Any, low: Any, high: Any, rgb: Any, start: int, count: int) -> None:
-    """Colours, clipped to [low, high], one after the other."""
-    part = rgb[3 * start : 3 * (start + count)]
-    for i in range(count):
-        part[3 * i] = min(max(rows[at.R + i], low), high)
-        part[3 * i + 1] = min(max(rows[at.G + i], low), high)
-        part[3 * i + 2] = min(max(rows[at.B + i], low), high)
-
-
-@plain
-def repeat(array: Any, source: int, target: int, count: int) -> None:
-    """Copy colours that stand one after the other from one vertex on to another's place."""
-    there, here = array[3 * source : 3 * (source + count)], array[3 * target : 3 * (target + count)]
-    for i in range(3 * count):
-        here[i] = there[i]
-
-
-@inlined
-def _byte(intensity: Any) -> Any:
-    """0-255 for an intensity clipped to [0, 1]: the nearest, and of two equally near the even one."""
-    clipped = min(max(np.float32(intensity), _ZERO), _ONE)
-    return np.uint8(np.float32(clipped * np.float32(255.0) + _WHOLE).view(np.int32))
-
-
-@plain
-def join_bytes(rows: Any, display: Any, start: int, count: int) -> None:
-    """`join` for uint8."""
-    part = display[3 * start : 3 * (start + count)]
-    for i in range(count):
-        part[3 * i] = _byte(rows[at.R + i])
-        part[3 * i + 1] = _byte(rows[at.G + i])
-        part[3 * i + 2] = _byte(rows[at.B + i])

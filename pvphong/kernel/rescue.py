@@ -14,8 +14,9 @@ import numpy as np
 
 from pvphong.kernel import rows as at
 from pvphong.kernel.arithmetic import inlined, plain
-from pvphong.kernel.passes import is_moderate, ray_square, square_of, strength
+from pvphong.kernel.passes import ray_square, strength
 from pvphong.kernel.rows import BLOCK
+from pvphong.kernel.vectors import is_moderate, square_of
 
 # In the place of an exponent: the vertex is not finite.
 _LOST = 100_000

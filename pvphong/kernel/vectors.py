@@ -1,0 +1,35 @@
+"""Squared lengths of vectors, and which of them a loop may use as they come."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from pvphong.kernel.arithmetic import inlined
+
+_ONE = np.float32(1.0)
+
+# Squared lengths between these have lost no bit to underflow, in float32 as in float64.
+_LEAST_SQUARE, _MOST_SQUARE = np.float32(2.0**-80), np.float32(2.0**120)
+
+ZERO_SQUARE = np.float32(2.0**-126)
+"""Stands in for the square of a zero vector, which then remains zero when it is made unit length."""
+
+
+@inlined
+def is_moderate(square: Any) -> bool:
+    """Whether a vector of that squared length needs no rescue; False for NaN."""
+    return (square >= _LEAST_SQUARE) & (square <= _MOST_SQUARE)  # `and` would be a branch
+
+
+@inlined
+def square_of(x: Any, y: Any, z: Any) -> Any:
+    """Squared length, summed in the order x, y, z."""
+    return x * x + y * y + z * z
+
+
+@inlined
+def inverse_root(square: Any) -> Any:
+    """What makes a vector of that squared length unit length."""
+    return _ONE / np.sqrt(max(square, ZERO_SQUARE))
