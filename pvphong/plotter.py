@@ -14,7 +14,7 @@ from pvphong import _check
 from pvphong.comparison import Comparison
 from pvphong.gizmos import Board, Gizmo, History, Options
 from pvphong.gizmos.commands import Keys, check_keys
-from pvphong.lights import Light
+from pvphong.lights import Light, type_name
 from pvphong.live import ARRAY, LiveMesh
 from pvphong.material import Material
 from pvphong.pane import Pane
@@ -158,8 +158,10 @@ class PlotterPhong:
         Raises
         ------
         ValueError
-            If it is no light, or the subplot has it already.
+            If it is no light, of a kind that has no gizmo, or the subplot has it already.
         """
+        if isinstance(light, Light):
+            type_name("light", light)
         rig = self._pane.rig
         with self._history.edit(rig):
             return rig.add(light)
@@ -177,10 +179,11 @@ class PlotterPhong:
         Raises
         ------
         ValueError
-            If there is no such light, or `light` is none.
+            If there is no such light, or `light` is none, or of a kind that has no gizmo.
         """
         if not isinstance(light, Light):
             _check.refuse("light", light, "a light of pvphong's", "as_light converts a pyvista.Light.")
+        type_name("light", light)
         rig = self._pane.rig
         handle = rig.find(which)
         with self._history.edit(rig):

@@ -14,7 +14,7 @@ from typing import Any, Self, get_args
 from pvphong import _check
 from pvphong._files import written_aside
 from pvphong._types import ColorLike, Convention, Reflection
-from pvphong.lights import LIGHT_TYPES, Light, as_light, from_vtk
+from pvphong.lights import LIGHT_TYPES, Light, as_light, from_vtk, type_name
 from pvphong.viewer import Viewer
 
 _FORMAT = "pvphong scene"
@@ -161,12 +161,16 @@ class Scene:
         Raises
         ------
         ValueError
-            If the file cannot be written. A file that was there before is then still there.
+            If the file cannot be written, or a light is of a kind that files do not know. A file that was there
+            before is then still there.
         """
         document = {
             "format": _FORMAT,
             "version": _VERSION,
-            "lights": [{"type": _type_name(light)} | asdict(light) for light in self.lights],
+            "lights": [
+                {"type": type_name(f"lights[{index}]", light)} | asdict(light)
+                for index, light in enumerate(self.lights)
+            ],
             "viewer": asdict(self.viewer),
             "light_model": asdict(self.light_model),
         }
@@ -222,10 +226,6 @@ def light_labels(scene: Scene, numbered: str = "") -> tuple[str, ...]:
     indices = [f"{numbered}{index}" for index in range(len(names))]
     counts = Counter(names + indices)
     return tuple(name if name and counts[name] == 1 else index for name, index in zip(names, indices, strict=True))
-
-
-def _type_name(light: Light) -> str:
-    return next(name for name, kind in LIGHT_TYPES.items() if kind is type(light))
 
 
 def _light(place: str, entry: Any) -> Any:

@@ -12,7 +12,7 @@ from pvphong._types import Vector, VectorLike
 from pvphong.effects._draft import Draft
 from pvphong.effects._extent import ROUNDED_UP, sight, turn
 from pvphong.equation import Equation, LightTerm
-from pvphong.lights import DirectionalLight, PointLight, SpotLight
+from pvphong.lights import DirectionalLight, Light, PointLight, SpotLight
 
 
 def attenuation(coefficients: VectorLike, distance: float) -> float:
@@ -55,6 +55,16 @@ def steepness(shininess: float) -> float:
 def angle(a: VectorLike, b: VectorLike) -> float:
     """Between two unit vectors, in radians; right to 1e-7, for arc cosines lose half the digits near 0 and π."""
     return math.acos(max(-1.0, min(1.0, math.fsum((a[0] * b[0], a[1] * b[1], a[2] * b[2])))))
+
+
+def light_seen(draft: Draft, light: Light) -> tuple[VectorLike, float] | None:
+    """Direction to a light, and the angle by which it may be off at a vertex; None where nothing is known."""
+    if isinstance(light, DirectionalLight):
+        return light.towards, 1e-7
+    if not isinstance(light, (PointLight, SpotLight)):
+        return None
+    seen = sight(light.position, draft.extent)
+    return None if seen is None else (seen[0], turn(seen[1], seen[2]) + 1e-7)
 
 
 def viewer_seen(draft: Draft, eye: Vector | None) -> tuple[Vector, float] | None:

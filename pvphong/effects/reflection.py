@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from pvphong._types import VectorLike
-from pvphong.effects._bounds import angle, strongest, viewer_seen, widest_to_viewer
+from pvphong.effects._bounds import angle, light_seen, strongest, viewer_seen, widest_to_viewer
 from pvphong.effects._draft import Change, Draft, Effect, Note, decision, for_each_term, peak, unchanged
-from pvphong.effects._extent import ROUNDED_UP, sight, turn
+from pvphong.effects._extent import ROUNDED_UP
 from pvphong.equation import LightTerm
-from pvphong.lights import DirectionalLight, PointLight, SpotLight
 
 _BLACK = (0.0, 0.0, 0.0)
 
@@ -49,7 +47,7 @@ def _reach(draft: Draft, term: LightTerm) -> float:
     if equation.headlight_only or equation.is_flipped or equation.shininess == 0.0 or cone is None:
         return 1.0
     axis, opening = cone
-    light, viewer = _light_seen(draft, term), viewer_seen(draft, draft.equation.eye)
+    light, viewer = light_seen(draft, term.light), viewer_seen(draft, draft.equation.eye)
     if light is None or viewer is None:
         return 1.0
     theta, phi = (max(angle(axis, d) - opening - spread, 0.0) for d, spread in (light, viewer))
@@ -63,15 +61,6 @@ def _reach(draft: Draft, term: LightTerm) -> float:
         cosine = 2.0 * math.cos(theta) * max(math.cos(phi), 0.0) - math.cos(most)
     cosine = max(min(cosine * ROUNDED_UP, 1.0), equation.cosine_floor, 0.0)
     return cosine**equation.shininess
-
-
-def _light_seen(draft: Draft, term: LightTerm) -> tuple[VectorLike, float] | None:
-    """Direction to the light and the angle by which it may differ over the vertices."""
-    if isinstance(term.light, DirectionalLight):
-        return term.light.towards, 1e-7
-    assert isinstance(term.light, (PointLight, SpotLight))
-    seen = sight(term.light.position, draft.extent)
-    return None if seen is None else (seen[0], turn(seen[1], seen[2]) + 1e-7)
 
 
 SPECULAR = Effect(

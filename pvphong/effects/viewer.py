@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from pvphong.effects._bounds import angle, highlight_change, strongest, viewer_seen, widest_to_viewer
+from pvphong.effects._bounds import angle, highlight_change, light_seen, strongest, viewer_seen, widest_to_viewer
 from pvphong.effects._draft import Decision, Draft, Effect, Note, peak
 from pvphong.effects._extent import ROUNDED_UP, sight, turn
 from pvphong.equation import LightTerm
-from pvphong.lights import DirectionalLight, PointLight, SpotLight
 
 NAME = "local viewer"
 # Float32 knows which side of a surface the viewer is on unless he is within this many radians of its plane.
@@ -36,16 +35,10 @@ def _leave_out(draft: Draft) -> Draft:
 
 
 def _change(draft: Draft, term: LightTerm, delta: float) -> float:
-    light, angle = term.light, 0.0
-    if isinstance(light, DirectionalLight):
-        direction = light.towards
-    else:
-        assert isinstance(light, (PointLight, SpotLight))
-        seen = sight(light.position, draft.extent)
-        if seen is None:
-            return math.inf
-        direction, angle = seen[0], turn(seen[1], seen[2])
-    change = highlight_change(draft.equation, delta, widest_to_viewer(draft, direction, angle), light_moves=False)
+    seen = light_seen(draft, term.light)
+    if seen is None:
+        return math.inf
+    change = highlight_change(draft.equation, delta, widest_to_viewer(draft, *seen), light_moves=False)
     return strongest(draft, term) * peak(term.specular) * change
 
 

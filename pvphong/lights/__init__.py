@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pvphong import _check
 from pvphong.lights._light import Arrival, Light
 from pvphong.lights.conversion import as_light, from_vtk, light_from_homogeneous
 from pvphong.lights.directional import DirectionalLight
@@ -15,6 +16,16 @@ LIGHT_TYPES: dict[str, type[Light]] = {
 }
 """Name in a scene file → class."""
 
+
+def type_name(argument: str, light: Light) -> str:
+    """The name of a light's kind in a scene file; ValueError, which names the argument, for a kind without one."""
+    for name, kind in LIGHT_TYPES.items():
+        if kind is type(light):
+            return name
+    remedy = "A kind of light of your own can be evaluated and planned, but not be saved or stand in a window."
+    return _check.refuse(argument, light, f"one of {', '.join(LIGHT_TYPES)}", remedy)
+
+
 __all__ = [
     "LIGHT_TYPES",
     "Arrival",
@@ -25,4 +36,5 @@ __all__ = [
     "as_light",
     "from_vtk",
     "light_from_homogeneous",
+    "type_name",
 ]
