@@ -54,7 +54,7 @@ def steepness(shininess: float) -> float:
 
 def angle(a: VectorLike, b: VectorLike) -> float:
     """Between two unit vectors, in radians; right to 1e-7, for arc cosines lose half the digits near 0 and π."""
-    return math.acos(max(-1.0, min(1.0, math.fsum((a[0] * b[0], a[1] * b[1], a[2] * b[2])))))
+    return math.acos(max(-1.0, min(1.0, a[0] * b[0] + a[1] * b[1] + a[2] * b[2])))
 
 
 def light_seen(draft: Draft, light: Light) -> tuple[VectorLike, float] | None:

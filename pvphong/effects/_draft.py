@@ -8,9 +8,11 @@ they run the equation that is left.
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 from pvphong._types import Vector
 from pvphong.effects._extent import ROUNDED_UP, Extent
@@ -39,8 +41,7 @@ class Decision:
     lights: int = 0
 
 
-@dataclass(frozen=True)
-class Note:
+class Note(NamedTuple):
     """One rewriting of the equation: which effect was left out, for which light, why, at what error.
 
     `here`: it holds for the viewer as it is now; for another one the effect may have to run.
@@ -99,19 +100,25 @@ class Draft:
         """What names the light of a term."""
         return self.labels[term.index]
 
+    @cached_property
+    def _notes_by_effect(self) -> dict[str, list[Note]]:
+        found = defaultdict[str, list[Note]](list)
+        for note in self.notes:
+            found[note.effect].append(note)
+        return dict(found)
+
     def because(self, effect: str) -> str:
         """The reasons noted for leaving an effect out, each with its lights."""
-        reasons: dict[str, list[str]] = {}
-        for note in self.notes:
-            if note.effect == effect:
-                reasons.setdefault(note.why, []).append(note.light)
+        reasons = defaultdict[str, list[str]](list)
+        for note in self._notes_by_effect.get(effect, ()):
+            reasons[note.why].append(note.light)
         return "; ".join(
             f"{', '.join(filter(None, lights))}: {why}".removeprefix(": ") for why, lights in reasons.items()
         )
 
     def bound_of(self, effect: str) -> float:
         """Sum of the bounds taken by leaving out an effect."""
-        return math.fsum(note.bound for note in self.notes if note.effect == effect)
+        return math.fsum(note.bound for note in self._notes_by_effect.get(effect, ()))
 
     def labels_where(self, holds: Callable[[LightTerm], bool]) -> list[str]:
         """Names of the lights whose terms have some property."""

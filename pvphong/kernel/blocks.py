@@ -14,21 +14,18 @@ from typing import Any
 import numba
 import numpy as np
 
-from pvphong.kernel import arithmetic, colors, extremes, loading, passes, rescue, vectors
+from pvphong.kernel import ahead, arithmetic, colors, extremes, loading, passes, rescue, vectors
 from pvphong.kernel import rows as at
 from pvphong.kernel.arithmetic import inlined, plain
 from pvphong.kernel.records import BLINN_PHONG, HEADLIGHT, NO_HIGHLIGHT, PHONG
-from pvphong.kernel.rows import BLOCK, GROUP
-
-# Bytes in a line of the processor's caches, and in its longest vectors.
-_LINE = 64
+from pvphong.kernel.rows import BLOCK, GROUP, LINE
 
 
 @numba.njit
 def _scratch(length: int, like: Any) -> Any:
     """Memory that starts where a cache line starts: a vector across two lines takes twice as long."""
-    memory = np.empty(length + _LINE // like.itemsize, like.dtype)
-    start = -memory.ctypes.data % _LINE // like.itemsize
+    memory = np.empty(length + LINE // like.itemsize, like.dtype)
+    start = -memory.ctypes.data % LINE // like.itemsize
     return memory[start : start + length]
 
 
@@ -207,7 +204,8 @@ def _shade_group(
         passes.fill(rows, real(base[0]), real(base[1]), real(base[2]))
         if has_albedo:
             passes.fill(rows[at.HR :], real(emission[0]), real(emission[1]), real(emission[2]))
-        for t in terms:
+        for turn, t in enumerate(terms):
+            ahead.ask(turn, first + BLOCK, points, normals, rgb, display)
             _add_light(t, s, has_unseen, has_albedo, rows, wide)
         if has_albedo:
             loading.split(albedo, first, count, rows[at.ALBEDO_R :])
@@ -234,7 +232,7 @@ def compile_shade(*, cache: bool) -> Callable[..., None]:
     RuntimeError
         If it is to be kept and Numba finds no folder that it can write to.
     """
-    files = (at, arithmetic, vectors, loading, passes, rescue, colors, extremes)
+    files = (at, arithmetic, vectors, loading, ahead, passes, rescue, colors, extremes)
     checksum = zlib.crc32("".join(map(inspect.getsource, files)).encode())
 
     @numba.njit(parallel=True, error_model="numpy", cache=cache)

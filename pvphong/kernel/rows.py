@@ -9,6 +9,9 @@ BLOCK = 128
 # Vertices per unit of parallel work: enough that its scratch memory costs nothing.
 GROUP = 32 * BLOCK
 
+# Bytes in a line of the processor's caches, and in its longest vectors.
+LINE = 64
+
 # Colour; and the part of it that the albedo does not multiply, where there is an albedo.
 R, G, B, HR, HG, HB = range(0, 6 * BLOCK, BLOCK)
 
