@@ -17,8 +17,8 @@ from pvphong.shading import Shading
 from pvphong.transform import normal_matrix
 
 # Vertices times lights from which the compiled evaluator is worth the half second that it takes to load, or once per
-# installation the ten or more that it takes to compile. The rule looks at nothing else, so that equal calls give equal
-# bits.
+# installation the ten or more that it takes to compile. The rule looks at nothing that has been called before, so that
+# equal calls give equal bits.
 _WORTH_COMPILING = 2**18
 # Vertices whose float colours are held at once on their way to 0-255.
 _DISPLAYED_AT_ONCE = 2**17
@@ -69,8 +69,8 @@ def evaluate(
     backend : {"auto", "numpy", "numba"}
         Which evaluator computes: the readable one in NumPy, or the compiled one, which needs the extra `fast`.
         "auto" takes the compiled one where it is installed and the work is worth its start: half a second per
-        process, and once per installation ten seconds or more to compile. What it cannot do (components, and
-        coordinates beyond 2¹⁰⁰) NumPy does.
+        process, and once per installation and combination of float types ten seconds or more to compile. What it
+        cannot do (components, kinds of light of your own, coordinates beyond 2¹⁰⁰) NumPy does.
     tolerance : float, default 0
         Largest absolute colour error that may be traded for time; 0 allows no approximation.
     components : bool, default False

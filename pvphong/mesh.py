@@ -10,7 +10,7 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
-from pvphong import _check
+from pvphong import _check, kernel
 from pvphong._types import FloatArray, MatrixLike, Weighting
 from pvphong.evaluation import evaluate
 from pvphong.material import Material
@@ -133,11 +133,11 @@ def plan(
         normal_matrix(matrix)  # refuses what `evaluate` refuses
     if not isinstance(mesh_or_points, pv.DataSet):
         points = _bare_points(mesh_or_points)
-        return make_plan(points, None, scene, material, matrix, tolerance)
+        return make_plan(points, None, scene, material, matrix, tolerance, kernel.find_bounds)
     source = surface(mesh_or_points)
     asks_for_normals = tolerance or scene.light_model.two_sided
-    normals = point_normals(source) if asks_for_normals else None
-    return make_plan(_check.array("points", source.points), normals, scene, material, matrix, tolerance)
+    points, normals = _check.array("points", source.points), point_normals(source) if asks_for_normals else None
+    return make_plan(points, normals, scene, material, matrix, tolerance, kernel.find_bounds)
 
 
 def _bare_points(given: Any) -> FloatArray:
@@ -170,7 +170,7 @@ def _normals_that_are_read(
     """The point normals, or zeros where nothing depends on them: computing normals can cost more than lighting."""
     check_scene_and_material(scene, material)
     points = _check.array("points", source.points)
-    if "normals" in make_plan(points, None, scene, material, matrix, 0.0).needs:
+    if "normals" in make_plan(points, None, scene, material, matrix, 0.0, kernel.find_bounds).needs:
         return point_normals(source)
     return np.broadcast_to(np.zeros(3, np.float32), points.shape)
 

@@ -47,6 +47,14 @@ class Plan:
     error_bound: float
     equation: Equation
 
+    def __getstate__(self) -> dict[str, Any]:
+        """For copies and other processes, which cannot take a view of a mapping."""
+        return vars(self) | {"effects": dict(self.effects)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """As it was."""
+        vars(self).update(state, effects=MappingProxyType(state["effects"]))
+
     def explain(self) -> str:
         """A table of all effects: on or off, why, what they read, at what error, and about what they cost.
 

@@ -14,7 +14,7 @@ from typing import Any, Self, get_args
 from pvphong import _check
 from pvphong._files import written_aside
 from pvphong._types import ColorLike, Convention, Reflection
-from pvphong.lights import LIGHT_TYPES, Light, as_light, from_vtk, type_name
+from pvphong.lights import LIGHT_TYPES, Light, as_light, from_vtk, type_names
 from pvphong.viewer import Viewer
 
 _FORMAT = "pvphong scene"
@@ -168,8 +168,7 @@ class Scene:
             "format": _FORMAT,
             "version": _VERSION,
             "lights": [
-                {"type": type_name(f"lights[{index}]", light)} | asdict(light)
-                for index, light in enumerate(self.lights)
+                {"type": name} | asdict(light) for name, light in zip(type_names(self.lights), self.lights, strict=True)
             ],
             "viewer": asdict(self.viewer),
             "light_model": asdict(self.light_model),

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pvphong._types import ColorLike, Float64Array, Vector, rgb
-from pvphong.lights import DirectionalLight, Light, SpotLight
+from pvphong.lights import DirectionalLight, Light, SpotLight, type_names
 from pvphong.material import Material
 from pvphong.scene import Scene
 from pvphong.transform import SingularMatrixWarning, normal_matrix
@@ -68,10 +68,11 @@ class InexpressibleError(ValueError):
 
 
 def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array | None) -> None:
-    """Raise `InexpressibleError` if VTK's shader cannot draw the scene.
+    """Raise `InexpressibleError` if VTK's shader cannot draw the scene; ValueError for a kind of light unknown to it.
 
     What has no effect is no obstacle: the specular colour of a light on a material without specular, say.
     """
+    type_names(scene.lights)
     obstacles = [*_of_matrix(scene, matrix)]
     if scene.light_model.convention == "standard":
         obstacles += [*_of_colors(scene, material), *_of_highlights(scene, material)]

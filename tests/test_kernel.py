@@ -195,14 +195,52 @@ def test_bounds_are_left_to_numpy_where_they_would_take_longer():
     assert kernel.find_bounds(rows.astype(np.float16)) is None
 
 
-def test_a_plan_is_the_same_by_the_bounds_of_either():
-    points = np.random.default_rng(3).normal(size=(2**15, 3)).astype(np.float32)
-    scene, material = scene_of("all")
-    ph.evaluate(points[:9], points[:9], scene, material, backend="numba")
-    for normals, tolerance in ((points, 0.0), (points, 1e-3), (np.abs(points), 1e-3)):
-        plans = [make_plan(points, normals, scene, material, None, tolerance, by) for by in (None, kernel.find_bounds)]
-        assert plans[0].explain() == plans[1].explain()
-        assert plans[0].equation == plans[1].equation
+@pytest.mark.parametrize("distance", [6.0, 60.0])
+def test_a_plan_is_the_same_by_the_bounds_of_either(distance):
+    random = np.random.default_rng(3)
+    points = (random.uniform(-1, 1, size=(2**15, 3)) * (1.0, 0.3, 0.05) + (4.0, -2.0, 1.0)).astype(np.float32)
+    normals = (np.abs(points) * (0.01, 0.02, 1.0)).astype(np.float32)
+    lights = [
+        ph.PointLight(position=(4, -2, distance), attenuation=(1, 0, 0.01)),
+        ph.PointLight(position=(4 - 9 * distance, -2, distance)),
+        ph.SpotLight(position=(4, -2, distance), direction=(0.1, 0, -1), cone_angle=25, exponent=1),
+    ]
+    scene = ph.Scene(lights, ph.Viewer(position=(4, -2 - 30 * distance, 3)), ph.LightModel(two_sided=True))
+    ph.evaluate(points[:9], points[:9], scene, SHINY, backend="numba")
+    asked = []
+
+    def search(rows):
+        asked.append(kernel.find_bounds(rows))
+        return asked[-1]
+
+    plans = [make_plan(points, normals, scene, SHINY, None, 0.2, by) for by in (None, search)]
+    assert len(asked) == 2
+    assert all(found is not None for found in asked)
+    assert plans[0].explain() == plans[1].explain()
+    assert plans[0].error_bound == plans[1].error_bound > 0.0
+    wrong = make_plan(points, normals, scene, SHINY, None, 0.2, lambda rows: tuple(2 * x for x in search(rows)))
+    assert wrong.error_bound != plans[0].error_bound
+
+
+def test_looking_for_bounds_compiles_nothing():
+    rows = np.ones((2**15, 3), np.float32)
+    ph.evaluate(rows[:9], rows[:9], *scene_of("lamp"), backend="numba")
+    compiled = kernel._compiled(kernel._Process.keeps_code)
+    before = list(compiled.signatures)
+    assert kernel.find_bounds(rows) is not None
+    assert compiled.signatures == before
+
+
+@pytest.mark.parametrize("lights", [[], [replace(SUN, ambient=0.3)], [replace(LAMP, ambient=0.3)]])
+def test_the_type_of_what_is_not_read_compiles_nothing(lights):
+    scene, matt = ph.Scene(lights), ph.Material(ambient=0.5, diffuse=0.0)
+    rows = np.ones((9, 3), np.float32)
+    ph.evaluate(rows, rows, *scene_of("lamp"), backend="numba")
+    compiled = kernel._compiled(kernel._Process.keeps_code)
+    before = list(compiled.signatures)
+    unread = np.zeros((9, 3))
+    ph.evaluate(rows, unread, scene, matt, backend="numba")
+    assert compiled.signatures == before
 
 
 def test_it_declines_what_it_cannot_do_and_writes_nothing(vertices):

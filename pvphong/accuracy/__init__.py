@@ -18,6 +18,7 @@ from pvphong.accuracy.progress import progress
 from pvphong.accuracy.report import Tradeoff
 from pvphong.accuracy.subject import Subject
 from pvphong.accuracy.timing import Clock
+from pvphong.lights import type_names
 from pvphong.material import Material
 from pvphong.mesh import point_normals
 from pvphong.planning import check_scene_and_material
@@ -75,6 +76,7 @@ def tradeoff(
         If an argument has the wrong shape, type or range, or the mesh has nothing that can be lit.
     """
     check_scene_and_material(scene, material)
+    type_names(scene.lights)  # refuses a kind that the peers do not know
     tolerance = _check.number("tolerance", tolerance, above=0.0)
     clock = Clock((1.0 - _SPARE) * _check.number("seconds", seconds, above=0.0))
     source = surface(mesh)

@@ -2,8 +2,8 @@
 
 Numba is an optional extra. It is imported when the kernel first runs, compiles then (seconds), and keeps what it
 compiled on disk where it can. What cannot be run here is declined, cheaply, and belongs to the reference:
-Numba is missing, component arrays are wanted, a scene coordinate lies beyond 2¹⁰⁰, or an attenuation or a
-matrix has an entry further than that from 1.
+Numba is missing, component arrays are wanted, a light is of a kind that pvphong does not have, a scene coordinate
+lies beyond 2¹⁰⁰, or an attenuation or a matrix has an entry further than that from 1.
 
 The kernel differs from the reference by rounding alone. float32 results come from float32 arithmetic, geometry
 included: differences of positions have full relative precision however far the scene is from the origin, and a
@@ -40,7 +40,7 @@ class _Process:
 
     one_at_a_time = threading.Lock()  # Numba's own threads are not for several of Python's at once
     has_run = False
-    result_types: ClassVar[dict[np.dtype[Any], np.dtype[Any]]] = {}  # of what has run, by the vertices' type
+    real_types: ClassVar[dict[np.dtype[Any], np.dtype[Any]]] = {}  # of what has run, by the vertices' type
     lost_its_threads = False
     keeps_code = True
 
@@ -72,8 +72,8 @@ def is_available() -> bool:
 
 
 def keeps_code() -> bool:
-    """Whether compiled code is at hand, or on disk after the first time: else each process would compile anew."""
-    return is_available() and (_Process.keeps_code or _Process.has_run)
+    """Whether compiled code is on disk after the first time: else each process would compile anew."""
+    return is_available() and _Process.keeps_code
 
 
 def seconds_compiling(run: Callable[[], object]) -> float:
@@ -118,9 +118,8 @@ def shade(
     if result.base is not None or not rgb.flags.c_contiguous or not records.fits(equation) or not is_available():
         return False
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
-    stored = np.result_type(points, normals) if equation.needs_points else normals.dtype
-    if real == np.float64:
-        stored = real
+    read = [points] * equation.needs_points + [normals] * equation.needs_normals
+    stored = np.result_type(real, *read)
     is_wide = stored != real
     settings = records.settings(equation, is_wide=is_wide, has_albedo=albedo is not None)
     terms = records.terms(equation)
@@ -138,7 +137,7 @@ def shade(
         nothing = np.empty(0, real if rgb.dtype == np.uint8 else np.uint8)
         targets = (nothing, out) if rgb.dtype == np.uint8 else (out, nothing)
         _run(*arrays, *targets, settings, terms, len(rgb[part]), np.empty(0))
-    _Process.result_types[stored] = real
+    _Process.real_types[stored] = real
     return True
 
 
@@ -147,7 +146,7 @@ def find_bounds(rows: FloatArray) -> tuple[Float64Array, Float64Array] | None:
 
     None where NumPy is to look for them: for few rows, and where the code for their type has not run in this process.
     """
-    real = _Process.result_types.get(rows.dtype)
+    real = _Process.real_types.get(rows.dtype)
     if len(rows) < _SEARCHED or real is None or not _is_plain(rows, rows.dtype) or not is_available():
         return None
     vertices, nothing = _flat(rows, rows.dtype, slice(None)), _flat(None, rows.dtype, slice(None))

@@ -14,7 +14,8 @@ from typing import Any
 import numba
 import numpy as np
 
-from pvphong.kernel import ahead, arithmetic, colors, extremes, loading, passes, rescue, vectors
+from pvphong.equation import BRIGHTEST
+from pvphong.kernel import ahead, arithmetic, colors, extremes, loading, passes, records, rescue, vectors
 from pvphong.kernel import rows as at
 from pvphong.kernel.arithmetic import inlined, plain
 from pvphong.kernel.records import BLINN_PHONG, HEADLIGHT, NO_HIGHLIGHT, PHONG
@@ -216,6 +217,15 @@ def _shade_group(
             colors.join_bytes(rows, display, first, count)
 
 
+def _checksum() -> int:
+    files = (at, arithmetic, vectors, loading, ahead, passes, rescue, colors, extremes, records)
+    try:
+        sources = [inspect.getsource(file) for file in files]
+    except OSError as error:
+        raise RuntimeError("without sources there is no telling whether kept code is of today") from error
+    return zlib.crc32("".join([*sources, repr(BRIGHTEST)]).encode())
+
+
 def compile_shade(*, cache: bool) -> Callable[..., None]:
     """The compiled function that shades all vertices; it compiles for each combination of types on first use.
 
@@ -230,10 +240,9 @@ def compile_shade(*, cache: bool) -> Callable[..., None]:
     Raises
     ------
     RuntimeError
-        If it is to be kept and Numba finds no folder that it can write to.
+        If it is to be kept and Numba finds no folder that it can write to, or there are no sources.
     """
-    files = (at, arithmetic, vectors, loading, ahead, passes, rescue, colors, extremes)
-    checksum = zlib.crc32("".join(map(inspect.getsource, files)).encode())
+    checksum = _checksum() if cache else 0
 
     @numba.njit(parallel=True, error_model="numpy", cache=cache)
     def shade(
@@ -250,7 +259,7 @@ def compile_shade(*, cache: bool) -> Callable[..., None]:
         _ = checksum
         for group in numba.prange((count + GROUP - 1) // GROUP):
             start, stop = group * GROUP, min(group * GROUP + GROUP, count)
-            if len(found):
+            if len(found):  # here, because this function is at hand: one of its own would take seconds to compile
                 extremes.find_extremes(points, start, stop, _scratch(extremes.ROWS, points), found[6 * group :])
             else:
                 rows, wide = _scratch(at.ROWS, rgb), _scratch(3 * BLOCK, np.empty(0, np.float64))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from pvphong import _check
 from pvphong.lights._light import Arrival, Light
 from pvphong.lights.conversion import as_light, from_vtk, light_from_homogeneous
@@ -22,8 +24,13 @@ def type_name(argument: str, light: Light) -> str:
     for name, kind in LIGHT_TYPES.items():
         if kind is type(light):
             return name
-    remedy = "A kind of light of your own can be evaluated and planned, but not be saved or stand in a window."
+    remedy = "A kind of light of your own can be evaluated and planned; files, windows and VTK do not know it."
     return _check.refuse(argument, light, f"one of {', '.join(LIGHT_TYPES)}", remedy)
+
+
+def type_names(lights: Iterable[Light]) -> list[str]:
+    """The names of all lights' kinds; ValueError for one without a name."""
+    return [type_name(f"lights[{index}]", light) for index, light in enumerate(lights)]
 
 
 __all__ = [
@@ -37,4 +44,5 @@ __all__ = [
     "from_vtk",
     "light_from_homogeneous",
     "type_name",
+    "type_names",
 ]

@@ -90,6 +90,12 @@ class Light(ABC):
     frame: Frame = "world"
     name: str = ""
 
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Refuse kinds of kinds: plans and the compiled evaluator know each by its class, not by its methods."""
+        super().__init_subclass__(**options)
+        if Light not in cls.__bases__:
+            raise TypeError(f"{cls.__name__} must derive from Light itself; got {cls.__bases__[0].__name__}.")
+
     def __post_init__(self) -> None:
         self._set("diffuse", _check.color("diffuse", self.diffuse))
         if self.specular is not None:

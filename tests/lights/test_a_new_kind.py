@@ -10,9 +10,11 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
+from pvphong import kernel
 from pvphong._vectors import towards
 from pvphong.lights import LIGHT_TYPES, Light
 from pvphong.lights._light import Arrival
+from pvphong.planning import make_plan
 
 EYE = ph.Viewer(position=(0, -4, 3))
 SHINY = ph.Material(diffuse=0.6, specular=0.5, shininess=20)
@@ -41,7 +43,10 @@ def mesh():
     return pv.Sphere()
 
 
-@pytest.mark.parametrize("backend", ["auto", "numpy"])
+@pytest.mark.parametrize(
+    "backend",
+    ["auto", "numpy", pytest.param("numba", marks=pytest.mark.skipif(not kernel.is_available(), reason="no Numba"))],
+)
 @pytest.mark.parametrize("tolerance", [0.0, 1 / 255, 0.1])
 def test_it_is_evaluated_and_nothing_is_assumed_of_it(mesh, backend, tolerance):
     scene = ph.Scene([Lantern(name="lantern")], EYE)
@@ -51,6 +56,29 @@ def test_it_is_evaluated_and_nothing_is_assumed_of_it(mesh, backend, tolerance):
     expected = ph.evaluate(points, normals, ph.Scene([spot], EYE), SHINY, precision="float64", backend="numpy").rgb
     np.testing.assert_allclose(got, expected, atol=max(tolerance, 1e-14))
     assert got.max() > 0.3
+
+
+def test_a_highlight_that_anything_known_of_a_light_would_rule_out_stays():
+    grazing = np.array([[x, y, 0.0] for x in (-1.0, 0.0, 1.0) for y in (-1.0, 0.0, 1.0)])
+    up = np.broadcast_to((0.0, 0.0, 1.0), grazing.shape)
+    scene = ph.Scene([Lantern()], ph.Viewer(position=(0, 0, 50)))
+    exact = ph.evaluate(grazing, up, scene, SHINY).rgb
+    np.testing.assert_allclose(ph.evaluate(grazing, up, scene, SHINY, tolerance=0.1).rgb, exact, atol=1e-6)
+    plan = make_plan(grazing, up, scene, SHINY, None, 0.1)
+    assert plan.effects["specular"].on
+    assert plan.effects["local viewer"].on
+
+
+@pytest.mark.parametrize("base", [ph.DirectionalLight, ph.PointLight, ph.SpotLight])
+def test_a_kind_of_a_kind_is_refused_because_its_own_arrival_would_be_overlooked(base):
+    with pytest.raises(TypeError, match=r"^Flood must derive from Light itself; got (Directional|Point|Spot)Light\."):
+        type("Flood", (base,), {})
+
+
+@pytest.mark.parametrize("judge", [ph.tradeoff, ph.validate])
+def test_what_compares_with_others_says_that_they_do_not_know_it(judge, mesh):
+    with pytest.raises(ValueError, match=r"^lights\[0\] must be one of directional, point, spot; got Lantern"):
+        judge(mesh, ph.Scene([Lantern()], EYE, ph.LightModel.vtk()), SHINY)
 
 
 def test_a_plan_says_that_it_is_on(mesh):
