@@ -123,14 +123,30 @@ def _too_small(mesh: pv.DataSet) -> tuple[IntArray, NDArray[Any], NDArray[Any]]:
     return small, sizes[small], needed[small]
 
 
+def _flat_point_sets(mesh: pv.DataSet) -> IntArray:
+    """Cells that are the hull of points which lie in a plane: VTK's triangulation of them ends the process."""
+    if not isinstance(mesh, pv.UnstructuredGrid):
+        return np.empty(0, dtype=np.intp)
+    (array,) = cells(mesh)
+    flat = []
+    for number in np.flatnonzero(mesh.celltypes == pv.CellType.CONVEX_POINT_SET):
+        corners = np.asarray(array.connectivity[array.offsets[number] : array.offsets[number + 1]])
+        if ((corners >= 0) & (corners < mesh.n_points)).all():
+            points = mesh.points[corners].astype(np.float64)
+            spread = points - points.mean(axis=0, keepdims=True) if len(points) else points
+            if len(points) < 4 or not np.isfinite(spread).all() or np.linalg.matrix_rank(spread) < 3:
+                flat.append(number)
+    return np.array(flat, dtype=np.intp)
+
+
 def invalid_cells(mesh: pv.DataSet) -> IntArray:
     """The mesh's numbers of the cells that would crash VTK, in rising order.
 
-    They refer to points that do not exist, or have fewer points than their type.
+    They refer to points that do not exist, have fewer points than their type, or are the hull of flat points.
     """
     n_points = mesh.n_points
     found = [array.first + array.out_of_range(n_points) for array in cells(mesh)]
-    found.append(_too_small(mesh)[0])
+    found += [_too_small(mesh)[0], _flat_point_sets(mesh)]
     polyhedra = _polyhedron_faces(mesh)
     if polyhedra is not None:
         faces, owners = polyhedra
@@ -152,6 +168,10 @@ def refuse_invalid(mesh: pv.DataSet) -> None:
     if len(small):
         got = f"cell {small[0]} with {sizes[0]} points where its type has {needed[0]}"
         _check.refuse("mesh", got, "a mesh whose cells have all their points")
+    flat = _flat_point_sets(mesh)
+    if len(flat):
+        got = f"cell {flat[0]}, a convex point set whose points lie in a plane"
+        _check.refuse("mesh", got, "a mesh whose solid cells have a volume", "Make it a polygon.")
     refuse_misfits(mesh)
 
 

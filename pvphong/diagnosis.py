@@ -50,7 +50,7 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
     if not isinstance(mesh, pv.DataSet):
         remedy = "pyvista.wrap turns VTK's datasets into one; of a MultiBlock diagnose each block."
         _check.refuse("mesh", type(mesh).__name__, "a pyvista.DataSet", remedy)
-    singular, mirrored = (False, False) if matrix is None else check_matrix(matrix)
+    singular, nearly, mirrored = (False, False, False) if matrix is None else check_matrix(matrix)
     refuse_misfits(mesh)
     invalid = invalid_cells(mesh)
     source = outer(mesh) if isinstance(mesh, pv.PolyData) or not len(invalid) else pv.PolyData(np.asarray(mesh.points))
@@ -64,6 +64,7 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
         invalid_cells=invalid,
         nothing_to_light=not len(invalid) and not (len(points) and (has_faces(source) or stored is not None)),
         singular_matrix=singular,
+        nearly_singular_matrix=nearly,
         mirrored_matrix=mirrored,
         **_of_faces(points, faces, numbers),
         **_of_points(points, faces, None if stored is None else np.asarray(stored)),

@@ -181,10 +181,10 @@ def duplicates(points: FloatArray) -> IntArray:
     return np.sort(order[1:][same])
 
 
-def check_matrix(matrix: MatrixLike) -> tuple[bool, bool]:
-    """Whether a model matrix is singular, and whether it mirrors; decided in exact arithmetic.
+def check_matrix(matrix: MatrixLike) -> tuple[bool, bool, bool]:
+    """Whether a model matrix is singular, or nearly so, and whether it mirrors; decided in exact arithmetic.
 
-    It counts as singular where its determinant is no larger than what the rounding of its entries leaves
+    It counts as nearly singular where its determinant is no larger than what the rounding of its entries leaves
     of a zero: a flattening that was multiplied with a rotation is found, a small scale is not blamed.
 
     Raises
@@ -197,8 +197,9 @@ def check_matrix(matrix: MatrixLike) -> tuple[bool, bool]:
     a, b, c, d, e, f, g, h, i = common_integers(values[:3, :3].ravel().tolist())
     terms = (a * e * i, b * f * g, c * d * h, -a * f * h, -b * d * i, -c * e * g)
     determinant = sum(terms)
-    singular = abs(determinant) << _ROUNDING_BITS <= sum(map(abs, terms))
-    return singular, not singular and (determinant > 0) != bool(values[3, 3] > 0)
+    rounded = abs(determinant) << _ROUNDING_BITS <= sum(map(abs, terms))
+    mirrors = not rounded and (determinant > 0) != bool(values[3, 3] > 0)
+    return determinant == 0, rounded and determinant != 0, mirrors
 
 
 def _squares(vectors: Float64Array) -> Float64Array:

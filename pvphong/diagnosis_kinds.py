@@ -113,6 +113,11 @@ KINDS: dict[str, Kind] = {
         "in no face, without a computed normal",
         "Leave them, or drop them with mesh.clean().",
     ),
+    "nearly_singular_matrix": _note(
+        "matrix",
+        "flattens the mesh but for the last bits of its entries: which way normals point hangs on those",
+        "Leave it if they are meant; else use a matrix that flattens exactly, or less.",
+    ),
     "mirrored_matrix": _note(
         "matrix",
         "mirrors: lit rightly here, but VTK's own shader draws it black",

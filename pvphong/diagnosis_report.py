@@ -83,7 +83,7 @@ class Diagnosis:
     inconsistent_edges : ndarray
         (m, 2) points of the edges whose two faces have opposite fronts.
     singular_matrix : bool
-        The matrix flattens space: its determinant is zero or of the size of its rounding.
+        The matrix flattens space: its determinant is zero.
     non_manifold_edges : ndarray
         (m, 2) points of the edges with more than two faces. A note: the normals there are a mean of all.
     thin_faces : ndarray
@@ -95,6 +95,9 @@ class Diagnosis:
         Points exactly in the place of one with a lower index. A note: seams and sharp edges are made so.
     unused_points : ndarray
         Points in no face, where there are faces. A note: nothing shows of them.
+    nearly_singular_matrix : bool
+        The matrix's determinant is not zero, but of the size of its entries' rounding. A note: normals are exact
+        for the matrix as it is stored.
     mirrored_matrix : bool
         The matrix mirrors. A note: pvphong lights it rightly.
     offset : tuple of 3 floats or None
@@ -122,6 +125,7 @@ class Diagnosis:
     opposed_normals: IntArray
     duplicate_points: IntArray
     unused_points: IntArray
+    nearly_singular_matrix: bool
     mirrored_matrix: bool
     offset: Vector | None
     _points: FloatArray

@@ -173,8 +173,10 @@ def model(linear, w=1.0):
         (model(np.diag([1, 1, 0])), {"singular_matrix"}),
         (model(np.diag([1, 0, 0])), {"singular_matrix"}),
         (model(np.zeros((3, 3))), {"singular_matrix"}),
-        (model(TURN @ np.diag([1, 1, 0]) @ TURN), {"singular_matrix"}),
-        (model(TURN @ np.diag([1e-200, 1e-200, 0]) @ TURN), {"singular_matrix"}),
+        (model(TURN @ np.diag([1, 1, 0]) @ TURN), {"nearly_singular_matrix"}),
+        (model(TURN @ np.diag([1e-200, 1e-200, 0]) @ TURN), {"nearly_singular_matrix"}),
+        (model(TURN @ np.diag([1, 1e-10, 1e-20]) @ TURN), {"nearly_singular_matrix"}),
+        (model([[1, 2.0**26, 0], [2.0**26, 2.0**52 + 1, 0], [0, 0, 1]]), {"nearly_singular_matrix"}),
         (model(np.outer([1, 2, 3], [3, 1, 4])), {"singular_matrix"}),
     ],
 )
