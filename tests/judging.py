@@ -181,7 +181,9 @@ def undecidable(case: Case, s: Shade, band: float) -> bool:
     return any(margin is not None and abs(margin) <= band for margin in margins)
 
 
-def judge(case: Case, shading: Any, precision: str, *, badly_posed: float = math.inf) -> Judgement:
+def judge(
+    case: Case, shading: Any, precision: str, *, badly_posed: float = math.inf, fields: dict[str, str] = FIELDS
+) -> Judgement:
     """Compare a `Shading` with components against the oracle, on a case whose vertices are all finite.
 
     Parameters
@@ -194,6 +196,8 @@ def judge(case: Case, shading: Any, precision: str, *, badly_posed: float = math
         Whose bound.
     badly_posed : float
         Vertices with a larger κ are left out too.
+    fields : dict of str to str
+        What the evaluator gives: some of `FIELDS`.
     """
     step = STEP[precision]
     shades = shade(*case.arguments, **case.options)
@@ -202,7 +206,7 @@ def judge(case: Case, shading: Any, precision: str, *, badly_posed: float = math
     left_out = np.array([undecidable(case, s, BAND * step * k) for s, k in zip(shades, kappa, strict=True)], dtype=bool)
     left_out |= kappa > badly_posed
     worst, report = 0.0, ""
-    for name, of_oracle in FIELDS.items():
+    for name, of_oracle in fields.items():
         got, expected = np.asarray(getattr(shading, name), dtype=np.float64), as_array(shades, of_oracle)
         assert got.shape == expected.shape, (name, got.shape, expected.shape)
         ratio = np.abs(got - expected) / bound[:, None]

@@ -197,15 +197,17 @@ def wide_case(dice: Dice, reach: int = 1074) -> Case:
 
 
 def mixed_case(dice: Dice, reach: int = 100) -> Case:
-    """An ordinary or a hard scene around 30 to 70 vertices, some of them spoiled."""
+    """An ordinary or a hard scene around its own vertices and 30 to 70 near them, some of them spoiled."""
     convention = dice.choice(("standard", "standard", "vtk"))
     case = moderate_case(dice, convention) if dice.likely(60) else hard_case(dice, convention, reach, 5.0)
     rng = np.random.default_rng(dice.getrandbits(64))
     count = dice.randint(30, 70)
-    rows = rng.integers(0, len(case.points), count)
+    drawn = len(case.points)
+    rows = np.concatenate([np.arange(drawn), rng.integers(0, drawn, count)])
+    near = 1.0 + 0.1 * rng.normal(size=(2, len(rows), 3))
+    near[:, :drawn] = 1.0  # a light on a vertex, or an edge of a cone, is to stay where it was drawn
     with np.errstate(all="ignore"):
-        points = case.points[rows] * (1.0 + 0.1 * rng.normal(size=(count, 3)))
-        normals = case.normals[rows] * (1.0 + 0.1 * rng.normal(size=(count, 3)))
+        points, normals = case.points[rows] * near[0], case.normals[rows] * near[1]
     albedo = None if case.albedo is None else case.albedo[rows]
     return replace(case, points=points, normals=normals, albedo=albedo)
 

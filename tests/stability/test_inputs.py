@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import pyvista as pv
+from stability.evaluators import EVALUATORS
 
 import pvphong  # noqa: F401 registers mesh.phong wherever PyVista's own discovery is not installed
 from pvphong.evaluation import evaluate
@@ -26,15 +27,24 @@ SCENE = Scene(
 MATERIAL = Material(ambient=0.1, diffuse=(0.7, 0.6, 0.5), specular=0.4, shininess=12)
 MATRIX = np.array([[1, 0.5, 0, 3], [0, 2, 0.1, 1], [0.2, 0, 1, -1], [0, 0, 0, 1]], float)
 
-TAKERS = {
-    "points": lambda a: evaluate(a, NORMALS, SCENE, MATERIAL).rgb,
-    "normals": lambda a: evaluate(POINTS, a, SCENE, MATERIAL).rgb,
-    "albedo": lambda a: evaluate(POINTS, NORMALS, SCENE, MATERIAL, albedo=a).rgb,
+
+def takers(evaluator):
+    """What takes an array of an evaluator: each gives colours."""
+    return {
+        f"points-{evaluator}": lambda a: evaluator(a, NORMALS, SCENE, MATERIAL).rgb,
+        f"normals-{evaluator}": lambda a: evaluator(POINTS, a, SCENE, MATERIAL).rgb,
+        f"albedo-{evaluator}": lambda a: evaluator(POINTS, NORMALS, SCENE, MATERIAL, albedo=a).rgb,
+    }
+
+
+ALBEDOS = [f"albedo-{evaluator}" for evaluator in EVALUATORS]
+TAKERS = {name: taker for evaluator in EVALUATORS for name, taker in takers(evaluator).items()} | {
     "transform_points": lambda a: transform_points(a, MATRIX),
     "transform_vectors": lambda a: transform_vectors(a, MATRIX),
     "transform_normals": lambda a: transform_normals(a, MATRIX),
 }
 every_taker = pytest.mark.parametrize("taker", TAKERS)
+every_albedo = pytest.mark.parametrize("taker", ALBEDOS)
 
 
 def bits(array):
@@ -48,7 +58,7 @@ FLOATS = ["float16", "longdouble", ">f4", ">f8"]
 INTEGERS = ["int8", "int32", "int64", "uint16"]  # what they mean as an albedo is row 53's
 
 
-@pytest.mark.parametrize(("taker", "kind"), [(t, k) for t in TAKERS for k in FLOATS + INTEGERS * (t != "albedo")])
+@pytest.mark.parametrize(("taker", "kind"), [(t, k) for t in TAKERS for k in FLOATS + INTEGERS * (t not in ALBEDOS)])
 def test_row_49_other_real_types_are_widened(taker, kind):
     rows = np.abs(WHOLE).astype(kind)
     assert bits(TAKERS[taker](rows)) == bits(TAKERS[taker](rows.astype(np.float64)))
@@ -73,7 +83,7 @@ def test_row_49_other_real_types_are_widened(taker, kind):
     ids=lambda bad: f"{bad.dtype} {bad.shape}" if isinstance(bad, np.ndarray) else repr(bad)[:12],
 )
 def test_row_49_what_is_no_array_of_rows_is_refused(taker, bad):
-    name = taker.removeprefix("transform_")
+    name = taker.removeprefix("transform_").split("-")[0]
     with pytest.raises(ValueError, match=rf"^{name} must be an \(n, 3\) array of real numbers; got "):
         TAKERS[taker](bad)
 
@@ -163,20 +173,22 @@ def test_row_52_structure_is_kept():
     ("odd", "counts_as"), [(math.nan, 0.0), (-1.0, 0.0), (300.0, 1.0), (math.inf, 1.0), (-math.inf, 0.0)]
 )
 @pytest.mark.parametrize("stored", ["float16", "float32", "float64", "longdouble"])
-def test_row_53_floats_are_clipped_and_nan_is_0(odd, counts_as, stored):
+@every_albedo
+def test_row_53_floats_are_clipped_and_nan_is_0(taker, odd, counts_as, stored):
     albedo = RNG.uniform(size=(COUNT, 3)).astype(stored)
     clean = albedo.copy()
     albedo[5], clean[5] = odd, counts_as
-    rgb = TAKERS["albedo"](albedo)
+    rgb = TAKERS[taker](albedo)
     assert np.isfinite(rgb).all()
     assert (rgb.min(), rgb.max()) >= (0.0, 0.0)
     assert rgb.max() <= 1.0
-    assert bits(rgb) == bits(TAKERS["albedo"](clean))
+    assert bits(rgb) == bits(TAKERS[taker](clean))
 
 
-def test_row_53_0_to_255_is_what_uint8_means():
+@every_albedo
+def test_row_53_0_to_255_is_what_uint8_means(taker):
     steps = np.arange(3 * COUNT, dtype=np.uint8).reshape(COUNT, 3) * 2
-    assert bits(TAKERS["albedo"](steps)) == bits(TAKERS["albedo"](steps / 255.0))
+    assert bits(TAKERS[taker](steps)) == bits(TAKERS[taker](steps / 255.0))
 
 
 # row 55: memory and cell normals
