@@ -251,6 +251,8 @@ def _over(color: Vector, gain: float) -> Vector:
 
 
 def _product(most: float, reflectance: Vector, light: Vector, intensity: float = 1.0) -> Vector:
+    if light == _WHITE and intensity == 1.0 and max(reflectance) <= most:
+        return reflectance
     (red, green, blue), (r, g, b) = reflectance, light
     if not (r or g or b):
         return _BLACK

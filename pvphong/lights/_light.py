@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self, get_args
 
 import numpy as np
@@ -110,7 +111,7 @@ class Light(ABC):
     def _set(self, field: str, value: object) -> None:
         object.__setattr__(self, field, value)
 
-    @property
+    @cached_property
     def specular_color(self) -> Vector:
         """Red, green, blue of the light in highlights: `specular`, or `diffuse` where that is None."""
         return rgb(self.diffuse if self.specular is None else self.specular)
