@@ -171,10 +171,18 @@ def _is_plain(array: FloatArray, dtype: np.dtype[Any]) -> bool:
 def _flat(array: FloatArray | None, dtype: np.dtype[Any], part: slice) -> FloatArray:
     """A flat read-only view, or copy: read-only always, because Numba compiles anew for the other kind."""
     if array is None:
-        return _flat(np.empty((0, 3), dtype), dtype, slice(0))
-    flat = np.require(array[part], dtype, ["C", "A"]).reshape(-1)
+        return _nothing(dtype)
+    rows = array[part]
+    if not _is_plain(rows, dtype):
+        rows = np.require(rows, dtype, ["C", "A"])
+    flat = rows.reshape(-1)
     flat.flags.writeable = False
     return flat
+
+
+@functools.cache
+def _nothing(dtype: np.dtype[Any]) -> FloatArray:
+    return _flat(np.empty((0, 3), dtype), dtype, slice(0))
 
 
 def _run(*arguments: Any) -> None:
