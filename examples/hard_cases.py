@@ -9,7 +9,8 @@ Each column is one mesh, lit twice by one light, from the same stored numbers.
 3. A highlight of shininess 100,000 in float32, drawn as contours of its brightness: close to 1 a cosine steps by
    6e-8, and its power by 0.6 %. pvphong takes the power of the chord, which is small and has all its digits.
 4. Slivers: every other row of triangles is a twenty-thousandth as high as its neighbours, which is two steps of
-   float32. Cross products of that are noise; pvphong takes float64 points as they are, and widens float32 ones.
+   float32. Points that are rounded to it first have noise for normals, in whatever precision their cross products
+   are then taken; pvphong takes float64 points as they are.
 """
 
 import sys
@@ -88,7 +89,7 @@ def needle():
     scene = scene_of(peak + 4 * (2 * (to_eye @ peak) * peak - to_eye), eye)
     steel = ph.Material(ambient=0, diffuse=0, specular=(1.0, 0.9, 0.75), shininess=1e5)
     pair = textbook(points, points, scene, steel), ph.evaluate(points, points, scene, steel).rgb
-    return patch, *(rgb * (0.65 + 0.35 * (np.floor(rgb[:, :1] * 24) % 2)) for rgb in pair)
+    return patch, *(rgb * (0.65 + 0.35 * (np.floor(np.minimum(rgb[:, :1], 0.999) * 24) % 2)) for rgb in pair)
 
 
 def slivers():
@@ -113,7 +114,7 @@ cases = {
     "flattened and sheared": (leaves, "pseudo-inverse"),
     "6,000 km from the origin": (far_out, "float32 throughout"),
     "shininess 100,000, contours": (needle, "power of a cosine"),
-    "slivers": (slivers, "cross products in float32"),
+    "slivers": (slivers, "points rounded to float32"),
 }
 warnings.simplefilter("ignore", ph.SingularMatrixWarning)  # the leaves are meant to be flat
 plotter = pv.Plotter(shape=(2, len(cases)), off_screen=True, window_size=(1800, 940), border=False)

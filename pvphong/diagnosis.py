@@ -14,7 +14,7 @@ from pvphong._faces import Faces
 from pvphong._types import Float64Array, FloatArray, IntArray, MatrixLike
 from pvphong.diagnosis_checks import check_edges, check_faces, check_matrix, duplicates, finite_rows, offset_to_origin
 from pvphong.diagnosis_report import Diagnosis, Finding
-from pvphong.surface import has_faces, outer, unchecked_polygons
+from pvphong.surface import outer, unchecked_polygons
 
 __all__ = ["Diagnosis", "Finding", "diagnose"]
 
@@ -62,7 +62,7 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
         n_faces=n_faces,
         stored_normals=stored is not None,
         invalid_cells=invalid,
-        nothing_to_light=not len(invalid) and not (len(points) and (has_faces(source) or stored is not None)),
+        nothing_to_light=not len(invalid) and not (len(points) and (n_faces or stored is not None)),
         singular_matrix=singular,
         nearly_singular_matrix=nearly,
         mirrored_matrix=mirrored,

@@ -72,6 +72,7 @@ def test_a_sound_mesh_is_ok():
         (pv.PolyData(SQUARE), {"nothing_to_light": True}, False),
         (pv.PolyData(), {"nothing_to_light": True}, False),
         (pv.Line(), {"nothing_to_light": True}, False),
+        (pv.PolyData(SQUARE, strips=[2, 0, 1]), {"nothing_to_light": True}, False),
         (pv.ImageData(dimensions=(3, 1, 1)), {"nothing_to_light": True}, False),
         (pv.UnstructuredGrid(), {"nothing_to_light": True}, False),
         (pv.PointSet(SQUARE), {"nothing_to_light": True}, False),
