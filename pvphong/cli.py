@@ -356,7 +356,9 @@ def diagnose(mesh: str, /) -> int:
             console.print(diagnosis.table())
         else:  # into a file or another program: unwrapped lines
             print(diagnosis)
-    return 0 if all(diagnosis.ok for diagnosis in named.values()) else 1
+    if not named:
+        print("nothing to light: no block of the file holds a mesh")
+    return 0 if named and all(diagnosis.ok for diagnosis in named.values()) else 1
 
 
 def _surface_and_scene(path: str, rig: Path | None, size: tuple[int, int]) -> tuple[Any, Scene]:

@@ -58,6 +58,7 @@ def evaluate(
         The surface's reflectances.
     matrix : array_like, optional
         (4, 4) model matrix: points are transformed by it, normals by its inverse-transpose.
+        Positions are summed in float64: a matrix that moves a mesh by a distance d leaves 2⁻⁵³ d of each unknown.
     albedo : array_like, optional
         Shape (n, 3): multiplies the material's ambient and diffuse. uint8 counts as 0-255; floats are
         clipped to [0, 1], a NaN counts as 0.

@@ -325,6 +325,12 @@ def test_diagnose_blocks_by_name(sphere, capsys):
     assert lines[2] == "bad:"
 
 
+def test_diagnose_blocks_without_a_mesh(capsys):
+    pv.MultiBlock({"none": None, "nested": pv.MultiBlock()}).save("blocks.vtm")
+    assert run("diagnose", "blocks.vtm") == 1
+    assert "nothing to light" in capsys.readouterr().out
+
+
 # -- plan
 
 
