@@ -39,28 +39,23 @@ _prefetch_to_read, _prefetch_to_write = _prefetch(0), _prefetch(1)
 
 
 @inlined
-def _ask_to_read(array: Any, first: int) -> None:
+def _ask_for(array: Any, first: int, for_writing: bool) -> None:
     if 3 * (first + BLOCK) <= len(array):
         start = array.ctypes.data + 3 * first * array.itemsize
         for offset in range(0, 3 * BLOCK * array.itemsize, LINE):
-            _prefetch_to_read(start + offset)
-
-
-@inlined
-def _ask_to_write(array: Any, first: int) -> None:
-    if 3 * (first + BLOCK) <= len(array):
-        start = array.ctypes.data + 3 * first * array.itemsize
-        for offset in range(0, 3 * BLOCK * array.itemsize, LINE):
-            _prefetch_to_write(start + offset)
+            if for_writing:
+                _prefetch_to_write(start + offset)
+            else:
+                _prefetch_to_read(start + offset)
 
 
 @inlined
 def ask(turn: int, first: int, points: Any, normals: Any, rgb: Any, display: Any) -> None:
     """Ask for the block that begins with vertex `first`: its colours at turn 0, its normals at 1, its points at 2."""
     if turn == 0:
-        _ask_to_write(rgb, first)
-        _ask_to_write(display, first)
+        _ask_for(rgb, first, True)
+        _ask_for(display, first, True)
     elif turn == 1:
-        _ask_to_read(normals, first)
+        _ask_for(normals, first, False)
     elif turn == 2:
-        _ask_to_read(points, first)
+        _ask_for(points, first, False)
