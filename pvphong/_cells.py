@@ -124,17 +124,19 @@ def _too_small(mesh: pv.DataSet) -> tuple[IntArray, NDArray[Any], NDArray[Any]]:
 
 
 def _flat_point_sets(mesh: pv.DataSet) -> IntArray:
-    """Cells that are the hull of points which lie in a plane: VTK's triangulation of them ends the process."""
+    """Cells that are the hull of points which lie in a plane: VTK's triangulation of some of them ends the process.
+
+    Of those with a point that is not finite it makes what it can.
+    """
     if not isinstance(mesh, pv.UnstructuredGrid):
         return np.empty(0, dtype=np.intp)
     (array,) = cells(mesh)
     flat = []
     for number in np.flatnonzero(mesh.celltypes == pv.CellType.CONVEX_POINT_SET):
         corners = np.asarray(array.connectivity[array.offsets[number] : array.offsets[number + 1]])
-        if ((corners >= 0) & (corners < mesh.n_points)).all():
+        if len(corners) and ((corners >= 0) & (corners < mesh.n_points)).all():
             points = mesh.points[corners].astype(np.float64)
-            spread = points - points.mean(axis=0, keepdims=True) if len(points) else points
-            if len(points) < 4 or not np.isfinite(spread).all() or np.linalg.matrix_rank(spread) < 3:
+            if np.isfinite(points).all() and np.linalg.matrix_rank(points - points[0]) < 3:
                 flat.append(number)
     return np.array(flat, dtype=np.intp)
 

@@ -15,7 +15,7 @@ from stability import exact_normals as exact
 from stability.ledger import U, record
 
 from pvphong.diagnosis import diagnose
-from pvphong.surface import face_normals, polygons, vertex_normals
+from pvphong.surface import face_normals, polygons, surface, vertex_normals
 
 
 def mesh_of(points, *faces):
@@ -223,3 +223,12 @@ def test_row_31_every_broken_mesh_is_refused_and_diagnosed_without_a_crash():
     command = [sys.executable, "-W", "error", "-c", PRELUDE + textwrap.dedent(code)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert (done.returncode, done.stdout.strip()) == (0, "still alive"), done.stderr
+
+
+def test_row_31_a_hull_with_a_nan_is_not_refused_for_being_flat():
+    points = np.random.default_rng(3).random((8, 3))
+    points[3] = np.nan
+    mesh = pv.UnstructuredGrid([8, *range(8)], [pv.CellType.CONVEX_POINT_SET], points)
+    found = diagnose(mesh)
+    assert found.invalid_cells.size == 0
+    assert surface(mesh).n_cells == found.n_faces > 0
