@@ -1,14 +1,17 @@
-"""What rounding does to light: four hard cases, the usual formulas above and pvphong below.
+"""What rounding does to light: five hard cases, the usual formulas above and pvphong below.
 
 Each column is one mesh, lit twice by one light, from the same stored numbers.
 
-1. Flattened and sheared: every leaf is a dome under its own singular matrix, which has no inverse to transpose.
+1. Flattened: every leaf is a dome under its own singular matrix, which has no inverse to transpose.
    Most turn to the pseudo-inverse; it lays the normals into the leaf. `normal_matrix` follows the limit.
-2. A map's coordinates, millions of metres from the origin: float32 has no digits left for what lies between
+2. Sheared: a knot is stored in slanted coordinates, and a matrix, a shear of 6,000 between two rotations, sets it
+   upright. Nearly everything cancels where normals meet its inverse-transpose, and float32, which shaders
+   compute in, has no digits left. pvphong turns normals in float64, by exact cofactors.
+3. A map's coordinates, millions of metres from the origin: float32 has no digits left for what lies between
    surface, light and eye. pvphong subtracts in float64, and only then rounds.
-3. A highlight of shininess 100,000 in float32, drawn as contours of its brightness: close to 1 a cosine steps by
+4. A highlight of shininess 100,000 in float32, drawn as contours of its brightness: close to 1 a cosine steps by
    6e-8, and its power by 0.6 %. pvphong takes the power of the chord, which is small and has all its digits.
-4. Slivers: every other row of triangles is a twenty-thousandth as high as its neighbours, which is two steps of
+5. Slivers: every other row of triangles is a twenty-thousandth as high as its neighbours, which is two steps of
    float32. Points that are rounded to it first have noise for normals, in whatever precision their cross products
    are then taken; pvphong takes float64 points as they are.
 """
@@ -69,6 +72,25 @@ def leaves():
     return pv.merge(grown, merge_points=False), np.concatenate(naive), np.concatenate(ours)
 
 
+def knot():
+    """A trefoil, slanted as it is stored and upright as its matrix sets it."""
+    t = np.linspace(0, 2 * np.pi, 500)
+    curve = np.stack([np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t)], axis=1)
+    mesh = pv.Spline(curve, 500).tube(radius=0.5, n_sides=60)
+    first, last = np.linalg.qr(rng.normal(size=(2, 3, 3)))[0]
+    shear, back, matrix = np.eye(3), np.eye(3), np.eye(4)
+    shear[0, 1], back[0, 1] = 6000, -6000
+    matrix[:3, :3] = last @ shear @ first
+    stored = mesh.points.astype(float) @ (first.T @ back @ last.T).T
+    normals = mesh.point_normals.astype(float) @ matrix[:3, :3]  # the inverse-transpose undoes it
+    mesh.points = ph.transform_points(stored, matrix)
+    violet = ph.Material(ambient=0.7, diffuse=(0.62, 0.45, 0.85), specular=0.4, shininess=25)
+    scene = scene_of((4, 6, 9), (0, 0, 14))
+    turned = normals.astype(np.float32) @ np.linalg.inv(matrix[:3, :3].astype(np.float32))
+    naive = textbook(mesh.points, turned, scene, violet)
+    return mesh, naive, ph.evaluate(stored, normals, scene, violet, matrix=matrix).rgb
+
+
 def far_out():
     """A torus in a map's coordinates; drawn at home, where the graphics card can see it."""
     mesh = pv.ParametricTorus(ringradius=1.0, crosssectionradius=0.45, u_res=200, v_res=100).rotate_x(35)
@@ -111,13 +133,14 @@ def slivers():
 
 
 cases = {
-    "flattened and sheared": (leaves, "pseudo-inverse"),
+    "flattened": (leaves, "pseudo-inverse"),
+    "sheared by 6,000": (knot, "inverse-transpose in float32"),
     "6,000 km from the origin": (far_out, "float32 throughout"),
     "shininess 100,000, contours": (needle, "power of a cosine"),
     "slivers": (slivers, "points rounded to float32"),
 }
 warnings.simplefilter("ignore", ph.SingularMatrixWarning)  # the leaves are meant to be flat
-plotter = pv.Plotter(shape=(2, len(cases)), off_screen=True, window_size=(1800, 940), border=False)
+plotter = pv.Plotter(shape=(2, len(cases)), off_screen=True, window_size=(450 * len(cases), 940), border=False)
 for column, (title, (case, mistake)) in enumerate(cases.items()):
     mesh, naive, ours = case()
     print(f"{title}: {mistake}, off by up to {np.abs(naive - ours).max():.2f} of full brightness")

@@ -110,6 +110,7 @@ Rig = Annotated[Path | None, Parameter(help="Lights, viewer and light model, as 
 LookOptions = Annotated[Look, Parameter(name="*")]
 _PLAIN = Look()
 _SIZE = (1024, 768)
+_NOTHING = "nothing to light: no block of the file holds a mesh"
 _OUTPUTS = (*dict.fromkeys(MESH_FORMATS + BLOCK_FORMATS), ".png")
 
 
@@ -215,10 +216,15 @@ def plan(mesh: str, /, *, scene: Rig = None, look: LookOptions = _PLAIN, toleran
     """
     outside, rig = _surface_and_scene(mesh, scene, _SIZE)
     material = look.to_material()
-    for block, single in _single_meshes(outside):
+    plans = [
+        (block, plan_mesh(single, rig, material, tolerance=tolerance)) for block, single in _single_meshes(outside)
+    ]
+    for block, found in plans:
         if block:
             print(f"{block}:")
-        print(plan_mesh(single, rig, material, tolerance=tolerance).explain())
+        print(found.explain())
+    if not plans:
+        print(_NOTHING)
 
 
 @app.command
@@ -357,7 +363,7 @@ def diagnose(mesh: str, /) -> int:
         else:  # into a file or another program: unwrapped lines
             print(diagnosis)
     if not named:
-        print("nothing to light: no block of the file holds a mesh")
+        print(_NOTHING)
     return 0 if named and all(diagnosis.ok for diagnosis in named.values()) else 1
 
 

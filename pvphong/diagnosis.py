@@ -12,7 +12,15 @@ from pvphong import _check, normals
 from pvphong._cells import invalid_cells, refuse_misfits
 from pvphong._faces import Faces
 from pvphong._types import Float64Array, FloatArray, IntArray, MatrixLike
-from pvphong.diagnosis_checks import check_edges, check_faces, check_matrix, duplicates, finite_rows, offset_to_origin
+from pvphong.diagnosis_checks import (
+    check_edges,
+    check_faces,
+    check_matrix,
+    duplicates,
+    finite_rows,
+    offset_to_origin,
+    repeated_faces,
+)
 from pvphong.diagnosis_report import Diagnosis, Finding
 from pvphong.surface import outer, unchecked_polygons
 
@@ -89,11 +97,13 @@ def _valid_faces(source: pv.PolyData, points: FloatArray) -> tuple[int, IntArray
 
 def _of_faces(points: FloatArray, faces: Faces, numbers: IntArray) -> dict[str, Any]:
     checks = check_faces(points, faces)
-    non_manifold, inconsistent = check_edges(faces, checks.folded)
+    repeated = repeated_faces(faces, np.concatenate([checks.degenerate, checks.folded]))
+    non_manifold, inconsistent = check_edges(faces, checks.folded, repeated)
     return {
         "degenerate_faces": numbers[checks.degenerate],
         "far_faces": numbers[checks.far],
         "thin_faces": numbers[checks.thin],
+        "duplicate_faces": numbers[repeated],
         "non_manifold_edges": non_manifold,
         "inconsistent_edges": inconsistent,
         "offset": offset_to_origin(points) if len(checks.far) else None,
@@ -118,8 +128,9 @@ def _of_normals(computed: Float64Array, stored: NDArray[Any]) -> dict[str, IntAr
     """Faults of stored normals; none where there are no rows."""
     with np.errstate(all="ignore"):
         along = np.einsum("ij,ij->i", computed[: len(stored)], stored.astype(np.float64))
+    finite = finite_rows(stored)
     return {
         "zero_normals": np.flatnonzero(~stored.any(axis=1)),
-        "non_finite_normals": np.flatnonzero(~finite_rows(stored)),
-        "opposed_normals": np.flatnonzero(along < 0),
+        "non_finite_normals": np.flatnonzero(~finite),
+        "opposed_normals": np.flatnonzero(finite & (along < 0)),
     }

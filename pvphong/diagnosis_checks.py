@@ -132,17 +132,42 @@ def offset_to_origin(points: FloatArray) -> Vector:
     return x, y, z
 
 
-def check_edges(faces: Faces, folded: IntArray) -> tuple[IntArray, IntArray]:
+def repeated_faces(faces: Faces, weightless: IntArray) -> IntArray:
+    """Faces that go round the same points in the same order as one with a lower index, in rising order.
+
+    The weightless ones are passed over: they count for nothing, however often they come.
+    """
+    sizes = np.diff(faces.offsets)
+    sizes[weightless] = 0
+    found = [np.empty(0, dtype=np.intp)]
+    for size in np.unique(sizes[sizes >= 3]).tolist():
+        alike = np.flatnonzero(sizes == size)
+        corners = faces.connectivity[faces.offsets[alike][:, None] + np.arange(size)]
+        turns = (corners.argmin(axis=1)[:, None] + np.arange(size)) % size  # so that each begins with its lowest point
+        found.append(alike[_repeats(np.take_along_axis(corners, turns, axis=1))])
+    return np.sort(np.concatenate(found))
+
+
+def check_edges(faces: Faces, folded: IntArray, repeated: IntArray) -> tuple[IntArray, IntArray]:
     """Edges with more than two faces, and edges whose two faces disagree about their front.
 
-    Two neighbours with the same orientation run along their common edge in opposite directions.
+    Two neighbours with the same orientation run along their common edge in opposite directions. A face that is
+    repeated counts as one more at its edges, but does not disagree with itself.
 
     Returns
     -------
     non_manifold, inconsistent : ndarray
         (m, 2) point indices, the lower first.
     """
-    keys = np.sort(_directed_edges(faces, folded))
+    non_manifold, inconsistent = _odd_edges(faces, folded)
+    if len(repeated):
+        _, inconsistent = _odd_edges(faces, np.concatenate([folded, repeated]))
+    return non_manifold, inconsistent
+
+
+def _odd_edges(faces: Faces, silent: IntArray) -> tuple[IntArray, IntArray]:
+    """`check_edges` without some faces."""
+    keys = np.sort(_directed_edges(faces, silent))
     undirected = keys >> 1
     starts = np.flatnonzero(np.diff(undirected, prepend=-1))
     counts = np.diff(starts, append=len(keys))
@@ -151,7 +176,7 @@ def check_edges(faces: Faces, folded: IntArray) -> tuple[IntArray, IntArray]:
     return _ends(undirected[starts[counts > 2]], faces), _ends(undirected[pairs[~agree]], faces)
 
 
-def _directed_edges(faces: Faces, folded: IntArray) -> NDArray[np.int64]:
+def _directed_edges(faces: Faces, silent: IntArray) -> NDArray[np.int64]:
     """One integer for each side of each face: its lower point, its higher point, its direction."""
     begin = faces.connectivity.astype(np.int64, copy=False)
     end = np.empty_like(begin)
@@ -160,10 +185,10 @@ def _directed_edges(faces: Faces, folded: IntArray) -> NDArray[np.int64]:
     some = sizes > 0
     end[faces.offsets[1:][some] - 1] = begin[faces.offsets[:-1][some]]
     real = begin != end
-    whole = np.ones(faces.count, dtype=bool)
-    whole[folded] = False
-    if len(folded):
-        real &= np.repeat(whole, sizes)
+    heard = np.ones(faces.count, dtype=bool)
+    heard[silent] = False
+    if len(silent):
+        real &= np.repeat(heard, sizes)
     low, high = np.minimum(begin, end), np.maximum(begin, end)
     keys: NDArray[np.int64] = (low * faces.n_points + high) * 2 + (begin < end)
     return keys[real]
@@ -176,9 +201,14 @@ def _ends(undirected: NDArray[np.int64], faces: Faces) -> IntArray:
 def duplicates(points: FloatArray) -> IntArray:
     """Finite points that lie exactly where a point with a lower index lies, in rising order."""
     finite = np.flatnonzero(finite_rows(points))
-    order = finite[np.lexsort(points[finite].T)]  # stable: equal points stay in the order of their indices
-    same = (points[order[1:]] == points[order[:-1]]).all(axis=1)
-    return np.sort(order[1:][same])
+    return np.sort(finite[_repeats(points[finite])])
+
+
+def _repeats(rows: NDArray[Any]) -> IntArray:
+    """Rows equal to one with a lower index."""
+    order = np.lexsort(rows.T)  # stable: equal rows stay in the order of their indices
+    same = (rows[order[1:]] == rows[order[:-1]]).all(axis=1)
+    return order[1:][same]
 
 
 def check_matrix(matrix: MatrixLike) -> tuple[bool, bool, bool]:

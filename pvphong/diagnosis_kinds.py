@@ -65,12 +65,17 @@ KINDS: dict[str, Kind] = {
     ),
     "unlit_points": _spoils(
         "points",
-        "whose faces have no area, or cancel as two coincident opposite faces do",
-        "Remove the faces without an area, and one of each coincident pair, with mesh.remove_cells.",
+        "whose faces have no area, are not finite, or cancel as two coincident opposite faces do",
+        "Remove such faces, and one of each coincident pair, with mesh.remove_cells.",
     ),
     "degenerate_faces": _spoils(
         "faces",
         "without an area or with a corner that comes twice; they have no weight in the normals",
+        "Remove them, for example with mesh.remove_cells.",
+    ),
+    "duplicate_faces": _spoils(
+        "faces",
+        "round the same points in the same order as an earlier one: both count in the normals there",
         "Remove them, for example with mesh.remove_cells.",
     ),
     "far_faces": _spoils(

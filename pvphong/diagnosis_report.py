@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 _SHOWN = 6  # indices that a report lists of each finding
+_OF_COMPUTED_NORMALS = ("unlit_points", "duplicate_faces")  # harmless where normals are stored
 
 
 @dataclass(frozen=True)
@@ -73,15 +74,18 @@ class Diagnosis:
     zero_normals, non_finite_normals : ndarray
         Points whose stored normal is zero, or has a NaN or infinity.
     unlit_points : ndarray
-        Points in faces whose computed normal is zero: no face there has an area, or their normals cancel as
-        those of two coincident opposite faces do. It spoils nothing where normals are stored.
+        Points in faces whose computed normal is zero: no face there has an area and finite points, or their normals
+        cancel as those of two coincident opposite faces do. It spoils nothing where normals are stored.
     degenerate_faces : ndarray
         Faces whose area is zero to float64's rounding, or with a corner that comes twice.
+    duplicate_faces : ndarray
+        Faces round the same points in the same order as one with a lower index. Normals lean to what counts
+        twice; it spoils nothing where normals are stored.
     far_faces : ndarray
         Faces whose normal the coordinates' rounding may turn by more than 1/255 rad, about one display step,
         only because they lie far from the origin.
     inconsistent_edges : ndarray
-        (m, 2) points of the edges whose two faces have opposite fronts.
+        (m, 2) points of the edges whose two faces have opposite fronts; duplicate faces are left out.
     singular_matrix : bool
         The matrix flattens space: its determinant is zero.
     non_manifold_edges : ndarray
@@ -117,6 +121,7 @@ class Diagnosis:
     non_finite_normals: IntArray
     unlit_points: IntArray
     degenerate_faces: IntArray
+    duplicate_faces: IntArray
     far_faces: IntArray
     inconsistent_edges: IntArray
     singular_matrix: bool
@@ -146,7 +151,7 @@ class Diagnosis:
         kind, value = KINDS[name], getattr(self, name)
         count = int(value) if isinstance(value, bool) else len(value)
         first = () if isinstance(value, bool) else tuple(_plain(index) for index in value[:_SHOWN].tolist())
-        spoils = kind.spoils and not (name == "unlit_points" and self.stored_normals)
+        spoils = kind.spoils and not (name in _OF_COMPUTED_NORMALS and self.stored_normals)
         remedy = kind.remedy
         if name == "far_faces" and self.offset is not None:
             remedy += " The offset: ({:.17g}, {:.17g}, {:.17g}).".format(*self.offset)

@@ -21,7 +21,10 @@ from pvphong.scene import Scene
 _BLACK, _WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 
 BRIGHTEST = 2.0**100
-"""Strengths and colours are capped here, so that nothing overflows float32; anything near it is white."""
+"""Strengths and colours are capped here, so that nothing overflows float32; anything near it is white.
+
+(The kernel caps a spot's attenuation before its falloff: so near to the light that this matters, 2⁻⁵⁰ of the distance
+where its attenuation is 1, it may be darker outside the middle of its cone.)"""
 
 # The most that a light's colours may be before its attenuation, which may bring them down again.
 _FARTHEST = 2.0**1000

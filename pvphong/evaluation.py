@@ -8,10 +8,11 @@ import numpy as np
 
 from pvphong import _check, kernel, reference
 from pvphong._albedo import checked_albedo
+from pvphong._origin import beside_the_mesh
 from pvphong._types import Backend, ByteArray, FloatArray, MatrixLike, Precision
-from pvphong.equation import Equation
+from pvphong.equation import Equation, assemble
 from pvphong.material import Material
-from pvphong.planning import check_scene_and_material, make_plan
+from pvphong.planning import check_scene_and_material, plan_equation
 from pvphong.scene import Scene
 from pvphong.shading import Shading
 from pvphong.transform import normal_matrix
@@ -43,8 +44,8 @@ def evaluate(
     reflection for computer synthesized pictures" (1977); OpenGL 2.1 specification, section 2.14.1.
 
     A zero or non-finite normal is unlit: emission and ambient light only. A vertex whose point is not finite
-    gets nothing from lights with a position and no highlight. A light on a vertex adds neither diffuse nor
-    specular there, and an eye on a vertex sees no highlight. So every colour is finite.
+    gets nothing from lights with a position, and no highlight if the viewer is local. A light on a vertex adds
+    neither diffuse nor specular there, and an eye on a vertex sees no highlight. So every colour is finite.
 
     Parameters
     ----------
@@ -58,7 +59,8 @@ def evaluate(
         The surface's reflectances.
     matrix : array_like, optional
         (4, 4) model matrix: points are transformed by it, normals by its inverse-transpose.
-        Positions are summed in float64: a matrix that moves a mesh by a distance d leaves 2⁻⁵³ d of each unknown.
+        Positions are summed in float64. Where its offset is so long that this shows in float32, it is taken out of
+        lights and eye first: if all of them stand there, its last entry is 1, and no light is of a kind of your own.
     albedo : array_like, optional
         Shape (n, 3): multiplies the material's ambient and diffuse. uint8 counts as 0-255; floats are
         clipped to [0, 1], a NaN counts as 0.
@@ -97,22 +99,33 @@ def evaluate(
     shades = None if albedo is None else checked_albedo(albedo, len(points))
     if matrix is not None:
         normal_matrix(matrix)  # refuses what cannot light, also where the scene does not need it
-    equation = make_plan(points, normals, scene, material, matrix, tolerance, kernel.find_bounds).equation
+    whole = beside_the_mesh(assemble(scene, material, matrix))
+    left = plan_equation(whole, points, normals, scene, tolerance, kernel.find_bounds).equation
     result = _empty(len(points), len(scene.world_lights), real, _check.flag("components", components))
-    _run(points, normals, equation, shades, result, backend)
+    _run(points, normals, whole, left, shades, result, backend)
     return result
 
 
 def _run(
-    points: FloatArray, normals: FloatArray, equation: Equation, albedo: Any, result: Shading, backend: Backend
+    points: FloatArray,
+    normals: FloatArray,
+    whole: Equation,
+    left: Equation,
+    albedo: Any,
+    result: Shading,
+    backend: Backend,
 ) -> None:
+    """Evaluate what a plan has left of the whole equation, by the evaluator that the whole of it chooses.
+
+    What is left depends on where the vertices are, and no vertex is to have other bits for that.
+    """
     obstacle = kernel.obstacle() if backend == "numba" else None
     if obstacle is not None:
         where, remedy = obstacle
         _check.refuse("backend", backend, f"'auto' or 'numpy' {where}", remedy)
-    compiled = backend == "numba" or (backend == "auto" and is_worth_compiling(len(points), equation))
-    if not (compiled and kernel.shade(points, normals, equation, albedo, result)):
-        reference.shade(points, normals, equation, albedo, result)
+    compiled = backend == "numba" or (backend == "auto" and is_worth_compiling(len(points), whole))
+    if not (compiled and kernel.shade(points, normals, left, albedo, result, whole)):
+        reference.shade(points, normals, left, albedo, result)
 
 
 def is_worth_compiling(count: int, equation: Equation) -> bool:
@@ -120,27 +133,29 @@ def is_worth_compiling(count: int, equation: Equation) -> bool:
     return count * len(equation.terms) >= _WORTH_COMPILING and kernel.keeps_code()
 
 
-def display_colors(points: FloatArray, normals: FloatArray, equation: Equation, albedo: Any, out: ByteArray) -> None:
+def display_colors(
+    points: FloatArray, normals: FloatArray, whole: Equation, left: Equation, albedo: Any, out: ByteArray
+) -> None:
     """Lit colours for a display, computed in float32 and written in place as 0-255.
 
     Parameters
     ----------
     points, normals : ndarray
         Shape (n, 3), checked.
-    equation : Equation
-        What to evaluate, as a plan leaves it.
+    whole, left : Equation
+        What to evaluate, and what a plan leaves of it.
     albedo : array_like or None
         As for `evaluate`.
     out : ndarray
         Shape (n, 3), uint8.
     """
     shades = None if albedo is None else checked_albedo(albedo, len(points))
-    if is_worth_compiling(len(points), equation) and kernel.shade(points, normals, equation, shades, Shading(out)):
+    if is_worth_compiling(len(points), whole) and kernel.shade(points, normals, left, shades, Shading(out), whole):
         return
     for start in range(0, len(points), _DISPLAYED_AT_ONCE):
         part = slice(start, start + _DISPLAYED_AT_ONCE)
         shading = Shading(np.empty((len(points[part]), 3), np.float32))
-        reference.shade(points[part], normals[part], equation, None if shades is None else shades[part], shading)
+        reference.shade(points[part], normals[part], left, None if shades is None else shades[part], shading)
         np.rint(np.clip(shading.rgb, 0.0, 1.0) * 255.0, out=out[part], casting="unsafe")
 
 

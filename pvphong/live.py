@@ -8,11 +8,13 @@ import numpy as np
 import pyvista as pv
 
 from pvphong import _check, kernel
+from pvphong._origin import beside_the_mesh
 from pvphong._types import ByteArray, Float64Array, FloatArray
+from pvphong.equation import assemble
 from pvphong.evaluation import display_colors
 from pvphong.material import Material
 from pvphong.mesh import point_normals
-from pvphong.planning import Plan, make_plan
+from pvphong.planning import Plan, plan_equation
 from pvphong.scene import Scene
 from pvphong.surface import surface
 from pvphong.viewer import Viewer
@@ -64,9 +66,11 @@ class LiveMesh:
         if state == self._drawn_for and not self._viewer_moved(scene):
             return False
         points = _check.array("points", self.drawn.points)
-        self._plan = make_plan(points, None, scene, self.material, self.matrix, 0.0, kernel.find_bounds)
-        normals = self.normals if "normals" in self._plan.needs else np.broadcast_to(np.zeros(3), points.shape)
-        display_colors(points, normals, self._plan.equation, self._current_albedo(), self._colors)
+        whole = beside_the_mesh(assemble(scene, self.material, self.matrix))
+        self._plan = plan_equation(whole, points, None, scene, 0.0, kernel.find_bounds)
+        unread = np.broadcast_to(np.zeros(3, points.dtype), points.shape)
+        normals = self.normals if "normals" in self._plan.needs else unread
+        display_colors(points, normals, whole, self._plan.equation, self._current_albedo(), self._colors)
         self._drawn_for, self._viewer = state, scene.viewer
         self.drawn.GetPointData().GetArray(ARRAY).Modified()
         return True

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -106,8 +107,9 @@ def plan(
     Parameters
     ----------
     mesh_or_points : pyvista.DataSet or array_like
-        A mesh, or points of shape (n, 3). Of a mesh the normals are known too, and may rule out highlights: with
-        a tolerance, `evaluate` may leave out more of bare points than the plan says, within that tolerance.
+        A mesh, or points of shape (n, 3). Of a mesh the normals are known too, and may rule out highlights.
+        `evaluate` may leave out more of bare points than the plan says; where that could cost more than the
+        plan's own bound, `error_bound` is the whole tolerance.
     scene : Scene
         Lights, viewer and light model.
     material : Material
@@ -133,7 +135,9 @@ def plan(
         normal_matrix(matrix)  # refuses what `evaluate` refuses
     if not isinstance(mesh_or_points, pv.DataSet):
         points = _bare_points(mesh_or_points)
-        return make_plan(points, None, scene, material, matrix, tolerance, kernel.find_bounds)
+        result = make_plan(points, None, scene, material, matrix, tolerance, kernel.find_bounds)
+        has_highlights = any(any(term.specular) for term in result.equation.terms)
+        return replace(result, error_bound=tolerance) if tolerance and has_highlights else result
     source = surface(mesh_or_points)
     asks_for_normals = tolerance or scene.light_model.two_sided
     points, normals = _check.array("points", source.points), point_normals(source) if asks_for_normals else None

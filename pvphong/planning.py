@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from pvphong import _check
+from pvphong._origin import beside_the_mesh
 from pvphong._types import FloatArray, MatrixLike
 from pvphong.effects import EFFECTS, Decision, Draft, Extent, Note, Search
 from pvphong.equation import Equation, assemble
@@ -107,7 +108,7 @@ def make_plan(
     search: Search | None = None,
 ) -> Plan:
     """The plan for vertices whose arrays have been checked; without normals fewer highlights can be ruled out."""
-    return plan_equation(assemble(scene, material, matrix), points, normals, scene, tolerance, search)
+    return plan_equation(beside_the_mesh(assemble(scene, material, matrix)), points, normals, scene, tolerance, search)
 
 
 def plan_equation(

@@ -32,6 +32,10 @@ from pvphong.transform import transform_normals, transform_points
 # Powers below e to this are 0 in float64: NumPy's exp takes up to fifty times as long from there on.
 _DARK = -707.5
 
+# Makes room for the square of l + v where it is less than this, for they are nearly opposite; a power of two, so that
+# it changes no bit of the others.
+_LARGER, _SMALL = 2.0**60, 2.0**-60
+
 # Vertices per block: large enough that NumPy's cost per call is small, small enough for the caches.
 BLOCK = 32768
 
@@ -44,10 +48,12 @@ class Surface(NamedTuple):
 
     points: Float64Array
     raw: FloatArray
-    """Normals before they were made unit length: n·l is decided on these, so that a zero stays a zero."""
+    """Normals before they were made unit length: n·l is decided on these, so that their rounding has no part in it."""
     inverse_length: FloatArray
     normals: FloatArray
     to_viewer: FloatArray
+    facing: FloatArray
+    """N·v of the raw normals, for Phong's highlights."""
     unseen: Any
     """Where v does not exist (the eye on the vertex, or a vertex that is not finite); False for nowhere."""
     albedo: FloatArray | None
@@ -105,7 +111,7 @@ def _surface(
     points: FloatArray, normals: FloatArray, albedo: FloatArray | None, equation: Equation, real: Any
 ) -> Surface:
     p, v, unseen = _points(points, equation) if equation.needs_points else _NOTHING, _column(equation.to_eye), False
-    raw, inverse_length = _NOTHING, _NOTHING
+    raw = inverse_length = np.zeros((3, 0), real)
     if equation.eye is not None and equation.needs_eye:
         v, unseen = _to_viewer(p, equation.eye, real)
     if equation.needs_normals:
@@ -113,12 +119,14 @@ def _surface(
     if equation.is_flipped:
         facing = v if equation.local_facing else _column(equation.to_eye)
         raw = np.where(dot(raw, facing) < 0.0, -raw, raw)
+    v = v.astype(real, copy=False)
     return Surface(
         points=p,
         raw=raw,
         inverse_length=inverse_length,
         normals=raw * inverse_length if _needs_unit_normals(equation) else _NOTHING,
-        to_viewer=v.astype(real, copy=False),
+        to_viewer=v,
+        facing=dot(raw, v) if equation.has_highlights and equation.reflection == "phong" else _NOTHING[0],
         unseen=unseen,
         albedo=None if albedo is None else reflectances(albedo).T.astype(real),
     )
@@ -190,8 +198,8 @@ def _factors(surface: Surface, equation: Equation, term: LightTerm) -> tuple[Any
     if not (any(term.diffuse) or any(term.specular)):
         return strength, 0.0, 0.0
     l = arrival.direction
-    n_l = dot(surface.raw, l)
-    n_l *= surface.inverse_length
+    raw_n_l = dot(surface.raw, l)
+    n_l = raw_n_l * surface.inverse_length
     if equation.headlight_only:
         lit = strength * (surface.inverse_length > 0.0)  # the floor is not for a normal that is not there
         diffuse = np.maximum(n_l, real(equation.cosine_floor)) * lit
@@ -200,7 +208,7 @@ def _factors(surface: Surface, equation: Equation, term: LightTerm) -> tuple[Any
     diffuse = np.maximum(n_l, real(0.0)) * strength
     if not any(term.specular):
         return strength, diffuse, 0.0
-    specular = _power(_chord_distance(surface, equation, l), equation.shininess, equation.cosine_floor)
+    specular = _power(_chord_distance(surface, equation, l, raw_n_l), equation.shininess, equation.cosine_floor)
     specular = specular * strength
     specular *= n_l > 0.0
     if surface.unseen is not False:
@@ -212,20 +220,26 @@ def _square(w: FloatArray) -> FloatArray:
     return dot(w, w)
 
 
-def _chord_distance(surface: Surface, equation: Equation, l: FloatArray) -> FloatArray:
+def _chord_distance(surface: Surface, equation: Equation, l: FloatArray, raw_n_l: FloatArray) -> FloatArray:
     """½|D|² = 1 − f, for f = r·v (Phong) or n·h (Blinn-Phong)."""
-    half, v = surface.raw.dtype.type(0.5), surface.to_viewer
+    real, v = surface.raw.dtype.type, surface.to_viewer
     if equation.reflection == "phong":
-        along = dot(surface.raw, l - v)
+        along = raw_n_l - surface.facing
         along *= along
         along += square_of_cross(surface.raw, l + v)
-        along *= half * surface.inverse_length * surface.inverse_length
+        along *= real(0.5) * surface.inverse_length * surface.inverse_length
         return along
     h = l + v
-    length = np.sqrt(_square(h))
-    chord = h / np.where(length > 0.0, length, 1.0) - surface.normals
-    # Opposite l and v have no half-way direction, and no highlight.
-    return np.where(length > 0.0, half * _square(chord), 1.0)
+    square = _square(h)
+    least = square.min(initial=1.0)
+    if least < _SMALL:
+        h *= real(_LARGER)
+        square = _square(h)
+    h *= real(1.0) / np.sqrt(np.maximum(square, np.finfo(real).tiny))
+    distance = real(0.5) * _square(h - surface.normals)
+    if least < _SMALL:  # opposite l and v have no half-way direction, and no highlight
+        np.copyto(distance, 1.0, where=square == 0.0)
+    return distance
 
 
 def _power(distance: FloatArray, shininess: float, floor: float) -> Any:

@@ -32,6 +32,19 @@ def _number(entry: ledger.Entry) -> tuple[int, str]:
     return (int(digits), first) if digits.isdigit() else (1000, first)
 
 
+def _ratio(entry: ledger.Entry) -> float:
+    """Observed / bound, for comparing; a promise that was kept is below every measurement."""
+    return -1.0 if entry.ratio is None else entry.ratio
+
+
+def _cells(group: list[ledger.Entry]) -> tuple[str, ...]:
+    """One line of the table: the worst of some measurements, or of tests of one promise."""
+    worst = max(group, key=_ratio)
+    bound = worst.bound if isinstance(worst.bound, str) else f"{worst.bound:.2g}" if worst.bound else "exact"
+    ratio = "held" if worst.ratio is None else f"{worst.ratio:.2f}"
+    return worst.row, worst.evaluator, worst.precision, bound, ratio, f"{len(group)}"
+
+
 def _table(entries: list[ledger.Entry]) -> Table:
     title = "stability: observed / bound, the worst of each row"
     table = Table(box=box.SIMPLE_HEAD, title=title, pad_edge=False, padding=(0, 1, 0, 0))
@@ -40,13 +53,11 @@ def _table(entries: list[ledger.Entry]) -> Table:
         table.add_column(heading, justify="right" if right else "left", overflow="fold")
 
     def key(entry: ledger.Entry) -> Any:
-        return *_number(entry), entry.evaluator, entry.precision
+        promise = entry.bound if isinstance(entry.bound, str) else ""
+        return *_number(entry), entry.evaluator, entry.precision, promise
 
-    for (*_, evaluator, precision), group in groupby(sorted(entries, key=key), key):
-        measured = list(group)
-        worst = max(measured, key=lambda entry: entry.ratio)
-        bound = f"{worst.bound:.2g}" if worst.bound else "exact"
-        table.add_row(worst.row, evaluator, precision, bound, f"{worst.ratio:.2f}", f"{len(measured)}")
+    for _, group in groupby(sorted(entries, key=key), key):
+        table.add_row(*_cells(list(group)))
     return table
 
 
@@ -65,7 +76,7 @@ def pytest_testnodedown(node: Any) -> None:
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     if ledger.entries:
-        console = Console(width=80, color_system=None)
+        console = Console(width=90, color_system=None)
         with console.capture() as table:
             console.print(_table(ledger.entries))
         terminalreporter.write_line(table.get())

@@ -113,9 +113,10 @@ class Dice(random.Random):
         return self.choice(exponents)
 
     def attenuation(self) -> Triple:
-        """OpenGL's default, the inverse square, or a mixture that stays above 0.2 at distance 1."""
+        """OpenGL's default, another constant, the inverse square, or a mixture that stays above 0.2 at distance 1."""
         mixed = (self.uniform(0.2, 2.0), self.uniform(0.0, 2.0), self.uniform(0.0, 2.0))
-        return self.choice(((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), mixed, mixed))
+        constant = (self.log_between(0.1, 10.0), 0.0, 0.0)
+        return self.choice(((1.0, 0.0, 0.0), constant, (0.0, 0.0, 1.0), mixed, mixed))
 
     def wide(self, lowest: int = -1074, highest: int = 1023) -> float:
         """A positive float whose exponent is even over a range."""
@@ -139,7 +140,7 @@ def thrown(throw: Callable[[Dice], Case]) -> st.SearchStrategy[Case]:
 
 # --- matrices ---
 
-MATRIX_CLASSES = ("none", "identity", "rigid", "uniform", "non-uniform", "shear", "mirror", "w")
+MATRIX_CLASSES = ("none", "identity", "shift", "zoom", "rigid", "uniform", "non-uniform", "shear", "mirror", "w")
 
 
 def matrix_of(dice: Dice, kind: str) -> np.ndarray | None:
@@ -149,8 +150,8 @@ def matrix_of(dice: Dice, kind: str) -> np.ndarray | None:
     matrix = np.eye(4)
     if kind == "identity":
         return matrix
-    linear = dice.rotation()
-    if kind == "uniform":
+    linear = np.eye(3) if kind in {"shift", "zoom"} else dice.rotation()
+    if kind in {"zoom", "uniform"}:
         linear *= dice.log_between(0.1, 10.0)
     elif kind in {"non-uniform", "mirror"}:
         scales = np.array([dice.log_between(0.3, 3.0) for _ in range(3)])
@@ -216,7 +217,7 @@ def _aim(dice: Dice, anchor: _Anchor) -> np.ndarray:
 
 def _light_colors(dice: Dice) -> dict[str, Any]:
     return {
-        "diffuse": (1.0, 1.0, 1.0) if dice.likely(30) else dice.color(),
+        "diffuse": 0.0 if dice.likely(8) else (1.0, 1.0, 1.0) if dice.likely(30) else dice.color(),
         "specular": None if dice.likely(50) else dice.color(),
         "ambient": 0.0 if dice.likely(50) else dice.color(),
         "intensity": 1.0 if dice.likely(50) else dice.uniform(0.0, 1.5),
@@ -229,7 +230,7 @@ def _light(dice: Dice, anchor: _Anchor, viewer: Viewer, kind: str, frame: str) -
     position = anchor.p + to_light * dice.uniform(0.5, 4.0)
     cone_angle = 90.0 if dice.likely(15) else dice.uniform(2.0, 90.0)
     tilt = math.tan(math.radians(min(cone_angle, 45.0))) * dice.uniform(0.0, 0.9)
-    axis = unit(-to_light + dice.vector() * tilt)
+    axis = unit(-to_light + dice.vector() * tilt) * (-1.0 if dice.likely(8) else 1.0)  # a few shine the other way
     if frame == "camera":
         position = _to_eye_space(viewer, position - np.array(viewer.position))
         axis, to_light = _to_eye_space(viewer, axis), _to_eye_space(viewer, to_light)
@@ -244,10 +245,11 @@ def _light(dice: Dice, anchor: _Anchor, viewer: Viewer, kind: str, frame: str) -
 
 
 def _material(dice: Dice) -> Material:
+    specular = dice.color() if dice.likely(30) else dice.uniform(0.3, 1.0)
     return Material(
         ambient=dice.color(),
         diffuse=dice.color(),
-        specular=dice.color() if dice.likely(30) else dice.uniform(0.3, 1.0),
+        specular=0.0 if dice.likely(10) else specular,
         shininess=dice.shininess(),
         emission=0.0 if dice.likely(50) else dice.color(),
     )

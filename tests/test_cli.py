@@ -325,9 +325,11 @@ def test_diagnose_blocks_by_name(sphere, capsys):
     assert lines[2] == "bad:"
 
 
-def test_diagnose_blocks_without_a_mesh(capsys):
+def test_blocks_without_a_mesh_are_said_to_have_none(capsys):
     pv.MultiBlock({"none": None, "nested": pv.MultiBlock()}).save("blocks.vtm")
     assert run("diagnose", "blocks.vtm") == 1
+    assert "nothing to light" in capsys.readouterr().out
+    assert run("plan", "blocks.vtm") == 0
     assert "nothing to light" in capsys.readouterr().out
 
 

@@ -65,6 +65,13 @@ def test_a_sound_mesh_is_ok():
         (mesh_of([*SQUARE[:3], (0, np.inf, 0)], (0, 1, 2), (0, 2, 3)), {"non_finite_points": [3]}, False),
         (mesh_of(SQUARE, (0, 1, 2), (0, 3, 2)), {"inconsistent_edges": [[0, 2]], "unlit_points": [0, 2]}, False),
         (mesh_of([*SQUARE, (0, 0, 1)], (0, 1, 2), (0, 2, 3), (2, 0, 4)), {"non_manifold_edges": [[0, 2]]}, True),
+        (
+            mesh_of(SQUARE, (0, 1, 2), (0, 2, 3), (2, 0, 1), (1, 2, 0)),
+            {"duplicate_faces": [2, 3], "non_manifold_edges": [[0, 1], [0, 2], [1, 2]]},
+            False,
+        ),
+        (mesh_of(SQUARE, (0, 1, 2, 3), (1, 2, 3, 0)), {"duplicate_faces": [1]}, False),
+        (mesh_of(ROOF, (0, 1, 2, 3), (0, 1, 3, 2)), {"inconsistent_edges": [[0, 1]]}, False),
         (mesh_of([*SQUARE, *SQUARE[1:3]], (0, 1, 2, 3)), {"duplicate_points": [4, 5], "unused_points": [4, 5]}, True),
         (mesh_of([*SQUARE, (7, 7, 7)], (0, 1, 2, 3)), {"unused_points": [4]}, True),
         (mesh_of(SQUARE * (1, 1e-15, 1), (0, 1, 2, 3)), {"thin_faces": [0]}, True),
@@ -96,7 +103,7 @@ def test_a_face_folded_onto_itself_says_nothing_about_its_neighbours():
 
 def test_stored_normals_are_looked_at():
     mesh = tetrahedron()
-    mesh.point_data.active_normals = np.array([(0, 0, 0), (1, np.nan, 0), (0, 3, 0), (0, 0, np.inf)])
+    mesh.point_data.active_normals = np.array([(0, 0, 0), (1, np.nan, 0), (0, 3, 0), (0, 0, -np.inf)])
     found = diagnose(mesh)
     assert faults(found) == {"zero_normals": [0], "non_finite_normals": [1, 3]}
     assert found.stored_normals
@@ -270,7 +277,7 @@ def test_non_manifold_edges_are_vtks(load):
 def by_brute_force(points, faces):
     """The faults of small meshes, one face and one edge after the other, areas in fractions."""
     exact = [[Fraction(float(x)) for x in point] for point in points]
-    degenerate, edges = [], defaultdict(Counter)
+    degenerate, duplicate, edges, once, before = [], [], defaultdict(Counter), defaultdict(Counter), set()
     for number, face in enumerate(faces):
         area = [Fraction(0)] * 3
         for a, b in zip(face, face[1:] + face[:1], strict=True):
@@ -280,17 +287,22 @@ def by_brute_force(points, faces):
         repeated = len(set(face)) < len(face)
         if repeated or not any(area):
             degenerate.append(number)
+        elif tuple(face) in before:
+            duplicate.append(number)
+        before |= {tuple(face[turn:] + face[:turn]) for turn in range(len(face))}
         if not (repeated and not any(area)):
             for a, b in zip(face, face[1:] + face[:1], strict=True):
                 if a != b:
                     edges[min(a, b), max(a, b)][a < b] += 1
+                    once[min(a, b), max(a, b)][a < b] += number not in duplicate
     used = {index for face in faces for index in face}
     places = [tuple(point) for point in points]
     return {
         "degenerate_faces": degenerate,
+        "duplicate_faces": duplicate,
         "non_manifold_edges": sorted(list(edge) for edge, sides in edges.items() if sides.total() > 2),
         "inconsistent_edges": sorted(
-            list(edge) for edge, sides in edges.items() if 2 in sides.values() and len(sides) == 1
+            list(edge) for edge, sides in once.items() if 2 in sides.values() and sides.total() == 2
         ),
         "duplicate_points": [index for index, place in enumerate(places) if place in places[:index]],
         "unused_points": [index for index in range(len(points)) if index not in used],
@@ -302,6 +314,7 @@ def test_random_soups_agree_with_brute_force(seed):
     rng = np.random.default_rng(seed)
     points = rng.integers(-2, 3, (rng.integers(4, 12), 3)).astype(float)  # small integers: areas are exact
     faces = [rng.integers(0, len(points), rng.integers(3, 6)).tolist() for _ in range(rng.integers(1, 15))]
+    faces += [np.roll(faces[number], 1).tolist() for number in rng.integers(0, len(faces), 3)]
     found = diagnose(mesh_of(points, *faces))
     expected = by_brute_force(points, faces)
     assert {name: getattr(found, name).tolist() for name in expected} == expected

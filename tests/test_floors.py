@@ -19,7 +19,7 @@ FLOORS = {
         "lights", "lights.*", "material", "normals", "transform", "projection",
     ],
     1: ["viewer", "scene"],
-    2: ["equation", "shading", "effects", "effects.*", "planning"],
+    2: ["equation", "_origin", "shading", "effects", "effects.*", "planning"],
     3: ["reference", "kernel", "kernel.*"],
     4: ["evaluation"],
     5: [

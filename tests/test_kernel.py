@@ -24,10 +24,12 @@ COUNT = 1500  # more than two of the kernel's blocks, and not a multiple of thei
 SUN = ph.DirectionalLight(direction=(-1, -1, -2), diffuse=(1, 0.9, 0.7), ambient=0.1)
 LAMP = ph.PointLight(position=(2, -1, 3), attenuation=(1, 0.1, 0.02), diffuse=(0.5, 0.7, 1))
 SPOT = ph.SpotLight(position=(1, 1, 4), direction=(-1, -1, -4), cone_angle=20, exponent=9, ambient=0.2)
+BULB = ph.PointLight(position=(-2, 1, 2), diffuse=(0.8, 0.7, 0.4))
 EVEN = ph.SpotLight(position=(1, 1, 4), direction=(-1, -1, -4), cone_angle=20, exponent=0, attenuation=(0, 1, 0))
 HEAD = ph.DirectionalLight(frame="headlight")
 SHINY = ph.Material(ambient=0.3, diffuse=(0.4, 0.5, 0.6), specular=(0.5, 0.4, 0.3), shininess=25, emission=0.05)
 DULL = replace(SHINY, specular=0.0)
+WHITE = ph.Material(ambient=0.0, diffuse=1.0, specular=1.0, shininess=9.0)
 SHEAR = np.array([[1, 0.4, 0, 2], [0, 1.5, 0.3, 0], [0, 0, -0.7, 1], [0, 0, 0, 1.0]])
 
 SHAPES = {
@@ -36,6 +38,8 @@ SHAPES = {
     "sun": ([SUN], SHINY, {}),
     "lamp, dull": ([LAMP], DULL, {}),
     "lamp": ([LAMP], SHINY, {}),
+    "bulbs, dull": ([BULB, replace(BULB, position=(1, 2, -1))], DULL, {}),
+    "bulb": ([BULB], SHINY, {}),
     "spot": ([SPOT], SHINY, {}),
     "even spot": ([EVEN], SHINY, {}),
     "all": ([SUN, LAMP, SPOT, EVEN, HEAD], SHINY, {}),
@@ -110,7 +114,7 @@ def test_it_agrees_with_the_reference(vertices, name, precision, unit, options):
     assert ours.dtype == precision
 
 
-@pytest.mark.parametrize("name", ["all", "blinn-phong", "two-sided"])
+@pytest.mark.parametrize("name", ["all", "blinn-phong", "two-sided", "sun, dull", "bulbs, dull", "bulb"])
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_a_vertex_keeps_its_bits_among_others_and_in_any_layout(vertices, name, precision):
     points, normals = (array.astype(precision) for array in vertices)
@@ -129,6 +133,34 @@ def test_a_vertex_keeps_its_bits_among_others_and_in_any_layout(vertices, name, 
         assert np.isfinite(lit).all()
         reference = shade((spoiled_points, spoiled_normals), name, "numpy", precision)
         np.testing.assert_allclose(lit[[3, 801]], reference[[3, 801]], atol=1e-5)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize(("name", "has_albedo"), [("lamp, dull", False), ("lamp, dull", True), ("sun, dull", False)])
+def test_colours_written_past_the_caches_have_the_same_bits(vertices, precision, name, has_albedo):
+    """So many that they are, of which the last block is not whole; beside the same ones a few at a time."""
+    from pvphong.kernel import streaming
+
+    count = streaming.FEWEST // (3 * np.dtype(precision).itemsize) + 77
+    points, normals = (np.resize(array.astype(precision), (count, 3)) for array in vertices)
+    albedo = np.random.default_rng(5).random((count, 3)).astype(precision) if has_albedo else None
+    scene, material = scene_of(name)
+    equation = assemble(scene, material, None)
+    pieces = np.empty((count, 3), precision)
+    for start in range(0, count, COUNT):
+        part = slice(start, start + COUNT)
+        shades = None if albedo is None else albedo[part]
+        assert kernel.shade(points[part], normals[part], equation, shades, Shading(pieces[part]))
+    memory = np.full(3 * count + 8, np.nan, precision)
+    aligned = -memory.ctypes.data % 16 // memory.itemsize
+    for start in (aligned, aligned + 1):
+        memory[:] = np.nan
+        assert streaming.pays(memory[start : start + 3 * count]) is (start == aligned)
+        whole = memory[start : start + 3 * count].reshape(count, 3)
+        assert kernel.shade(points, normals, equation, albedo, Shading(whole))
+        np.testing.assert_array_equal(whole, pieces)
+        assert np.isnan(memory[:start]).all()
+        assert np.isnan(memory[start + 3 * count :]).all()
 
 
 def test_the_number_of_threads_changes_no_bit(vertices):
@@ -150,11 +182,11 @@ def test_the_number_of_threads_changes_no_bit(vertices):
 def test_colours_for_a_display_are_the_rounded_floats(vertices):
     points, normals = (np.tile(array.astype(np.float32), (200, 1)) for array in vertices)
     scene, material = scene_of("all")
-    equation = ph.plan(points, scene, material).equation
+    left = ph.plan(points, scene, material).equation
     shown = np.zeros((len(points), 3), np.uint8)
-    display_colors(points, normals, equation, None, shown)
-    exact = ph.evaluate(points, normals, scene, material, backend="numba").rgb * 255.0
-    assert np.abs(shown - exact).max() <= 0.5 + 1e-4
+    display_colors(points, normals, assemble(scene, material, None), left, None, shown)
+    exact = ph.evaluate(points, normals, scene, material, backend="numba").rgb * np.float32(255.0)
+    np.testing.assert_array_equal(shown, np.rint(exact))
     assert len(np.unique(shown)) > 100
 
 
@@ -311,6 +343,61 @@ with mock.patch.object(caching._CacheLocator, "ensure_cache_path", side_effect=P
     process = run_apart(code)
     assert process.returncode == 0, process.stderr
     assert process.stdout.count("0.84") == 3, process.stdout
+
+
+def test_kept_code_that_is_damaged_is_compiled_anew(monkeypatch):
+    """Whatever reading it raises: a text in place of Numba's index gives a ValueError."""
+
+    def damaged(*_):
+        raise ValueError("invalid literal for int()")
+
+    calls = []
+    monkeypatch.setattr(kernel, "_compiled", lambda keeps_code: damaged if keeps_code else calls.append)
+    monkeypatch.setattr(kernel._Process, "keeps_code", True)
+    kernel._run("arguments")
+    assert calls == ["arguments"]
+    assert not kernel._Process.keeps_code
+    monkeypatch.setattr(kernel, "_compiled", lambda _: damaged)
+    with pytest.raises(ValueError, match="invalid literal"):
+        kernel._run("arguments")
+
+
+def test_what_reaches_the_vertices_does_not_choose_the_evaluator():
+    """By the lights that a plan leaves, one spoiled vertex would send all the others to the other evaluator."""
+    away = ph.SpotLight(position=(0, 0, 50), direction=(0, 0, 1), cone_angle=30)
+    scene = ph.Scene([away, LAMP])
+    points, normals = np.random.default_rng(8).normal(size=(2, 150_000, 3)).astype(np.float32)
+    before = ph.evaluate(points, normals, scene, SHINY).rgb
+    points[-1] = np.nan
+    after = ph.evaluate(points, normals, scene, SHINY).rgb
+    np.testing.assert_array_equal(after[:-1], before[:-1])
+
+
+def test_what_reaches_the_vertices_does_not_choose_the_evaluator_of_a_window(monkeypatch):
+    """The points are too few for the kernel by the lights that a plan leaves, and enough by those of the scene."""
+    asked = []
+    monkeypatch.setattr(kernel, "shade", lambda *arguments: asked.append(arguments) or True)
+    away = ph.SpotLight(position=(0, 0, 50), direction=(0, 0, 1), cone_angle=30)
+    scene, points = ph.Scene([away, LAMP]), np.random.default_rng(8).normal(size=(150_000, 3)).astype(np.float32)
+    whole, left = assemble(scene, SHINY, None), ph.plan(points, scene, SHINY).equation
+    assert (len(whole.terms), len(left.terms)) == (2, 1)
+    display_colors(points, points, whole, left, None, np.empty(points.shape, np.uint8))
+    assert asked[0][2] is left
+    assert asked[0][-1] is whole
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("count", [100, 200])
+def test_what_light_grazes_exactly_stays_dark(precision, count):
+    """n·l is 0 in the stored numbers, for their products cancel; with them fused half the vertices had a highlight."""
+    a, b = np.random.default_rng(41).normal(size=(2, count)).astype(precision)
+    normals = np.stack([a, b, np.zeros_like(a)], axis=1)
+    for i in range(count):
+        lamp, viewer = ph.PointLight(position=(b[i], -a[i], 0.0)), ph.Viewer(position=(-b[i], a[i], 1e-9))
+        scene = ph.Scene([lamp], viewer, ph.LightModel(ambient=0.0))
+        for material in (WHITE, replace(WHITE, specular=0.0)):
+            lit = ph.evaluate(np.zeros_like(normals), normals, scene, material, precision=precision, backend="numba")
+            assert not lit.rgb[i].any()
 
 
 def test_numba_told_not_to_compile_is_as_if_it_were_not_there():

@@ -114,7 +114,7 @@ class Subject:
         def run() -> FloatArray:
             assemble(scene or self.scene, self.material, self.matrix)
             planned = self.planned(equation)
-            chosen = backend or self.backend_for(len(self.points), planned)
+            chosen = backend or self.backend_for(len(self.points), equation)
             return colors(self.points, self.normals, planned, chosen, precision)
 
         return run

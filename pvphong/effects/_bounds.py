@@ -10,7 +10,7 @@ import math
 
 from pvphong._types import Vector, VectorLike
 from pvphong.effects._draft import Draft
-from pvphong.effects._extent import ROUNDED_UP, sight, turn
+from pvphong.effects._extent import ROUNDED_UP, sight
 from pvphong.equation import Equation, LightTerm
 from pvphong.lights import DirectionalLight, Light, PointLight, SpotLight
 
@@ -31,8 +31,8 @@ def strongest(draft: Draft, term: LightTerm) -> float:
     seen = sight(term.light.position, draft.extent)
     if seen is None:
         return math.inf
-    _, distance, radius = seen
-    return term.gain * attenuation(term.light.attenuation, max(distance - radius, 0.0) / ROUNDED_UP) * ROUNDED_UP
+    nearest = max(seen.distance - seen.radius, 0.0) / ROUNDED_UP
+    return term.gain * attenuation(term.light.attenuation, nearest) * ROUNDED_UP
 
 
 def whole(term: LightTerm) -> float:
@@ -60,11 +60,11 @@ def angle(a: VectorLike, b: VectorLike) -> float:
 def light_seen(draft: Draft, light: Light) -> tuple[VectorLike, float] | None:
     """Direction to a light, and the angle by which it may be off at a vertex; None where nothing is known."""
     if isinstance(light, DirectionalLight):
-        return light.towards, 1e-7
+        return light.to_light, 1e-7
     if not isinstance(light, (PointLight, SpotLight)):
         return None
     seen = sight(light.position, draft.extent)
-    return None if seen is None else (seen[0], turn(seen[1], seen[2]) + 1e-7)
+    return None if seen is None else (seen.direction, seen.turn + 1e-7)
 
 
 def viewer_seen(draft: Draft, eye: Vector | None) -> tuple[Vector, float] | None:
@@ -72,7 +72,7 @@ def viewer_seen(draft: Draft, eye: Vector | None) -> tuple[Vector, float] | None
     if eye is None:
         return draft.equation.to_eye, 1e-7
     seen = sight(eye, draft.extent)
-    return None if seen is None else (seen[0], turn(seen[1], seen[2]) + 1e-7)
+    return None if seen is None else (seen.direction, seen.turn + 1e-7)
 
 
 def widest_to_viewer(draft: Draft, direction: VectorLike, light_angle: float) -> float:

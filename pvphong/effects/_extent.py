@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Callable
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -113,8 +114,23 @@ def _extremes(rows: FloatArray) -> Float64Array:
     return np.concatenate(parts).astype(np.float64)
 
 
-def sight(target: VectorLike, extent: Extent) -> tuple[Vector, float, float] | None:
+class Sight(NamedTuple):
     """From the vertices' sphere to a target: unit direction at the centre, distance from it, and radius."""
+
+    direction: Vector
+    distance: float
+    radius: float
+
+    @property
+    def turn(self) -> float:
+        """The largest angle in radians between the directions to the target from the centre and from the sphere."""
+        if self.distance <= self.radius:
+            return math.pi
+        return math.asin(min(self.radius / self.distance, 1.0)) * ROUNDED_UP
+
+
+def sight(target: VectorLike, extent: Extent) -> Sight | None:
+    """Of a target; None where nothing is known of the vertices, or it is in the middle of them."""
     if extent.sphere is None:
         return None
     (cx, cy, cz), radius = extent.sphere
@@ -123,9 +139,4 @@ def sight(target: VectorLike, extent: Extent) -> tuple[Vector, float, float] | N
     distance = math.hypot(x, y, z)
     if not 0.0 < distance < math.inf:
         return None
-    return (x / distance, y / distance, z / distance), distance, radius
-
-
-def turn(distance: float, radius: float) -> float:
-    """The largest angle in radians between the directions to a target from the centre and from the sphere."""
-    return math.pi if distance <= radius else math.asin(min(radius / distance, 1.0)) * ROUNDED_UP
+    return Sight((x / distance, y / distance, z / distance), distance, radius)

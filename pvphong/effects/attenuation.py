@@ -26,9 +26,10 @@ def _leave_out(draft: Draft, term: LightTerm) -> Change:
     if not linear and not quadratic:
         return _fold(draft, term, light, 1.0 / constant, f"constant, {1.0 / constant:g}", 0.0)
     seen = sight(light.position, draft.extent)
-    if not draft.allowance or seen is None or seen[1] <= seen[2]:
+    if not draft.allowance or seen is None or seen.distance <= seen.radius:
         return None
-    near, far = (attenuation(light.attenuation, seen[1] + side * seen[2] * ROUNDED_UP) for side in (-1, 1))
+    reach = seen.radius * ROUNDED_UP
+    near, far = (attenuation(light.attenuation, seen.distance + way) for way in (-reach, reach))
     bound = term.gain * whole(term) * (near - far) / 2 * ROUNDED_UP
     if not bound <= draft.allowance:
         return None

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from pvphong.effects._bounds import angle, strongest, whole
 from pvphong.effects._draft import Change, Draft, Effect, Note, decision, for_each_term
-from pvphong.effects._extent import ROUNDED_UP, sight, turn
+from pvphong.effects._extent import ROUNDED_UP, sight
 from pvphong.equation import BRIGHTEST, LightTerm
 from pvphong.lights import PointLight, SpotLight
 
@@ -37,7 +37,7 @@ def _leave_out_falloff(draft: Draft, term: LightTerm, spot: SpotLight, least: fl
     if spot.exponent and not draft.allowance:
         return None  # even where nothing of it is seen: a vertex's last bit is not to depend on the other vertices
     brightest, darkest = (
-        max(math.cos(angle), 0.0) ** spot.exponent for angle in (max(least - _SLACK, 0.0), most + _SLACK)
+        max(math.cos(off_axis), 0.0) ** spot.exponent for off_axis in (max(least - _SLACK, 0.0), most + _SLACK)
     )
     middle = (brightest + darkest) / 2
     bound = strongest(draft, term) * whole(term) * (brightest - darkest) / 2 * ROUNDED_UP
@@ -55,8 +55,7 @@ def _angles(draft: Draft, spot: SpotLight) -> tuple[float, float] | None:
     seen = sight(spot.position, draft.extent)
     if seen is None:
         return None
-    to_light, distance, radius = seen
-    middle, spread = math.pi - angle(to_light, spot.axis), turn(distance, radius)
+    middle, spread = math.pi - angle(seen.direction, spot.axis), seen.turn
     return max(middle - spread, 0.0), min(middle + spread, math.pi)
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from pvphong.effects._bounds import highlight_change, widest_to_viewer
 from pvphong.effects._draft import Change, Draft, Effect, Note, decision, for_each_term, peak
-from pvphong.effects._extent import ROUNDED_UP, sight, turn
+from pvphong.effects._extent import ROUNDED_UP, sight
 from pvphong.equation import LightTerm
 from pvphong.lights import DirectionalLight, PointLight
 
@@ -18,10 +18,9 @@ def _leave_out(draft: Draft, term: LightTerm) -> Change:
     if not draft.allowance or not isinstance(light, PointLight) or tuple(light.attenuation) != (1.0, 0.0, 0.0):
         return None
     seen = sight(light.position, draft.extent)
-    if seen is None or seen[1] < 2 * seen[2]:
+    if seen is None or seen.distance < 2 * seen.radius:
         return None
-    (x, y, z), distance, radius = seen
-    delta = turn(distance, radius)
+    (x, y, z), delta = seen.direction, seen.turn
     bound = peak(term.diffuse) * delta
     if any(term.specular):
         most = widest_to_viewer(draft, (x, y, z), delta)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from pvphong.effects._bounds import angle, highlight_change, light_seen, strongest, viewer_seen, widest_to_viewer
 from pvphong.effects._draft import Decision, Draft, Effect, Note, peak
-from pvphong.effects._extent import ROUNDED_UP, sight, turn
+from pvphong.effects._extent import ROUNDED_UP, sight
 from pvphong.equation import LightTerm
 
 NAME = "local viewer"
@@ -20,16 +20,16 @@ def _leave_out(draft: Draft) -> Draft:
     if equation.eye is None or not equation.has_highlights or equation.is_flipped or not draft.allowance:
         return draft
     seen = sight(equation.eye, draft.extent)
-    if seen is None or seen[1] < 2 * seen[2]:
+    if seen is None or seen.distance < 2 * seen.radius:
         return draft
-    delta = turn(seen[1], seen[2])
+    delta = seen.turn
     bound = math.fsum(_change(draft, term, delta) for term in equation.terms if any(term.specular)) * ROUNDED_UP
     if not bound <= draft.allowance:
         return draft
     why = f"far away: its direction is the same to {bound:.2g}"
     return replace(
         draft,
-        equation=replace(equation, eye=None, to_eye=seen[0], local_facing=False),
+        equation=replace(equation, eye=None, to_eye=seen.direction, local_facing=False),
         notes=(*draft.notes, Note(NAME, "", why, bound, here=True)),
     )
 
@@ -61,7 +61,10 @@ def _leave_out_flip(draft: Draft) -> Draft:
     equation = draft.equation
     cone = draft.normal_cone if equation.is_flipped else None
     seen = viewer_seen(draft, equation.eye if equation.local_facing else None) if cone else None
-    if cone is None or seen is None or angle(cone[0], seen[0]) + cone[1] + seen[1] > math.pi / 2 - _SLACK:
+    if cone is None or seen is None:
+        return draft
+    (axis, opening), (v, spread) = cone, seen
+    if angle(axis, v) + opening + spread > math.pi / 2 - _SLACK:
         return draft
     note = Note("two-sided", "", "no vertex faces away from the viewer", here=True)
     return replace(draft, equation=replace(equation, two_sided=False), notes=(*draft.notes, note))

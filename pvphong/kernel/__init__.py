@@ -3,7 +3,7 @@
 Numba is an optional extra. It is imported when the kernel first runs, compiles then (seconds), and keeps what it
 compiled on disk where it can. What cannot be run here is declined, cheaply, and belongs to the reference:
 Numba is missing, component arrays are wanted, a light is of a kind that pvphong does not have, a scene coordinate
-lies beyond 2¹⁰⁰, or an attenuation or a matrix has an entry further than that from 1.
+lies beyond 2¹⁰⁰, an attenuation or a matrix has an entry further than that from 1, or a spot is brighter than that.
 
 The kernel differs from the reference by rounding alone. float32 results come from float32 arithmetic, geometry
 included: differences of positions have full relative precision however far the scene is from the origin, and a
@@ -15,7 +15,6 @@ from __future__ import annotations
 import functools
 import importlib.util
 import os
-import pickle
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any, ClassVar
@@ -90,7 +89,12 @@ def seconds_compiling(run: Callable[[], object]) -> float:
 
 
 def shade(
-    points: FloatArray, normals: FloatArray, equation: Equation, albedo: FloatArray | None, result: Shading
+    points: FloatArray,
+    normals: FloatArray,
+    equation: Equation,
+    albedo: FloatArray | None,
+    result: Shading,
+    whole: Equation | None = None,
 ) -> bool:
     """Evaluate the equation at every vertex into `result.rgb`, or decline.
 
@@ -108,17 +112,21 @@ def shade(
     result : Shading
         `rgb`, C-contiguous, is filled in: float32, float64, or uint8, which is float32 arithmetic rounded to
         0-255 for display.
+    whole : Equation, optional
+        The equation before a plan left out what does not reach these vertices; the same if not given. It decides
+        whether the kernel declines and the type in which vertices are read, for these are not to hang on where the
+        other vertices are.
 
     Returns
     -------
     bool
         False if the equation was declined and nothing was written.
     """
-    rgb = result.rgb
-    if result.base is not None or not rgb.flags.c_contiguous or not records.fits(equation) or not is_available():
+    rgb, whole = result.rgb, whole or equation
+    if result.base is not None or not rgb.flags.c_contiguous or not records.fits(whole) or not is_available():
         return False
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
-    read = [points] * equation.needs_points + [normals] * equation.needs_normals
+    read = [points] * whole.needs_points + [normals] * whole.needs_normals
     stored = np.result_type(real, *read)
     is_wide = stored != real
     settings = records.settings(equation, is_wide=is_wide, has_albedo=albedo is not None)
@@ -192,10 +200,10 @@ def _run(*arguments: Any) -> None:
     try:
         with _Process.one_at_a_time:
             compiled(*arguments)
-    except (OSError, EOFError, pickle.PickleError):
+    except Exception:  # of whatever kind a damaged file of kept code raises when it is read
         if not _Process.keeps_code:
             raise
-        _Process.keeps_code = False  # the folder for compiled code could not be used after all
+        _Process.keeps_code = False  # what is wrong with the arguments is wrong without kept code too
         _run(*arguments)
 
 

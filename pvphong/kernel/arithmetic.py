@@ -16,9 +16,9 @@ float64  log2(1 + t) = z·P(z²), P of degree 7,  2^r = 1 + r·Q(r), Q of
          z = t / (2 + t): 4e-18                 degree 10, |r| <= ½: 7e-18  1.5 · 2⁻⁵³ beside n·δd
 =======  =====================================  ==========================  ===========================
 
-Only here is LLVM allowed to contract a product and a sum into one rounding: polynomials gain from it, and no
-digit depends on two roundings. Everything else in the kernel is plain IEEE arithmetic, so that a vertex's bits
-depend neither on its place in a block nor on its neighbours.
+Only in these polynomials is LLVM free to contract a product and a sum into one rounding: no digit depends on two.
+Everything else in the kernel is plain IEEE arithmetic, with `multiply_add` where one rounding is wanted, so that a
+vertex's bits depend neither on its place in a block nor on its neighbours.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ from typing import Any, TypeVar, cast
 
 import numba
 import numpy as np
-from numba.extending import overload
+from llvmlite import ir
+from numba.extending import intrinsic, overload
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -51,6 +52,21 @@ def inlined(function: Function) -> Function:
 def contracted(function: Function) -> Function:
     """As `inlined`, with products and sums contracted."""
     return cast(Function, numba.njit(**_OPTIONS, forceinline=True, fastmath={"contract"})(function))
+
+
+@intrinsic
+def multiply_add(_typing: Any, a: Any, b: Any, c: Any) -> Any:  # noqa: ARG001 Numba wants them by name
+    """a·b + c for three numbers of one type, rounded once on processors that can do that as fast as twice.
+
+    Whether LLVM contracts a product and a sum by itself depends on the loop around them; here it does not.
+    """
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        kind = arguments[0].type
+        function = builder.module.declare_intrinsic("llvm.fmuladd", [kind], ir.FunctionType(kind, [kind] * 3))
+        return builder.call(function, arguments)
+
+    return a(a, a, a), generate
 
 
 _LOG32 = tuple(
@@ -89,14 +105,19 @@ _WHOLE32, _WHOLE64 = np.float32(1.5 * 2**23), 1.5 * 2**52
 _LEAST32, _LEAST64 = np.float32(-126.0), -1022.0
 
 
-def power(square: Any, exponent: Any, least: Any) -> Any:
-    """(1 − d)ⁿ for a chord's squared length |D|² = 2d and n = `exponent`, log2(1 − d) being at least `least`.
+def log2_power(square: Any, exponent: Any, least: Any) -> Any:
+    """n·log2(1 − d) for a chord's squared length |C|² = 2d and n = `exponent`, log2(1 − d) being at least `least`.
 
     All three in the same precision. (The floor is on the logarithm because 1 − floor would be rounded by far
     more than the floor's own last bit.) Where d >= 1 and `least` is infinite the result means nothing unless
-    n = 0; what would be below the least normal number comes out between 0 and twice that.
+    n = 0; it is never less than the least power of two that is a normal number.
     """
-    raise NotImplementedError  # compiled code gets one of the two functions below
+    raise NotImplementedError  # compiled code gets the function for its precision
+
+
+def exp2(y: Any) -> Any:
+    """2^y for what `log2_power` gives; what is less than twice the least normal number is roughly right."""
+    raise NotImplementedError  # compiled code gets the function for its precision
 
 
 @contracted
@@ -108,38 +129,57 @@ def _horner(t: Any, coefficients: Any) -> Any:
 
 
 @contracted
-def _power32(square: Any, exponent: Any, least: Any) -> Any:
+def _log2_power32(square: Any, exponent: Any, least: Any) -> Any:
     # Numba widens sums and shifts of int32 to int64; each is cut back at once, or vectors would be half as long.
     d = min(np.float32(0.5) * square, np.float32(1.0))
     bits = np.float32(np.float32(1.0) - d).view(np.int32)
     k = np.int32(np.int32(bits - _ROOT32) >> _MANTISSA32)
     m = np.int32(bits - np.int32(k << _MANTISSA32)).view(np.float32)
     t = -d if k == np.int32(0) else m - np.float32(1.0)  # the rounding of 1 − d matters near the peak alone
-    y = max(exponent * max(t * _horner(t, _LOG32) + np.float32(k), least), _LEAST32)
+    p = _horner(t * t, _LOG32[1::2]) + t * _horner(t * t, _LOG32[0::2])  # two short chains instead of a long one
+    return max(exponent * max(t * p + np.float32(k), least), _LEAST32)
+
+
+@contracted
+def _exp2_32(y: Any) -> Any:
     whole = y + _WHOLE32
     significand = np.float32(_horner(y - (whole - _WHOLE32), _EXP32)).view(np.int32)
     return np.int32(significand + np.int32(np.float32(whole).view(np.int32) << _MANTISSA32)).view(np.float32)
 
 
 @contracted
-def _power64(square: Any, exponent: Any, least: Any) -> Any:
+def _log2_power64(square: Any, exponent: Any, least: Any) -> Any:
     d = min(0.5 * square, 1.0)
     bits = np.float64(1.0 - d).view(np.int64)
     k = (bits - _ROOT64) >> _MANTISSA64
     m = np.int64(bits - (k << _MANTISSA64)).view(np.float64)
     t = -d if k == 0 else m - 1.0
     z = t / (2.0 + t)
-    y = max(exponent * max(z * _horner(z * z, _LOG64) + np.float64(k), least), _LEAST64)
+    return max(exponent * max(z * _horner(z * z, _LOG64) + np.float64(k), least), _LEAST64)
+
+
+@contracted
+def _exp2_64(y: Any) -> Any:
     whole = y + _WHOLE64
     significand = np.float64(_horner(y - (whole - _WHOLE64), _EXP64)).view(np.int64)
     return np.int64(significand + (np.float64(whole).view(np.int64) << _MANTISSA64)).view(np.float64)
 
 
-@overload(power, jit_options={"forceinline": True})
-def _power(square: Any, exponent: Any, least: Any) -> Any:  # noqa: ARG001 Numba matches the names
-    chosen = _power32 if square == numba.float32 else _power64
+@overload(log2_power, jit_options={"forceinline": True})
+def _log2_power(square: Any, exponent: Any, least: Any) -> Any:  # noqa: ARG001 Numba matches the names
+    chosen = _log2_power32 if square == numba.float32 else _log2_power64
 
     def implementation(square: Any, exponent: Any, least: Any) -> Any:
         return chosen(square, exponent, least)
+
+    return implementation
+
+
+@overload(exp2, jit_options={"forceinline": True})
+def _exp2(y: Any) -> Any:
+    chosen = _exp2_32 if y == numba.float32 else _exp2_64
+
+    def implementation(y: Any) -> Any:
+        return chosen(y)
 
     return implementation

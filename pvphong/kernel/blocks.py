@@ -15,11 +15,24 @@ import numba
 import numpy as np
 
 from pvphong.equation import BRIGHTEST
-from pvphong.kernel import ahead, arithmetic, colors, extremes, loading, passes, records, rescue, vectors
+from pvphong.kernel import (
+    ahead,
+    arithmetic,
+    colors,
+    extremes,
+    loading,
+    passes,
+    records,
+    rescue,
+    streaming,
+    sunlight,
+    vectors,
+)
 from pvphong.kernel import rows as at
 from pvphong.kernel.arithmetic import inlined, plain
 from pvphong.kernel.records import BLINN_PHONG, HEADLIGHT, NO_HIGHLIGHT, PHONG
 from pvphong.kernel.rows import BLOCK, GROUP, LINE
+from pvphong.kernel.vectors import in_type
 
 
 @numba.njit
@@ -35,13 +48,9 @@ def _load_normals(array: Any, start: int, count: int, s: Any, rows: Any, wide: A
     if s.turns_normals:
         loading.split(array, start, count, wide)
         loading.rotate_normals(s.normal_matrix, wide, rows)
-        good = loading.measure_normals(rows)
-    elif count == BLOCK:
-        good = loading.split_normals(array, start, rows)
     else:
         loading.split(array, start, count, rows[at.NX :])
-        good = loading.measure_normals(rows)
-    if not good:
+    if not loading.measure_normals(rows):
         rescue.rescue_normals(array, start, count, s.normal_matrix, s.turns_normals, rows)
         loading.measure_normals(rows)
 
@@ -60,7 +69,7 @@ def _load_points(array: Any, start: int, count: int, s: Any, rows: Any, wide: An
 def _in_two(rows: Any, position: Any) -> Any:
     """A float64 position as a sum of two numbers of the rows' type for each coordinate."""
     real = rows.dtype.type
-    x, y, z = real(position[0]), real(position[1]), real(position[2])
+    x, y, z = in_type(position, rows)
     return x, y, z, real(position[0] - x), real(position[1] - y), real(position[2] - z)
 
 
@@ -72,10 +81,11 @@ def _approach(position: Any, s: Any, rows: Any, wide: Any) -> bool:
         if passes.approach_wide(wide, x, y, z, rows):
             return False
         rescue.rescue_rays(wide, x, y, z, rows)
-        return True
-    if passes.approach(rows, *_in_two(rows, position)):
-        return False
-    rescue.rescue_rays(rows[at.PX :], x, y, z, rows)
+    else:
+        if passes.approach(rows, *_in_two(rows, position)):
+            return False
+        rescue.rescue_rays(rows[at.PX :], x, y, z, rows)
+    passes.measure_rays(rows)
     return True
 
 
@@ -86,29 +96,28 @@ def _find_strength(t: Any, is_rescued: bool, rows: Any) -> None:
     if is_rescued:
         rescue.mend_strength(rows, t.constant, t.linear, t.quadratic, t.gain, t.on_light)
     if t.has_cone:
-        axis = t.axis
-        passes.find_cone(rows, real(axis[0]), real(axis[1]), real(axis[2]), real(t.edge))
+        passes.find_cone(rows, *in_type(t.axis, rows), real(t.edge))
         passes.raise_shine(rows, real(t.exponent), real(-np.inf), real(t.dark))
         passes.apply_cone(rows)
     if t.has_ambient:
-        ambient = t.ambient
-        passes.add_strength(rows, real(ambient[0]), real(ambient[1]), real(ambient[2]))
+        passes.add_strength(rows, *in_type(t.ambient, rows))
 
 
 @inlined
-def _find_lambert(t: Any, s: Any, rows: Any, wide: Any) -> None:
-    """Factors of a light without highlights."""
-    real = rows.dtype.type
+def _add_dull(t: Any, s: Any, rows: Any, wide: Any) -> None:
+    """Add the light of one that has no highlights."""
+    color = in_type(t.diffuse, rows)
     if t.is_parallel:
-        l = t.position
-        passes.lambert_parallel(rows, real(l[0]), real(l[1]), real(l[2]))
-        return
-    if not (t.varies or s.is_wide) and passes.lambert_near(rows, *_in_two(rows, t.position)):
+        passes.add_parallel(rows, *color, *in_type(t.position, rows))
         return
     is_rescued = _approach(t.position, s, rows, wide)
     if t.varies:
         _find_strength(t, is_rescued, rows)
-    passes.lambert(rows)
+        passes.lambert(rows)
+        passes.apply_strength(rows)
+        passes.add_matt(rows, *color)
+    else:
+        passes.add_lambert(rows, *color)
 
 
 @inlined
@@ -117,13 +126,8 @@ def _find_highlight(t: Any, s: Any, rows: Any, wide: Any) -> bool:
     real = rows.dtype.type
     dark = real(s.dark)
     if t.is_parallel:
-        l = t.position
-        passes.fill(rows[at.DX :], real(l[0]), real(l[1]), real(l[2]))
-    elif t.highlight == PHONG and not (t.varies or s.is_wide):
-        good, shines = passes.phong_near(rows, dark, *_in_two(rows, t.position))
-        if good:
-            return shines
-        _approach(t.position, s, rows, wide)
+        passes.fill(rows[at.DX :], *in_type(t.position, rows))
+        passes.measure_rays(rows)
     else:
         is_rescued = _approach(t.position, s, rows, wide)
         if t.varies:
@@ -143,24 +147,33 @@ def _add_light(t: Any, s: Any, has_unseen: bool, has_albedo: bool, rows: Any, wi
         if t.varies:
             _find_strength(t, _approach(t.position, s, rows, wide), rows)
         return
-    shines = False
-    if t.highlight != NO_HIGHLIGHT:
-        shines = _find_highlight(t, s, rows, wide)
-    else:
-        _find_lambert(t, s, rows, wide)
+    if t.highlight == NO_HIGHLIGHT:
+        _add_dull(t, s, rows, wide)
+        return
+    shines = _find_highlight(t, s, rows, wide)
     if shines:
         passes.raise_shine(rows, real(s.shininess), real(s.log_floor), real(s.dark))
         if has_unseen and t.highlight != HEADLIGHT:
             rescue.hide_unseen(rows)
     if t.varies:
         passes.apply_strength(rows)
-    d, k = t.diffuse, t.specular
     if shines and not has_albedo:
-        passes.add_both(rows, real(d[0]), real(d[1]), real(d[2]), real(k[0]), real(k[1]), real(k[2]))
+        passes.add_both(rows, *in_type(t.diffuse, rows), *in_type(t.specular, rows))
         return
-    passes.add_matt(rows, real(d[0]), real(d[1]), real(d[2]))
+    passes.add_matt(rows, *in_type(t.diffuse, rows))
     if shines:
-        passes.add_highlight(rows, real(k[0]), real(k[1]), real(k[2]))
+        passes.add_highlight(rows, *in_type(t.specular, rows))
+
+
+@inlined
+def _shine(normals: Any, first: int, s: Any, t: Any, rgb: Any, rows: Any, streams: bool) -> bool:
+    """Light a whole block by one dull sun; whether that was possible."""
+    if streams:
+        good = sunlight.shine_on(normals, first, s, t, rows[at.JOINED :], 0)
+        if good:
+            streaming.stream(rows[at.JOINED :], rgb, first)
+        return good
+    return len(rgb) > 0 and sunlight.shine_on(normals, first, s, t, rgb, first)
 
 
 @plain
@@ -181,14 +194,16 @@ def _shade_group(
     real = rgb.dtype.type
     has_albedo, has_unseen = len(albedo) > 0, False
     is_even = not (s.needs_normals or s.needs_points or has_albedo)
-    base, emission, axis = s.base, s.emission, s.to_eye
-    passes.fill(rows[at.VX :], real(axis[0]), real(axis[1]), real(axis[2]))
-    passes.fill(rows[at.AX :], real(axis[0]), real(axis[1]), real(axis[2]))
+    streams = s.is_dull and not is_even and streaming.pays(rgb)
+    passes.fill(rows[at.VX :], *in_type(s.to_eye, rows))
+    passes.fill(rows[at.AX :], *in_type(s.to_eye, rows))
     for first in range(start, stop, BLOCK):
         count = min(stop - first, BLOCK)
         if is_even and first > start:  # every block is like the first one
             colors.repeat(rgb, start, first, min(count, len(rgb)))
             colors.repeat(display, start, first, min(count, len(display)))
+            continue
+        if s.is_sunlit and count == BLOCK and _shine(normals, first, s, terms[0], rgb, rows, streams):
             continue
         if s.needs_normals:
             _load_normals(normals, first, count, s, rows, wide)
@@ -202,23 +217,30 @@ def _shade_group(
                 passes.turn_to_viewer(rows)
             else:
                 passes.turn_to_axis(rows)
-        passes.fill(rows, real(base[0]), real(base[1]), real(base[2]))
+        if s.has_phong:
+            passes.face(rows)
+        passes.fill(rows, *in_type(s.base, rows))
         if has_albedo:
-            passes.fill(rows[at.HR :], real(emission[0]), real(emission[1]), real(emission[2]))
+            passes.fill(rows[at.HR :], *in_type(s.emission, rows))
         for turn, t in enumerate(terms):
-            ahead.ask(turn, first + BLOCK, points, normals, rgb, display)
+            ahead.ask(turn + streams, first + BLOCK, points, normals, rgb, display)  # not for colours that stream
             _add_light(t, s, has_unseen, has_albedo, rows, wide)
         if has_albedo:
             loading.split(albedo, first, count, rows[at.ALBEDO_R :])
             colors.tint(rows)
-        if len(rgb):
+        if streams and count == BLOCK:
+            colors.join(rows, real(s.low), real(s.high), rows[at.JOINED :], 0, count)
+            streaming.stream(rows[at.JOINED :], rgb, first)
+        elif len(rgb):
             colors.join(rows, real(s.low), real(s.high), rgb, first, count)
         if len(display):
             colors.join_bytes(rows, display, first, count)
+    if streams:
+        streaming.finish()
 
 
 def _checksum() -> int:
-    files = (at, arithmetic, vectors, loading, ahead, passes, rescue, colors, extremes, records)
+    files = (at, arithmetic, vectors, loading, ahead, streaming, sunlight, passes, rescue, colors, extremes, records)
     try:
         sources = [inspect.getsource(file) for file in files]
     except OSError as error:

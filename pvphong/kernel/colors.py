@@ -22,6 +22,12 @@ def _reflectance(albedo: Any) -> Any:
     return min(albedo, _ONE) if albedo > _ZERO else _ZERO
 
 
+@inlined
+def clipped(intensity: Any, low: Any, high: Any) -> Any:
+    """In [low, high], for all but NaN."""
+    return min(max(intensity, low), high)
+
+
 @plain
 def tint(rows: Any) -> None:
     """Colour times albedo plus highlights."""
@@ -36,9 +42,9 @@ def join(rows: Any, low: Any, high: Any, rgb: Any, start: int, count: int) -> No
     """Colours, clipped to [low, high], one after the other."""
     part = rgb[3 * start : 3 * (start + count)]
     for i in range(count):
-        part[3 * i] = min(max(rows[at.R + i], low), high)
-        part[3 * i + 1] = min(max(rows[at.G + i], low), high)
-        part[3 * i + 2] = min(max(rows[at.B + i], low), high)
+        part[3 * i] = clipped(rows[at.R + i], low, high)
+        part[3 * i + 1] = clipped(rows[at.G + i], low, high)
+        part[3 * i + 2] = clipped(rows[at.B + i], low, high)
 
 
 @plain
@@ -52,8 +58,8 @@ def repeat(array: Any, source: int, target: int, count: int) -> None:
 @inlined
 def _byte(intensity: Any) -> Any:
     """0-255 for an intensity clipped to [0, 1]: the nearest, and of two equally near the even one."""
-    clipped = min(max(np.float32(intensity), _ZERO), _ONE)
-    return np.uint8(np.float32(clipped * np.float32(255.0) + _WHOLE).view(np.int32))
+    fraction = clipped(np.float32(intensity), _ZERO, _ONE)
+    return np.uint8(np.float32(fraction * np.float32(255.0) + _WHOLE).view(np.int32))
 
 
 @plain

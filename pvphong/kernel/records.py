@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,9 @@ SETTINGS = np.dtype(
         ("moves_points", "?"),
         ("turns_normals", "?"),
         ("is_wide", "?"),
+        ("is_dull", "?"),
+        ("is_sunlit", "?"),
+        ("has_phong", "?"),
         ("eye", "3f8"),
         ("to_eye", "3f8"),
         ("matrix", "(3,4)f8"),
@@ -42,7 +46,9 @@ SETTINGS = np.dtype(
     ],
     align=True,
 )
-"""What all lights share. `log_floor`: log2 of `floor`. `dark`: from this squared chord on, a highlight is 0."""
+"""What all lights share. `is_dull`: none has highlights. `is_sunlit`: there is just one, dull and parallel, no albedo,
+and normals are used as they come. `has_phong`: some light has Phong's highlights. `log_floor`: log2 of `floor`.
+`dark`: from this squared chord on, a highlight is 0."""
 
 TERM = np.dtype(
     [
@@ -69,12 +75,16 @@ TERM = np.dtype(
     align=True,
 )
 """One light. `position`: for parallel light the unit vector towards it. `varies`: whether its strength is taken
-at each vertex; else the strength is in the colours. `on_light`: what a vertex on the light gets of its strength."""
+at each vertex; what of it is the same everywhere is in the colours. `on_light`: what a vertex on the light gets of its
+strength."""
 
 # Larger scene coordinates, and coefficients further from 1, are left to the reference: float32 could not hold
 # their products. (Vertices may be anywhere.)
 _LARGEST, _SMALLEST = 2.0**100, 2.0**-100
 
+
+_KINDS = (DirectionalLight, PointLight, SpotLight)
+_LAMPS = (PointLight, SpotLight)
 
 _ORIGIN = (0.0, 0.0, 0.0)
 _NO_MATRIX: tuple[Any, float, Any] = (((0.0,) * 4,) * 3, 1.0, ((0.0,) * 3,) * 3)
@@ -82,17 +92,28 @@ _NO_MATRIX: tuple[Any, float, Any] = (((0.0,) * 4,) * 3, 1.0, ((0.0,) * 3,) * 3)
 
 def fits(equation: Equation) -> bool:
     """Whether compiled code can take the equation: known lights, and numbers within its range."""
-    numbers = [value for term in equation.terms for value in _coefficients(term.light)]
+    lights = [term.light for term in equation.terms]
+    if not all(type(light) in _KINDS for light in lights):
+        return False
+    numbers = [value for light in lights for value in _coefficients(light)]
     if equation.matrix is not None:
         matrix = equation.matrix
         if matrix[3, :3].any() or matrix[3, 3] == 0.0:
             return False  # the reference says what is wrong with it
         numbers += np.abs(matrix).ravel().tolist()
-    positions = [x for term in equation.terms for x in _position(term.light)] + list(equation.eye or ())
+    positions = [x for light in lights for x in _position(light)] + list(equation.eye or ())
     return (
-        all(isinstance(term.light, DirectionalLight | PointLight | SpotLight) for term in equation.terms)
-        and all(x == 0.0 or _SMALLEST <= x <= _LARGEST for x in numbers)
+        all(x == 0.0 or _SMALLEST <= x <= _LARGEST for x in numbers)
         and all(abs(x) <= _LARGEST for x in positions)
+        and not any(_is_glaring(term) for term in equation.terms)
+    )
+
+
+def _is_glaring(term: LightTerm) -> bool:
+    """Whether a spot's strength would be cut off at `BRIGHTEST` before its falloff brings it down again."""
+    light = term.light
+    return (
+        isinstance(light, SpotLight) and bool(light.exponent) and term.gain > BRIGHTEST * (light.attenuation[0] or 1.0)
     )
 
 
@@ -108,6 +129,9 @@ def settings(equation: Equation, *, is_wide: bool, has_albedo: bool) -> NDArray[
         if isinstance(term.light, DirectionalLight):
             base = _plus(base, _times(term.ambient, min(term.gain, BRIGHTEST)))
     floor = equation.cosine_floor
+    highlights = {_highlight(term, equation) for term in equation.terms}
+    is_dull = highlights <= {NO_HIGHLIGHT}
+    turns_normals = normals_matrix is not _NO_MATRIX[2]
     record = {
         "needs_normals": equation.needs_normals,
         "needs_points": equation.needs_points,
@@ -115,8 +139,16 @@ def settings(equation: Equation, *, is_wide: bool, has_albedo: bool) -> NDArray[
         "is_flipped": equation.is_flipped,
         "has_local_facing": equation.local_facing,
         "moves_points": equation.matrix is not None,
-        "turns_normals": normals_matrix is not _NO_MATRIX[2],
+        "turns_normals": turns_normals,
         "is_wide": is_wide or equation.matrix is not None,
+        "is_dull": is_dull,
+        "is_sunlit": (
+            is_dull
+            and [type(term.light) for term in equation.terms] == [DirectionalLight]
+            and equation.needs_normals
+            and not (turns_normals or equation.is_flipped or has_albedo)
+        ),
+        "has_phong": PHONG in highlights,
         "eye": equation.eye or _ORIGIN,
         "to_eye": equation.to_eye,
         "matrix": matrix,
@@ -142,19 +174,20 @@ def terms(equation: Equation) -> NDArray[Any]:
 def _records(kind: np.dtype[Any], values: list[dict[str, Any]]) -> NDArray[Any]:
     """Records of a type from the values of their fields: a field at a time would take several times as long."""
     assert kind.names is not None
-    return np.array([tuple(record[name] for name in kind.names) for record in values], kind)
+    return np.array(list(map(itemgetter(*kind.names), values)), kind)
 
 
 def _term(term: LightTerm, equation: Equation) -> dict[str, Any]:
     light = term.light
+    constant, linear, quadratic = _coefficients(light)
     record: dict[str, Any] = {
-        "is_parallel": isinstance(light, DirectionalLight),
+        "is_parallel": False,
         "varies": False,
-        "has_cone": isinstance(light, SpotLight),
+        "has_cone": False,
         "has_ambient": False,
         "needs_normals": any(term.diffuse) or any(term.specular),
         "highlight": _highlight(term, equation),
-        "position": light.towards if isinstance(light, DirectionalLight) else _position(light),
+        "position": _position(light),
         "axis": _ORIGIN,
         "edge": 0.0,
         "exponent": 0.0,
@@ -165,28 +198,35 @@ def _term(term: LightTerm, equation: Equation) -> dict[str, Any]:
         "gain": 1.0,
         "on_light": 1.0,
     }
-    strength = min(term.gain, BRIGHTEST)
-    if not record["is_parallel"]:
-        record |= _attenuated(term)
-        strength = 1.0 if record["varies"] else min(term.gain / record["constant"], BRIGHTEST)
+    if isinstance(light, DirectionalLight):
+        record |= {"is_parallel": True, "position": light.to_light}
+    elif linear or quadratic or any(term.ambient):
+        record |= {"varies": True, "has_ambient": any(term.ambient)}
     if isinstance(light, SpotLight):
         record |= _cone(light)
-    return record | {name: _times(getattr(term, name), strength) for name in ("ambient", "diffuse", "specular")}
+    if linear or quadratic:
+        record |= _attenuated(term)
+        strength = 1.0
+    else:  # in its colours also for a spot: these are the bits of the point light that a plan may make of it
+        strength = min(term.gain / constant, BRIGHTEST)
+    return record | {
+        "ambient": _times(term.ambient, strength),
+        "diffuse": _times(term.diffuse, strength),
+        "specular": _times(term.specular, strength),
+    }
 
 
 def _attenuated(term: LightTerm) -> dict[str, Any]:
-    """What only a light with a position has.
+    """Strength by distance.
 
     The gain is brought between 2^-21 and 2^100, and the rest of it goes into the coefficients, which may leave
     float32's range for that. Where they sum to 0 or less than a normal number, the strength is beyond `BRIGHTEST`;
     where they are infinite, it is below 2^-60.
     """
     constant, linear, quadratic = _coefficients(term.light)
-    exponent, has_ambient = math.frexp(term.gain)[1], any(term.ambient)
+    exponent = math.frexp(term.gain)[1]
     excess = 2.0 ** (exponent - min(max(exponent, -20), 100))
     return {
-        "has_ambient": has_ambient,
-        "varies": bool(linear or quadratic or has_ambient) or isinstance(term.light, SpotLight),
         "constant": constant / excess,
         "linear": linear / excess,
         "quadratic": quadratic / excess,
@@ -196,6 +236,8 @@ def _attenuated(term: LightTerm) -> dict[str, Any]:
 
 def _cone(light: SpotLight) -> dict[str, Any]:
     return {
+        "has_cone": True,
+        "varies": True,
         "on_light": float(light.cone_angle == 90.0 and light.exponent == 0.0),
         "axis": light.axis,
         "edge": 4.0 * math.sin(math.radians(light.cone_angle) / 2.0) ** 2,
@@ -227,14 +269,14 @@ def _exponent(value: float) -> float:
 
 
 def _position(light: Light) -> Vector:
-    if isinstance(light, PointLight | SpotLight):
+    if isinstance(light, _LAMPS):
         x, y, z = light.position
         return x, y, z
     return _ORIGIN
 
 
 def _coefficients(light: Light) -> Vector:
-    if isinstance(light, PointLight | SpotLight):
+    if isinstance(light, _LAMPS):
         constant, linear, quadratic = light.attenuation
         return constant, linear, quadratic
     return 1.0, 0.0, 0.0

@@ -21,6 +21,9 @@ from pvphong.kernel.vectors import is_moderate, square_of
 # In the place of an exponent: the vertex is not finite.
 _LOST = 100_000
 
+# The power of two of a number that is 0.
+_NONE = -100_000
+
 # Makes room for sums of coordinates as large as float64 can hold; a power of two, so that it changes no bit.
 _SMALLER = 2.0**-300
 
@@ -54,6 +57,26 @@ def _product(matrix: Any, x: float, y: float, z: float) -> tuple[float, float, f
 
 
 @inlined
+def _wide_sum(a: Any, x: float, y: float, z: float) -> tuple[float, int]:
+    """A row of a matrix times a vector, as a number and a power of two that it is to be multiplied by."""
+    (ax, i), (ay, j), (az, k) = math.frexp(a[0]), math.frexp(a[1]), math.frexp(a[2])
+    (x, p), (y, q), (z, r) = math.frexp(x), math.frexp(y), math.frexp(z)
+    x, y, z = ax * x, ay * y, az * z
+    i, j, k = i + p if x else _NONE, j + q if y else _NONE, k + r if z else _NONE
+    top = max(i, max(j, k))
+    return math.ldexp(x, i - top) + math.ldexp(y, j - top) + math.ldexp(z, k - top), top
+
+
+@plain
+def _wide_product(matrix: Any, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """A matrix times a vector over a power of two: also where numbers that matter would underflow or overflow."""
+    (u, i), (v, j), (w, k) = _wide_sum(matrix[0], x, y, z), _wide_sum(matrix[1], x, y, z), _wide_sum(matrix[2], x, y, z)
+    i, j, k = i if u else _NONE, j if v else _NONE, k if w else _NONE
+    top = max(i, max(j, k))
+    return math.ldexp(u, i - top), math.ldexp(v, j - top), math.ldexp(w, k - top)
+
+
+@inlined
 def _vector(array: Any, start: int, count: int, i: int) -> tuple[float, float, float]:
     """The vector that `split` put at i."""
     k = 3 * (start + min(i, count - 1))
@@ -67,10 +90,9 @@ def rescue_normals(array: Any, start: int, count: int, matrix: Any, is_turned: b
         if is_moderate(square_of(rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i])):
             continue
         x, y, z = _vector(array, start, count, i)
+        if is_turned and _is_finite(x, y, z):
+            x, y, z = _wide_product(matrix, x, y, z)
         x, y, z = _rescaled(x, y, z)
-        if is_turned:
-            x, y, z = _product(matrix, x, y, z)
-            x, y, z = _rescaled(x, y, z)
         rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i] = x, y, z
 
 

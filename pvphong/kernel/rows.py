@@ -21,9 +21,15 @@ COSINE, SHINE, STRENGTH = range(6 * BLOCK, 9 * BLOCK, BLOCK)
 # Points p; normals n, with 1/|n|.
 PX, PY, PZ, NX, NY, NZ, INVERSE = range(9 * BLOCK, 16 * BLOCK, BLOCK)
 
-# Unit vectors v to the viewer; the axis to the viewer; ways D to a light or to the eye, with the powers of two
-# that were taken out of them where any of them was rescued.
-VX, VY, VZ, AX, AY, AZ, DX, DY, DZ, EXPONENT = range(16 * BLOCK, 26 * BLOCK, BLOCK)
+# Unit vectors v to the viewer, with n·v; the axis to the viewer.
+VX, VY, VZ, FACING, AX, AY, AZ = range(16 * BLOCK, 23 * BLOCK, BLOCK)
 
-# Albedo; and the length of all rows.
-ALBEDO_R, ALBEDO_G, ALBEDO_B, ROWS = range(26 * BLOCK, 30 * BLOCK, BLOCK)
+# Ways D to a light or to the eye, with 1/|D|, and with the powers of two that were taken out of them where any of
+# them was rescued.
+DX, DY, DZ, NEARNESS, EXPONENT = range(23 * BLOCK, 28 * BLOCK, BLOCK)
+
+# Albedo.
+ALBEDO_R, ALBEDO_G, ALBEDO_B = range(28 * BLOCK, 31 * BLOCK, BLOCK)
+
+# Colours, one after the other, on their way out; and the length of all rows.
+JOINED, ROWS = 31 * BLOCK, 34 * BLOCK

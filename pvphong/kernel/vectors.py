@@ -1,4 +1,4 @@
-"""Squared lengths of vectors, and which of them a loop may use as they come."""
+"""Dot products and lengths of vectors, and which of them a loop may use as they come."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pvphong.kernel.arithmetic import inlined
+from pvphong.kernel.arithmetic import inlined, multiply_add
 
 _ONE = np.float32(1.0)
 
@@ -18,15 +18,28 @@ ZERO_SQUARE = np.float32(2.0**-126)
 
 
 @inlined
+def in_type(vector: Any, rows: Any) -> tuple[Any, Any, Any]:
+    """A vector or colour of a record, in the type of rows."""
+    real = rows.dtype.type
+    return real(vector[0]), real(vector[1]), real(vector[2])
+
+
+@inlined
 def is_moderate(square: Any) -> bool:
     """Whether a vector of that squared length needs no rescue; False for NaN."""
     return (square >= _LEAST_SQUARE) & (square <= _MOST_SQUARE)  # `and` would be a branch
 
 
 @inlined
+def dot(ax: Any, ay: Any, az: Any, bx: Any, by: Any, bz: Any) -> Any:
+    """Dot product, summed in the order x, y, z; not fused, for what cancels exactly is to be 0."""
+    return ax * bx + ay * by + az * bz
+
+
+@inlined
 def square_of(x: Any, y: Any, z: Any) -> Any:
     """Squared length, summed in the order x, y, z."""
-    return x * x + y * y + z * z
+    return multiply_add(z, z, multiply_add(y, y, x * x))
 
 
 @inlined

@@ -50,10 +50,10 @@ class DirectionalLight(Light):
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:  # noqa: ARG002 the same everywhere
         """The direction against the light's travel, shape (3, 1), and strength 1."""
-        return Arrival(np.array(self.towards, dtype=real)[:, None], 1.0)
+        return Arrival(np.array(self.to_light, dtype=real)[:, None], 1.0)
 
     @cached_property
-    def towards(self) -> Vector:
+    def to_light(self) -> Vector:
         """Unit vector to the light, in its own frame."""
         x, y, z = unit_vector(self.direction)
         return -x, -y, -z

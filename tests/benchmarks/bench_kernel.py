@@ -3,7 +3,8 @@
 Every workload is measured as a ratio to `np.add(a, b, out=out)` on (n, 3) float32 arrays, which is what the memory
 allows NumPy, and to the textbook's formula. All are measured in turns, so that a busy machine slows them down
 alike, and the least time of each counts; processor time on one thread is what a busy machine changes least. The
-targets are for two cores that have nothing else to do.
+targets are for two cores that have nothing else to do. Whether they had is told by how much faster two threads are
+than one; a machine that is shared is at times slow for seconds, so the repeats are spread over the whole run.
 """
 
 import subprocess
@@ -29,8 +30,11 @@ from pvphong.shading import Shading
 from pvphong.viewer import Viewer
 
 COUNT = 1_000_000
-REPEATS = 40
+REPEATS = 200
+BURSTS = 5
+FEW_REPEATS = 40
 TURNS = 8
+STREAMED = (3_000_000, 6_000_000)
 SIZES = (100_000, 1_000_000, 10_000_000, 50_000_000)
 
 DULL = Material(ambient=0.1, diffuse=(0.6, 0.5, 0.4))
@@ -85,10 +89,13 @@ def scene_of(*lights):
 BLINN_PHONG = replace(scene_of(*LAMPS), light_model=LightModel(reflection="blinn-phong"))
 
 
-def compiled(arrays, scene, material, real, planned=False):
-    """A call of the kernel, without its plan unless that is asked for; `.plan` tells what is expected of it."""
+def compiled(arrays, scene, material, real, planned=False, streamed=True):
+    """A call of the kernel, without its plan unless that is asked for; `.plan` tells what is expected of it.
+
+    Colours that do not begin where a vector may begin are written through the caches, however many they are.
+    """
     points, normals = arrays
-    out = Shading(np.empty(points.shape, real))
+    out = Shading(np.empty(points.size + 1, real)[0 if streamed else 1 :][: points.size].reshape(points.shape))
     equation = assemble(scene, material, None)
 
     def run():
@@ -164,17 +171,37 @@ def targets(least, book):
 
 
 def measure_growth():
-    """Nanoseconds per vertex on one thread, by number of vertices; in turns, each with its caches as it leaves them."""
+    """Nanoseconds of processor time per vertex on one thread, by number of vertices; the least of some turns.
+
+    In each turn every size shades as many vertices in all, so that a busy machine meets all of them alike.
+    """
     result = dict.fromkeys(SIZES, float("inf"))
     few = vertices(SIZES[0], np.float32)
     calls = {
         count: compiled(tuple(np.resize(array, (count, 3)) for array in few), scene_of(*LAMPS), SHINY, np.float32)
         for count in SIZES
     }
+    threads = numba.get_num_threads()
+    numba.set_num_threads(1)
     for _ in range(TURNS):
         for count, call in calls.items():
-            seconds = least_times_alone({"it": call}, max(1, 2_000_000 // count))["it"]
-            result[count] = min(result[count], seconds / count * 1e9)
+            call()
+            start = time.thread_time()
+            for _ in range(SIZES[-1] // count):
+                call()
+            result[count] = min(result[count], (time.thread_time() - start) / SIZES[-1] * 1e9)
+    numba.set_num_threads(threads)
+    return result
+
+
+def measure_streaming():
+    """Time of colours written past the caches over that of the same through them, by number of vertices."""
+    result = {}
+    for count in STREAMED:
+        small = vertices(count, np.float32)
+        calls = {how: compiled(small, scene_of(SUN), DULL, np.float32, streamed=how) for how in (True, False)}
+        least = least_times(calls, FEW_REPEATS)
+        result[count] = least[True] / least[False]
     return result
 
 
@@ -225,18 +252,34 @@ def targets_table(rows):
 def main():
     count = int(float(sys.argv[1])) if len(sys.argv) > 1 else COUNT
     console = Console()
-    calls = workloads(count)
-    least, alone = least_times(calls, REPEATS), least_times_alone(calls, REPEATS)
+    calls, bursts = workloads(count), []
+
+    def burst():
+        bursts.append(least_times(calls, REPEATS // BURSTS))
+
+    burst()
+    alone = least_times_alone(calls, FEW_REPEATS)
+    burst()
     arrays = vertices(count)
     book = least_times({"it": lambda: textbook(*arrays, scene_of(*LAMPS), SHINY)}, 3)["it"]
+    burst()
+    first_call = measure_first_call()
+    peaks = {stored: measure_peak(stored) for stored in ("float32", "float64")}
+    burst()
+    growth, streaming = measure_growth(), measure_streaming()
+    burst()
+    least = {name: min(times[name] for times in bursts) for name in calls}
     rows = targets(least, book)
-    rows.append(("first call over second, seconds", measure_first_call(), 0.6, False))
-    for stored in ("float32", "float64"):
-        rows.append((f"peak memory, {MANY / 1e6:g} M vertices in {stored}, MiB", measure_peak(stored), 32.0, False))
-    growth = measure_growth()
+    rows.append(("first call over second, seconds", first_call, 0.6, False))
+    for stored, peak in peaks.items():
+        rows.append((f"peak memory, {MANY / 1e6:g} M vertices in {stored}, MiB", peak, 32.0, False))
     rows.append(("ns per vertex, largest over least", max(growth.values()) / min(growth.values()), 1.15, False))
     console.print(times_table(calls, least, alone, book, count))
     console.print("One thread: " + ", ".join(f"{n:,} vertices {ns:.2f} ns each" for n, ns in growth.items()))
+    ratios = ", ".join(f"{n:,} vertices {ratio:.2f}" for n, ratio in streaming.items())
+    sooner = alone["3 lamps, highlights"] / least["3 lamps, highlights"]
+    console.print(f"3 lamps, highlights: two threads are {sooner:.2f} times as fast as one")
+    console.print(f"1 sun, past the caches over through them: {ratios}")
     console.print(targets_table(rows))
 
 

@@ -52,7 +52,7 @@ def naive_spot_factor(self, to_light):
     return np.where(cosine >= edge, np.maximum(cosine, 0) ** to_light.dtype.type(self.exponent), 0)
 
 
-def naive_cosine(surface, equation, to_light):
+def naive_cosine(surface, equation, to_light, *_):
     """r·v or n·h."""
     v = surface.to_viewer
     if equation.reflection == "phong":

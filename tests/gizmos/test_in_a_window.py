@@ -20,8 +20,10 @@ LAMP, SPOT, GUEST = 0, 1, 2
 @pytest.fixture(scope="module")
 def display():
     ready, tell = os.pipe()
+    # VTK connects once to see whether it can; a server that then resets, because that was its only client, may refuse
+    # the window.
     server = subprocess.Popen(
-        ["Xvfb", "-displayfd", str(tell), "-screen", "0", "1024x768x24", "-nolisten", "tcp"],
+        ["Xvfb", "-displayfd", str(tell), "-screen", "0", "1024x768x24", "-nolisten", "tcp", "-noreset"],
         pass_fds=[tell],
         stderr=subprocess.DEVNULL,
     )

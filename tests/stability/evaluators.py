@@ -41,6 +41,11 @@ class Evaluator:
     precision: str
 
     @property
+    def name(self) -> str:
+        """As the ledger has it."""
+        return {"numpy": "reference", "numba": "kernel"}[self.backend]
+
+    @property
     def real(self) -> Any:
         return np.dtype(self.precision).type
 
@@ -62,7 +67,7 @@ class Evaluator:
             return evaluate(points, normals, scene, material, **options)
 
     def record(self, row: str, observed: Any, bound: Any) -> None:
-        record(row, {"numpy": "reference", "numba": "kernel"}[self.backend], self.precision, observed, bound)
+        record(row, self.name, self.precision, observed, bound)
 
     def __str__(self) -> str:
         return f"{self.precision}-{self.backend}"

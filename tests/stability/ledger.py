@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,17 +19,43 @@ V = 2.0**-24
 
 @dataclass(frozen=True)
 class Entry:
-    """The worst of one measurement: `ratio` is observed / bound, and must not exceed 1."""
+    """The worst of one measurement: `ratio` is observed / bound, and must not exceed 1.
+
+    Where nothing is measured `bound` is a promise in words, such as ``"raises ValueError"``, and `ratio` None if it
+    was kept.
+    """
 
     row: str
     evaluator: str
     precision: str
     observed: float
-    bound: float
-    ratio: float
+    bound: float | str
+    ratio: float | None
 
 
 entries: list[Entry] = []
+
+
+@contextmanager
+def held(promise: str, row: str, evaluator: str, precision: str = "any") -> Iterator[None]:
+    """Note whether the block, which tests a promise that has no measure, passed; its failure goes on."""
+    try:
+        yield
+    except BaseException:
+        entries.append(Entry(row, evaluator, precision, math.nan, promise, math.inf))
+        raise
+    entries.append(Entry(row, evaluator, precision, math.nan, promise, None))
+
+
+def same_bits(row: str, evaluator: str, precision: str, observed: ArrayLike, expected: ArrayLike) -> None:
+    """Note how many numbers of two arrays differ in a bit, and fail if one does."""
+    a, b = np.asarray(observed), np.asarray(expected)
+    assert (a.shape, a.dtype) == (b.shape, b.dtype), f"row {row}: {a.dtype} {a.shape} is no {b.dtype} {b.shape}"
+    assert a.size, f"row {row}: nothing was compared"
+    bits = [np.frombuffer(array.tobytes(), np.uint8).reshape(array.size, array.itemsize) for array in (a, b)]
+    different = int(np.count_nonzero((bits[0] != bits[1]).any(axis=1)))
+    entries.append(Entry(row, evaluator, precision, different, "same bits", math.inf if different else 0.0))
+    assert not different, f"row {row}, {evaluator} in {precision}: {different} of {a.size} numbers differ"
 
 
 def record(row: str, evaluator: str, precision: str, observed: ArrayLike, bound: ArrayLike) -> None:

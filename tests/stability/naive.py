@@ -39,3 +39,9 @@ def shade(points: Any, normals: Any, position: Any, eye: Any, material: Any, rea
     n_dot_l = np.maximum(dot(n, to_light), 0)
     specular = lobe(n, to_light, v, material.shininess) * (n_dot_l > 0)
     return real(material.diffuse) * n_dot_l + real(material.specular) * specular
+
+
+def least_excess(errors: Any, bounds: Any) -> float:
+    """Observed / bound of the sample that a naive formula does best; an error that is NaN counts as infinite."""
+    assert len(errors), "nothing was measured"
+    return float(np.min(np.where(np.isnan(errors), np.inf, errors) / bounds))

@@ -1,8 +1,10 @@
-"""What the long hunts of `test_properties.py` found, cut down to one scene each."""
+"""What the long hunts found, cut down to one scene each."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,8 +12,9 @@ import pytest
 from oracle import as_array, shade
 from stability.evaluators import BACKENDS, EVALUATORS, UNLIT, Evaluator
 
-from pvphong import DirectionalLight, Material, PointLight, Scene, SpotLight, Viewer
+from pvphong import DirectionalLight, Material, PointLight, Scene, SpotLight, Viewer, evaluate
 from pvphong.planning import make_plan
+from pvphong.transform import transform_points
 
 UP = np.array([[0.0, 0.0, 1.0]])
 ABOVE = Viewer(position=(0.0, 0.0, 4.0))
@@ -129,3 +132,135 @@ def test_a_dim_light_may_weaken_with_a_tiny_distance(evaluator: Evaluator, dista
     got = colors(evaluator, lamp, Material(ambient=0.0, diffuse=1.0))
     truth = min(intensity / 5e-5 / distance / distance, 1.0)
     assert np.abs(got - truth).max() <= 8 * evaluator.step * truth + 1e-40
+
+
+@pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
+@pytest.mark.parametrize("material", [WHITE, Material(ambient=0.0, diffuse=0.9)], ids=["shiny", "dull"])
+@pytest.mark.parametrize("constant", [3.0, 0.7, 1e-5, 1e8])
+def test_a_cone_that_one_vertex_leaves_changes_no_bit_of_the_others(
+    evaluator: Evaluator, constant: float, material: Material
+) -> None:
+    """A plan leaves out a cone that holds all vertices; the kernel then multiplied by the strength in other places."""
+    rng = np.random.default_rng(1)
+    points = rng.uniform(-0.5, 0.5, (300, 3))
+    spot = SpotLight(position=(0.0, 0.0, 3.0), cone_angle=60.0, exponent=0.0, attenuation=(constant, 0.0, 0.0))
+    assert "inside the cone" in make_plan(points, None, Scene([spot], ABOVE), material, None, 0.0).effects["cone"].why
+    inside = colors(evaluator, spot, material, points)
+    for place in ((50.0, 0.0, 0.0), (np.nan, 0.0, 0.0)):
+        changed = points.copy()
+        changed[7] = place
+        got = colors(evaluator, spot, material, changed)
+        assert np.array_equal(np.delete(got, 7, axis=0), np.delete(inside, 7, axis=0))
+
+
+# --- what a plan leaves out for these vertices, and what the others may not notice of it ---
+
+AWAY: dict[str, Any] = {"position": (0.0, 0.0, 50.0), "direction": (0.0, 0.0, 1.0), "cone_angle": 30.0}
+"""A spot that shines away from the mesh, so that a plan leaves it out; not so if a vertex is not finite."""
+GLOW = PointLight(position=(0.3, 1.1, 2.7), diffuse=0.0, ambient=0.9, attenuation=(0.1, 0.3, 0.2))
+"""It needs no normals; all else does."""
+
+
+def assert_independent(
+    evaluator: Callable[..., Any], lights: Any, types: tuple[Any, Any] = (float, float), **options: Any
+) -> None:
+    """The last vertex may be spoiled without a change of the others' bits."""
+    points, normals = np.random.default_rng(0).normal(size=(2, 200, 3))
+    spoiled = points.copy()
+    spoiled[-1] = np.nan
+    scene = Scene(lights, ABOVE, UNLIT)
+    before, after = (
+        evaluator(p.astype(types[0]), normals.astype(types[1]), scene, WHITE, **options).rgb[:-1]
+        for p in (points, spoiled)
+    )
+    assert before.any()
+    assert np.array_equal(before, after)
+
+
+@pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
+@pytest.mark.parametrize("types", [(np.float32, np.float64), (np.float64, np.float32), (np.float32, np.float32)])
+def test_who_needs_normals_does_not_choose_the_others_arithmetic(evaluator: Evaluator, types: tuple[Any, Any]) -> None:
+    """Without normals the reference fell back on float64, and the kernel on the type of the points alone."""
+    assert_independent(evaluator, [SpotLight(**AWAY), GLOW], types)
+    albedo = np.random.default_rng(1).random((200, 3))
+    everywhere = DirectionalLight(diffuse=0.0, ambient=0.1)
+    assert_independent(evaluator, [SpotLight(**AWAY), everywhere], types, albedo=albedo)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("beyond", [{"attenuation": (1.0, 0.0, 1e-31)}, {"attenuation": (1e31, 0.0, 1.0)}, {}])
+def test_a_light_that_is_left_out_does_not_choose_the_evaluator(precision: str, beyond: dict[str, Any]) -> None:
+    """The kernel declines such lights, also where its plan would leave them out."""
+
+    def asked_for(*arguments: Any, **options: Any) -> Any:
+        return evaluate(*arguments, **options, backend=BACKENDS[-1], precision=precision)
+
+    spot = AWAY | (beyond or {"position": (0.0, 0.0, 1e31)})
+    assert_independent(asked_for, [SpotLight(**spot), PointLight(position=(0.3, 1.1, 2.7))])
+
+
+@pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
+@pytest.mark.parametrize("eye", [(5.0, 5.0, 5.0), (0.1, 0.2, 0.3)])
+@pytest.mark.parametrize("others", [[], [PointLight(position=(0.1, 0.2, 0.3), intensity=0.0)]], ids=["alone", "black"])
+def test_a_lamp_on_the_image_of_a_vertex_stays_on_it(evaluator: Evaluator, eye: Any, others: Any) -> None:
+    """The offset of the matrix was taken out of all where an eye or a black light stood at its very place."""
+    matrix = np.eye(4)
+    matrix[:3, 3] = (0.1, 0.2, 0.3)
+    points = np.round(np.random.default_rng(4).uniform(-3.0, 3.0, (100, 3)), 1)
+    for point in points:
+        lamp = PointLight(position=transform_points(point[None], matrix)[0], attenuation=(0.0, 0.0, 1.0))
+        scene = Scene([lamp, *others], Viewer(position=eye, focal_point=(9.0, 8.0, 7.0)), UNLIT)
+        assert not evaluator(point[None], np.ones((1, 3)), scene, Material(), matrix=matrix).rgb.any()
+
+
+@pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
+@pytest.mark.parametrize("far", [1e6, 1e9, 1e12, 1e15])
+def test_a_black_light_far_out_takes_no_digit(evaluator: Evaluator, far: float) -> None:
+    """Stored far out and brought back by a matrix: the sums are exact, and differences to its offset are not."""
+    offset = np.array([-far, far / 2, far / 4])
+    points = np.round(np.random.default_rng(5).normal(size=(50, 3)) * 8.0) / 8.0 - offset
+    normals = np.random.default_rng(6).normal(size=(50, 3))
+    matrix = np.eye(4)
+    matrix[:3, 3] = offset
+    lamp, viewer = PointLight(position=(0.3, 0.7, 9.1)), Viewer(position=(3.0, 4.0, 20.0))
+    black = PointLight(position=offset, intensity=0.0)
+    usual, got = (
+        evaluator(points, normals, Scene(lights, viewer, UNLIT), WHITE, matrix=matrix).rgb
+        for lights in ([lamp], [lamp, black])
+    )
+    assert np.array_equal(got, usual)
+
+
+@pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
+@pytest.mark.parametrize("height", [1e-18, 1e-20, 1e-25, 1e-30])
+def test_a_half_way_direction_may_be_short(evaluator: Evaluator, height: float) -> None:
+    """l and v are opposite but for a component that is exact: its square underflowed, and with it the highlight."""
+    light = PointLight(position=(1.0, height, 0.0))
+    viewer = Viewer(position=(-1.0, height, 0.0))
+    model = replace(UNLIT, reflection="blinn-phong")
+    material = Material(ambient=0.0, diffuse=0.0, specular=1.0, shininess=1.0)
+    got = evaluator(np.zeros((1, 3)), np.array([[1.0, 1.0, 0.0]]), Scene([light], viewer, model), material).rgb
+    assert np.abs(got - math.sqrt(0.5)).max() <= 14 * evaluator.step
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_the_falloff_brings_a_glaring_spot_down_again(backend: str, precision: str) -> None:
+    """The kernel cut its strength off before the falloff; now it leaves such a spot to the reference."""
+    spot = SpotLight(
+        position=(0.0, 0.0, 1.0), direction=(0.0, -1.0, -1.0), cone_angle=60, exponent=1e3, intensity=2.0**501
+    )
+    arguments = (np.zeros((1, 3)), UP, Scene([spot], ABOVE, UNLIT), Material(ambient=0.0, diffuse=1.0))
+    got = evaluate(*arguments, precision=precision, backend=backend).rgb
+    assert np.abs(got - 2.0).max() <= 2.0 * 1000.0 * 4 * Evaluator(backend, precision).step  # of a small power, n·4u
+
+
+@pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
+@pytest.mark.filterwarnings("ignore::pvphong.transform.SingularMatrixWarning")
+def test_a_component_that_alone_is_left_may_be_small(evaluator: Evaluator) -> None:
+    """The matrix keeps of the normal only what underflowed where its length was taken out first."""
+    matrix = np.diag([2.0, 3.0, 0.0, 1.0])
+    normal = np.array([[-1e31, -1e185, 1e-221]])
+    scene = Scene([DirectionalLight(direction=DOWN)], ABOVE, UNLIT)
+    stored_wide = evaluator(np.zeros((1, 3)), normal, scene, Material(ambient=0.0, diffuse=0.5), matrix=matrix)
+    assert np.abs(stored_wide.rgb - 0.5).max() <= 4 * evaluator.step

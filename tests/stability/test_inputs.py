@@ -1,11 +1,14 @@
 """Section F of the catalogue of hard cases: inputs of odd types, empty, of the wrong length, nested or strided."""
 
 import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 import pyvista as pv
 from stability.evaluators import EVALUATORS
+from stability.ledger import held, same_bits
 
 import pvphong  # noqa: F401 registers mesh.phong wherever PyVista's own discovery is not installed
 from pvphong.evaluation import evaluate
@@ -15,6 +18,9 @@ from pvphong.scene import Scene
 from pvphong.surface import face_normals, vertex_normals
 from pvphong.transform import transform_normals, transform_points, transform_vectors
 from pvphong.viewer import Viewer
+
+SHADE = "mesh.phong.shade", "float32"
+"""As the ledger names it: an evaluator, in the precision that it has if none is asked for."""
 
 COUNT = 40
 RNG = np.random.default_rng(11)
@@ -28,27 +34,46 @@ MATERIAL = Material(ambient=0.1, diffuse=(0.7, 0.6, 0.5), specular=0.4, shinines
 MATRIX = np.array([[1, 0.5, 0, 3], [0, 2, 0.1, 1], [0.2, 0, 1, -1], [0, 0, 0, 1]], float)
 
 
+class Taker(NamedTuple):
+    """What takes an array and gives one; `evaluator` and `precision` as in the ledger."""
+
+    argument: str
+    evaluator: str
+    precision: str
+    call: Callable[[Any], Any]
+
+    def __call__(self, array):
+        return self.call(array)
+
+    def same_bits(self, row, array, expected):
+        """Two arrays give the same."""
+        same_bits(row, self.evaluator, self.precision, self(array), self(expected))
+
+    def refuses(self, row, array, message):
+        named = pytest.raises(ValueError, match=rf"^{self.argument} must be {message}")
+        with held("raises ValueError", row, self.evaluator, self.precision), named:
+            self(array)
+
+
 def takers(evaluator):
-    """What takes an array of an evaluator: each gives colours."""
-    return {
-        f"points-{evaluator}": lambda a: evaluator(a, NORMALS, SCENE, MATERIAL).rgb,
-        f"normals-{evaluator}": lambda a: evaluator(POINTS, a, SCENE, MATERIAL).rgb,
-        f"albedo-{evaluator}": lambda a: evaluator(POINTS, NORMALS, SCENE, MATERIAL, albedo=a).rgb,
+    """The three arrays of an evaluator."""
+    who = evaluator.name, evaluator.precision
+    calls = {
+        "points": lambda a: evaluator(a, NORMALS, SCENE, MATERIAL).rgb,
+        "normals": lambda a: evaluator(POINTS, a, SCENE, MATERIAL).rgb,
+        "albedo": lambda a: evaluator(POINTS, NORMALS, SCENE, MATERIAL, albedo=a).rgb,
     }
+    return {f"{argument}-{evaluator}": Taker(argument, *who, call) for argument, call in calls.items()}
 
 
-ALBEDOS = [f"albedo-{evaluator}" for evaluator in EVALUATORS]
 TAKERS = {name: taker for evaluator in EVALUATORS for name, taker in takers(evaluator).items()} | {
-    "transform_points": lambda a: transform_points(a, MATRIX),
-    "transform_vectors": lambda a: transform_vectors(a, MATRIX),
-    "transform_normals": lambda a: transform_normals(a, MATRIX),
+    "transform_points": Taker("points", "transform_points", "float64", lambda a: transform_points(a, MATRIX)),
+    "transform_vectors": Taker("vectors", "transform_vectors", "float64", lambda a: transform_vectors(a, MATRIX)),
+    "transform_normals": Taker("normals", "transform_normals", "float64", lambda a: transform_normals(a, MATRIX)),
 }
+ALBEDOS = [name for name in TAKERS if name.startswith("albedo")]
 every_taker = pytest.mark.parametrize("taker", TAKERS)
 every_albedo = pytest.mark.parametrize("taker", ALBEDOS)
-
-
-def bits(array):
-    return np.ascontiguousarray(array).tobytes()
 
 
 # row 49: types that are not float32 or float64
@@ -61,7 +86,7 @@ INTEGERS = ["int8", "int32", "int64", "uint16"]  # what they mean as an albedo i
 @pytest.mark.parametrize(("taker", "kind"), [(t, k) for t in TAKERS for k in FLOATS + INTEGERS * (t not in ALBEDOS)])
 def test_row_49_other_real_types_are_widened(taker, kind):
     rows = np.abs(WHOLE).astype(kind)
-    assert bits(TAKERS[taker](rows)) == bits(TAKERS[taker](rows.astype(np.float64)))
+    TAKERS[taker].same_bits(f"49 {kind}", rows, rows.astype(np.float64))
 
 
 @every_taker
@@ -83,9 +108,7 @@ def test_row_49_other_real_types_are_widened(taker, kind):
     ids=lambda bad: f"{bad.dtype} {bad.shape}" if isinstance(bad, np.ndarray) else repr(bad)[:12],
 )
 def test_row_49_what_is_no_array_of_rows_is_refused(taker, bad):
-    name = taker.removeprefix("transform_").split("-")[0]
-    with pytest.raises(ValueError, match=rf"^{name} must be an \(n, 3\) array of real numbers; got "):
-        TAKERS[taker](bad)
+    TAKERS[taker].refuses("49", bad, r"an \(n, 3\) array of real numbers; got ")
 
 
 # row 50: nothing to light
@@ -106,9 +129,8 @@ def test_row_49_what_is_no_array_of_rows_is_refused(taker, bad):
     ids=lambda mesh: f"{type(mesh).__name__} {mesh.n_points}",
 )
 def test_row_50_what_is_missing_is_said(mesh):
-    with pytest.raises(
-        ValueError, match=r"^mesh must be a mesh with faces, or points with normals; got a \w+ with \d+"
-    ):
+    message = r"^mesh must be a mesh with faces, or points with normals; got a \w+ with \d+"
+    with held("raises ValueError", "50", *SHADE), pytest.raises(ValueError, match=message):
         mesh.phong.shade(SCENE)
 
 
@@ -116,29 +138,30 @@ def test_row_50_what_is_missing_is_said(mesh):
 def test_row_50_a_cloud_with_normals_works(kind):
     cloud = kind(POINTS)
     cloud.point_data.active_normals = NORMALS
-    assert bits(cloud.phong.shade(SCENE, MATERIAL)["phong"]) == bits(evaluate(POINTS, NORMALS, SCENE, MATERIAL).rgb)
+    expected = evaluate(POINTS, NORMALS, SCENE, MATERIAL).rgb
+    same_bits(f"50 {kind.__name__}", *SHADE, cloud.phong.shade(SCENE, MATERIAL)["phong"], expected)
 
 
-def test_row_50_no_vertices_give_no_colours():
-    assert evaluate(np.zeros((0, 3)), np.zeros((0, 3)), SCENE, MATERIAL).rgb.shape == (0, 3)
+@pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
+def test_row_50_no_vertices_give_no_colours(evaluator):
+    none = np.zeros((0, 3))
+    evaluator.record("50 no vertices", len(evaluator(none, none, SCENE, MATERIAL).rgb), 0.0)
 
 
 # row 51: wrong lengths
 
 
 @pytest.mark.parametrize("rows", [0, 1, COUNT - 1, COUNT + 1])
-def test_row_51_both_lengths_are_told(rows):
-    short = np.resize(NORMALS, (rows, 3))
-    with pytest.raises(ValueError, match=rf"^normals must be .*{COUNT} rows; got {rows} rows\.$"):
-        evaluate(POINTS, short, SCENE, MATERIAL)
-    with pytest.raises(ValueError, match=rf"^albedo must be .*{COUNT} rows; got {rows} rows\.$"):
-        evaluate(POINTS, NORMALS, SCENE, MATERIAL, albedo=short)
+@pytest.mark.parametrize("taker", [name for name in TAKERS if name.startswith(("normals", "albedo"))])
+def test_row_51_both_lengths_are_told(taker, rows):
+    TAKERS[taker].refuses("51", np.resize(NORMALS, (rows, 3)), rf".*{COUNT} rows; got {rows} rows\.$")
 
 
 def test_row_51_a_string_array_is_refused():
     mesh = pv.Sphere()
     mesh.point_data["names"] = ["vertex"] * mesh.n_points
-    with pytest.raises(ValueError, match=r"^albedo must be an \(n, 3\) array of real numbers"):
+    message = r"^albedo must be an \(n, 3\) array of real numbers"
+    with held("raises ValueError", "51 strings", *SHADE), pytest.raises(ValueError, match=message):
         mesh.phong.shade(SCENE, albedo="names")
 
 
@@ -154,13 +177,14 @@ def test_row_52_structure_is_kept():
             "hollow": pv.MultiBlock(),
         }
     )
-    lit = blocks.phong.shade(SCENE)
-    assert lit.keys() == ["ball", "gap", "inner", "hollow"]
-    assert lit["inner"].keys() == ["void", "box", "gap"]
-    assert lit["gap"] is None
-    assert lit["inner"]["gap"] is None
-    assert lit["hollow"].n_blocks == 0
-    assert lit["inner"]["void"].n_points == 0
+    with held("equal structure", "52", *SHADE):
+        lit = blocks.phong.shade(SCENE)
+        assert lit.keys() == ["ball", "gap", "inner", "hollow"]
+        assert lit["inner"].keys() == ["void", "box", "gap"]
+        assert lit["gap"] is None
+        assert lit["inner"]["gap"] is None
+        assert lit["hollow"].n_blocks == 0
+        assert lit["inner"]["void"].n_points == 0
     assert "phong" in lit["ball"].point_data
     assert "phong" in lit["inner"]["box"].point_data
     assert "phong" not in blocks["ball"].point_data
@@ -182,13 +206,13 @@ def test_row_53_floats_are_clipped_and_nan_is_0(taker, odd, counts_as, stored):
     assert np.isfinite(rgb).all()
     assert (rgb.min(), rgb.max()) >= (0.0, 0.0)
     assert rgb.max() <= 1.0
-    assert bits(rgb) == bits(TAKERS[taker](clean))
+    TAKERS[taker].same_bits(f"53 {odd}", albedo, clean)
 
 
 @every_albedo
 def test_row_53_0_to_255_is_what_uint8_means(taker):
     steps = np.arange(3 * COUNT, dtype=np.uint8).reshape(COUNT, 3) * 2
-    assert bits(TAKERS[taker](steps)) == bits(TAKERS[taker](steps / 255.0))
+    TAKERS[taker].same_bits("53 uint8", steps, steps / 255.0)
 
 
 # row 55: memory and cell normals
@@ -221,7 +245,7 @@ LAYOUTS = {
 def test_row_55_memory_layout_changes_no_bit(taker, layout):
     rows = LAYOUTS[layout](WHOLE)
     np.testing.assert_array_equal(rows, WHOLE)
-    assert bits(TAKERS[taker](rows)) == bits(TAKERS[taker](WHOLE))
+    TAKERS[taker].same_bits(f"55 {layout}", rows, WHOLE)
 
 
 @pytest.mark.parametrize("mesh", [pv.Box().triangulate(), pv.Sphere()], ids=["box", "sphere"])
@@ -233,7 +257,7 @@ def test_row_55_cell_normals_are_not_read(mesh):
     mesh.cell_data["Normals"] = wrong
     mesh.cell_data.active_normals_name = "Normals"
     expected = evaluate(mesh.points, vertex_normals(mesh), SCENE, MATERIAL).rgb
-    assert bits(mesh.phong.shade(SCENE, MATERIAL)["phong"]) == bits(expected)
+    same_bits("55 cell normals", *SHADE, mesh.phong.shade(SCENE, MATERIAL)["phong"], expected)
     np.testing.assert_array_equal(mesh.cell_data["Normals"], wrong)
 
 

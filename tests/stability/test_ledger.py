@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from stability import ledger
 
@@ -41,3 +42,31 @@ def test_zero_meets_a_bound_of_zero():
 def test_no_samples_are_no_evidence():
     with pytest.raises(AssertionError, match="nothing was measured"):
         ledger.record("9", "f", "float64", [], 1.0)
+
+
+def test_a_promise_without_a_measure_is_held():
+    with ledger.held("raises ValueError", "10", "f"), pytest.raises(ValueError, match="no"):
+        raise ValueError("no")
+    assert [(entry.bound, entry.ratio) for entry in ledger.entries] == [("raises ValueError", None)]
+
+
+def test_a_broken_promise_is_noted_and_fails():
+    with pytest.raises(AssertionError), ledger.held("raises ValueError", "10", "f"):
+        raise AssertionError
+    assert ledger.entries[0].ratio == math.inf
+
+
+def test_the_same_bits_are_no_difference():
+    ledger.same_bits("55", "f", "float64", [0.0, math.nan], [0.0, math.nan])
+    assert (ledger.entries[0].observed, ledger.entries[0].ratio) == (0.0, 0.0)
+
+
+def test_a_zero_of_the_other_sign_has_other_bits():
+    with pytest.raises(AssertionError, match="1 of 2 numbers differ"):
+        ledger.same_bits("55", "f", "float64", [0.0, 1.0], [-0.0, 1.0])
+    assert ledger.entries[0].ratio == math.inf
+
+
+def test_arrays_of_two_types_do_not_have_the_same_bits():
+    with pytest.raises(AssertionError, match=r"float64 .* is no float32"):
+        ledger.same_bits("55", "f", "float64", np.zeros(2), np.zeros(2, np.float32))

@@ -1,0 +1,215 @@
+"""What changes no bit of a colour, hunted for as `properties` says.
+
+The unit of length; the order, the selection and the layout of vertices; what becomes of another vertex.
+"""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from stability.evaluators import Declined, Evaluator
+from stability.hunting import hunt, in_either_type, mixed_case
+from stability.properties import FLATTENING_IS_NO_FAILURE, arrays, assert_same_bits, hunted, on_every_backend
+from strategies import Case, Dice, triple
+
+from pvphong import DirectionalLight
+
+pytestmark = FLATTENING_IS_NO_FAILURE
+
+# --- no unit of length ---
+
+
+def in_other_units(case: Case, k: int, m: int) -> Case:
+    """The same scene with lengths in units of 2^-k, and normals 2^m as long."""
+
+    def far(vector: Any) -> Any:
+        return triple(np.ldexp(np.asarray(vector, dtype=float), k))
+
+    def light(old: Any) -> Any:
+        if isinstance(old, DirectionalLight):
+            return replace(old, direction=triple(np.ldexp(np.array(old.direction), m)))
+        constant, linear, quadratic = old.attenuation
+        attenuation = (constant, math.ldexp(linear, -k), math.ldexp(quadratic, -2 * k))
+        return replace(old, position=far(old.position), attenuation=attenuation)
+
+    scene = case.scene
+    viewer = replace(scene.viewer, position=far(scene.viewer.position), focal_point=far(scene.viewer.focal_point))
+    matrix = case.matrix
+    if matrix is not None:
+        matrix = matrix.copy()
+        matrix[:3, 3] = np.ldexp(matrix[:3, 3], k)
+    return replace(
+        case,
+        points=np.ldexp(case.points, k),
+        normals=np.ldexp(case.normals, m),
+        scene=replace(scene, lights=[light(old) for old in scene.lights], viewer=viewer),
+        matrix=matrix,
+    )
+
+
+def _loses_no_bit(case: Case, other: Case, k: int, m: int) -> bool:
+    """Whether every number is there again on the way back: the least floats may have been rounded."""
+    back = in_other_units(other, -k, -m)
+    return back.scene == case.scene and all(
+        np.array_equal(getattr(back, name), getattr(case, name), equal_nan=True)
+        for name in ("points", "normals", "matrix")
+        if getattr(case, name) is not None
+    )
+
+
+def _in_range(case: Case, reach: int) -> Case:
+    """Attenuations and intensities no further from 1 than 2^reach, and no coordinate of a light that is subnormal.
+
+    (Products with such a coordinate are rounded to the least float, and that may decide whether n·l is 0.)
+    """
+
+    def within(value: float) -> float:
+        return min(max(value, 2.0**-reach), 2.0**reach) if value else 0.0
+
+    def light(old: Any) -> Any:
+        old = replace(old, intensity=within(old.intensity))
+        if isinstance(old, DirectionalLight):
+            return old
+        position = triple(np.where(np.abs(old.position) < 2.0**-1000, 0.0, old.position))
+        return replace(old, position=position, attenuation=tuple(within(a) for a in old.attenuation))
+
+    return replace(case, scene=replace(case.scene, lights=[light(old) for old in case.scene.lights]))
+
+
+def _with_units(dice: Dice, backend: str) -> tuple[Case, int, int, str]:
+    """A case, powers of two for lengths and for normals, and a precision.
+
+    In float32 no way from a vertex to a light is 2^100 times as long as it is along one of the axes, or the least
+    floats would round it. Normals change their length only where no product with one comes near the least float.
+    """
+    precision = dice.choice(("float32", "float64"))
+    reach = 150 if backend == "numpy" and precision == "float64" else 25
+    case = _in_range(mixed_case(dice, reach), 3 * reach)
+    sizes = np.abs(np.concatenate([case.points, case.normals]))
+    ordinary = bool(np.isin(np.frexp(sizes[sizes != 0.0])[1], range(-20, 20)).all())
+    return case, dice.randint(-reach, reach), dice.randint(-60, 60) if ordinary else 0, precision
+
+
+@hunted
+@on_every_backend
+def test_no_unit_of_length_is_special(backend: str, examples: int) -> None:
+    compared = 0
+
+    def check(drawn: tuple[Case, int, int, str]) -> None:
+        nonlocal compared
+        case, k, m, precision = drawn
+        evaluator, other = Evaluator(backend, precision), in_other_units(case, k, m)
+        if not _loses_no_bit(case, other, k, m):
+            return
+        with suppress(Declined):
+            expected = evaluator(*case.arguments, **case.options, **evaluator.in_full)
+            assert_same_bits(evaluator(*other.arguments, **other.options, **evaluator.in_full), expected)
+            compared += 1
+
+    hunt(lambda dice: _with_units(dice, backend), check, examples)
+    assert compared > 0.5 * examples
+
+
+# --- every vertex by itself ---
+
+
+def _strided(a: np.ndarray) -> np.ndarray:
+    wide = np.full((2 * len(a), a.shape[1] + 2), 7.0, a.dtype)
+    wide[::2, 1:-1] = a
+    return wide[::2, 1:-1]
+
+
+def _read_only(a: np.ndarray) -> np.ndarray:
+    copy = a.copy()
+    copy.setflags(write=False)
+    return copy
+
+
+def _unaligned(a: np.ndarray) -> np.ndarray:
+    return np.frombuffer(b"\0" + a.tobytes(), dtype=a.dtype, offset=1).reshape(a.shape)
+
+
+LAYOUTS = {
+    "by columns": np.asfortranarray,
+    "strided": _strided,
+    "backwards": lambda a: a[::-1].copy()[::-1],
+    "read-only": _read_only,
+    "unaligned": _unaligned,
+    "swapped bytes": lambda a: a.astype(a.dtype.newbyteorder()),
+}
+
+
+def _with_rows(dice: Dice) -> tuple[Case, np.ndarray, str]:
+    """A case, rows in another order with some left out and some twice, and a layout."""
+    case = in_either_type(dice, mixed_case(dice))
+    rows = np.array(dice.choices(range(len(case.points)), k=dice.choice((dice.randint(1, 60), dice.randint(128, 300)))))
+    return case, rows, dice.choice(list(LAYOUTS))
+
+
+@hunted
+@on_every_backend
+def test_order_selection_and_layout_change_no_bit(backend: str, examples: int) -> None:
+    compared = 0
+
+    def check(drawn: tuple[Case, np.ndarray, str]) -> None:
+        nonlocal compared
+        case, rows, layout = drawn
+        evaluator = Evaluator(backend, "float32" if len(rows) % 2 else "float64")
+        albedo = None if case.albedo is None else case.albedo[rows]
+        some = replace(case, points=case.points[rows], normals=case.normals[rows], albedo=albedo)
+        given = {name: getattr(case, name) for name in ("points", "normals", "albedo")}
+        laid = replace(case, **{name: LAYOUTS[layout](array) for name, array in given.items() if array is not None})
+        with suppress(Declined):
+            whole = evaluator(*case.arguments, **case.options, **evaluator.in_full)
+            assert_same_bits(evaluator(*laid.arguments, **laid.options, **evaluator.in_full), whole)
+            assert_same_bits(evaluator(*some.arguments, **some.options, **evaluator.in_full), whole, of_expected=rows)
+            compared += 1
+
+    hunt(_with_rows, check, examples)
+    assert compared > 0.5 * examples
+
+
+# --- one spoiled vertex ---
+
+
+SPOILS: list[tuple[str, Any]] = [
+    ("points", np.nan), ("points", np.inf), ("points", -np.inf), ("points", 1e308),
+    ("normals", np.nan), ("normals", np.inf), ("normals", 0.0), ("normals", 1e308), ("albedo", np.nan),
+]  # fmt: skip
+
+
+def _with_spoil(dice: Dice) -> tuple[Case, Case, int]:
+    case = in_either_type(dice, mixed_case(dice))
+    row = dice.randrange(len(case.points))
+    name, value = dice.choice(SPOILS)
+    if name == "albedo" and case.albedo is None:
+        case = replace(case, albedo=np.ones_like(case.points))
+    spoiled = np.array(getattr(case, name))
+    with np.errstate(over="ignore"):
+        spoiled[row, dice.choice((0, 1, 2, slice(None)))] = value
+    return case, replace(case, **{name: spoiled}), row
+
+
+@hunted
+@on_every_backend
+def test_a_spoiled_vertex_leaves_the_others_bits_alone(backend: str, examples: int) -> None:
+    compared = 0
+
+    def check(drawn: tuple[Case, Case, int]) -> None:
+        nonlocal compared
+        case, spoiled, row = drawn
+        evaluator = Evaluator(backend, "float32" if row % 2 else "float64")
+        others = np.arange(len(case.points)) != row
+        with suppress(Declined):
+            before, after = (evaluator(*c.arguments, **c.options, **evaluator.in_full) for c in (case, spoiled))
+            assert_same_bits(after, before, others, others)
+            for name, array in arrays(after).items():
+                assert np.isfinite(array[..., row, :]).all(), name
+            compared += 1
+
+    hunt(_with_spoil, check, examples)
+    assert compared > 0.5 * examples
