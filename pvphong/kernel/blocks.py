@@ -176,6 +176,62 @@ def _shine(normals: Any, first: int, s: Any, t: Any, rgb: Any, rows: Any, stream
     return len(rgb) > 0 and sunlight.shine_on(normals, first, s, t, rgb, first)
 
 
+@inlined
+def _light(
+    first: int,
+    count: int,
+    points: Any,
+    normals: Any,
+    albedo: Any,
+    rgb: Any,
+    display: Any,
+    s: Any,
+    terms: Any,
+    streams: bool,
+    rows: Any,
+    wide: Any,
+) -> None:
+    """Colours of one block's vertices, in its rows."""
+    has_albedo, has_unseen = len(albedo) > 0, False
+    if s.needs_normals:
+        _load_normals(normals, first, count, s, rows, wide)
+    if s.needs_points:
+        _load_points(points, first, count, s, rows, wide)
+    if s.needs_eye:
+        has_unseen = _approach(s.eye, s, rows, wide)
+        passes.look(rows)
+    if s.is_flipped:
+        if s.has_local_facing:
+            passes.turn_to_viewer(rows)
+        else:
+            passes.turn_to_axis(rows)
+    if s.has_phong:
+        passes.face(rows)
+    passes.fill(rows, *in_type(s.base, rows))
+    if has_albedo:
+        passes.fill(rows[at.HR :], *in_type(s.emission, rows))
+    for turn, t in enumerate(terms):
+        ahead.ask(turn + streams, first + BLOCK, points, normals, rgb, display)  # not for colours that stream
+        _add_light(t, s, has_unseen, has_albedo, rows, wide)
+    if has_albedo:
+        loading.split(albedo, first, count, rows[at.ALBEDO_R :])
+        colors.tint(rows)
+
+
+@inlined
+def _store(first: int, count: int, rgb: Any, display: Any, s: Any, streams: bool, rows: Any) -> None:
+    """Colours from one block's rows to where they are wanted."""
+    real = rows.dtype.type
+    low, high = real(s.low), real(s.high)
+    if streams and count == BLOCK:
+        colors.join(rows, low, high, rows[at.JOINED :], 0, count)
+        streaming.stream(rows[at.JOINED :], rgb, first)
+    elif len(rgb):
+        colors.join(rows, low, high, rgb, first, count)
+    if len(display):
+        colors.join_bytes(rows, display, first, count)
+
+
 @plain
 def _shade_group(
     start: int,
@@ -191,50 +247,17 @@ def _shade_group(
     wide: Any,
 ) -> None:
     s = settings[0]
-    real = rgb.dtype.type
-    has_albedo, has_unseen = len(albedo) > 0, False
-    is_even = not (s.needs_normals or s.needs_points or has_albedo)
+    is_even = not (s.needs_normals or s.needs_points or len(albedo))
     streams = s.is_dull and not is_even and streaming.pays(rgb)
     passes.fill(rows[at.VX :], *in_type(s.to_eye, rows))
     passes.fill(rows[at.AX :], *in_type(s.to_eye, rows))
     for first in range(start, stop, BLOCK):
         count = min(stop - first, BLOCK)
-        if is_even and first > start:  # every block is like the first one
-            colors.repeat(rgb, start, first, min(count, len(rgb)))
-            colors.repeat(display, start, first, min(count, len(display)))
-            continue
         if s.is_sunlit and count == BLOCK and _shine(normals, first, s, terms[0], rgb, rows, streams):
             continue
-        if s.needs_normals:
-            _load_normals(normals, first, count, s, rows, wide)
-        if s.needs_points:
-            _load_points(points, first, count, s, rows, wide)
-        if s.needs_eye:
-            has_unseen = _approach(s.eye, s, rows, wide)
-            passes.look(rows)
-        if s.is_flipped:
-            if s.has_local_facing:
-                passes.turn_to_viewer(rows)
-            else:
-                passes.turn_to_axis(rows)
-        if s.has_phong:
-            passes.face(rows)
-        passes.fill(rows, *in_type(s.base, rows))
-        if has_albedo:
-            passes.fill(rows[at.HR :], *in_type(s.emission, rows))
-        for turn, t in enumerate(terms):
-            ahead.ask(turn + streams, first + BLOCK, points, normals, rgb, display)  # not for colours that stream
-            _add_light(t, s, has_unseen, has_albedo, rows, wide)
-        if has_albedo:
-            loading.split(albedo, first, count, rows[at.ALBEDO_R :])
-            colors.tint(rows)
-        if streams and count == BLOCK:
-            colors.join(rows, real(s.low), real(s.high), rows[at.JOINED :], 0, count)
-            streaming.stream(rows[at.JOINED :], rgb, first)
-        elif len(rgb):
-            colors.join(rows, real(s.low), real(s.high), rgb, first, count)
-        if len(display):
-            colors.join_bytes(rows, display, first, count)
+        if first == start or not is_even:  # else every block is like the first one
+            _light(first, count, points, normals, albedo, rgb, display, s, terms, streams, rows, wide)
+        _store(first, count, rgb, display, s, streams, rows)
     if streams:
         streaming.finish()
 

@@ -47,14 +47,6 @@ def join(rows: Any, low: Any, high: Any, rgb: Any, start: int, count: int) -> No
         part[3 * i + 2] = clipped(rows[at.B + i], low, high)
 
 
-@plain
-def repeat(array: Any, source: int, target: int, count: int) -> None:
-    """Copy colours that stand one after the other from one vertex on to another's place."""
-    there, here = array[3 * source : 3 * (source + count)], array[3 * target : 3 * (target + count)]
-    for i in range(3 * count):
-        here[i] = there[i]
-
-
 @inlined
 def _byte(intensity: Any) -> Any:
     """0-255 for an intensity clipped to [0, 1]: the nearest, and of two equally near the even one."""
