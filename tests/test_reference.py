@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 from judging import STEP, coefficient, judge
 from oracle import shade
-from strategies import MATRIX_CLASSES, Case, Dice, hard_cases, matrix_of, moderate_cases
+from strategies import MATRIX_CLASSES, Case, Dice, hard_case, hunt, matrix_of, moderate_case
 
 from pvphong.evaluation import evaluate
 from pvphong.lights import DirectionalLight, PointLight, SpotLight
@@ -36,23 +33,6 @@ DARK = LightModel(ambient=0.0)
 
 def evaluated(case: Case, precision: str, *, components: bool = True) -> Any:
     return evaluate(*case.arguments, **case.options, precision=precision, backend="numpy", components=components)
-
-
-def hunt(strategy: st.SearchStrategy[Case], examples: int, check: Callable[[Case], None]) -> None:
-    """Run a check on generated cases, the same ones every time."""
-
-    @settings(
-        max_examples=examples,
-        derandomize=True,
-        deadline=None,
-        database=None,
-        suppress_health_check=[HealthCheck.too_slow],
-    )
-    @given(strategy)
-    def run(case: Case) -> None:
-        check(case)
-
-    run()
 
 
 @dataclass
@@ -87,7 +67,11 @@ def _agrees_with_the_oracle(convention: str, precision: str, examples: int) -> N
     """The bound and what is left out are stated in `judging`."""
     tally = Tally()
     dtype = np.dtype(precision).type
-    hunt(moderate_cases(convention), examples, lambda case: tally.judge(case.stored_in(dtype), precision))
+    hunt(
+        lambda dice: moderate_case(dice, convention),
+        lambda case: tally.judge(case.stored_in(dtype), precision),
+        examples,
+    )
     assert tally.vertices > examples
     assert tally.left_out < 0.05 * tally.vertices
 
@@ -99,7 +83,7 @@ def _agrees_with_the_oracle(convention: str, precision: str, examples: int) -> N
 @pytest.mark.parametrize("precision", PRECISIONS)
 @pytest.mark.parametrize("convention", CONVENTIONS)
 def test_hard_scenes_stay_finite(convention: str, precision: str) -> None:
-    hunt(hard_cases(convention), EXAMPLES, lambda case: _stays_finite(case, precision))
+    hunt(lambda dice: hard_case(dice, convention), lambda case: _stays_finite(case, precision), EXAMPLES)
 
 
 @FLATTENED
@@ -107,7 +91,7 @@ def test_hard_scenes_stay_finite(convention: str, precision: str) -> None:
 @pytest.mark.parametrize("precision", PRECISIONS)
 @pytest.mark.parametrize("convention", CONVENTIONS)
 def test_very_many_hard_scenes_stay_finite(convention: str, precision: str) -> None:
-    hunt(hard_cases(convention), MANY, lambda case: _stays_finite(case, precision))
+    hunt(lambda dice: hard_case(dice, convention), lambda case: _stays_finite(case, precision), MANY)
 
 
 def _stays_finite(case: Case, precision: str) -> None:
@@ -142,7 +126,7 @@ def test_hard_scenes_agree_with_the_oracle_where_they_are_well_posed(convention:
         tally.vertices += judgement.vertices
         tally.left_out += judgement.left_out
 
-    hunt(hard_cases(convention, reach=120), 2 * EXAMPLES, check)
+    hunt(lambda dice: hard_case(dice, convention, reach=120), check, 2 * EXAMPLES)
     assert tally.vertices - tally.left_out > EXAMPLES
 
 
@@ -222,7 +206,7 @@ def test_components_and_lights_add_up_to_the_unclamped_colour(convention: str) -
         by_light = got.base + got.per_light.sum(axis=0)
         assert (np.abs(by_light - got.rgb) <= 4 * 2.0**-23 * size).all()
 
-    hunt(moderate_cases(convention), EXAMPLES, check)
+    hunt(lambda dice: moderate_case(dice, convention), check, EXAMPLES)
 
 
 def test_without_components_there_is_the_colour_alone() -> None:

@@ -1,42 +1,21 @@
 """Scenes for the long hunts: numbers from the whole range of floats, and scenes that a plan can simplify.
 
-As in `strategies`, hypothesis draws the seed of a die; a failure prints it, and the same throw of `Dice(seed)` makes
-the scene again.
+They are thrown with the dice of `strategies`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 from strategies import MATRIX_CLASSES, Case, Dice, hard_case, matrix_of, moderate_case, rotation, triple, unit
 
 from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer
 from pvphong.normals import point_normals
 
-FEW, MANY = 150, 100_000
-
-
-def hunt(throw: Callable[[Dice], Any], check: Callable[[Any], None], examples: int) -> None:
-    """Check many throws; the few are always the same ones, the many are new in every run."""
-
-    @settings(
-        max_examples=examples,
-        derandomize=examples < MANY,
-        deadline=None,
-        database=None,
-        suppress_health_check=list(HealthCheck),
-    )
-    @given(st.integers(0, 2**64 - 1))
-    def run(seed: int) -> None:
-        check(throw(Dice(seed)))
-
-    run()
+FEW, MANY = 600, 100_000
 
 
 # --- the whole range of floats ---

@@ -10,9 +10,9 @@ import pytest
 from judging import judge
 from stability.conditioning import Change, largest_power
 from stability.evaluators import BACKENDS, STEPS, Evaluator
-from stability.hunting import Promise, blunt, hunt, promising_case, smooth_case
+from stability.hunting import Promise, blunt, promising_case, smooth_case
 from stability.properties import FLATTENING_IS_NO_FAILURE, hunted, on_every_backend
-from strategies import Case, moderate_case
+from strategies import Case, hunt, moderate_case
 
 from pvphong import plan, reference
 from pvphong.equation import assemble

@@ -9,9 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 from stability.evaluators import STEPS, Declined, Evaluator
-from stability.hunting import hunt, positive_of, wide_case
+from stability.hunting import positive_of, wide_case
 from stability.properties import FLATTENING_IS_NO_FAILURE, arrays, hunted, on_every_backend
-from strategies import Case, Dice
+from strategies import Case, Dice, hunt
 
 from pvphong import SpotLight
 

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from stability.conditioning import Change
 from stability.evaluators import STEPS, Evaluator
-from stability.hunting import hunt, smooth_case
+from stability.hunting import smooth_case
 from stability.properties import FLATTENING_IS_NO_FAILURE, hunted, on_every_backend
-from strategies import Case, Dice, triple
+from strategies import Case, Dice, hunt, triple
 
 pytestmark = FLATTENING_IS_NO_FAILURE
 

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 from stability.evaluators import Declined, Evaluator
-from stability.hunting import hunt, in_either_type, mixed_case
+from stability.hunting import in_either_type, mixed_case
 from stability.properties import FLATTENING_IS_NO_FAILURE, arrays, assert_same_bits, hunted, on_every_backend
-from strategies import Case, Dice, triple
+from strategies import Case, Dice, hunt, triple
 
 from pvphong import DirectionalLight
 
