@@ -14,6 +14,7 @@ import pvphong as ph
 from pvphong import kernel
 from pvphong.equation import assemble
 from pvphong.evaluation import display_colors
+from pvphong.kernel.rows import GROUP
 from pvphong.planning import make_plan
 from pvphong.shading import Shading
 
@@ -136,31 +137,22 @@ def test_a_vertex_keeps_its_bits_among_others_and_in_any_layout(vertices, name, 
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
-@pytest.mark.parametrize(("name", "has_albedo"), [("lamp, dull", False), ("lamp, dull", True), ("sun, dull", False)])
-def test_colours_written_past_the_caches_have_the_same_bits(vertices, precision, name, has_albedo):
-    """So many that they are, of which the last block is not whole; beside the same ones a few at a time."""
-    from pvphong.kernel import streaming
-
-    count = streaming.FEWEST // (3 * np.dtype(precision).itemsize) + 77
+@pytest.mark.parametrize(("name", "has_albedo"), [("all", True), ("lamp, dull", False), ("sun, dull", False)])
+def test_a_large_mesh_has_the_bits_of_its_pieces(vertices, precision, name, has_albedo):
+    """Several threads' shares, of which the last block is not whole; and nothing is written beside them."""
+    count = 5 * GROUP + 77
     points, normals = (np.resize(array.astype(precision), (count, 3)) for array in vertices)
     albedo = np.random.default_rng(5).random((count, 3)).astype(precision) if has_albedo else None
     scene, material = scene_of(name)
     equation = assemble(scene, material, None)
-    pieces = np.empty((count, 3), precision)
+    pieces, memory = np.empty((count, 3), precision), np.full((count + 2, 3), np.nan, precision)
     for start in range(0, count, COUNT):
         part = slice(start, start + COUNT)
         shades = None if albedo is None else albedo[part]
         assert kernel.shade(points[part], normals[part], equation, shades, Shading(pieces[part]))
-    memory = np.full(3 * count + 8, np.nan, precision)
-    aligned = -memory.ctypes.data % 16 // memory.itemsize
-    for start in (aligned, aligned + 1):
-        memory[:] = np.nan
-        assert streaming.pays(memory[start : start + 3 * count]) is (start == aligned)
-        whole = memory[start : start + 3 * count].reshape(count, 3)
-        assert kernel.shade(points, normals, equation, albedo, Shading(whole))
-        np.testing.assert_array_equal(whole, pieces)
-        assert np.isnan(memory[:start]).all()
-        assert np.isnan(memory[start + 3 * count :]).all()
+    assert kernel.shade(points, normals, equation, albedo, Shading(memory[1:-1]))
+    np.testing.assert_array_equal(memory[1:-1], pieces)
+    assert np.isnan(memory[[0, -1]]).all()
 
 
 def test_the_number_of_threads_changes_no_bit(vertices):

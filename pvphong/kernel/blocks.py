@@ -24,7 +24,6 @@ from pvphong.kernel import (
     passes,
     records,
     rescue,
-    streaming,
     sunlight,
     vectors,
 )
@@ -166,17 +165,6 @@ def _add_light(t: Any, s: Any, has_unseen: bool, has_albedo: bool, rows: Any, wi
 
 
 @inlined
-def _shine(normals: Any, first: int, s: Any, t: Any, rgb: Any, rows: Any, streams: bool) -> bool:
-    """Light a whole block by one dull sun; whether that was possible."""
-    if streams:
-        good = sunlight.shine_on(normals, first, s, t, rows[at.JOINED :], 0)
-        if good:
-            streaming.stream(rows[at.JOINED :], rgb, first)
-        return good
-    return len(rgb) > 0 and sunlight.shine_on(normals, first, s, t, rgb, first)
-
-
-@inlined
 def _light(
     first: int,
     count: int,
@@ -187,7 +175,6 @@ def _light(
     display: Any,
     s: Any,
     terms: Any,
-    streams: bool,
     rows: Any,
     wide: Any,
 ) -> None:
@@ -211,7 +198,7 @@ def _light(
     if has_albedo:
         passes.fill(rows[at.HR :], *in_type(s.emission, rows))
     for turn, t in enumerate(terms):
-        ahead.ask(turn + streams, first + BLOCK, points, normals, rgb, display)  # not for colours that stream
+        ahead.ask(turn, first + BLOCK, points, normals, rgb, display)
         _add_light(t, s, has_unseen, has_albedo, rows, wide)
     if has_albedo:
         loading.split(albedo, first, count, rows[at.ALBEDO_R :])
@@ -219,15 +206,11 @@ def _light(
 
 
 @inlined
-def _store(first: int, count: int, rgb: Any, display: Any, s: Any, streams: bool, rows: Any) -> None:
+def _store(first: int, count: int, rgb: Any, display: Any, s: Any, rows: Any) -> None:
     """Colours from one block's rows to where they are wanted."""
     real = rows.dtype.type
-    low, high = real(s.low), real(s.high)
-    if streams and count == BLOCK:
-        colors.join(rows, low, high, rows[at.JOINED :], 0, count)
-        streaming.stream(rows[at.JOINED :], rgb, first)
-    elif len(rgb):
-        colors.join(rows, low, high, rgb, first, count)
+    if len(rgb):
+        colors.join(rows, real(s.low), real(s.high), rgb, first, count)
     if len(display):
         colors.join_bytes(rows, display, first, count)
 
@@ -247,23 +230,21 @@ def _shade_group(
     wide: Any,
 ) -> None:
     s = settings[0]
+    is_sunlit = s.is_sunlit and len(rgb) > 0
     is_even = not (s.needs_normals or s.needs_points or len(albedo))
-    streams = s.is_dull and not is_even and streaming.pays(rgb)
     passes.fill(rows[at.VX :], *in_type(s.to_eye, rows))
     passes.fill(rows[at.AX :], *in_type(s.to_eye, rows))
     for first in range(start, stop, BLOCK):
         count = min(stop - first, BLOCK)
-        if s.is_sunlit and count == BLOCK and _shine(normals, first, s, terms[0], rgb, rows, streams):
+        if is_sunlit and count == BLOCK and sunlight.shine_on(normals, first, s, terms[0], rgb):
             continue
         if first == start or not is_even:  # else every block is like the first one
-            _light(first, count, points, normals, albedo, rgb, display, s, terms, streams, rows, wide)
-        _store(first, count, rgb, display, s, streams, rows)
-    if streams:
-        streaming.finish()
+            _light(first, count, points, normals, albedo, rgb, display, s, terms, rows, wide)
+        _store(first, count, rgb, display, s, rows)
 
 
 def _checksum() -> int:
-    files = (at, arithmetic, vectors, loading, ahead, streaming, sunlight, passes, rescue, colors, extremes, records)
+    files = (at, arithmetic, vectors, loading, ahead, sunlight, passes, rescue, colors, extremes, records)
     try:
         sources = [inspect.getsource(file) for file in files]
     except OSError as error:

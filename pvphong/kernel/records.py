@@ -27,7 +27,6 @@ SETTINGS = np.dtype(
         ("moves_points", "?"),
         ("turns_normals", "?"),
         ("is_wide", "?"),
-        ("is_dull", "?"),
         ("is_sunlit", "?"),
         ("has_phong", "?"),
         ("eye", "3f8"),
@@ -46,8 +45,8 @@ SETTINGS = np.dtype(
     ],
     align=True,
 )
-"""What all lights share. `is_dull`: none has highlights. `is_sunlit`: there is just one, dull and parallel, no albedo,
-and normals are used as they come. `has_phong`: some light has Phong's highlights. `log_floor`: log2 of `floor`.
+"""What all lights share. `is_sunlit`: there is just one light, dull and parallel, no albedo, and normals are used as
+they come. `has_phong`: some light has Phong's highlights. `log_floor`: log2 of `floor`.
 `dark`: from this squared chord on, a highlight is 0."""
 
 TERM = np.dtype(
@@ -130,7 +129,6 @@ def settings(equation: Equation, *, is_wide: bool, has_albedo: bool) -> NDArray[
             base = _plus(base, _times(term.ambient, min(term.gain, BRIGHTEST)))
     floor = equation.cosine_floor
     highlights = {_highlight(term, equation) for term in equation.terms}
-    is_dull = highlights <= {NO_HIGHLIGHT}
     turns_normals = normals_matrix is not _NO_MATRIX[2]
     record = {
         "needs_normals": equation.needs_normals,
@@ -141,9 +139,8 @@ def settings(equation: Equation, *, is_wide: bool, has_albedo: bool) -> NDArray[
         "moves_points": equation.matrix is not None,
         "turns_normals": turns_normals,
         "is_wide": is_wide or equation.matrix is not None,
-        "is_dull": is_dull,
         "is_sunlit": (
-            is_dull
+            highlights == {NO_HIGHLIGHT}
             and [type(term.light) for term in equation.terms] == [DirectionalLight]
             and equation.needs_normals
             and not (turns_normals or equation.is_flipped or has_albedo)

@@ -28,8 +28,5 @@ VX, VY, VZ, FACING, AX, AY, AZ = range(16 * BLOCK, 23 * BLOCK, BLOCK)
 # them was rescued.
 DX, DY, DZ, NEARNESS, EXPONENT = range(23 * BLOCK, 28 * BLOCK, BLOCK)
 
-# Albedo.
-ALBEDO_R, ALBEDO_G, ALBEDO_B = range(28 * BLOCK, 31 * BLOCK, BLOCK)
-
-# Colours, one after the other, on their way out; and the length of all rows.
-JOINED, ROWS = 31 * BLOCK, 34 * BLOCK
+# Albedo; and the length of all rows.
+ALBEDO_R, ALBEDO_G, ALBEDO_B, ROWS = range(28 * BLOCK, 32 * BLOCK, BLOCK)

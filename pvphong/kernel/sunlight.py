@@ -19,8 +19,8 @@ _ZERO = np.float32(0.0)
 
 
 @plain
-def shine_on(normals: Any, start: int, s: Any, t: Any, rgb: Any, first: int) -> bool:
-    """Light a whole block from vertex `start` on, into colours from `first` on.
+def shine_on(normals: Any, start: int, s: Any, t: Any, rgb: Any) -> bool:
+    """Light a whole block from vertex `start` on.
 
     Gives whether no normal needs a rescue; else these colours are useless.
     """
@@ -28,7 +28,7 @@ def shine_on(normals: Any, start: int, s: Any, t: Any, rgb: Any, first: int) -> 
     low, high = real(s.low), real(s.high)
     (lx, ly, lz), (red, green, blue) = in_type(t.position, rgb), in_type(t.diffuse, rgb)
     base_red, base_green, base_blue = in_type(s.base, rgb)
-    part, lit = normals[3 * start : 3 * (start + BLOCK)], rgb[3 * first : 3 * (first + BLOCK)]
+    part, lit = normals[3 * start : 3 * (start + BLOCK)], rgb[3 * start : 3 * (start + BLOCK)]
     good = True
     for i in range(BLOCK):
         x, y, z = real(part[3 * i]), real(part[3 * i + 1]), real(part[3 * i + 2])

@@ -34,7 +34,6 @@ REPEATS = 200
 BURSTS = 5
 FEW_REPEATS = 40
 TURNS = 8
-STREAMED = (3_000_000, 6_000_000)
 SIZES = (100_000, 1_000_000, 10_000_000, 50_000_000)
 
 DULL = Material(ambient=0.1, diffuse=(0.6, 0.5, 0.4))
@@ -89,13 +88,10 @@ def scene_of(*lights):
 BLINN_PHONG = replace(scene_of(*LAMPS), light_model=LightModel(reflection="blinn-phong"))
 
 
-def compiled(arrays, scene, material, real, planned=False, streamed=True):
-    """A call of the kernel, without its plan unless that is asked for; `.plan` tells what is expected of it.
-
-    Colours that do not begin where a vector may begin are written through the caches, however many they are.
-    """
+def compiled(arrays, scene, material, real, planned=False):
+    """A call of the kernel, without its plan unless that is asked for; `.plan` tells what is expected of it."""
     points, normals = arrays
-    out = Shading(np.empty(points.size + 1, real)[0 if streamed else 1 :][: points.size].reshape(points.shape))
+    out = Shading(np.empty(points.shape, real))
     equation = assemble(scene, material, None)
 
     def run():
@@ -194,17 +190,6 @@ def measure_growth():
     return result
 
 
-def measure_streaming():
-    """Time of colours written past the caches over that of the same through them, by number of vertices."""
-    result = {}
-    for count in STREAMED:
-        small = vertices(count, np.float32)
-        calls = {how: compiled(small, scene_of(SUN), DULL, np.float32, streamed=how) for how in (True, False)}
-        least = least_times(calls, FEW_REPEATS)
-        result[count] = least[True] / least[False]
-    return result
-
-
 def measure_first_call():
     """Seconds by which the first call in a process takes longer than the second, with compiled code on disk."""
     runs = (
@@ -266,7 +251,7 @@ def main():
     first_call = measure_first_call()
     peaks = {stored: measure_peak(stored) for stored in ("float32", "float64")}
     burst()
-    growth, streaming = measure_growth(), measure_streaming()
+    growth = measure_growth()
     burst()
     least = {name: min(times[name] for times in bursts) for name in calls}
     rows = targets(least, book)
@@ -276,10 +261,8 @@ def main():
     rows.append(("ns per vertex, largest over least", max(growth.values()) / min(growth.values()), 1.15, False))
     console.print(times_table(calls, least, alone, book, count))
     console.print("One thread: " + ", ".join(f"{n:,} vertices {ns:.2f} ns each" for n, ns in growth.items()))
-    ratios = ", ".join(f"{n:,} vertices {ratio:.2f}" for n, ratio in streaming.items())
     sooner = alone["3 lamps, highlights"] / least["3 lamps, highlights"]
     console.print(f"3 lamps, highlights: two threads are {sooner:.2f} times as fast as one")
-    console.print(f"1 sun, past the caches over through them: {ratios}")
     console.print(targets_table(rows))
 
 
