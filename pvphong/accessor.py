@@ -72,8 +72,8 @@ class MeshPhong:
         tolerance : float, default 0
             Largest absolute colour error that may be traded for time; 0 allows no approximation.
         precision : {"float32", "float64"}
-            Of the arrays and the arithmetic. float32 errs by at most
-            (4√shininess + 16) · 2⁻²⁴ · (1 + number of lights), for colours of size 1.
+            Of the arrays and the arithmetic. float32 errs by at most (4√n + 16) · 2⁻²⁴ · (1 + number of lights) for
+            colours of size 1, n the largest of the shininess and the spot lights' exponents; see `pvphong.evaluate`.
         backend : {"auto", "numpy", "numba"}
             Which evaluator computes; see `pvphong.evaluate`.
 

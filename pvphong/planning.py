@@ -28,7 +28,7 @@ class Plan:
     Attributes
     ----------
     effects : mapping of str to Decision
-        Every effect that exists, in running order: whether it is on, and why.
+        Every effect that exists, in the order in which they are left out: whether it is on, and why.
     needs : frozenset of str
         What will be read, of "points", "normals" and "viewer".
     view_dependent : bool
@@ -121,7 +121,7 @@ def plan_equation(
 ) -> Plan:
     """The plan for the equation of a scene, or one that was rewritten from it."""
     labels = light_labels(scene, "light ")
-    draft = Draft(
+    draft = Draft.first(
         equation=equation,
         labels=labels,
         extent=Extent(points, normals, equation.matrix, search),

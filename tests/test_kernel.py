@@ -337,19 +337,38 @@ with mock.patch.object(caching._CacheLocator, "ensure_cache_path", side_effect=P
     assert process.stdout.count("0.84") == 3, process.stdout
 
 
-def test_kept_code_that_is_damaged_is_compiled_anew(monkeypatch):
-    """Whatever reading it raises: a text in place of Numba's index gives a ValueError."""
+class KeptCode:
+    """Compiled code with a cache on disk that is damaged: whatever reading it raises."""
 
-    def damaged(*_):
-        raise ValueError("invalid literal for int()")
+    def __init__(self, can_be_mended):
+        self.can_be_mended, self.is_damaged, self._cache, self.calls = can_be_mended, True, self, []
 
-    calls = []
-    monkeypatch.setattr(kernel, "_compiled", lambda keeps_code: damaged if keeps_code else calls.append)
+    def flush(self):
+        if not self.can_be_mended:
+            raise OSError("no space left on the device")
+        self.is_damaged = False
+
+    def __call__(self, argument):
+        if self.is_damaged:
+            raise ValueError("invalid literal for int()")  # as for a text in place of Numba's index
+        self.calls.append(argument)
+
+
+@pytest.mark.parametrize("can_be_mended", [True, False])
+def test_kept_code_that_is_damaged_is_replaced_or_done_without(monkeypatch, can_be_mended):
+    kept, anew = KeptCode(can_be_mended), []
+    monkeypatch.setattr(kernel, "_compiled", lambda keeps_code: kept if keeps_code else anew.append)
     monkeypatch.setattr(kernel._Process, "keeps_code", True)
+    monkeypatch.setattr(kernel._Process, "has_mended", False)
     kernel._run("arguments")
-    assert calls == ["arguments"]
-    assert not kernel._Process.keeps_code
-    monkeypatch.setattr(kernel, "_compiled", lambda _: damaged)
+    assert (kept.calls, anew) == ((["arguments"], []) if can_be_mended else ([], ["arguments"]))
+    assert kernel._Process.keeps_code is can_be_mended
+
+
+def test_what_goes_wrong_without_kept_code_too_is_an_error(monkeypatch):
+    monkeypatch.setattr(kernel, "_compiled", lambda _: KeptCode(can_be_mended=False))
+    monkeypatch.setattr(kernel._Process, "keeps_code", True)
+    monkeypatch.setattr(kernel._Process, "has_mended", False)
     with pytest.raises(ValueError, match="invalid literal"):
         kernel._run("arguments")
 

@@ -45,6 +45,11 @@ ON_AND_OFF = {
     # effect: (a call that turns it on, one that turns it off, what the reason for off says)
     "emission": ((scene(SUN), replace(DULL, emission=0.1)), (scene(SUN), DULL), "black emission"),
     "ambient": ((scene(SUN), DULL), (scene(SUN, ambient=0.0), DULL), "black ambient"),
+    "ambient/light": (
+        (scene(replace(LAMP, ambient=0.5), ambient=0.0), DULL),
+        (scene(LAMP, ambient=0.0), DULL),
+        "black ambient",
+    ),
     "lights": ((scene(SUN), DULL), (scene(replace(SUN, on=False)), DULL), "sun: switched off"),
     "lights/black": ((scene(SUN), DULL), (scene(replace(SUN, diffuse=0.0)), DULL), "sun: adds black"),
     "lights/intensity": ((scene(SUN), DULL), (scene(replace(SUN, intensity=0)), DULL), "adds black"),
@@ -55,6 +60,7 @@ ON_AND_OFF = {
         # The box's diagonal is √3, so its sphere is seen within asin(√¾ / 3) = 16.8°: 180 − 16.8 − 15.
         "spot: mesh lies outside the cone by 148°",
     ),
+    "lights/none": ((scene(SUN), DULL), (scene(), DULL), "no light reaches the mesh"),
     "cone": ((scene(SPOT), DULL), (scene(replace(SPOT, cone_angle=40, exponent=0)), DULL), "mesh lies inside the cone"),
     "cone/none": ((scene(SPOT), DULL), (scene(LAMP), DULL), "no spot light"),
     "specular": ((scene(SUN), SHINY), (scene(SUN), DULL), "black specular colour"),
@@ -73,6 +79,7 @@ ON_AND_OFF = {
     "position": ((scene(LAMP), DULL), (scene(SUN), DULL), "every light is directional"),
     "local viewer": ((scene(LAMP), SHINY), (scene(LAMP), DULL), "no highlight is left"),
     "local viewer/infinite": ((scene(LAMP), SHINY), (scene(LAMP, local_viewer=False), SHINY), "at infinity"),
+    "diffuse/off": ((scene(SUN), SHINY), (scene(replace(SUN, on=False)), SHINY), "no light reaches the mesh"),
     "diffuse": ((scene(SUN), SHINY), (scene(SUN), replace(SHINY, diffuse=0.0)), "black diffuse colour"),
     "two-sided": ((scene(SUN, two_sided=True), DULL), (scene(SUN), DULL), "one-sided"),
     "two-sided/unlit": (
@@ -92,6 +99,25 @@ def test_each_effect_has_a_scene_that_turns_it_on_and_one_that_turns_it_off(case
     assert not decision.on
     assert re.search(reason, decision.why), decision.why
     assert decision.bound == 0.0
+
+
+def test_what_is_off_for_want_of_a_light_says_so(mesh):
+    for dark in (replace(SPOT, on=False), replace(SPOT, direction=(0, 0, 1)), replace(SPOT, diffuse=0.0)):
+        plan = ph.plan(mesh, scene(replace(SUN, on=False), dark), SHINY)
+        for effect in ("diffuse", "specular", "attenuation", "position"):
+            assert plan.effects[effect].why == "no light reaches the mesh"
+
+
+def test_a_narrow_miss_of_the_cone_is_told_in_parts_of_a_degree(mesh):
+    off_axis = np.arcsin(np.sqrt(0.75) / 3) + np.radians(15 + 0.4)  # the box's sphere, the cone, and so much beside it
+    spot = replace(SPOT, direction=(0, np.sin(off_axis), -np.cos(off_axis)))
+    assert ph.plan(mesh, scene(spot), DULL).effects["lights"].why == "spot: mesh lies outside the cone by 0.4°"
+
+
+def test_ambient_light_says_whose_it_is(mesh):
+    lamp = replace(LAMP, ambient=0.5, attenuation=(0, 0, 1))
+    assert ph.plan(mesh, scene(lamp, ambient=0.0), DULL).effects["ambient"].why == "of lamp"
+    assert ph.plan(mesh, scene(lamp), DULL).effects["ambient"].why == "one constant for all vertices; of lamp"
 
 
 @pytest.mark.parametrize(
@@ -141,6 +167,24 @@ def test_no_normal_is_turned_where_all_face_the_viewer(material, local_viewer, s
     assert plan.view_dependent  # from elsewhere, some may face away
     left, whole = (run(equation, patch, shade) for equation in (plan.equation, assemble(above, material, None)))
     np.testing.assert_array_equal(left, whole)
+
+
+QUARTER_TURN = np.array([[0.0, 0, 2, 5], [0, 2, 0, 6], [-2, 0, 0, 7], [0, 0, 0, 1]])  # z to x, and twice as large
+
+
+@over_evaluators
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_normals_are_known_to_face_the_viewer_where_a_matrix_turns_or_mirrors_them(side, shade):
+    model, matrix = ph.LightModel(two_sided=True), np.diag([side, 1.0, 1.0, 1.0]) @ QUARTER_TURN
+    seen = ph.Scene(lights=[LAMP], viewer=ph.Viewer(position=(side * 30, 6, 7)), light_model=model)
+    patch = bent(40)
+    plan = ph.plan(patch, seen, DULL, matrix=matrix)
+    assert "no vertex faces away" in plan.effects["two-sided"].why
+    left, whole = (run(equation, patch, shade) for equation in (plan.equation, assemble(seen, DULL, matrix)))
+    np.testing.assert_array_equal(left, whole)
+    behind = replace(seen, viewer=ph.Viewer(position=(side * -30, 6, 7)))
+    assert ph.plan(patch, behind, DULL, matrix=matrix).effects["two-sided"].on
+    assert ph.plan(patch, seen, DULL, matrix=matrix @ shear()).effects["two-sided"].on
 
 
 @pytest.mark.parametrize("seen", [bent(100), bent(40).flip_faces()])
@@ -235,8 +279,25 @@ def test_highlights_that_cannot_reach_a_flat_mesh_are_left_out():
         light_model=ph.LightModel(reflection="blinn-phong"),
     )
     plan = ph.plan(ground, grazing, replace(SHINY, shininess=100), tolerance=1 / 255)
+    turned = ph.plan(
+        ground.rotate_y(-90),
+        grazing,
+        replace(SHINY, shininess=100),
+        matrix=pv.Transform().rotate_y(90).matrix,
+        tolerance=1 / 255,
+    )
+    assert not turned.effects["specular"].on
     assert not plan.effects["specular"].on
     assert plan.needs == {"normals"}
+
+
+def test_lights_that_are_off_or_black_take_no_share_of_the_tolerance(mesh):
+    far = ph.PointLight(position=(0, 0, 1000))
+    delta = float(np.sqrt(0.75)) / 1000  # the box's sphere, seen from the light
+    tolerance = 2.01 * 0.7 * delta  # the approximation's share is half of it
+    for others in ((), (replace(far, on=False),) * 3, (replace(far, diffuse=0.0),) * 3):
+        assert not ph.plan(mesh, scene(far, *others), DULL, tolerance=tolerance).effects["position"].on
+    assert ph.plan(mesh, scene(far, far), DULL, tolerance=tolerance).effects["position"].on
 
 
 def test_several_approximations_add_up_to_at_most_the_tolerance(mesh):

@@ -11,7 +11,7 @@ from pvphong.accuracy.drops import DROPS, without_light
 from pvphong.accuracy.rows import Entry, Promise, Timing, vertex_errors
 from pvphong.accuracy.subject import Subject
 from pvphong.effects import EFFECTS, Draft, Extent
-from pvphong.equation import Equation, assemble
+from pvphong.equation import Equation
 from pvphong.planning import Plan
 from pvphong.scene import light_labels
 
@@ -76,12 +76,8 @@ def ledger(subject: Subject, plan: Plan, missing: list[Without], costs: dict[str
 
 def promises(subject: Subject, tolerance: float) -> tuple[Promise, ...]:
     """Each approximation of the plan at a tolerance: the bound that it took, the difference that it makes."""
-    draft = Draft(
-        equation=assemble(subject.scene, subject.material, subject.matrix),
-        labels=light_labels(subject.scene, "light "),
-        extent=Extent(subject.points, subject.normals, subject.matrix),
-        tolerance=tolerance,
-    )
+    extent = Extent(subject.points, subject.normals, subject.assembled.matrix)
+    draft = Draft.first(subject.assembled, light_labels(subject.scene, "light "), extent, tolerance)
     found = []
     for effect in EFFECTS:
         before, draft = draft, effect.simplify(draft)

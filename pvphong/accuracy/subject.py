@@ -64,7 +64,7 @@ class Subject:
     @cached_property
     def sphere(self) -> tuple[Float64Array, float]:
         """Middle and radius of the mesh in the world; around the origin where they are not known."""
-        centre, radius = Extent(self.points, self.normals, self.matrix).sphere or ((0.0, 0.0, 0.0), 0.0)
+        centre, radius = Extent(self.points, self.normals, self.assembled.matrix).sphere or ((0.0, 0.0, 0.0), 0.0)
         return np.array(centre), radius
 
     @cached_property

@@ -84,24 +84,24 @@ def widest_to_viewer(draft: Draft, direction: VectorLike, light_angle: float) ->
     return min(angle(v, direction) + (light_angle + spread) * ROUNDED_UP, math.pi)
 
 
-def highlight_change(equation: Equation, angle: float, most: float, light_moves: bool) -> float:
-    """The largest change of the highlight factor when l or v turns by `angle`, for ψ of at most `most`.
+def highlight_change(equation: Equation, turn: float, most: float, light_moves: bool) -> float:
+    """The largest change of the highlight factor when l or v turns by `turn`, for ψ of at most `most`.
 
-    Phong: r turns as much as l does, and (r·v)ⁿ changes by no more than `steepness` times the angle. Where
+    Phong: r turns as much as l does, and (r·v)ⁿ changes by no more than `steepness` times the turn. Where
     the light moves, a vertex may also change sides: there n·l is at most sin δ, so r·v = 2(n·l)(n·v) − l·v
     is at most 2 sin δ − cos ψ, and the highlight that is switched is at most that to the n.
 
-    Blinn-Phong: h is the middle of the arc from l to v and turns by at most angle / (2 cos ψ/2); at n·l ≈ 0,
+    Blinn-Phong: h is the middle of the arc from l to v and turns by at most turn / (2 cos ψ/2); at n·l ≈ 0,
     n·h = (n·l + n·v) / (2 cos ψ/2) is at most sin ψ/2 + sin δ / cos ψ/2.
     """
-    n, delta = equation.shininess, math.sin(min(angle, math.pi / 2))
-    middle = math.cos(min(most + angle, math.pi) / 2.0)
+    n, delta = equation.shininess, math.sin(min(turn, math.pi / 2))
+    middle = math.cos(min(most + turn, math.pi) / 2.0)
     if equation.reflection == "blinn-phong":
         if middle <= 1e-6:
             return 1.0
-        change, switched = steepness(n) * angle / (2.0 * middle), math.sin(most / 2.0) + delta / middle
+        change, switched = steepness(n) * turn / (2.0 * middle), math.sin(most / 2.0) + delta / middle
     else:
-        change, switched = steepness(n) * angle, 2.0 * delta - math.cos(min(most + angle, math.pi))
+        change, switched = steepness(n) * turn, 2.0 * delta - math.cos(min(most + turn, math.pi))
     if light_moves:
         floored = max(switched, equation.cosine_floor, 0.0)
         change += min(floored, 1.0) ** n

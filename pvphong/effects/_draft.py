@@ -64,6 +64,8 @@ class Draft:
         As it stands.
     labels : tuple of str
         What names each light of the scene.
+    shining : int
+        How many of its lights add anything; the tolerance is divided among them.
     extent : Extent
         Where the vertices are.
     tolerance : float
@@ -74,9 +76,18 @@ class Draft:
 
     equation: Equation
     labels: tuple[str, ...]
+    shining: int
     extent: Extent
     tolerance: float
     notes: tuple[Note, ...] = ()
+
+    @classmethod
+    def first(
+        cls, equation: Equation, labels: tuple[str, ...], extent: Extent, tolerance: float, notes: tuple[Note, ...] = ()
+    ) -> Draft:
+        """Of an equation as it was assembled."""
+        shining = sum(not term.is_black for term in equation.terms)
+        return cls(equation, labels, shining, extent, tolerance, notes)
 
     @cached_property
     def error_bound(self) -> float:
@@ -88,13 +99,8 @@ class Draft:
         """The error that the next approximation may take: its share, or what is left of the tolerance."""
         if not self.tolerance:
             return 0.0
-        share = self.tolerance / (2 * max(len(self.labels), 1))
+        share = self.tolerance / (2 * max(self.shining, 1))
         return min(share, max(self.tolerance - self.error_bound, 0.0) / ROUNDED_UP**2)
-
-    @property
-    def normal_cone(self) -> tuple[Vector, float] | None:
-        """That of the extent, where normals stay as they are stored."""
-        return None if self.equation.turns_normals else self.extent.normal_cone
 
     def label(self, term: LightTerm) -> str:
         """What names the light of a term."""
@@ -191,13 +197,16 @@ def for_each_term(rule: Callable[[Draft, LightTerm], Change]) -> Callable[[Draft
     return simplify
 
 
+NO_LIGHT = "no light reaches the mesh"
+
+
 def decision(draft: Draft, name: str, lights: Sequence[str], off: str) -> Decision:
-    """On where some lights have the effect; else off, for the reasons noted or `off`."""
+    """On where some lights have the effect; else off, for the reasons noted, or because there is no light, or `off`."""
     noted = draft.because(name)
     if lights:
         why = ", ".join(lights) + (f" (left out: {noted})" if noted else "")
         return Decision(True, why, draft.bound_of(name), len(lights))
-    return Decision(False, noted or off, draft.bound_of(name))
+    return Decision(False, noted or (off if draft.equation.terms else NO_LIGHT), draft.bound_of(name))
 
 
 def peak(color: Vector) -> float:

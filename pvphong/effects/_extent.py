@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pvphong._types import Float64Array, FloatArray, MatrixLike, Vector, VectorLike
-from pvphong.transform import transform_points
+from pvphong._types import Float64Array, FloatArray, Vector, VectorLike
+from pvphong.effects._matrix import MatrixClass, class_of
+from pvphong.transform import transform_normals, transform_points
 
 # Bounds are computed in float64 and rounded up by this factor.
 ROUNDED_UP = 1.0 + 1e-9
@@ -33,8 +34,8 @@ class Extent:
         Shape (n, 3).
     normals : ndarray or None
         Shape (n, 3), where they are known.
-    matrix : array_like or None
-        Model matrix.
+    matrix : ndarray or None
+        (4, 4) model matrix.
     search : callable, optional
         Finds the least and the greatest entry of each column faster than NumPy does, or gives None.
     """
@@ -43,7 +44,7 @@ class Extent:
         self,
         points: FloatArray,
         normals: FloatArray | None,
-        matrix: MatrixLike | None,
+        matrix: Float64Array | None,
         search: Search | None = None,
     ) -> None:
         self._points = points
@@ -56,7 +57,7 @@ class Extent:
         """Centre and radius; None where there is no point, or one is not finite."""
         if not len(self._points):
             return None
-        low, high = self._bounds(self._points)
+        low, high = self._box(self._points)
         if self._matrix is not None:
             corners = transform_points(_corners(low, high), self._matrix)
             low, high = corners.min(axis=0), corners.max(axis=0)
@@ -67,14 +68,22 @@ class Extent:
 
     @cached_property
     def normal_cone(self) -> tuple[Vector, float] | None:
-        """A unit axis, and an angle in radians within which all normals, as stored, lie from it; None if unknown."""
+        """A unit axis, and an angle in radians within which all normals lie from it; None if unknown."""
         if self._normals is None or not len(self._normals):
             return None
+        kind = MatrixClass.TRANSLATION if self._matrix is None else class_of(self._matrix)
+        if kind is MatrixClass.GENERAL:
+            return None
         some = self._normals[:: max(len(self._normals) // _SOME, 1)]  # where these have no cone, all hardly have one
-        return None if _cone(*_bounds(some)) is None else _cone(*self._bounds(self._normals))
+        stored = None if _cone(*_box(some)) is None else _cone(*self._box(self._normals))
+        if stored is None or self._matrix is None or kind.keeps_normals:
+            return stored
+        axis, angle = stored
+        x, y, z = transform_normals([axis], self._matrix)[0].tolist()
+        return (x, y, z), angle
 
-    def _bounds(self, rows: FloatArray) -> tuple[Float64Array, Float64Array]:
-        return (self._search and self._search(rows)) or _bounds(rows)
+    def _box(self, rows: FloatArray) -> tuple[Float64Array, Float64Array]:
+        return (self._search and self._search(rows)) or _box(rows)
 
 
 def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
@@ -98,7 +107,7 @@ def _corners(low: Float64Array, high: Float64Array) -> Float64Array:
     return np.array(list(itertools.product(*zip(low.tolist(), high.tolist(), strict=True))))
 
 
-def _bounds(rows: FloatArray) -> tuple[Float64Array, Float64Array]:
+def _box(rows: FloatArray) -> tuple[Float64Array, Float64Array]:
     """Least and greatest entry of each column; NaN where any is."""
     extremes = np.concatenate([_extremes(rows[start : start + _CHUNK]) for start in range(0, len(rows), _CHUNK)])
     return extremes.min(axis=0), extremes.max(axis=0)

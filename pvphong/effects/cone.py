@@ -25,7 +25,8 @@ def _leave_out(draft: Draft, term: LightTerm) -> Change:
     least, most = angles
     edge, label = math.radians(term.light.cone_angle), draft.label(term)
     if least > edge + _SLACK:
-        why = f"mesh lies outside the cone by {math.degrees(least - edge):.0f}°"
+        margin = math.degrees(least - edge)
+        why = f"mesh lies outside the cone by {f'{margin:.0f}' if margin >= 1.0 else f'{margin:.1g}'}°"
         return None, Note(NAME, label, why), Note("lights", label, why)
     if most < edge - _SLACK:
         return _leave_out_falloff(draft, term, term.light, least, most)

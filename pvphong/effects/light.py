@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pvphong.effects._bounds import strongest, whole
-from pvphong.effects._draft import Change, Draft, Effect, Note, decision, for_each_term
+from pvphong.effects._draft import NO_LIGHT, Change, Draft, Effect, Note, decision, for_each_term
 from pvphong.equation import LightTerm
 
 NAME = "lights"
@@ -25,5 +25,5 @@ EFFECT = Effect(
     NAME,
     (),
     for_each_term(_leave_out),
-    lambda draft: decision(draft, NAME, draft.labels_where(lambda _: True), "no light is on"),
+    lambda draft: decision(draft, NAME, draft.labels_where(lambda _: True), NO_LIGHT),
 )

@@ -43,7 +43,7 @@ def _reach(draft: Draft, term: LightTerm) -> float:
     With θ the angle from n to l, φ from n to v and ψ from l to v: r·v = 2 cos θ cos φ − cos ψ, and
     n·h = (cos θ + cos φ) / (2 cos ψ/2); both grow with smaller θ and φ and greater ψ.
     """
-    equation, cone = draft.equation, draft.normal_cone
+    equation, cone = draft.equation, draft.extent.normal_cone
     if equation.headlight_only or equation.is_flipped or equation.shininess == 0.0 or cone is None:
         return 1.0
     axis, opening = cone

@@ -59,7 +59,7 @@ LOCAL_VIEWER = Effect(NAME, ("points", "viewer"), _leave_out, _decide, once=0.6)
 def _leave_out_flip(draft: Draft) -> Draft:
     """Where no vertex faces away. A closed mesh seen from outside hides the others, but their colours are data too."""
     equation = draft.equation
-    cone = draft.normal_cone if equation.is_flipped else None
+    cone = draft.extent.normal_cone if equation.is_flipped else None
     seen = viewer_seen(draft, equation.eye if equation.local_facing else None) if cone else None
     if cone is None or seen is None:
         return draft

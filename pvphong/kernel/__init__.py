@@ -12,6 +12,7 @@ highlight errs by at most (4√n + 10) · 2⁻²⁴ for shininess n.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import importlib.util
 import os
@@ -41,6 +42,7 @@ class _Process:
     has_run = False
     real_types: ClassVar[dict[np.dtype[Any], np.dtype[Any]]] = {}  # of what has run, by the vertices' type
     lost_its_threads = False
+    has_mended = False
     keeps_code = True
 
     @classmethod
@@ -194,16 +196,21 @@ def _nothing(dtype: np.dtype[Any]) -> FloatArray:
 
 
 def _run(*arguments: Any) -> None:
-    compiled = _compiled(_Process.keeps_code)
+    compiled: Any = _compiled(_Process.keeps_code)
     assert compiled is not None
     _Process.has_run = True
     try:
         with _Process.one_at_a_time:
             compiled(*arguments)
-    except Exception:  # of whatever kind a damaged file of kept code raises when it is read
+    except Exception:  # of whatever kind a damaged file of kept code raises when it is read, or a full disk
         if not _Process.keeps_code:
             raise
-        _Process.keeps_code = False  # what is wrong with the arguments is wrong without kept code too
+        if _Process.has_mended:
+            _Process.keeps_code = False  # what is wrong with the arguments is wrong without kept code too
+        else:
+            _Process.has_mended = True
+            with contextlib.suppress(OSError):
+                compiled._cache.flush()  # private, but Numba has no other way to forget what is on disk
         _run(*arguments)
 
 

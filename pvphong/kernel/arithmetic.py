@@ -99,7 +99,7 @@ _ROOT32, _ROOT64 = np.float32(0.5**0.5).view(np.int32), np.float64(0.5**0.5).vie
 _MANTISSA32, _MANTISSA64 = np.int32(23), np.int64(52)
 
 # Adding it rounds to an integer, which then stands in the last bits of the mantissa.
-_WHOLE32, _WHOLE64 = np.float32(1.5 * 2**23), 1.5 * 2**52
+WHOLE32, _WHOLE64 = np.float32(1.5 * 2**23), 1.5 * 2**52
 
 # Powers of two below it are not normal numbers.
 _LEAST32, _LEAST64 = np.float32(-126.0), -1022.0
@@ -142,8 +142,8 @@ def _log2_power32(square: Any, exponent: Any, least: Any) -> Any:
 
 @contracted
 def _exp2_32(y: Any) -> Any:
-    whole = y + _WHOLE32
-    significand = np.float32(_horner(y - (whole - _WHOLE32), _EXP32)).view(np.int32)
+    whole = y + WHOLE32
+    significand = np.float32(_horner(y - (whole - WHOLE32), _EXP32)).view(np.int32)
     return np.int32(significand + np.int32(np.float32(whole).view(np.int32) << _MANTISSA32)).view(np.float32)
 
 

@@ -7,13 +7,10 @@ from typing import Any
 import numpy as np
 
 from pvphong.kernel import rows as at
-from pvphong.kernel.arithmetic import inlined, plain
+from pvphong.kernel.arithmetic import WHOLE32, inlined, plain
 from pvphong.kernel.rows import BLOCK
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
-
-# Adding it rounds to an integer, which then stands in the last bits of the mantissa.
-_WHOLE = np.float32(1.5 * 2**23)
 
 
 @inlined
@@ -51,7 +48,7 @@ def join(rows: Any, low: Any, high: Any, rgb: Any, start: int, count: int) -> No
 def _byte(intensity: Any) -> Any:
     """0-255 for an intensity clipped to [0, 1]: the nearest, and of two equally near the even one."""
     fraction = clipped(np.float32(intensity), _ZERO, _ONE)
-    return np.uint8(np.float32(fraction * np.float32(255.0) + _WHOLE).view(np.int32))
+    return np.uint8(np.float32(fraction * np.float32(255.0) + WHOLE32).view(np.int32))
 
 
 @plain

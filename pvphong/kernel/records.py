@@ -119,9 +119,11 @@ def _is_glaring(term: LightTerm) -> bool:
 def settings(equation: Equation, *, is_wide: bool, has_albedo: bool) -> NDArray[Any]:
     """One record of type `SETTINGS`."""
     matrix, w, normals_matrix = _NO_MATRIX
+    turns_normals = False
     if equation.matrix is not None:
         matrix, w = equation.matrix[:3].tolist(), equation.matrix[3, 3]
         if equation.needs_normals and equation.turns_normals:
+            turns_normals = True
             normals_matrix = normal_matrix(equation.matrix).tolist()
     base = equation.ambient
     for term in equation.terms:
@@ -129,7 +131,6 @@ def settings(equation: Equation, *, is_wide: bool, has_albedo: bool) -> NDArray[
             base = _plus(base, _times(term.ambient, min(term.gain, BRIGHTEST)))
     floor = equation.cosine_floor
     highlights = {_highlight(term, equation) for term in equation.terms}
-    turns_normals = normals_matrix is not _NO_MATRIX[2]
     record = {
         "needs_normals": equation.needs_normals,
         "needs_points": equation.needs_points,
