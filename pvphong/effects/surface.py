@@ -8,16 +8,18 @@ import numpy as np
 
 from pvphong.effects._draft import Decision, Draft, Effect, unchanged
 from pvphong.effects._matrix import class_of
+from pvphong.lights import DirectionalLight
 
 
 def _decide_ambient(draft: Draft) -> Decision:
-    """The light model's, and that of lights, which weakens as they do."""
+    """The light model's, and that of lights, which is a constant too where they have no position."""
     shines_everywhere = any(draft.equation.ambient)
     lights = draft.labels_where(lambda term: any(term.ambient))
     if not (shines_everywhere or lights):
         return Decision(False, "black ambient light or ambient reflectance")
     sources = ["one constant for all vertices"] * shines_everywhere + [f"of {', '.join(lights)}"] * bool(lights)
-    return Decision(True, "; ".join(sources))
+    varying = draft.labels_where(lambda term: any(term.ambient) and not isinstance(term.light, DirectionalLight))
+    return Decision(True, "; ".join(sources), lights=len(varying))
 
 
 def _decide_emission(draft: Draft) -> Decision:
@@ -26,7 +28,7 @@ def _decide_emission(draft: Draft) -> Decision:
     return Decision(False, "black emission")
 
 
-AMBIENT = Effect("ambient", (), unchanged, _decide_ambient)
+AMBIENT = Effect("ambient", (), unchanged, _decide_ambient, each=0.3)
 EMISSION = Effect("emission", (), unchanged, _decide_emission)
 
 

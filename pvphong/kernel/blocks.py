@@ -112,9 +112,7 @@ def _add_dull(t: Any, s: Any, rows: Any, wide: Any) -> None:
     is_rescued = _approach(t.position, s, rows, wide)
     if t.varies:
         _find_strength(t, is_rescued, rows)
-        passes.lambert(rows)
-        passes.apply_strength(rows)
-        passes.add_matt(rows, *color)
+        passes.add_weakened(rows, *color)
     else:
         passes.add_lambert(rows, *color)
 

@@ -148,22 +148,22 @@ def _add(rows: Any, i: int, factor: Any, red: Any, green: Any, blue: Any) -> Non
 
 
 @plain
-def lambert(rows: Any) -> None:
-    """max(n·l, 0)."""
-    for i in range(BLOCK):
-        rows[at.COSINE + i] = _lambert(rows, i)
-
-
-@plain
 def add_lambert(rows: Any, red: Any, green: Any, blue: Any) -> None:
-    """`lambert` and `add_matt` in one."""
+    """Add a colour times max(n·l, 0)."""
     for i in range(BLOCK):
         _add(rows, i, _lambert(rows, i), red, green, blue)
 
 
 @plain
+def add_weakened(rows: Any, red: Any, green: Any, blue: Any) -> None:
+    """`add_lambert`, times the strength."""
+    for i in range(BLOCK):
+        _add(rows, i, _lambert(rows, i) * rows[at.STRENGTH + i], red, green, blue)
+
+
+@plain
 def add_parallel(rows: Any, red: Any, green: Any, blue: Any, x: Any, y: Any, z: Any) -> None:
-    """`lambert` and `add_matt` in one, for the same unit vector l everywhere."""
+    """`add_lambert` for the same unit vector l everywhere."""
     for i in range(BLOCK):
         n_l = max(_normal_dot(rows, i, x, y, z) * rows[at.INVERSE + i], _ZERO)
         _add(rows, i, n_l, red, green, blue)
@@ -291,7 +291,7 @@ def apply_cone(rows: Any) -> None:
 
 @plain
 def apply_strength(rows: Any) -> None:
-    """Multiply both factors by the strength."""
+    """Multiply both factors of a light with highlights by the strength."""
     for i in range(BLOCK):
         rows[at.COSINE + i] *= rows[at.STRENGTH + i]
         rows[at.SHINE + i] *= rows[at.STRENGTH + i]
