@@ -110,8 +110,12 @@ def needle():
     to_eye = unit(eye - peak)
     scene = scene_of(peak + 4 * (2 * (to_eye @ peak) * peak - to_eye), eye)
     steel = ph.Material(ambient=0, diffuse=0, specular=(1.0, 0.9, 0.75), shininess=1e5)
-    pair = textbook(points, points, scene, steel), ph.evaluate(points, points, scene, steel).rgb
-    return patch, *(rgb * (0.65 + 0.35 * (np.floor(np.minimum(rgb[:, :1], 0.999) * 24) % 2)) for rgb in pair)
+    return patch, textbook(points, points, scene, steel), ph.evaluate(points, points, scene, steel).rgb
+
+
+def contours(rgb):
+    """Every other one of 24 steps of brightness darker."""
+    return rgb * (0.65 + 0.35 * (np.floor(np.minimum(rgb[:, :1], 0.999) * 24) % 2))
 
 
 def slivers():
@@ -147,7 +151,8 @@ for column, (title, (case, mistake)) in enumerate(cases.items()):
     for row, (colors, caption) in enumerate(((naive, mistake), (ours, "pvphong"))):
         plotter.subplot(row, column)
         plotter.set_background("white")
-        plotter.add_mesh(mesh.copy(), scalars=colors, rgb=True, lighting=False)
+        drawn = contours(colors) if case is needle else colors
+        plotter.add_mesh(mesh.copy(), scalars=drawn, rgb=True, lighting=False)
         plotter.add_text(f"{title}: {caption}" if row == 0 else caption, position=(14, 8), font_size=9, color="black")
         plotter.view_xy()
         plotter.camera.zoom(1.2)

@@ -123,32 +123,21 @@ def _too_small(mesh: pv.DataSet) -> tuple[IntArray, NDArray[Any], NDArray[Any]]:
     return small, sizes[small], needed[small]
 
 
-def _flat_point_sets(mesh: pv.DataSet) -> IntArray:
-    """Cells that are the hull of points which lie in a plane: VTK's triangulation of some of them ends the process.
-
-    Of those with a point that is not finite it makes what it can.
-    """
+def _point_sets(mesh: pv.DataSet) -> IntArray:
+    """Cells that are the hull of their points: VTK's triangulation of some, flat ones above all, ends the process."""
     if not isinstance(mesh, pv.UnstructuredGrid):
         return np.empty(0, dtype=np.intp)
-    (array,) = cells(mesh)
-    flat = []
-    for number in np.flatnonzero(mesh.celltypes == pv.CellType.CONVEX_POINT_SET):
-        corners = np.asarray(array.connectivity[array.offsets[number] : array.offsets[number + 1]])
-        if len(corners) and ((corners >= 0) & (corners < mesh.n_points)).all():
-            points = mesh.points[corners].astype(np.float64)
-            if np.isfinite(points).all() and np.linalg.matrix_rank(points - points[0]) < 3:
-                flat.append(number)
-    return np.array(flat, dtype=np.intp)
+    return np.flatnonzero(mesh.celltypes == pv.CellType.CONVEX_POINT_SET)
 
 
 def invalid_cells(mesh: pv.DataSet) -> IntArray:
     """The mesh's numbers of the cells that would crash VTK, in rising order.
 
-    They refer to points that do not exist, have fewer points than their type, or are the hull of flat points.
+    They refer to points that do not exist, have fewer points than their type, or are convex point sets.
     """
     n_points = mesh.n_points
     found = [array.first + array.out_of_range(n_points) for array in cells(mesh)]
-    found += [_too_small(mesh)[0], _flat_point_sets(mesh)]
+    found += [_too_small(mesh)[0], _point_sets(mesh)]
     polyhedra = _polyhedron_faces(mesh)
     if polyhedra is not None:
         faces, owners = polyhedra
@@ -170,10 +159,11 @@ def refuse_invalid(mesh: pv.DataSet) -> None:
     if len(small):
         got = f"cell {small[0]} with {sizes[0]} points where its type has {needed[0]}"
         _check.refuse("mesh", got, "a mesh whose cells have all their points")
-    flat = _flat_point_sets(mesh)
-    if len(flat):
-        got = f"cell {flat[0]}, a convex point set whose points lie in a plane"
-        _check.refuse("mesh", got, "a mesh whose solid cells have a volume", "Make it a polygon.")
+    hulls = _point_sets(mesh)
+    if len(hulls):
+        allowed = "a mesh without them, because VTK's triangulation of some ends the process"
+        remedy = "pv.PolyData(its points).delaunay_3d() makes tetrahedra of one."
+        _check.refuse("mesh", f"cell {hulls[0]}, a convex point set", allowed, remedy)
     refuse_misfits(mesh)
 
 

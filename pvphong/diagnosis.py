@@ -106,7 +106,7 @@ def _of_faces(points: FloatArray, faces: Faces, numbers: IntArray) -> dict[str, 
         "duplicate_faces": numbers[repeated],
         "non_manifold_edges": non_manifold,
         "inconsistent_edges": inconsistent,
-        "offset": offset_to_origin(points) if len(checks.far) else None,
+        "offset": offset_to_origin(points) if len(checks.far) and checks.one_offset_helps else None,
     }
 
 

@@ -32,17 +32,20 @@ class FaceChecks:
     degenerate : ndarray
         Without an area, or with a corner that comes twice.
     far : ndarray
-        The coordinates' rounding blurs the normal, and would not if the mesh lay at the origin.
+        The coordinates' rounding blurs the normal, and would not if the face lay at the origin.
     thin : ndarray
-        The coordinates' rounding blurs the normal wherever the mesh lies.
+        The coordinates' rounding blurs the normal wherever the face lies.
     folded : ndarray
         Without an area and with a corner that comes twice: its edges say nothing about its neighbours.
+    one_offset_helps : bool
+        Whether no face would be far if the middle of the mesh lay at the origin.
     """
 
     degenerate: IntArray
     far: IntArray
     thin: IntArray
     folded: IntArray
+    one_offset_helps: bool
 
 
 @dataclass(frozen=True)
@@ -54,17 +57,20 @@ class _Blur:
     centred: Float64Array  # the same about the middle of the mesh
     extent: float  # a typical face's size, for faces that have collapsed
 
-    def of(self, block: Block, areas: Float64Array) -> tuple[Float64Array, Float64Array]:
-        """Radians for the faces of a block, as they lie and about the middle of the mesh."""
+    def of(self, block: Block, areas: Float64Array) -> tuple[Float64Array, Float64Array, Float64Array]:
+        """Radians for the faces of a block: as they lie, about the middle of the mesh, and about their own."""
         longest = np.sqrt(_squares(block.edges).max(axis=0))
         height = np.sqrt(_squares(areas)) / longest  # twice the area over the base, in units of 2**exponents
         collapsed = ~(height > 0)
         height[collapsed] = np.ldexp(self.extent, -block.exponents[collapsed])
-        return self._angle(self.here, block, height), self._angle(self.centred, block, height)
+        here, centred = (
+            np.ldexp(magnitudes[block.corners.T].max(axis=0), -block.exponents)
+            for magnitudes in (self.here, self.centred)
+        )
+        return self._angle(here, height), self._angle(centred, height), self._angle(longest, height)
 
-    def _angle(self, magnitudes: Float64Array, block: Block, height: Float64Array) -> Float64Array:
-        largest = np.ldexp(magnitudes[block.corners.T].max(axis=0), -block.exponents)
-        return np.where(largest > 0, self.step * largest / height, 0.0)
+    def _angle(self, magnitude: Float64Array, height: Float64Array) -> Float64Array:
+        return np.where(magnitude > 0, self.step * magnitude / height, 0.0)
 
 
 def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
@@ -72,7 +78,7 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
     finite = finite_rows(points)
     blur = _blur(points, finite, faces.count)
     small = np.flatnonzero(np.diff(faces.offsets) < 3)
-    degenerate, far, thin, folded = [small], [], [], [small]
+    degenerate, far, thin, folded, one_offset_helps = [small], [], [], [small], True
     with np.errstate(all="ignore"):
         for block in faces.blocks():
             areas = block.area_vectors()
@@ -80,13 +86,20 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
             flat = ~areas.any(axis=0)
             corners = np.sort(block.corners, axis=1)
             repeated = (corners[:, 1:] == corners[:, :-1]).any(axis=1)
-            here, centred = blur.of(block, areas)
+            here, centred, own = blur.of(block, areas)
             degenerate.append(block.faces[usable & (flat | repeated)])
             folded.append(block.faces[(flat | ~usable) & repeated])
             usable &= ~repeated
-            far.append(block.faces[usable & (here > _UNCERTAIN) & (centred <= _UNCERTAIN)])
-            thin.append(block.faces[usable & ~flat & (centred > _UNCERTAIN)])
-    return FaceChecks(*(np.sort(np.concatenate([*found, small[:0]])) for found in (degenerate, far, thin, folded)))
+            is_far = usable & (here > _UNCERTAIN) & (own <= _UNCERTAIN)
+            one_offset_helps &= not (is_far & (centred > _UNCERTAIN)).any()
+            far.append(block.faces[is_far])
+            thin.append(block.faces[usable & ~flat & (own > _UNCERTAIN)])
+    return FaceChecks(_joined(degenerate), _joined(far), _joined(thin), _joined(folded), one_offset_helps)
+
+
+def _joined(parts: list[IntArray]) -> IntArray:
+    """Of blocks, in rising order."""
+    return np.sort(np.concatenate([np.empty(0, dtype=np.intp), *parts]))
 
 
 def _blur(points: FloatArray, finite: BoolArray, n_faces: int) -> _Blur:

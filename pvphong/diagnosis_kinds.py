@@ -40,8 +40,9 @@ def _note(where: Where, meaning: str, remedy: str) -> Kind:
 KINDS: dict[str, Kind] = {
     "invalid_cells": _spoils(
         "cells",
-        "with an index that no point has, or with too few points for their type",
-        "Repair the file or the code that made them: VTK would crash, so pvphong refuses the mesh.",
+        "with an index that no point has, with too few points for their type, or convex point sets",
+        "Repair the file or the code that made them, and make tetrahedra of point sets: VTK would crash, so pvphong "
+        "refuses the mesh.",
     ),
     "nothing_to_light": _spoils(
         "mesh",
@@ -81,7 +82,8 @@ KINDS: dict[str, Kind] = {
     "far_faces": _spoils(
         "faces",
         "so far from the origin for their size that the coordinates' float type blurs their normals",
-        "Subtract an offset before the coordinates are rounded to this float type, or keep them in float64.",
+        "Subtract an offset before the coordinates are rounded to this float type (of parts far apart, each its own), "
+        "or keep them in float64.",
     ),
     "inconsistent_edges": _spoils(
         "edges",

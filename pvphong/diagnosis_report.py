@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 _SHOWN = 6  # indices that a report lists of each finding
-_OF_COMPUTED_NORMALS = ("unlit_points", "duplicate_faces")  # harmless where normals are stored
+# Harmless where normals are stored.
+_OF_COMPUTED_NORMALS = ("unlit_points", "duplicate_faces", "degenerate_faces", "far_faces", "inconsistent_edges")
 
 
 @dataclass(frozen=True)
@@ -105,7 +106,8 @@ class Diagnosis:
     mirrored_matrix : bool
         The matrix mirrors. A note: pvphong lights it rightly.
     offset : tuple of 3 floats or None
-        What to subtract from the coordinates to cure `far_faces`; None where there are none.
+        What to subtract from the coordinates to cure `far_faces`; None where there are none, or where no single
+        offset helps all of them.
     """
 
     FLAGS: ClassVar[dict[str, int]] = FLAGS

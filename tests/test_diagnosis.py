@@ -352,6 +352,30 @@ def test_the_offset_cures_faces_far_from_the_origin(offset):
     assert cured.offset is None
 
 
+def test_a_part_far_from_the_others_is_far_and_the_others_are_not_thin():
+    both = pv.merge([pv.Sphere(), pv.Sphere(center=(1e5, 0, 0))], merge_points=False)
+    both.clear_data()
+    found = diagnose(both)
+    assert found.far_faces.tolist() == list(range(1680, 3360))
+    assert len(found.thin_faces) == 0
+    assert found.offset is None  # none brings both parts to the origin
+    assert "of parts far apart, each its own" in str(found)
+
+
+def test_with_stored_normals_no_face_spoils_anything():
+    sphere = pv.Sphere()
+    faces = sphere.regular_faces.copy()
+    faces[5], faces[9] = faces[5][::-1], faces[9][[0, 0, 1]]
+    turned = pv.PolyData.from_regular_faces(sphere.points + np.float32(1e5), faces)
+    bare, turned.point_data.active_normals = turned.copy(), sphere.point_normals
+    for mesh, ok in ((bare, False), (turned, True)):
+        found = diagnose(mesh)
+        assert found.ok is ok
+        assert len(found.inconsistent_edges) > 0
+        assert len(found.far_faces) > 0
+        assert found.degenerate_faces.tolist() == [9]
+
+
 def test_a_mesh_that_collapsed_far_away_is_blamed_on_its_place():
     tiny = tetrahedron()
     found = diagnose(mesh_of(np.full((4, 3), 1e8, dtype=np.float32) + tiny.points.astype(np.float32), *FACES))

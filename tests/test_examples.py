@@ -39,7 +39,7 @@ def test_the_example_runs_and_leaves_a_picture(script, tmp_path):
 
 
 def test_every_hard_case_is_seen_to_differ_from_the_usual_formula(tmp_path):
-    """A pair of the same colours differs in no pixel; those of the gallery in 5 % of the surface or more."""
+    """A pair of the same colours differs in no pixel; those of the gallery in 2 % of the surface or more."""
     printed, picture = run(EXAMPLES / "hard_cases.py", tmp_path)
     image = pv.read(picture)
     width, height, _ = image.dimensions
