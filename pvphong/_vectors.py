@@ -52,10 +52,15 @@ def columns(rows: FloatArray) -> Float64Array:
 
 def unit_vector(vector: VectorLike) -> Vector:
     """A single vector, finite and not zero, made as long as 1: the bits of `unit` without the cost of arrays."""
+    (x, y, z), inverse = moderate_vector(vector)
+    return x * inverse, y * inverse, z * inverse
+
+
+def moderate_vector(vector: VectorLike) -> tuple[Vector, float]:
+    """A single vector, finite and not zero, times a power of two that makes its length moderate; and 1/length."""
     scale = -math.frexp(max(map(abs, vector)))[1]
     x, y, z = (math.ldexp(component, scale) for component in vector)
-    inverse = 1.0 / math.sqrt(x * x + y * y + z * z)
-    return x * inverse, y * inverse, z * inverse
+    return (x, y, z), 1.0 / math.sqrt(x * x + y * y + z * z)
 
 
 def unit(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real]]:
@@ -115,7 +120,14 @@ def _inverse(length: NDArray[Real]) -> NDArray[Real]:
 
 
 def towards(target: Vector, points: Float64Array, real: Any = np.float64) -> tuple[Any, Float64Array]:
-    """Unit vectors from points to a target, and the distances.
+    """Unit vectors from points to a target, and the distances: `ways_to`, with the lengths taken out of the ways."""
+    ways, inverse, distance = ways_to(target, points, real)
+    ways *= inverse
+    return ways, distance
+
+
+def ways_to(target: Vector, points: Float64Array, real: Any = np.float64) -> tuple[Any, Any, Float64Array]:
+    """Ways from points to a target, of moderate lengths, the inverses of those, and the distances.
 
     The difference of two positions is taken in float64, however near each other and far from the origin they are.
     What follows is computed in the float type `real`; float32 rounds each component to 2⁻¹¹⁹ of the distance too.
@@ -127,38 +139,42 @@ def towards(target: Vector, points: Float64Array, real: Any = np.float64) -> tup
     points : ndarray
         Shape (3, n).
     real : type, default float64
-        Float type of the unit vectors.
+        Float type of the ways and of their inverse lengths.
 
     Returns
     -------
-    direction : ndarray
-        Shape (3, n), unit; zero where the point is the target or is not finite.
+    ways : ndarray
+        Shape (3, n), the differences, times a power of two where these are very long or short; zero where the point
+        is the target or is not finite.
+    inverse : ndarray
+        Shape (n,), 1 over their lengths; 0 where they are zero.
     distance : ndarray
         Shape (n,), float64; NaN where the point is not finite, and at most the largest float.
     """
     goal = np.array(target)[:, None]
-    direction = np.empty(points.shape, real)
+    ways = np.empty(points.shape, real)
     with np.errstate(all="ignore"):
-        np.subtract(goal, points, out=direction, casting="same_kind")
-        square, comfortable = _squares(direction)
+        np.subtract(goal, points, out=ways, casting="same_kind")
+        square, comfortable = _squares(ways)
         length = np.sqrt(square)
-        direction *= 1.0 / length
+        inverse = 1.0 / length
     distance = length.astype(np.float64, copy=False)
     if not comfortable:
         rare = _is_rare(square)
-        direction[:, rare], distance[rare] = _rare_rays(goal, points[:, rare], real)
-    return direction, distance
+        ways[:, rare], inverse[rare], distance[rare] = _rare_ways(goal, points[:, rare], real)
+    return ways, inverse, distance
 
 
-def _rare_rays(goal: Float64Array, points: Float64Array, real: Any) -> tuple[Any, Float64Array]:
-    """`towards` where a difference's square is 0, not finite, or has overflowed or underflowed."""
+def _rare_ways(goal: Float64Array, points: Float64Array, real: Any) -> tuple[Any, Any, Float64Array]:
+    """`ways_to` where a difference's square is 0, not finite, or has overflowed or underflowed."""
     with np.errstate(all="ignore"):
         difference = goal - points
         far = ~np.isfinite(difference).all(axis=0)
         difference[:, far] = goal * 0.25 - points[:, far] * 0.25
         scaled, exponents = _rescaled(difference)
-        direction, length = unit(scaled.astype(real))
+        ways = scaled.astype(real)
+        length = np.sqrt(dot(ways, ways))
         distance = np.ldexp(length.astype(np.float64), exponents + 2 * far)
     np.minimum(distance, np.finfo(np.float64).max, out=distance)
     distance[~np.isfinite(points).all(axis=0)] = np.nan
-    return direction, distance
+    return ways, _inverse(length), distance

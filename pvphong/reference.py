@@ -48,7 +48,8 @@ class Surface(NamedTuple):
 
     points: Float64Array
     raw: FloatArray
-    """Normals before they were made unit length: n·l is decided on these, so that their rounding has no part in it."""
+    """Normals before they were made unit length. The sign of n·l is decided on these and on ways to the light, so that
+    the rounding of unit vectors has no part in it."""
     inverse_length: FloatArray
     normals: FloatArray
     to_viewer: FloatArray
@@ -197,18 +198,19 @@ def _factors(surface: Surface, equation: Equation, term: LightTerm) -> tuple[Any
     strength = np.minimum(arrival.strength * term.gain, BRIGHTEST).astype(real, copy=False)
     if not (any(term.diffuse) or any(term.specular)):
         return strength, 0.0, 0.0
-    l = arrival.direction
-    raw_n_l = dot(surface.raw, l)
+    raw_n_l = dot(surface.raw, arrival.way) * arrival.inverse_length
     n_l = raw_n_l * surface.inverse_length
     if equation.headlight_only:
         lit = strength * (surface.inverse_length > 0.0)  # the floor is not for a normal that is not there
         diffuse = np.maximum(n_l, real(equation.cosine_floor)) * lit
-        specular = _power(real(0.5) * _square(surface.normals - l), equation.shininess, equation.cosine_floor)
+        distance = real(0.5) * _square(surface.normals - arrival.direction)
+        specular = _power(distance, equation.shininess, equation.cosine_floor)
         return strength, diffuse, specular * lit
     diffuse = np.maximum(n_l, real(0.0)) * strength
     if not any(term.specular):
         return strength, diffuse, 0.0
-    specular = _power(_chord_distance(surface, equation, l, raw_n_l), equation.shininess, equation.cosine_floor)
+    distance = _chord_distance(surface, equation, arrival.direction, raw_n_l)
+    specular = _power(distance, equation.shininess, equation.cosine_floor)
     specular = specular * strength
     specular *= n_l > 0.0
     if surface.unseen is not False:

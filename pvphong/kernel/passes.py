@@ -163,7 +163,7 @@ def add_weakened(rows: Any, red: Any, green: Any, blue: Any) -> None:
 
 @plain
 def add_parallel(rows: Any, red: Any, green: Any, blue: Any, x: Any, y: Any, z: Any) -> None:
-    """`add_lambert` for the same unit vector l everywhere."""
+    """`add_lambert` for the same way (x, y, z) to the light everywhere, whose inverse length is in the colour."""
     for i in range(BLOCK):
         n_l = max(_normal_dot(rows, i, x, y, z) * rows[at.INVERSE + i], _ZERO)
         _add(rows, i, n_l, red, green, blue)

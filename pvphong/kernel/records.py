@@ -73,9 +73,9 @@ TERM = np.dtype(
     ],
     align=True,
 )
-"""One light. `position`: for parallel light the unit vector towards it. `varies`: whether its strength is taken
-at each vertex; what of it is the same everywhere is in the colours. `on_light`: what a vertex on the light gets of its
-strength."""
+"""One light. `position`: for parallel light a vector towards it, whose inverse length is in the colours where there are
+no highlights. `varies`: whether its strength is taken at each vertex; what of it is the same everywhere is in the
+colours. `on_light`: what a vertex on the light gets of its strength."""
 
 # Larger scene coordinates, and coefficients further from 1, are left to the reference: float32 could not hold
 # their products. (Vertices may be anywhere.)
@@ -196,8 +196,11 @@ def _term(term: LightTerm, equation: Equation) -> dict[str, Any]:
         "gain": 1.0,
         "on_light": 1.0,
     }
+    matt = 1.0
     if isinstance(light, DirectionalLight):
-        record |= {"is_parallel": True, "position": light.to_light}
+        way, inverse_length = light.way
+        record |= {"is_parallel": True, "position": way}
+        matt = inverse_length if record["highlight"] == NO_HIGHLIGHT else 1.0
     elif linear or quadratic or any(term.ambient):
         record |= {"varies": True, "has_ambient": any(term.ambient)}
     if isinstance(light, SpotLight):
@@ -209,7 +212,7 @@ def _term(term: LightTerm, equation: Equation) -> dict[str, Any]:
         strength = min(term.gain / constant, BRIGHTEST)
     return record | {
         "ambient": _times(term.ambient, strength),
-        "diffuse": _times(term.diffuse, strength),
+        "diffuse": _times(term.diffuse, strength * matt),
         "specular": _times(term.specular, strength),
     }
 

@@ -25,11 +25,20 @@ _KEPT_BITS = 20
 class Arrival(NamedTuple):
     """What reaches a block of n points from one light, before its colour is taken into account."""
 
-    direction: FloatArray
-    """Unit vectors towards the light, l in the model: shape (3, n), or (3, 1) where it is constant."""
+    way: FloatArray
+    """Vectors towards the light, shape (3, n), or (3, 1) where it is constant: unit vectors, or such of moderate
+    length as are known better. Which side of a surface the light is on is decided on these."""
 
     strength: Float64Array | float
     """Attenuation times spot factor, a · s in the model: shape (n,), or one float where it is constant."""
+
+    inverse_length: FloatArray | float = 1.0
+    """Of the ways, shape (n,) or one float; 0 where a way is zero."""
+
+    @property
+    def direction(self) -> FloatArray:
+        """Unit vectors towards the light, l in the model: as `way`, and zero where there is no direction."""
+        return self.way * self.inverse_length
 
 
 class EyeSpace(Protocol):

@@ -10,7 +10,7 @@ import numpy as np
 
 from pvphong import _check
 from pvphong._types import Float64Array, Vector, VectorLike
-from pvphong._vectors import unit_vector
+from pvphong._vectors import moderate_vector
 from pvphong.lights._light import Arrival, EyeSpace, Light
 
 if TYPE_CHECKING:
@@ -50,13 +50,20 @@ class DirectionalLight(Light):
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:  # noqa: ARG002 the same everywhere
         """The direction against the light's travel, shape (3, 1), and strength 1."""
-        return Arrival(np.array(self.to_light, dtype=real)[:, None], 1.0)
+        way, inverse_length = self.way
+        return Arrival(np.array(way, dtype=real)[:, None], 1.0, inverse_length)
+
+    @cached_property
+    def way(self) -> tuple[Vector, float]:
+        """To the light, in its own frame: the direction given, but for a power of two and the sign; and 1/length."""
+        (x, y, z), inverse_length = moderate_vector(self.direction)
+        return (-x, -y, -z), inverse_length
 
     @cached_property
     def to_light(self) -> Vector:
         """Unit vector to the light, in its own frame."""
-        x, y, z = unit_vector(self.direction)
-        return -x, -y, -z
+        (x, y, z), inverse_length = self.way
+        return x * inverse_length, y * inverse_length, z * inverse_length
 
     def _place(self, light: pv.Light, distance: float) -> None:  # noqa: ARG002 infinitely far away
         x, y, z = self.direction

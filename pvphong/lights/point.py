@@ -9,7 +9,7 @@ import numpy as np
 
 from pvphong import _check
 from pvphong._types import Float64Array, Vector, VectorLike
-from pvphong._vectors import towards
+from pvphong._vectors import ways_to
 from pvphong.lights._light import Arrival, EyeSpace, Light, place_for_vtk
 
 if TYPE_CHECKING:
@@ -88,8 +88,8 @@ class PointLight(Light):
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
         """Direction to the light, shape (3, n), and attenuation, shape (n,), at points (3, n)."""
         x, y, z = self.position
-        direction, distance = towards((x, y, z), points, real)
-        return Arrival(direction, attenuate(distance, self.attenuation))
+        ways, inverse_length, distance = ways_to((x, y, z), points, real)
+        return Arrival(ways, attenuate(distance, self.attenuation), inverse_length)
 
     def _place(self, light: pv.Light, distance: float) -> None:
         x, y, z = self.position

@@ -11,7 +11,7 @@ import numpy as np
 
 from pvphong import _check
 from pvphong._types import Float64Array, Vector, VectorLike
-from pvphong._vectors import dot, towards, unit_vector
+from pvphong._vectors import dot, unit_vector, ways_to
 from pvphong.lights._light import Arrival, EyeSpace, Light, place_for_vtk, point_ahead
 from pvphong.lights.point import attenuate, check_attenuation
 
@@ -74,11 +74,11 @@ class SpotLight(Light):
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
         """Direction to the light, shape (3, n), and attenuation times spot factor, shape (n,), at points (3, n)."""
         x, y, z = self.position
-        direction, distance = towards((x, y, z), points, real)
-        factor = self.spot_factor(direction)
+        ways, inverse_length, distance = ways_to((x, y, z), points, real)
+        factor = self.spot_factor(ways * inverse_length)
         if not distance.min(initial=1.0) > 0.0:  # on the light itself cos θ is taken to be 0
             factor[distance == 0.0] = float(self.cone_angle == 90.0 and self.exponent == 0.0)
-        return Arrival(direction, attenuate(distance, self.attenuation) * factor)
+        return Arrival(ways, attenuate(distance, self.attenuation) * factor, inverse_length)
 
     def spot_factor(self, to_light: Float64Array) -> Float64Array:
         """The cosine of θ to the power `exponent` inside the cone, 0 outside, for unit vectors (3, n) to the light.

@@ -31,6 +31,12 @@ ALLOWED = 0.25
 ALLOWED_MATRIX = 1e-3
 
 
+def naive_ways_to(target, points, real):
+    """`naive_towards`, in the form that lights take."""
+    direction, distance = naive_towards(target, points, real)
+    return direction, 1.0, distance
+
+
 def naive_towards(target, points, real):
     """Unit vectors and distances, whatever the numbers."""
     difference = np.empty(points.shape, real)
@@ -68,7 +74,8 @@ def naive_formulas(real):
     with ExitStack() as stack:
         stack.enter_context(naive_highlights())
         replaced = [(reference, "_chord_distance", naive_cosine), (reference, "moderate", naive_moderate)]
-        replaced += [(module, "towards", naive_towards) for module in (reference, point, spot)]
+        replaced += [(reference, "towards", naive_towards)]
+        replaced += [(module, "ways_to", naive_ways_to) for module in (point, spot)]
         replaced += [(SpotLight, "spot_factor", naive_spot_factor)]
         replaced += [(reference, "columns", lambda rows: rows.T.astype(real, order="C"))]
         for owner, name, naive in replaced:

@@ -33,9 +33,13 @@ def lit(evaluator: Evaluator, points: Any, normals: Any, lights: Any, eye: Any, 
 
 
 def grazing(evaluator: Evaluator, positional: bool) -> None:
-    """n·l is exactly 0 in the stored integers: no more diffuse light than rounding makes of it, lit or not."""
+    """n·l is exactly 0 in the stored integers, and the light neither scattered nor mirrored.
+
+    The bound would let rounding make a little diffuse light of it, and so a full highlight; but integers' products are
+    exact, so an evaluator that decides on these gives nothing. One that makes unit vectors first lights a quarter.
+    """
     rng = np.random.default_rng(41)
-    too_bright, odd = [], 0
+    too_bright, mirrored, naively_lit = [], [], []
     for _ in range(300):
         a, b = rng.integers(-9, 10, (2, 3))
         n, to_light = np.cross(a, b), a
@@ -48,9 +52,13 @@ def grazing(evaluator: Evaluator, positional: bool) -> None:
             float(lit(evaluator, np.zeros((1, 3)), n[None], [light], eye, material)[0][0]) for material in (MATT, SHINY)
         )
         too_bright.append(diffuse)
-        odd += specular > 0.0 and diffuse == 0.0
+        mirrored.append(specular)
+        unit_n, unit_l = (naive.unit(a.astype(evaluator.real)[None]) for a in (n, to_light))
+        naively_lit.append(naive.dot(unit_n, unit_l)[0] > 0.0)
     evaluator.record(f"41 {'point' if positional else 'directional'}", too_bright, 4 * evaluator.step)
-    assert odd == 0, "a highlight without a light above the horizon"
+    assert not any(too_bright)
+    assert not any(mirrored), "a highlight without a light above the horizon"
+    assert np.mean(naively_lit) > 0.2, "unit vectors decide as well"
 
 
 # --- 42: the edge of the cone ---
