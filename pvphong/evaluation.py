@@ -60,7 +60,7 @@ def evaluate(
     matrix : array_like, optional
         (4, 4) model matrix: points are transformed by it, normals by its inverse-transpose.
         Positions are summed in float64. Where its offset is so long that this shows in float32, it is taken out of
-        lights and eye first: if all of them stand there, its last entry is 1, and no light is of a kind of your own.
+        lights and eye first, if no light is of a kind of your own.
     albedo : array_like, optional
         Shape (n, 3): multiplies the material's ambient and diffuse. uint8 counts as 0-255; floats are
         clipped to [0, 1], a NaN counts as 0.

@@ -203,7 +203,7 @@ def _factors(surface: Surface, equation: Equation, term: LightTerm) -> tuple[Any
     if equation.headlight_only:
         lit = strength * (surface.inverse_length > 0.0)  # the floor is not for a normal that is not there
         diffuse = np.maximum(n_l, real(equation.cosine_floor)) * lit
-        distance = real(0.5) * _square(surface.normals - arrival.direction)
+        distance: FloatArray = real(0.5) * _square(surface.normals - arrival.direction)
         specular = _power(distance, equation.shininess, equation.cosine_floor)
         return strength, diffuse, specular * lit
     diffuse = np.maximum(n_l, real(0.0)) * strength

@@ -177,6 +177,13 @@ def test_towards_of_points_that_are_not_finite():
 
 
 @pytest.mark.parametrize("real", [np.float32, np.float64])
+def test_towards_of_points_whose_difference_is_beyond_floats(real):
+    direction, distance = towards((-1.5e308, 0.0, 1.5e308), column((1.5e308, 0.0, -1.5e308)), real)
+    np.testing.assert_allclose(direction[:, 0], np.array([-1.0, 0.0, 1.0]) / np.sqrt(2), rtol=4 * np.finfo(real).eps)
+    assert distance[0] == LARGEST
+
+
+@pytest.mark.parametrize("real", [np.float32, np.float64])
 def test_towards_each_column_for_itself(real):
     points = spread()
     points[:, 7] = 1.0, 2.0, 3.0

@@ -167,18 +167,20 @@ def far_out(evaluator: Evaluator, offset: float, stored: Any) -> None:
     assert np.mean(broken) > 0.05, "float32 throughout is no comparison here"
 
 
-def moved_far_out(evaluator: Evaluator, offset: float) -> None:
-    """By the model matrix, which turns and stretches the mesh as well."""
+def moved_far_out(evaluator: Evaluator, offset: float, w: float) -> None:
+    """By the model matrix, which turns and stretches the mesh as well; another lamp stays where the mesh was."""
     rng = np.random.default_rng(47)
     centre, matrix = offset * np.array([1.0, -0.7, 0.4]), np.eye(4)
     matrix[:3] = np.c_[[[0.36, -0.8, 0.48], [0.48, 0.6, 0.64], [-0.96, 0.0, 0.72]], centre]
+    matrix *= w
     points = rng.uniform(-0.5, 0.5, (200, 3))
     normals = naive.unit(rng.normal((0.0, 0.0, 2.0), size=(200, 3)))
     lamp, eye = np.add(centre, [(0.43, 0.31, 1.27), (-0.33, 0.21, 1.57)])
-    scene = Scene([PointLight(position=lamp)], Viewer(position=eye, focal_point=centre), UNLIT)
+    lamps = [PointLight(position=lamp), PointLight(position=(0.0, 1.0, 0.0), intensity=0.3)]
+    scene = Scene(lamps, Viewer(position=eye, focal_point=centre), UNLIT)
     truth = as_array(shade(points, normals, scene, GLOSSY, matrix=matrix), "unclamped")
     got = evaluator(points, normals, scene, GLOSSY, matrix=matrix).rgb.astype(float)
-    evaluator.record(f"47 matrix {offset:.0e}", abs(got - truth), 1e-5)
+    evaluator.record(f"47 matrix {offset:.0e} w={w:g}", abs(got - truth), 1e-5)
 
 
 OFFSETS = [1e3, 1e6, 1e9, 1e12]
@@ -206,7 +208,11 @@ ROWS = {
         for offset in OFFSETS
         for stored in (np.float32, np.float64)
     },
-    **{f"47-{offset:.0e}-by-matrix": partial(moved_far_out, offset=offset) for offset in OFFSETS},
+    **{
+        f"47-{offset:.0e}-by-matrix-w={w:g}": partial(moved_far_out, offset=offset, w=w)
+        for offset in OFFSETS
+        for w in (1.0, -0.3)
+    },
 }
 
 CONES = [90.00001, 180.0, 0.0, -5.0, -0.0, math.nan, math.inf]
