@@ -87,7 +87,8 @@ class Plan:
         table.add_column("", no_wrap=True)
         table.add_column("why", ratio=1, overflow="fold")
         table.add_column("reads", no_wrap=True)
-        table.add_column("bound", f"{self.error_bound:.2g}", justify="right", no_wrap=True)
+        taken = sum(choice.bound for choice in self.effects.values())
+        table.add_column("bound", f"{taken:.2g}", justify="right", no_wrap=True)
         table.add_column("ns/vertex", f"{sum(spent.values()):.1f}", justify="right", no_wrap=True)
         for effect in EFFECTS:
             choice = self.effects[effect.name]

@@ -135,7 +135,7 @@ class Light(ABC):
 
     @abstractmethod
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
-        """Direction, in the float type `real`, and strength of the light at points (3, n) in its own frame."""
+        """What reaches points (3, n) in its own frame; ways to the light are in the float type `real`."""
 
     @abstractmethod
     def _place(self, light: pv.Light, distance: float) -> None:
