@@ -26,6 +26,7 @@ from pvphong._albedo import reflectances
 from pvphong._types import Float64Array, FloatArray, Vector
 from pvphong._vectors import columns, dot, moderate, square_of_cross, towards
 from pvphong.equation import BRIGHTEST, Equation, LightTerm
+from pvphong.lights import Arrival
 from pvphong.shading import Shading
 from pvphong.transform import transform_normals, transform_points
 
@@ -35,6 +36,9 @@ _DARK = -707.5
 # Makes room for the square of l + v where it is less than this, for they are nearly opposite; a power of two, so that
 # it changes no bit of the others.
 _LARGER, _SMALL = 2.0**60, 2.0**-60
+
+# Sums of three products have lost no bit to underflow from here on.
+_LEAST_PRODUCT = {"float32": 2.0**-100, "float64": 2.0**-970}
 
 # Vertices per block: large enough that NumPy's cost per call is small, small enough for the caches.
 BLOCK = 32768
@@ -198,7 +202,7 @@ def _factors(surface: Surface, equation: Equation, term: LightTerm) -> tuple[Any
     strength = np.minimum(arrival.strength * term.gain, BRIGHTEST).astype(real, copy=False)
     if not (any(term.diffuse) or any(term.specular)):
         return strength, 0.0, 0.0
-    raw_n_l = dot(surface.raw, arrival.way) * arrival.inverse_length
+    raw_n_l = _raw_cosine(surface.raw, arrival)
     n_l = raw_n_l * surface.inverse_length
     if equation.headlight_only:
         lit = strength * (surface.inverse_length > 0.0)  # the floor is not for a normal that is not there
@@ -206,7 +210,8 @@ def _factors(surface: Surface, equation: Equation, term: LightTerm) -> tuple[Any
         distance: FloatArray = real(0.5) * _square(surface.normals - arrival.direction)
         specular = _power(distance, equation.shininess, equation.cosine_floor)
         return strength, diffuse, specular * lit
-    diffuse = np.maximum(n_l, real(0.0)) * strength
+    diffuse = np.maximum(n_l, real(0.0))
+    diffuse *= strength
     if not any(term.specular):
         return strength, diffuse, 0.0
     distance = _chord_distance(surface, equation, arrival.direction, raw_n_l)
@@ -216,6 +221,21 @@ def _factors(surface: Surface, equation: Equation, term: LightTerm) -> tuple[Any
     if surface.unseen is not False:
         specular[surface.unseen] = 0.0
     return strength, diffuse, specular
+
+
+def _raw_cosine(raw: FloatArray, arrival: Arrival) -> Any:
+    """N·l for the raw n. Its sign is that of n·D, D the way to the light, and exact where these products are."""
+    way, inverse = arrival.way, arrival.inverse_length
+    n_d = dot(raw, way)
+    n_l = n_d * inverse
+    if isinstance(inverse, np.ndarray):
+        sizes, least = np.abs(n_d), _LEAST_PRODUCT[n_d.dtype.name]
+        if sizes.min(initial=least) < least:  # the least floats round products of D, but less those of D near length 1
+            small = sizes < least
+            exponents = np.frexp(inverse[small])[1]
+            n_d = dot(raw[:, small], np.ldexp(way[:, small], exponents))
+            n_l[small] = n_d * np.ldexp(inverse[small], -exponents)
+    return n_l
 
 
 def _square(w: FloatArray) -> FloatArray:

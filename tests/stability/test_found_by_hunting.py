@@ -255,6 +255,21 @@ def test_the_falloff_brings_a_glaring_spot_down_again(backend: str, precision: s
     assert np.abs(got - 2.0).max() <= 2.0 * 1000.0 * 4 * Evaluator(backend, precision).step  # of a small power, n·4u
 
 
+@pytest.mark.parametrize("evaluator", [Evaluator("numpy", precision) for precision in ("float32", "float64")], ids=str)
+def test_products_with_a_short_way_may_be_as_small_as_floats_can_be(evaluator: Evaluator) -> None:
+    """N·D was rounded to the least float, and with ways in other units to another one."""
+    tiny = float(np.finfo(evaluator.real).tiny) * 3.3
+    normals, material = np.array([[-0.5, tiny, 0.0]]), Material(ambient=0.0, diffuse=1.0)
+    lit = [
+        evaluator(
+            np.zeros((1, 3)), normals, Scene([PointLight(position=(0.0, 0.7 * unit, 0.0))], ABOVE, UNLIT), material
+        )
+        for unit in (1.0, 2.0**-20)
+    ]
+    assert lit[0].rgb.any()
+    assert np.array_equal(lit[0].rgb, lit[1].rgb)
+
+
 @pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
 @pytest.mark.filterwarnings("ignore::pvphong.transform.SingularMatrixWarning")
 def test_a_component_that_alone_is_left_may_be_small(evaluator: Evaluator) -> None:
