@@ -161,8 +161,8 @@ def refuse_invalid(mesh: pv.DataSet) -> None:
         _check.refuse("mesh", got, "a mesh whose cells have all their points")
     hulls = _point_sets(mesh)
     if len(hulls):
-        allowed = "a mesh without them, because VTK's triangulation of some ends the process"
-        remedy = "pv.PolyData(its points).delaunay_3d() makes tetrahedra of one."
+        allowed = "a mesh without convex point sets, because VTK's triangulation of some ends the process"
+        remedy = "pv.PolyData(points).delaunay_3d() makes tetrahedra of its points."
         _check.refuse("mesh", f"cell {hulls[0]}, a convex point set", allowed, remedy)
     refuse_misfits(mesh)
 
