@@ -12,7 +12,7 @@ from pathlib import Path
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.presets import three_point
+from pvphong.vtk.presets import three_point
 
 folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
 

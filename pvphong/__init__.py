@@ -8,41 +8,41 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from pvphong import accessor as accessor  # registers mesh.phong
-from pvphong.diagnosis import Diagnosis, diagnose
-from pvphong.effects import Decision
-from pvphong.evaluation import evaluate
 from pvphong.filter import PhongFilter
-from pvphong.lights import DirectionalLight, Light, PointLight, SpotLight, as_light, light_from_homogeneous
-from pvphong.material import Material
-from pvphong.mesh import plan
-from pvphong.normals import implicit_normals, plane_normal
-from pvphong.planning import Plan
-from pvphong.projection import frustum, look_at, ortho, perspective, project
-from pvphong.scene import LightModel, Scene
-from pvphong.shading import Shading
-from pvphong.surface import face_normals, vertex_normals
-from pvphong.transform import (
+from pvphong.geometry.normals import implicit_normals, plane_normal
+from pvphong.geometry.projection import frustum, look_at, ortho, perspective, project
+from pvphong.geometry.transform import (
     SingularMatrixWarning,
     normal_matrix,
     transform_normals,
     transform_points,
     transform_vectors,
 )
-from pvphong.viewer import Viewer
+from pvphong.meshes.lit import plan
+from pvphong.meshes.surfaces import face_normals, vertex_normals
+from pvphong.optics.lights import DirectionalLight, Light, PointLight, SpotLight, as_light, light_from_homogeneous
+from pvphong.optics.material import Material
+from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.viewer import Viewer
+from pvphong.shading.evaluation import evaluate
+from pvphong.shading.plan.effects import Decision
+from pvphong.shading.plan.plan import Plan
+from pvphong.shading.result import Shading
+from pvphong.studies.diagnose.diagnosis import Diagnosis, diagnose
 
 if TYPE_CHECKING:
-    from pvphong.accuracy import Tradeoff, tradeoff
-    from pvphong.comparison import Comparison
-    from pvphong.validation import validate
-    from pvphong.vtk_oracle import vtk_shade
+    from pvphong.studies.accuracy import Tradeoff, tradeoff
+    from pvphong.studies.validate.comparison import Comparison
+    from pvphong.studies.validate.validation import validate
+    from pvphong.vtk.oracle import vtk_shade
 
 # These draw with VTK; they are imported when they are first asked for.
 _DRAWING = {
-    "Comparison": "comparison",
-    "Tradeoff": "accuracy",
-    "tradeoff": "accuracy",
-    "validate": "validation",
-    "vtk_shade": "vtk_oracle",
+    "Comparison": "studies.validate.comparison",
+    "Tradeoff": "studies.accuracy",
+    "tradeoff": "studies.accuracy",
+    "validate": "studies.validate.validation",
+    "vtk_shade": "vtk.oracle",
 }
 
 

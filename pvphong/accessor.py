@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Any
 
 import pyvista as pv
 
-from pvphong._types import Backend, FloatArray, MatrixLike, Precision, Weighting
-from pvphong.diagnosis import Diagnosis, diagnose
-from pvphong.material import Material
-from pvphong.mesh import datasets, map_blocks, plan, point_normals, shade_mesh
-from pvphong.planning import Plan
-from pvphong.scene import Scene
-from pvphong.surface import surface
-from pvphong.transform import transform_normals
+from pvphong.base.types import Backend, FloatArray, MatrixLike, Precision, Weighting
+from pvphong.geometry.transform import transform_normals
+from pvphong.meshes.lit import datasets, map_blocks, plan, point_normals, shade_mesh
+from pvphong.meshes.surfaces import surface
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
+from pvphong.shading.plan.plan import Plan
+from pvphong.studies.diagnose.diagnosis import Diagnosis, diagnose
 
 if TYPE_CHECKING:
-    from pvphong.accuracy import Tradeoff
-    from pvphong.comparison import Comparison
+    from pvphong.studies.accuracy import Tradeoff
+    from pvphong.studies.validate.comparison import Comparison
 
 _DULL = Material()
 
@@ -139,7 +139,7 @@ class MeshPhong:
 
     def validate(self, scene: Scene, material: Material = _DULL, *, matrix: MatrixLike | None = None) -> Comparison:
         """Compare the lit colours with those of VTK's own shader, vertex by vertex; see `pvphong.validate`."""
-        from pvphong.validation import validate
+        from pvphong.studies.validate.validation import validate
 
         return validate(self._mesh, scene, material, matrix=matrix)
 
@@ -152,17 +152,19 @@ class MeshPhong:
         max_points: int | None = None,
         **options: Any,
     ) -> pv.PolyData:
-        """A new lit mesh, split where interpolated colours miss the evaluated ones; see `pvphong.refinement.refine`."""
-        from pvphong.refinement import refine
+        """A new lit mesh, split where interpolated colours miss the evaluated ones; see
+        `pvphong.studies.refine.refinement.refine`.
+        """
+        from pvphong.studies.refine.refinement import refine
 
         return refine(self._mesh, scene, material, tolerance=tolerance, max_points=max_points, **options)
 
     def interpolation_error(self, scene: Scene, material: Material = _DULL, **options: Any) -> pv.PolyData:
         """A new mesh that says for each triangle how far interpolated colours are from per-pixel shading.
 
-        See `pvphong.refinement.interpolation_error`.
+        See `pvphong.studies.refine.refinement.interpolation_error`.
         """
-        from pvphong.refinement import interpolation_error
+        from pvphong.studies.refine.refinement import interpolation_error
 
         return interpolation_error(self._mesh, scene, material, **options)
 
@@ -175,8 +177,8 @@ class MeshPhong:
         seconds: float = 20.0,
         matrix: MatrixLike | None = None,
     ) -> Tradeoff:
-        """What accuracy costs in time on this mesh, measured; see `pvphong.accuracy.tradeoff`."""
-        from pvphong.accuracy import tradeoff
+        """What accuracy costs in time on this mesh, measured; see `pvphong.studies.accuracy.tradeoff`."""
+        from pvphong.studies.accuracy import tradeoff
 
         return tradeoff(self._mesh, scene, material, tolerance=tolerance, seconds=seconds, matrix=matrix)
 

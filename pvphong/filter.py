@@ -8,10 +8,10 @@ import pyvista as pv
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 
-from pvphong import _check
-from pvphong.material import Material
-from pvphong.mesh import shade_mesh
-from pvphong.scene import Scene
+from pvphong.base import check
+from pvphong.meshes.lit import shade_mesh
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
 
 
 class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class has no type
@@ -40,7 +40,7 @@ class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class 
     def SetScene(self, scene: Scene) -> None:
         """Set lights, viewer and light model; an equal scene changes nothing."""
         if not isinstance(scene, Scene):
-            _check.refuse("scene", scene, "a Scene", "Put lights into Scene(lights=[...]).")
+            check.refuse("scene", scene, "a Scene", "Put lights into Scene(lights=[...]).")
         if scene != self._scene:
             self._scene = scene
             self.Modified()
@@ -52,7 +52,7 @@ class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class 
     def SetMaterial(self, material: Material) -> None:
         """Set the surface's material; an equal one changes nothing."""
         if not isinstance(material, Material):
-            _check.refuse("material", material, "a Material")
+            check.refuse("material", material, "a Material")
         if material != self._material:
             self._material = material
             self.Modified()

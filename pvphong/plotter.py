@@ -10,19 +10,19 @@ from typing import Any
 
 import pyvista as pv
 
-from pvphong import _check
-from pvphong.comparison import Comparison
-from pvphong.gizmos import Board, Gizmo, History, Options
-from pvphong.gizmos.commands import Keys, check_keys
-from pvphong.lights import Light, type_name
-from pvphong.live import ARRAY, LiveMesh
-from pvphong.material import Material
-from pvphong.pane import Pane
-from pvphong.planning import check_scene_and_material
-from pvphong.plotter_outputs import unwrap_outputs, wrap_outputs
-from pvphong.rig import LightHandle
-from pvphong.scene import LightModel, Scene
-from pvphong.validation import validate
+from pvphong.base import check
+from pvphong.optics.lights import Light, type_name
+from pvphong.optics.material import Material
+from pvphong.scene.scene import LightModel, Scene
+from pvphong.shading.plan.plan import check_scene_and_material
+from pvphong.studies.validate.comparison import Comparison
+from pvphong.studies.validate.validation import validate
+from pvphong.studio.gizmos import Board, Gizmo, History, Options
+from pvphong.studio.gizmos.commands import Keys, check_keys
+from pvphong.studio.live import ARRAY, LiveMesh
+from pvphong.studio.outputs import unwrap_outputs, wrap_outputs
+from pvphong.studio.pane import Pane
+from pvphong.studio.rig import LightHandle
 
 _DULL = Material()
 _NO_KEYS: Keys = MappingProxyType({})
@@ -77,7 +77,7 @@ class PlotterPhong:
         for option in _OURS:
             if option in add_mesh_options:
                 allowed = f"an option of add_mesh other than {', '.join(_OURS)}"
-                _check.refuse("option", option, allowed, "Colour comes from `material` and `albedo` here.")
+                check.refuse("option", option, allowed, "Colour comes from `material` and `albedo` here.")
         check_scene_and_material(Scene(), material)
         pane = self._pane
         live = LiveMesh(mesh, material, albedo)
@@ -100,7 +100,7 @@ class PlotterPhong:
             for live in pane.meshes:
                 if live.actor is actor:
                     return live
-        return _check.refuse("actor", actor, "an actor that plotter.phong.add_mesh returned, not removed since")
+        return check.refuse("actor", actor, "an actor that plotter.phong.add_mesh returned, not removed since")
 
     def validate(self, actor: pv.Actor | None = None) -> Comparison:
         """Compare what is on the screen with VTK's own shader, in the lights, the camera and the place it has now.
@@ -123,10 +123,10 @@ class PlotterPhong:
         pane = self._pane if actor is None else next(p for p in self._panes if self.mesh(actor) in p.meshes)
         compared = pane.shown if actor is None else [self.mesh(actor)]
         if not compared:
-            _check.refuse("plotter", "a subplot without any", "one with a lit mesh", "phong.add_mesh draws one.")
+            check.refuse("plotter", "a subplot without any", "one with a lit mesh", "phong.add_mesh draws one.")
         for live in compared:
             if live.albedo is not None:
-                _check.refuse("albedo", type(live.albedo).__name__, "None", "VTK's vertex colours have but 8 bits.")
+                check.refuse("albedo", type(live.albedo).__name__, "None", "VTK's vertex colours have but 8 bits.")
         comparisons = [validate(live.drawn, pane.scene, live.material, matrix=live.matrix) for live in compared]
         return max(comparisons, key=lambda each: each.max_error / each.tolerance)
 
@@ -182,7 +182,7 @@ class PlotterPhong:
             If there is no such light, or `light` is none, or of a kind that has no gizmo.
         """
         if not isinstance(light, Light):
-            _check.refuse("light", light, "a light of pvphong's", "as_light converts a pyvista.Light.")
+            check.refuse("light", light, "a light of pvphong's", "as_light converts a pyvista.Light.")
         type_name("light", light)
         rig = self._pane.rig
         handle = rig.find(which)
@@ -223,7 +223,7 @@ class PlotterPhong:
     @light_model.setter
     def light_model(self, model: LightModel) -> None:
         if not isinstance(model, LightModel):
-            _check.refuse("light_model", model, "a LightModel")
+            check.refuse("light_model", model, "a LightModel")
         self._light_model = model
 
     @property
@@ -274,9 +274,9 @@ class PlotterPhong:
         pane = self._pane
         only = None if lights is None else [pane.rig.find(which) for which in lights]
         options = Options(
-            _check.flag("in_screenshots", in_screenshots),
-            _check.number("angle_step", angle_step, above=0.0, at_most=90.0),
-            None if length_step is None else _check.number("length_step", length_step, above=0.0),
+            check.flag("in_screenshots", in_screenshots),
+            check.number("angle_step", angle_step, above=0.0, at_most=90.0),
+            None if length_step is None else check.number("length_step", length_step, above=0.0),
             check_keys(keys),
         )
         if not self._boards:
@@ -340,7 +340,7 @@ class PlotterPhong:
         """The active subplot's."""
         renderer = self._plotter.renderer
         if getattr(renderer, "camera", None) is None or self._plotter.render_window is None:
-            _check.refuse("plotter", "one that has been closed", "open")
+            check.refuse("plotter", "one that has been closed", "open")
         for pane in self._panes:
             if pane.renderer is renderer:
                 return pane

@@ -20,9 +20,9 @@ import numpy as np
 from hypothesis import HealthCheck, Phase, example, given, settings
 from hypothesis import strategies as st
 
-from pvphong.lights import DirectionalLight, PointLight, SpotLight
-from pvphong.material import Material
-from pvphong.scene import LightModel, Scene, Viewer
+from pvphong import LightModel, Scene, Viewer
+from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
+from pvphong.optics.material import Material
 
 Triple = tuple[float, float, float]
 T = TypeVar("T")

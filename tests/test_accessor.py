@@ -10,10 +10,10 @@ import pyvista as pv
 import vtk
 
 import pvphong as ph
-from pvphong.lights import DirectionalLight, PointLight
-from pvphong.material import Material
-from pvphong.mesh import datasets, shade_mesh
-from pvphong.scene import Scene
+from pvphong.meshes.lit import datasets, shade_mesh
+from pvphong.optics.lights import DirectionalLight, PointLight
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
 
 SCENE = Scene(lights=[DirectionalLight(direction=(-1, -2, -3)), PointLight(position=(1, 1, 2))])
 DATASETS = [
@@ -31,7 +31,7 @@ assert "pvphong" not in sys.modules
 assert "phong" in dir(pv.Sphere())
 lights = [pv.Light(position=(1, 1, 1))]
 shade = pv.{mesh}.phong.shade
-from pvphong.scene import Scene
+from pvphong.scene.scene import Scene
 lit = shade(Scene(lights=lights))
 {check}
 plotter = pv.Plotter(off_screen=True)

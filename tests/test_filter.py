@@ -7,10 +7,10 @@ import vtk
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong.filter import PhongFilter
-from pvphong.lights import DirectionalLight, PointLight
-from pvphong.material import Material
-from pvphong.scene import Scene
-from pvphong.viewer import Viewer
+from pvphong.optics.lights import DirectionalLight, PointLight
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
+from pvphong.scene.viewer import Viewer
 
 SCENE = Scene(lights=[DirectionalLight(direction=(-1, -2, -3))], viewer=Viewer(position=(0, 0, 5)))
 SHINY = Material(specular=0.5, shininess=20)

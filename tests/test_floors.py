@@ -5,7 +5,6 @@ import inspect
 import json
 import subprocess
 import sys
-from fnmatch import fnmatchcase
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -13,34 +12,28 @@ import pytest
 
 import pvphong
 
-FLOORS = {
-    0: [
-        "_types", "_check", "_albedo", "_host", "_vectors", "_wide", "_files", "_named_materials", "_faces",
-        "lights", "lights.*", "material", "normals", "transform", "projection",
-    ],
-    1: ["viewer", "scene"],
-    2: ["equation", "_origin", "shading", "effects", "effects.*", "planning"],
-    3: ["reference", "kernel", "kernel.*"],
-    4: ["evaluation"],
-    5: [
-        "_cells", "surface", "mesh", "mesh_files", "_interpolation", "_lit_vertices", "_creases", "_peaks", "_refining",
-        "_splitting",
-    ],
-    6: [
-        "_vertex_bench", "vtk_*", "validation", "comparison", "diagnosis", "diagnosis_*", "pictures", "studio",
-        "live", "rig", "pane", "plotter_outputs", "gizmos", "gizmos.*", "presets", "refinement",
-        "accuracy", "accuracy.*",
-    ],
-    7: ["accessor", "plotter", "filter", "window", "airplane_demo", "cli", "__main__"],
-    8: ["__init__"],
-}  # fmt: skip
-"""Patterns of module names; a new module gets its place here."""
+FLOORS = (
+    {"base"},
+    {"geometry"},
+    {"optics"},
+    {"scene"},
+    {"shading"},
+    {"meshes"},
+    {"vtk"},
+    {"studies.validate", "studies.diagnose", "studies.refine"},
+    {"studies.accuracy"},
+    {"studio"},
+    {"accessor", "plotter", "filter", "cli"},
+    {"__init__", "__main__"},
+)
+"""Packages, and the faces beside them, from the lowest floor up; a package's `__init__` belongs to it."""
 
 PACKAGE = Path(pvphong.__file__).parent
 CORE = 4
-NOWHERE = len(FLOORS)
+"""The floors from base to shading."""
+
 HOSTS = ("pyvista", "vtk", "vtkmodules")
-DOOR = "_host"
+DOOR = "base.host"
 """The one module of the core that may import PyVista, inside its functions."""
 
 
@@ -53,10 +46,16 @@ def name_of(path):
 MODULES = {name_of(path): path for path in sorted(PACKAGE.rglob("*.py"))}
 
 
+def room_of(module):
+    """The package of the table above that a module is in, or None."""
+    rooms = [room for floor in FLOORS for room in floor if f"{module}.".startswith(f"{room}.")]
+    return rooms[0] if rooms else None
+
+
 def floor_of(module):
-    floors = [floor for floor, patterns in FLOORS.items() if any(fnmatchcase(module, p) for p in patterns)]
-    assert len(floors) <= 1, f"{module} is on floors {floors}"
-    return floors[0] if floors else NOWHERE
+    """Its number from below; an empty package around others, such as `studies`, stands on no floor."""
+    room = room_of(module)
+    return next((floor for floor, rooms in enumerate(FLOORS) if room in rooms), -1)
 
 
 class Imports(ast.NodeVisitor):
@@ -119,21 +118,30 @@ def own_imports(module):
 
 
 def test_there_is_something_to_test():
-    assert {"lights.spot", "scene", "evaluation", "mesh", "__init__"} <= set(MODULES)
-    assert own_imports("scene") >= {"_check", "lights", "viewer", "_files"}
+    assert {"optics.lights.spot", "scene.scene", "shading.evaluation", "meshes.lit", "__init__"} <= set(MODULES)
+    assert own_imports("scene.scene") >= {"base.check", "optics.lights", "scene.viewer", "base.files"}
     assert imports_of(DOOR).in_function == {"pyvista"}
-    assert floor_of("lights.spot") == floor_of("lights") == 0
+    assert floor_of("optics.lights.spot") == floor_of("optics") == 2
+    assert floor_of("studies") == -1
 
 
 def test_every_module_has_a_floor():
-    homeless = [module for module in MODULES if floor_of(module) == NOWHERE]
-    assert not homeless, "put them on a floor in the table above"
+    homeless = [module for module in MODULES if floor_of(module) < 0 and own_imports(module)]
+    assert not homeless, "put them into a package of the table above"
+
+
+def test_few_modules_stand_beside_the_packages():
+    assert len(list(PACKAGE.glob("*.py"))) <= 12
 
 
 @pytest.mark.parametrize("module", MODULES)
 def test_imports_point_downward(module):
-    upward = {name: floor_of(name) for name in own_imports(module) if floor_of(name) > floor_of(module)}
-    assert not upward, f"{module} is on floor {floor_of(module)}"
+    """To lower floors, or to where the module itself is."""
+    here = floor_of(module), room_of(module)
+    wrong = {
+        name: floor_of(name) for name in own_imports(module) if floor_of(name) >= here[0] and room_of(name) != here[1]
+    }
+    assert not wrong, f"{module} is on floor {here[0]}"
 
 
 @pytest.mark.parametrize("module", MODULES)
@@ -152,7 +160,7 @@ def test_imports_on_a_floor_do_not_run_in_circles():
     assert len(order) == len(MODULES)
 
 
-@pytest.mark.parametrize("module", [module for module in MODULES if floor_of(module) <= CORE])
+@pytest.mark.parametrize("module", [module for module in MODULES if 0 <= floor_of(module) <= CORE])
 def test_the_core_imports_no_host(module):
     visitor = imports_of(module)
     hosts = {name for name in visitor.names | visitor.in_function if name.split(".")[0].startswith(HOSTS)}
@@ -176,10 +184,10 @@ package.__path__ = [{path!r}]
 sys.modules["pvphong"] = package
 for name in {names}:
     importlib.import_module("pvphong." + name)
-from pvphong.evaluation import evaluate
-from pvphong.lights import PointLight
-from pvphong.material import Material
-from pvphong.scene import Scene
+from pvphong.shading.evaluation import evaluate
+from pvphong.optics.lights import PointLight
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
 rgb = evaluate([[0.0, 0, 0]], [[0.0, 0, 1]], Scene([PointLight((0, 0, 2))]), Material()).rgb
 assert abs(rgb[0, 0] - 0.84) < 1e-6
 print(json.dumps(sorted(name for name in sys.modules if name.split(".")[0] in {hosts})))
@@ -193,7 +201,7 @@ def run(code):
 
 
 def test_the_core_lights_without_pyvista_and_vtk():
-    names = [module for module in MODULES if floor_of(module) <= CORE]
+    names = [module for module in MODULES if 0 <= floor_of(module) <= CORE]
     assert run(LOAD_CORE.format(hosts=HOSTS, path=str(PACKAGE), names=names)) == []
 
 
@@ -208,7 +216,7 @@ print(json.dumps(sorted(set(sys.modules) - before)))
 
 def test_importing_pvphong_loads_nothing_heavy_beside_pyvista():
     new = run(NEW_MODULES)
-    assert "pvphong.evaluation" in new
+    assert "pvphong.shading.evaluation" in new
     heavy = {"matplotlib", "numba", "llvmlite", "rich", "cyclopts", "scipy", "PIL", "hypothesis", "mpmath"}
     assert not [name for name in new if name.split(".")[0] in heavy]
 

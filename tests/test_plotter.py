@@ -12,10 +12,10 @@ import pyvista as pv
 import vtk
 
 import pvphong  # noqa: F401 registers plotter.phong wherever PyVista's own discovery is not installed
-from pvphong.lights import DirectionalLight, PointLight, SpotLight, as_light
-from pvphong.material import Material
-from pvphong.scene import LightModel, Scene
-from pvphong.viewer import Viewer
+from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight, as_light
+from pvphong.optics.material import Material
+from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.viewer import Viewer
 
 SUN = DirectionalLight(direction=(-1, -2, -3), name="sun")
 LAMP = PointLight(position=(2, 2, 2), attenuation=(1, 0.1, 0), name="lamp")

@@ -14,11 +14,11 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong import kernel
-from pvphong.equation import assemble
-from pvphong.evaluation import is_worth_compiling
-from pvphong.lights import Light
-from pvphong.pictures import HEADLESS_PACKAGES
+from pvphong.meshes.pictures import HEADLESS_PACKAGES
+from pvphong.optics.lights import Light
+from pvphong.shading import kernel
+from pvphong.shading.equation import assemble
+from pvphong.shading.evaluation import is_worth_compiling
 
 README = Path(__file__).parent.parent / "README.md"
 TEXT = README.read_text(encoding="utf-8")

@@ -11,7 +11,7 @@ import pytest
 from oracle import as_array, shade
 from strategies import MATRIX_CLASSES, Case, Dice, hard_case, matrix_of, moderate_case
 
-from pvphong.lights import DirectionalLight, PointLight, SpotLight
+from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 
 EXAMPLES = 200
 

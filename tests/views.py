@@ -4,9 +4,9 @@ import itertools
 
 import numpy as np
 
-from pvphong.gizmos.press import Place
-from pvphong.gizmos.view import View
-from pvphong.viewer import Viewer
+from pvphong.scene.viewer import Viewer
+from pvphong.studio.gizmos.press import Place
+from pvphong.studio.gizmos.view import View
 
 SCALES = (1e-6, 1.0, 1e6)
 PROJECTIONS = ("perspective", "parallel")

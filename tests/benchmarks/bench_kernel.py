@@ -19,15 +19,15 @@ from rich.table import Table
 from textbook import shade as textbook
 from textbook import vertices
 
-from pvphong import kernel
-from pvphong.effects import EFFECTS
-from pvphong.equation import assemble
-from pvphong.lights import DirectionalLight, PointLight, SpotLight
-from pvphong.material import Material
-from pvphong.planning import make_plan
-from pvphong.scene import LightModel, Scene
-from pvphong.shading import Shading
-from pvphong.viewer import Viewer
+from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
+from pvphong.optics.material import Material
+from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.viewer import Viewer
+from pvphong.shading import kernel
+from pvphong.shading.equation import assemble
+from pvphong.shading.plan.effects import EFFECTS
+from pvphong.shading.plan.plan import make_plan
+from pvphong.shading.result import Shading
 
 COUNT = 1_000_000
 REPEATS = 200

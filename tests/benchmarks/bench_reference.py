@@ -18,8 +18,8 @@ from rich.console import Console
 from rich.table import Table
 from textbook import measured_scene, shade, vertices
 
-from pvphong.evaluation import evaluate
-from pvphong.transform import normal_matrix
+from pvphong.geometry.transform import normal_matrix
+from pvphong.shading.evaluation import evaluate
 
 COUNT = 1_000_000
 MANY = 10_000_000

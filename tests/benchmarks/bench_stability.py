@@ -21,9 +21,10 @@ from rich.console import Console
 from rich.table import Table
 from textbook import measured_scene, vertices
 
-from pvphong import DirectionalLight, LightModel, Material, Scene, SpotLight, evaluate, normal_matrix, reference
-from pvphong._vectors import dot
-from pvphong.lights import point, spot
+from pvphong import DirectionalLight, LightModel, Material, Scene, SpotLight, evaluate, normal_matrix
+from pvphong.base.vectors import dot
+from pvphong.optics.lights import point, spot
+from pvphong.shading import reference
 
 COUNT = 250_000
 REPEATS = 15

@@ -27,7 +27,7 @@ from rich.console import Console
 from rich.table import Table
 
 import pvphong as ph
-from pvphong import kernel
+from pvphong.shading import kernel
 
 sys.path.append(str(Path(__file__).parent.parent))
 

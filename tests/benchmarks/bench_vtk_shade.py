@@ -15,9 +15,10 @@ from rich.console import Console
 from rich.table import Table
 from textbook import measured_scene, vertices
 
-from pvphong import evaluate, kernel
-from pvphong.vtk_oracle import driver, vtk_shade
-from pvphong.vtk_terms import in_vtk_terms
+from pvphong import evaluate
+from pvphong.shading import kernel
+from pvphong.vtk.oracle import driver, vtk_shade
+from pvphong.vtk.terms import in_vtk_terms
 
 COUNT = 1_000_000
 REPEATS = 5

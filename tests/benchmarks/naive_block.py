@@ -8,8 +8,8 @@ from unittest import mock
 
 import numpy as np
 
-from pvphong import reference
-from pvphong._vectors import dot
+from pvphong.base.vectors import dot
+from pvphong.shading import reference
 
 
 def cosine(surface, _equation, to_light, *_):

@@ -4,7 +4,7 @@ import numpy as np
 from benchmarks.naive_block import naive_highlights
 from benchmarks.textbook import measured_scene, shade, vertices
 
-from pvphong.evaluation import evaluate
+from pvphong.shading.evaluation import evaluate
 
 COUNT = 40_000
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from pvphong.accuracy.textbook import textbook_colors as shade
-from pvphong.lights import PointLight
-from pvphong.material import Material
-from pvphong.scene import Scene
-from pvphong.viewer import Viewer
+from pvphong.optics.lights import PointLight
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
+from pvphong.scene.viewer import Viewer
+from pvphong.studies.accuracy.textbook import textbook_colors as shade
 
 __all__ = ["measured_scene", "shade", "vertices"]
 

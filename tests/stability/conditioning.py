@@ -27,7 +27,7 @@ from stability import naive
 from strategies import Case
 
 from pvphong import SpotLight
-from pvphong.lights import Light
+from pvphong.optics.lights import Light
 
 _U = 2.0**-53
 

@@ -11,7 +11,8 @@ from unittest import mock
 import numpy as np
 from stability.ledger import U, V, record
 
-from pvphong import LightModel, Material, Scene, Shading, evaluate, reference
+from pvphong import LightModel, Material, Scene, Shading, evaluate
+from pvphong.shading import reference
 
 STEPS = {"float32": V, "float64": U}
 

@@ -13,7 +13,7 @@ import numpy as np
 from strategies import MATRIX_CLASSES, Case, Dice, hard_case, matrix_of, moderate_case, rotation, triple, unit
 
 from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer
-from pvphong.normals import point_normals
+from pvphong.geometry.normals import point_normals
 
 FEW, MANY = 600, 100_000
 

@@ -13,9 +13,9 @@ import pytest
 from stability.evaluators import BACKENDS
 from stability.hunting import FEW, MANY
 
-from pvphong.shading import Shading
+from pvphong.shading.result import Shading
 
-FLATTENING_IS_NO_FAILURE = pytest.mark.filterwarnings("ignore::pvphong.transform.SingularMatrixWarning")
+FLATTENING_IS_NO_FAILURE = pytest.mark.filterwarnings("ignore::pvphong.geometry.transform.SingularMatrixWarning")
 """Every other warning is one: NumPy's about overflow, division by zero and invalid operations."""
 
 hunted = pytest.mark.parametrize(

@@ -14,10 +14,11 @@ from stability.hunting import Promise, blunt, promising_case, smooth_case
 from stability.properties import FLATTENING_IS_NO_FAILURE, hunted, on_every_backend
 from strategies import Case, hunt, moderate_case
 
-from pvphong import plan, reference
-from pvphong.equation import assemble
-from pvphong.planning import make_plan
-from pvphong.shading import Shading
+from pvphong import plan
+from pvphong.shading import reference
+from pvphong.shading.equation import assemble
+from pvphong.shading.plan.plan import make_plan
+from pvphong.shading.result import Shading
 
 pytestmark = FLATTENING_IS_NO_FAILURE
 

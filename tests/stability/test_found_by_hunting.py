@@ -13,8 +13,8 @@ from oracle import as_array, shade
 from stability.evaluators import BACKENDS, EVALUATORS, UNLIT, Evaluator
 
 from pvphong import DirectionalLight, Material, PointLight, Scene, SpotLight, Viewer, evaluate
-from pvphong.planning import make_plan
-from pvphong.transform import transform_points
+from pvphong.geometry.transform import transform_points
+from pvphong.shading.plan.plan import make_plan
 
 UP = np.array([[0.0, 0.0, 1.0]])
 ABOVE = Viewer(position=(0.0, 0.0, 4.0))
@@ -271,7 +271,7 @@ def test_products_with_a_short_way_may_be_as_small_as_floats_can_be(evaluator: E
 
 
 @pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
-@pytest.mark.filterwarnings("ignore::pvphong.transform.SingularMatrixWarning")
+@pytest.mark.filterwarnings("ignore::pvphong.geometry.transform.SingularMatrixWarning")
 def test_a_component_that_alone_is_left_may_be_small(evaluator: Evaluator) -> None:
     """The matrix keeps of the normal only what underflowed where its length was taken out first."""
     matrix = np.diag([2.0, 3.0, 0.0, 1.0])

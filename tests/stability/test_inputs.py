@@ -11,13 +11,13 @@ from stability.evaluators import EVALUATORS
 from stability.ledger import held, same_bits
 
 import pvphong  # noqa: F401 registers mesh.phong wherever PyVista's own discovery is not installed
-from pvphong.evaluation import evaluate
-from pvphong.lights import DirectionalLight, PointLight
-from pvphong.material import Material
-from pvphong.scene import Scene
-from pvphong.surface import face_normals, vertex_normals
-from pvphong.transform import transform_normals, transform_points, transform_vectors
-from pvphong.viewer import Viewer
+from pvphong.geometry.transform import transform_normals, transform_points, transform_vectors
+from pvphong.meshes.surfaces import face_normals, vertex_normals
+from pvphong.optics.lights import DirectionalLight, PointLight
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
+from pvphong.scene.viewer import Viewer
+from pvphong.shading.evaluation import evaluate
 
 SHADE = "mesh.phong.shade", "float32"
 """As the ledger names it: an evaluator, in the precision that it has if none is asked for."""

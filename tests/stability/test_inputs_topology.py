@@ -14,8 +14,8 @@ from pyvista import examples
 from stability import exact_normals as exact
 from stability.ledger import U, held, record
 
-from pvphong.diagnosis import diagnose
-from pvphong.surface import face_normals, polygons, vertex_normals
+from pvphong.meshes.surfaces import face_normals, polygons, vertex_normals
+from pvphong.studies.diagnose.diagnosis import diagnose
 
 
 def mesh_of(points, *faces):
@@ -177,8 +177,8 @@ PRELUDE = """
 import numpy as np, pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from pyvista import examples
-from pvphong.diagnosis import diagnose
-from pvphong.surface import surface, vertex_normals, face_normals, polygons
+from pvphong.studies.diagnose.diagnosis import diagnose
+from pvphong.meshes.surfaces import surface, vertex_normals, face_normals, polygons
 
 points = np.random.default_rng(1).random((6, 3))
 

@@ -10,7 +10,7 @@ from stability import exact_normals as exact
 from stability import naive
 from stability.ledger import U, V, held, record
 
-from pvphong.normals import point_normals, polygon_normals
+from pvphong.geometry.normals import point_normals, polygon_normals
 
 WEIGHTINGS = ["angle", "area", "max"]
 

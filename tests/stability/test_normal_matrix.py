@@ -14,7 +14,7 @@ from stability.evaluators import EVALUATORS, UNLIT, Declined
 from stability.ledger import U, held, record, same_bits
 
 from pvphong import DirectionalLight, Material, PointLight, Scene, SpotLight, Viewer, evaluate
-from pvphong.transform import SingularMatrixWarning, normal_matrix, transform_normals
+from pvphong.geometry.transform import SingularMatrixWarning, normal_matrix, transform_normals
 
 SAMPLES = 60
 

@@ -11,8 +11,8 @@ from stability.ledger import U, V, record
 from stability.naive import least_excess
 
 from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Viewer
-from pvphong.normals import implicit_normals
-from pvphong.transform import normalize, transform_normals
+from pvphong.geometry.normals import implicit_normals
+from pvphong.geometry.transform import normalize, transform_normals
 
 SAMPLES = 200
 

@@ -1,0 +1,1 @@
+"""What every other package stands on: checks of arguments, array types, files, vectors, exact sums."""

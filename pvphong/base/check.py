@@ -1,0 +1,231 @@
+"""Checks of arguments, and the one form of their error messages.
+
+Every check takes the argument's name first, returns the value in its canonical form and raises
+``ValueError`` with four parts: the name, what came, what is allowed, and the remedy where there is one.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import numbers
+from collections.abc import Iterable, Sequence
+from pathlib import PurePath
+from typing import Any, NoReturn
+
+import numpy as np
+
+from pvphong.base.host import color_by_name
+from pvphong.base.types import Color, Float64Array, FloatArray, Vector
+
+_LONGEST_SHOWN = 80
+_ROWS = "an (n, 3) array of real numbers"
+
+
+def refuse(name: str, got: object, allowed: str, remedy: str = "") -> NoReturn:
+    """Raise the ``ValueError`` that all of pvphong raises for a bad argument.
+
+    Parameters
+    ----------
+    name : str
+        The argument or field.
+    got : object
+        What came; a path is shown whole, a string as it is, anything else by its ``repr``, the last two cut short.
+    allowed : str
+        What is allowed, completing the phrase "<name> must be …".
+    remedy : str
+        A sentence that says how to put it right.
+    """
+    shown = " ".join((str(got) if isinstance(got, (str, PurePath)) else repr(got)).split())
+    if len(shown) > _LONGEST_SHOWN and not isinstance(got, PurePath):
+        shown = shown[: _LONGEST_SHOWN - 1] + "…"
+    message = f"{name} must be {allowed}; got {shown}."
+    raise ValueError(f"{message} {remedy}" if remedy else message)
+
+
+def number(
+    name: str,
+    value: Any,
+    *,
+    at_least: float = -math.inf,
+    above: float = -math.inf,
+    at_most: float = math.inf,
+    remedy: str = "",
+) -> float:
+    """One finite real number within its bounds, as a float."""
+    allowed = "a finite number" + _interval(at_least, above, at_most)
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (numbers.Real, np.number)):
+        refuse(name, value, allowed, remedy)
+    if isinstance(value, np.complexfloating):
+        refuse(name, value, allowed, remedy)
+    result = _as_float(name, value, allowed)
+    if not math.isfinite(result) or result < at_least or result <= above or result > at_most:
+        refuse(name, value, allowed, remedy)
+    return result
+
+
+def _as_float(name: str, value: Any, allowed: str) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        refuse(name, value, allowed)
+
+
+def _interval(at_least: float, above: float, at_most: float) -> str:
+    parts = []
+    if above > -math.inf:
+        parts.append(f"> {above:g}")
+    if at_least > -math.inf:
+        parts.append(f">= {at_least:g}")
+    if at_most < math.inf:
+        parts.append(f"<= {at_most:g}")
+    return " " + " and ".join(parts) if parts else ""
+
+
+def flag(name: str, value: Any) -> bool:
+    """A bool; no other type is taken for one."""
+    if not isinstance(value, (bool, np.bool_)):
+        refuse(name, value, "True or False")
+    return bool(value)
+
+
+def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
+    """One of a few strings; the message lists them and suggests the nearest."""
+    options = list(allowed)
+    if isinstance(value, str) and value in options:
+        return value
+    close = difflib.get_close_matches(value.lower(), options) if isinstance(value, str) else []
+    remedy = f"Did you mean {' or '.join(repr(c) for c in close)}?" if close else ""
+    refuse(name, value, "one of " + ", ".join(repr(o) for o in options), remedy)
+
+
+def text(name: str, value: Any) -> str:
+    """A string."""
+    if not isinstance(value, str):
+        refuse(name, value, "a string")
+    return value
+
+
+def vector(name: str, value: Any) -> Vector:
+    """Three finite numbers, as a tuple of floats."""
+    x, y, z = numbers_in(name, value, 3)
+    return x, y, z
+
+
+def direction(name: str, value: Any) -> Vector:
+    """Three finite numbers that are not all zero; the length is free and kept."""
+    result = vector(name, value)
+    if not any(result):
+        refuse(name, value, "a direction, three finite numbers that are not all zero")
+    return result
+
+
+def numbers_in(name: str, value: Any, count: int) -> tuple[float, ...]:
+    """A sequence of `count` finite numbers, as a tuple of floats."""
+    allowed = f"{count} finite numbers"
+    if isinstance(value, np.ndarray) and value.ndim != 1:
+        refuse(name, f"an array of shape {value.shape}", allowed)
+    if isinstance(value, (str, bytes)) or not isinstance(value, (Sequence, np.ndarray)):
+        refuse(name, value, allowed)
+    if len(value) != count:
+        refuse(name, value, allowed)
+    return tuple(number(f"{name}[{index}]", item) for index, item in enumerate(value))
+
+
+def color(name: str, value: Any) -> Color:
+    """A linear colour: a float for grey, three floats, or one of PyVista's colour names or hex strings.
+
+    Floats are kept to the bit and may exceed 1 (a bright light). Integer triples with an entry above 1
+    are refused: they would be 0-255 values.
+    """
+    allowed = "a number >= 0, three numbers >= 0 (1.0 = full), or a colour name or hex string"
+    if isinstance(value, str):
+        try:
+            return color_by_name(value)
+        except ValueError:
+            refuse(name, value, allowed, "PyVista's colour names are listed in pyvista.hexcolors.")
+    if isinstance(value, np.ndarray) and value.ndim != 1:
+        refuse(name, f"an array of shape {value.shape}", allowed)
+    if isinstance(value, (Sequence, np.ndarray)):
+        return _triple(name, value, allowed)
+    return number(name, value, at_least=0.0)
+
+
+def _triple(name: str, value: Sequence[Any] | np.ndarray, allowed: str) -> Color:
+    items = list(value)
+    if items and all(isinstance(item, (numbers.Integral, np.integer)) for item in items) and max(items) > 1:
+        refuse(name, value, allowed, "These look like 0-255 values: divide them by 255.")
+    if len(items) == 4:
+        refuse(name, value, allowed, "Leave out the fourth number: colours here have no opacity.")
+    if len(items) != 3:
+        refuse(name, value, allowed)
+    red, green, blue = (number(f"{name}[{i}]", item, at_least=0.0) for i, item in enumerate(items))
+    return red, green, blue
+
+
+def array(name: str, value: Any, *, count: int | None = None, allowed: str = _ROWS) -> FloatArray:
+    """An (n, 3) array of float32 or float64; other real types are widened to float64.
+
+    Parameters
+    ----------
+    name : str
+        The argument's name.
+    value : array_like
+        Shape (n, 3). float32 and float64 are passed on without a copy, in another byte order with one; float16,
+        integers and long doubles become float64.
+    count : int, optional
+        The number of rows that it must have.
+    allowed : str
+        What the message says is allowed, where that is more than an array.
+
+    Raises
+    ------
+    ValueError
+        For another shape, another number of rows, or strings, objects and complex numbers.
+    """
+    result = rows(name, value, count=count, allowed=allowed)
+    native = result.dtype.newbyteorder("=")
+    if native not in (np.float32, np.float64):
+        native = np.dtype(np.float64)
+    with np.errstate(over="ignore"):  # a long double beyond float64's range becomes infinite
+        return result.astype(native, copy=False)
+
+
+def rows(name: str, value: Any, *, count: int | None = None, allowed: str = _ROWS) -> Any:
+    """An (n, 3) array of real numbers of any type; else as `array`."""
+    result = real_array(name, value, allowed)
+    if result.ndim != 2 or result.shape[1] != 3:
+        refuse(name, f"an array of shape {result.shape}", allowed)
+    if count is not None and len(result) != count:
+        refuse(name, f"{len(result)} rows", f"an array with one row per point, {count} rows")
+    return result
+
+
+def real_array(name: str, value: Any, allowed: str) -> Any:
+    """An array of integers or floats of any shape; ragged lists, strings, objects and complex numbers are refused."""
+    try:
+        result = np.asarray(value)
+    except ValueError:
+        refuse(name, f"a ragged {type(value).__name__}", allowed)
+    if result.dtype.kind not in "fiu":
+        refuse(name, f"an array of {result.dtype}" if result.ndim else value, allowed)
+    return result
+
+
+def matrix4(name: str, value: Any) -> Float64Array:
+    """A finite (4, 4) float64 copy of an array_like or a ``vtkMatrix4x4``.
+
+    Raises
+    ------
+    ValueError
+        For another shape, another kind of number, or a NaN or infinity.
+    """
+    if hasattr(value, "GetElement"):  # vtkMatrix4x4, taken without importing VTK
+        value = [[value.GetElement(row, column) for column in range(4)] for row in range(4)]
+    result = real_array(name, value, "a 4x4 matrix of real numbers")
+    if result.shape != (4, 4):
+        refuse(name, f"an array of shape {result.shape}", "a 4x4 matrix of real numbers")
+    result = result.astype(np.float64)
+    if not np.isfinite(result).all():
+        refuse(name, str(result.tolist()), "a 4x4 matrix of finite numbers")
+    return result

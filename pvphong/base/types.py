@@ -1,0 +1,43 @@
+"""The array and vector types that pvphong's signatures speak of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Float64Array = NDArray[np.float64]
+FloatArray = NDArray[np.floating[Any]]
+IntArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
+ByteArray = NDArray[np.uint8]
+
+Vector = tuple[float, float, float]
+"""A point, a direction or a colour: three finite floats."""
+
+VectorLike = Sequence[float] | NDArray[Any]
+
+Color = float | Vector
+"""A linear reflectance or light colour: one float for grey, or red, green, blue."""
+
+ColorLike = float | str | Sequence[float] | NDArray[Any]
+
+MatrixLike = ArrayLike
+"""Anything that `check.matrix4` turns into a (4, 4) float64 array."""
+
+Frame = Literal["world", "camera", "headlight"]
+Reflection = Literal["phong", "blinn-phong"]
+Convention = Literal["standard", "vtk"]
+Precision = Literal["float32", "float64"]
+Backend = Literal["auto", "numpy", "numba"]
+Weighting = Literal["angle", "area", "max"]
+
+
+def rgb(color: ColorLike) -> Vector:
+    """Red, green and blue of a checked colour; a single float is grey."""
+    if isinstance(color, float):
+        return color, color, color
+    red, green, blue = map(float, color)
+    return red, green, blue

@@ -1,0 +1,180 @@
+"""Vectors as the columns of (3, n) float64 arrays: the layout of the evaluator's inner blocks.
+
+Each column's result depends on that column alone, never on its neighbours: a column is rescued from
+overflow or underflow by an exact power of two, chosen per column, and keeps the bits that it would have
+had in a comfortable range. (A matrix product by BLAS would not give that, so none is used.)
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, Vector, VectorLike
+
+Real = TypeVar("Real", bound=np.floating[Any])
+
+# Squared lengths inside this range carry no underflow into their last bit and fit float32 as well.
+_LEAST, _MOST = 2.0**-60, 2.0**60
+
+
+def dot(a: FloatArray, b: FloatArray) -> Any:
+    """Dot products of the columns of two (3, n) arrays, summed in the order x, y, z."""
+    products = a * b
+    total = products[0]
+    total += products[1]
+    total += products[2]
+    return total
+
+
+def square_of_cross(a: FloatArray, b: FloatArray) -> Any:
+    """|a × b|² of the columns of two (3, n) arrays; exactly 0 where they are equal, or 2^k times as long."""
+    total = _square_of_component(a, b, 1, 2)
+    total += _square_of_component(a, b, 2, 0)
+    total += _square_of_component(a, b, 0, 1)
+    return total
+
+
+def _square_of_component(a: FloatArray, b: FloatArray, i: int, j: int) -> Any:
+    component = a[i] * b[j]
+    component -= a[j] * b[i]
+    component *= component
+    return component
+
+
+def columns(rows: FloatArray) -> Float64Array:
+    """A (3, n) float64 contiguous copy of an (n, 3) array."""
+    return rows.T.astype(np.float64, order="C")
+
+
+def unit_vector(vector: VectorLike) -> Vector:
+    """A single vector, finite and not zero, made as long as 1: the bits of `unit` without the cost of arrays."""
+    (x, y, z), inverse = moderate_vector(vector)
+    return x * inverse, y * inverse, z * inverse
+
+
+def moderate_vector(vector: VectorLike) -> tuple[Vector, float]:
+    """A single vector, finite and not zero, times a power of two that makes its length moderate; and 1/length."""
+    scale = -math.frexp(max(map(abs, vector)))[1]
+    x, y, z = (math.ldexp(component, scale) for component in vector)
+    return (x, y, z), 1.0 / math.sqrt(x * x + y * y + z * z)
+
+
+def unit(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real]]:
+    """Unit vectors and lengths of the columns; a zero or non-finite column gives zero and length 0."""
+    with np.errstate(all="ignore"):
+        square, comfortable = _squares(w)
+        length = np.sqrt(square)
+        direction = w * (1.0 / length)
+        if not comfortable:
+            rare = _is_rare(square)
+            scaled, exponents = _rescaled(w[:, rare])
+            scaled_length = np.sqrt(dot(scaled, scaled))
+            direction[:, rare] = scaled * _inverse(scaled_length)
+            length[rare] = np.ldexp(scaled_length, exponents)
+    return direction, length
+
+
+def moderate(w: FloatArray, real: Any = np.float64) -> tuple[Any, Any]:
+    """Columns of the same directions and moderate lengths, and the inverses of those lengths.
+
+    Both are new arrays of the float type `real`. A column in the comfortable range is only rounded to that type;
+    any other is first scaled by a power of two. A zero or non-finite column gives zero, and 0 for the inverse of
+    its length.
+    """
+    with np.errstate(all="ignore"):
+        result = w.astype(real, order="C")
+        square, comfortable = _squares(result)
+        inverse = 1.0 / np.sqrt(square)
+    if not comfortable:
+        rare = _is_rare(square)
+        scaled = _rescaled(w[:, rare].astype(np.float64))[0].astype(real)
+        result[:, rare], inverse[rare] = scaled, _inverse(np.sqrt(dot(scaled, scaled)))
+    return result, inverse
+
+
+def _squares(w: NDArray[Real]) -> tuple[NDArray[Real], bool]:
+    """Squared lengths, and whether all of them can be used as they are."""
+    with np.errstate(over="ignore", invalid="ignore", under="ignore"):
+        square = dot(w, w)
+        comfortable = square.min(initial=1.0) >= _LEAST and square.max(initial=1.0) <= _MOST  # a NaN fails both
+    return square, bool(comfortable)
+
+
+def _is_rare(square: FloatArray) -> BoolArray:
+    return ~((square >= _LEAST) & (square <= _MOST))
+
+
+def _rescaled(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[np.int32]]:
+    """Columns with their largest entry in [0.5, 1), zero where not finite, and the powers of two taken out."""
+    finite = np.where(np.isfinite(w).all(axis=0), w, 0.0)
+    exponents = np.frexp(np.abs(finite).max(axis=0))[1]
+    return np.ldexp(finite, -exponents), exponents
+
+
+def _inverse(length: NDArray[Real]) -> NDArray[Real]:
+    return np.divide(1.0, length, out=np.zeros_like(length), where=length > 0.0)
+
+
+def towards(target: Vector, points: Float64Array, real: Any = np.float64) -> tuple[Any, Float64Array]:
+    """Unit vectors from points to a target, and the distances: `ways_to`, with the lengths taken out of the ways."""
+    ways, inverse, distance = ways_to(target, points, real)
+    ways *= inverse
+    return ways, distance
+
+
+def ways_to(target: Vector, points: Float64Array, real: Any = np.float64) -> tuple[Any, Any, Float64Array]:
+    """Ways from points to a target, of moderate lengths, the inverses of those, and the distances.
+
+    The difference of two positions is taken in float64, however near each other and far from the origin they are.
+    What follows is computed in the float type `real`; float32 rounds each component to 2⁻¹¹⁹ of the distance too.
+
+    Parameters
+    ----------
+    target : tuple of float
+        A position.
+    points : ndarray
+        Shape (3, n).
+    real : type, default float64
+        Float type of the ways and of their inverse lengths.
+
+    Returns
+    -------
+    ways : ndarray
+        Shape (3, n), the differences, times a power of two where these are very long or short; zero where the point
+        is the target or is not finite.
+    inverse : ndarray
+        Shape (n,), 1 over their lengths; 0 where they are zero.
+    distance : ndarray
+        Shape (n,), float64; NaN where the point is not finite, and at most the largest float.
+    """
+    goal = np.array(target)[:, None]
+    ways = np.empty(points.shape, real)
+    with np.errstate(all="ignore"):
+        np.subtract(goal, points, out=ways, casting="same_kind")
+        square, comfortable = _squares(ways)
+        length = np.sqrt(square)
+        inverse = 1.0 / length
+    distance = length.astype(np.float64, copy=False)
+    if not comfortable:
+        rare = _is_rare(square)
+        ways[:, rare], inverse[rare], distance[rare] = _rare_ways(goal, points[:, rare], real)
+    return ways, inverse, distance
+
+
+def _rare_ways(goal: Float64Array, points: Float64Array, real: Any) -> tuple[Any, Any, Float64Array]:
+    """`ways_to` where a difference's square is 0, not finite, or has overflowed or underflowed."""
+    with np.errstate(all="ignore"):
+        difference = goal - points
+        far = ~np.isfinite(difference).all(axis=0)
+        difference[:, far] = goal * 0.25 - points[:, far] * 0.25
+        scaled, exponents = _rescaled(difference)
+        ways = scaled.astype(real)
+        length = np.sqrt(dot(ways, ways))
+        distance = np.ldexp(length.astype(np.float64), exponents + 2 * far)
+    np.minimum(distance, np.finfo(np.float64).max, out=distance)
+    distance[~np.isfinite(points).all(axis=0)] = np.nan
+    return ways, _inverse(length), distance

@@ -1,0 +1,125 @@
+"""What `pvphong demo` does: light the airplane that PyVista ships, and report on it."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import pyvista as pv
+from pyvista import examples
+
+from pvphong.base.files import written_aside
+from pvphong.meshes.files import save_lit
+from pvphong.meshes.lit import shade_mesh
+from pvphong.meshes.pictures import draw, save_picture
+from pvphong.optics.lights import DirectionalLight, Light, SpotLight
+from pvphong.optics.material import Material
+from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.viewer import Viewer
+from pvphong.studies.diagnose.diagnosis import diagnose
+
+SCENE = Scene(
+    lights=[
+        DirectionalLight(direction=(-1, -1, -2), diffuse="white", name="sun"),
+        SpotLight(
+            position=(900, 600, 900),
+            direction=(0, 0, -1),
+            cone_angle=25,
+            exponent=8,
+            attenuation=(1, 0, 1e-7),
+            diffuse=(1.0, 0.8, 0.5),
+            name="lamp",
+        ),
+    ],
+    viewer=Viewer(position=(2500, -900, 1200), focal_point=(900, 650, 150), up=(0, 0, 1)),
+    light_model=LightModel(ambient=0.1, reflection="blinn-phong"),
+)
+
+PLASTIC = Material(ambient=0.1, diffuse=(0.2, 0.3, 0.8), specular=0.5, shininess=40)
+
+
+def run_demo(folder: Path) -> tuple[str, dict[str, Path]]:
+    """Light the airplane and leave four files in a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it does not exist; files of the same names in it are replaced.
+
+    Returns
+    -------
+    report : str
+        In Markdown.
+    files : dict
+        What it is → where: mesh (.vtp), picture (.png), rig (.json) and report (.md).
+
+    Raises
+    ------
+    ValueError
+        If the folder cannot be made or written to, or the machine cannot draw.
+    """
+    _make(folder)
+    mesh = examples.load_airplane()
+    started = time.perf_counter()
+    lit = shade_mesh(mesh, SCENE, PLASTIC)
+    seconds = time.perf_counter() - started
+    report = _report(lit, seconds)
+    files = {
+        "mesh": folder / "airplane.vtp",
+        "picture": folder / "airplane.png",
+        "rig": folder / "rig.json",
+        "report": folder / "report.md",
+    }
+    save_picture(draw(lit, SCENE.viewer), files["picture"])
+    save_lit(lit, files["mesh"], "phong")
+    SCENE.save(files["rig"])
+    with written_aside(files["report"]) as aside:
+        aside.write_text(report, encoding="utf-8")
+    return report, files
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ValueError(f"folder must be one that can be made; got {folder} ({error}).") from error
+
+
+def _report(lit: pv.PolyData, seconds: float) -> str:
+    colors = lit["phong"]
+    darkest, brightest = (", ".join(f"{c:.3f}" for c in end(axis=0)) for end in (colors.min, colors.max))
+    return "\n".join(
+        [
+            "# Lit airplane",
+            "",
+            "| | |",
+            "|---|---|",
+            f"| mesh | {lit.n_points} points, {lit.n_cells} faces |",
+            *(f"| light | {_described(light)} |" for light in SCENE.world_lights),
+            f"| material | {_fields(PLASTIC)} |",
+            f"| light model | {_fields(SCENE.light_model)} |",
+            f"| lit in | {1e3 * seconds:.1f} ms, normals included |",
+            f"| darkest red, green, blue | {darkest} |",
+            f"| brightest red, green, blue | {brightest} |",
+            "",
+            "## Diagnosis of the mesh",
+            "",
+            "```text",
+            str(diagnose(lit)),
+            "```",
+            "",
+        ]
+    )
+
+
+def _described(light: Light) -> str:
+    return f"{light.name}: {type(light).__name__}, {_fields(light, without=('name', 'on', 'frame'))}"
+
+
+def _fields(value: Any, without: tuple[str, ...] = ()) -> str:
+    """The fields that are not at their defaults."""
+    shown = {f.name: getattr(value, f.name) for f in fields(value) if f.name not in without}
+    defaults = {f.name: f.default for f in fields(value)}
+    return ", ".join(f"{name} {entry}" for name, entry in shown.items() if entry != defaults[name])

@@ -1,0 +1,105 @@
+"""A window with lit meshes and gizmos for their lights, for the command line."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pyvista as pv
+
+from pvphong.base import check
+from pvphong.meshes.files import save_lit
+from pvphong.meshes.lit import map_blocks, shade_mesh
+from pvphong.meshes.pictures import WITHOUT_DISPLAY, aim, drawing_window, leaves, save_picture
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
+from pvphong.studio.live import ARRAY
+
+_INSTEAD = "A picture needs no window: pvphong shade MESH -o picture.png."
+
+
+def show(
+    mesh: pv.PolyData | pv.MultiBlock, scene: Scene, material: Material, *, title: str, stem: str = "pvphong"
+) -> None:
+    """Open a window with a lit mesh and gizmos for its lights, and come back when it is closed.
+
+    Lights that ride along with the viewer, and highlights, follow the camera as it is moved. The key h lists
+    the keys; d, x and 4 write files into the current folder and say so.
+
+    Parameters
+    ----------
+    mesh : pyvista.PolyData or pyvista.MultiBlock
+        A surface, or several.
+    scene : Scene
+        Its viewer is where the camera stands at first.
+    material : Material
+        The surface's reflectances.
+    title : str
+        Of the window.
+    stem : str
+        What the names of saved files begin with.
+
+    Raises
+    ------
+    ValueError
+        If there is no display to open it on.
+    """
+    if pv.OFF_SCREEN:
+        check.refuse("PYVISTA_OFF_SCREEN", "true", "unset where a window is to open", _INSTEAD)
+    if drawing_window() in WITHOUT_DISPLAY:
+        check.refuse("DISPLAY", os.environ.get("DISPLAY", "none"), "a display to open a window on", _INSTEAD)
+    plotter = pv.Plotter(title=title, lighting="none")
+    aim(plotter, scene.viewer)
+    plotter.phong.light_model = scene.light_model
+    for light in scene.lights:
+        plotter.phong.add_light(light)
+    for part in leaves(mesh):
+        plotter.phong.add_mesh(part, material)
+    plotter.reset_camera_clipping_range()  # PyVista leaves it alone once the camera has been placed
+    plotter.phong.add_gizmos(keys=_keys(plotter, mesh, material, stem))
+    plotter.show()
+
+
+def _keys(
+    plotter: pv.Plotter, mesh: pv.PolyData | pv.MultiBlock, material: Material, stem: str
+) -> dict[str, tuple[str, Callable[[], None]]]:
+    """Keys that save what the window shows: key → (what it does, how)."""
+    several = isinstance(mesh, pv.MultiBlock)
+    rig, lit, picture = Path(f"{stem}-rig.json"), Path(f"{stem}-lit.{'vtm' if several else 'vtp'}"), Path(f"{stem}.png")
+
+    def save_lit_mesh() -> None:
+        scene = plotter.phong.scene
+        shaded = (
+            map_blocks(mesh, lambda block: shade_mesh(block, scene, material))
+            if several
+            else shade_mesh(mesh, scene, material)
+        )
+        save_lit(shaded, lit, ARRAY)
+
+    def save_rig() -> None:
+        plotter.phong.scene.save(rig)
+
+    def save_screenshot() -> None:
+        save_picture(plotter.screenshot(return_img=True), picture)
+
+    return {
+        "d": (f"save the rig as {rig}", _told(save_rig, rig)),
+        "x": (f"save the lit mesh as {lit}", _told(save_lit_mesh, lit)),
+        "4": (f"save a picture as {picture}", _told(save_screenshot, picture)),
+    }
+
+
+def _told(save: Callable[[], None], path: Path) -> Callable[[], None]:
+    """The saving function, which says where the file is, or why there is none: a window must outlive an error."""
+
+    def press() -> None:
+        try:
+            save()
+        except ValueError as error:
+            print("error:", error, file=sys.stderr)
+        else:
+            print(path)
+
+    return press

@@ -1,0 +1,1 @@
+"""Points, normals and matrices, without any light."""

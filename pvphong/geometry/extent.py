@@ -1,0 +1,151 @@
+"""Where the vertices are and where their normals point, as far as effects ask; and how far off a target is seen."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
+from pvphong.geometry.matrix_class import MatrixClass, class_of
+from pvphong.geometry.transform import transform_normals, transform_points
+
+# Bounds are computed in float64 and rounded up by this factor.
+ROUNDED_UP = 1.0 + 1e-9
+# Rows that are searched for extremes at once, and that are laid side by side for it.
+_CHUNK, _FOLD = 2**20, 512
+# Normals that are looked at first.
+_SOME = 64
+
+
+Search = Callable[[FloatArray], tuple[Float64Array, Float64Array] | None]
+
+
+class Extent:
+    """A sphere around all vertices, in world coordinates; computed when an effect first asks.
+
+    Parameters
+    ----------
+    points : ndarray
+        Shape (n, 3).
+    normals : ndarray or None
+        Shape (n, 3), where they are known.
+    matrix : ndarray or None
+        (4, 4) model matrix.
+    search : callable, optional
+        Finds the least and the greatest entry of each column faster than NumPy does, or gives None.
+    """
+
+    def __init__(
+        self,
+        points: FloatArray,
+        normals: FloatArray | None,
+        matrix: Float64Array | None,
+        search: Search | None = None,
+    ) -> None:
+        self._points = points
+        self._normals = normals
+        self._matrix = matrix
+        self._search = search
+
+    @cached_property
+    def sphere(self) -> tuple[Vector, float] | None:
+        """Centre and radius; None where there is no point, or one is not finite."""
+        if not len(self._points):
+            return None
+        low, high = self._box(self._points)
+        if self._matrix is not None:
+            corners = transform_points(_corners(low, high), self._matrix)
+            low, high = corners.min(axis=0), corners.max(axis=0)
+        x, y, z = centre = [a / 2 + b / 2 for a, b in zip(low.tolist(), high.tolist(), strict=True)]
+        reach = (max(b - c, c - a) for a, b, c in zip(low.tolist(), high.tolist(), centre, strict=True))
+        radius = math.hypot(*reach) * ROUNDED_UP
+        return ((x, y, z), radius) if math.isfinite(radius) else None
+
+    @cached_property
+    def normal_cone(self) -> tuple[Vector, float] | None:
+        """A unit axis, and an angle in radians within which all normals lie from it; None if unknown."""
+        if self._normals is None or not len(self._normals):
+            return None
+        kind = MatrixClass.TRANSLATION if self._matrix is None else class_of(self._matrix)
+        if kind is MatrixClass.GENERAL:
+            return None
+        some = self._normals[:: max(len(self._normals) // _SOME, 1)]  # where these have no cone, all hardly have one
+        stored = None if _cone(*_box(some)) is None else _cone(*self._box(self._normals))
+        if stored is None or self._matrix is None or kind.keeps_normals:
+            return stored
+        axis, angle = stored
+        x, y, z = transform_normals([axis], self._matrix)[0].tolist()
+        return (x, y, z), angle
+
+    def _box(self, rows: FloatArray) -> tuple[Float64Array, Float64Array]:
+        return (self._search and self._search(rows)) or _box(rows)
+
+
+def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
+    """Of normals between two: n·axis is least, and |n| greatest, at one of the corners."""
+    largest = max(np.abs(low).max(), np.abs(high).max())
+    if not 0.0 < largest < math.inf:
+        return None
+    low, high = (np.ldexp(bound, -np.frexp(largest)[1]) for bound in (low, high))  # so that squares can be taken
+    corners = _corners(low, high)
+    axis = (low + high) / 2
+    length, longest = math.hypot(*axis), float(np.sqrt((corners**2).sum(axis=1)).max())
+    if length == 0.0:
+        return None
+    x, y, z = (axis / length).tolist()
+    cosine = float((corners @ (axis / length)).min()) / longest
+    return ((x, y, z), math.acos(min(cosine, 1.0)) + 1e-7) if cosine > 0.0 else None
+
+
+def _corners(low: Float64Array, high: Float64Array) -> Float64Array:
+    """Of the box between two, shape (8, 3)."""
+    return np.array(list(itertools.product(*zip(low.tolist(), high.tolist(), strict=True))))
+
+
+def _box(rows: FloatArray) -> tuple[Float64Array, Float64Array]:
+    """Least and greatest entry of each column; NaN where any is."""
+    extremes = np.concatenate([_extremes(rows[start : start + _CHUNK]) for start in range(0, len(rows), _CHUNK)])
+    return extremes.min(axis=0), extremes.max(axis=0)
+
+
+def _extremes(rows: FloatArray) -> Float64Array:
+    """A few rows with the same least and greatest entries. NumPy reduces long rows many times as fast as triples."""
+    whole = len(rows) // _FOLD * _FOLD
+    folded = rows[:whole].reshape(-1, 3 * _FOLD)
+    parts = [rows[whole:]]
+    if whole:
+        parts += [folded.min(axis=0).reshape(_FOLD, 3), folded.max(axis=0).reshape(_FOLD, 3)]
+    return np.concatenate(parts).astype(np.float64)
+
+
+class Sight(NamedTuple):
+    """From the vertices' sphere to a target: unit direction at the centre, distance from it, and radius."""
+
+    direction: Vector
+    distance: float
+    radius: float
+
+    @property
+    def turn(self) -> float:
+        """The largest angle in radians between the directions to the target from the centre and from the sphere."""
+        if self.distance <= self.radius:
+            return math.pi
+        return math.asin(min(self.radius / self.distance, 1.0)) * ROUNDED_UP
+
+
+def sight(target: VectorLike, extent: Extent) -> Sight | None:
+    """Of a target; None where nothing is known of the vertices, or it is in the middle of them."""
+    if extent.sphere is None:
+        return None
+    (cx, cy, cz), radius = extent.sphere
+    x, y, z = target
+    x, y, z = x - cx, y - cy, z - cz
+    distance = math.hypot(x, y, z)
+    if not 0.0 < distance < math.inf:
+        return None
+    return Sight((x / distance, y / distance, z / distance), distance, radius)

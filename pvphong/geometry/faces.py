@@ -1,0 +1,171 @@
+"""The polygons of a mesh: their check, and their edges in blocks of equal size, scaled into a safe range."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pvphong.base import check
+from pvphong.base.types import BoolArray, Float64Array, IntArray
+
+# Corners in a block: its arrays then stay in a core's cache.
+_BLOCK_CORNERS = 3 * 8192
+
+# Faces whose longest edge lies between these are used as they are: edges to the fourth power stay in range
+# even in slivers.
+_LEAST_SPAN, _MOST_SPAN = 2.0**-100, 2.0**100
+
+# Points beyond this are quartered before they are subtracted, so that no edge overflows.
+_FAR = 2.0**1000
+
+# A component of an area vector whose magnitude is at most this many times its terms' is made of rounding alone:
+# each product of two rounded edges carries 3 roundings of 2**-53, their difference one more.
+_NOISE = 4 * 2.0**-53
+
+
+@dataclass(frozen=True)
+class Block:
+    """Faces with the same number k of corners.
+
+    Attributes
+    ----------
+    faces : ndarray
+        Shape (m,), which faces of the mesh these are.
+    corners : ndarray
+        Shape (m, k), the indices of their points.
+    edges : ndarray
+        Shape (3, k, m): from each corner to the next, in units of 2**exponents; zero in a face with a point
+        that is not finite.
+    spokes : ndarray
+        Shape (3, k - 2, m): from corner 0 to corners 1 … k - 2, in the same units.
+    exponents : ndarray
+        Shape (m,): 0 for every face of comfortable size.
+    """
+
+    faces: IntArray
+    corners: IntArray
+    edges: Float64Array
+    spokes: Float64Array
+    exponents: NDArray[np.int32]
+
+    def area_vectors(self) -> Float64Array:
+        """(3, m) normals of twice the faces' area, in units of 2**(2 * exponents); zero for a degenerate face.
+
+        The fan from corner 0: the sum of spoke × edge. Unlike Newell's sum over the points themselves it
+        subtracts first, so a world offset costs nothing (M. E. Newell, in Sutherland et al. 1974). The last
+        triangle takes the edge back to corner 0, so that a triangle's own two edges there are used.
+        """
+        sides = np.concatenate([self.edges[:, 1:-2], -self.edges[:, -1:]], axis=1)
+        total = np.zeros((3, len(self.faces)))
+        terms = np.zeros_like(total)
+        for spoke in range(self.spokes.shape[1]):
+            for axis in range(3):
+                one, two = (axis + 1) % 3, (axis + 2) % 3
+                forth = self.spokes[one, spoke] * sides[two, spoke]
+                back = self.spokes[two, spoke] * sides[one, spoke]
+                total[axis] += forth - back
+                terms[axis] += np.abs(forth) + np.abs(back)
+        degenerate = np.logical_and.reduce(np.abs(total) <= _NOISE * terms, axis=0)
+        total[:, degenerate] = 0.0
+        return total
+
+
+class Faces:
+    """Polygons over points, checked: every index is one of a point's.
+
+    Parameters
+    ----------
+    points : array_like
+        Shape (n, 3).
+    connectivity : array_like of int
+        All faces' point indices, one face after the other.
+    offsets : array_like of int
+        Shape (n_faces + 1,): where each face starts in `connectivity`, and the end.
+
+    Raises
+    ------
+    ValueError
+        For an index that no point has (the message names the face), or for arrays that do not fit together.
+    """
+
+    def __init__(self, points: ArrayLike, connectivity: ArrayLike, offsets: ArrayLike) -> None:
+        rows = check.array("points", points)
+        self.offsets = _checked_offsets(offsets, len(np.atleast_1d(connectivity)))
+        self.connectivity = _checked_connectivity(connectivity, self.offsets, len(rows))
+        self.count = len(self.offsets) - 1
+        self.n_points = len(rows)
+        self._columns = np.ascontiguousarray(rows.T, dtype=np.float64)
+
+    def blocks(self) -> Iterator[Block]:
+        """Blocks of faces with equally many corners; faces with fewer than 3 are in none."""
+        sizes = np.diff(self.offsets)
+        for size in np.unique(sizes[sizes >= 3]).tolist():
+            alike = np.flatnonzero(sizes == size)
+            step = max(_BLOCK_CORNERS // size, 1)
+            for start in range(0, len(alike), step):
+                faces = alike[start : start + step]
+                yield self._block(faces, self.connectivity[self.offsets[faces][:, None] + np.arange(size)])
+
+    def _block(self, faces: IntArray, corners: IntArray) -> Block:
+        points = np.take(self._columns, np.ascontiguousarray(corners.T), axis=1)
+        with np.errstate(over="ignore", invalid="ignore"):
+            edges, spokes = _edges_and_spokes(points)
+            span = np.abs(edges).max(axis=(0, 1))
+        exponents = np.zeros(len(faces), dtype=np.int32)
+        rare = ~((span >= _LEAST_SPAN) & (span <= _MOST_SPAN))  # NaN is rare too
+        if rare.any():
+            edges[:, :, rare], spokes[:, :, rare], exponents[rare] = _rescaled(points[:, :, rare])
+        return Block(faces, corners, edges, spokes, exponents)
+
+
+def _edges_and_spokes(points: Float64Array) -> tuple[Float64Array, Float64Array]:
+    edges = np.empty_like(points)
+    np.subtract(points[:, 1:], points[:, :-1], out=edges[:, :-1])
+    np.subtract(points[:, 0], points[:, -1], out=edges[:, -1])
+    return edges, points[:, 1:-1] - points[:, :1]
+
+
+def _rescaled(points: Float64Array) -> tuple[Float64Array, Float64Array, NDArray[np.int32]]:
+    """Edges and spokes with the longest edge's largest component in [0.5, 1), and their exponents."""
+    finite: BoolArray = np.logical_and.reduce(np.isfinite(points), axis=(0, 1))
+    points = np.where(finite, points, 0.0)
+    quarters = -2 * (np.abs(points).max(axis=(0, 1)) > _FAR).astype(np.int32)
+    edges, spokes = _edges_and_spokes(np.ldexp(points, quarters))
+    exponents = np.frexp(np.abs(edges).max(axis=(0, 1)))[1]
+    return np.ldexp(edges, -exponents), np.ldexp(spokes, -exponents), exponents - quarters
+
+
+def _checked_offsets(offsets: ArrayLike, end: int) -> IntArray:
+    result = _integers("offsets", offsets)
+    rises = len(result) > 0 and result[0] == 0 and bool((np.diff(result) >= 0).all())
+    if not rises or result[-1] != end:
+        allowed = f"indices that rise from 0 to the connectivity's length, {end}"
+        check.refuse(
+            "offsets",
+            np.array2string(result, threshold=9),
+            allowed,
+            "One starts each face, and one more ends the last.",
+        )
+    return result
+
+
+def _checked_connectivity(connectivity: ArrayLike, offsets: IntArray, n_points: int) -> IntArray:
+    result = _integers("connectivity", connectivity)
+    if len(result) and not (result.min() >= 0 and result.max() < n_points):
+        first = int(np.flatnonzero((result < 0) | (result >= n_points))[0])
+        face = int(np.searchsorted(offsets, first, side="right")) - 1
+        allowed = f"indices of the {n_points} points, from 0 to {n_points - 1}" if n_points else "empty without points"
+        remedy = "The file or the code that made the faces counts its points differently."
+        check.refuse("connectivity", f"index {result[first]} in face {face}", allowed, remedy)
+    return result
+
+
+def _integers(name: str, value: ArrayLike) -> IntArray:
+    result: NDArray[Any] = np.asarray(value)
+    if result.ndim != 1 or (result.size and result.dtype.kind not in "iu"):
+        check.refuse(name, f"shape {result.shape} of {result.dtype}", "a one-dimensional array of integers")
+    return result.astype(np.intp, copy=False)

@@ -1,0 +1,1 @@
+"""PyVista data in and out: surfaces, cells, files, pictures."""

@@ -1,0 +1,246 @@
+"""Lit meshes: reads points, normals and albedo from PyVista data, writes colours back as arrays."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from vtkmodules.vtkCommonDataModel import vtkDataObject
+
+from pvphong.base import check
+from pvphong.base.types import FloatArray, MatrixLike, Weighting
+from pvphong.geometry.transform import normal_matrix
+from pvphong.meshes.surfaces import surface, vertex_normals
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene, light_labels
+from pvphong.shading import kernel
+from pvphong.shading.evaluation import evaluate
+from pvphong.shading.plan.plan import Plan, check_scene_and_material, make_plan
+
+_CARRIED = "_pvphong_albedo"
+
+
+def shade_mesh(
+    mesh: pv.DataSet,
+    scene: Scene,
+    material: Material,
+    *,
+    name: str = "phong",
+    matrix: MatrixLike | None = None,
+    albedo: Any = None,
+    components: bool = False,
+    **how: Any,
+) -> pv.PolyData:
+    """A new mesh with lit colours as the point array `name`.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        A dataset with a surface; it is not modified. Other than PolyData it gives its extracted surface,
+        arrays carried along.
+    scene, material
+        As for `evaluate`.
+    name : str, default "phong"
+        Name of the (n_points, 3) array, and first part of the names of all others.
+    matrix : array_like, optional
+        (4, 4) model matrix. It takes part in the lighting only: the mesh's points stay where they are.
+    albedo : array_like or str, optional
+        (n_points, 3) array, or the name of a point array.
+    components : bool, default False
+        Adds arrays `<name>_ambient`, `_diffuse`, `_specular`, `_emission`, `_base`, and one
+        `<name>_light_<light's name or index>` for each light.
+    **how
+        `precision`, `backend` and `tolerance` of `evaluate`.
+
+    Returns
+    -------
+    pyvista.PolyData
+        A copy with the lit array as its active scalars.
+
+    Raises
+    ------
+    ValueError
+        As `evaluate`, or if the mesh has nothing that can be lit.
+    """
+    if not isinstance(name, str) or not name:
+        check.refuse("name", name, "a string that is not empty")
+    source, shades = surface_and_albedo(mesh, albedo)
+    normals = _normals_that_are_read(source, scene, material, matrix)
+    shading = evaluate(
+        source.points,
+        normals,
+        scene,
+        material,
+        matrix=matrix,
+        albedo=shades,
+        components=components,
+        **how,
+    )
+    lit = source.copy()
+    if shading.per_light is not None:
+        for part in ("ambient", "diffuse", "specular", "emission", "base"):
+            lit.point_data[f"{name}_{part}"] = getattr(shading, part)
+        for label, share in zip(light_labels(scene), shading.per_light, strict=True):
+            lit.point_data[f"{name}_light_{label}"] = share
+    lit.point_data[name] = shading.rgb
+    lit.set_active_scalars(name, preference="point")
+    return lit
+
+
+def plan(
+    mesh_or_points: Any,
+    scene: Scene,
+    material: Material,
+    *,
+    matrix: MatrixLike | None = None,
+    tolerance: float = 0.0,
+) -> Plan:
+    """Which effects will run for a scene, which are left out, and why.
+
+    What adds nothing is left out exactly. Within `tolerance`, far lights are taken as directional, a far
+    viewer as infinitely far, nearly even attenuation and spot falloff as constant, and lights and highlights
+    too weak to be seen are left out; each by a bound that is computed before anything runs.
+
+    Parameters
+    ----------
+    mesh_or_points : pyvista.DataSet or array_like
+        A mesh, or points of shape (n, 3). Of a mesh the normals are known too, and may rule out highlights.
+        `evaluate` may leave out more of bare points than the plan says; where that could cost more than the
+        plan's own bound, `error_bound` is the whole tolerance.
+    scene : Scene
+        Lights, viewer and light model.
+    material : Material
+        The surface's reflectances.
+    matrix : array_like, optional
+        (4, 4) model matrix.
+    tolerance : float, default 0
+        Largest absolute colour error that may be taken; 1/255 is one step of a display.
+
+    Returns
+    -------
+    Plan
+        `.effects`, `.needs`, `.view_dependent`, `.error_bound`, `.explain()`.
+
+    Raises
+    ------
+    ValueError
+        If an argument has the wrong shape, type or range; the message names it.
+    """
+    check_scene_and_material(scene, material)
+    tolerance = check.number("tolerance", tolerance, at_least=0.0)
+    if matrix is not None:
+        normal_matrix(matrix)  # refuses what `evaluate` refuses
+    if not isinstance(mesh_or_points, pv.DataSet):
+        points = _bare_points(mesh_or_points)
+        result = make_plan(points, None, scene, material, matrix, tolerance, kernel.find_bounds)
+        has_highlights = any(any(term.specular) for term in result.equation.terms)
+        return replace(result, error_bound=tolerance) if tolerance and has_highlights else result
+    source = surface(mesh_or_points)
+    asks_for_normals = tolerance or scene.light_model.two_sided
+    points, normals = check.array("points", source.points), point_normals(source) if asks_for_normals else None
+    return make_plan(points, normals, scene, material, matrix, tolerance, kernel.find_bounds)
+
+
+def _bare_points(given: Any) -> FloatArray:
+    """Points without a mesh, checked."""
+    allowed = "a mesh or an (n, 3) array of real numbers"
+    if isinstance(given, pv.MultiBlock):
+        remedy = "blocks.phong.plan(...) plans each block by itself."
+        check.refuse("mesh_or_points", f"a MultiBlock of {given.n_blocks}", allowed, remedy)
+    if isinstance(given, vtkDataObject):
+        remedy = "pyvista.wrap(...) makes a mesh of VTK's datasets."
+        check.refuse("mesh_or_points", f"a {type(given).__name__}", allowed, remedy)
+    return check.array("mesh_or_points", given, allowed=allowed)
+
+
+def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None) -> FloatArray:
+    """The normals that a surface is lit with.
+
+    Its active point normals as they are, if it has any; else, or where a weighting is asked for, they are
+    computed from its faces. Cell normals are not read: a vertex is lit, not a face.
+    """
+    if weighting is None:
+        active: FloatArray | None = mesh.point_data.active_normals
+        return vertex_normals(mesh) if active is None else np.asarray(active)
+    return vertex_normals(mesh, weighting)
+
+
+def _normals_that_are_read(
+    source: pv.PolyData, scene: Scene, material: Material, matrix: MatrixLike | None
+) -> FloatArray:
+    """The point normals, or zeros where nothing depends on them: computing normals can cost more than lighting."""
+    check_scene_and_material(scene, material)
+    points = check.array("points", source.points)
+    if "normals" in make_plan(points, None, scene, material, matrix, 0.0, kernel.find_bounds).needs:
+        return point_normals(source)
+    return np.broadcast_to(np.zeros(3, np.float32), points.shape)
+
+
+def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: str = "") -> pv.MultiBlock:
+    """A new MultiBlock of the same structure and names, with `operation` applied to each dataset.
+
+    None stays None; a table or an empty dataset is copied as it is. An error names the block.
+    """
+    result = pv.MultiBlock()
+    for key, array in blocks.field_data.items():
+        result.field_data[key] = array
+    for index, block in enumerate(blocks):
+        key = blocks.get_block_name(index)
+        where = f"{place}[{key!r}]"
+        if isinstance(block, pv.MultiBlock):
+            result.append(map_blocks(block, operation, where), key)
+        elif not isinstance(block, pv.DataSet) or block.n_points == 0:
+            result.append(None if block is None else block.copy(), key)
+        else:
+            try:
+                result.append(operation(block), key)
+            except ValueError as error:
+                raise ValueError(f"block {where}: {error}") from error
+    return result
+
+
+def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
+    """The path of names and the dataset of each block that is not empty.
+
+    A path that several blocks share has their indices appended: "wheel [2]" is blocks[2], "car/wheel [0][2]" is
+    blocks[0][2]. A block without a name goes by its index.
+    """
+    found = list(_datasets(blocks))
+    counts = Counter(path for path, _, _ in found)
+    for path, place, block in found:
+        yield (path if counts[path] == 1 else f"{path} {place}"), block
+
+
+def _datasets(blocks: pv.MultiBlock, names: tuple[str, ...] = (), place: str = "") -> Iterator[tuple[str, str, Any]]:
+    """Path, indices and dataset of each."""
+    for index, block in enumerate(blocks):
+        path, where = (*names, blocks.get_block_name(index) or str(index)), f"{place}[{index}]"
+        if isinstance(block, pv.MultiBlock):
+            yield from _datasets(block, path, where)
+        elif isinstance(block, pv.DataSet) and block.n_points:
+            yield "/".join(path), where, block
+
+
+def surface_and_albedo(mesh: pv.DataSet, albedo: Any) -> tuple[pv.PolyData, Any]:
+    """The surface, and the albedo at its points."""
+    if isinstance(albedo, str):
+        source = surface(mesh)
+        check.choice("albedo", albedo, source.point_data.keys())
+        return source, source.point_data[albedo]
+    if albedo is None or isinstance(mesh, pv.PolyData):
+        return surface(mesh), albedo
+    return _carry(mesh, albedo)
+
+
+def _carry(mesh: pv.DataSet, albedo: Any) -> tuple[pv.PolyData, Any]:
+    """An albedo per point of a mesh with points inside, carried along to its surface."""
+    given = check.real_array("albedo", albedo, "an (n, 3) array of real numbers")
+    shades = check.array("albedo", given, count=mesh.n_points)
+    carrier = mesh.copy(deep=False)
+    carrier.point_data[_CARRIED] = given if given.dtype.kind in "iu" else shades
+    source = surface(carrier)
+    return source, source.point_data.pop(_CARRIED)

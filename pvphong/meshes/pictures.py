@@ -1,0 +1,159 @@
+"""Pictures of lit meshes, drawn offscreen with VTK's own lighting off: what is seen is the array."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from PIL import Image
+
+from pvphong.base import check
+from pvphong.base.files import written_aside
+from pvphong.scene.viewer import Viewer
+
+HEADLESS_PACKAGES = "libegl1 libgl1-mesa-dri libx11-6"
+"""What VTK needs on a Debian or Ubuntu without a display."""
+
+WITHOUT_DISPLAY = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
+"""VTK's windows that nobody sees."""
+
+_LARGEST = 8192  # pixels; drivers end at 8192 or 16384
+_CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
+
+_TRIAL = """
+from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
+import vtkmodules.vtkRenderingOpenGL2
+window, renderer, pixels = vtkRenderWindow(), vtkRenderer(), vtkUnsignedCharArray()
+window.SetOffScreenRendering(True)
+window.SetSize(8, 8)
+renderer.SetBackground(1, 1, 1)
+window.AddRenderer(renderer)
+window.Render()
+window.GetPixelData(0, 0, 7, 7, 0, pixels, 0)
+print(window.GetClassName(), pixels.GetRange(0)[0])
+"""
+
+
+def draw(
+    lit: pv.PolyData | pv.MultiBlock,
+    viewer: Viewer,
+    *,
+    name: str = "phong",
+    size: tuple[int, int] = (1024, 768),
+    background: str = "white",
+) -> np.ndarray[Any, np.dtype[np.uint8]]:
+    """The lit mesh as the viewer sees it.
+
+    Parameters
+    ----------
+    lit : pyvista.PolyData or pyvista.MultiBlock
+        Lit colours as a point array.
+    viewer : Viewer
+        Where it is seen from. Its clipping range is not used: all that lies ahead is drawn.
+    name : str, default "phong"
+        Name of the array with the colours.
+    size : tuple of int, default (1024, 768)
+        Width and height in pixels.
+    background : str, default "white"
+        A colour name or hex string.
+
+    Returns
+    -------
+    ndarray
+        Shape (height, width, 3), uint8. A mesh out of view leaves only the background.
+
+    Raises
+    ------
+    ValueError
+        If the machine cannot draw; the message names what is missing. Also for a size or a background
+        that is not allowed.
+    """
+    window = drawing_window()
+    refuse_size(size)
+    check.color("background", background)
+    with preferring(window), pv.vtk_verbosity("off"):
+        plotter = pv.Plotter(off_screen=True, window_size=list(size))
+        try:
+            plotter.set_background(background)
+            aim(plotter, viewer)
+            for mesh in leaves(lit):
+                plotter.add_mesh(mesh, scalars=name, rgb=True, lighting=False, copy_mesh=False)
+            plotter.enable_anti_aliasing("ssaa")
+            plotter.renderer.ResetCameraClippingRange()
+            return np.asarray(plotter.screenshot(return_img=True))
+        finally:
+            plotter.close()
+
+
+def refuse_size(size: tuple[int, int]) -> None:
+    """Raise ``ValueError`` for a picture's size that cannot be drawn."""
+    for label, pixels in zip(("width", "height"), size, strict=True):
+        check.number(label, pixels, at_least=1, at_most=_LARGEST)
+
+
+def save_picture(image: np.ndarray[Any, np.dtype[np.uint8]], path: Path) -> None:
+    """Write a picture as a .png file, whole or not at all."""
+    with written_aside(path) as aside:
+        Image.fromarray(image).save(aside, format="PNG", optimize=True)
+
+
+@cache
+def drawing_window() -> str:
+    """The class of window with which VTK can draw on this machine.
+
+    A child process tries it, once: where a library is missing VTK ends the process it runs in.
+
+    Raises
+    ------
+    ValueError
+        If VTK cannot draw; the message names the packages that it needs.
+    """
+    trial = subprocess.run([sys.executable, "-c", _TRIAL], capture_output=True, text=True, check=False)
+    name, _, brightness = trial.stdout.strip().partition(" ")
+    if trial.returncode != 0 or brightness != "255.0":
+        raise ValueError(
+            "VTK cannot draw on this machine. Without a display it needs EGL or OSMesa, a software driver and "
+            f"libX11: on Debian and Ubuntu, apt-get install {HEADLESS_PACKAGES}."
+        )
+    return name
+
+
+@contextmanager
+def preferring(window: str) -> Iterator[None]:
+    """Lets VTK make this window at once, where it would first look for a display, and complain."""
+    if window not in WITHOUT_DISPLAY or _CHOICE in os.environ:
+        yield
+        return
+    os.environ[_CHOICE] = window
+    try:
+        yield
+    finally:
+        del os.environ[_CHOICE]
+
+
+def aim(plotter: pv.Plotter, viewer: Viewer) -> None:
+    """Put a plotter's camera where the viewer is, and have it stay there when meshes are added."""
+    camera = plotter.camera
+    camera.SetPosition(viewer.position)
+    camera.SetFocalPoint(viewer.focal_point)
+    camera.SetViewUp(viewer.up)
+    camera.SetParallelProjection(viewer.parallel)
+    camera.SetViewAngle(viewer.view_angle)
+    camera.SetParallelScale(viewer.parallel_scale)
+    plotter.camera_set = True
+
+
+def leaves(mesh: pv.PolyData | pv.MultiBlock) -> list[pv.PolyData]:
+    """The mesh itself, or the meshes in all blocks that are not empty."""
+    if isinstance(mesh, pv.MultiBlock):
+        return list(mesh.recursive_iterator(skip_none=True, skip_empty=True))
+    return [mesh]

@@ -1,0 +1,191 @@
+"""The surface of a dataset, its faces as plain arrays, and the normals that they give."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from pvphong.base import check
+from pvphong.base.types import Float64Array, Weighting
+from pvphong.geometry import normals
+from pvphong.meshes.cells import Cells, cells, refuse_invalid
+
+
+def surface(mesh: pv.DataSet) -> pv.PolyData:
+    """The surface of a dataset, on which lighting works.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        Any dataset with faces, or with active point normals: the points of a cloud with normals are lit too.
+
+    Returns
+    -------
+    pyvista.PolyData
+        A PolyData is given back itself. Of any other dataset it is a new mesh, the outer faces as
+        `extract_surface` finds them, with the point and cell arrays carried along; the arrays
+        ``vtkOriginalPointIds`` and ``vtkOriginalCellIds`` say where each point and face comes from, so that
+        colours can be taken back to the whole.
+
+    Raises
+    ------
+    ValueError
+        If `mesh` is no DataSet, has nothing that can be lit, or is broken in a way that would crash VTK
+        (a cell's index out of range or with too few points, dimensions or an array of the wrong length);
+        the message names the cell.
+    """
+    if not isinstance(mesh, pv.DataSet):
+        check.refuse("mesh", type(mesh).__name__, "a pyvista.DataSet", "pyvista.wrap turns VTK's datasets into one.")
+    refuse_invalid(mesh)
+    result = outer(mesh)
+    if not result.n_points or not (has_faces(result) or has_normals(result)):
+        allowed = "a mesh with faces, or points with normals"
+        remedy = "Points without faces are lit by their normals: set mesh.point_data.active_normals."
+        check.refuse("mesh", _contents(mesh), allowed, remedy)
+    return result
+
+
+def outer(mesh: pv.DataSet) -> pv.PolyData:
+    """The surface of a checked mesh, which may turn out to be empty."""
+    if isinstance(mesh, pv.PolyData):
+        return mesh
+    if isinstance(mesh, pv.PointSet):
+        cloud = mesh.cast_to_polydata(deep=False)
+        cloud.point_data.active_normals_name = mesh.point_data.active_normals_name  # the cast forgets it
+        return cloud
+    # VTK's own numbers, which the filter would add, are wrong for quadratic and other nonlinear cells
+    numbered = mesh.copy(deep=False)
+    numbered.point_data["vtkOriginalPointIds"] = np.arange(mesh.n_points)
+    numbered.cell_data["vtkOriginalCellIds"] = np.arange(mesh.n_cells)
+    result = numbered.extract_surface(pass_pointid=False, pass_cellid=False, algorithm=None)
+    if isinstance(mesh, pv.Grid) and result.n_points:
+        # the filter computes a grid's points in float32, which far from the origin is too coarse for faces
+        result.points = np.asarray(mesh.points, np.float64)[result.point_data["vtkOriginalPointIds"]]
+    return result
+
+
+def has_faces(mesh: pv.PolyData) -> bool:
+    """Whether there is a polygon or a triangle strip."""
+    return bool(mesh.GetPolys().GetNumberOfCells() or mesh.GetStrips().GetNumberOfCells())
+
+
+def has_normals(mesh: pv.PolyData) -> bool:
+    """Whether the points have active normals."""
+    return mesh.point_data.active_normals_name is not None
+
+
+def _contents(mesh: pv.DataSet) -> str:
+    what = f"a {type(mesh).__name__} with {mesh.n_points} points"
+    if not mesh.n_points:
+        return what
+    faceless = "no faces" if isinstance(mesh, (pv.PolyData, pv.PointSet)) else f"{mesh.n_cells} cells but no surface"
+    return f"{what}, {faceless} and no point normals"
+
+
+def polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The faces of a mesh as plain arrays: its polygons, then its triangle strips, cut into triangles.
+
+    Parameters
+    ----------
+    mesh : pyvista.PolyData
+        Vertices and lines are passed over. No VTK algorithm touches it.
+
+    Returns
+    -------
+    connectivity : ndarray
+        int64, the point indices of all faces, one face after the other. A strip's triangles all have the
+        orientation of its first, as ``vtkTriangleStrip`` cuts them.
+    offsets : ndarray
+        int64, shape (n_faces + 1,): where each face starts in `connectivity`, and the end.
+
+    Raises
+    ------
+    ValueError
+        If `mesh` is no PolyData, or a face has an index that no point has; the message names both.
+    """
+    if not isinstance(mesh, pv.PolyData):
+        check.refuse("mesh", type(mesh).__name__, "a pyvista.PolyData", "Take its surface first: mesh.extract_surface.")
+    for array in cells(mesh)[2:]:
+        array.refuse_out_of_range(mesh.n_points)
+    return unchecked_polygons(mesh)
+
+
+def unchecked_polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """`polygons` with whatever indices the faces have."""
+    _, _, faces, strips = cells(mesh)
+    triangles = _strip_triangles(strips)
+    connectivity = np.concatenate([faces.connectivity, triangles.ravel()]).astype(np.int64, copy=False)
+    ends = faces.offsets[-1] + 3 * np.arange(1, len(triangles) + 1)
+    return connectivity, np.concatenate([faces.offsets, ends]).astype(np.int64, copy=False)
+
+
+def _strip_triangles(strips: Cells) -> NDArray[Any]:
+    """(m, 3) triangles of strips; every second one is turned, because a strip alternates."""
+    counts = np.maximum(np.diff(strips.offsets) - 2, 0)
+    place = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)  # of a triangle in its strip
+    triangles = strips.connectivity[(np.repeat(strips.offsets[:-1], counts) + place)[:, None] + np.arange(3)]
+    odd = place % 2 == 1
+    triangles[odd] = triangles[odd][:, [1, 0, 2]]
+    return triangles
+
+
+def vertex_normals(mesh: pv.DataSet, weighting: Weighting = "angle") -> Float64Array:
+    """Unit normals of a mesh's points: weighted means of the normals of the faces around each.
+
+    They are computed from the faces whether the mesh stores normals or not. Points are neither split nor
+    merged: there is one row per point.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        A dataset with faces. Of another than PolyData they are the normals of its extracted surface.
+    weighting : {"angle", "area", "max"}, default "angle"
+        A face's weight at a corner; see `pvphong.geometry.normals.point_normals`.
+
+    Returns
+    -------
+    ndarray
+        Shape (n_points, 3), float64. A point that no face with an area touches, or whose faces' normals
+        cancel, has the zero vector.
+
+    Raises
+    ------
+    ValueError
+        As `surface`; also for a mesh without faces, or another weighting.
+    """
+    source = _with_faces(mesh)
+    return normals.point_normals(source.points, *polygons(source), weighting)
+
+
+def face_normals(mesh: pv.DataSet) -> Float64Array:
+    """Unit normals of a mesh's faces; counter-clockwise corners are seen from the front.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        A dataset with faces. Of another than PolyData they are the normals of its extracted surface.
+
+    Returns
+    -------
+    ndarray
+        Shape (n_faces, 3), float64, in the order of `polygons`: a strip has one face per triangle. A face
+        without an area, or with a point that is not finite, has the zero vector.
+
+    Raises
+    ------
+    ValueError
+        As `surface`; also for a mesh without faces.
+    """
+    source = _with_faces(mesh)
+    return normals.polygon_normals(source.points, *polygons(source))
+
+
+def _with_faces(mesh: pv.DataSet) -> pv.PolyData:
+    source = surface(mesh)
+    if not has_faces(source):
+        remedy = "Normals are computed from faces; stored ones are in mesh.point_data.active_normals."
+        check.refuse("mesh", f"{source.n_points} points and no faces", "a mesh with faces", remedy)
+    return source

@@ -1,0 +1,1 @@
+"""Lights and materials, one file each."""

@@ -1,0 +1,48 @@
+"""The kinds of light. A new kind is its own file beside these and one entry in `LIGHT_TYPES`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from pvphong.base import check
+from pvphong.optics.light import Arrival, Light
+from pvphong.optics.lights.conversion import as_light, from_vtk, light_from_homogeneous
+from pvphong.optics.lights.directional import DirectionalLight
+from pvphong.optics.lights.point import PointLight
+from pvphong.optics.lights.spot import SpotLight
+
+LIGHT_TYPES: dict[str, type[Light]] = {
+    "directional": DirectionalLight,
+    "point": PointLight,
+    "spot": SpotLight,
+}
+"""Name in a scene file → class."""
+
+
+def type_name(argument: str, light: Light) -> str:
+    """The name of a light's kind in a scene file; ValueError, which names the argument, for a kind without one."""
+    for name, kind in LIGHT_TYPES.items():
+        if kind is type(light):
+            return name
+    remedy = "A kind of light of your own can be evaluated and planned; files, windows and VTK do not know it."
+    return check.refuse(argument, light, f"one of {', '.join(LIGHT_TYPES)}", remedy)
+
+
+def type_names(lights: Iterable[Light]) -> list[str]:
+    """The names of all lights' kinds; ValueError for one without a name."""
+    return [type_name(f"lights[{index}]", light) for index, light in enumerate(lights)]
+
+
+__all__ = [
+    "LIGHT_TYPES",
+    "Arrival",
+    "DirectionalLight",
+    "Light",
+    "PointLight",
+    "SpotLight",
+    "as_light",
+    "from_vtk",
+    "light_from_homogeneous",
+    "type_name",
+    "type_names",
+]

@@ -1,0 +1,106 @@
+"""How a surface reflects: ambient, diffuse, specular, shininess, emission."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+from pvphong.base import check
+from pvphong.base.types import ColorLike
+from pvphong.optics.named_materials import NAMED
+
+
+@dataclass(frozen=True)
+class Material:
+    """A Phong material; the defaults are OpenGL's (2.1 specification, table 2.10).
+
+    Parameters
+    ----------
+    ambient : color, default 0.2
+        Reflectance of ambient light, k_ambient. A float (grey), RGB floats (1.0 = full), or a colour name.
+    diffuse : color, default 0.8
+        Reflectance of light that is scattered in all directions, k_diffuse.
+    specular : color, default 0
+        Reflectance of light that is mirrored in the highlight, k_specular.
+    shininess : float, default 0
+        Exponent of the highlight, >= 0; 1 to 200 is usual, 1e6 works.
+    emission : color, default 0
+        Light that the surface gives off by itself.
+
+    Raises
+    ------
+    ValueError
+        If a field is out of range; the message names the field.
+    """
+
+    ambient: ColorLike = 0.2
+    diffuse: ColorLike = 0.8
+    specular: ColorLike = 0.0
+    shininess: float = 0.0
+    emission: ColorLike = 0.0
+
+    def __post_init__(self) -> None:
+        for field in ("ambient", "diffuse", "specular", "emission"):
+            object.__setattr__(self, field, check.color(field, getattr(self, field)))
+        object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
+
+    @classmethod
+    def named(cls, name: str) -> Self:
+        """One of the classic materials of OpenGL teaching, such as "gold" or "red plastic".
+
+        Raises
+        ------
+        ValueError
+            If there is no such material; the message lists all, and suggests close matches.
+        """
+        ambient, diffuse, specular, shine = NAMED[check.choice("name", name, NAMED)]
+        return cls(ambient=ambient, diffuse=diffuse, specular=specular, shininess=shine * 128.0)
+
+    @staticmethod
+    def names() -> tuple[str, ...]:
+        """The names that `named` knows."""
+        return tuple(NAMED)
+
+    @classmethod
+    def from_property(cls, prop: Any) -> Self:
+        """The material of a `pyvista.Property` or `vtkProperty`, its colours unrounded.
+
+        VTK keeps a coefficient and a colour for each term; their product is the reflectance. (VTK uses
+        the ambient colour without a light's, as `LightModel.vtk()` does.)
+
+        Raises
+        ------
+        ValueError
+            If `prop` is not such an object.
+        """
+        if not hasattr(prop, "GetSpecularPower"):
+            check.refuse("prop", prop, "a pyvista.Property or a vtkProperty")
+        terms = {
+            "ambient": (prop.GetAmbient(), prop.GetAmbientColor()),
+            "diffuse": (prop.GetDiffuse(), prop.GetDiffuseColor()),
+            "specular": (prop.GetSpecular(), prop.GetSpecularColor()),
+        }
+        colors: dict[str, Any] = {term: tuple(k * c for c in color) for term, (k, color) in terms.items()}
+        return cls(**colors, shininess=prop.GetSpecularPower())
+
+    @classmethod
+    def from_roughness(cls, roughness: float, **fields: Any) -> Self:
+        """A material whose highlight falls off as (n·h)^(1/roughness), with Blinn-Phong reflection.
+
+        Parameters
+        ----------
+        roughness : float
+            0 < roughness <= 1, small is shiny; the shininess is 1/roughness.
+        **fields
+            The other fields of the material.
+        """
+        # below 2⁻¹⁰²² the reciprocal may be infinite
+        roughness = check.number("roughness", roughness, at_least=2.0**-1022, at_most=1.0)
+        return cls(**fields, shininess=1.0 / roughness)
+
+    def for_blinn_phong(self) -> Self:
+        """The material that looks the same with Blinn-Phong reflection: four times the shininess.
+
+        The angle from n to h is about half the angle from r to v, and cos(x/2)^(4n) ≈ cos(x)^n.
+        """
+        return replace(self, shininess=4.0 * self.shininess)

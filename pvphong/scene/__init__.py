@@ -1,0 +1,1 @@
+"""What is seen: lights, viewer and light model as one value."""

@@ -1,0 +1,250 @@
+"""A scene: lights, viewer and light model, as one value that can be saved."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, field, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self, get_args
+
+from pvphong.base import check
+from pvphong.base.files import written_aside
+from pvphong.base.types import ColorLike, Convention, Reflection
+from pvphong.optics.lights import LIGHT_TYPES, Light, as_light, from_vtk, type_names
+from pvphong.scene.viewer import Viewer
+
+_FORMAT = "pvphong scene"
+_VERSION = 1
+
+
+@dataclass(frozen=True)
+class LightModel:
+    """How the lights' contributions are put together.
+
+    Parameters
+    ----------
+    ambient : color, default 0.2
+        Light that comes from everywhere, A. OpenGL's default.
+    local_viewer : bool, default True
+        The direction to the viewer is taken at each vertex; False: the same everywhere, towards the eye
+        along the view axis (OpenGL's default).
+    two_sided : bool, default False
+        A vertex whose normal points away from the viewer is lit with the opposite normal.
+    reflection : {"phong", "blinn-phong"}
+        Highlight by the mirror direction, (r·v)ⁿ (Phong 1975), or by the half-way direction,
+        (n·h)ⁿ (Blinn 1977), which OpenGL uses.
+    clamp : bool, default True
+        The summed colour is clamped to [0, 1] at the end.
+    convention : {"standard", "vtk"}
+        "vtk" follows VTK's shader to the letter: three tiers of lighting code, a floor of 1e-5 under the
+        highlight's cosine, material ambient not multiplied by any light, ambient and specular colours of
+        lights ignored, a local viewer even in parallel projection, exponents of at most 128, and a scene
+        without any light drawn unlit. `ambient` has no effect in it.
+
+    Raises
+    ------
+    ValueError
+        If a field is out of range, or asks of VTK's convention what VTK does not do.
+    """
+
+    ambient: ColorLike = 0.2
+    local_viewer: bool = True
+    two_sided: bool = False
+    reflection: Reflection = "phong"
+    clamp: bool = True
+    convention: Convention = "standard"
+
+    def __post_init__(self) -> None:
+        canonical: dict[str, Any] = {
+            "ambient": check.color("ambient", self.ambient),
+            "local_viewer": check.flag("local_viewer", self.local_viewer),
+            "two_sided": check.flag("two_sided", self.two_sided),
+            "reflection": check.choice("reflection", self.reflection, get_args(Reflection)),
+            "clamp": check.flag("clamp", self.clamp),
+            "convention": check.choice("convention", self.convention, get_args(Convention)),
+        }
+        for name, value in canonical.items():
+            object.__setattr__(self, name, value)
+        if self.convention == "vtk" and not self.local_viewer:
+            check.refuse("local_viewer", False, "True in VTK's convention", "VTK's viewer is always local.")
+        if self.convention == "vtk" and self.reflection != "phong":
+            check.refuse("reflection", self.reflection, "'phong' in VTK's convention", "VTK knows no other.")
+
+    @classmethod
+    def opengl(cls) -> Self:
+        """OpenGL's own defaults: ambient 0.2, infinite viewer, one-sided, half-way reflection.
+
+        Source: OpenGL 2.1 specification, table 2.10 (LIGHT_MODEL_AMBIENT and following).
+        """
+        return cls(ambient=0.2, local_viewer=False, two_sided=False, reflection="blinn-phong")
+
+    @classmethod
+    def vtk(cls, two_sided: bool = True) -> Self:
+        """VTK's shader: two-sided as it draws surfaces, or one-sided as it draws points.
+
+        Source: VTK's vtkOpenGLPolyDataMapper.cxx (ReplaceShaderLight).
+        """
+        return cls(ambient=1.0, two_sided=two_sided, convention="vtk")
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything but the mesh and its material.
+
+    Parameters
+    ----------
+    lights : iterable of lights
+        pvphong's own, or `pyvista.Light` and `vtkLight` objects, which are converted by `as_light`; their
+        camera lights keep riding along with the viewer.
+    viewer : Viewer
+        Where it is seen from.
+    light_model : LightModel
+        How contributions are put together.
+
+    Raises
+    ------
+    ValueError
+        If a field is not of its type.
+    """
+
+    lights: Iterable[Any] = ()
+    viewer: Viewer = field(default_factory=Viewer)
+    light_model: LightModel = field(default_factory=LightModel)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.viewer, Viewer):
+            check.refuse("viewer", self.viewer, "a Viewer", "Viewer.from_camera makes one of a camera.")
+        if not isinstance(self.light_model, LightModel):
+            check.refuse("light_model", self.light_model, "a LightModel")
+        if not isinstance(self.lights, Iterable) or isinstance(self.lights, (str, dict)):
+            check.refuse("lights", self.lights, "a sequence of lights", "Put a single light into a list.")
+        converted = tuple(from_vtk(light, self.viewer.distance) for light in self.lights)
+        object.__setattr__(self, "lights", converted)
+
+    @cached_property
+    def world_lights(self) -> tuple[Light, ...]:
+        """The lights with world coordinates, as the viewer makes them: the order of `lights`, the off ones too."""
+        return tuple(light.in_world(self.viewer) for light in self.lights)
+
+    @classmethod
+    def from_plotter(cls, plotter: Any) -> Self:
+        """A snapshot of a plotter's active renderer: its lights at their true world positions, its camera.
+
+        Camera lights are placed where the camera has them now. The light model is pvphong's standard one;
+        `dataclasses.replace(scene, light_model=LightModel.vtk())` follows VTK's shader.
+
+        Parameters
+        ----------
+        plotter : pyvista.Plotter
+            The plotter; it is not modified.
+
+        Raises
+        ------
+        ValueError
+            If `plotter` is not a plotter.
+        """
+        renderer = getattr(plotter, "renderer", None)
+        if renderer is None or not hasattr(renderer, "GetLights"):
+            check.refuse("plotter", plotter, "a pyvista.Plotter")
+        # plotter.camera would count as a choice of view, and keep PyVista from fitting it to the meshes.
+        viewer = Viewer.from_camera(renderer.camera)
+        lights = tuple(as_light(light, viewer) for light in renderer.GetLights())
+        return cls(lights=lights, viewer=viewer)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the scene to a JSON file; `Scene.load` gives it back to the last bit.
+
+        Raises
+        ------
+        ValueError
+            If the file cannot be written, or a light is of a kind that files do not know. A file that was there
+            before is then still there.
+        """
+        document = {
+            "format": _FORMAT,
+            "version": _VERSION,
+            "lights": [
+                {"type": name} | asdict(light) for name, light in zip(type_names(self.lights), self.lights, strict=True)
+            ],
+            "viewer": asdict(self.viewer),
+            "light_model": asdict(self.light_model),
+        }
+        with written_aside(path) as aside:
+            aside.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a scene that `save` wrote.
+
+        Raises
+        ------
+        ValueError
+            If the file cannot be read, is not JSON, is of a newer version, or has an unknown field.
+        """
+        try:
+            document = json.loads(Path(path).read_text(encoding="utf-8"))
+        except OSError as error:
+            raise ValueError(f"path must be a scene file that can be read; got {path} ({error}).") from error
+        except ValueError as error:  # not UTF-8, or not JSON
+            raise ValueError(f"path must be a scene file in JSON; got {path} ({error}).") from error
+        return cls._from_document(document)
+
+    @classmethod
+    def _from_document(cls, document: Any) -> Self:
+        if not isinstance(document, dict) or document.get("format") != _FORMAT:
+            check.refuse("format", document, f'a JSON object with "format": "{_FORMAT}"', "Scene.save writes one.")
+        if document.get("version") != _VERSION:
+            remedy = "A newer pvphong may have written it."
+            check.refuse("version", document.get("version"), f"{_VERSION}", remedy)
+        _check_keys("scene", document, {"format", "version", *(f.name for f in fields(cls))})
+        lights = document.get("lights", [])
+        if not isinstance(lights, list):
+            check.refuse("lights", lights, "a list")
+        return cls(
+            lights=tuple(_light(f"lights[{index}]", entry) for index, entry in enumerate(lights)),
+            viewer=_value("viewer", Viewer, document.get("viewer", {})),
+            light_model=_value("light_model", LightModel, document.get("light_model", {})),
+        )
+
+
+def light_labels(scene: Scene, numbered: str = "") -> tuple[str, ...]:
+    """What names each of a scene's lights, no two alike: its name, or its index where it has none or shares it.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its lights are named in their order, the off ones too.
+    numbered : str, default ""
+        Stands before an index.
+    """
+    names = [light.name for light in scene.lights]
+    indices = [f"{numbered}{index}" for index in range(len(names))]
+    counts = Counter(names + indices)
+    return tuple(name if name and counts[name] == 1 else index for name, index in zip(names, indices, strict=True))
+
+
+def _light(place: str, entry: Any) -> Any:
+    if not isinstance(entry, dict):
+        check.refuse(place, entry, "a JSON object")
+    kind = LIGHT_TYPES[check.choice(f"{place}.type", entry.get("type"), LIGHT_TYPES)]
+    return _value(place, kind, {key: value for key, value in entry.items() if key != "type"})
+
+
+def _value(place: str, kind: Any, entry: Any) -> Any:
+    if not isinstance(entry, dict):
+        check.refuse(place, entry, "a JSON object")
+    _check_keys(place, entry, {f.name for f in fields(kind)})
+    try:
+        return kind(**{key: tuple(value) if isinstance(value, list) else value for key, value in entry.items()})
+    except ValueError as error:
+        raise ValueError(f"{place}.{error}") from error
+
+
+def _check_keys(place: str, entry: dict[str, Any], allowed: set[str]) -> None:
+    for key in entry:
+        if key not in allowed:
+            check.refuse(f"field of {place}", key, "one of " + ", ".join(sorted(allowed)))

@@ -1,0 +1,139 @@
+"""Where the scene is seen from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+
+from pvphong.base import check
+from pvphong.base.types import Float64Array, Vector, VectorLike
+from pvphong.base.vectors import towards, unit_vector
+
+# The sine of the angle between up and the view axis below which rounding has decided its direction.
+_PARALLEL = 2.0**-48
+
+
+@dataclass(frozen=True)
+class Viewer:
+    """An eye and what it looks at.
+
+    Colours depend on `position`, `focal_point` and `parallel` alone, and on `up` where a light rides in
+    the camera's frame; the other fields are for `project`.
+
+    Parameters
+    ----------
+    position : sequence of float, default (0, 0, 1)
+        The eye, in world coordinates.
+    focal_point : sequence of float, default (0, 0, 0)
+        What it looks at; not the eye itself.
+    up : sequence of float, default (0, 1, 0)
+        Which way is up in the picture. It must not lie along the view axis where it is needed.
+    parallel : bool, default False
+        Parallel projection: the direction to the viewer is the same everywhere.
+    view_angle : float, default 30
+        Full vertical opening angle of the perspective, in degrees.
+    parallel_scale : float, default 1
+        Half the height of a parallel projection's picture, in the mesh's unit.
+    clipping_range : sequence of float, default (0.01, 1000.01)
+        Distances of the near and the far plane. All defaults are vtkCamera's.
+
+    Raises
+    ------
+    ValueError
+        If a field is out of range; the message names the field.
+    """
+
+    position: VectorLike = (0.0, 0.0, 1.0)
+    focal_point: VectorLike = (0.0, 0.0, 0.0)
+    up: VectorLike = (0.0, 1.0, 0.0)
+    parallel: bool = False
+    view_angle: float = 30.0
+    parallel_scale: float = 1.0
+    clipping_range: VectorLike = (0.01, 1000.01)
+
+    def __post_init__(self) -> None:
+        canonical: dict[str, Any] = {
+            "position": check.vector("position", self.position),
+            "focal_point": check.vector("focal_point", self.focal_point),
+            "up": check.direction("up", self.up),
+            "parallel": check.flag("parallel", self.parallel),
+            "view_angle": check.number("view_angle", self.view_angle, above=0.0, at_most=179.0),
+            "parallel_scale": check.number("parallel_scale", self.parallel_scale, above=0.0),
+            "clipping_range": check.numbers_in("clipping_range", self.clipping_range, 2),
+        }
+        for field, value in canonical.items():
+            object.__setattr__(self, field, value)
+        if self.position == self.focal_point:
+            check.refuse("focal_point", self.focal_point, "different from position", "The eye must look somewhere.")
+
+    @classmethod
+    def from_camera(cls, camera: Any) -> Self:
+        """The viewer of a `pyvista.Camera` or `vtkCamera`.
+
+        Raises
+        ------
+        ValueError
+            If `camera` is not such an object.
+        """
+        if not hasattr(camera, "GetParallelProjection"):
+            check.refuse("camera", camera, "a pyvista.Camera or a vtkCamera")
+        return cls(
+            position=camera.GetPosition(),
+            focal_point=camera.GetFocalPoint(),
+            up=camera.GetViewUp(),
+            parallel=bool(camera.GetParallelProjection()),
+            view_angle=camera.GetViewAngle(),
+            parallel_scale=camera.GetParallelScale(),
+            clipping_range=camera.GetClippingRange(),
+        )
+
+    @cached_property
+    def _line_of_sight(self) -> tuple[Vector, float]:
+        x, y, z = self.focal_point
+        direction, distance = towards((x, y, z), np.array(self.position)[:, None])
+        return _vector(direction[:, 0]), float(distance[0])
+
+    @property
+    def view_direction(self) -> Vector:
+        """Unit vector from the eye along the view axis."""
+        return self._line_of_sight[0]
+
+    @property
+    def distance(self) -> float:
+        """From the eye to the focal point."""
+        return self._line_of_sight[1]
+
+    @cached_property
+    def axes(self) -> Float64Array:
+        """Eye space's x (right), y (up) and z (back) as the rows of a (3, 3) rotation.
+
+        Raises
+        ------
+        ValueError
+            If `up` lies along the view axis.
+        """
+        back = -np.array(self.view_direction)
+        up = np.array(unit_vector(self.up))
+        right = np.cross(up, back)
+        if np.abs(right).max() < _PARALLEL:
+            check.refuse("up", self.up, "off the view axis", "Any other direction will do.")
+        right = np.array(unit_vector(right.tolist()))
+        return np.array([right, np.cross(back, right), back])
+
+    def vector_to_world(self, vector: Vector) -> Vector:
+        """A vector of eye space in world coordinates."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            return _vector(self.axes.T @ np.array(vector))
+
+    def point_to_world(self, point: Vector) -> Vector:
+        """A point of eye space in world coordinates."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            return _vector(np.array(self.position) + self.axes.T @ np.array(point))
+
+
+def _vector(array: Float64Array) -> Vector:
+    x, y, z = array.tolist()
+    return x, y, z

@@ -1,0 +1,1 @@
+"""From a scene to colours: the equation, its plan, and the evaluators that run it."""

@@ -1,0 +1,279 @@
+"""The lighting equation of one scene and one material, with everything in place but the vertices.
+
+Here the two conventions part: `standard` is the model that OpenGL and its textbooks share, `vtk` follows
+VTK's shader (vtkOpenGLPolyDataMapper::ReplaceShaderLight). What comes out is the same kind of value for
+both, and the evaluators know nothing of conventions.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from pvphong.base import check
+from pvphong.base.types import Float64Array, MatrixLike, Reflection, Vector, VectorLike, rgb
+from pvphong.optics.lights import DirectionalLight, Light, PointLight, SpotLight
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
+
+_BLACK, _WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
+
+BRIGHTEST = 2.0**100
+"""Strengths and colours are capped here, so that nothing overflows float32; anything near it is white.
+
+(The kernel caps a spot's attenuation before its falloff: so near to the light that this matters, 2⁻⁵⁰ of the distance
+where its attenuation is 1, it may be darker outside the middle of its cone.)"""
+
+# The most that a light's colours may be before its attenuation, which may bring them down again.
+_FARTHEST = 2.0**1000
+
+# Three factors of at most `_TAME`, whose product is at least `_SMALL`, have products of two within range too.
+_TAME = 2.0**300
+_SMALL = _TAME / _FARTHEST
+
+# vtkProperty and vtkLight keep exponents in [0, 128]; the shader cuts cosines off at the floors.
+_VTK_EXPONENT = 128.0
+_VTK_FLOOR = 1e-5
+_VTK_HEADLIGHT_FLOOR = 1e-6
+
+
+@dataclass(frozen=True)
+class LightTerm:
+    """One light that is on, in world coordinates.
+
+    Parameters
+    ----------
+    light : Light
+        Where it stands and how it weakens.
+    index : int
+        Its place among the scene's lights.
+    ambient, diffuse, specular : tuple of float
+        Its colours times intensity times the material's, divided by `gain`: at most 1.
+    gain : float
+        What the colours are to be multiplied by; it may be beyond float32's range, as where a light is bright because
+        it is far away.
+    """
+
+    light: Light
+    index: int
+    ambient: Vector
+    diffuse: Vector
+    specular: Vector
+    gain: float
+
+    @property
+    def is_black(self) -> bool:
+        """Whether it adds nothing anywhere: its colours, its intensity or the material's are 0."""
+        return not (any(self.ambient) or any(self.diffuse) or any(self.specular))
+
+
+@dataclass(frozen=True)
+class Equation:
+    """What every evaluator takes.
+
+    Parameters
+    ----------
+    terms : tuple of LightTerm
+        The lights that are on.
+    ambient, emission : tuple of float
+        What is there without any light; `ambient` is multiplied by the albedo.
+    shininess : float
+        Exponent of the highlight.
+    reflection : {"phong", "blinn-phong"}
+        Which cosine the highlight raises to it.
+    cosine_floor : float
+        That cosine is taken to be at least this.
+    headlight_only : bool
+        VTK's first tier: the highlight is a power of n·l, and n·l at least `cosine_floor`.
+    eye : tuple of float or None
+        The viewer's position where v is taken at each vertex, else None.
+    to_eye : tuple of float
+        Unit vector towards the eye along the view axis.
+    two_sided : bool
+        Whether vertices that face away from the viewer are lit with −n.
+    local_facing : bool
+        Whether that is judged from `eye`, rather than along `to_eye`.
+    clamp : bool
+        Whether the sum is clamped to [0, 1].
+    matrix : ndarray or None
+        (4, 4) model matrix, float64 and read-only; None for the identity.
+    turns_normals : bool
+        Whether the matrix changes the directions of normals.
+    """
+
+    terms: tuple[LightTerm, ...]
+    ambient: Vector
+    emission: Vector
+    shininess: float
+    reflection: Reflection
+    cosine_floor: float
+    headlight_only: bool
+    eye: Vector | None
+    to_eye: Vector
+    two_sided: bool
+    local_facing: bool
+    clamp: bool
+    matrix: Float64Array | None
+    turns_normals: bool
+
+    @cached_property
+    def needs_normals(self) -> bool:
+        """Whether any light's share depends on the normal."""
+        return any(any(term.diffuse) or any(term.specular) for term in self.terms)
+
+    @cached_property
+    def has_highlights(self) -> bool:
+        """Whether any light's share depends on the viewer through v."""
+        return not self.headlight_only and any(any(term.specular) for term in self.terms)
+
+    @cached_property
+    def is_flipped(self) -> bool:
+        """Whether normals are turned to the viewer."""
+        return self.two_sided and self.needs_normals
+
+    @cached_property
+    def needs_eye(self) -> bool:
+        """Whether v is taken at each vertex, for highlights or for turning normals."""
+        return self.eye is not None and (self.has_highlights or (self.is_flipped and self.local_facing))
+
+    @cached_property
+    def needs_points(self) -> bool:
+        """Whether any share depends on where the vertex is."""
+        return self.needs_eye or any(not isinstance(term.light, DirectionalLight) for term in self.terms)
+
+
+def assemble(scene: Scene, material: Material, matrix: MatrixLike | None) -> Equation:
+    """The equation of a scene and a material, in the scene's convention; the matrix is copied."""
+    copied = None if matrix is None else check.matrix4("matrix", matrix)
+    if copied is not None:
+        copied.flags.writeable = False
+    standard = _standard(scene, material, copied)
+    return standard if scene.light_model.convention == "standard" else _as_vtk(standard, scene, material)
+
+
+def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> Equation:
+    model, viewer = scene.light_model, scene.viewer
+    local = model.local_viewer and not viewer.parallel
+    x, y, z = viewer.view_direction
+    reflectances = _reflectances(material)
+    return Equation(
+        terms=tuple(
+            _term(light, index, reflectances, rgb(light.ambient), light.specular_color)
+            for index, light in enumerate(scene.world_lights)
+            if light.on
+        ),
+        ambient=_product(BRIGHTEST, reflectances[0], rgb(model.ambient)),
+        emission=_product(BRIGHTEST, rgb(material.emission), _WHITE),
+        shininess=material.shininess,
+        reflection=model.reflection,
+        cosine_floor=0.0,
+        headlight_only=False,
+        eye=_vector(viewer.position) if local else None,
+        to_eye=(-x, -y, -z),
+        two_sided=model.two_sided,
+        local_facing=local,
+        clamp=model.clamp,
+        matrix=matrix,
+        turns_normals=matrix is not None,
+    )
+
+
+def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
+    """VTK's reading of the same scene.
+
+    The material's ambient is not multiplied by any light; the lights' ambient and specular colours are
+    ignored; the viewer is local even in parallel projection; a scene without any light is drawn unlit.
+    """
+    reflectances = _reflectances(material)
+    terms = tuple(
+        _term(_vtk_shape(term.light), term.index, reflectances, _BLACK, rgb(term.light.diffuse))
+        for term in standard.terms
+    )
+    headlight = vtk_tier(scene.lights) == 1
+    ambient, diffuse, _ = reflectances
+    unlit = ambient[0] + diffuse[0], ambient[1] + diffuse[1], ambient[2] + diffuse[2]
+    return replace(
+        standard,
+        terms=terms,
+        ambient=_product(BRIGHTEST, ambient if terms else unlit, _WHITE),
+        shininess=min(material.shininess, _VTK_EXPONENT),
+        cosine_floor=_VTK_HEADLIGHT_FLOOR if headlight else _VTK_FLOOR,
+        headlight_only=headlight,
+        eye=_vector(scene.viewer.position),
+        local_facing=not scene.viewer.parallel,
+    )
+
+
+def vtk_tier(lights: Iterable[Light]) -> int:
+    """Which tier of its shader VTK chooses: 1 a headlight alone, 2 directional lights, 3 any light; 0 draws unlit.
+
+    A light that is off counts too if it has a position, or if it is no headlight and stands behind the first
+    that is on (vtkOpenGLRenderer::UpdateLights).
+    """
+    chosen, shine = 0, 0
+    for light in lights:
+        if light.on:
+            shine += 1
+            chosen = max(chosen, 1)
+        if chosen == 1 and (shine > 1 or light.frame != "headlight"):
+            chosen = 2
+        if not isinstance(light, DirectionalLight):
+            chosen = 3
+    return chosen if shine else 0
+
+
+def _vtk_shape(light: Light) -> Light:
+    """A spot as VTK takes it: a cone of 90° is none, and exponents end at 128."""
+    if not isinstance(light, SpotLight):
+        return light
+    if light.cone_angle == 90.0:
+        return PointLight(
+            position=light.position, attenuation=light.attenuation, diffuse=light.diffuse, intensity=light.intensity
+        )
+    return replace(light, exponent=min(light.exponent, _VTK_EXPONENT))
+
+
+def _reflectances(material: Material) -> tuple[Vector, Vector, Vector]:
+    return rgb(material.ambient), rgb(material.diffuse), rgb(material.specular)
+
+
+def _term(
+    light: Light, index: int, reflectances: tuple[Vector, Vector, Vector], ambient: Vector, specular: Vector
+) -> LightTerm:
+    dim = _product(_FARTHEST, reflectances[0], ambient, light.intensity)
+    matt = _product(_FARTHEST, reflectances[1], rgb(light.diffuse), light.intensity)
+    shiny = _product(_FARTHEST, reflectances[2], specular, light.intensity)
+    gain = 2.0 ** math.frexp(max(*dim, *matt, *shiny))[1]
+    return LightTerm(light, index, _over(dim, gain), _over(matt, gain), _over(shiny, gain), gain)
+
+
+def _over(color: Vector, gain: float) -> Vector:
+    return color[0] / gain, color[1] / gain, color[2] / gain
+
+
+def _product(most: float, reflectance: Vector, light: Vector, intensity: float = 1.0) -> Vector:
+    if light == _WHITE and intensity == 1.0 and max(reflectance) <= most:
+        return reflectance
+    (red, green, blue), (r, g, b) = reflectance, light
+    if not (r or g or b):
+        return _BLACK
+    product = red * r * intensity, green * g * intensity, blue * b * intensity
+    if min(product) >= _SMALL and max(product) <= most and max(red, green, blue, r, g, b, intensity) <= _TAME:
+        return product
+    return _capped(most, red, r, intensity), _capped(most, green, g, intensity), _capped(most, blue, b, intensity)
+
+
+def _capped(most: float, *factors: float) -> float:
+    """A product of three numbers >= 0, at most `most`; only the whole of it may leave the range of floats."""
+    if 0.0 in factors:
+        return 0.0
+    mantissas, exponents = zip(*map(math.frexp, factors), strict=True)
+    mantissa, exponent = math.prod(mantissas), sum(exponents)
+    return min(math.ldexp(mantissa, min(exponent, 1023)), most)
+
+
+def _vector(value: VectorLike) -> Vector:
+    x, y, z = value
+    return x, y, z

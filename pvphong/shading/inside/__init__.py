@@ -1,0 +1,1 @@
+"""What colours do between vertices."""

@@ -1,0 +1,1 @@
+"""Which effects a scene needs, one file each."""

@@ -1,0 +1,38 @@
+"""The result of an evaluation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import NDArray
+
+from pvphong.base.types import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Shading:
+    """Lit colours of n vertices; linear RGB, 1.0 = full, in the precision that was asked for.
+
+    Attributes
+    ----------
+    rgb : ndarray
+        Shape (n, 3). In [0, 1], unless the light model says not to clamp.
+    ambient, diffuse, specular, emission : ndarray or None
+        Shape (n, 3), unclamped; they add up to the unclamped colour. `ambient` holds the light model's and
+        the lights'. None unless components were asked for, as all that follow.
+    per_light : ndarray or None
+        Shape (n_lights, n, 3), unclamped: each light's ambient, diffuse and specular share, in the order of
+        the scene's lights; a light that is off has a share of zero.
+    base : ndarray or None
+        Shape (n, 3), unclamped: what is there without any light: emission and the light model's ambient.
+        ``base + per_light.sum(axis=0)`` is the unclamped colour.
+    """
+
+    rgb: NDArray[Any]
+    ambient: FloatArray | None = None
+    diffuse: FloatArray | None = None
+    specular: FloatArray | None = None
+    emission: FloatArray | None = None
+    per_light: FloatArray | None = None
+    base: FloatArray | None = None

@@ -1,0 +1,90 @@
+"""What accuracy costs in time, measured on one's own mesh and scene.
+
+`rungs` are the ways to light a mesh at its vertices, `inside` the meshes that are refined; `textbook`, `hillshade` and
+`frames` are peers, which others wrote. `measurement` runs them in turns within a time budget, `report` is what comes
+of it, and `tables`, `figure` and `pictures` show it.
+"""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+
+import pyvista as pv
+
+from pvphong.base import check
+from pvphong.base.types import MatrixLike
+from pvphong.meshes.lit import point_normals
+from pvphong.meshes.surfaces import surface
+from pvphong.optics.lights import type_names
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
+from pvphong.shading import kernel
+from pvphong.shading.plan.plan import check_scene_and_material
+from pvphong.studies.accuracy.measurement import Measurement
+from pvphong.studies.accuracy.progress import progress
+from pvphong.studies.accuracy.report import Tradeoff
+from pvphong.studies.accuracy.subject import Subject
+from pvphong.studies.accuracy.timing import Clock
+
+__all__ = ["Tradeoff", "tradeoff"]
+
+# The part of the time budget that is left over, so that it is kept.
+_SPARE = 0.05
+
+
+def tradeoff(
+    mesh: pv.DataSet,
+    scene: Scene,
+    material: Material,
+    *,
+    tolerance: float = 1.0 / 255.0,
+    seconds: float = 20.0,
+    matrix: MatrixLike | None = None,
+) -> Tradeoff:
+    """Measure what accuracy costs in time on a mesh and a scene of one's own.
+
+    Rungs from the float64 reference down to coarse light models are run in turns, so that a machine that drifts
+    favours none, as often as the time budget allows. Their errors are of three kinds, which are measured apart:
+    arithmetic (against the same equation in float64) and light model (between two equations in float64), both at the
+    vertices, and interpolation (colours blended across triangles against per-pixel shading, in float64).
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        A dataset with a surface; it is not modified.
+    scene : Scene
+        Lights, viewer and light model.
+    material : Material
+        The surface's reflectances.
+    tolerance : float, default 1/255
+        The largest absolute colour error that is to be allowed, > 0; the default is one step of a display.
+    seconds : float, default 20
+        What it may take, > 0. On large meshes rungs are left out to keep it, with the reason given; the reference,
+        the plan and the rung that it is compared with are always measured. Compiling the kernel, once per
+        installation, is not counted.
+    matrix : array_like, optional
+        (4, 4) model matrix.
+
+    Returns
+    -------
+    Tradeoff
+        `.rows`, `.best(tolerance)`, `.ledger`, `.promises`, `.table()`, `.plot(path)`, `.to_csv(path)`,
+        `.to_json(path)`; print it for all of it.
+
+    Raises
+    ------
+    ValueError
+        If an argument has the wrong shape, type or range, or the mesh has nothing that can be lit.
+    """
+    check_scene_and_material(scene, material)
+    type_names(scene.lights)  # refuses a kind that the peers do not know
+    tolerance = check.number("tolerance", tolerance, above=0.0)
+    clock = Clock((1.0 - _SPARE) * check.number("seconds", seconds, above=0.0))
+    source = surface(mesh)
+    placed = None if matrix is None else check.matrix4("matrix", matrix)
+    points, normals = check.array("points", source.points), check.array("normals", point_normals(source))
+    subject = Subject(points, normals, scene, material, placed)
+    with progress(clock, "measuring"), ExitStack() as stack:
+        clock.say("loading the evaluator")
+        clock.seconds += kernel.seconds_compiling(lambda: subject.backend)
+        return Measurement(source, subject, tolerance, clock, stack).run()

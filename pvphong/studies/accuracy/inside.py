@@ -1,0 +1,247 @@
+"""The rungs inside triangles: the mesh as it is, refined uniformly, refined where it matters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pyvista as pv
+
+from pvphong.base.types import Float64Array, FloatArray, IntArray
+from pvphong.meshes.surfaces import has_faces
+from pvphong.studies.accuracy.rows import UNTIMED, Errors, Row, triangle_errors
+from pvphong.studies.accuracy.subject import Subject
+from pvphong.studies.accuracy.timing import Clock, timed
+from pvphong.studies.refine.refinement import interpolation_error, refine
+
+AS_IT_IS = "as it is"
+ADAPTIVE = "refined adaptively"
+
+_ERROR = "phong_interpolation_error"
+_LEVELS = (1, 2, 3)
+_MOST_POINTS = 5_000_000
+
+# Seconds to split a triangle of a large mesh, generously.
+_PER_SPLIT = 4e-6
+
+# Triangles in which the error is searched, of a large mesh a random choice, in a part of the time; and of these the
+# ones that stand for all on the refined meshes: those that are worst on the mesh as it is, and a random choice of the
+# others.
+_FEWEST_SEARCHED, _MOST_SEARCHED, _FOR_SEARCH = 2_000, 50_000, 0.3
+_WORST, _OTHERS = 400, 300
+
+# What stopped the refinement, and why it left a mesh as it is.
+_STOPPED = {
+    "tolerance": ("reached the tolerance", "the mesh as it is, is within the tolerance"),
+    "max_points": ("stopped by the time budget", "there was no time to split a triangle"),
+    "jump": ("within the tolerance but for jumps of the colour", "only jumps of the colour are left to split"),
+    "resolution": ("within the tolerance but for the least triangles", "its triangles are as small as can be"),
+}
+
+# Measured: evaluations that the search of a triangle takes.
+_EVALUATIONS = 40.0
+
+# Measured: a point that refinement adds costs some times the search of one triangle, and never less than this.
+_SEARCHES_PER_POINT, _LEAST_PER_POINT = 3.0, 5e-5
+
+
+@dataclass(frozen=True, eq=False)
+class Refined:
+    """A mesh that was refined, to be evaluated at its points.
+
+    Parameters
+    ----------
+    name : str
+        How it was refined.
+    points, normals : ndarray
+        Shape (n, 3), float32 or float64 as the mesh's own.
+    errors : Errors
+        Interpolation errors that are left.
+    preparation : float
+        Seconds that the refining took.
+    note : str
+        What else there is to know.
+    """
+
+    name: str
+    points: FloatArray
+    normals: FloatArray
+    errors: Errors
+    preparation: float
+    note: str
+
+    def row(self, backend: str) -> Row:
+        """Its row of the report, not timed yet."""
+        return Row(
+            name=self.name,
+            kind="interpolation",
+            time=UNTIMED,
+            arithmetic=None,
+            light_model=None,
+            interpolation=self.errors,
+            points=len(self.points),
+            backend=backend,
+            precision="float32",
+            preparation=self.preparation,
+            note=self.note,
+        )
+
+
+class Triangles(NamedTuple):
+    """Some triangles of a mesh, each with corners of its own, and how many of the mesh each stands for."""
+
+    points: FloatArray
+    normals: FloatArray
+    corners: IntArray
+    weights: Float64Array
+
+
+def least_seconds(mesh: pv.PolyData, exact_seconds: float) -> float:
+    """About how long `inside` takes at least, where a float64 evaluation of all vertices takes some seconds."""
+    return _EVALUATIONS * exact_seconds * min(mesh.n_cells, _FEWEST_SEARCHED) / mesh.n_points
+
+
+def inside(
+    mesh: pv.PolyData, subject: Subject, tolerance: float, exact_seconds: float, clock: Clock
+) -> tuple[list[Refined], Float64Array, dict[str, str]]:
+    """The meshes to compare, the errors of the triangles that were searched, and what is left out and why.
+
+    Parameters
+    ----------
+    mesh : pyvista.PolyData
+        A checked surface.
+    subject : Subject
+        Its points and normals, and what lights them.
+    tolerance : float
+        What it is refined to where it matters.
+    exact_seconds : float
+        What a float64 evaluation of all vertices takes.
+    clock : Clock
+        Its budget is what this may take.
+    """
+    if not has_faces(mesh):
+        return [], np.zeros(0), {"inside triangles": "points without faces have no inside"}
+    triangles = mesh if mesh.is_all_triangles else mesh.triangulate()
+    corners = triangles.regular_faces.astype(np.intp, copy=False)
+    clock.say("errors inside triangles")
+    affordable = _FOR_SEARCH * clock.left * mesh.n_points / (_EVALUATIONS * exact_seconds)
+    seconds, searched, errors = _search(subject, corners, int(np.clip(affordable, _FEWEST_SEARCHED, _MOST_SEARCHED)))
+    sample = _stratified(subject, searched, errors, len(corners) / len(searched))
+    some = "" if len(searched) == len(corners) else f"searched in {len(searched)} of {len(corners)} triangles"
+    found = [Refined(AS_IT_IS, subject.points, subject.normals, _plain(errors), 0.0, some)]
+    left_out = {}
+    adaptive = _adaptive(mesh, subject, tolerance, seconds / len(searched), len(corners), clock.part(0.5 * clock.left))
+    if isinstance(adaptive, Refined):
+        found.append(adaptive)
+    else:
+        left_out[ADAPTIVE] = adaptive
+    for name, result in _uniform(subject, corners, sample, clock):
+        if isinstance(result, Refined):
+            found.append(result)
+        else:
+            left_out[name] = result
+    return found, errors, left_out
+
+
+def _plain(errors: Float64Array) -> Errors:
+    return triangle_errors(errors, np.ones(len(errors)))
+
+
+def _search(subject: Subject, corners: IntArray, most: int) -> tuple[float, IntArray, Float64Array]:
+    """Seconds, triangles, and the largest error in each."""
+    chosen = corners
+    if len(corners) > most:
+        rows = np.random.default_rng(0).choice(len(corners), most, replace=False)
+        chosen = corners[np.sort(rows)]
+    errors, seconds = timed(lambda: _errors(subject, _soup(subject, chosen, np.ones(len(chosen)))))
+    return seconds, chosen, errors
+
+
+def _soup(subject: Subject, corners: IntArray, weights: Float64Array) -> Triangles:
+    own = np.arange(corners.size).reshape(-1, 3)
+    return Triangles(subject.points[corners.ravel()], subject.normals[corners.ravel()], own, weights)
+
+
+def _stratified(subject: Subject, corners: IntArray, errors: Float64Array, weight: float) -> Triangles:
+    """The worst triangles, and some others that stand for all others."""
+    order = np.argsort(-errors, kind="stable")
+    worst, others = order[:_WORST], order[_WORST:]
+    some = others
+    if len(others) > _OTHERS:
+        some = np.random.default_rng(0).choice(others, _OTHERS, replace=False)
+    weights = np.repeat((weight, weight * len(others) / max(len(some), 1)), (len(worst), len(some)))
+    return _soup(subject, corners[np.concatenate([worst, some])], weights)
+
+
+def _errors(subject: Subject, some: Triangles) -> Float64Array:
+    mesh = pv.PolyData.from_regular_faces(some.points, some.corners)
+    mesh.point_data.active_normals = some.normals
+    result = interpolation_error(mesh, subject.scene, subject.material, matrix=subject.matrix)
+    return np.asarray(result.cell_data[_ERROR], np.float64)
+
+
+def _uniform(
+    subject: Subject, corners: IntArray, sample: Triangles, clock: Clock
+) -> Iterator[tuple[str, Refined | str]]:
+    whole = Triangles(subject.points, subject.normals, corners, np.zeros(len(corners)))
+    preparation = spent = 0.0
+    for level in _LEVELS:
+        name = f"refined {level}×"
+        count = len(whole.points) + 3 * len(whole.corners) // 2  # of a closed mesh: as many as it has sides
+        if count > _MOST_POINTS:
+            yield name, f"it would have {count / 1e6:.1f} million points"
+            continue
+        if clock.left < max(4.2 * spent, len(whole.corners) * _PER_SPLIT):
+            yield name, "there was no time for it"
+            continue
+        clock.say(name)
+        start = clock.spent
+        whole = split(whole)
+        preparation += clock.spent - start
+        sample = split(sample)
+        errors = triangle_errors(_errors(subject, sample), sample.weights)
+        spent = clock.spent - start
+        note = f"{len(whole.points)} points"
+        yield name, Refined(name, whole.points, whole.normals, errors, preparation, note)
+
+
+def split(triangles: Triangles) -> Triangles:
+    """Every triangle as four, by the middles of its sides, which neighbours share.
+
+    Normals in the middle are not made unit length: blending them further is then blending the corners', and
+    per-pixel shading of the split mesh is per-pixel shading of the whole.
+    """
+    corners, count = triangles.corners, len(triangles.points)
+    sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
+    keys, places = np.unique(sides[:, 0] * count + sides[:, 1], return_inverse=True)
+    low, high = np.divmod(keys, count)
+    ab, bc, ca = (places.reshape(-1, 3) + count).T
+    a, b, c = corners.T
+    four = np.stack([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca], axis=1).reshape(-1, 3)
+    points, normals = (
+        np.concatenate([array, array[low] * array.dtype.type(0.5) + array[high] * array.dtype.type(0.5)])
+        for array in (triangles.points, triangles.normals)
+    )
+    return Triangles(points, normals, four, np.repeat(triangles.weights, 4))
+
+
+def _adaptive(
+    mesh: pv.PolyData, subject: Subject, tolerance: float, seconds_each: float, count: int, clock: Clock
+) -> Refined | str:
+    left = clock.left
+    if 2.0 * count * seconds_each > left:
+        return f"searching {count} triangles takes about {count * seconds_each:.2g} s; {left:.2g} s were left"
+    per_point = max(_SEARCHES_PER_POINT * seconds_each, _LEAST_PER_POINT)
+    most = mesh.n_points + max(int((left - count * seconds_each) / per_point), 0)
+    clock.say(ADAPTIVE)
+    start = clock.spent
+    result = refine(mesh, subject.scene, subject.material, tolerance=tolerance, max_points=most, matrix=subject.matrix)
+    seconds = clock.spent - start
+    note, nothing_added = _STOPPED[str(result.field_data["phong_refinement_stopped"])]
+    if result.n_points == mesh.n_points:
+        return nothing_added
+    normals = np.asarray(result.point_data.active_normals)
+    errors = _plain(np.asarray(result.cell_data[_ERROR], np.float64))
+    return Refined(ADAPTIVE, np.asarray(result.points), normals, errors, seconds, note)

@@ -1,0 +1,257 @@
+"""The result of measuring what accuracy costs: rows, the choice among them, tables and files."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pyvista as pv
+
+from pvphong.base import check
+from pvphong.base.files import written_aside
+from pvphong.base.types import Float64Array, FloatArray, MatrixLike
+from pvphong.scene.scene import Scene
+from pvphong.studies.accuracy.rows import Entry, Errors, Promise, Row
+from pvphong.studies.accuracy.rungs import Rung, rungs
+from pvphong.studies.accuracy.subject import Subject
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+_WIDTH = 150
+_WORST = 5
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Tradeoff:
+    """What accuracy costs in time on one mesh and scene; print it for all of it.
+
+    Attributes
+    ----------
+    tolerance : float
+        The colour error that was to be allowed.
+    rows : tuple of Row
+        Every rung that was measured.
+    ledger : tuple of Entry
+        What each effect and light costs, and what its absence would do.
+    baseline : str
+        The row that the ledger's costs are parts of: what `evaluate` does by itself.
+    promises : tuple of Promise
+        The approximations of the plan at the tolerance: bounds and what came of them.
+    left_out : dict of str to str
+        What was not measured, and why.
+    facts : dict of str to str
+        Mesh, scene, machine, threads, versions, date, repeats.
+    inside_errors : ndarray
+        Shape (m,): the largest interpolation error of each triangle that was searched.
+    surface : pyvista.PolyData
+        The mesh whose points were lit.
+    """
+
+    tolerance: float
+    rows: tuple[Row, ...]
+    ledger: tuple[Entry, ...]
+    baseline: str
+    promises: tuple[Promise, ...]
+    left_out: dict[str, str]
+    facts: dict[str, str]
+    inside_errors: Float64Array
+    surface: pv.PolyData
+    _subject: Subject = field(kw_only=True)
+
+    def best(self, tolerance: float | None = None, *, inside: bool = False) -> Row | None:
+        """The cheapest row within a tolerance; peers are not chosen.
+
+        Parameters
+        ----------
+        tolerance : float, optional
+            Largest absolute colour error; the report's own if not given.
+        inside : bool, default False
+            False: at the vertices, where the largest arithmetic and light-model error must not add up to more
+            than the tolerance. True: inside triangles, by the largest interpolation error.
+
+        Returns
+        -------
+        Row or None
+            None if no row is within it.
+
+        Raises
+        ------
+        ValueError
+            If the tolerance is not a number >= 0.
+        """
+        allowed = self.tolerance if tolerance is None else check.number("tolerance", tolerance, at_least=0.0)
+        within = [row for row in self._candidates(inside) if row.decisive_error <= allowed]
+        return min(within, key=lambda row: row.time.median, default=None)
+
+    def next_step(self, row: Row) -> Row | None:
+        """The cheapest row that errs less than a row and answers the same question; None where there is none."""
+        better = [
+            other
+            for other in self._candidates(row.kind == "interpolation")
+            if other.decisive_error < row.decisive_error
+        ]
+        return min(better, key=lambda other: other.time.median, default=None)
+
+    def _candidates(self, inside: bool) -> Iterator[Row]:
+        return (row for row in self.rows if (row.kind == "interpolation") is inside and not row.is_peer)
+
+    @property
+    def noise(self) -> float:
+        """The spread of times in the middle row: from quartile to quartile, as a part of the median."""
+        return float(np.median([row.time.spread for row in self.rows]))
+
+    @cached_property
+    def chosen_colors(self) -> FloatArray:
+        """Shape (n_points, 3): the colours of the row that is chosen at the vertices, evaluated again."""
+        chosen = self.best()
+        found: list[Rung] = rungs(self._subject, self.tolerance)[0]
+        run = next((rung.run for rung in found if chosen is not None and rung.name == chosen.name), found[0].run)
+        return run()
+
+    @property
+    def scene(self) -> Scene:
+        """What lit the mesh."""
+        return self._subject.scene
+
+    @property
+    def matrix(self) -> MatrixLike | None:
+        """The model matrix, None for the identity."""
+        return self._subject.matrix
+
+    @property
+    def reference_colors(self) -> Float64Array:
+        """Shape (n_points, 3): colours of the float64 reference."""
+        return self._subject.truth
+
+    def to_mesh(self) -> pv.PolyData:
+        """A copy of the surface to look at.
+
+        Returns
+        -------
+        pyvista.PolyData
+            Point arrays ``phong_reference`` and ``phong_chosen``, the colours, and ``phong_error``, chosen minus
+            reference. Where every triangle was searched and faces are triangles, the cell array
+            ``phong_interpolation_error``.
+        """
+        mesh = self.surface.copy()
+        mesh.point_data["phong_reference"] = self.reference_colors
+        mesh.point_data["phong_chosen"] = self.chosen_colors
+        mesh.point_data["phong_error"] = self.chosen_colors.astype(np.float64) - self.reference_colors
+        if len(self.inside_errors) == mesh.n_cells and mesh.is_all_triangles:
+            mesh.cell_data["phong_interpolation_error"] = self.inside_errors
+        mesh.set_active_scalars("phong_chosen", preference="point")
+        return mesh
+
+    def worst(self) -> list[tuple[int, float]]:
+        """The vertices where the chosen row errs most: number and error, largest first."""
+        errors = np.abs(self.chosen_colors.astype(np.float64) - self.reference_colors).max(axis=1)
+        order = np.argsort(-errors, kind="stable")[:_WORST]
+        return [(int(index), float(errors[index])) for index in order]
+
+    def table(self) -> Table:
+        """The rows as a `rich.table.Table`; print it with a `rich.console.Console`."""
+        from pvphong.studies.accuracy.tables import rows_table
+
+        return rows_table(self)
+
+    def conclusions(self) -> list[str]:
+        """What to choose, at what price, and what the next step would cost: a sentence or two per question."""
+        from pvphong.studies.accuracy.tables import conclusion
+
+        questions = [("At the vertices", False)]
+        if any(row.kind == "interpolation" for row in self.rows):
+            questions.append(("Inside triangles", True))
+        return [conclusion(self, question, inside) for question, inside in questions]
+
+    def __str__(self) -> str:
+        from rich.console import Console
+
+        from pvphong.studies.accuracy.tables import everything
+
+        text = io.StringIO()
+        console = Console(file=text, width=_WIDTH, color_system=None)
+        for part in everything(self):
+            console.print(part, highlight=False, markup=False)
+        return text.getvalue()
+
+    def __repr__(self) -> str:
+        chosen = self.best()
+        name = "nothing" if chosen is None else chosen.name
+        return f"<Tradeoff of {len(self.rows)} rows: {name} within {self.tolerance:.3g}>"
+
+    def to_dict(self) -> dict[str, Any]:
+        """All numbers as plain values."""
+        chosen, inside = self.best(), self.best(inside=True)
+        return {
+            "tolerance": self.tolerance,
+            "chosen": None if chosen is None else chosen.name,
+            "chosen_inside": None if inside is None else inside.name,
+            "noise": self.noise,
+            "conclusions": self.conclusions(),
+            "facts": self.facts,
+            "rows": [asdict(row) for row in self.rows],
+            "ledger": [asdict(entry) for entry in self.ledger],
+            "baseline": self.baseline,
+            "promises": [asdict(promise) for promise in self.promises],
+            "left_out": self.left_out,
+            "worst_vertices": [{"index": index, "error": error} for index, error in self.worst()],
+        }
+
+    def to_json(self, path: str | os.PathLike[str]) -> None:
+        """Write `to_dict` to a JSON file.
+
+        Raises
+        ------
+        ValueError
+            If the file cannot be written.
+        """
+        with written_aside(path) as aside:
+            aside.write_text(json.dumps(self.to_dict(), indent=2) + "\n", encoding="utf-8")
+
+    def to_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write the rows to a CSV file: one line per row, seconds and absolute colour errors.
+
+        Raises
+        ------
+        ValueError
+            If the file cannot be written.
+        """
+        flat = [_flat(row) for row in self.rows]
+        with written_aside(path) as aside, aside.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, list(flat[0]))
+            writer.writeheader()
+            writer.writerows(flat)
+
+    def plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw the report: Pareto fronts, pictures, histogram and ledger, into a .png, .pdf or .svg file.
+
+        Raises
+        ------
+        ValueError
+            If Matplotlib is missing, or the file cannot be written.
+        """
+        from pvphong.studies.accuracy.figure import save_figure
+
+        save_figure(self, path)
+
+
+def _flat(row: Row) -> dict[str, object]:
+    """A row without nested values."""
+    result: dict[str, object] = {"name": row.name, "kind": row.kind}
+    result |= {f"time_{key}": value for key, value in asdict(row.time).items()}
+    for kind in ("arithmetic", "light_model", "interpolation"):
+        errors: Errors | None = getattr(row, kind)
+        for key in ("largest", "rms", "p99", "count"):
+            result[f"{kind}_{key}"] = "" if errors is None else getattr(errors, key)
+    for key in ("points", "backend", "precision", "promised", "preparation", "is_peer", "on_front", "note"):
+        value = getattr(row, key)
+        result[key] = "" if value is None else value
+    return result

@@ -1,0 +1,162 @@
+"""The rungs at the vertices: arithmetic and light models that trade accuracy for time, each as a run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from pvphong.base.types import FloatArray, Precision
+from pvphong.optics.lights import PointLight, SpotLight
+from pvphong.shading.equation import Equation
+from pvphong.studies.accuracy import drops
+from pvphong.studies.accuracy.rows import UNTIMED, Errors, Kind, Row
+from pvphong.studies.accuracy.subject import Subject, colors
+from pvphong.studies.accuracy.textbook import refuse_unknown, textbook_colors
+
+REFERENCE = "float64 reference"
+
+_FAR = 2.0
+"""In radii of the mesh: from here the plan asks whether a light may be taken as directional."""
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One way of lighting the vertices.
+
+    Parameters
+    ----------
+    name : str
+        What is done.
+    kind : {"arithmetic", "light model"}
+        What it trades for time.
+    run : callable
+        Gives the colours (n, 3).
+    equation : Equation
+        What it evaluates.
+    backend, precision : str
+        What computes.
+    promised : float, optional
+        The plan's bound.
+    is_peer : bool
+        Whether it is not pvphong's own.
+    note : str
+        Beside the name.
+    """
+
+    name: str
+    kind: Kind
+    run: Callable[[], FloatArray]
+    equation: Equation
+    backend: str
+    precision: str
+    promised: float | None = None
+    is_peer: bool = False
+    note: str = ""
+
+    def row(self, arithmetic: Errors, light_model: Errors) -> Row:
+        """Its row of the report, not timed yet."""
+        return Row(
+            name=self.name,
+            kind=self.kind,
+            time=UNTIMED,
+            arithmetic=arithmetic,
+            light_model=light_model,
+            interpolation=None,
+            points=arithmetic.count,
+            backend=self.backend,
+            precision=self.precision,
+            promised=self.promised,
+            is_peer=self.is_peer,
+            note=self.note,
+        )
+
+
+def rungs(subject: Subject, tolerance: float) -> tuple[list[Rung], dict[str, str]]:
+    """Every rung of pvphong's own that the scene has a place for, and the reasons why others are left out."""
+    found, left_out = list(_arithmetic(subject)), {}
+    if not subject.has_kernel:
+        left_out["kernel"] = "Numba is not installed, or declines this scene"
+    for name, equation, reason in _simplified(subject):
+        if reason:
+            left_out[name] = reason
+        else:
+            found.append(_rewritten(subject, name, equation))
+    found.append(_planned(subject, tolerance))
+    return found, left_out
+
+
+def peer_rungs(subject: Subject) -> tuple[list[Rung], dict[str, str]]:
+    """Others' ways of lighting any vertices, and the reasons why some are left out."""
+    try:
+        refuse_unknown(subject.scene)
+    except ValueError as error:
+        return [], {"textbook NumPy": str(error)}
+    return [_textbook(subject)], {}
+
+
+def _arithmetic(subject: Subject) -> Iterator[Rung]:
+    variants: list[tuple[str, str, Precision]] = [
+        (REFERENCE, "numpy", "float64"),
+        ("float32 NumPy", "numpy", "float32"),
+    ]
+    if subject.has_kernel:
+        variants += [("float64 kernel", "numba", "float64"), ("float32 kernel", "numba", "float32")]
+    for name, backend, precision in variants:
+        run = subject.runner(subject.assembled, precision, backend=backend)
+        yield Rung(name, "arithmetic", run, subject.equation, backend, precision)
+
+
+def _textbook(subject: Subject) -> Rung:
+    def run() -> FloatArray:
+        return textbook_colors(subject.points, subject.normals, subject.scene, subject.material, subject.matrix)
+
+    note = "normalises, mirrors and raises to powers as a textbook writes it"
+    return Rung("textbook NumPy", "arithmetic", run, subject.equation, "textbook", "float64", is_peer=True, note=note)
+
+
+def _simplified(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
+    """Name, equation, and a reason to leave it out or an empty string."""
+    whole, needed, (middle, radius) = subject.assembled, subject.equation, subject.sphere
+    dull = "" if needed.has_highlights else "there is no highlight that depends on the viewer"
+    yield (
+        "infinite viewer",
+        drops.with_infinite_viewer(whole, middle),
+        dull or ("" if needed.eye is not None else "the viewer is at infinity already"),
+    )
+    other, sign = ("Blinn-Phong", "× 4") if whole.reflection == "phong" else ("Phong", "÷ 4")
+    yield f"{other}, shininess {sign}", drops.with_other_reflection(whole, middle), dull
+    far = any(
+        isinstance(term.light, (PointLight, SpotLight)) and math.dist(term.light.position, middle) > _FAR * radius
+        for term in needed.terms
+    )
+    yield (
+        "far lights directional",
+        drops.with_directional_lights(whole, middle, farther_than=_FAR * radius),
+        "" if far else "no light with a position is farther away than the mesh's diameter",
+    )
+    shiny = any(any(term.specular) for term in needed.terms)
+    yield "no highlights", drops.without_highlights(whole, middle), "" if shiny else "there are none"
+
+
+def _rewritten(subject: Subject, name: str, equation: Equation) -> Rung:
+    backend = subject.backend_for(len(subject.points), subject.planned(equation))
+    return Rung(name, "light model", subject.runner(equation), equation, backend, "float32")
+
+
+def plan_name(tolerance: float) -> str:
+    """The plan's rung; a tolerance of whole display steps is named by them."""
+    steps = tolerance * 255.0
+    whole = round(steps)
+    return f"plan at {whole}/255" if whole and abs(steps - whole) < 1e-9 else f"plan at {tolerance:.3g}"
+
+
+def _planned(subject: Subject, tolerance: float) -> Rung:
+    plan = subject.plan(tolerance)
+    backend = subject.backend_for(len(subject.points), plan.equation)
+
+    def run() -> FloatArray:
+        return colors(subject.points, subject.normals, subject.plan(tolerance).equation, backend, "float32")
+
+    bound = plan.error_bound
+    return Rung(plan_name(tolerance), "light model", run, plan.equation, backend, "float32", promised=bound)

@@ -1,0 +1,128 @@
+"""What is lit: checked arrays and what lights them, and how they are evaluated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from pvphong.base.types import Float64Array, FloatArray, MatrixLike, Precision
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
+from pvphong.shading import kernel, reference
+from pvphong.shading.equation import Equation, assemble
+from pvphong.shading.evaluation import is_worth_compiling
+from pvphong.shading.plan.effects import Extent
+from pvphong.shading.plan.plan import Plan, make_plan, plan_equation
+from pvphong.shading.result import Shading
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """What is lit, as checked arrays.
+
+    Parameters
+    ----------
+    points, normals : ndarray
+        Shape (n, 3).
+    scene, material, matrix
+        As for `evaluate`.
+    """
+
+    points: FloatArray
+    normals: FloatArray
+    scene: Scene
+    material: Material
+    matrix: MatrixLike | None
+
+    def plan(self, tolerance: float = 0.0) -> Plan:
+        """The plan at a tolerance."""
+        return make_plan(self.points, self.normals, self.scene, self.material, self.matrix, tolerance)
+
+    @cached_property
+    def assembled(self) -> Equation:
+        """The whole lighting equation."""
+        return assemble(self.scene, self.material, self.matrix)
+
+    @cached_property
+    def equation(self) -> Equation:
+        """The lighting equation without what adds exactly nothing."""
+        return self.plan().equation
+
+    @cached_property
+    def truth(self) -> Float64Array:
+        """Colours of the float64 reference."""
+        return self.exact(self.equation)
+
+    def exact(self, equation: Equation) -> Float64Array:
+        """The float64 reference of any equation at the vertices."""
+        return colors(self.points, self.normals, equation, "numpy", "float64")
+
+    @cached_property
+    def sphere(self) -> tuple[Float64Array, float]:
+        """Middle and radius of the mesh in the world; around the origin where they are not known."""
+        centre, radius = Extent(self.points, self.normals, self.assembled.matrix).sphere or ((0.0, 0.0, 0.0), 0.0)
+        return np.array(centre), radius
+
+    @cached_property
+    def has_kernel(self) -> bool:
+        """Whether the kernel is there and takes the equation; asking compiles it for these types."""
+        return self._takes("float32") and self._takes("float64")
+
+    @property
+    def backend(self) -> str:
+        """The evaluator that `evaluate` takes for the vertices by itself."""
+        return self.backend_for(len(self.points), self.equation)
+
+    def backend_for(self, count: int, equation: Equation) -> str:
+        """The evaluator that `evaluate` takes by itself for so many vertices and an equation."""
+        return "numba" if self.has_kernel and is_worth_compiling(count, equation) else "numpy"
+
+    def _takes(self, precision: str) -> bool:
+        result = Shading(np.empty((1, 3), precision))
+        return kernel.shade(self.points[:1], self.normals[:1], self.equation, None, result)
+
+    def planned(self, equation: Equation) -> Equation:
+        """An equation that was rewritten from the whole one, without what adds exactly nothing."""
+        return plan_equation(equation, self.points, self.normals, self.scene, 0.0).equation
+
+    def runner(
+        self,
+        equation: Equation,
+        precision: Precision = "float32",
+        *,
+        backend: str | None = None,
+        scene: Scene | None = None,
+    ) -> Callable[[], FloatArray]:
+        """A run as `evaluate` does it: the equation of a scene is assembled, planned and evaluated.
+
+        Parameters
+        ----------
+        equation : Equation
+            The whole one, or one that was rewritten from it.
+        precision : {"float32", "float64"}
+            Of the colours.
+        backend : str, optional
+            What computes; what `evaluate` takes by itself, if not given.
+        scene : Scene, optional
+            What the equation stands for, if not the whole scene: the time counts that it takes to assemble it.
+        """
+
+        def run() -> FloatArray:
+            assemble(scene or self.scene, self.material, self.matrix)
+            planned = self.planned(equation)
+            chosen = backend or self.backend_for(len(self.points), equation)
+            return colors(self.points, self.normals, planned, chosen, precision)
+
+        return run
+
+
+def colors(points: FloatArray, normals: FloatArray, equation: Equation, backend: str, precision: Precision) -> Any:
+    """Colours (n, 3) of an equation; what the kernel declines goes to the reference."""
+    result = Shading(np.empty((len(points), 3), precision))
+    if backend != "numba" or not kernel.shade(points, normals, equation, None, result):
+        reference.shade(points, normals, equation, None, result)
+    return result.rgb

@@ -1,0 +1,1 @@
+"""What in a mesh will not light as it should."""

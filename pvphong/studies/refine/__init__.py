@@ -1,0 +1,1 @@
+"""Meshes split where interpolated colours miss the lit ones."""

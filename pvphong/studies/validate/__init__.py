@@ -1,0 +1,1 @@
+"""pvphong's colours against VTK's own shader."""

@@ -1,0 +1,157 @@
+"""The standing list of scenes that a report compares with VTK: everything in units of the mesh, around its middle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from pyvista import examples
+
+from pvphong.base.types import Float64Array
+from pvphong.optics.lights import DirectionalLight, Light, PointLight, SpotLight
+from pvphong.optics.material import Material
+from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.viewer import Viewer
+
+MESHES: dict[str, Callable[[], pv.PolyData]] = {
+    "airplane": examples.load_airplane,
+    "ant": examples.load_ant,
+    "nut": examples.load_nut,
+}
+"""Real meshes that come with PyVista."""
+
+MATERIALS = {
+    "matte": Material(ambient=0.2, diffuse=(0.8, 0.5, 0.3)),
+    "plastic": Material(ambient=0.1, diffuse=(0.2, 0.3, 0.7), specular=0.5, shininess=30.0),
+    "gold": Material.named("gold"),
+    "mirror": Material(ambient=0.05, diffuse=0.15, specular=(0.9, 0.8, 0.7), shininess=128.0, emission=0.02),
+}
+
+_LINEAR = {
+    "identity": np.eye(3),
+    "rigid": np.array([[1.0, -2.0, 2.0], [2.0, -1.0, -2.0], [2.0, 2.0, 1.0]]) / 3.0,
+    "scaled": np.diag([0.4, 1.0, 2.5]),
+    "sheared": np.array([[1.0, 0.7, 0.0], [0.0, 1.0, -0.5], [0.0, 0.0, 1.0]]),
+    "mirrored": np.diag([1.0, -1.0, 0.8]),
+}
+
+_WARM = (1.0, 0.85, 0.6)
+_FROM = (0.8, -0.6, 0.9)
+"""Where the world's lights stand."""
+_ASIDE = (0.4, 0.5, 0.0)
+"""Where the eye's lights stand: the eye looks from a mesh's length away."""
+
+_LIGHTS: dict[str, Light] = {
+    "sun": DirectionalLight(direction=(-1.0, 0.6, -1.1), diffuse=_WARM),
+    "lamp": PointLight(position=_FROM, diffuse=_WARM),
+    "fading lamp": PointLight(position=_FROM, attenuation=(0.3, 0.3, 0.4), diffuse=_WARM),
+    "spot": SpotLight(position=_FROM, direction=(-0.8, 0.6, -0.9), cone_angle=20.0, exponent=5.0, diffuse=_WARM),
+    "sun of the camera": DirectionalLight(direction=(0.5, -0.6, -1.0), frame="camera"),
+    "lamp of the camera": PointLight(position=_ASIDE, frame="camera"),
+    "spot of the camera": SpotLight(
+        position=_ASIDE, direction=(-0.4, -0.5, -1.2), cone_angle=25.0, exponent=2.0, frame="camera"
+    ),
+    "headlight": DirectionalLight(frame="headlight", intensity=0.9),
+    "lamp on the head": PointLight(frame="headlight", attenuation=(0.2, 0.4, 0.2)),
+    "black sun": DirectionalLight(direction=(0.0, 0.0, -1.0), diffuse=0.0),
+}
+
+_MODELS = {
+    "standard model": LightModel(ambient=(0.3, 0.25, 0.2)),
+    "two-sided standard model": LightModel(two_sided=True),
+    "standard model with the viewer far away": LightModel(local_viewer=False),
+    "VTK's model": LightModel.vtk(two_sided=False),
+    "two-sided VTK model": LightModel.vtk(),
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One scene on one mesh, by names.
+
+    Parameters
+    ----------
+    mesh, material : str
+        Keys of `MESHES` and `MATERIALS`.
+    lights : tuple of str
+        What lights it.
+    model : str
+        The light model.
+    matrix : str
+        The class of the model matrix.
+    parallel : bool
+        The projection.
+    """
+
+    mesh: str
+    material: str
+    lights: tuple[str, ...]
+    model: str
+    matrix: str = "identity"
+    parallel: bool = False
+
+    @property
+    def title(self) -> str:
+        """The scene in words."""
+        parts = [" and ".join(self.lights) or "no light", self.model]
+        parts += [] if self.matrix == "identity" else [f"{self.matrix} actor"]
+        parts += ["parallel projection"] if self.parallel else []
+        return ", ".join(parts)
+
+    def scene(self, mesh: pv.PolyData) -> Scene:
+        """The scene around a mesh."""
+        viewer = _viewer(mesh, self.parallel)
+        return Scene([_placed(_LIGHTS[name], mesh) for name in self.lights], viewer, _MODELS[self.model])
+
+    def transform(self, mesh: pv.PolyData) -> Float64Array:
+        """The (4, 4) model matrix; the mesh stays about where it is."""
+        linear, middle = _LINEAR[self.matrix], np.array(mesh.center)
+        matrix = np.eye(4)
+        matrix[:3, :3] = linear
+        matrix[:3, 3] = middle - linear @ middle
+        return matrix
+
+
+CASES = (
+    Case("airplane", "gold", ("headlight",), "VTK's model"),
+    Case("ant", "plastic", ("headlight",), "VTK's model", "sheared", parallel=True),
+    Case("nut", "plastic", ("headlight", "black sun"), "VTK's model", "scaled"),
+    Case("airplane", "mirror", (), "VTK's model"),
+    Case("ant", "matte", ("sun",), "two-sided VTK model"),
+    Case("airplane", "plastic", ("sun",), "standard model", "sheared"),
+    Case("nut", "mirror", ("sun",), "standard model", "mirrored"),
+    Case("ant", "gold", ("sun",), "standard model with the viewer far away", parallel=True),
+    Case("airplane", "mirror", ("sun of the camera",), "two-sided standard model", "rigid"),
+    Case("nut", "gold", ("sun", "sun of the camera", "headlight"), "VTK's model", "mirrored", parallel=True),
+    Case("airplane", "plastic", ("lamp",), "standard model"),
+    Case("ant", "mirror", ("lamp",), "two-sided VTK model", "scaled"),
+    Case("nut", "gold", ("fading lamp",), "two-sided standard model", "sheared"),
+    Case("airplane", "gold", ("fading lamp",), "VTK's model", "mirrored", parallel=True),
+    Case("ant", "gold", ("lamp of the camera",), "standard model", "rigid"),
+    Case("nut", "plastic", ("lamp on the head",), "standard model", "scaled"),
+    Case("airplane", "mirror", ("spot",), "standard model"),
+    Case("ant", "plastic", ("spot",), "VTK's model", "sheared"),
+    Case("nut", "matte", ("spot of the camera",), "standard model", "mirrored", parallel=True),
+    Case("ant", "mirror", ("spot of the camera", "sun"), "VTK's model", parallel=True),
+    Case("airplane", "plastic", ("sun", "fading lamp", "spot", "headlight"), "two-sided standard model", "scaled"),
+)
+"""Every kind of light in every tier and frame, every class of matrix, both projections, all materials and models."""
+
+
+def _viewer(mesh: pv.PolyData, parallel: bool) -> Viewer:
+    eye = np.array(mesh.center) + mesh.length * np.array([0.8, -0.8, 0.7])
+    return Viewer(position=eye.tolist(), focal_point=mesh.center, up=(0.0, 0.1, 1.0), parallel=parallel)
+
+
+def _placed(light: Any, mesh: pv.PolyData) -> Any:
+    """A light of a mesh of length 1 around the origin, for this mesh."""
+    if isinstance(light, DirectionalLight):
+        return light
+    size = mesh.length
+    constant, linear, quadratic = light.attenuation
+    around = np.array(mesh.center) if light.frame == "world" else np.zeros(3)
+    position = tuple((around + size * np.array(light.position)).tolist())
+    return replace(light, position=position, attenuation=(constant, linear / size, quadratic / size**2))

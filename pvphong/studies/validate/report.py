@@ -1,0 +1,220 @@
+"""A report for a doubtful reader: pvphong against VTK's own lighting, scene by scene, with two pictures."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pyvista as pv
+
+from pvphong.base import check
+from pvphong.base.files import written_aside
+from pvphong.meshes.files import refuse_suffix
+from pvphong.optics.lights import DirectionalLight, PointLight
+from pvphong.optics.material import Material
+from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.viewer import Viewer
+from pvphong.studies.validate.cases import CASES, MATERIALS, MESHES, Case
+from pvphong.studies.validate.comparison import TIERS, Comparison
+from pvphong.studies.validate.images import ImageComparison, compare_images
+from pvphong.studies.validate.validation import validate
+from pvphong.vtk.oracle import driver
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+_HEADINGS = ("scene", "mesh", "material", "VTK's tier", "vertices", "largest error", "bound", "ratio", "passed")
+
+_FORMULA = "16 · power · 2⁻²⁴ + 1e-6"
+
+
+@dataclass(frozen=True)
+class Row:
+    """A case and what came of it."""
+
+    case: Case
+    comparison: Comparison
+
+    @property
+    def ratio(self) -> float:
+        """The largest error as a part of the bound."""
+        return self.comparison.max_error / self.comparison.tolerance
+
+    def cells(self) -> tuple[str, ...]:
+        """Text under each heading."""
+        case, compared = self.case, self.comparison
+        return (
+            case.title,
+            case.mesh,
+            case.material,
+            f"{compared.tier}, {TIERS[compared.tier]}",
+            f"{compared.n} of {compared.n + compared.n_left_out}",
+            f"{compared.max_error:.2e}",
+            f"{compared.tolerance:.2e}",
+            f"{self.ratio:.2f}",
+            "yes" if compared.passed else "NO",
+        )
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """One mesh drawn with lit colours and lit by VTK.
+
+    Attributes
+    ----------
+    stem : str
+        Name of the picture's file.
+    title : str
+        What is seen.
+    images : ImageComparison
+        The pictures.
+    """
+
+    stem: str
+    title: str
+    images: ImageComparison
+
+
+@dataclass(frozen=True)
+class VTKReport:
+    """What `standing_report` found."""
+
+    rows: tuple[Row, ...]
+    pictures: tuple[Pictures, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every scene is within its bound. Pictures do not judge."""
+        return all(row.comparison.passed for row in self.rows)
+
+    def summary(self) -> str:
+        """The verdict and the largest ratio in a sentence."""
+        failed = sum(not row.comparison.passed for row in self.rows)
+        worst = max(self.rows, key=lambda row: row.ratio)
+        vertices = sum(row.comparison.n for row in self.rows)
+        verdict = f"{failed} of {len(self.rows)} scenes failed" if failed else f"All {len(self.rows)} scenes passed"
+        return f"{verdict}: {vertices} vertices compared, the largest error is {worst.ratio:.2f} of its bound."
+
+    def table(self) -> Table:
+        """The rows as a `rich.table.Table`."""
+        from rich import box
+        from rich.table import Table
+
+        table = Table(title="pvphong against VTK's shader", title_justify="left", box=box.SIMPLE_HEAD)
+        for heading in _HEADINGS:
+            table.add_column(heading, overflow="fold")
+        for row in self.rows:
+            table.add_row(*row.cells(), style="" if row.comparison.passed else "red")
+        return table
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the report as Markdown, and its pictures into the folder ``<name>-pictures`` beside it.
+
+        The report itself comes last and whole: where it is, its pictures are.
+
+        Raises
+        ------
+        ValueError
+            If the suffix is another than ``.md``, or the files cannot be written.
+        """
+        refuse_path(path)
+        target = Path(path)
+        folder = target.with_name(f"{target.stem}-pictures")
+        try:
+            folder.mkdir(exist_ok=True)
+        except OSError as error:
+            raise ValueError(f"path must be in a folder that can be written to; got {target} ({error}).") from error
+        for picture in self.pictures:
+            picture.images.save(folder / f"{picture.stem}.png")
+        with written_aside(target) as aside:
+            aside.write_text("\n".join(self._markdown(folder.name)), encoding="utf-8")
+
+    def _markdown(self, folder: str) -> Iterator[str]:
+        yield "# pvphong against VTK's own lighting\n"
+        yield self.summary() + "\n"
+        for what, value in (("pvphong", version("pvphong")), ("PyVista", pv.__version__), ("VTK", _vtk_version())):
+            yield f"- {what} {value}"
+        yield f"- driver: {driver()}\n"
+        yield "## Every vertex, in float32\n"
+        yield "VTK's unmodified fragment shader runs once per vertex and is read back in float32, unclamped. Errors are"
+        yield f"absolute, relative where more light than 1 arrives; the bound is {_FORMULA}, and the ratio is that of"
+        yield "error to bound. Vertices where float32 leaves VTK's colour open, as on a cone's edge, are left out.\n"
+        yield _line(_HEADINGS)
+        yield _line(["---"] * len(_HEADINGS))
+        for row in self.rows:
+            yield _line(row.cells())
+        yield "\n## On the screen, in 8 bits\n"
+        yield "Left: the lit colours, drawn without lighting. Middle: VTK lights every pixel. Right: their difference"
+        yield "inside the silhouette; grey is none, each display step 16 levels. What differs by more than a step is"
+        yield "interpolation between vertices: these pictures show that what is drawn is what was computed.\n"
+        for picture in self.pictures:
+            seen = f"at most {picture.images.max_difference}/255, 99 % of the pixels {picture.images.p99:.3g}/255"
+            yield f"{picture.title}: {seen}.\n"
+            yield f"![{picture.title}](<{folder}/{picture.stem}.png>)\n"
+
+
+def _line(cells: tuple[str, ...] | list[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def _vtk_version() -> str:
+    return ".".join(map(str, pv.vtk_version_info))
+
+
+def refuse_path(path: str | os.PathLike[str]) -> None:
+    """Raise ``ValueError`` for a path where no report can be written."""
+    refuse_suffix(Path(path), "a report", (".md",))
+    folder = Path(path).resolve().parent
+    if not folder.is_dir():
+        check.refuse("path", Path(path), "in a folder that exists", f"Create {folder} first.")
+
+
+def standing_report() -> VTKReport:
+    """Compare a standing list of scenes with VTK: every kind of light, tier, frame, matrix class and projection.
+
+    The meshes come with PyVista.
+
+    Returns
+    -------
+    VTKReport
+        `.passed`, `.rows`, `.pictures`, `.table` and `.save`.
+
+    Raises
+    ------
+    ValueError
+        If this machine cannot draw.
+    """
+    meshes = cache(lambda name: _without_arrays(MESHES[name]()))
+    pictures = tuple(_pictures())  # first: they say what is missing where VTK cannot draw
+    return VTKReport(tuple(_row(case, meshes(case.mesh)) for case in CASES), pictures)
+
+
+def _without_arrays(mesh: pv.PolyData) -> pv.PolyData:
+    """Normals are computed."""
+    mesh.clear_data()
+    return mesh
+
+
+def _row(case: Case, mesh: pv.PolyData) -> Row:
+    material = MATERIALS[case.material]
+    return Row(case, validate(mesh, case.scene(mesh), material, matrix=case.transform(mesh)))
+
+
+def _pictures() -> Iterator[Pictures]:
+    """A matte and a shiny closed mesh."""
+    eye = Viewer(position=(1.6, -1.2, 1.0), up=(0.0, 0.0, 1.0), view_angle=36.0)
+    sun = DirectionalLight(direction=(-1.0, 0.5, -0.8), intensity=0.9)
+    lamp = PointLight(position=(1.0, -1.2, 1.4), attenuation=(0.4, 0.2, 0.1), diffuse=(1.0, 0.9, 0.7))
+    torus = pv.ParametricTorus(ringradius=0.35, crosssectionradius=0.15, u_res=300, v_res=200, w_res=2)
+    sphere = pv.Sphere(theta_resolution=300, phi_resolution=200)
+    plastic: Material = MATERIALS["plastic"]
+    for stem, title, mesh, material, scene in (
+        ("matte", "A matte torus in the sun", torus, MATERIALS["matte"], Scene([sun], eye)),
+        ("shiny", "A shiny sphere by a lamp", sphere, plastic, Scene([lamp], eye, LightModel.vtk())),
+    ):
+        yield Pictures(stem, title, compare_images(mesh, scene, material))

@@ -1,0 +1,1 @@
+"""Lit meshes and lights in a window."""

@@ -1,0 +1,178 @@
+"""One light's gizmo."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, Protocol
+
+import numpy as np
+
+from pvphong.base.types import Float64Array, Frame, Vector
+from pvphong.optics.lights import DirectionalLight, Light
+from pvphong.scene.viewer import Viewer
+from pvphong.studio.gizmos import directional
+from pvphong.studio.gizmos.drawing import Drawing, hue
+from pvphong.studio.gizmos.grip import Grip
+from pvphong.studio.gizmos.kinds import kind_of
+from pvphong.studio.gizmos.press import Place, vector
+from pvphong.studio.gizmos.view import View
+from pvphong.studio.rig import LightHandle
+
+HIGHLIGHT = "highlight"
+
+
+class Surroundings(Protocol):
+    """What a gizmo asks of the board that it is on."""
+
+    @property
+    def view(self) -> View:
+        """The pane as it is now."""
+
+    @property
+    def extent(self) -> tuple[Vector, float]:
+        """Middle and size of what is drawn."""
+
+    def new_grip(self, name: str, gizmo: Gizmo) -> Grip:
+        """A handle that can be grabbed."""
+
+    def highlight_of(self, gizmo: Gizmo) -> Vector | None:
+        """Where the gizmo's light has its highlight."""
+
+    def grabbed(self, gizmo: Gizmo, grip: Grip) -> None:
+        """A handle of the gizmo was grabbed."""
+
+    def dragged(self) -> None:
+        """The cursor moved with the button down."""
+
+    def dropped(self) -> None:
+        """The button was let go."""
+
+
+class Gizmo:
+    """What stands for a light in the window, to be dragged.
+
+    Parameters
+    ----------
+    handle : LightHandle
+        The light.
+    board : Surroundings
+        Where it is.
+    """
+
+    def __init__(self, handle: LightHandle, board: Surroundings) -> None:
+        self.handle = handle
+        self.first = self.light_for(board.view.viewer)
+        self.is_selected = False
+        self._board = board
+        self._grips: dict[str, Grip] = {}
+        self._anchor: tuple[Any, Vector] | None = None
+
+    def __repr__(self) -> str:
+        return f"Gizmo({self.light!r})"
+
+    @property
+    def light(self) -> Light:
+        """The light's current value, in its own frame."""
+        return self.light_for(self._board.view.viewer)
+
+    @property
+    def handles(self) -> dict[str, Vector]:
+        """Name of each handle that the light has → where it is in the world.
+
+        A directional light has "target"; a point light "position", and "radius" if it weakens; a spot light
+        "position", "target" and "cone". A headlight has none: it is where the viewer is.
+        """
+        return {name: vector(point) for name, point in self.points(self._board.view).items()}
+
+    @property
+    def highlight(self) -> Vector | None:
+        """Where its highlight is on the lit meshes, if it is selected and throws one: that can be dragged too."""
+        return self._board.highlight_of(self) if self.is_selected else None
+
+    @property
+    def hovered(self) -> str | None:
+        """The handle under the cursor."""
+        return next((name for name, grip in self._grips.items() if grip.is_hovered), None)
+
+    def light_for(self, viewer: Viewer) -> Light:
+        """The light's value for a viewer."""
+        return self.handle.light(viewer)
+
+    def place(self, view: View) -> Place:
+        """The scene around it; the icon of a directional light stays where it is while the scene does."""
+        center, size = self._board.extent
+        light = self.light_for(view.viewer)
+        if not isinstance(light, DirectionalLight):
+            return Place(center, size, center)
+        known = (center, size, view.viewer if light.frame == "camera" else None)
+        if self._anchor is None or self._anchor[0] != known:
+            self._anchor = known, directional.anchor(light.in_world(view.viewer), center, size)
+        return Place(center, size, self._anchor[1])
+
+    def points(self, view: View) -> dict[str, Float64Array]:
+        """The handles' positions, as arrays."""
+        light = self.light_for(view.viewer)
+        if light.frame == "headlight":
+            return {}
+        world = light.in_world(view.viewer)
+        found: dict[str, Float64Array] = kind_of(world).handles(world, self.place(view), view)
+        return found
+
+    def set_grips(self, view: View, highlight: Vector | None, shown: bool) -> list[tuple[Grip, Float64Array]]:
+        """Bring the widgets to where the handles are; those that can be grabbed, and where they are in pixels."""
+        points = self.points(view)
+        if highlight is not None:
+            points[HIGHLIGHT] = np.array(highlight)
+        for name in points:
+            if name not in self._grips:
+                self._grips[name] = self._board.new_grip(name, self)
+        there = {name: point for name, point in points.items() if shown and view.is_ahead(point)}
+        for name, grip in self._grips.items():
+            grip.place(there.get(name))
+        return [(self._grips[name], view.project(point)) for name, point in there.items()]
+
+    def draw(self, drawing: Drawing, highlight: Vector | None, active: str | None) -> None:
+        """Add it to a drawing; `active` is the handle that is hovered or dragged."""
+        light = self.light_for(drawing.view.viewer)
+        if light.frame == "headlight":
+            return
+        world = light.in_world(drawing.view.viewer)
+        drawing.color = hue(world)
+        kind_of(world).draw(drawing, world, self.place(drawing.view), self.is_selected or active is not None)
+        for name, point in self.points(drawing.view).items():
+            if name != "position" or active == name:
+                drawing.handle(point, hovered=name == active)
+        if highlight is not None:
+            drawing.ring(np.array(highlight), hovered=active == HIGHLIGHT)
+
+    def grabbed(self, grip: Grip) -> None:
+        """A grip was grabbed."""
+        self._board.grabbed(self, grip)
+
+    def dragged(self, grip: Grip) -> None:  # noqa: ARG002 there is one drag at a time
+        """A grip was moved."""
+        self._board.dragged()
+
+    def dropped(self, grip: Grip) -> None:  # noqa: ARG002 there is one drag at a time
+        """A grip was let go."""
+        self._board.dropped()
+
+    def retire(self) -> list[Grip]:
+        """Take its grips away; they are to be released when none of them deals with an event."""
+        grips = list(self._grips.values())
+        self._grips.clear()
+        for grip in grips:
+            grip.retire()
+        return grips
+
+
+def in_frame(world: Light, frame: Frame, viewer: Viewer) -> Light:
+    """A light of the world in another frame: the inverse of `Light.in_world`."""
+    if frame != "camera":
+        return replace(world, frame=frame)
+    changes: dict[str, Any] = {"frame": frame}
+    if hasattr(world, "position"):
+        changes["position"] = vector(viewer.axes @ (np.array(world.position) - np.array(viewer.position)))
+    if hasattr(world, "direction"):
+        changes["direction"] = vector(viewer.axes @ np.array(world.direction))
+    return replace(world, **changes)

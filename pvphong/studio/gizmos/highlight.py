@@ -1,0 +1,89 @@
+"""Highlight dragging: where a light's highlight is, and where the light must be for it to be elsewhere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pvphong.base.types import Float64Array, Vector
+from pvphong.base.vectors import dot
+from pvphong.optics.lights import DirectionalLight, Light, PointLight, SpotLight
+from pvphong.studio.gizmos.press import vector
+from pvphong.studio.gizmos.view import View
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A place on a surface: a point and the unit normal there, turned to the eye."""
+
+    point: Vector
+    normal: Vector
+
+
+def brightest(light: Light, view: View, points: Float64Array, normals: Float64Array) -> tuple[float, Spot] | None:
+    """The point of a surface at which a light's mirror direction comes nearest to the eye.
+
+    Parameters
+    ----------
+    light : Light
+        In the world.
+    view : View
+        Where it is seen from.
+    points, normals : ndarray
+        Shape (n, 3), in the world; the normals unit or zero.
+
+    Returns
+    -------
+    tuple of float and Spot, or None
+        The cosine between the mirror direction and the direction to the eye, r·v, and the place; None if
+        the light reaches nothing that faces the eye.
+    """
+    arrival = light.arrival(points.T)
+    to_eye = _to_eye(view, points).T
+    facing, lit = dot(normals.T, to_eye), dot(normals.T, arrival.direction)
+    reaches = (facing > 0.0) & (lit > 0.0) & (np.asarray(arrival.strength) > 0.0)
+    if not reaches.any():
+        return None
+    mirrored = np.where(reaches, dot(2.0 * lit * normals.T - arrival.direction, to_eye), -np.inf)
+    best = int(np.argmax(mirrored))
+    return float(mirrored[best]), Spot(vector(points[best]), vector(normals[best]))
+
+
+def _to_eye(view: View, points: Float64Array) -> Float64Array:
+    if view.viewer.parallel:
+        return np.broadcast_to(-np.array(view.viewer.view_direction), points.shape)
+    away = np.array(view.viewer.position) - points
+    length = np.linalg.norm(away, axis=1, keepdims=True)
+    return np.divide(away, length, out=np.zeros_like(away), where=length > 0.0)
+
+
+def mirrored_to_eye(light: Light, view: View, held: Spot, target: Spot) -> Light:
+    """The light that throws its highlight on a target, mirrored to the eye.
+
+    With the normal n and the unit vector v to the eye it shines from l = 2(n·v)n − v, where v is its mirror
+    direction. A light with a position keeps its distance from the surface, a spot light aims there.
+
+    Parameters
+    ----------
+    light : Light
+        At the press, in the world.
+    view : View
+        At the press.
+    held : Spot
+        Where the highlight was grabbed.
+    target : Spot
+        Where it is to be.
+    """
+    normal = np.array(target.normal)
+    to_eye = view.towards_eye(target.point)
+    to_light = 2.0 * float(normal @ to_eye) * normal - to_eye
+    if isinstance(light, DirectionalLight):
+        length = float(np.linalg.norm(light.direction))
+        return replace(light, direction=vector(-length * to_light))
+    assert isinstance(light, (PointLight, SpotLight))
+    distance = float(np.linalg.norm(np.array(light.position) - held.point))
+    position = vector(np.array(target.point) + distance * to_light)
+    if isinstance(light, SpotLight):
+        return replace(light, position=position, direction=vector(-distance * to_light))
+    return replace(light, position=position)

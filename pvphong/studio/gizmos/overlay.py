@@ -1,0 +1,129 @@
+"""Puts a drawing in front of a renderer's picture, with VTK's two-dimensional actors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkRenderingCore import vtkActor2D, vtkCoordinate, vtkPolyDataMapper2D, vtkTextActor
+
+from pvphong.base.types import ByteArray, Float64Array
+from pvphong.studio.gizmos.drawing import Drawing
+
+_SHADOW, _LINES, _AREAS, _TEXT = range(4)
+_BESIDE = 18.0
+_LETTER = (8.0, 18.0)  # how large one is at most, in pixels
+
+
+class Overlay:
+    """Lines with a dark edge, areas above them, and two texts: none of it lit, picked, or part of the bounds."""
+
+    def __init__(self) -> None:
+        self._shadow, self._lines, self._areas = vtkPolyData(), vtkPolyData(), vtkPolyData()
+        shadow = _actor(self._shadow, _SHADOW, width=4.0)
+        shadow.GetMapper().ScalarVisibilityOff()
+        shadow.GetProperty().SetColor(0.0, 0.0, 0.0)
+        shadow.GetProperty().SetOpacity(0.35)
+        self._readout, self._help = _text(), _text()
+        self._help.GetTextProperty().SetVerticalJustificationToTop()
+        self._help.GetTextProperty().SetFontFamilyToCourier()
+        self._props = [
+            shadow,
+            _actor(self._lines, _LINES, width=2.0),
+            _actor(self._areas, _AREAS),
+            self._readout,
+            self._help,
+        ]
+        for prop in self._props:
+            prop.UseBoundsOff()
+            prop.PickableOff()
+        self._is_shown = True
+
+    def attach(self, renderer: Any) -> None:
+        """Show it in a renderer, if it is not there already."""
+        for prop in self._props:
+            if not renderer.HasViewProp(prop):
+                renderer.AddViewProp(prop)
+
+    def detach(self, renderer: Any) -> None:
+        """Take it out of a renderer."""
+        for prop in self._props:
+            renderer.RemoveViewProp(prop)
+
+    def show(self, shown: bool) -> None:
+        """Show or hide all of it."""
+        self._is_shown = shown
+        for prop in self._props:
+            prop.SetVisibility(shown)
+
+    def put(self, drawing: Drawing) -> None:
+        """Show a drawing in place of the last one."""
+        segments, colors = drawing.lines
+        for data in (self._shadow, self._lines):
+            _fill(data, segments.reshape(-1, 2), np.full(len(segments), 2), colors, data.SetLines)
+        corners = [corners for corners, _ in drawing.areas]
+        points = np.concatenate(corners) if corners else np.empty((0, 2))
+        tints = np.array([color for _, color in drawing.areas], np.uint8).reshape(-1, 4)
+        _fill(self._areas, points, np.array([len(polygon) for polygon in corners]), tints, self._areas.SetPolys)
+
+    def say(self, text: str, cursor: tuple[float, float], size: tuple[float, float]) -> None:
+        """Show a text beside the cursor, on the side where a pane of this size has its edge; an empty one hides it."""
+        lines = text.split("\n")
+        needed = _BESIDE + _LETTER[0] * max(map(len, lines)), _BESIDE + _LETTER[1] * len(lines)
+        right, up = (
+            at + need <= side if at >= 0.5 * side else at < need
+            for at, need, side in zip(cursor, needed, size, strict=True)
+        )
+        style = self._readout.GetTextProperty()
+        (style.SetJustificationToLeft if right else style.SetJustificationToRight)()
+        (style.SetVerticalJustificationToBottom if up else style.SetVerticalJustificationToTop)()
+        x, y = cursor
+        self._readout.SetInput(text)
+        self._readout.SetPosition(x + (_BESIDE if right else -_BESIDE), y + (_BESIDE if up else -_BESIDE))
+        self._readout.SetVisibility(bool(text) and self._is_shown)
+
+    def help(self, text: str, at: tuple[float, float]) -> None:
+        """Show a text below a place in the window; an empty one hides it."""
+        self._help.SetInput(text)
+        self._help.SetPosition(*at)
+        self._help.SetVisibility(bool(text) and self._is_shown)
+
+
+def _actor(data: vtkPolyData, layer: int, width: float = 1.0) -> vtkActor2D:
+    pixels = vtkCoordinate()
+    pixels.SetCoordinateSystemToDisplay()
+    mapper = vtkPolyDataMapper2D()
+    mapper.SetInputData(data)
+    mapper.SetTransformCoordinate(pixels)
+    actor = vtkActor2D()
+    actor.SetMapper(mapper)
+    actor.SetLayerNumber(layer)
+    actor.GetProperty().SetLineWidth(width)
+    return actor
+
+
+def _text() -> vtkTextActor:
+    actor = vtkTextActor()
+    actor.SetLayerNumber(_TEXT)
+    actor.SetVisibility(False)
+    style = actor.GetTextProperty()
+    style.SetFontSize(14)
+    style.SetColor(1.0, 1.0, 1.0)
+    style.SetBackgroundColor(0.1, 0.1, 0.1)
+    style.SetBackgroundOpacity(0.75)
+    return actor
+
+
+def _fill(data: vtkPolyData, points: Float64Array, sizes: Any, colors: ByteArray, set_cells: Any) -> None:
+    """Cells of these sizes, each of the points that come next."""
+    coordinates = vtkPoints()
+    coordinates.SetData(numpy_to_vtk(np.column_stack([points, np.zeros(len(points))]).astype(np.float32), deep=True))
+    cells = vtkCellArray()
+    offsets, indices = np.append(0, np.cumsum(sizes)).astype(np.int64), np.arange(len(points), dtype=np.int64)
+    cells.SetData(numpy_to_vtkIdTypeArray(offsets, deep=True), numpy_to_vtkIdTypeArray(indices, deep=True))
+    data.SetPoints(coordinates)
+    set_cells(cells)
+    data.GetCellData().SetScalars(numpy_to_vtk(np.ascontiguousarray(colors), deep=True))

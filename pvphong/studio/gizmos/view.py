@@ -1,0 +1,129 @@
+"""What a cursor means in the world: one pane's projection, frozen."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pvphong.base.types import Float64Array, VectorLike
+from pvphong.scene.viewer import Viewer
+
+# How far a point may come towards the eye or go away from it along an axis, in multiples of its depth.
+_NEAREST, _FARTHEST = 0.02, 50.0
+# An axis whose picture is shorter than this fraction of the longest points at the eye.
+_END_ON = 0.05
+# A depth of this fraction of the coordinates that it is computed from may be rounded zero.
+_BESIDE = 1e-9
+
+
+@dataclass(frozen=True)
+class View:
+    """A pane of a window and the eye behind it.
+
+    Parameters
+    ----------
+    viewer : Viewer
+        The eye.
+    size : tuple of float
+        Width and height of the pane, in pixels.
+    origin : tuple of float, default (0, 0)
+        The pane's lower left corner in the window, in pixels.
+    """
+
+    viewer: Viewer
+    size: tuple[float, float]
+    origin: tuple[float, float] = (0.0, 0.0)
+
+    @cached_property
+    def _middle(self) -> Float64Array:
+        return np.array(self.origin) + 0.5 * np.array(self.size)
+
+    @cached_property
+    def _zoom(self) -> float:
+        """Pixels per unit: of a slope in perspective, of a length in parallel projection."""
+        half = 0.5 * self.size[1]
+        if self.viewer.parallel:
+            return half / self.viewer.parallel_scale
+        return half / math.tan(math.radians(0.5 * self.viewer.view_angle))
+
+    def seen(self, points: VectorLike | Float64Array) -> Float64Array:
+        """Points or one point, (…, 3), in eye space: right, up, and the depth in front of the eye."""
+        away = np.asarray(points, dtype=np.float64) - np.array(self.viewer.position)
+        return away @ self.viewer.axes.T * (1.0, 1.0, -1.0)
+
+    def is_ahead(self, point: VectorLike | Float64Array) -> bool:
+        """Whether a point has a place in the picture; in parallel projection every point has.
+
+        A point beside the eye has none, although its depth may be rounded to a little more than zero.
+        """
+        if self.viewer.parallel:
+            return True
+        seen = self.seen(point)
+        return bool(seen[2] > _BESIDE * (math.hypot(*seen) + math.hypot(*self.viewer.position)))
+
+    def project(self, points: VectorLike | Float64Array) -> Float64Array:
+        """Pixels, (…, 2), of points (…, 3); NaN at and behind the eye of a perspective."""
+        seen = self.seen(points)
+        flat = seen[..., :2]
+        if not self.viewer.parallel:
+            depth = np.where(seen[..., 2:] > 0.0, seen[..., 2:], np.nan)
+            flat = flat / depth
+        return self._middle + self._zoom * flat
+
+    def unit_per_pixel(self, point: VectorLike | Float64Array) -> float:
+        """How long one pixel is in the world at the depth of a point ahead."""
+        return 1.0 / self._zoom if self.viewer.parallel else float(self.seen(point)[2]) / self._zoom
+
+    def facing(self, point: VectorLike | Float64Array, cursor: VectorLike | Float64Array) -> Float64Array:
+        """Where the cursor meets the plane through a point that is parallel to the picture."""
+        x, y = (np.asarray(cursor) - self._middle) * self.unit_per_pixel(point)
+        right, up, back = self.viewer.axes
+        return np.array(self.viewer.position) + x * right + y * up - self.seen(point)[2] * back
+
+    def towards_eye(self, point: VectorLike | Float64Array) -> Float64Array:
+        """Unit vector from a point to the eye; in parallel projection it is the same everywhere."""
+        if self.viewer.parallel:
+            return -np.array(self.viewer.view_direction)
+        away = np.array(self.viewer.position) - np.asarray(point, dtype=np.float64)
+        return away / (np.linalg.norm(away) or 1.0)
+
+    def along(self, point: Float64Array, axis: Float64Array, motion: Float64Array) -> Float64Array:
+        """A point moved along an axis, as far as the cursor's motion goes in the axis's direction on the screen.
+
+        Towards the vanishing point it moves to 50 times its depth at most, towards the eye to a fiftieth.
+        """
+        picture = self._picture_of(point, axis)
+        length = float(np.hypot(*picture))
+        if length == 0.0:
+            return point
+        way = float(picture @ motion) / length
+        toward = -float(self.viewer.axes[2] @ axis)  # change of depth along the axis
+        depth = float(self.seen(point)[2])
+        if self.viewer.parallel or toward == 0.0:
+            return point + axis * (way / length)
+        # the picture of point + t·axis lies at (length · depth · t) / (depth + toward · t) along the axis's picture
+        left = length * depth - toward * way
+        t = way * depth / left if left > 0.0 else math.copysign(math.inf, toward)
+        limits = sorted(((_NEAREST - 1.0) * depth / toward, (_FARTHEST - 1.0) * depth / toward))
+        return point + axis * min(max(t, limits[0]), limits[1])
+
+    def axis_along(self, point: Float64Array, motion: Float64Array) -> Float64Array | None:
+        """The world axis whose picture runs most nearly along a motion; none that points at the eye."""
+        pictures = np.array([self._picture_of(point, axis) for axis in np.eye(3)])
+        lengths = np.hypot(*pictures.T)
+        if not np.any(motion) or not lengths.any():
+            return None
+        fits = np.where(lengths > _END_ON * lengths.max(), np.abs(pictures @ motion) / (lengths + 1e-300), -1.0)
+        return np.eye(3)[int(np.argmax(fits))]
+
+    def _picture_of(self, point: Float64Array, axis: Float64Array) -> Float64Array:
+        """Pixels per unit, as a vector on the screen, in which a point ahead starts to move along an axis."""
+        along = self.viewer.axes @ axis * (1.0, 1.0, -1.0)
+        if self.viewer.parallel:
+            return self._zoom * along[:2]
+        seen = self.seen(point)
+        slope: Float64Array = along[:2] / seen[2] - seen[:2] / seen[2] * (along[2] / seen[2])
+        return self._zoom * slope

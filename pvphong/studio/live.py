@@ -1,0 +1,172 @@
+"""A mesh in a window whose colours are kept current."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from pvphong.base import check
+from pvphong.base.types import ByteArray, Float64Array, FloatArray
+from pvphong.meshes.lit import point_normals
+from pvphong.meshes.surfaces import surface
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
+from pvphong.scene.viewer import Viewer
+from pvphong.shading import kernel
+from pvphong.shading.equation import assemble
+from pvphong.shading.evaluation import display_colors
+from pvphong.shading.origin import beside_the_mesh
+from pvphong.shading.plan.plan import Plan, plan_equation
+
+ARRAY = "phong"
+"""Name of the drawn mesh's colours, uint8 RGB."""
+
+
+class LiveMesh:
+    """A surface, its material, and the colours in which it is drawn.
+
+    The mesh that is drawn shares points and arrays with the user's mesh and has its own colours, which are
+    written in place for as long as the number of points stays the same.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        The user's mesh; edits to it are followed, and it is not modified.
+    material : Material
+        Can be set at any time.
+    albedo : str, array_like or None
+        As for `shade`; can be set at any time. A named array is followed when it is edited or replaced; of an
+        array that is given, edits are not seen.
+    """
+
+    def __init__(self, mesh: pv.DataSet, material: Material, albedo: Any = None) -> None:
+        surface(mesh)  # refuses what has nothing that can be lit
+        self.mesh = mesh
+        self.material = material
+        self.albedo = albedo
+        self.drawn = pv.PolyData()
+        self.actor: pv.Actor | None = None
+        self._colors: ByteArray = np.empty((0, 3), np.uint8)
+        self._geometry: Any = None
+        self._normals: FloatArray | None = None
+        self._drawn_for: Any = None
+        self._plan: Plan | None = None
+        self._viewer = Viewer()
+        self._follow_geometry()
+
+    def refresh(self, scene: Scene) -> bool:
+        """Bring the colours up to date; returns whether they had to be computed.
+
+        They are computed only when something that the plan depends on has changed: the viewer counts only
+        where highlights, turned normals or a light that rides along make the colours depend on it.
+        """
+        self._follow_geometry()
+        state = self._state(scene)
+        if state == self._drawn_for and not self._viewer_moved(scene):
+            return False
+        points = check.array("points", self.drawn.points)
+        whole = beside_the_mesh(assemble(scene, self.material, self.matrix))
+        self._plan = plan_equation(whole, points, None, scene, 0.0, kernel.find_bounds)
+        unread = np.broadcast_to(np.zeros(3, points.dtype), points.shape)
+        normals = self.normals if "normals" in self._plan.needs else unread
+        display_colors(points, normals, whole, self._plan.equation, self._current_albedo(), self._colors)
+        self._drawn_for, self._viewer = state, scene.viewer
+        self.drawn.GetPointData().GetArray(ARRAY).Modified()
+        return True
+
+    @property
+    def matrix(self) -> Float64Array | None:
+        """The actor's model matrix, (4, 4); None where it is the identity."""
+        if self.actor is None:
+            return None
+        values = np.array(self.actor.GetMatrix().GetData()).reshape(4, 4)
+        return None if np.array_equal(values, np.eye(4)) else values
+
+    @property
+    def normals(self) -> FloatArray:
+        """The point normals that it is lit with."""
+        if self._normals is None:
+            self._normals = point_normals(self.drawn)
+        return self._normals
+
+    def _viewer_moved(self, scene: Scene) -> bool:
+        if self._plan is None or not self._plan.view_dependent:
+            return False
+        old, new = self._viewer, scene.viewer
+        return (old.position, old.focal_point, old.up, old.parallel) != (
+            new.position,
+            new.focal_point,
+            new.up,
+            new.parallel,
+        )
+
+    def _state(self, scene: Scene) -> Any:
+        """Everything but the viewer that the colours depend on, cheap to compare."""
+        matrix = self.matrix
+        arrays = self._arrays()
+        named = arrays.GetAbstractArray(self.albedo) if isinstance(self.albedo, str) else self.albedo
+        return (
+            scene.lights,
+            scene.light_model,
+            self.material,
+            None if matrix is None else matrix.tobytes(),
+            self._geometry,
+            self.albedo if isinstance(self.albedo, str) else None,
+            _edition(named) if hasattr(named, "GetMTime") else _Same(named),
+        )
+
+    def _follow_geometry(self) -> None:
+        """Share the user's points, faces and arrays again where they have been replaced or edited."""
+        geometry = _geometry_of(self.mesh)
+        if geometry == self._geometry:
+            return
+        outer = surface(self.mesh)
+        colors = self.drawn.GetPointData().GetArray(ARRAY)
+        self.drawn.ShallowCopy(outer)
+        if colors is not None and colors.GetNumberOfTuples() == outer.n_points:
+            self.drawn.GetPointData().AddArray(colors)
+        else:
+            self.drawn.point_data[ARRAY] = np.zeros((outer.n_points, 3), np.uint8)
+            self._colors = np.asarray(self.drawn.point_data[ARRAY])
+        self.drawn.set_active_scalars(ARRAY, preference="point")
+        self._geometry, self._normals = geometry, None
+
+    def _current_albedo(self) -> Any:
+        if isinstance(self.albedo, str):
+            arrays = self._arrays()
+            check.choice("albedo", self.albedo, arrays.keys())
+            return arrays[self.albedo]
+        return self.albedo
+
+    def _arrays(self) -> Any:
+        """Where a named albedo is looked up: the user's point arrays, which may be replaced at any time."""
+        return (self.mesh if isinstance(self.mesh, pv.PolyData) else self.drawn).point_data
+
+
+class _Same:
+    """Equal to another only if it holds the same object, which it keeps alive: arrays compare element by element."""
+
+    def __init__(self, held: Any) -> None:
+        self._held = held
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and other._held is self._held
+
+    def __hash__(self) -> int:
+        return id(self._held)
+
+
+def _geometry_of(mesh: pv.DataSet) -> Any:
+    """What identifies a mesh's points, faces and normals, and their last edit."""
+    if not isinstance(mesh, pv.PolyData):
+        return mesh.GetMTime()
+    normals = mesh.GetPointData().GetNormals()
+    parts = (mesh.GetPoints(), mesh.GetPolys(), mesh.GetStrips(), normals)
+    return tuple(None if part is None else _edition(part) for part in parts)
+
+
+def _edition(part: Any) -> Any:
+    """A VTK object and when it was last modified. It is held on to, so that no other can be taken for it."""
+    return part, part.GetMTime()

@@ -1,0 +1,261 @@
+"""Where VTK's float32 leaves a vertex's colour open, so that no evaluator can be judged there.
+
+Everything here is computed in float64 from the scene alone, by neither the evaluator nor VTK.
+
+Symbols: n the unit normal, l the unit vector to a light, v to the eye, f the cosine that the highlight raises to the
+power p (r·v, or n·l in VTK's first tier), φ the angle off a spot's axis. Errors are in roundings of 2⁻²⁴. float32
+turns n, l and v by small angles, which grow where VTK's numbers are large against the distances that count: under
+a matrix that shears or flattens, or where a light stands near the surface and the eye far off.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pvphong.base.types import BoolArray, Float64Array, rgb
+from pvphong.optics.lights import DirectionalLight, Light, SpotLight
+from pvphong.vtk.obstacles import reflected
+from pvphong.vtk.terms import Terms
+
+_ROUNDING = 2.0**-24
+
+_FLOOR, _HEADLIGHT_FLOOR = 1e-5, 1e-6
+"""VTK's least cosine f, and that in its first tier."""
+
+_DOUBT = 0.25
+"""A jump that is less than this part of the tolerance leaves no vertex open."""
+
+_LONGEST = 1e18
+"""Vectors whose squared length float32 can hold."""
+
+_FLUSHED = float(np.finfo(np.float32).tiny) / _ROUNDING
+"""What a component's square may lose that is below float32's least normal number; drivers make it zero."""
+
+
+class Pose(NamedTuple):
+    """Vertices in the mesh's own coordinates, around its middle, and where they stand."""
+
+    points: Float64Array
+    """Shape (n, 3)."""
+    normals: Float64Array
+    """Shape (n, 3), unit; turned to the viewer where the scene is two-sided."""
+    matrix: Float64Array
+    """Shape (4, 4), with last row (0, 0, 0, 1)."""
+
+    def in_world(self) -> tuple[Float64Array, Float64Array]:
+        """Points and unit normals in the world, both (n, 3)."""
+        linear = self.matrix[:3, :3]
+        normals = self.normals @ np.linalg.inv(linear)  # a row times L⁻¹ is L⁻ᵀ times a column
+        return self.points @ linear.T + self.matrix[:3, 3], normals / np.linalg.norm(normals, axis=1)[:, None]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What can be asked of n vertices.
+
+    Parameters
+    ----------
+    scale : ndarray
+        Shape (n,): the light that arrives, times the material's reflectances, where that is more than 1; else 1.
+        float32 rounds in proportion to it.
+    open : dict of str to ndarray
+        Reason → mask, shape (n,), of the vertices whose colour it leaves open. They may overlap.
+    """
+
+    scale: Float64Array
+    open: dict[str, BoolArray]
+
+
+class _Surface(NamedTuple):
+    """Vertices in the world, and what float32 does to them on the way to eye space."""
+
+    points: Float64Array
+    normals: Float64Array
+    eye: Float64Array
+    to_eye: Float64Array
+    place_error: Float64Array
+    normal_angle: Float64Array
+    eye_angle: Float64Array
+
+
+class _Arrival(NamedTuple):
+    """What reaches n vertices from one light."""
+
+    direction: Float64Array
+    """l, shape (n, 3)."""
+    strength: Float64Array
+    """Attenuation times spot factor, the latter also outside the cone."""
+    angle: Any
+    """By which float32 turns l."""
+    error: Any
+    """Relative error of the strength."""
+    lit: BoolArray
+    """Inside the cone."""
+    edge: BoolArray
+    """So near to the cone's edge that float32 may take it for either."""
+
+
+class _Peak(NamedTuple):
+    """The highlight's power of f at n vertices."""
+
+    height: Float64Array
+    error: Float64Array
+    floor: Float64Array
+    """What VTK's floor adds where it shows, else 0."""
+
+
+class _Share(NamedTuple):
+    """One light's part in the colours of n vertices."""
+
+    brightness: Float64Array
+    error: Float64Array
+    open: dict[str, BoolArray]
+
+
+def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> Limits:
+    """Which vertices' colours VTK's float32 leaves open.
+
+    Parameters
+    ----------
+    pose : Pose
+        The vertices.
+    terms : Terms
+        What VTK draws.
+    tolerance : float
+        Differences that count as agreement: a doubt smaller than that leaves no vertex open.
+    has_floors : bool
+        Whether what VTK is compared with has VTK's floors under small cosines; else vertices where the floor
+        makes a difference are open too.
+    """
+    surface = _surface(pose, terms)
+    shares = [_share(surface, light, terms, tolerance) for light in terms.lights if light.on]
+    brightness = max(rgb(terms.material.ambient)) + sum(share.brightness for share in shares)
+    error = brightness * 2.0 + sum(share.error for share in shares)
+    reasons = {
+        reason: np.logical_or.reduce([share.open[reason] for share in shares], axis=0)
+        for reason in ("n·l = 0", "edge of a cone", "VTK's floor")
+        if shares and not (has_floors and reason == "VTK's floor")
+    }
+    scale = np.broadcast_to(np.maximum(1.0, brightness), len(pose.points))
+    lost = ~(error * _ROUNDING <= tolerance * scale)  # NaN is lost too
+    return Limits(scale, reasons | {"float32": lost})
+
+
+def _surface(pose: Pose, terms: Terms) -> _Surface:
+    points, normals = pose.in_world()
+    linear, inverse = np.abs(pose.matrix[:3, :3]), np.linalg.inv(pose.matrix[:3, :3])
+    eye = np.array(terms.viewer.position)
+    to_eye = eye - points
+    distance = np.linalg.norm(to_eye, axis=1)
+    place_error = np.linalg.norm(np.abs(pose.points) @ linear.T, axis=1) + np.linalg.norm(pose.matrix[:3, 3] - eye)
+    length = np.linalg.norm(pose.normals @ inverse, axis=1)
+    cancelled = np.linalg.norm(np.abs(pose.normals) @ np.abs(inverse), axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return _Surface(
+            points=points,
+            normals=normals,
+            eye=eye,
+            to_eye=to_eye / distance[:, None],
+            place_error=place_error,
+            normal_angle=cancelled / length + _unit_error(length),
+            eye_angle=place_error / distance + _unit_error(distance),
+        )
+
+
+def _share(surface: _Surface, light: Light, terms: Terms, tolerance: float) -> _Share:
+    matte = max(reflected(terms.material.diffuse, rgb(light.diffuse), light))
+    shiny = max(reflected(terms.material.specular, rgb(light.diffuse), light))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
+        came = _arrival(surface, light.in_world(terms.viewer))
+        n_l = _dot(surface.normals, came.direction)
+        peak = _peak(surface, came, n_l, terms)
+        front = (n_l > 0.0) | (terms.tier == 1)
+        color = matte * np.maximum(n_l, 0.0) + shiny * front * peak.height
+        error = matte * (surface.normal_angle + came.angle + 2.0) + shiny * front * peak.error
+        inside = came.strength * came.lit
+        doubt = _DOUBT * tolerance
+        tangent = np.abs(n_l) <= _ROUNDING * (surface.normal_angle + came.angle + 4.0)
+        floored = front & (inside * shiny * peak.floor > doubt)
+        if terms.tier == 1:
+            floored |= (n_l < _HEADLIGHT_FLOOR) & (matte * _HEADLIGHT_FLOOR > doubt)
+        return _Share(
+            brightness=inside * (matte + shiny),
+            error=inside * (color * came.error + error),
+            open={
+                "n·l = 0": tangent & (inside * shiny * peak.height > doubt) & (terms.tier > 1),
+                "edge of a cone": came.edge & (came.strength * color > doubt),
+                "VTK's floor": floored,
+            },
+        )
+
+
+def _peak(surface: _Surface, came: _Arrival, n_l: Float64Array, terms: Terms) -> _Peak:
+    power = terms.material.shininess
+    f, error, floor = _cosine(surface, came, n_l, terms.tier)
+    if not any(rgb(terms.material.specular)):
+        return _Peak(np.zeros(len(f)), np.zeros(len(f)), np.zeros(len(f)))
+    base = np.maximum(f, floor)
+    height = base**power
+    moves = f > floor - _ROUNDING * error  # firmly below its floor, f may err as it likes
+    steepness = power / base * error * moves + 2.0 * power * np.abs(np.log(base)) + 2.0
+    reached = (f < floor + _ROUNDING * error) & (power > 0.0)
+    return _Peak(height, height * steepness, floor**power * reached)
+
+
+def _cosine(
+    surface: _Surface, came: _Arrival, n_l: Float64Array, tier: int
+) -> tuple[Float64Array, Float64Array, float]:
+    """f, its error, and the floor under it."""
+    if tier == 1:
+        return n_l, surface.normal_angle + 2.0, _HEADLIGHT_FLOOR
+    f = 2.0 * n_l * _dot(surface.normals, surface.to_eye) - _dot(came.direction, surface.to_eye)
+    turn = 2.0 * surface.normal_angle + came.angle + surface.eye_angle
+    sine = np.sqrt(np.maximum(1.0 - f * f, 0.0))
+    return f, sine * turn + 0.5 * _ROUNDING * turn * turn + 3.0, _FLOOR
+
+
+def _arrival(surface: _Surface, light: Any) -> _Arrival:
+    """`light` in the world."""
+    count = len(surface.points)
+    everywhere, nowhere = np.ones(count, dtype=bool), np.zeros(count, dtype=bool)
+    if isinstance(light, DirectionalLight):
+        travel = np.array(light.direction)
+        direction = np.broadcast_to(-travel / np.linalg.norm(travel), surface.points.shape)
+        return _Arrival(direction, np.ones(count), 1.0, 0.0, everywhere, nowhere)
+    position = np.array(light.position)
+    to_light = position - surface.points
+    distance = np.linalg.norm(to_light, axis=1)
+    place = (surface.place_error + np.linalg.norm(position - surface.eye)) / distance
+    angle = place + _unit_error(distance)
+    constant, linear, quadratic = light.attenuation
+    weakening = constant + distance * (linear + quadratic * distance)
+    steepness = distance * (linear + 2.0 * quadratic * distance) / weakening
+    direction, strength, error = to_light / distance[:, None], 1.0 / weakening, steepness * place + 4.0
+    if not isinstance(light, SpotLight) or light.cone_angle >= 90.0:
+        return _Arrival(direction, strength, angle, error, everywhere, nowhere)
+    cosine, sine = _off_axis(direction, light)
+    limit = math.cos(math.radians(light.cone_angle))
+    edge = np.abs(cosine - limit) <= _ROUNDING * (sine * angle + 6.0)
+    falloff = np.maximum(cosine, _ROUNDING) ** light.exponent
+    error = error + light.exponent * ((sine * angle + 3.0) / np.maximum(cosine, _ROUNDING)) + 2.0
+    return _Arrival(direction, strength * falloff, angle, error, cosine >= limit, edge)
+
+
+def _off_axis(direction: Float64Array, light: SpotLight) -> tuple[Float64Array, Float64Array]:
+    """Cosine and sine of the angle between a spot's axis and the way from it to the vertices."""
+    axis = np.array(light.direction) / np.linalg.norm(light.direction)
+    cosine = -(direction @ axis)
+    return cosine, np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
+
+
+def _unit_error(length: Float64Array) -> Float64Array:
+    """By which float32 turns a vector of this length when it makes it a unit vector; NaN where it cannot."""
+    return np.where(length <= _LONGEST, 1.0 + _FLUSHED / (length * length), np.nan)
+
+
+def _dot(a: Float64Array, b: Float64Array) -> Float64Array:
+    return np.einsum("ij,ij->i", a, b)

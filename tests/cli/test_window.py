@@ -1,0 +1,118 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Viewer
+from pvphong.cli import window
+from pvphong.cli.window import show
+from pvphong.meshes.files import eight_bit
+from pvphong.meshes.lit import shade_mesh
+from pvphong.plotter import PlotterPhong
+
+SCENE = Scene(
+    lights=[
+        DirectionalLight(direction=(1, -1, -1), frame="camera", name="key"),
+        PointLight(position=(3, 0, 0), attenuation=(1, 0, 0.1), name="bulb"),
+    ],
+    viewer=Viewer(position=(4, 1, 2), up=(0, 0, 1), view_angle=25),
+    light_model=LightModel(ambient=0.3, two_sided=True),
+)
+
+
+@pytest.fixture
+def shown(monkeypatch):
+    """The plotters that were shown; nothing opens."""
+    plotters = []
+    monkeypatch.setattr(pv, "OFF_SCREEN", False)
+    monkeypatch.setattr(window, "drawing_window", lambda: "vtkXOpenGLRenderWindow")
+    monkeypatch.setattr(pv.Plotter, "show", lambda plotter: plotters.append(plotter))
+    yield plotters
+    for plotter in plotters:
+        plotter.close()
+
+
+def test_the_window_shows_the_mesh_in_the_scene_that_was_given(shown):
+    sphere, gold = pv.Sphere(), Material.named("gold")
+    show(sphere, SCENE, gold, title="a sphere")
+    (plotter,) = shown
+    assert plotter.title == "a sphere"
+    assert plotter.phong.lights == SCENE.lights
+    assert plotter.phong.light_model == SCENE.light_model
+    viewer = plotter.phong.scene.viewer
+    assert (viewer.position, viewer.focal_point, viewer.up) == ((4, 1, 2), (0, 0, 0), (0, 0, 1))
+    (actor,) = (a for a in plotter.actors.values() if isinstance(a, pv.Actor))
+    drawn = actor.mapper.dataset  # its colours are 8 bits
+    np.testing.assert_allclose(drawn["phong"], eight_bit(shade_mesh(sphere, SCENE, gold)["phong"]), atol=1)
+
+
+def test_every_block_is_shown(shown):
+    show(pv.MultiBlock([pv.Sphere(), None, pv.MultiBlock([pv.Cube()])]), SCENE, Material(), title="blocks")
+    assert len([a for a in shown[0].actors.values() if isinstance(a, pv.Actor)]) == 2
+
+
+def test_without_a_display_a_picture_is_offered(shown, monkeypatch):
+    monkeypatch.setattr(window, "drawing_window", lambda: "vtkEGLRenderWindow")
+    monkeypatch.setenv("DISPLAY", ":99")
+    with pytest.raises(ValueError, match=r"DISPLAY must be a display to open a window on; got :99\. A picture"):
+        show(pv.Sphere(), SCENE, Material(), title="a sphere")
+    assert not shown
+
+
+def test_offscreen_no_window_opens(shown, monkeypatch):
+    monkeypatch.setattr(pv, "OFF_SCREEN", True)
+    with pytest.raises(ValueError, match=r"PYVISTA_OFF_SCREEN must be unset .* pvphong shade MESH -o picture\.png"):
+        show(pv.Sphere(), SCENE, Material(), title="a sphere")
+    assert not shown
+
+
+@pytest.fixture
+def keys(shown, monkeypatch, tmp_path):
+    """Key → function of a window on a mesh, in a folder of its own."""
+    monkeypatch.chdir(tmp_path)
+    taken = {}
+    monkeypatch.setattr(PlotterPhong, "add_gizmos", lambda _, *, keys: taken.update(keys))
+
+    def of(mesh):
+        show(mesh, SCENE, Material.named("gold"), title="a mesh", stem="mine")
+        assert len(shown) == 1
+        return {key: act for key, (_, act) in taken.items()}
+
+    return of
+
+
+def test_keys_save_the_rig_and_the_lit_mesh(keys, capsys):
+    sphere = pv.Sphere()
+    saving = keys(sphere)
+    saving["d"]()
+    saving["x"]()
+    assert capsys.readouterr().out.split() == ["mine-rig.json", "mine-lit.vtp"]
+    assert Scene.load("mine-rig.json").lights == SCENE.lights
+    expected = shade_mesh(sphere, Scene.load("mine-rig.json"), Material.named("gold"))
+    np.testing.assert_array_equal(pv.read("mine-lit.vtp")["phong"], expected["phong"])
+
+
+def test_blocks_are_saved_as_blocks(keys, capsys):
+    keys(pv.MultiBlock({"one": pv.Sphere()}))["x"]()
+    assert capsys.readouterr().out.split() == ["mine-lit.vtm"]
+    assert "phong" in pv.read("mine-lit.vtm")["one"].array_names
+
+
+def test_a_file_that_cannot_be_written_leaves_the_window_open(keys, capsys, tmp_path):
+    saving = keys(pv.Sphere())
+    (tmp_path / "mine-rig.json").mkdir()
+    saving["d"]()
+    assert "error: path must be a file" in capsys.readouterr().err
+
+
+def test_the_window_has_gizmos_for_its_lights(shown):
+    show(pv.Sphere(), SCENE, Material(), title="a sphere")
+    assert len(shown[0].phong.gizmos) == len(SCENE.lights)
+
+
+def test_a_mesh_far_from_the_viewer_is_not_clipped_away(shown):
+    show(pv.Sphere(radius=500), replace(SCENE, viewer=Viewer(position=(4000, 0, 0))), Material(), title="far away")
+    near, far = shown[0].camera.clipping_range
+    assert near < 3500
+    assert far > 4500

@@ -1,0 +1,252 @@
+"""The viewing pipeline against vtkCamera, vtkRenderer and closed forms."""
+
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import pytest
+import vtk
+
+from pvphong.geometry.projection import frustum, look_at, ortho, perspective, project
+from pvphong.scene.viewer import Viewer
+
+
+def random_view(seed):
+    rng = np.random.default_rng(seed)
+    near = rng.uniform(0.1, 2)
+    return Viewer(
+        position=tuple(rng.normal(size=3) * 10),
+        focal_point=tuple(rng.normal(size=3)),
+        up=tuple(rng.normal(size=3)),
+        parallel=bool(seed % 2),
+        view_angle=rng.uniform(5, 120),
+        parallel_scale=rng.uniform(0.1, 20),
+        clipping_range=(near, near + rng.uniform(1, 100)),
+    )
+
+
+def vtk_camera(view):
+    camera = vtk.vtkCamera()
+    camera.SetPosition(view.position)
+    camera.SetFocalPoint(view.focal_point)
+    camera.SetViewUp(view.up)
+    camera.SetParallelProjection(view.parallel)
+    camera.SetViewAngle(view.view_angle)
+    camera.SetParallelScale(view.parallel_scale)
+    camera.SetClippingRange(view.clipping_range)
+    return camera
+
+
+def as_array(matrix):
+    return np.array([[matrix.GetElement(row, column) for column in range(4)] for row in range(4)])
+
+
+def vtk_display(view, points, window_size):
+    window = vtk.vtkRenderWindow()
+    window.SetOffScreenRendering(True)
+    window.SetSize(*window_size)
+    renderer = vtk.vtkRenderer()
+    window.AddRenderer(renderer)
+    renderer.SetActiveCamera(vtk_camera(view))
+    found = []
+    for point in points:
+        renderer.SetWorldPoint(*point, 1)
+        renderer.WorldToDisplay()
+        found.append(renderer.GetDisplayPoint())
+    return np.array(found)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_view_matrix_is_the_vtk_cameras(seed):
+    view = random_view(seed)
+    expected = as_array(vtk_camera(view).GetModelViewTransformMatrix())
+    np.testing.assert_allclose(look_at(view.position, view.focal_point, view.up), expected, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_projection_matrix_is_the_vtk_cameras(seed):
+    view = random_view(seed)
+    aspect = np.random.default_rng(seed + 1000).uniform(0.3, 3)
+    expected = as_array(vtk_camera(view).GetProjectionTransformMatrix(aspect, -1, 1))
+    half = view.parallel_scale
+    if view.parallel:
+        ours = ortho(-half * aspect, half * aspect, -half, half, *view.clipping_range)
+    else:
+        ours = perspective(view.view_angle, aspect, *view.clipping_range)
+    np.testing.assert_allclose(ours, expected, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("window_size", [(641, 333), (200, 1000)])
+@pytest.mark.parametrize("seed", range(12))
+def test_project_is_vtks_world_to_display(seed, window_size):
+    view = random_view(seed)
+    rng = np.random.default_rng(seed + 2000)
+    focal, eye = np.array(view.focal_point), np.array(view.position)
+    ahead = (focal - eye) / np.linalg.norm(focal - eye)
+    # a box of points in front of the eye, some of them beside the window and outside the clipping planes
+    points = eye + ahead * rng.uniform(0.05, 150, (50, 1)) + rng.normal(size=(50, 3)) * 0.02
+    expected = vtk_display(view, points, window_size)
+    scale = np.maximum(np.abs(expected), (*window_size, 1))
+    assert np.abs((project(points, view, window_size) - expected) / scale).max() <= 1e-9
+
+
+def test_project_agrees_with_vtk_coordinate():
+    view = random_view(4)
+    window = vtk.vtkRenderWindow()
+    window.SetOffScreenRendering(True)
+    window.SetSize(320, 240)
+    renderer = vtk.vtkRenderer()
+    window.AddRenderer(renderer)
+    renderer.SetActiveCamera(vtk_camera(view))
+    coordinate = vtk.vtkCoordinate()
+    coordinate.SetCoordinateSystemToWorld()
+    coordinate.SetValue(*view.focal_point)
+    expected = coordinate.GetComputedDoubleDisplayValue(renderer)
+    np.testing.assert_allclose(project([view.focal_point], view, (320, 240))[0, :2], expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+def test_planes_and_centre_have_known_places(parallel):
+    view = Viewer(position=(0, 0, 5), parallel=parallel, clipping_range=(1, 9))
+    found = project([(0, 0, 4), (0, 0, -4)], view, (100, 50))
+    np.testing.assert_allclose(found, [(50, 25, 0), (50, 25, 1)], rtol=0, atol=1e-14)
+
+
+def test_perspective_depth_is_hyperbolic_and_parallel_depth_linear():
+    points = [(0, 0, 5 - distance) for distance in (1, 2, 3, 6, 9)]
+    view = Viewer(position=(0, 0, 5), clipping_range=(1, 9))
+    hyperbolic = [9 * (d - 1) / (8 * d) for d in (1, 2, 3, 6, 9)]  # far (d − near) / ((far − near) d)
+    np.testing.assert_allclose(project(points, view, (10, 10))[:, 2], hyperbolic, atol=1e-15)
+    linear = [(d - 1) / 8 for d in (1, 2, 3, 6, 9)]
+    np.testing.assert_allclose(project(points, replace(view, parallel=True), (10, 10))[:, 2], linear, atol=1e-15)
+
+
+def test_rows_without_a_place_in_the_picture_are_nan():
+    view = Viewer(position=(0, 0, 5))
+    points = [(0, 0, 0), (1, 2, 5), (0, 0, 6), (np.nan, 0, 0), (0, np.inf, 0), (1, 0, 0)]
+    assert np.isnan(project(points, view, (10, 10))).tolist() == [[row in (1, 2, 3, 4)] * 3 for row in range(6)]
+
+
+def test_parallel_projection_places_points_behind_the_eye_too():
+    view = Viewer(position=(0, 0, 5), parallel=True, clipping_range=(1, 9))
+    np.testing.assert_allclose(project([(0, 0, 13)], view, (10, 10)), [(5, 5, -9 / 8)], atol=1e-14)
+
+
+def test_project_keeps_its_input_and_widens_float32():
+    points = np.array([(0.1, 0.2, 0.3)], dtype=np.float32)
+    before = points.copy()
+    found = project(points, Viewer(), (10, 10))
+    assert found.dtype == np.float64
+    np.testing.assert_array_equal(points, before)
+    assert project(np.empty((0, 3)), Viewer(), (10, 10)).shape == (0, 3)
+
+
+def test_project_keeps_its_precision_far_from_the_origin():
+    view = Viewer(position=(1e9, 1e9, 1e9 + 1), focal_point=(1e9, 1e9, 1e9), clipping_range=(0.5, 2))
+    near = replace(view, position=(0, 0, 1), focal_point=(0, 0, 0))
+    offsets = np.array([(0.125, 0.25, 0), (-0.25, 0.0625, 0.25)])  # exact at 1e9: its step is 2⁻²³
+    found, expected = project(1e9 + offsets, view, (1000, 1000)), project(offsets, near, (1000, 1000))
+    np.testing.assert_allclose(found, expected, rtol=1e-13)
+    clip = (
+        np.c_[1e9 + offsets, np.ones(2)]
+        @ (perspective(30, 1, 0.5, 2) @ look_at(view.position, view.focal_point, view.up)).T
+    )
+    naive = (clip[:, :2] / clip[:, 3:] + 1) / 2 * 1000
+    assert np.abs(naive - expected[:, :2]).max() > 1e-6  # the plain matrix product loses it
+
+
+def exact_look_at(eye, target, up):
+    """The same matrix from the textbook, in 700 digits."""
+    with mpmath.workdps(700):
+        eye, target, up = ([mpmath.mpf(float(x)) for x in vector] for vector in (eye, target, up))
+
+        def unit(v):
+            length = mpmath.sqrt(sum(x * x for x in v))
+            return [x / length for x in v]
+
+        def cross(a, b):
+            return [a[i - 2] * b[i - 1] - a[i - 1] * b[i - 2] for i in range(3)]
+
+        back = unit([e - t for e, t in zip(eye, target, strict=True)])
+        right = unit(cross(up, back))
+        rows = [right, cross(back, right), back]
+        table = [[*row, -sum(r * e for r, e in zip(row, eye, strict=True))] for row in rows]
+        return np.array([[float(x) for x in row] for row in table] + [[0, 0, 0, 1]])
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1e-200, 1e-30, 1.0, 1e30, 1e200, 1e307])
+def test_look_at_works_at_any_distance(scale):
+    eye, target = np.array([3.0, -4.0, 7.0]) * scale, np.array([-1.0, 0.5, 2.0]) * scale
+    found, expected = look_at(eye, target, (0.1, 0.2, 0.9)), exact_look_at(eye, target, (0.1, 0.2, 0.9))
+    np.testing.assert_allclose(found[:3, :3], expected[:3, :3], atol=1e-15)
+    np.testing.assert_allclose(found[:3, 3] / scale, expected[:3, 3] / scale, atol=1e-14)
+
+
+@pytest.mark.parametrize("length", [5e-324, 1e-200, 1e200])
+def test_the_length_of_up_does_not_matter(length):
+    expected = look_at((1, 2, 3), (0, 0, 0), (0, 0, 1))
+    np.testing.assert_array_equal(look_at((1, 2, 3), (0, 0, 0), (0, 0, length)), expected)
+
+
+def test_look_at_keeps_its_rotation_far_from_the_origin():
+    offset = np.array([1e12, -1e12, 1e12])
+    eye = offset + np.array([1, 2, 3])
+    found = look_at(eye, offset, (0, 0, 1))
+    np.testing.assert_allclose(found[:3, :3], look_at((1, 2, 3), (0, 0, 0), (0, 0, 1))[:3, :3], atol=1e-15)
+    np.testing.assert_allclose(found @ (*eye, 1), (0, 0, 0, 1), atol=1e-3)
+
+
+def test_frustum_maps_its_eight_corners_to_the_cube():
+    left, right, bottom, top, near, far = -1.0, 3.0, -0.5, 2.0, 2.0, 10.0
+    matrix = frustum(left, right, bottom, top, near, far)
+    for depth, z in ((near, -1), (far, 1)):
+        for x_edge, x in ((left, -1), (right, 1)):
+            for y_edge, y in ((bottom, -1), (top, 1)):
+                clip = matrix @ (x_edge * depth / near, y_edge * depth / near, -depth, 1)
+                np.testing.assert_allclose(clip[:3] / clip[3], (x, y, z), atol=1e-15)
+                assert clip[3] == depth
+
+
+def test_ortho_maps_its_eight_corners_to_the_cube():
+    left, right, bottom, top, near, far = -1.0, 3.0, -0.5, 2.0, -2.0, 10.0
+    matrix = ortho(left, right, bottom, top, near, far)
+    for depth, z in ((near, -1), (far, 1)):
+        for x_edge, x in ((left, -1), (right, 1)):
+            for y_edge, y in ((bottom, -1), (top, 1)):
+                np.testing.assert_allclose(matrix @ (x_edge, y_edge, -depth, 1), (x, y, z, 1), atol=1e-15)
+
+
+@pytest.mark.parametrize("scale", [1e-200, 1e200])
+def test_frustum_depends_on_ratios_only(scale):
+    expected = frustum(-1, 2, -1, 1, 1, 4)
+    expected[2, 3] *= scale  # the one entry that is a length
+    np.testing.assert_allclose(frustum(*(scale * np.array([-1, 2, -1, 1, 1, 4]))), expected, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: look_at((1, 2, 3), (1, 2, 3), (0, 1, 0)), "target must be another point than eye"),
+        (lambda: look_at((0, 0, 1), (0, 0, 0), (0, 0, -2)), r"up must be a direction across the view.*\[-0*\.? *-0"),
+        (lambda: look_at((3, 6, 9), (0, 0, 0), (1e100, 2e100, 3e100)), "up must be a direction across the view"),
+        (lambda: look_at((0, 0, 1), (0, 0, 0), (0, 0, 0)), "up must be a direction, three finite numbers"),
+        (lambda: look_at((0, 0, np.nan), (0, 0, 0), (0, 1, 0)), r"eye\[2\] must be a finite number"),
+        (lambda: frustum(-1, 1, -1, 1, 0, 5), "near must be a finite number > 0; got 0"),
+        (lambda: frustum(-1, 1, -1, 1, 5, 5), "far must be beyond near, > 5; got 5"),
+        (lambda: frustum(1, 1, -1, 1, 1, 5), "right must be different from left, 1"),
+        (lambda: ortho(-1, 1, 2, 2, 1, 5), "top must be different from bottom, 2"),
+        (lambda: ortho(-1e308, 1e308, -1, 1, 1, 5), "at a finite distance"),
+        (lambda: ortho(-1, 1, -1, 1, 5, 1), "far must be beyond near, > 5"),
+        (lambda: ortho(0, 5e-324, 0, 1, 0, 1), "the view volume must be of a size whose matrix fits"),
+        (lambda: perspective(0, 1, 1, 2), "view_angle must be a finite number > 0"),
+        (lambda: perspective(180, 1, 1, 2), "view_angle must be a full angle in degrees, > 0 and < 180"),
+        (lambda: perspective(30, -1, 1, 2), "aspect must be a finite number > 0"),
+        (lambda: project([(0, 0)], Viewer(), (10, 10)), r"points must be an \(n, 3\) array"),
+        (lambda: project([(0, 0, 0)], Viewer(), (10, 0)), r"window_size\[1\] must be a finite number > 0"),
+        (lambda: project([(0, 0, 0)], Viewer(), 10), "window_size must be 2 finite numbers"),
+        (lambda: project([(0, 0, 0)], Viewer(up=(0, 0, 1)), (10, 10)), "up must be a direction across the view"),
+    ],
+)
+def test_bad_arguments_are_refused(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()

@@ -1,0 +1,95 @@
+import numpy as np
+import pytest
+import pyvista as pv
+
+from pvphong import Material
+from pvphong.meshes.default_scene import studio_scene
+from pvphong.meshes.lit import shade_mesh
+
+
+def in_picture(points, viewer, aspect):
+    """x and y of points in a picture that reaches from -1 to 1 both ways; written from the pinhole's definition."""
+    eye, focus = np.array(viewer.position), np.array(viewer.focal_point)
+    ahead = (focus - eye) / np.linalg.norm(focus - eye)
+    right = np.cross(ahead, viewer.up)
+    right /= np.linalg.norm(right)
+    up = np.cross(right, ahead)
+    depth = (points - eye) @ ahead
+    half_height = np.tan(np.radians(viewer.view_angle / 2)) * depth
+    assert (depth > 0).all()
+    return (points - eye) @ right / (half_height * aspect), (points - eye) @ up / half_height
+
+
+MESHES = {
+    "long": pv.Cube(x_length=10, y_length=1, z_length=1),
+    "tall": pv.Cube(x_length=1, y_length=1, z_length=10),
+    "flat": pv.Plane(i_size=3),
+    "far": pv.Cube(center=(1e5, -2e5, 3e5)),
+    "large": pv.Cube(x_length=1e12, y_length=1e12, z_length=1e12),
+    "small": pv.Cube(x_length=1e-12, y_length=1e-12, z_length=1e-12),
+}
+
+
+@pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
+@pytest.mark.parametrize("aspect", [0.5, 1.0, 4 / 3, 3.0])
+def test_the_mesh_fills_the_picture_and_fits_into_it(mesh, aspect):
+    viewer = studio_scene(mesh, aspect).viewer
+    x, y = in_picture(np.asarray(mesh.points, np.float64), viewer, aspect)
+    assert 0.9 < max(np.abs(x).max(), np.abs(y).max()) < 1.0
+
+
+def test_the_view_is_the_one_that_pyvista_starts_with():
+    mesh = pv.Cube(center=(1, 2, 3))
+    plotter = pv.Plotter(off_screen=True)
+    plotter.add_mesh(mesh)
+    plotter.view_isometric()
+    viewer = studio_scene(mesh).viewer
+    offset = np.array(viewer.position) - viewer.focal_point
+    usual = np.array(plotter.camera.position) - plotter.camera.focal_point
+    np.testing.assert_allclose(offset / np.linalg.norm(offset), usual / np.linalg.norm(usual), atol=1e-12)
+    np.testing.assert_allclose(viewer.focal_point, plotter.camera.focal_point)
+    assert viewer.up == tuple(plotter.camera.up)
+    plotter.close()
+
+
+def test_the_mesh_lies_within_the_clipping_range():
+    mesh = pv.Sphere(radius=3, center=(10, 0, 0))
+    viewer = studio_scene(mesh).viewer
+    near, far = viewer.clipping_range
+    depth = (mesh.points - viewer.position) @ np.array(viewer.view_direction)
+    assert 0 < near <= depth.min()
+    assert depth.max() <= far
+
+
+@pytest.mark.parametrize("point", [(0.0, 0.0, 0.0), (1e12, 0.0, -3e15)])
+def test_a_single_point_can_be_looked_at(point):
+    cloud = pv.PolyData(np.array([point]))
+    assert studio_scene(cloud).viewer.focal_point == pytest.approx(point)
+
+
+@pytest.mark.parametrize("stray", [np.inf, -np.inf])
+def test_a_mesh_without_finite_bounds_gets_the_unit_boxs_viewer(stray):
+    mesh = pv.Sphere()
+    mesh.points[0] = stray
+    assert studio_scene(mesh).viewer.focal_point == (0.5, 0.5, 0.5)
+
+
+def test_only_open_surfaces_are_lit_two_sided():
+    assert not studio_scene(pv.Sphere()).light_model.two_sided
+    assert studio_scene(pv.Plane()).light_model.two_sided
+    assert studio_scene(pv.MultiBlock([pv.Sphere(), None, pv.Plane()])).light_model.two_sided
+
+
+def test_key_is_brightest_and_nothing_is_lost_in_white():
+    scene = studio_scene(pv.Sphere())
+    lit = shade_mesh(pv.Sphere(), scene, Material(), components=True)
+    brightness = {light.name: lit[f"phong_light_{light.name}"].max() for light in scene.lights}
+    assert max(brightness, key=brightness.get) == "key"
+    assert 0.7 < lit["phong"].max() < 1.0
+
+
+def test_size_and_place_of_the_mesh_do_not_change_its_colors():
+    sphere = pv.Sphere()
+    moved = sphere.scale(512.0).translate((1024.0, 0.0, -2048.0))
+    colors = [shade_mesh(mesh, studio_scene(mesh), Material.named("gold"))["phong"] for mesh in (sphere, moved)]
+    np.testing.assert_allclose(*colors, atol=1e-4)

@@ -1,0 +1,150 @@
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from pvphong import Viewer
+from pvphong.meshes import pictures
+from pvphong.meshes.pictures import HEADLESS_PACKAGES, aim, draw, drawing_window, leaves, save_picture
+
+
+@pytest.fixture
+def fresh_trial():
+    drawing_window.cache_clear()
+    yield
+    drawing_window.cache_clear()
+
+
+def square(color, center=(0.0, 0.0, 0.0)):
+    mesh = pv.Plane(center=center)
+    mesh["phong"] = np.tile(np.asarray(color, np.float32), (mesh.n_points, 1))
+    return mesh
+
+
+FACING = Viewer(position=(0, 0, 5), parallel=True, parallel_scale=1.0)
+
+
+def test_pixels_are_the_array_and_not_lit_again():
+    image = draw(square((0.25, 0.5, 1.0)), FACING, size=(100, 80))
+    assert image.shape == (80, 100, 3)
+    assert image.dtype == np.uint8
+    np.testing.assert_allclose(image[40, 50].astype(float), 255 * np.array((0.25, 0.5, 1.0)), atol=1)
+    np.testing.assert_array_equal(image[0, 0], (255, 255, 255))
+
+
+def test_another_array_and_background():
+    mesh = square((1.0, 0.0, 0.0))
+    mesh["other"] = np.zeros((mesh.n_points, 3), np.float32)
+    image = draw(mesh, FACING, name="other", size=(60, 60), background="lime")
+    np.testing.assert_array_equal(image[30, 30], (0, 0, 0))
+    np.testing.assert_array_equal(image[0, 0], (0, 255, 0))
+
+
+def test_parallel_scale_is_half_the_pictures_height():
+    seen = (draw(square((0, 0, 0)), FACING, size=(200, 200)) < 128).all(axis=2)
+    assert seen.any(axis=1).sum() == pytest.approx(100, abs=2)  # an edge of 1 in a height of 2
+
+
+def test_perspective_has_the_viewers_angle():
+    distance = 5.0
+    angle = 2 * np.degrees(np.arctan(1.0 / distance))  # a height of 2 in the plane of the square
+    viewer = Viewer(position=(0, 0, distance), view_angle=angle)
+    seen = (draw(square((0, 0, 0)), viewer, size=(200, 200)) < 128).all(axis=2)
+    assert seen.any(axis=0).sum() == pytest.approx(100, abs=2)
+
+
+def test_up_is_up():
+    mesh = square((0, 0, 0), center=(0, 0.8, 0))
+    dark = (draw(mesh, FACING, size=(100, 100)) < 128).all(axis=2)
+    assert dark[:40].any()
+    assert not dark[60:].any()
+
+
+def test_what_lies_beyond_the_viewers_clipping_range_is_drawn_too():
+    viewer = Viewer(position=(0, 0, 5), parallel=True, clipping_range=(0.1, 0.2))
+    assert (draw(square((0, 0, 0)), viewer, size=(50, 50)) < 128).any()
+
+
+def test_a_mesh_out_of_view_leaves_the_background():
+    away = Viewer(position=(0, 0, 5), focal_point=(0, 0, 6))
+    assert (draw(square((0, 0, 0)), away, size=(50, 50)) == 255).all()
+
+
+def test_blocks_are_drawn_and_empty_ones_passed_over():
+    nested = pv.MultiBlock({"deep": square((0, 0, 1), center=(0.6, 0, 0)), "empty": pv.PolyData()})
+    blocks = pv.MultiBlock({"red": square((1, 0, 0), center=(-0.6, 0, 0)), "none": None, "nested": nested})
+    image = draw(blocks, FACING, size=(200, 200))
+    np.testing.assert_array_equal(image[100, 50], (255, 0, 0))
+    np.testing.assert_array_equal(image[100, 150], (0, 0, 255))
+    assert len(leaves(blocks)) == 2
+
+
+@pytest.mark.parametrize(("size", "name"), [((0, 10), "width"), ((10, -1), "height"), ((10, 100_000), "height")])
+def test_sizes_that_cannot_be_drawn_are_refused(size, name):
+    with pytest.raises(ValueError, match=rf"{name} must be a finite number >= 1 and <= 8192; got"):
+        draw(square((0, 0, 0)), FACING, size=size)
+
+
+def test_an_unknown_background_is_refused():
+    with pytest.raises(ValueError, match=r"background must be .* got whyte"):
+        draw(square((0, 0, 0)), FACING, background="whyte")
+
+
+def test_the_mesh_and_the_environment_are_left_as_they_were():
+    mesh = square((0.5, 0.5, 0.5))
+    before, environment = mesh.copy(), dict(os.environ)
+    draw(mesh, FACING, size=(20, 20))
+    assert mesh == before
+    assert dict(os.environ) == environment
+
+
+@pytest.mark.usefixtures("fresh_trial")
+@pytest.mark.parametrize(
+    ("status", "output"),
+    [(-11, ""), (1, ""), (0, ""), (0, "vtkEGLRenderWindow 0.0"), (0, "nonsense")],
+    ids=["crash", "exception", "silence", "black", "nonsense"],
+)
+def test_a_machine_that_cannot_draw_is_told_what_it_needs(monkeypatch, status, output):
+    def trial(command, **_options):
+        return subprocess.CompletedProcess(command, status, stdout=output, stderr="")
+
+    monkeypatch.setattr(pictures.subprocess, "run", trial)
+    with pytest.raises(ValueError, match=f"VTK cannot draw on this machine.* apt-get install {HEADLESS_PACKAGES}"):
+        draw(square((0, 0, 0)), FACING)
+
+
+@pytest.mark.usefixtures("fresh_trial")
+def test_the_trial_is_made_once(monkeypatch):
+    made = []
+    run = subprocess.run
+    monkeypatch.setattr(pictures.subprocess, "run", lambda *args, **options: made.append(1) or run(*args, **options))
+    assert drawing_window() == drawing_window()
+    assert drawing_window().endswith("RenderWindow")
+    assert len(made) == 1
+
+
+def test_aim_gives_the_camera_that_the_viewer_was_made_from():
+    viewer = Viewer((3, 4, 5), (1, 0, 0), (0, 0, 1), parallel=True, view_angle=40, parallel_scale=7)
+    plotter = pv.Plotter(off_screen=True)
+    aim(plotter, viewer)
+    plotter.add_mesh(pv.Sphere())
+    again = Viewer.from_camera(plotter.camera)
+    plotter.close()
+    for field in ("position", "focal_point", "up", "parallel", "view_angle", "parallel_scale"):
+        assert getattr(again, field) == getattr(viewer, field), field
+
+
+def test_a_picture_is_saved_to_the_last_pixel(tmp_path):
+    image = np.arange(4 * 5 * 3, dtype=np.uint8).reshape(4, 5, 3)
+    save_picture(image, tmp_path / "small.png")
+    saved = pv.read(tmp_path / "small.png")
+    np.testing.assert_array_equal(saved.active_scalars.reshape(4, 5, 3)[::-1], image)  # VTK's rows start below
+    assert [path.name for path in tmp_path.iterdir()] == ["small.png"]
+
+
+def test_a_picture_in_a_folder_that_is_not_there_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="path must be in a folder that exists"):
+        save_picture(np.zeros((2, 2, 3), np.uint8), Path(tmp_path / "no" / "small.png"))

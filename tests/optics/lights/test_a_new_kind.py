@@ -1,0 +1,110 @@
+"""A kind of light that pvphong does not have: its own class is all that evaluating and planning need."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong.base.vectors import towards
+from pvphong.optics.light import Arrival
+from pvphong.optics.lights import LIGHT_TYPES, Light
+from pvphong.shading import kernel
+from pvphong.shading.plan.plan import make_plan
+
+EYE = ph.Viewer(position=(0, -4, 3))
+SHINY = ph.Material(diffuse=0.6, specular=0.5, shininess=20)
+
+
+@dataclass(frozen=True)
+class Lantern(Light):
+    """Stands at (0, 0, 2) and shines downwards only, as strongly as the cosine off the vertical."""
+
+    def _check_geometry(self) -> None:
+        pass
+
+    def in_world(self, _viewer: Any) -> Lantern:
+        return self
+
+    def arrival(self, points: Any, real: Any = np.float64) -> Arrival:
+        direction, _ = towards((0.0, 0.0, 2.0), points, real)
+        return Arrival(direction, np.maximum(direction[2], 0.0).astype(np.float64))
+
+    def _place(self, light: Any, distance: float) -> None:
+        pass
+
+
+@pytest.fixture
+def mesh():
+    return pv.Sphere()
+
+
+@pytest.mark.parametrize(
+    "backend",
+    ["auto", "numpy", pytest.param("numba", marks=pytest.mark.skipif(not kernel.is_available(), reason="no Numba"))],
+)
+@pytest.mark.parametrize("tolerance", [0.0, 1 / 255, 0.1])
+def test_it_is_evaluated_and_nothing_is_assumed_of_it(mesh, backend, tolerance):
+    scene = ph.Scene([Lantern(name="lantern")], EYE)
+    points, normals = np.array(mesh.points), np.array(mesh.point_normals)
+    got = ph.evaluate(points, normals, scene, SHINY, precision="float64", backend=backend, tolerance=tolerance).rgb
+    spot = ph.SpotLight(position=(0, 0, 2), direction=(0, 0, -1), cone_angle=90, exponent=1)
+    expected = ph.evaluate(points, normals, ph.Scene([spot], EYE), SHINY, precision="float64", backend="numpy").rgb
+    np.testing.assert_allclose(got, expected, atol=max(tolerance, 1e-14))
+    assert got.max() > 0.3
+
+
+def test_a_highlight_that_anything_known_of_a_light_would_rule_out_stays():
+    grazing = np.array([[x, y, 0.0] for x in (-1.0, 0.0, 1.0) for y in (-1.0, 0.0, 1.0)])
+    up = np.broadcast_to((0.0, 0.0, 1.0), grazing.shape)
+    scene = ph.Scene([Lantern()], ph.Viewer(position=(0, 0, 50)))
+    exact = ph.evaluate(grazing, up, scene, SHINY).rgb
+    np.testing.assert_allclose(ph.evaluate(grazing, up, scene, SHINY, tolerance=0.1).rgb, exact, atol=1e-6)
+    plan = make_plan(grazing, up, scene, SHINY, None, 0.1)
+    assert plan.effects["specular"].on
+    assert plan.effects["local viewer"].on
+
+
+@pytest.mark.parametrize("base", [ph.DirectionalLight, ph.PointLight, ph.SpotLight])
+def test_a_kind_of_a_kind_is_refused_because_its_own_arrival_would_be_overlooked(base):
+    with pytest.raises(TypeError, match=r"^Flood must derive from Light itself; got (Directional|Point|Spot)Light\."):
+        type("Flood", (base,), {})
+
+
+@pytest.mark.parametrize("judge", [ph.tradeoff, ph.validate])
+def test_what_compares_with_others_says_that_they_do_not_know_it(judge, mesh):
+    with pytest.raises(ValueError, match=r"^lights\[0\] must be one of directional, point, spot; got Lantern"):
+        judge(mesh, ph.Scene([Lantern()], EYE, ph.LightModel.vtk()), SHINY)
+
+
+def test_a_plan_says_that_it_is_on(mesh):
+    plan = ph.plan(
+        mesh, ph.Scene([Lantern(name="lantern"), ph.PointLight(position=(0, 0, 1e6))], EYE), SHINY, tolerance=0.05
+    )
+    assert plan.effects["lights"].why.startswith("lantern")
+    assert "lantern" in plan.effects["specular"].why
+
+
+def test_a_scene_with_it_is_not_saved_halfway(tmp_path):
+    with pytest.raises(ValueError, match=r"^lights\[1\] must be one of directional, point, spot; got Lantern"):
+        ph.Scene([ph.PointLight(), Lantern()]).save(tmp_path / "rig.json")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_window_says_that_it_has_no_gizmo_for_it():
+    assert Lantern not in LIGHT_TYPES.values()
+    plotter = pv.Plotter(off_screen=True)
+    plotter.add_mesh(pv.Sphere())
+    try:
+        handle = plotter.phong.add_light(ph.PointLight())
+        before = plotter.phong.lights
+        for put in (plotter.phong.add_light, lambda light: plotter.phong.set_light(handle, light)):
+            with pytest.raises(ValueError, match=r"^light must be one of directional, point, spot; got Lantern"):
+                put(Lantern())
+        assert plotter.phong.lights == before
+    finally:
+        plotter.close()

@@ -1,0 +1,232 @@
+"""Materials: fields, the table of named ones, conversions from VTK, roughness and Blinn-Phong."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+import pyvista as pv
+import vtk
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pvphong.optics.lights import DirectionalLight
+from pvphong.optics.material import Material
+from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.viewer import Viewer
+from pvphong.shading.evaluation import evaluate
+
+COLORS = ["ambient", "diffuse", "specular", "emission"]
+QUICK = settings(max_examples=60, derandomize=True, deadline=None, database=None)
+
+
+def test_defaults_are_opengls():
+    material = Material()
+    assert dataclasses.astuple(material) == (0.2, 0.8, 0.0, 0.0, 0.0)
+    assert [field.name for field in dataclasses.fields(material)] == [
+        "ambient", "diffuse", "specular", "shininess", "emission",
+    ]  # fmt: skip
+
+
+def test_is_frozen_and_hashable_by_value():
+    material = Material(diffuse="red", shininess=10)
+    assert material == Material(diffuse=[1, 0, 0], shininess=np.float32(10))
+    assert len({material, Material(diffuse=(1.0, 0.0, 0.0), shininess=10.0), Material()}) == 2
+    for field in dataclasses.fields(material):
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            setattr(material, field.name, 0.5)
+
+
+@pytest.mark.parametrize("field", COLORS)
+@given(color=st.tuples(*[st.floats(0, allow_infinity=False)] * 3))
+@QUICK
+def test_floats_are_kept_to_the_bit(field, color):
+    assert [c.hex() for c in getattr(Material(**{field: color}), field)] == [c.hex() for c in color]
+    assert getattr(Material(**{field: color[0]}), field).hex() == color[0].hex()
+
+
+@pytest.mark.parametrize("field", COLORS)
+def test_colour_names_are_pyvistas(field):
+    assert getattr(Material(**{field: "tomato"}), field) == (255 / 255, 99 / 255, 71 / 255)
+    assert getattr(Material(**{field: "#336699"}), field) == (0.2, 0.4, 0.6)
+
+
+@pytest.mark.parametrize("field", COLORS)
+def test_0_to_255_is_refused_with_the_remedy(field):
+    with pytest.raises(ValueError, match=rf"^{field} must be .*divide them by 255"):
+        Material(**{field: (200, 100, 50)})
+
+
+@pytest.mark.parametrize("field", COLORS)
+@pytest.mark.parametrize("bad", [-1, math.nan, math.inf, (0.5, 0.5), (0.1, math.nan, 0.1), "colourless", None, True])
+def test_bad_colours_are_refused_by_name(field, bad):
+    with pytest.raises(ValueError, match=rf"^{field}"):
+        Material(**{field: bad})
+
+
+@pytest.mark.parametrize("bad", [-1e-300, math.nan, math.inf, "10", None, (1, 2, 3)])
+def test_shininess_is_a_number_from_0(bad):
+    with pytest.raises(ValueError, match=r"^shininess must be a finite number >= 0; got "):
+        Material(shininess=bad)
+
+
+@pytest.mark.parametrize("shininess", [0, 5e-324, 0.5, 200, 1e6, 1e308])
+def test_every_shininess_from_0_is_allowed(shininess):
+    assert Material(shininess=shininess).shininess == float(shininess)
+
+
+# --- named ---
+
+
+def test_there_are_29_named_materials():
+    names = Material.names()
+    assert len(names) == len(set(names)) == 29
+    materials = [Material.named(name) for name in names]
+    assert len(set(materials)) == 29
+    for material in materials:
+        for color in (material.ambient, material.diffuse, material.specular):
+            assert len(color) == 3
+            assert all(0 <= channel <= 1 for channel in color)
+        assert 1 <= material.shininess <= 128
+        assert material.emission == 0.0
+
+
+@pytest.mark.parametrize(
+    ("name", "ambient", "diffuse", "specular", "shininess"),
+    [  # teapots.c, OpenGL Programming Guide
+        ("emerald", (0.0215, 0.1745, 0.0215), (0.07568, 0.61424, 0.07568), (0.633, 0.727811, 0.633), 0.6 * 128),
+        ("gold", (0.24725, 0.1995, 0.0745), (0.75164, 0.60648, 0.22648), (0.628281, 0.555802, 0.366065), 0.4 * 128),
+        ("chrome", (0.25,) * 3, (0.4,) * 3, (0.774597,) * 3, 0.6 * 128),
+        ("red plastic", (0.0,) * 3, (0.5, 0.0, 0.0), (0.7, 0.6, 0.6), 32.0),
+        ("cyan plastic", (0.0, 0.1, 0.06), (0.0, 0.50980392, 0.50980392), (0.50196078,) * 3, 32.0),
+        ("yellow rubber", (0.05, 0.05, 0.0), (0.5, 0.5, 0.4), (0.7, 0.7, 0.04), 10.0),
+    ],
+)
+def test_named_values_are_the_tables(name, ambient, diffuse, specular, shininess):
+    assert Material.named(name) == Material(ambient, diffuse, specular, shininess)
+
+
+@pytest.mark.parametrize(
+    ("name", "suggested"), [("Gold", "gold"), ("golden", "gold"), ("red plastik", "red plastic"), ("emrald", "emerald")]
+)
+def test_unknown_names_suggest_close_ones(name, suggested):
+    with pytest.raises(
+        ValueError, match=rf"^name must be one of 'emerald', .*; got {name}. Did you mean .*'{suggested}'"
+    ):
+        Material.named(name)
+
+
+@pytest.mark.parametrize("name", ["xyzzy", "", None, 7])
+def test_unlike_names_list_what_there_is(name):
+    with pytest.raises(ValueError, match=r"^name must be one of 'emerald', .*'yellow rubber'; got "):
+        Material.named(name)
+
+
+# --- from a property ---
+
+
+def test_from_property_multiplies_coefficient_and_colour_unrounded():
+    prop = pv.Property()
+    prop.SetAmbient(1 / 3)
+    prop.SetAmbientColor(0.1, 0.2, 1 / 7)
+    prop.SetDiffuse(0.9)
+    prop.SetDiffuseColor(1 / 9, 0.123456789012345, 1)
+    prop.SetSpecular(0.7)
+    prop.SetSpecularColor(0.3, 0.6, 0.9)
+    prop.SetSpecularPower(100 / 3)
+    assert Material.from_property(prop) == Material(
+        ambient=(1 / 3 * 0.1, 1 / 3 * 0.2, 1 / 3 * (1 / 7)),
+        diffuse=(0.9 * (1 / 9), 0.9 * 0.123456789012345, 0.9),
+        specular=(0.7 * 0.3, 0.7 * 0.6, 0.7 * 0.9),
+        shininess=100 / 3,
+    )
+
+
+def test_from_property_of_vtks_defaults():
+    assert Material.from_property(vtk.vtkProperty()) == Material((0.0,) * 3, (1.0,) * 3, (0.0,) * 3, 1.0)
+
+
+def test_from_property_does_not_modify_it():
+    prop = vtk.vtkProperty()
+    before = prop.GetMTime()
+    Material.from_property(prop)
+    assert prop.GetMTime() == before
+
+
+@pytest.mark.parametrize("bad", [None, "gold", vtk.vtkLight(), vtk.vtkActor(), Material()])
+def test_from_property_refuses_others(bad):
+    with pytest.raises(ValueError, match=r"^prop must be a pyvista\.Property or a vtkProperty; got "):
+        Material.from_property(bad)
+
+
+def test_from_property_of_an_actor_in_a_plotter():
+    plotter = pv.Plotter(off_screen=True)
+    actor = plotter.add_mesh(pv.Sphere(), color=(0.1, 0.2, 0.3), ambient=0.3, specular=0.5, specular_power=20)
+    material = Material.from_property(actor.prop)
+    plotter.close()
+    assert material.shininess == 20.0
+    assert material.diffuse == pytest.approx((0.1, 0.2, 0.3), abs=0.5 / 255)  # PyVista rounds on the way in
+
+
+# --- roughness ---
+
+
+@pytest.mark.parametrize("roughness", [1, 0.5, 0.1, 1e-6])
+def test_from_roughness_is_the_inverse(roughness):
+    material = Material.from_roughness(roughness, diffuse=0.5, specular="white")
+    assert material == Material(diffuse=0.5, specular=(1.0, 1.0, 1.0), shininess=1 / roughness)
+
+
+@pytest.mark.parametrize("bad", [0, -0.1, 1.0000001, math.nan, "smooth", None])
+def test_roughness_is_above_0_and_at_most_1(bad):
+    with pytest.raises(ValueError, match=r"^roughness must be a finite number >.* and <= 1; got "):
+        Material.from_roughness(bad)
+
+
+@pytest.mark.parametrize("roughness", [5e-324, 1e-310])
+def test_a_roughness_too_small_to_invert_is_refused_as_roughness(roughness):
+    with pytest.raises(ValueError, match=r"^roughness"):
+        Material.from_roughness(roughness)
+
+
+def test_from_roughness_passes_bad_fields_on():
+    with pytest.raises(ValueError, match=r"^specular"):
+        Material.from_roughness(0.5, specular=-1)
+    with pytest.raises(TypeError, match="shininess"):
+        Material.from_roughness(0.5, shininess=3)
+
+
+# --- Blinn-Phong ---
+
+
+def highlight(reflection, material, angles):
+    """Specular light of a plane seen from straight above, lit from `angles` off the normal."""
+    viewer = Viewer(position=(0, 0, 1), focal_point=(0, 0, 0))
+    model = LightModel(local_viewer=False, reflection=reflection, clamp=False)
+    result = []
+    for angle in angles:
+        sun = DirectionalLight(direction=(-math.sin(angle), 0, -math.cos(angle)))
+        scene = Scene(lights=[sun], viewer=viewer, light_model=model)
+        shading = evaluate(np.zeros((1, 3)), [[0, 0, 1]], scene, material, precision="float64", components=True)
+        result.append(shading.specular[0, 0])
+    return np.array(result)
+
+
+@pytest.mark.parametrize("shininess", [5, 20, 100, 1e4])
+def test_for_blinn_phong_looks_the_same(shininess):
+    # In the plane of incidence the angle n-to-h is half the angle x of r to v, and
+    # cos(x/2)^4n − cos(x)^n ≈ e^(−y) y²/4n with y = n x²/2, at most e^(−2)/n = 0.135/n; higher orders add 1/n².
+    material = Material(specular=1, shininess=shininess)
+    angles = np.linspace(0, min(6 / math.sqrt(shininess), 1.5), 60)
+    phong = highlight("phong", material, angles)
+    blinn = highlight("blinn-phong", material.for_blinn_phong(), angles)
+    difference = np.abs(phong - blinn).max()
+    assert difference < 0.136 / shininess + 0.2 / shininess**2
+    unconverted = np.abs(phong - highlight("blinn-phong", material, angles)).max()
+    assert unconverted > 0.3
+
+
+def test_for_blinn_phong_changes_nothing_but_the_shininess():
+    gold = Material.named("gold")
+    assert gold.for_blinn_phong() == dataclasses.replace(gold, shininess=4 * gold.shininess)
+    assert Material().for_blinn_phong() == Material()

@@ -1,0 +1,457 @@
+"""The plan: each effect is on where a scene calls for it, off where it does not, and leaving it out costs nothing."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import pyvista as pv
+import vtk
+
+import pvphong as ph
+from pvphong.shading import kernel, reference
+from pvphong.shading.equation import assemble
+from pvphong.shading.plan.effects import EFFECTS
+from pvphong.shading.result import Shading
+
+SHINY = ph.Material(diffuse=(0.5, 0.6, 0.7), specular=0.5, shininess=20)
+DULL = ph.Material(diffuse=(0.5, 0.6, 0.7))
+SUN = ph.DirectionalLight(direction=(-1, -1, -2), name="sun")
+LAMP = ph.PointLight(position=(0, 0, 3), name="lamp")
+SPOT = ph.SpotLight(position=(0, 0, 3), cone_angle=15, exponent=2, name="spot")
+EYE = ph.Viewer(position=(0, -4, 3))
+
+
+def scene(*lights, **light_model):
+    return ph.Scene(lights=lights, viewer=EYE, light_model=ph.LightModel(**light_model))
+
+
+@pytest.fixture(scope="module")
+def mesh():
+    return pv.Sphere()  # radius 0.5 around the origin
+
+
+def shear():
+    matrix = np.eye(4)
+    matrix[0, 1] = 0.5
+    return matrix
+
+
+ON_AND_OFF = {
+    # effect: (a call that turns it on, one that turns it off, what the reason for off says)
+    "emission": ((scene(SUN), replace(DULL, emission=0.1)), (scene(SUN), DULL), "black emission"),
+    "ambient": ((scene(SUN), DULL), (scene(SUN, ambient=0.0), DULL), "black ambient"),
+    "ambient/light": (
+        (scene(replace(LAMP, ambient=0.5), ambient=0.0), DULL),
+        (scene(LAMP, ambient=0.0), DULL),
+        "black ambient",
+    ),
+    "lights": ((scene(SUN), DULL), (scene(replace(SUN, on=False)), DULL), "sun: switched off"),
+    "lights/black": ((scene(SUN), DULL), (scene(replace(SUN, diffuse=0.0)), DULL), "sun: adds black"),
+    "lights/intensity": ((scene(SUN), DULL), (scene(replace(SUN, intensity=0)), DULL), "adds black"),
+    "lights/material": ((scene(SUN), DULL), (scene(SUN), replace(DULL, diffuse=0.0)), "adds black"),
+    "lights/outside": (
+        (scene(SPOT), DULL),
+        (scene(replace(SPOT, direction=(0, 0, 1))), DULL),
+        # The box's diagonal is √3, so its sphere is seen within asin(√¾ / 3) = 16.8°: 180 − 16.8 − 15.
+        "spot: mesh lies outside the cone by 148°",
+    ),
+    "lights/none": ((scene(SUN), DULL), (scene(), DULL), "no light reaches the mesh"),
+    "cone": ((scene(SPOT), DULL), (scene(replace(SPOT, cone_angle=40, exponent=0)), DULL), "mesh lies inside the cone"),
+    "cone/none": ((scene(SPOT), DULL), (scene(LAMP), DULL), "no spot light"),
+    "specular": ((scene(SUN), SHINY), (scene(SUN), DULL), "black specular colour"),
+    "specular/light": ((scene(SUN), SHINY), (scene(replace(SUN, specular=0.0)), SHINY), "black specular colour"),
+    "specular/product": (
+        (scene(SUN), SHINY),
+        (scene(replace(SUN, specular="red")), replace(SHINY, specular=(0.0, 1.0, 0.0))),
+        "black specular colour",
+    ),
+    "attenuation": (
+        (scene(replace(LAMP, attenuation=(1, 0.1, 0))), DULL),
+        (scene(replace(LAMP, attenuation=(4, 0, 0))), DULL),
+        r"lamp: constant, 0\.25",
+    ),
+    "attenuation/one": ((scene(replace(LAMP, attenuation=(1, 0, 1))), DULL), (scene(LAMP), DULL), "no light weakens"),
+    "position": ((scene(LAMP), DULL), (scene(SUN), DULL), "every light is directional"),
+    "local viewer": ((scene(LAMP), SHINY), (scene(LAMP), DULL), "no highlight is left"),
+    "local viewer/infinite": ((scene(LAMP), SHINY), (scene(LAMP, local_viewer=False), SHINY), "at infinity"),
+    "diffuse/off": ((scene(SUN), SHINY), (scene(replace(SUN, on=False)), SHINY), "no light reaches the mesh"),
+    "diffuse": ((scene(SUN), SHINY), (scene(SUN), replace(SHINY, diffuse=0.0)), "black diffuse colour"),
+    "two-sided": ((scene(SUN, two_sided=True), DULL), (scene(SUN), DULL), "one-sided"),
+    "two-sided/unlit": (
+        (scene(SUN, two_sided=True), DULL),
+        (scene(replace(SUN, on=False), two_sided=True), DULL),
+        "nothing depends on the normal",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", ON_AND_OFF)
+def test_each_effect_has_a_scene_that_turns_it_on_and_one_that_turns_it_off(case, mesh):
+    effect = case.split("/")[0]
+    on, off, reason = ON_AND_OFF[case]
+    assert ph.plan(mesh, *on).effects[effect].on
+    decision = ph.plan(mesh, *off).effects[effect]
+    assert not decision.on
+    assert re.search(reason, decision.why), decision.why
+    assert decision.bound == 0.0
+
+
+def test_what_is_off_for_want_of_a_light_says_so(mesh):
+    for dark in (replace(SPOT, on=False), replace(SPOT, direction=(0, 0, 1)), replace(SPOT, diffuse=0.0)):
+        plan = ph.plan(mesh, scene(replace(SUN, on=False), dark), SHINY)
+        for effect in ("diffuse", "specular", "attenuation", "position"):
+            assert plan.effects[effect].why == "no light reaches the mesh"
+
+
+def test_a_narrow_miss_of_the_cone_is_told_in_parts_of_a_degree(mesh):
+    off_axis = np.arcsin(np.sqrt(0.75) / 3) + np.radians(15 + 0.4)  # the box's sphere, the cone, and so much beside it
+    spot = replace(SPOT, direction=(0, np.sin(off_axis), -np.cos(off_axis)))
+    assert ph.plan(mesh, scene(spot), DULL).effects["lights"].why == "spot: mesh lies outside the cone by 0.4°"
+
+
+def test_ambient_light_says_whose_it_is(mesh):
+    lamp = replace(LAMP, ambient=0.5, attenuation=(0, 0, 1))
+    assert ph.plan(mesh, scene(lamp, ambient=0.0), DULL).effects["ambient"].why == "of lamp"
+    assert ph.plan(mesh, scene(lamp), DULL).effects["ambient"].why == "one constant for all vertices; of lamp"
+
+
+@pytest.mark.parametrize(
+    ("matrix", "on", "why"),
+    [
+        (None, False, "no matrix"),
+        (np.eye(4), False, "identity"),
+        (np.diag([1.0, 1.0, 1.0, 1.0]) + np.outer([1, 2, 3, 0], [0, 0, 0, 1]), False, "a translation"),
+        (np.diag([3.0, 3.0, 3.0, 1.0]), False, "a uniform scale"),
+        (np.diag([-3.0, -3.0, -3.0, 1.0]), True, "similar"),
+        (np.array([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]]), True, "rigid"),
+        (shear(), True, "general"),
+    ],
+)
+def test_normals_are_transformed_by_the_class_of_the_matrix(mesh, matrix, on, why):
+    decision = ph.plan(mesh, scene(SUN), DULL, matrix=matrix).effects["normal transform"]
+    assert decision.on is on
+    assert why in decision.why
+
+
+def run(equation, mesh, shade=reference.shade, precision=np.float64):
+    result = Shading(np.empty((mesh.n_points, 3), precision))
+    normals = np.asarray(mesh.point_data.active_normals)
+    assert shade(np.asarray(mesh.points), normals, equation, None, result) is not False, "it was declined"
+    return result.rgb
+
+
+EVALUATORS = [reference.shade] + ([kernel.shade] if kernel.is_available() else [])
+over_evaluators = pytest.mark.parametrize("shade", EVALUATORS, ids=lambda shade: shade.__module__.split(".")[-1])
+
+
+def bent(angle):
+    """A patch of a sphere around the origin, whose normals lie within an angle in degrees of z."""
+    return pv.Sphere(end_phi=angle)
+
+
+@over_evaluators
+@pytest.mark.parametrize("local_viewer", [True, False])
+@pytest.mark.parametrize("material", [DULL, SHINY])
+def test_no_normal_is_turned_where_all_face_the_viewer(material, local_viewer, shade):
+    model = ph.LightModel(two_sided=True, local_viewer=local_viewer)
+    above = ph.Scene(lights=[LAMP], viewer=ph.Viewer(position=(0, 0, 4)), light_model=model)
+    patch = bent(40)
+    plan = ph.plan(patch, above, material)
+    assert "no vertex faces away" in plan.effects["two-sided"].why
+    assert plan.error_bound == 0.0
+    assert plan.view_dependent  # from elsewhere, some may face away
+    left, whole = (run(equation, patch, shade) for equation in (plan.equation, assemble(above, material, None)))
+    np.testing.assert_array_equal(left, whole)
+
+
+QUARTER_TURN = np.array([[0.0, 0, 2, 5], [0, 2, 0, 6], [-2, 0, 0, 7], [0, 0, 0, 1]])  # z to x, and twice as large
+
+
+@over_evaluators
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_normals_are_known_to_face_the_viewer_where_a_matrix_turns_or_mirrors_them(side, shade):
+    model, matrix = ph.LightModel(two_sided=True), np.diag([side, 1.0, 1.0, 1.0]) @ QUARTER_TURN
+    seen = ph.Scene(lights=[LAMP], viewer=ph.Viewer(position=(side * 30, 6, 7)), light_model=model)
+    patch = bent(40)
+    plan = ph.plan(patch, seen, DULL, matrix=matrix)
+    assert "no vertex faces away" in plan.effects["two-sided"].why
+    left, whole = (run(equation, patch, shade) for equation in (plan.equation, assemble(seen, DULL, matrix)))
+    np.testing.assert_array_equal(left, whole)
+    behind = replace(seen, viewer=ph.Viewer(position=(side * -30, 6, 7)))
+    assert ph.plan(patch, behind, DULL, matrix=matrix).effects["two-sided"].on
+    assert ph.plan(patch, seen, DULL, matrix=matrix @ shear()).effects["two-sided"].on
+
+
+@pytest.mark.parametrize("seen", [bent(100), bent(40).flip_faces()])
+def test_normals_are_turned_where_some_face_away(seen):
+    below = ph.Viewer(position=(0, 0, -4))
+    for viewer in (below, ph.Viewer(position=(0, 0, 4))):
+        some_scene = ph.Scene(lights=[SUN], viewer=viewer, light_model=ph.LightModel(two_sided=True))
+        plan = ph.plan(seen, some_scene, DULL)
+        faces_viewer = (np.asarray(seen.point_data.active_normals) @ viewer.view_direction < 0).all()
+        assert plan.effects["two-sided"].on is not faces_viewer
+
+
+@over_evaluators
+@pytest.mark.parametrize(("precision", "step"), [(np.float32, 2.0**-24), (np.float64, 2.0**-53)])
+@pytest.mark.parametrize("case", ON_AND_OFF)
+@pytest.mark.parametrize("matrix", [None, np.eye(4), np.diag([2.0, 2.0, 2.0, 1.0]), shear()], ids=str)
+def test_what_is_left_out_exactly_changes_nothing_beyond_rounding(case, matrix, mesh, shade, precision, step):
+    for some_scene, material in ON_AND_OFF[case][:2]:
+        planned = ph.plan(mesh, some_scene, material, matrix=matrix)
+        left, whole = (
+            run(equation, mesh, shade, precision)
+            for equation in (planned.equation, assemble(some_scene, material, matrix))
+        )
+        np.testing.assert_allclose(left, whole, rtol=0, atol=8 * step)
+        assert planned.error_bound == 0.0
+
+
+def test_the_order_is_that_of_running_and_every_effect_is_decided(mesh):
+    plan = ph.plan(mesh, scene(SUN, SPOT), SHINY)
+    assert list(plan.effects) == [effect.name for effect in EFFECTS]
+
+
+@pytest.mark.parametrize(
+    ("some_scene", "material", "needs", "view_dependent"),
+    [
+        (scene(), DULL, set(), False),
+        (scene(SUN), DULL, {"normals"}, False),
+        (scene(LAMP), DULL, {"normals", "points"}, False),
+        (scene(SUN), SHINY, {"normals", "points", "viewer"}, True),
+        (scene(SUN, local_viewer=False), SHINY, {"normals", "viewer"}, True),
+        (scene(SUN, two_sided=True), DULL, {"normals", "points", "viewer"}, True),
+        (scene(replace(SUN, frame="headlight")), DULL, {"normals"}, True),
+        (scene(replace(SUN, frame="camera")), DULL, {"normals"}, True),
+        (scene(replace(SUN, frame="camera", on=False), LAMP), DULL, {"normals", "points"}, False),
+    ],
+)
+def test_a_plan_says_what_is_read_and_whether_the_view_matters(mesh, some_scene, material, needs, view_dependent):
+    plan = ph.plan(mesh, some_scene, material)
+    assert plan.needs == needs
+    assert plan.view_dependent is view_dependent
+
+
+def test_what_is_not_needed_is_not_read():
+    nothing = np.full((5, 3), np.nan)
+    normals = np.tile([0.0, 0.6, 0.8], (5, 1))
+    lit = ph.evaluate(nothing, normals, scene(SUN), DULL, precision="float64").rgb
+    np.testing.assert_array_equal(
+        lit, ph.evaluate(np.zeros((5, 3)), normals, scene(SUN), DULL, precision="float64").rgb
+    )
+
+
+FAR = [
+    (scene(ph.PointLight(position=(0, 0, 1e5), name="far")), SHINY, "position", "far: far away"),
+    (scene(ph.PointLight(position=(0, 0, 3), intensity=1e-4, name="weak")), SHINY, "lights", "weak: too weak"),
+    (scene(ph.PointLight(position=(0, 0, 1e3), attenuation=(0, 1e-3, 0))), DULL, "attenuation", "even over the mesh"),
+    (scene(ph.SpotLight(position=(0, 0, 1e3), cone_angle=10, exponent=3)), DULL, "cone", "even to"),
+    (replace(scene(SUN), viewer=ph.Viewer(position=(0, -1e5, 0))), SHINY, "local viewer", "far away"),
+    (scene(replace(SUN, specular=1e-4)), SHINY, "specular", "at most"),
+]
+
+
+@pytest.mark.parametrize(("some_scene", "material", "effect", "why"), FAR)
+def test_within_a_tolerance_what_hardly_matters_is_left_out_and_the_promise_kept(
+    mesh, some_scene, material, effect, why
+):
+    tolerance = 1 / 255
+    assert ph.plan(mesh, some_scene, material).effects[effect].on
+    plan = ph.plan(mesh, some_scene, material, tolerance=tolerance)
+    decision = plan.effects[effect]
+    assert not decision.on
+    assert why in decision.why
+    assert 0.0 < decision.bound <= plan.error_bound <= tolerance
+    error = np.abs(run(plan.equation, mesh) - run(assemble(some_scene, material, None), mesh)).max()
+    assert 0.0 < error <= plan.error_bound
+
+
+def test_highlights_that_cannot_reach_a_flat_mesh_are_left_out():
+    ground = pv.Plane(direction=(0, 0, 1)).compute_normals()
+    grazing = ph.Scene(
+        lights=[ph.DirectionalLight(direction=(-1, 0, -0.2))],
+        viewer=ph.Viewer(position=(5, 0, 20)),
+        light_model=ph.LightModel(reflection="blinn-phong"),
+    )
+    plan = ph.plan(ground, grazing, replace(SHINY, shininess=100), tolerance=1 / 255)
+    turned = ph.plan(
+        ground.rotate_y(-90),
+        grazing,
+        replace(SHINY, shininess=100),
+        matrix=pv.Transform().rotate_y(90).matrix,
+        tolerance=1 / 255,
+    )
+    assert not turned.effects["specular"].on
+    assert not plan.effects["specular"].on
+    assert plan.needs == {"normals"}
+
+
+def test_lights_that_are_off_or_black_take_no_share_of_the_tolerance(mesh):
+    far = ph.PointLight(position=(0, 0, 1000))
+    delta = float(np.sqrt(0.75)) / 1000  # the box's sphere, seen from the light
+    tolerance = 2.01 * 0.7 * delta  # the approximation's share is half of it
+    for others in ((), (replace(far, on=False),) * 3, (replace(far, diffuse=0.0),) * 3):
+        assert not ph.plan(mesh, scene(far, *others), DULL, tolerance=tolerance).effects["position"].on
+    assert ph.plan(mesh, scene(far, far), DULL, tolerance=tolerance).effects["position"].on
+
+
+def test_several_approximations_add_up_to_at_most_the_tolerance(mesh):
+    many = scene(*(ph.PointLight(position=(k, 0, 2e3), attenuation=(1, 1e-4, 0)) for k in range(9)))
+    plan = ph.plan(mesh, many, SHINY, tolerance=0.02)
+    assert sum(decision.bound for decision in plan.effects.values()) <= plan.error_bound * (1 + 1e-12) <= 0.02
+    assert plan.error_bound > 0.002
+
+
+def test_no_approximation_is_taken_where_a_point_is_not_finite(mesh):
+    broken = mesh.copy()
+    broken.points[7] = np.nan
+    plan = ph.plan(broken, FAR[0][0], SHINY, tolerance=1 / 255)
+    assert plan.effects["position"].on
+    assert plan.error_bound == 0.0
+
+
+def test_what_is_left_out_for_this_viewer_is_planned_anew_for_the_next_one():
+    patch, sun = pv.Plane(), replace(SUN, direction=(0, 0, -1))
+    aside = ph.Scene(lights=[sun], viewer=ph.Viewer(position=(9, 0, 0.1)))
+    plan = ph.plan(patch, aside, replace(SHINY, shininess=300), tolerance=1 / 255)
+    assert not plan.effects["specular"].on
+    assert not plan.equation.has_highlights
+    assert plan.view_dependent
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 1 / 255])
+@pytest.mark.parametrize(
+    "riding",
+    [
+        ph.SpotLight(frame="camera", cone_angle=10),
+        ph.SpotLight(frame="headlight", cone_angle=10, exponent=0),
+        ph.PointLight(frame="headlight", attenuation=(0, 0, 1)),
+        replace(SUN, frame="camera"),
+    ],
+)
+def test_a_light_that_rides_along_makes_the_colours_depend_on_the_viewer(riding, tolerance, mesh):
+    def seen(position, focal_point):
+        viewer = ph.Viewer(position=position, focal_point=focal_point, up=(0, 1, 0))
+        return ph.Scene(lights=[riding], viewer=viewer)
+
+    away, towards = seen((0, 0, 500), (0, 0, 900)), seen((0, 0, 5), (0, 0, 0))
+    assert ph.plan(mesh, away, DULL, tolerance=tolerance).view_dependent
+    dark, bright = (ph.evaluate(mesh.points, mesh.points, s, DULL).rgb for s in (away, towards))
+    assert np.abs(bright - dark).max() > 0.02
+    assert not ph.plan(mesh, replace(away, lights=[replace(riding, diffuse=0.0)]), DULL).view_dependent
+
+
+@pytest.mark.parametrize("length", [1e-323, 1e-200, 1.0, 1e308])
+def test_a_spot_lights_axis_may_have_any_length(length, mesh):
+    axis = np.array([1.0, 1.0, -1.0])
+    spot = ph.SpotLight(position=tuple(-3 * axis), direction=tuple(axis * length), cone_angle=30, exponent=0)
+    assert "inside the cone" in ph.plan(mesh, scene(spot), DULL).effects["cone"].why
+
+
+def test_a_highlight_too_weak_for_any_viewer_leaves_the_plan_independent_of_him(mesh):
+    plan = ph.plan(mesh, scene(replace(SUN, specular=1e-5)), SHINY, tolerance=1 / 255)
+    assert plan.needs == {"normals"}
+    assert not plan.view_dependent
+
+
+def test_a_plan_cannot_be_changed_by_its_reader_or_by_the_matrix_it_was_made_for(mesh):
+    matrix = shear()
+    plan = ph.plan(mesh, scene(SUN), DULL, matrix=matrix)
+    with pytest.raises(TypeError):
+        plan.effects["ambient"] = None
+    matrix[0, 1] = 7.0
+    np.testing.assert_array_equal(plan.equation.matrix, shear())
+
+
+@pytest.mark.parametrize("matrix", [np.eye(4), np.diag([2.0, 2.0, 2.0, 1.0])], ids=str)
+def test_a_matrix_that_turns_no_normal_hides_no_omission(matrix):
+    above = ph.Viewer(position=(0, 0, 9))
+    some_scene = ph.Scene(lights=[SUN], viewer=above, light_model=ph.LightModel(two_sided=True))
+    assert not ph.plan(bent(40), some_scene, DULL, matrix=matrix).effects["two-sided"].on
+
+
+def test_the_values_of_lights_are_no_part_of_which_effects_run(mesh):
+    before = ph.plan(mesh, scene(LAMP), SHINY)
+    after = ph.plan(mesh, scene(replace(LAMP, position=(1, 2, 3), diffuse="orange", intensity=0.3)), SHINY)
+    assert {name: d.on for name, d in before.effects.items()} == {name: d.on for name, d in after.effects.items()}
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda plan: pickle.loads(pickle.dumps(plan))])
+def test_a_plan_can_be_copied_and_sent(copied, mesh):
+    plan = mesh.phong.plan(scene(SUN, SPOT), SHINY, matrix=shear())
+    other = copied(plan)
+    assert other.explain() == plan.explain()
+    assert other.effects == plan.effects
+    with pytest.raises(TypeError):
+        other.effects["cone"] = None
+
+
+def test_explain_is_a_table_for_people(mesh):
+    text = mesh.phong.plan(scene(SUN, replace(SPOT, direction=(0, 0, 1))), DULL).explain()
+    for part in (
+        "exact: tolerance 0",
+        "off  black specular colour",
+        "sun (left out: spot: mesh lies outside",
+        "estimates for the compiled evaluator in float32 on one core",
+        "It reads normals",
+        "do not change",
+    ):
+        assert part in text
+    # one sun without highlights: 0.5 to read the normals and 0.2 for the light
+    assert re.search(r"diffuse +on .*normals +0\.7", text)
+    assert re.search(r"sum +0 +0\.7\n", text)
+    assert text == "".join(f"{line.rstrip()}\n" for line in text.splitlines())
+    assert text.splitlines()[-1].endswith("the colours do not change when the viewer moves.")
+
+
+def test_explain_says_what_error_was_taken_of_what_was_allowed(mesh):
+    plan = mesh.phong.plan(FAR[0][0], SHINY, tolerance=0.004)
+    assert f"error bound {plan.error_bound:.3g}, tolerance 0.004\n" in plan.explain()
+    costs = [effect.nanoseconds(plan.effects[effect.name]) for effect in EFFECTS]
+    assert re.search(rf"sum +{plan.error_bound:.2g} +{sum(costs):.1f}\n", plan.explain())
+
+
+def test_explain_shows_names_as_they_are(mesh):
+    assert "[b]lamp :sun:" in mesh.phong.plan(scene(replace(LAMP, name="[b]lamp :sun:")), DULL).explain()
+
+
+def test_lights_that_share_a_name_or_have_none_are_told_apart(mesh):
+    names = ["sun", "sun", "", "lamp", "light 2"]
+    lights = [replace(SUN, name=name, on=index != 1) for index, name in enumerate(names)]
+    why = ph.plan(mesh, scene(*lights), DULL).effects["lights"].why
+    assert why == "light 0, light 2, lamp, light 4 (left out: light 1: switched off)"
+
+
+MESH_OR_POINTS = r"^mesh_or_points must be a mesh or an \(n, 3\) array of real numbers"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "options", "message"),
+    [
+        (([1, 2, 3], scene(), DULL), {}, rf"{MESH_OR_POINTS}; got an array of shape \(3,\)"),
+        ((None, scene(), DULL), {}, f"{MESH_OR_POINTS}; got None"),
+        (("mesh.vtp", scene(), DULL), {}, f"{MESH_OR_POINTS}; got mesh.vtp"),
+        (
+            (pv.MultiBlock([pv.Sphere(), None]), scene(), DULL),
+            {},
+            rf"{MESH_OR_POINTS}; got a MultiBlock of 2\. blocks\.phong\.plan\(\.\.\.\) plans each",
+        ),
+        (
+            (vtk.vtkPolyData(), scene(), DULL),
+            {},
+            rf"{MESH_OR_POINTS}; got a vtkPolyData\. pyvista\.wrap\(\.\.\.\) makes",
+        ),
+        ((np.zeros((2, 3)), "dark", DULL), {}, "scene must be a Scene"),
+        ((np.zeros((2, 3)), scene(), "gold"), {}, "material must be a Material"),
+        ((np.zeros((2, 3)), scene(), DULL), {"tolerance": -1}, "tolerance must be a finite number >= 0"),
+        ((np.zeros((2, 3)), scene(), DULL), {"matrix": np.zeros((4, 4))}, "matrix must be"),
+    ],
+)
+def test_bad_arguments(arguments, options, message):
+    with pytest.raises(ValueError, match=message):
+        ph.plan(*arguments, **options)

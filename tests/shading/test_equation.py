@@ -1,0 +1,211 @@
+"""From a scene and a material to the equation, in both conventions."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pvphong import evaluate
+from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
+from pvphong.optics.material import Material
+from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.viewer import Viewer
+from pvphong.shading.equation import BRIGHTEST, assemble
+
+MATERIAL = Material(ambient=(0.1, 0.2, 0.3), diffuse=0.5, specular=0.25, shininess=500, emission=(0.0, 0.01, 0.02))
+VIEWER = Viewer(position=(0, 0, 4))
+VTK = LightModel.vtk()
+
+
+def equation(*lights, model=None, material=MATERIAL, viewer=VIEWER, matrix=None):
+    scene = Scene(lights=lights, viewer=viewer, light_model=LightModel() if model is None else model)
+    return assemble(scene, material, matrix)
+
+
+def colors(term):
+    """A term's colours with their gain put back."""
+    return [tuple(c * term.gain for c in color) for color in (term.ambient, term.diffuse, term.specular)]
+
+
+# --- the standard convention ---
+
+
+def test_what_is_there_without_light():
+    bare = equation(model=LightModel(ambient=(1.0, 0.5, 0.0)))
+    assert bare.ambient == (0.1, 0.2 * 0.5, 0.0)
+    assert bare.emission == (0.0, 0.01, 0.02)
+    assert bare.terms == ()
+
+
+def test_terms_are_the_lights_that_are_on_in_their_order():
+    lights = [PointLight(on=False), DirectionalLight(), SpotLight(on=False), PointLight(position=(1, 2, 3))]
+    terms = equation(*lights).terms
+    assert [term.index for term in terms] == [1, 3]
+    assert [term.light for term in terms] == [lights[1], lights[3]]
+
+
+def test_terms_are_in_world_coordinates():
+    head, riding = equation(DirectionalLight(frame="headlight"), PointLight(position=(0, 0, -1), frame="camera")).terms
+    assert head.light.direction == (0.0, 0.0, -1.0)
+    assert riding.light.position == (0.0, 0.0, 3.0)
+
+
+def test_colours_are_light_times_material_times_intensity():
+    light = PointLight(diffuse=(1, 0.5, 0.25), specular=(0.0, 1.0, 2.0), ambient=(0.5, 1, 0), intensity=2)
+    ambient, diffuse, specular = colors(equation(light).terms[0])
+    assert ambient == pytest.approx((0.1, 0.4, 0.0), rel=1e-15)
+    assert diffuse == (1.0, 0.5, 0.25)
+    assert specular == (0.0, 0.5, 1.0)
+
+
+def test_highlights_have_the_lights_diffuse_colour_unless_told():
+    _, _, specular = colors(equation(PointLight(diffuse=(1, 0.5, 0))).terms[0])
+    assert specular == (0.25, 0.125, 0.0)
+
+
+@pytest.mark.parametrize("intensity", [0.0, 5e-324, 1e-30, 0.3, 1.0, 1e20, 1e30, 1e300])
+def test_gain_is_a_power_of_two_that_leaves_colours_up_to_one(intensity):
+    term = equation(PointLight(diffuse=(1, 0.3, 0), intensity=intensity)).terms[0]
+    assert np.frexp(term.gain)[0] == 0.5
+    assert 0 < term.gain < np.inf
+    assert max(*term.ambient, *term.diffuse, *term.specular) <= 1.0
+    assert max(term.diffuse) * term.gain == 0.5 * intensity
+
+
+def test_no_colour_is_beyond_the_brightest():
+    material = Material(ambient=1e308, diffuse=1e308, specular=1e308, emission=1e308)
+    bright = equation(
+        DirectionalLight(diffuse=1e308, ambient=1e308, intensity=1e308),
+        model=LightModel(ambient=1e308),
+        material=material,
+    )
+    assert bright.ambient == bright.emission == (BRIGHTEST,) * 3
+    assert colors(bright.terms[0]) == [(2.0**1000,) * 3] * 3
+
+
+def test_a_light_may_be_as_bright_as_it_is_far_away():
+    far = PointLight(position=(0, 0, 1e20), attenuation=(0, 0, 1), intensity=1e40)
+    lit = evaluate(np.zeros((1, 3)), [[0, 0, 1]], Scene([far]), Material(ambient=0, diffuse=0.5), precision="float64")
+    np.testing.assert_allclose(lit.rgb, 0.5, rtol=1e-15)
+
+
+def test_the_standard_convention_has_no_floor_and_no_limit():
+    for light in (DirectionalLight(frame="headlight"), SpotLight(exponent=1000, cone_angle=90)):
+        standard = equation(light)
+        assert (standard.shininess, standard.cosine_floor, standard.headlight_only) == (500.0, 0.0, False)
+    assert standard.terms[0].light == light
+
+
+@pytest.mark.parametrize(
+    ("local_viewer", "parallel", "eye"),
+    [(True, False, (0.0, 0.0, 4.0)), (False, False, None), (True, True, None), (False, True, None)],
+)
+def test_the_eye_counts_where_the_viewer_is_local(local_viewer, parallel, eye):
+    viewer = dataclasses.replace(VIEWER, parallel=parallel)
+    result = equation(model=LightModel(local_viewer=local_viewer), viewer=viewer)
+    assert result.eye == eye
+    assert result.to_eye == (0.0, 0.0, 1.0)
+    assert result.local_facing is (eye is not None)
+
+
+@pytest.mark.parametrize("field", ["two_sided", "clamp"])
+def test_flags_are_passed_on(field):
+    for value in (True, False):
+        assert getattr(equation(model=LightModel(**{field: value})), field) is value
+    assert equation(model=LightModel(reflection="blinn-phong")).reflection == "blinn-phong"
+
+
+# --- VTK's convention ---
+
+
+def test_vtks_ambient_is_the_materials_whatever_the_light():
+    lit = equation(PointLight(ambient="white"), model=dataclasses.replace(VTK, ambient=0.5))
+    assert lit.ambient == (0.1, 0.2, 0.3)
+    assert lit.terms[0].ambient == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("lights", [[], [PointLight(on=False), SpotLight(on=False)]])
+def test_vtk_draws_unlit_without_any_light(lights):
+    unlit = equation(*lights, model=VTK)
+    assert unlit.ambient == pytest.approx((0.6, 0.7, 0.8), rel=1e-15)
+    assert unlit.emission == (0.0, 0.01, 0.02)
+
+
+def test_vtk_draws_black_with_a_light_of_intensity_0():
+    assert equation(PointLight(intensity=0), model=VTK).ambient == (0.1, 0.2, 0.3)
+
+
+def test_vtk_lights_highlights_with_the_diffuse_colour():
+    term = equation(PointLight(diffuse=(1, 0.5, 0), specular="blue"), model=VTK).terms[0]
+    assert colors(term)[2] == (0.25, 0.125, 0.0)
+
+
+def test_vtks_exponents_end_at_128():
+    result = equation(SpotLight(exponent=1000), model=VTK)
+    assert result.shininess == 128.0
+    assert result.terms[0].light.exponent == 128.0
+    dull = equation(SpotLight(exponent=3), model=VTK, material=Material(shininess=7))
+    assert (dull.shininess, dull.terms[0].light.exponent) == (7.0, 3.0)
+
+
+def test_vtks_cone_of_90_degrees_is_none():
+    wide = SpotLight(position=(1, 2, 3), cone_angle=90, exponent=5, attenuation=(1, 2, 3), diffuse=0.5, intensity=2)
+    light = equation(wide, model=VTK).terms[0].light
+    assert isinstance(light, PointLight)
+    assert (light.position, light.attenuation) == (wide.position, wide.attenuation)
+    assert isinstance(equation(SpotLight(cone_angle=89.9), model=VTK).terms[0].light, SpotLight)
+
+
+@pytest.mark.parametrize(
+    ("lights", "headlight_only"),
+    [
+        ([DirectionalLight(frame="headlight")], True),
+        ([DirectionalLight(on=False), DirectionalLight(frame="headlight")], True),
+        ([PointLight(on=False), DirectionalLight(frame="headlight")], False),  # VTK counts it all the same
+        ([DirectionalLight(frame="headlight"), DirectionalLight(frame="headlight")], False),
+        ([DirectionalLight(frame="headlight"), PointLight(intensity=0)], False),
+        ([PointLight(frame="headlight")], False),
+        ([DirectionalLight(frame="camera")], False),
+        ([DirectionalLight()], False),
+        ([], False),
+    ],
+)
+def test_vtks_first_tier_is_one_directional_headlight(lights, headlight_only):
+    result = equation(*lights, model=VTK)
+    assert result.headlight_only is headlight_only
+    assert result.cosine_floor == (1e-6 if headlight_only else 1e-5)
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+def test_vtks_viewer_is_local_even_in_parallel_projection(parallel):
+    result = equation(model=VTK, viewer=dataclasses.replace(VIEWER, parallel=parallel))
+    assert result.eye == (0.0, 0.0, 4.0)
+    assert result.local_facing is not parallel
+
+
+# --- what the equation needs ---
+
+DULL = Material(specular=0)
+SHINY = Material(specular=0.5)
+AMBIENT = Material(diffuse=0)
+
+
+@pytest.mark.parametrize(
+    ("lights", "model", "material", "normals", "eye", "points"),
+    [
+        ([], LightModel(), SHINY, False, False, False),
+        ([DirectionalLight()], LightModel(), DULL, True, False, False),
+        ([DirectionalLight()], LightModel(), SHINY, True, True, True),
+        ([DirectionalLight()], LightModel(local_viewer=False), SHINY, True, False, False),
+        ([DirectionalLight()], LightModel(two_sided=True), DULL, True, True, True),
+        ([DirectionalLight()], LightModel(two_sided=True, local_viewer=False), DULL, True, False, False),
+        ([PointLight()], LightModel(), DULL, True, False, True),
+        ([PointLight(ambient=1)], LightModel(two_sided=True), AMBIENT, False, False, True),
+        ([DirectionalLight(diffuse=0, specular=0)], LightModel(), SHINY, False, False, False),
+        ([DirectionalLight(frame="headlight")], VTK, SHINY, True, True, True),
+        ([DirectionalLight(frame="headlight")], LightModel.vtk(two_sided=False), SHINY, True, False, False),
+    ],
+)
+def test_needs(lights, model, material, normals, eye, points):
+    result = equation(*lights, model=model, material=material)
+    assert (result.needs_normals, result.needs_eye, result.needs_points) == (normals, eye, points)

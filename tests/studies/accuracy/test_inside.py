@@ -1,0 +1,66 @@
+"""Refined meshes of a report on accuracy and time."""
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong.studies.accuracy.inside import ADAPTIVE, AS_IT_IS, Triangles, inside, split
+from pvphong.studies.accuracy.subject import Subject
+from pvphong.studies.accuracy.timing import Clock
+
+SCENE = ph.Scene([ph.PointLight(position=(1, 0.5, 2))], ph.Viewer(position=(0, 0, 3)))
+SHINY = ph.Material(specular=0.4, shininess=30)
+
+
+def refined(tolerance, seconds=20.0, scene=SCENE, mesh=None):
+    """Meshes by name, errors of the triangles that were searched, and what is left out."""
+    mesh = mesh or pv.Sphere(theta_resolution=12, phi_resolution=12)
+    subject = Subject(mesh.points, mesh.point_data.active_normals, scene, SHINY, None)
+    found, errors, left_out = inside(mesh, subject, tolerance, 1e-4, Clock(seconds))
+    return {one.name: one for one in found}, errors, left_out
+
+
+def test_it_is_refined_to_the_tolerance():
+    found, errors, left_out = refined(0.02)
+    assert found[ADAPTIVE].note == "reached the tolerance"
+    assert found[ADAPTIVE].errors.largest <= 0.02 < errors.max()
+    assert found[AS_IT_IS].errors.largest == errors.max()
+    assert ADAPTIVE not in left_out
+
+
+def test_a_mesh_within_the_tolerance_is_not_refined_for_it():
+    found, errors, left_out = refined(0.9)
+    assert errors.max() < 0.9
+    assert ADAPTIVE not in found
+    assert left_out[ADAPTIVE] == "the mesh as it is, is within the tolerance"
+
+
+def test_without_time_meshes_are_left_out_and_few_triangles_searched():
+    large = pv.Sphere(theta_resolution=100, phi_resolution=100)
+    found, errors, left_out = refined(0.001, seconds=1e-3, mesh=large)
+    assert list(found) == [AS_IT_IS]
+    assert len(errors) == 2000 < large.n_cells
+    assert found[AS_IT_IS].note == f"searched in 2000 of {large.n_cells} triangles"
+    assert set(left_out) == {ADAPTIVE, "refined 1×", "refined 2×", "refined 3×"}
+    whole = large.phong.interpolation_error(SCENE, SHINY)["phong_interpolation_error"]
+    assert set(errors.round(12)) <= set(whole.round(12))
+
+
+def test_split_triangles_share_their_new_points_and_lie_where_they_did():
+    mesh = pv.Sphere(theta_resolution=12, phi_resolution=10)
+    start = Triangles(
+        np.asarray(mesh.points), np.asarray(mesh.point_normals), mesh.regular_faces, np.arange(float(mesh.n_cells))
+    )
+    points, normals, corners, weights = split(start)
+    fine = pv.PolyData.from_regular_faces(points, corners)
+    assert fine.n_points == mesh.n_points + mesh.extract_all_edges().n_cells
+    assert fine.n_cells == 4 * mesh.n_cells
+    assert fine.is_manifold
+    assert fine.n_open_edges == 0
+    assert fine.area == pytest.approx(mesh.area, rel=1e-6)
+    assert fine.volume == pytest.approx(mesh.volume, rel=1e-6)  # orientations are kept
+    np.testing.assert_array_equal(points[: mesh.n_points], mesh.points)
+    centers = (normals[corners].mean(axis=1)).reshape(-1, 4, 3).mean(axis=1)
+    np.testing.assert_allclose(centers, mesh.point_normals[mesh.regular_faces].mean(axis=1), atol=1e-6)
+    np.testing.assert_array_equal(weights, np.repeat(start.weights, 4))

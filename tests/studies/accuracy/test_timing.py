@@ -1,0 +1,108 @@
+"""Time budgets, and runs that are measured in turns, on a clock that only runs do move."""
+
+import numpy as np
+import pytest
+
+from pvphong.studies.accuracy import timing
+from pvphong.studies.accuracy.timing import Clock, fitting, interleaved, repeats
+
+
+class Watch:
+    """Seconds that runs take, by their own account."""
+
+    def __init__(self):
+        self.now = 0.0
+        self.calls = []
+
+    def __call__(self):
+        return self.now
+
+    def run(self, name, *durations):
+        """A run that takes these seconds in turn."""
+        count = 0
+
+        def running():
+            nonlocal count
+            self.calls.append(name)
+            self.now += durations[count % len(durations)]
+            count += 1
+
+        return running
+
+
+@pytest.fixture
+def watch(monkeypatch):
+    made = Watch()
+    monkeypatch.setattr(timing, "perf_counter", made)
+    return made
+
+
+def test_a_part_of_a_budget_reports_to_the_whole(watch):
+    said = []
+    clock = Clock(10.0, lambda part, what: said.append((part, what)))
+    part = clock.part(4.0)
+    watch.now = 5.0
+    part.say("it")
+    assert said == [(0.5, "it")]
+    assert (part.left, clock.left) == (-1.0, 5.0)
+
+
+def test_runs_take_turns_and_stop_in_time(watch):
+    said = []
+    clock = Clock(1.0, lambda part, what: said.append((part, what)))
+    runs = {"a": watch.run("a", 0.02), "b": watch.run("b", 0.03)}
+    times = interleaved(runs, {"a": 0.02, "b": 0.03}, clock)
+    np.testing.assert_allclose(times["a"], 0.02)
+    np.testing.assert_allclose(times["b"], 0.03)
+    assert 0.0 <= clock.left < 0.1
+    rounds = [tuple(watch.calls[start : start + 2]) for start in range(0, len(watch.calls), 2)]
+    assert set(rounds) == {("a", "b"), ("b", "a")}
+    assert len(rounds) == len(times["a"]) >= 15
+    assert said[0] == (0.0, "round 1")
+    assert all(0.0 <= part <= 1.0 for part, _ in said)
+
+
+def test_slow_runs_take_turns_less_often_and_evenly(watch):
+    seconds = {"quick": 0.05, "quicker": 0.04, "slow": 0.5}
+    clock = Clock(5.5)
+    times = interleaved({name: watch.run(name, taken) for name, taken in seconds.items()}, seconds, clock)
+    assert clock.left >= 0.0
+    assert len(times["quick"]) == len(times["slow"])
+    assert np.isfinite(times["quick"]).all()
+    turns = np.flatnonzero(np.isfinite(times["slow"]))
+    assert 5 <= len(turns) < len(times["quick"])
+    assert turns[0] == 0
+    assert np.ptp(np.diff(turns)) <= 1
+
+
+def test_a_machine_that_slows_down_costs_rounds_and_not_the_budget(watch):
+    runs = {"a": watch.run("a", 0.1, 0.4), "b": watch.run("b", 0.4)}
+    clock = Clock(8.0)
+    times = interleaved(runs, {"a": 0.1, "b": 0.1}, clock)
+    assert 0.0 <= clock.left < 1.0
+    assert len(times["a"]) < repeats({"a": 0.1, "b": 0.1}, 8.0)["a"]
+
+
+def test_a_short_run_is_sampled_by_the_least_of_some(watch):
+    times = interleaved({"a": watch.run("a", 0.05, 0.001)}, {"a": 1e-3}, Clock(1.0))
+    np.testing.assert_allclose(times["a"], 0.001)
+
+
+def test_there_is_always_one_round(watch):
+    assert len(interleaved({"a": watch.run("a", 1.0)}, {"a": 1.0}, Clock(1e-9))["a"]) == 1
+
+
+def test_repeats_fill_the_time_and_no_more():
+    costs = {"quick": 0.1, "quicker": 0.05, "as quick": 0.1, "slow": 0.8, "slower": 1.0}
+    found = repeats(costs, 20.0)
+    assert found["quick"] == found["quicker"] == found["as quick"] > found["slow"] == found["slower"] >= 5
+    assert 18.0 <= sum(found[name] * cost for name, cost in costs.items()) <= 20.0
+    assert set(repeats(costs, 0.0).values()) == {5}
+    assert set(repeats(costs, 1e6).values()) == {51}
+
+
+def test_the_slowest_go_first_and_what_is_needed_stays():
+    estimates = {"reference": 5.0, "slow": 2.0, "quick": 0.1, "quicker": 0.01}
+    assert fitting(estimates, {"reference"}, 100.0) == set(estimates)
+    assert fitting(estimates, {"reference"}, 26.0) == {"reference", "quick", "quicker"}
+    assert fitting(estimates, {"reference"}, 1.0) == {"reference"}

@@ -1,0 +1,99 @@
+"""What a plotter's own methods write is without gizmos, unless they are asked for."""
+
+import base64
+import gc
+import json
+import re
+import weakref
+from hashlib import sha256
+from zipfile import ZipFile
+
+import numpy as np
+import pytest
+import pyvista as pv
+from served import Server
+
+import pvphong  # noqa: F401 registers plotter.phong wherever PyVista's own discovery is not installed
+from pvphong.optics.lights import PointLight
+
+
+@pytest.fixture
+def plotter():
+    shown = pv.Plotter(off_screen=True, window_size=(200, 150), lighting="none")
+    shown.phong.add_light(PointLight(position=(0.4, -0.4, 0.4), attenuation=(1, 0, 1)))
+    shown.phong.add_mesh(pv.Sphere())
+    shown.show(auto_close=False)
+    yield shown
+    shown.close()
+
+
+def test_a_screenshot_is_without_gizmos(plotter, tmp_path):
+    clean = plotter.screenshot(return_img=True)
+    plotter.phong.add_gizmos()
+    plotter.render()
+    np.testing.assert_array_equal(plotter.screenshot(tmp_path / "a.png", return_img=True), clean)
+    np.testing.assert_array_equal(pv.read(tmp_path / "a.png").active_scalars.reshape(150, 200, 3)[::-1], clean)
+    assert (plotter.image != clean).any()  # in the window they are back
+
+
+def test_an_option_shows_them(plotter):
+    clean = plotter.screenshot(return_img=True)
+    plotter.phong.add_gizmos(in_screenshots=True)
+    assert (plotter.screenshot(return_img=True) != clean).any()
+
+
+def test_a_screenshot_before_the_first_frame():
+    shown = pv.Plotter(off_screen=True, window_size=(200, 150), lighting="none")
+    shown.phong.add_light(PointLight(position=(0.4, -0.4, 0.4)))
+    shown.phong.add_mesh(pv.Sphere())
+    shown.phong.add_gizmos()
+    image = shown.screenshot(return_img=True)
+    shown.phong.remove_gizmos()
+    np.testing.assert_array_equal(image, shown.screenshot(return_img=True))
+    shown.close()
+
+
+def test_exports_are_without_gizmos(plotter, tmp_path):
+    plotter.export_obj(tmp_path / "clean.obj")
+    plotter.export_gltf(tmp_path / "clean.gltf")
+    plotter.phong.add_gizmos()
+    plotter.render()
+    plotter.export_obj(tmp_path / "with.obj")
+    plotter.export_gltf(tmp_path / "with.gltf")
+    assert (tmp_path / "with.obj").read_text().replace("with", "clean") == (tmp_path / "clean.obj").read_text()
+    assert (tmp_path / "with.gltf").read_text() == (tmp_path / "clean.gltf").read_text()
+
+
+def test_what_trame_exports_is_without_gizmos_and_lit(tmp_path):
+    pytest.importorskip("trame_pyvista", reason="PyVista exports web pages only with the package trame-pyvista")
+    server = Server("remote")
+    colors = server.ask(f"export {tmp_path}")["colors"]
+    assert server.close() == 0
+    assert b"</html>" in (tmp_path / "ball.html").read_bytes()
+    with ZipFile(tmp_path / "ball.vtksz") as archive:
+        exported = json.loads(archive.read("index.json"))
+    kinds = set(re.findall(r'"type": "(vtk\w+)"', json.dumps(exported["scene"])))
+    assert "vtkOpenGLActor" in kinds
+    assert not [kind for kind in kinds if "2D" in kind or "Text" in kind]
+    arrays = [base64.b64decode(array["content"]) for array in exported["hashes"].values()]
+    assert colors in [sha256(array).hexdigest() for array in arrays]
+
+
+def test_the_plotters_own_methods_come_back_at_the_end(plotter):
+    ours = {"screenshot", "save_graphic", "export_obj", "export_gltf", "export_vrml"}
+    assert vars(plotter).keys() > ours
+    assert plotter.screenshot.__doc__ == pv.Plotter.screenshot.__doc__
+    plotter.close()
+    assert not vars(plotter).keys() & ours
+
+
+def test_a_plotter_is_let_go_with_its_gizmos():
+    shown = pv.Plotter(off_screen=True, window_size=(200, 150))
+    shown.phong.add_mesh(pv.Sphere())
+    shown.phong.add_gizmos()
+    shown.screenshot()
+    watched = weakref.ref(shown)
+    shown.close()
+    del shown
+    gc.collect()
+    assert watched() is None

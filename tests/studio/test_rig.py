@@ -1,0 +1,189 @@
+"""Lights of a renderer: undone to the bit, put back where they were, saved as a rig."""
+
+import dataclasses
+
+import pytest
+import pyvista as pv
+import vtk
+
+from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
+from pvphong.scene.scene import Scene
+from pvphong.studio.rig import Rig
+
+LAMP = PointLight(position=(0.1, 0.2, 1 / 3), diffuse=(0.3, 1 / 3, 0.7), attenuation=(1, 0.1, 0.01), name="lamp")
+SPOT = SpotLight(position=(1, 2, 3), direction=(-1, -2, -2.9), cone_angle=17.3, exponent=300.5, name="spot")
+SUN = DirectionalLight(direction=(-1, -2, -3), name="sun")
+
+
+@pytest.fixture
+def renderer():
+    plotter = pv.Plotter(off_screen=True, window_size=(32, 32), lighting="none")
+    yield plotter.renderer
+    plotter.close()
+
+
+@pytest.fixture
+def rig(renderer):
+    return Rig(renderer)
+
+
+def raw(light):
+    """All that VTK knows of a light, by its own getters."""
+    return {name: getattr(light, name)() for name in dir(light) if name.startswith("Get") and _is_state(name)}
+
+
+def _is_state(name):
+    parts = ("Color", "Position", "FocalPoint", "Intensity", "Switch", "Cone", "Exponent", "AttenuationValues", "Type")
+    return name.endswith(parts) or name in ("GetPositional", "GetConeAngle")
+
+
+def lights_of_pyvista():
+    turned = pv.Transform().rotate_x(30).translate((1, 2, 3)).matrix
+    return {
+        "scene": pv.Light(position=(1, 2, 3), focal_point=(0.1, 0, 0), color=(0.3, 0.5, 0.7), light_type="scene light"),
+        "spot": pv.Light(position=(1, 2, 3), positional=True, cone_angle=20, exponent=7, light_type="scene light"),
+        "point": pv.Light(position=(1, 2, 3), focal_point=(5, 6, 7), positional=True, cone_angle=123),
+        "camera": pv.Light(position=(1, 2, 3), light_type="camera light"),
+        "headlight": pv.Light(light_type="headlight"),
+        "transformed": _with_matrix(turned),
+    }
+
+
+def _with_matrix(matrix):
+    light = pv.Light(position=(1, 2, 3), positional=True, cone_angle=35)
+    light.transform_matrix = matrix
+    return light
+
+
+@pytest.mark.parametrize("kind", lights_of_pyvista())
+@pytest.mark.parametrize("value", [LAMP, SPOT, SUN])
+def test_restoring_is_exact_to_the_bit(rig, kind, value):
+    light = lights_of_pyvista()[kind]
+    handle = rig.add(light)
+    before, matrix = raw(light), light.GetTransformMatrix()
+    elements, value_before = None if matrix is None else matrix.GetData(), handle.light(rig.viewer)
+    state = rig.state
+    handle.set(value, rig.viewer)
+    assert handle.light(rig.viewer) == value
+    now = rig.state
+    rig.turn(now, state)
+    assert raw(light) == before
+    assert light.GetTransformMatrix() is matrix
+    assert elements is None or matrix.GetData() == elements
+    assert handle.light(rig.viewer) == value_before
+    rig.turn(state, now)
+    assert handle.light(rig.viewer) == value
+
+
+def test_what_pvphong_alone_knows_comes_back_too(rig):
+    handle = rig.add(SPOT)
+    state = rig.state
+    handle.set(dataclasses.replace(SPOT, name="other", exponent=2), rig.viewer)
+    rig.turn(rig.state, state)
+    assert rig.lights == (SPOT,)
+    assert rig.find("spot") is handle
+
+
+def test_a_moved_light_of_pyvista_keeps_what_does_not_matter(rig):
+    light = lights_of_pyvista()["point"]
+    handle = rig.add(light)
+    handle.set(dataclasses.replace(handle.light(rig.viewer), position=(9, 8, 7)), rig.viewer)
+    assert light.position == (9, 8, 7)
+    assert (light.focal_point, light.cone_angle) == ((5, 6, 7), 123)
+    sun = lights_of_pyvista()["scene"]
+    handle = rig.add(sun)
+    handle.set(dataclasses.replace(handle.light(rig.viewer), direction=(0, 0, -2)), rig.viewer)
+    assert (sun.position, sun.focal_point) == ((1, 2, 3), (1, 2, 1))
+    assert handle.light(rig.viewer).direction == (0, 0, -2)
+
+
+def test_an_added_light_is_taken_back_and_returned(rig):
+    rig.add(SUN)
+    before = rig.state
+    handle = rig.add(LAMP)
+    after = rig.state
+    rig.turn(after, before)
+    assert rig.lights == (SUN,)
+    rig.turn(before, after)
+    assert rig.lights == (SUN, LAMP)
+    assert rig.find("lamp") is handle
+
+
+def test_a_removed_light_returns_to_its_place(rig, renderer):
+    for light in (SUN, LAMP, SPOT):
+        rig.add(light)
+    before = rig.state
+    rig.remove("lamp")
+    after = rig.state
+    late = pv.Light()
+    renderer.add_light(late)
+    rig.turn(after, before)
+    assert rig.lights[:3] == (SUN, LAMP, SPOT)
+    assert list(renderer.GetLights())[3] is late
+    assert len(renderer.lights) == 4
+
+
+def test_what_has_changed_since_otherwise_is_left(rig):
+    rig.add(SUN)
+    handle = rig.add(LAMP)
+    before = rig.state
+    rig.find("sun").set(dataclasses.replace(SUN, intensity=0.5), rig.viewer)
+    after = rig.state
+    handle.vtk_light.SetPosition(7, 7, 7)
+    rig.turn(after, before)
+    assert rig.lights[0] == SUN
+    assert rig.lights[1].position == (7, 7, 7)
+
+
+def test_a_light_of_vtk_is_followed_itself(rig):
+    light = vtk.vtkLight()
+    handle = rig.add(light)
+    assert handle.vtk_light is light
+    light.SetIntensity(0.3)
+    assert rig.lights[0].intensity == 0.3
+    rig.remove(light)
+    assert rig.lights == ()
+
+
+def test_an_edited_transform_is_followed(rig):
+    light = lights_of_pyvista()["transformed"]
+    handle = rig.add(light)
+    handle.light(rig.viewer)
+    light.GetTransformMatrix().SetElement(0, 3, 9.0)
+    assert handle.light(rig.viewer).position == light.world_position
+    assert handle.light(rig.viewer).position[0] == pytest.approx(10.0)
+
+
+def test_a_light_added_or_removed_by_others_is_followed(rig, renderer):
+    light = pv.Light(intensity=0.4)
+    renderer.add_light(light)
+    assert [each.intensity for each in rig.lights] == [0.4]
+    renderer.RemoveLight(light)
+    assert rig.lights == ()
+    renderer.add_light(pv.Light(intensity=0.6))
+    assert [each.intensity for each in rig.lights] == [0.6]
+
+
+def test_removing_takes_the_lights_actor_too(rig, renderer):
+    light = pv.Light(position=(1, 1, 1), positional=True, cone_angle=30)
+    handle = rig.add(light)
+    renderer.add_actor(light.actor)
+    rig.remove(handle)
+    assert not renderer.HasViewProp(light.actor)
+    assert not renderer._lights
+
+
+def test_a_rig_is_saved_and_loaded(rig, tmp_path):
+    rig.add(SPOT)
+    rig.add(dataclasses.replace(LAMP, frame="camera"))
+    for light in lights_of_pyvista().values():
+        rig.add(light)
+    scene = Scene(lights=rig.lights, viewer=rig.viewer)
+    scene.save(tmp_path / "rig.json")
+    loaded = Scene.load(tmp_path / "rig.json")
+    assert loaded == scene
+    other = pv.Plotter(off_screen=True, lighting="none")
+    for light in loaded.lights:
+        other.phong.add_light(light)
+    assert other.phong.lights == rig.lights
+    other.close()

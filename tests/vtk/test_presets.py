@@ -1,0 +1,104 @@
+"""Ready-made lights, against the plotters that have them."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from pvphong.optics.lights import from_vtk
+from pvphong.optics.material import Material
+from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.viewer import Viewer
+from pvphong.vtk.presets import light_kit, three_lights, three_point
+
+VIEWER = Viewer(position=(3, -8, 4), focal_point=(0, 0, 0), up=(0, 0, 1))
+
+
+def of_plotter(lighting):
+    plotter = pv.Plotter(off_screen=True, lighting=lighting)
+    lights = [from_vtk(light, 1.0) for light in plotter.renderer.GetLights()]
+    plotter.close()
+    return lights
+
+
+@pytest.mark.parametrize(("preset", "lighting"), [(light_kit, "light kit"), (three_lights, "three lights")])
+def test_they_are_what_a_plotter_has(preset, lighting):
+    ours, pyvistas = preset(), of_plotter(lighting)
+    assert len({light.name for light in ours}) == len(ours) == len(pyvistas)
+    for light, expected in zip(ours, pyvistas, strict=True):
+        assert (light.frame, light.on) == (expected.frame, expected.on)
+        np.testing.assert_allclose(light.direction, expected.direction, atol=1e-12)
+        np.testing.assert_allclose(light.diffuse, expected.diffuse, atol=0.51 / 255)  # PyVista keeps 8 bits
+        assert light.intensity == pytest.approx(expected.intensity)
+
+
+@pytest.mark.parametrize(("preset", "lighting"), [(light_kit, "light kit"), (three_lights, "three lights")])
+def test_they_light_as_a_plotters_do(preset, lighting):
+    mesh, material = pv.Sphere(), Material(specular=0.4, shininess=20)
+    model = LightModel.vtk(two_sided=False)
+    ours, theirs = (
+        mesh.phong.shade(Scene(lights=lights, viewer=VIEWER, light_model=model), material, precision="float64")
+        for lights in (preset(), of_plotter(lighting))
+    )
+    np.testing.assert_allclose(ours["phong"], theirs["phong"], atol=0.02)
+    assert np.ptp(ours["phong"]) > 0.3
+
+
+def test_three_point_stands_as_a_photographer_puts_it():
+    mesh = pv.Cube(center=(10, 20, 30))
+    viewer = Viewer(position=(10, 12, 30), focal_point=(10, 20, 30), up=(0, 0, 1))
+    key, fill, rim = three_point(mesh, viewer)
+    assert [light.name for light in (key, fill, rim)] == ["key", "fill", "rim"]
+    seen = {light.name: viewer.axes @ (np.array(light.position) - mesh.center) for light in (key, fill, rim)}
+    right, up, back = seen["key"]
+    assert right < 0 < up
+    assert back > 0
+    assert np.degrees(np.arctan2(-right, back)) == pytest.approx(45)
+    assert np.degrees(np.arcsin(up / np.linalg.norm(seen["key"]))) == pytest.approx(30)
+    assert seen["fill"][0] > 0
+    assert seen["rim"][2] < 0 < seen["rim"][1]
+    assert key.intensity / fill.intensity == pytest.approx(4)
+    assert len({round(float(np.linalg.norm(way)), 9) for way in seen.values()}) == 1
+
+
+def test_three_point_scales_with_the_mesh():
+    small, large = (three_point(pv.Sphere(radius=radius), VIEWER) for radius in (1e-6, 1e6))
+    for one, other in zip(small, large, strict=True):
+        np.testing.assert_allclose(1e12 * np.array(one.position), other.position, rtol=1e-6)
+
+
+def test_three_point_draws_light_and_shadow_and_an_outline():
+    mesh = pv.Sphere(theta_resolution=60, phi_resolution=60)
+    lights = three_point(mesh, VIEWER)
+    lit = mesh.phong.shade(Scene(lights=lights, viewer=VIEWER, light_model=LightModel(ambient=0)), Material())["phong"]
+    without_rim = [dataclasses.replace(light, on=light.name != "rim") for light in lights]
+    unrimmed = mesh.phong.shade(
+        Scene(lights=without_rim, viewer=VIEWER, light_model=LightModel(ambient=0)), Material()
+    )["phong"]
+    across = mesh.point_normals @ VIEWER.axes.T
+    left, right = across[:, 0] < -0.3, across[:, 0] > 0.3
+    assert lit[left].mean() > 1.5 * lit[right].mean()
+    outline = (np.abs(across[:, 2]) < 0.15) & (across[:, 1] > 0.5)
+    assert (lit - unrimmed)[outline].mean() > 0.1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((pv.PolyData(), VIEWER), r"^bounds must be"),
+        (((0, 0, 1, 1, 2, 2), VIEWER), r"^bounds must be those of a mesh with points in more than one place"),
+        (((1, 0, 0, 1, 0, 1), VIEWER), r"^bounds must be"),
+        (("sphere", VIEWER), r"^bounds must be 6 finite numbers"),
+        ((pv.Sphere(), (0, 0, 1)), r"^viewer must be a Viewer"),
+    ],
+)
+def test_what_cannot_be_lit(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        three_point(*arguments)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 0, -1, float("nan"), "4"])
+def test_the_key_is_the_stronger_one(ratio):
+    with pytest.raises(ValueError, match=r"^ratio must be a finite number >= 1"):
+        three_point(pv.Sphere(), VIEWER, ratio=ratio)
