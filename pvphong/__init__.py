@@ -20,15 +20,17 @@ from pvphong.geometry.transform import (
 )
 from pvphong.meshes.lit import plan
 from pvphong.meshes.surfaces import face_normals, vertex_normals
-from pvphong.optics.lights import DirectionalLight, Light, PointLight, SpotLight, as_light, light_from_homogeneous
+from pvphong.optics.lights import DirectionalLight, Light, PointLight, SpotLight, light_from_homogeneous
 from pvphong.optics.material import Material
 from pvphong.scene.scene import LightModel, Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.evaluation import evaluate
-from pvphong.shading.plan.effects import Decision
+from pvphong.shading.plan.draft import Decision
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.result import Shading
 from pvphong.studies.diagnose.diagnosis import Diagnosis, diagnose
+from pvphong.vtk import host as host  # answers what the core asks of PyVista
+from pvphong.vtk.lights import as_light
 
 if TYPE_CHECKING:
     from pvphong.studies.accuracy import Tradeoff, tradeoff

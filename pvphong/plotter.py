@@ -11,7 +11,7 @@ from typing import Any
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.optics.lights import Light, type_name
+from pvphong.optics.lights import Light
 from pvphong.optics.material import Material
 from pvphong.scene.scene import LightModel, Scene
 from pvphong.shading.plan.plan import check_scene_and_material
@@ -161,7 +161,7 @@ class PlotterPhong:
             If it is no light, of a kind that has no gizmo, or the subplot has it already.
         """
         if isinstance(light, Light):
-            type_name("light", light)
+            light.as_vtk()  # refuses one that VTK has nothing like
         rig = self._pane.rig
         with self._history.edit(rig):
             return rig.add(light)
@@ -183,7 +183,7 @@ class PlotterPhong:
         """
         if not isinstance(light, Light):
             check.refuse("light", light, "a light of pvphong's", "as_light converts a pyvista.Light.")
-        type_name("light", light)
+        light.as_vtk()  # refuses one that VTK has nothing like
         rig = self._pane.rig
         handle = rig.find(which)
         with self._history.edit(rig):

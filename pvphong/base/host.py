@@ -1,18 +1,18 @@
-"""The one door from the core (floors 0 to 4) to PyVista.
-
-The core computes without PyVista or VTK. Two conveniences of its value classes need them all the same:
-PyVista's colour names, and handing a light back as a `pyvista.Light`. Both import inside the function,
-so that importing the core imports neither.
-"""
+"""What the core asks of PyVista and VTK, and `pvphong.vtk.host` answers: the core itself imports neither."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import Any
 
-if TYPE_CHECKING:
-    import pyvista as pv
+from pvphong.base.types import Vector
 
-    from pvphong.base.types import Vector
+_answers: dict[str, Callable[..., Any]] = {}
+
+
+def answer(**functions: Callable[..., Any]) -> None:
+    """Say by which functions the questions below are answered."""
+    _answers.update(functions)
 
 
 def color_by_name(name: str) -> Vector:
@@ -23,16 +23,25 @@ def color_by_name(name: str) -> Vector:
     ValueError
         If PyVista knows no such colour, or it is not opaque.
     """
-    import pyvista as pv
-
-    red, green, blue, opacity = pv.Color(name).float_rgba
-    if opacity != 1.0:
-        raise ValueError(f"{name} has an opacity")
-    return float(red), float(green), float(blue)
+    return _ask("color_by_name", name)
 
 
-def blank_light() -> pv.Light:
-    """A `pyvista.Light` in its default state."""
-    import pyvista as pv
+def light_to_pyvista(light: Any, viewer: Any) -> Any:
+    """A light of pvphong's as a new `pyvista.Light`."""
+    return _ask("light_to_pyvista", light, viewer)
 
-    return pv.Light()
+
+def light_from_vtk(light: Any, distance: float) -> Any:
+    """Any light as one of pvphong's, for an eye at a distance from its focal point."""
+    return _ask("light_from_vtk", light, distance)
+
+
+def light_placed(light: Any, viewer: Any) -> Any:
+    """Any light as one of pvphong's, where a viewer has it in the world."""
+    return _ask("light_placed", light, viewer)
+
+
+def _ask(question: str, *arguments: Any) -> Any:
+    if question not in _answers:
+        raise ValueError(f"{question} is answered by PyVista, which is not loaded; `import pvphong` loads it.")
+    return _answers[question](*arguments)

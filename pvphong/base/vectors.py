@@ -63,6 +63,11 @@ def moderate_vector(vector: VectorLike) -> tuple[Vector, float]:
     return (x, y, z), 1.0 / math.sqrt(x * x + y * y + z * z)
 
 
+def angle_between(a: VectorLike, b: VectorLike) -> float:
+    """Between two unit vectors, in radians; right to 1e-7, for arc cosines lose half the digits near 0 and π."""
+    return math.acos(max(-1.0, min(1.0, a[0] * b[0] + a[1] * b[1] + a[2] * b[2])))
+
+
 def unit(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real]]:
     """Unit vectors and lengths of the columns; a zero or non-finite column gives zero and length 0."""
     with np.errstate(all="ignore"):

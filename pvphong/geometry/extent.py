@@ -25,6 +25,13 @@ _SOME = 64
 Search = Callable[[FloatArray], tuple[Float64Array, Float64Array] | None]
 
 
+class Sphere(NamedTuple):
+    """A sphere around vertices, in world coordinates."""
+
+    center: Vector
+    radius: float
+
+
 class Extent:
     """A sphere around all vertices, in world coordinates; computed when an effect first asks.
 
@@ -32,8 +39,8 @@ class Extent:
     ----------
     points : ndarray
         Shape (n, 3).
-    normals : ndarray or None
-        Shape (n, 3), where they are known.
+    normals : callable or None
+        Gives them, shape (n, 3), where they are known.
     matrix : ndarray or None
         (4, 4) model matrix.
     search : callable, optional
@@ -43,7 +50,7 @@ class Extent:
     def __init__(
         self,
         points: FloatArray,
-        normals: FloatArray | None,
+        normals: Callable[[], FloatArray] | None,
         matrix: Float64Array | None,
         search: Search | None = None,
     ) -> None:
@@ -53,8 +60,8 @@ class Extent:
         self._search = search
 
     @cached_property
-    def sphere(self) -> tuple[Vector, float] | None:
-        """Centre and radius; None where there is no point, or one is not finite."""
+    def sphere(self) -> Sphere | None:
+        """Around all vertices; None where there is no point, or one is not finite."""
         if not len(self._points):
             return None
         low, high = self._box(self._points)
@@ -64,18 +71,19 @@ class Extent:
         x, y, z = centre = [a / 2 + b / 2 for a, b in zip(low.tolist(), high.tolist(), strict=True)]
         reach = (max(b - c, c - a) for a, b, c in zip(low.tolist(), high.tolist(), centre, strict=True))
         radius = math.hypot(*reach) * ROUNDED_UP
-        return ((x, y, z), radius) if math.isfinite(radius) else None
+        return Sphere((x, y, z), radius) if math.isfinite(radius) else None
 
     @cached_property
     def normal_cone(self) -> tuple[Vector, float] | None:
         """A unit axis, and an angle in radians within which all normals lie from it; None if unknown."""
-        if self._normals is None or not len(self._normals):
+        if self._normals is None or not len(self._points):
             return None
         kind = MatrixClass.TRANSLATION if self._matrix is None else class_of(self._matrix)
         if kind is MatrixClass.GENERAL:
             return None
-        some = self._normals[:: max(len(self._normals) // _SOME, 1)]  # where these have no cone, all hardly have one
-        stored = None if _cone(*_box(some)) is None else _cone(*self._box(self._normals))
+        normals = self._normals()
+        some = normals[:: max(len(normals) // _SOME, 1)]  # where these have no cone, all hardly have one
+        stored = None if _cone(*_box(some)) is None else _cone(*self._box(normals))
         if stored is None or self._matrix is None or kind.keeps_normals:
             return stored
         axis, angle = stored
@@ -138,11 +146,11 @@ class Sight(NamedTuple):
         return math.asin(min(self.radius / self.distance, 1.0)) * ROUNDED_UP
 
 
-def sight(target: VectorLike, extent: Extent) -> Sight | None:
+def sight(target: VectorLike, sphere: Sphere | None) -> Sight | None:
     """Of a target; None where nothing is known of the vertices, or it is in the middle of them."""
-    if extent.sphere is None:
+    if sphere is None:
         return None
-    (cx, cy, cz), radius = extent.sphere
+    (cx, cy, cz), radius = sphere
     x, y, z = target
     x, y, z = x - cx, y - cy, z - cz
     distance = math.hypot(x, y, z)

@@ -13,13 +13,11 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject
 
 from pvphong.base import check
 from pvphong.base.types import FloatArray, MatrixLike, Weighting
-from pvphong.geometry.transform import normal_matrix
 from pvphong.meshes.surfaces import surface, vertex_normals
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene, light_labels
-from pvphong.shading import kernel
-from pvphong.shading.evaluation import evaluate
-from pvphong.shading.plan.plan import Plan, check_scene_and_material, make_plan
+from pvphong.shading.plan.plan import Plan
+from pvphong.shading.vertices import Vertices
 
 _CARRIED = "_pvphong_albedo"
 
@@ -33,6 +31,7 @@ def shade_mesh(
     matrix: MatrixLike | None = None,
     albedo: Any = None,
     components: bool = False,
+    tolerance: float = 0.0,
     **how: Any,
 ) -> pv.PolyData:
     """A new mesh with lit colours as the point array `name`.
@@ -53,8 +52,10 @@ def shade_mesh(
     components : bool, default False
         Adds arrays `<name>_ambient`, `_diffuse`, `_specular`, `_emission`, `_base`, and one
         `<name>_light_<light's name or index>` for each light.
+    tolerance : float, default 0
+        As for `evaluate`.
     **how
-        `precision`, `backend` and `tolerance` of `evaluate`.
+        `precision` and `backend` of `evaluate`.
 
     Returns
     -------
@@ -69,17 +70,9 @@ def shade_mesh(
     if not isinstance(name, str) or not name:
         check.refuse("name", name, "a string that is not empty")
     source, shades = surface_and_albedo(mesh, albedo)
-    normals = _normals_that_are_read(source, scene, material, matrix)
-    shading = evaluate(
-        source.points,
-        normals,
-        scene,
-        material,
-        matrix=matrix,
-        albedo=shades,
-        components=components,
-        **how,
-    )
+    vertices = vertices_of(source, shades)
+    planned = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
+    shading = planned.run(vertices, components=components, **how)
     lit = source.copy()
     if shading.per_light is not None:
         for part in ("ambient", "diffuse", "specular", "emission", "base"):
@@ -130,19 +123,13 @@ def plan(
     ValueError
         If an argument has the wrong shape, type or range; the message names it.
     """
-    check_scene_and_material(scene, material)
-    tolerance = check.number("tolerance", tolerance, at_least=0.0)
-    if matrix is not None:
-        normal_matrix(matrix)  # refuses what `evaluate` refuses
-    if not isinstance(mesh_or_points, pv.DataSet):
-        points = _bare_points(mesh_or_points)
-        result = make_plan(points, None, scene, material, matrix, tolerance, kernel.find_bounds)
-        has_highlights = any(any(term.specular) for term in result.equation.terms)
-        return replace(result, error_bound=tolerance) if tolerance and has_highlights else result
-    source = surface(mesh_or_points)
-    asks_for_normals = tolerance or scene.light_model.two_sided
-    points, normals = check.array("points", source.points), point_normals(source) if asks_for_normals else None
-    return make_plan(points, normals, scene, material, matrix, tolerance, kernel.find_bounds)
+    if isinstance(mesh_or_points, pv.DataSet):
+        vertices = vertices_of(surface(mesh_or_points))
+        return Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
+    vertices = Vertices(_bare_points(mesh_or_points), None)
+    result = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
+    is_open = bool(tolerance) and any(result.equation.has(term, "specular") for term in result.equation.terms)
+    return replace(result, error_bound=tolerance) if is_open else result
 
 
 def _bare_points(given: Any) -> FloatArray:
@@ -169,15 +156,9 @@ def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None) -> Floa
     return vertex_normals(mesh, weighting)
 
 
-def _normals_that_are_read(
-    source: pv.PolyData, scene: Scene, material: Material, matrix: MatrixLike | None
-) -> FloatArray:
-    """The point normals, or zeros where nothing depends on them: computing normals can cost more than lighting."""
-    check_scene_and_material(scene, material)
-    points = check.array("points", source.points)
-    if "normals" in make_plan(points, None, scene, material, matrix, 0.0, kernel.find_bounds).needs:
-        return point_normals(source)
-    return np.broadcast_to(np.zeros(3, np.float32), points.shape)
+def vertices_of(source: pv.PolyData, albedo: Any = None) -> Vertices:
+    """A surface's vertices; its normals are computed when they are first read, if it has none."""
+    return Vertices(source.points, lambda: point_normals(source), albedo)
 
 
 def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: str = "") -> pv.MultiBlock:

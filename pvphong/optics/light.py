@@ -1,25 +1,26 @@
-"""What all lights have in common: colours, switch, frame and name."""
+"""What every light is: fields and checks that all share, and the questions that a light answers for itself.
+
+A new light is one file in `pvphong/optics/lights/` and one entry in `LIGHT_TYPES` there. It must say what arrives at
+a vertex (`arrival`), or of which delta lights it consists (`nodes`); everything else has an answer here that assumes
+nothing of it.
+"""
 
 from __future__ import annotations
 
-import math
-from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, get_args
 
 import numpy as np
 
-from pvphong.base import check
-from pvphong.base.host import blank_light
+from pvphong.base import check, host
 from pvphong.base.types import ColorLike, Float64Array, FloatArray, Frame, Vector, rgb
+from pvphong.geometry.extent import Sphere
+from pvphong.optics.roles import EyeSpace, Place, Role, roles_of
 
 if TYPE_CHECKING:
     import pyvista as pv
-
-
-# A focal point this many bits closer than the coordinates are large still tells the direction to 2⁻³².
-_KEPT_BITS = 20
 
 
 class Arrival(NamedTuple):
@@ -41,30 +42,62 @@ class Arrival(NamedTuple):
         return self.way * self.inverse_length
 
 
-class EyeSpace(Protocol):
-    """What a light needs of a viewer in order to ride along with it; `pvphong.Viewer` has it."""
+class Reach(NamedTuple):
+    """What of a light can reach the vertices inside a sphere."""
 
-    @property
-    def position(self) -> Any:
-        """The eye, in world coordinates."""
+    strongest: float
+    """No vertex gets more strength, rounded up; infinite where there is no bound."""
 
-    @property
-    def view_direction(self) -> Vector:
-        """Unit vector from the eye along the view axis, in world coordinates."""
+    direction: Vector | None
+    """Unit vector to the light from the sphere's centre; None where it is not known."""
 
-    @property
-    def distance(self) -> float:
-        """From the eye to the focal point."""
+    turn: float
+    """The largest angle in radians by which the direction at a vertex may be off that one."""
 
-    def point_to_world(self, point: Vector) -> Vector:
-        """A point of eye space in world coordinates."""
 
-    def vector_to_world(self, vector: Vector) -> Vector:
-        """A vector of eye space in world coordinates."""
+NOTHING_KNOWN = Reach(float("inf"), None, 0.0)
+"""Of a light that says nothing of itself: it is never left out."""
+
+
+class Simpler(NamedTuple):
+    """A cheaper light that may stand in for one, and by how much that is wrong."""
+
+    effect: str
+    """The plan's effect that is then left out, for this light."""
+
+    why: str
+    """The reason, in which `{bound}` stands for the error in a colour."""
+
+    light: Light | None
+    """What stands in; None: nothing, it is dark here."""
+
+    factor: float = 1.0
+    """What its strength is to be multiplied by."""
+
+    spread: float = 0.0
+    """The largest error of the strength."""
+
+    turn: float = 0.0
+    """The largest error of the direction, in radians; the strength is then at most 1."""
+
+    is_exact: bool = False
+    """Whether it is the same light to the last bit, so that no tolerance is needed."""
+
+
+class VtkValues(NamedTuple):
+    """A light in the values that VTK's shader knows, coordinates in the light's own frame."""
+
+    is_positional: bool
+    direction: Vector
+    position: Vector = (0.0, 0.0, 0.0)
+    attenuation: Vector = (1.0, 0.0, 0.0)
+    cone_angle: float | None = None
+    """Half the opening in degrees; None where there is no cone, as VTK has it from 90° on."""
+    exponent: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Light(ABC):
+class Light:
     """Fields and checks that every light shares.
 
     Parameters
@@ -100,8 +133,11 @@ class Light(ABC):
     frame: Frame = "world"
     name: str = ""
 
+    is_even: ClassVar[bool] = False
+    """Whether it arrives at every vertex alike."""
+
     def __init_subclass__(cls, **options: Any) -> None:
-        """Refuse kinds of kinds: plans and the compiled evaluator know each by its class, not by its methods."""
+        """Refuse kinds of kinds: what one says of itself need not hold for another whose arrival differs."""
         super().__init_subclass__(**options)
         if Light not in cls.__bases__:
             raise TypeError(f"{cls.__name__} must derive from Light itself; got {cls.__bases__[0].__name__}.")
@@ -115,34 +151,129 @@ class Light(ABC):
         self._set("on", check.flag("on", self.on))
         self._set("frame", check.choice("frame", self.frame, get_args(Frame)))
         self._set("name", check.text("name", self.name))
-        self._check_geometry()
+        for field, role in self.roles.items():
+            self._set(field, role.check(field, getattr(self, field)))
 
     def _set(self, field: str, value: object) -> None:
         object.__setattr__(self, field, value)
+
+    # -- what it says of its fields
+
+    @property
+    def roles(self) -> dict[str, Role]:
+        """Name of each field that only this kind of light has → what it means."""
+        kind: Any = type(self)
+        return roles_of(kind)
 
     @cached_property
     def specular_color(self) -> Vector:
         """Red, green, blue of the light in highlights: `specular`, or `diffuse` where that is None."""
         return rgb(self.diffuse if self.specular is None else self.specular)
 
-    @abstractmethod
-    def _check_geometry(self) -> None:
-        """Check the fields that only this kind of light has, and put them into canonical form."""
+    def values(self, kind: type[Role]) -> list[Any]:
+        """The values of its fields with a role."""
+        return [getattr(self, field) for field, role in self.roles.items() if isinstance(role, kind)]
 
-    @abstractmethod
+    @property
+    def is_placed(self) -> bool:
+        """Whether its fields say where it is: it has places, or is everywhere the same."""
+        return self.is_even or bool(self.values(Place))
+
+    def moved(self, move: Callable[[Vector], Vector]) -> Self:
+        """This light with every place moved, and no direction or size."""
+        return self._with(lambda role, value: role.moved(value, move))
+
     def in_world(self, viewer: EyeSpace) -> Self:
         """This light with its coordinates in the world, as `viewer` makes them."""
+        if self.frame == "world":
+            return self
+        if self.frame == "camera":
+            return self._with(lambda role, value: role.to_world(value, viewer), frame="world")
+        return self._with(lambda role, value: role.of_viewer(value, viewer), frame="world")
 
-    @abstractmethod
+    def in_frame(self, frame: Frame, viewer: EyeSpace) -> Self:
+        """A light of the world with its coordinates in another frame: the inverse of `in_world`."""
+        if frame == "camera":
+            return self._with(lambda role, value: role.to_eye(value, viewer), frame=frame)
+        return replace(self, frame=frame)
+
+    def _with(self, change: Callable[[Role, Any], Any], **fields: Any) -> Self:
+        return replace(
+            self, **{field: change(role, getattr(self, field)) for field, role in self.roles.items()}, **fields
+        )
+
+    # -- what it does to vertices
+
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
-        """What reaches points (3, n) in its own frame; ways to the light are in the float type `real`."""
+        """What reaches points (3, n) in its own frame; ways to the light are in the float type `real`.
 
-    @abstractmethod
-    def _place(self, light: pv.Light, distance: float) -> None:
-        """Give a `pyvista.Light` of the right type this light's place and shape."""
+        Of an extended light this is what its centre sends.
+        """
+        return self.nodes(1)[0].arrival(points, real)
+
+    def nodes(self, count: int) -> tuple[Light, ...]:  # noqa: ARG002 a light without a size has one
+        """The lights without a size, at most `count`, as whose sum it is evaluated; their intensities are parts of it.
+
+        A light without a size is its own only node.
+        """
+        return (self,)
+
+    @property
+    def effects(self) -> frozenset[str]:
+        """The plan's effects that it calls for."""
+        return frozenset() if self.is_even else frozenset({"position"})
+
+    def reach(self, sphere: Sphere | None) -> Reach:  # noqa: ARG002 nothing is known of it
+        """What of it can reach the vertices inside a sphere, or vertices of which nothing is known (None)."""
+        return NOTHING_KNOWN
+
+    def simpler(self, sphere: Sphere | None) -> Iterator[Simpler]:  # noqa: ARG002 there is none
+        """Cheaper lights that could stand in over a sphere of vertices, the most exact of each effect first."""
+        return iter(())
+
+    def without(self, effect: str, point: Vector) -> tuple[Light, float]:  # noqa: ARG002 there is none
+        """The light with one of its effects left out, whatever the error, and what its strength is to be multiplied by.
+
+        What varies is then taken as it is at a point.
+        """
+        return self, 1.0
+
+    def offsets(self, points: Float64Array) -> Iterator[Float64Array]:
+        """At points (3, k), vectors (3, k) that vary linearly and are shortest where it is brightest."""
+        for place in self.values(Place):
+            yield points - np.array(place)[:, None]
+
+    def edges(self, directions: FloatArray) -> Iterator[FloatArray]:  # noqa: ARG002 it has none
+        """For unit vectors (3, k) to it, values (k,) that change their sign where it ends."""
+        return iter(())
+
+    # -- what VTK knows of it
+
+    def as_vtk(self) -> VtkValues:
+        """Values of the nearest light that VTK has.
+
+        Raises
+        ------
+        ValueError
+            If there is none.
+        """
+        (nearest,) = self.nodes(1)
+        if nearest is self:
+            remedy = "It can be evaluated and planned; a kind with `as_vtk` can also be drawn and compared."
+            check.refuse("light", self, "one that VTK has", remedy)
+        return nearest.as_vtk()
+
+    @property
+    def vtk_obstacle(self) -> str:
+        """Why VTK has no such light, and what is nearest; "" where `as_vtk` says all of it."""
+        if type(self).as_vtk is not Light.as_vtk:
+            return ""
+        (nearest,) = self.nodes(1)
+        kind = type(self).__name__
+        return f"a {kind}" if nearest is self else f"a {kind} (the nearest that VTK has is {nearest!r})"
 
     def to_pyvista(self, viewer: EyeSpace | None = None) -> pv.Light:
-        """The same light as a new `pyvista.Light`, its floats unrounded.
+        """The same light as a new `pyvista.Light`, its floats unrounded; of a light that VTK has not, the nearest.
 
         A light in the camera's frame becomes a camera light, a headlight a headlight, any other a
         scene light. VTK clamps spot exponents to 128 and has no name for a light.
@@ -152,42 +283,10 @@ class Light(ABC):
         viewer : Viewer, optional
             VTK measures a camera light's position in units of the distance from eye to focal point;
             it is taken from here, and is 1 without.
+
+        Raises
+        ------
+        ValueError
+            If VTK has nothing like it.
         """
-        light = blank_light()
-        self.write_to(light, viewer)
-        return light
-
-    def write_to(self, light: Any, viewer: EyeSpace | None = None) -> None:
-        """Give an existing `pyvista.Light` or `vtkLight` this light's values, as `to_pyvista` does."""
-        {
-            "world": light.SetLightTypeToSceneLight,
-            "camera": light.SetLightTypeToCameraLight,
-            "headlight": light.SetLightTypeToHeadlight,
-        }[self.frame]()
-        light.SetTransformMatrix(None)
-        light.SetDiffuseColor(rgb(self.diffuse))
-        light.SetSpecularColor(self.specular_color)
-        light.SetAmbientColor(rgb(self.ambient))
-        light.SetIntensity(self.intensity)
-        light.SetSwitch(self.on)
-        self._place(light, 1.0 if viewer is None else viewer.distance)
-
-
-def place_for_vtk(position: Vector, frame: Frame, distance: float) -> Vector:
-    """A position in the coordinates that VTK keeps for a light of this frame.
-
-    VTK's camera-light space has the eye at (0, 0, 1), looks at the origin and counts in units of the
-    distance between the two (vtkCamera::ComputeCameraLightTransform).
-    """
-    if frame != "camera":
-        return position
-    x, y, z = position
-    return x / distance, y / distance, z / distance + 1.0
-
-
-def point_ahead(position: Vector, direction: Vector) -> Vector:
-    """A point in some direction, far enough from the position that the direction can be told from the two."""
-    reach = max(map(abs, direction))
-    step = max(1.0, 2.0 ** (math.frexp(max(map(abs, position)))[1] - math.frexp(reach)[1] - _KEPT_BITS))
-    x, y, z = (p + d * step for p, d in zip(position, direction, strict=True))
-    return x, y, z
+        return host.light_to_pyvista(self, viewer)

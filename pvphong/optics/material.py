@@ -8,6 +8,7 @@ from typing import Any, Self
 from pvphong.base import check
 from pvphong.base.types import ColorLike
 from pvphong.optics.named_materials import NAMED
+from pvphong.optics.reflectance import Reflectance
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,8 @@ class Material:
         Exponent of the highlight, >= 0; 1 to 200 is usual, 1e6 works.
     emission : color, default 0
         Light that the surface gives off by itself.
+    reflectance : Reflectance, optional
+        How it reflects; by the light model's `reflection` if not given.
 
     Raises
     ------
@@ -38,11 +41,14 @@ class Material:
     specular: ColorLike = 0.0
     shininess: float = 0.0
     emission: ColorLike = 0.0
+    reflectance: Reflectance | None = None
 
     def __post_init__(self) -> None:
         for field in ("ambient", "diffuse", "specular", "emission"):
             object.__setattr__(self, field, check.color(field, getattr(self, field)))
         object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
+        if self.reflectance is not None and not isinstance(self.reflectance, Reflectance):
+            check.refuse("reflectance", self.reflectance, "a reflectance, or None for the light model's", "ph.Phong().")
 
     @classmethod
     def named(cls, name: str) -> Self:

@@ -11,10 +11,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Self, get_args
 
-from pvphong.base import check
+from pvphong.base import check, host
 from pvphong.base.files import written_aside
 from pvphong.base.types import ColorLike, Convention, Reflection
-from pvphong.optics.lights import LIGHT_TYPES, Light, as_light, from_vtk, type_names
+from pvphong.optics.lights import LIGHT_TYPES, Light, type_name
 from pvphong.scene.viewer import Viewer
 
 _FORMAT = "pvphong scene"
@@ -122,7 +122,10 @@ class Scene:
             check.refuse("light_model", self.light_model, "a LightModel")
         if not isinstance(self.lights, Iterable) or isinstance(self.lights, (str, dict)):
             check.refuse("lights", self.lights, "a sequence of lights", "Put a single light into a list.")
-        converted = tuple(from_vtk(light, self.viewer.distance) for light in self.lights)
+        distance = self.viewer.distance
+        converted = tuple(
+            light if isinstance(light, Light) else host.light_from_vtk(light, distance) for light in self.lights
+        )
         object.__setattr__(self, "lights", converted)
 
     @cached_property
@@ -152,7 +155,7 @@ class Scene:
             check.refuse("plotter", plotter, "a pyvista.Plotter")
         # plotter.camera would count as a choice of view, and keep PyVista from fitting it to the meshes.
         viewer = Viewer.from_camera(renderer.camera)
-        lights = tuple(as_light(light, viewer) for light in renderer.GetLights())
+        lights = tuple(host.light_placed(light, viewer) for light in renderer.GetLights())
         return cls(lights=lights, viewer=viewer)
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -168,7 +171,8 @@ class Scene:
             "format": _FORMAT,
             "version": _VERSION,
             "lights": [
-                {"type": name} | asdict(light) for name, light in zip(type_names(self.lights), self.lights, strict=True)
+                {"type": type_name(f"lights[{index}]", light)} | asdict(light)
+                for index, light in enumerate(self.lights)
             ],
             "viewer": asdict(self.viewer),
             "light_model": asdict(self.light_model),

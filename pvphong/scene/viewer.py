@@ -133,6 +133,14 @@ class Viewer:
         with np.errstate(over="ignore", invalid="ignore"):
             return _vector(np.array(self.position) + self.axes.T @ np.array(point))
 
+    def vector_to_eye(self, vector: Vector) -> Vector:
+        """A vector of the world in eye space."""
+        return _vector(self.axes @ np.array(vector))
+
+    def point_to_eye(self, point: Vector) -> Vector:
+        """A point of the world in eye space."""
+        return _vector(self.axes @ (np.array(point) - np.array(self.position)))
+
 
 def _vector(array: Float64Array) -> Vector:
     x, y, z = array.tolist()

@@ -13,30 +13,22 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from pvphong.base import check
-from pvphong.base.types import Float64Array, MatrixLike, Reflection, Vector, VectorLike, rgb
-from pvphong.optics.lights import DirectionalLight, Light, PointLight, SpotLight
+from pvphong.base.ranges import BRIGHTEST, FARTHEST
+from pvphong.base.types import Float64Array, MatrixLike, Vector, VectorLike, rgb
+from pvphong.optics.light import Light
+from pvphong.optics.lights import light_from_values
 from pvphong.optics.material import Material
+from pvphong.optics.reflectance import Component, Reflectance
+from pvphong.optics.reflectances import REFLECTANCES
+from pvphong.optics.reflectances.vtk import HIGHEST_POWER, vtk_reflectance
 from pvphong.scene.scene import Scene
 
-_BLACK, _WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
-
-BRIGHTEST = 2.0**100
-"""Strengths and colours are capped here, so that nothing overflows float32; anything near it is white.
-
-(The kernel caps a spot's attenuation before its falloff: so near to the light that this matters, 2⁻⁵⁰ of the distance
-where its attenuation is 1, it may be darker outside the middle of its cone.)"""
-
-# The most that a light's colours may be before its attenuation, which may bring them down again.
-_FARTHEST = 2.0**1000
+BLACK: Vector = (0.0, 0.0, 0.0)
+_WHITE = (1.0, 1.0, 1.0)
 
 # Three factors of at most `_TAME`, whose product is at least `_SMALL`, have products of two within range too.
 _TAME = 2.0**300
-_SMALL = _TAME / _FARTHEST
-
-# vtkProperty and vtkLight keep exponents in [0, 128]; the shader cuts cosines off at the floors.
-_VTK_EXPONENT = 128.0
-_VTK_FLOOR = 1e-5
-_VTK_HEADLIGHT_FLOOR = 1e-6
+_SMALL = _TAME / FARTHEST
 
 
 @dataclass(frozen=True)
@@ -49,8 +41,10 @@ class LightTerm:
         Where it stands and how it weakens.
     index : int
         Its place among the scene's lights.
-    ambient, diffuse, specular : tuple of float
-        Its colours times intensity times the material's, divided by `gain`: at most 1.
+    ambient : tuple of float
+        Its ambient colour times intensity times the material's, divided by `gain`: at most 1.
+    colors : tuple of tuple of float
+        The same for each lobe of the equation's reflectance.
     gain : float
         What the colours are to be multiplied by; it may be beyond float32's range, as where a light is bright because
         it is far away.
@@ -59,14 +53,18 @@ class LightTerm:
     light: Light
     index: int
     ambient: Vector
-    diffuse: Vector
-    specular: Vector
+    colors: tuple[Vector, ...]
     gain: float
+
+    @property
+    def needs_normals(self) -> bool:
+        """Whether its share depends on the normal."""
+        return any(map(any, self.colors))
 
     @property
     def is_black(self) -> bool:
         """Whether it adds nothing anywhere: its colours, its intensity or the material's are 0."""
-        return not (any(self.ambient) or any(self.diffuse) or any(self.specular))
+        return not (any(self.ambient) or self.needs_normals)
 
 
 @dataclass(frozen=True)
@@ -79,14 +77,8 @@ class Equation:
         The lights that are on.
     ambient, emission : tuple of float
         What is there without any light; `ambient` is multiplied by the albedo.
-    shininess : float
-        Exponent of the highlight.
-    reflection : {"phong", "blinn-phong"}
-        Which cosine the highlight raises to it.
-    cosine_floor : float
-        That cosine is taken to be at least this.
-    headlight_only : bool
-        VTK's first tier: the highlight is a power of n·l, and n·l at least `cosine_floor`.
+    reflectance : Reflectance
+        How the surface reflects.
     eye : tuple of float or None
         The viewer's position where v is taken at each vertex, else None.
     to_eye : tuple of float
@@ -106,10 +98,7 @@ class Equation:
     terms: tuple[LightTerm, ...]
     ambient: Vector
     emission: Vector
-    shininess: float
-    reflection: Reflection
-    cosine_floor: float
-    headlight_only: bool
+    reflectance: Reflectance
     eye: Vector | None
     to_eye: Vector
     two_sided: bool
@@ -121,12 +110,29 @@ class Equation:
     @cached_property
     def needs_normals(self) -> bool:
         """Whether any light's share depends on the normal."""
-        return any(any(term.diffuse) or any(term.specular) for term in self.terms)
+        return any(term.needs_normals for term in self.terms)
 
     @cached_property
     def has_highlights(self) -> bool:
         """Whether any light's share depends on the viewer through v."""
-        return not self.headlight_only and any(any(term.specular) for term in self.terms)
+        return any(map(self.needs_viewer, self.terms))
+
+    def needs_viewer(self, term: LightTerm) -> bool:
+        """Whether a light's share depends on the viewer through v."""
+        return any(lobe.needs_viewer and any(term.colors[k]) for k, lobe in enumerate(self.reflectance.lobes))
+
+    def lobes_of(self, component: Component) -> list[int]:
+        """Indices of the reflectance's lobes that count to a component."""
+        return [k for k, lobe in enumerate(self.reflectance.lobes) if lobe.component == component]
+
+    def has(self, term: LightTerm, component: Component) -> bool:
+        """Whether a light adds to a component."""
+        return any(any(term.colors[k]) for k in self.lobes_of(component))
+
+    def without(self, term: LightTerm, component: Component) -> LightTerm:
+        """A light's term that adds nothing to a component."""
+        gone = self.lobes_of(component)
+        return replace(term, colors=tuple(BLACK if k in gone else color for k, color in enumerate(term.colors)))
 
     @cached_property
     def is_flipped(self) -> bool:
@@ -141,7 +147,7 @@ class Equation:
     @cached_property
     def needs_points(self) -> bool:
         """Whether any share depends on where the vertex is."""
-        return self.needs_eye or any(not isinstance(term.light, DirectionalLight) for term in self.terms)
+        return self.needs_eye or any(not term.light.is_even for term in self.terms)
 
 
 def assemble(scene: Scene, material: Material, matrix: MatrixLike | None) -> Equation:
@@ -157,19 +163,17 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
     model, viewer = scene.light_model, scene.viewer
     local = model.local_viewer and not viewer.parallel
     x, y, z = viewer.view_direction
-    reflectances = _reflectances(material)
+    reflectance = (material.reflectance or REFLECTANCES[model.reflection]()).of(material)
+    components = tuple(lobe.component for lobe in reflectance.lobes)
     return Equation(
         terms=tuple(
-            _term(light, index, reflectances, rgb(light.ambient), light.specular_color)
+            _term(light, index, material, components, rgb(light.ambient), light.specular_color)
             for index, light in enumerate(scene.world_lights)
             if light.on
         ),
-        ambient=_product(BRIGHTEST, reflectances[0], rgb(model.ambient)),
+        ambient=_product(BRIGHTEST, rgb(material.ambient), rgb(model.ambient)),
         emission=_product(BRIGHTEST, rgb(material.emission), _WHITE),
-        shininess=material.shininess,
-        reflection=model.reflection,
-        cosine_floor=0.0,
-        headlight_only=False,
+        reflectance=reflectance,
         eye=_vector(viewer.position) if local else None,
         to_eye=(-x, -y, -z),
         two_sided=model.two_sided,
@@ -186,21 +190,22 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     The material's ambient is not multiplied by any light; the lights' ambient and specular colours are
     ignored; the viewer is local even in parallel projection; a scene without any light is drawn unlit.
     """
-    reflectances = _reflectances(material)
+    if material.reflectance is not None:
+        remedy = "VTK's shader knows no other; leave it out."
+        check.refuse("reflectance", material.reflectance, "None in VTK's convention", remedy)
+    reflectance = vtk_reflectance(material.shininess, is_headlight=vtk_tier(scene.lights) == 1)
+    components = tuple(lobe.component for lobe in reflectance.lobes)
     terms = tuple(
-        _term(_vtk_shape(term.light), term.index, reflectances, _BLACK, rgb(term.light.diffuse))
+        _term(_vtk_shape(term), term.index, material, components, BLACK, rgb(term.light.diffuse))
         for term in standard.terms
     )
-    headlight = vtk_tier(scene.lights) == 1
-    ambient, diffuse, _ = reflectances
+    ambient, diffuse = rgb(material.ambient), rgb(material.diffuse)
     unlit = ambient[0] + diffuse[0], ambient[1] + diffuse[1], ambient[2] + diffuse[2]
     return replace(
         standard,
         terms=terms,
         ambient=_product(BRIGHTEST, ambient if terms else unlit, _WHITE),
-        shininess=min(material.shininess, _VTK_EXPONENT),
-        cosine_floor=_VTK_HEADLIGHT_FLOOR if headlight else _VTK_FLOOR,
-        headlight_only=headlight,
+        reflectance=reflectance,
         eye=_vector(scene.viewer.position),
         local_facing=not scene.viewer.parallel,
     )
@@ -219,34 +224,30 @@ def vtk_tier(lights: Iterable[Light]) -> int:
             chosen = max(chosen, 1)
         if chosen == 1 and (shine > 1 or light.frame != "headlight"):
             chosen = 2
-        if not isinstance(light, DirectionalLight):
+        if not light.is_even:
             chosen = 3
     return chosen if shine else 0
 
 
-def _vtk_shape(light: Light) -> Light:
-    """A spot as VTK takes it: a cone of 90° is none, and exponents end at 128."""
-    if not isinstance(light, SpotLight):
-        return light
-    if light.cone_angle == 90.0:
-        return PointLight(
-            position=light.position, attenuation=light.attenuation, diffuse=light.diffuse, intensity=light.intensity
-        )
-    return replace(light, exponent=min(light.exponent, _VTK_EXPONENT))
-
-
-def _reflectances(material: Material) -> tuple[Vector, Vector, Vector]:
-    return rgb(material.ambient), rgb(material.diffuse), rgb(material.specular)
+def _vtk_shape(term: LightTerm) -> Light:
+    """A light as VTK takes it: a cone of 90° is none, and exponents end at 128."""
+    light = term.light
+    if light.vtk_obstacle:
+        check.refuse(f"lights[{term.index}]", light.vtk_obstacle, "one that VTK has, in VTK's convention")
+    values = light.as_vtk()
+    values = values._replace(exponent=min(values.exponent, HIGHEST_POWER))
+    return light_from_values(values, diffuse=light.diffuse, intensity=light.intensity)
 
 
 def _term(
-    light: Light, index: int, reflectances: tuple[Vector, Vector, Vector], ambient: Vector, specular: Vector
+    light: Light, index: int, material: Material, components: tuple[Component, ...], ambient: Vector, specular: Vector
 ) -> LightTerm:
-    dim = _product(_FARTHEST, reflectances[0], ambient, light.intensity)
-    matt = _product(_FARTHEST, reflectances[1], rgb(light.diffuse), light.intensity)
-    shiny = _product(_FARTHEST, reflectances[2], specular, light.intensity)
-    gain = 2.0 ** math.frexp(max(*dim, *matt, *shiny))[1]
-    return LightTerm(light, index, _over(dim, gain), _over(matt, gain), _over(shiny, gain), gain)
+    dim = _product(FARTHEST, rgb(material.ambient), ambient, light.intensity)
+    matt = _product(FARTHEST, rgb(material.diffuse), rgb(light.diffuse), light.intensity)
+    shiny = _product(FARTHEST, rgb(material.specular), specular, light.intensity)
+    colors = tuple({"diffuse": matt, "specular": shiny}[component] for component in components)
+    gain = 2.0 ** math.frexp(max(*dim, *(channel for color in colors for channel in color)))[1]
+    return LightTerm(light, index, _over(dim, gain), tuple(_over(color, gain) for color in colors), gain)
 
 
 def _over(color: Vector, gain: float) -> Vector:
@@ -258,7 +259,7 @@ def _product(most: float, reflectance: Vector, light: Vector, intensity: float =
         return reflectance
     (red, green, blue), (r, g, b) = reflectance, light
     if not (r or g or b):
-        return _BLACK
+        return BLACK
     product = red * r * intensity, green * g * intensity, blue * b * intensity
     if min(product) >= _SMALL and max(product) <= most and max(red, green, blue, r, g, b, intensity) <= _TAME:
         return product

@@ -14,7 +14,7 @@ from fractions import Fraction
 import numpy as np
 
 from pvphong.base.types import Float64Array, Vector, VectorLike
-from pvphong.optics.lights import DirectionalLight, Light, PointLight, SpotLight
+from pvphong.optics.roles import Place
 from pvphong.shading.equation import Equation, LightTerm
 
 # From where 2⁻⁵³ of the offset is more than 2⁻²⁴ of the way to a light. Nearer, nothing shows even in float32; and a
@@ -31,9 +31,8 @@ def beside_the_mesh(equation: Equation) -> Equation:
     matrix = equation.matrix
     if matrix is None or matrix[3, :3].any() or not matrix[3, 3] or not matrix[:3, 3].any():
         return equation
-    kinds = (DirectionalLight, PointLight, SpotLight)
-    if not all(isinstance(term.light, kinds) for term in equation.terms):
-        return equation  # nobody knows where a light of another kind is
+    if not all(term.light.is_placed for term in equation.terms):
+        return equation  # nobody knows where they are
     with np.errstate(over="ignore", invalid="ignore"):
         offset = matrix[:3, 3] / matrix[3, 3]
         ways = [float(np.abs(np.subtract(place, offset)).max()) for place in _places(equation)]
@@ -53,16 +52,12 @@ def beside_the_mesh(equation: Equation) -> Equation:
 
 def _places(equation: Equation) -> list[VectorLike]:
     """Where the lights stand, and the eye, if it counts."""
-    lights = [term.light for term in equation.terms]
-    places: list[VectorLike] = [light.position for light in lights if isinstance(light, (PointLight, SpotLight))]
+    places: list[VectorLike] = [place for term in equation.terms for place in term.light.values(Place)]
     return places if equation.eye is None else [*places, equation.eye]
 
 
 def _moved(term: LightTerm, matrix: Float64Array) -> LightTerm:
-    light: Light = term.light
-    if isinstance(light, (PointLight, SpotLight)):
-        light = replace(light, position=_seen_from_offset(light.position, matrix))
-    return replace(term, light=light)
+    return replace(term, light=term.light.moved(lambda place: _seen_from_offset(place, matrix)))
 
 
 def _seen_from_offset(place: VectorLike, matrix: Float64Array) -> Vector:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from pvphong.base.types import FloatArray
@@ -36,3 +37,13 @@ class Shading:
     emission: FloatArray | None = None
     per_light: FloatArray | None = None
     base: FloatArray | None = None
+
+    @classmethod
+    def empty(cls, count: int, lights: int, real: np.dtype[Any], *, components: bool) -> Shading:
+        """Arrays for so many vertices and lights: colours to be written, components to be added to."""
+        rgb = np.empty((count, 3), real)
+        if not components:
+            return cls(rgb)
+        ambient, diffuse, specular, emission, base = (np.zeros((count, 3), real) for _ in range(5))
+        per_light = np.zeros((lights, count, 3), real)
+        return cls(rgb, ambient, diffuse, specular, emission, per_light, base)

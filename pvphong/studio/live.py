@@ -14,11 +14,8 @@ from pvphong.meshes.surfaces import surface
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
-from pvphong.shading import kernel
-from pvphong.shading.equation import assemble
-from pvphong.shading.evaluation import display_colors
-from pvphong.shading.origin import beside_the_mesh
-from pvphong.shading.plan.plan import Plan, plan_equation
+from pvphong.shading.plan.plan import Plan
+from pvphong.shading.vertices import Vertices
 
 ARRAY = "phong"
 """Name of the drawn mesh's colours, uint8 RGB."""
@@ -66,12 +63,9 @@ class LiveMesh:
         state = self._state(scene)
         if state == self._drawn_for and not self._viewer_moved(scene):
             return False
-        points = check.array("points", self.drawn.points)
-        whole = beside_the_mesh(assemble(scene, self.material, self.matrix))
-        self._plan = plan_equation(whole, points, None, scene, 0.0, kernel.find_bounds)
-        unread = np.broadcast_to(np.zeros(3, points.dtype), points.shape)
-        normals = self.normals if "normals" in self._plan.needs else unread
-        display_colors(points, normals, whole, self._plan.equation, self._current_albedo(), self._colors)
+        vertices = Vertices(self.drawn.points, lambda: self.normals, self._current_albedo())
+        self._plan = Plan.of(scene, self.material, vertices, matrix=self.matrix)
+        self._plan.run_for_display(vertices, self._colors)
         self._drawn_for, self._viewer = state, scene.viewer
         self.drawn.GetPointData().GetArray(ARRAY).Modified()
         return True

@@ -9,8 +9,9 @@ from typing import Any
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.optics.lights import DirectionalLight, Light, PointLight, from_vtk
+from pvphong.optics.lights import Light
 from pvphong.scene.viewer import Viewer
+from pvphong.vtk.lights import from_vtk, write_light
 
 
 @dataclass(frozen=True)
@@ -52,15 +53,16 @@ class LightHandle:
         """Give the light a new value, in place."""
         guest, before = self.vtk_light, self.light(viewer)
         position, focal_point, cone = guest.GetPosition(), guest.GetFocalPoint(), guest.GetConeAngle()
-        light.write_to(guest, viewer)
+        write_light(light, guest, viewer)
         # VTK keeps more of a light than its meaning: leave the user's own object what it need not lose.
         if self._is_guest and light.frame == before.frame == "world" and type(light) is type(before):
-            if isinstance(light, PointLight):
+            values = light.as_vtk()
+            if not values.is_positional:
+                guest.SetPosition(position)
+                guest.SetFocalPoint(*(p + d for p, d in zip(position, values.direction, strict=True)))
+            elif values.cone_angle is None:
                 guest.SetConeAngle(cone)
                 guest.SetFocalPoint(focal_point)
-            elif isinstance(light, DirectionalLight):
-                guest.SetPosition(position)
-                guest.SetFocalPoint(*(p + d for p, d in zip(position, light.direction, strict=True)))
         self._own, self._name = light, light.name
         self._echo = _fields(self.vtk_light)
 

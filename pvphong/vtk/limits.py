@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pvphong.base.types import BoolArray, Float64Array, rgb
-from pvphong.optics.lights import DirectionalLight, Light, SpotLight
+from pvphong.optics.light import Light, VtkValues
 from pvphong.vtk.obstacles import reflected
 from pvphong.vtk.terms import Terms
 
@@ -170,7 +170,7 @@ def _share(surface: _Surface, light: Light, terms: Terms, tolerance: float) -> _
     matte = max(reflected(terms.material.diffuse, rgb(light.diffuse), light))
     shiny = max(reflected(terms.material.specular, rgb(light.diffuse), light))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
-        came = _arrival(surface, light.in_world(terms.viewer))
+        came = _arrival(surface, light.in_world(terms.viewer).as_vtk())
         n_l = _dot(surface.normals, came.direction)
         peak = _peak(surface, came, n_l, terms)
         front = (n_l > 0.0) | (terms.tier == 1)
@@ -218,11 +218,11 @@ def _cosine(
     return f, sine * turn + 0.5 * _ROUNDING * turn * turn + 3.0, _FLOOR
 
 
-def _arrival(surface: _Surface, light: Any) -> _Arrival:
-    """`light` in the world."""
+def _arrival(surface: _Surface, light: VtkValues) -> _Arrival:
+    """Of a light in the world."""
     count = len(surface.points)
     everywhere, nowhere = np.ones(count, dtype=bool), np.zeros(count, dtype=bool)
-    if isinstance(light, DirectionalLight):
+    if not light.is_positional:
         travel = np.array(light.direction)
         direction = np.broadcast_to(-travel / np.linalg.norm(travel), surface.points.shape)
         return _Arrival(direction, np.ones(count), 1.0, 0.0, everywhere, nowhere)
@@ -235,7 +235,7 @@ def _arrival(surface: _Surface, light: Any) -> _Arrival:
     weakening = constant + distance * (linear + quadratic * distance)
     steepness = distance * (linear + 2.0 * quadratic * distance) / weakening
     direction, strength, error = to_light / distance[:, None], 1.0 / weakening, steepness * place + 4.0
-    if not isinstance(light, SpotLight) or light.cone_angle >= 90.0:
+    if light.cone_angle is None or light.cone_angle >= 90.0:
         return _Arrival(direction, strength, angle, error, everywhere, nowhere)
     cosine, sine = _off_axis(direction, light)
     limit = math.cos(math.radians(light.cone_angle))
@@ -245,7 +245,7 @@ def _arrival(surface: _Surface, light: Any) -> _Arrival:
     return _Arrival(direction, strength * falloff, angle, error, cosine >= limit, edge)
 
 
-def _off_axis(direction: Float64Array, light: SpotLight) -> tuple[Float64Array, Float64Array]:
+def _off_axis(direction: Float64Array, light: VtkValues) -> tuple[Float64Array, Float64Array]:
     """Cosine and sine of the angle between a spot's axis and the way from it to the vertices."""
     axis = np.array(light.direction) / np.linalg.norm(light.direction)
     cosine = -(direction @ axis)

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from pvphong.base import check
 from pvphong.base.types import ColorLike, Float64Array, Vector, rgb
 from pvphong.geometry.transform import SingularMatrixWarning, normal_matrix
-from pvphong.optics.lights import DirectionalLight, Light, SpotLight, type_names
+from pvphong.optics.light import Light
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.vtk.oracle import HIGHEST_POWER
@@ -68,17 +69,26 @@ class InexpressibleError(ValueError):
 
 
 def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array | None) -> None:
-    """Raise `InexpressibleError` if VTK's shader cannot draw the scene; ValueError for a kind of light unknown to it.
+    """Raise `InexpressibleError` if VTK's shader cannot draw the scene, ValueError for a light or reflectance it lacks.
 
     What has no effect is no obstacle: the specular colour of a light on a material without specular, say.
     """
-    type_names(scene.lights)
+    _refuse_unknown(scene, material)
     obstacles = [*_of_matrix(scene, matrix)]
     if scene.light_model.convention == "standard":
         obstacles += [*_of_colors(scene, material), *_of_highlights(scene, material)]
     obstacles += _of_powers(scene, material)
     if obstacles:
         raise InexpressibleError(obstacles, scene, material)
+
+
+def _refuse_unknown(scene: Scene, material: Material) -> None:
+    for index, light in enumerate(scene.lights):
+        if light.vtk_obstacle:
+            check.refuse(f"lights[{index}]", light.vtk_obstacle, "a light that VTK has")
+    if material.reflectance is not None:
+        remedy = "Leave it out: VTK's is Phong's."
+        check.refuse("reflectance", material.reflectance, "None where VTK is to draw it", remedy)
 
 
 def shining(scene: Scene) -> list[Light]:
@@ -109,7 +119,7 @@ def is_headlight_tier(scene: Scene) -> bool:
     Blinn-Phong with the viewer at infinity, for a headlight alone.
     """
     lights = shining(scene)
-    alone = len(lights) == 1 and isinstance(lights[0], DirectionalLight) and lights[0].frame == "headlight"
+    alone = len(lights) == 1 and lights[0].is_even and lights[0].frame == "headlight"
     return alone and scene.light_model.reflection == "blinn-phong" and seen_from_infinity(scene)
 
 
@@ -119,7 +129,7 @@ def _of_colors(scene: Scene, material: Material) -> Iterator[Obstacle]:
             continue
         if any(reflected(material.ambient, rgb(light.ambient), light)):
             what = f"ambient light of its own from lights[{index}] (ambient={light.ambient})"
-            if isinstance(light, DirectionalLight):
+            if light.is_even:
                 yield Obstacle(what, f"LightModel.ambient brighter by that of lights[{index}]", _ambient_moved(index))
             else:
                 yield Obstacle(what, f"lights[{index}] with ambient=0", _with_light(index, ambient=0.0))
@@ -136,7 +146,7 @@ def _of_highlights(scene: Scene, material: Material) -> Iterator[Obstacle]:
         power = material.shininess / 4.0
         instead = f"reflection='phong' with shininess={power:g}"
         yield Obstacle("Blinn-Phong highlights (VTK's are Phong's)", instead, _as_phong)
-    positional = [light for light in shining(scene) if not isinstance(light, DirectionalLight)]
+    positional = [light for light in shining(scene) if not light.is_even]
     if seen_from_infinity(scene) and positional:
         what = "highlights for a viewer at infinity beside lights with a position (VTK's viewer is local)"
         yield Obstacle(what, "local_viewer=True and parallel=False", _with_local_viewer)
@@ -147,8 +157,8 @@ def _of_powers(scene: Scene, material: Material) -> Iterator[Obstacle]:
         what = f"a shininess of {material.shininess:g} (VTK clamps powers to {HIGHEST_POWER:g})"
         yield Obstacle(what, f"shininess at most {HIGHEST_POWER:g}", _with_power_in_reach)
     for index, light in enumerate(scene.lights):
-        if light.on and isinstance(light, SpotLight) and light.exponent > HIGHEST_POWER:
-            what = f"an exponent of {light.exponent:g} in lights[{index}] (VTK clamps them to {HIGHEST_POWER:g})"
+        if light.on and (exponent := light.as_vtk().exponent) > HIGHEST_POWER:
+            what = f"an exponent of {exponent:g} in lights[{index}] (VTK clamps them to {HIGHEST_POWER:g})"
             change = _with_light(index, exponent=HIGHEST_POWER)
             yield Obstacle(what, f"lights[{index}] with exponent={HIGHEST_POWER:g}", change)
 

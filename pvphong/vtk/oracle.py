@@ -24,6 +24,7 @@ from pvphong.meshes.surfaces import surface
 from pvphong.optics.lights import Light
 from pvphong.optics.material import Material
 from pvphong.scene.viewer import Viewer
+from pvphong.vtk.lights import write_light
 from pvphong.vtk.vertex_window import driver, shade_vertices
 
 __all__ = ["HIGHEST_POWER", "driver", "vtk_shade"]
@@ -114,8 +115,8 @@ def vtk_light(light: Any, viewer: Viewer) -> vtkLight:
     """A copy that the renderer may move. Its floats are kept, where `pyvista.Light.copy` rounds colours to 8 bits."""
     copy = vtkLight()
     if isinstance(light, Light):
-        _within_vtk("exponent", getattr(light, "exponent", 0.0))
-        light.write_to(copy, viewer)
+        _within_vtk("exponent", light.as_vtk().exponent)
+        write_light(light, copy, viewer)
     elif isinstance(light, vtkLight):
         copy.DeepCopy(light)
     else:

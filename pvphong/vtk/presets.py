@@ -11,8 +11,9 @@ from vtkmodules.vtkRenderingCore import vtkLightKit, vtkRenderer
 
 from pvphong.base import check
 from pvphong.base.types import Vector
-from pvphong.optics.lights import DirectionalLight, Light, PointLight, from_vtk
+from pvphong.optics.lights import DirectionalLight, Light, PointLight
 from pvphong.scene.viewer import Viewer
+from pvphong.vtk.lights import from_vtk
 
 _AWAY = 1.0
 """How far the lights of `three_point` stand from the middle, in diagonals of the mesh's bounds."""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from pvphong.base.types import Float64Array, Vector, rgb
-from pvphong.optics.lights import DirectionalLight, Light, SpotLight
+from pvphong.optics.lights import DirectionalLight, Light
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
@@ -107,9 +107,11 @@ def _standard(
 
 
 def _with_a_cone(light: Light) -> Light:
-    if isinstance(light, SpotLight) and light.cone_angle > _WIDEST_CONE:
-        return replace(light, cone_angle=_WIDEST_CONE)
-    return light
+    angle = light.as_vtk().cone_angle
+    if angle is None or angle <= _WIDEST_CONE:
+        return light
+    narrowed: dict[str, Any] = {"cone_angle": _WIDEST_CONE}
+    return replace(light, **narrowed)
 
 
 def _far_away(viewer: Viewer, center: Float64Array, size: float) -> Viewer:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from pvphong.base import check
-from pvphong.optics.light import Arrival, Light
-from pvphong.optics.lights.conversion import as_light, from_vtk, light_from_homogeneous
+from pvphong.optics.light import Light
+from pvphong.optics.lights.conversion import light_from_homogeneous, light_from_values
 from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.lights.point import PointLight
 from pvphong.optics.lights.spot import SpotLight
@@ -24,25 +22,17 @@ def type_name(argument: str, light: Light) -> str:
     for name, kind in LIGHT_TYPES.items():
         if kind is type(light):
             return name
-    remedy = "A kind of light of your own can be evaluated and planned; files, windows and VTK do not know it."
-    return check.refuse(argument, light, f"one of {', '.join(LIGHT_TYPES)}", remedy)
-
-
-def type_names(lights: Iterable[Light]) -> list[str]:
-    """The names of all lights' kinds; ValueError for one without a name."""
-    return [type_name(f"lights[{index}]", light) for index, light in enumerate(lights)]
+    remedy = "A kind of light of your own can be evaluated and planned; files do not know it."
+    return check.refuse(argument, light, f"one of {', '.join(LIGHT_TYPES)} in a file", remedy)
 
 
 __all__ = [
     "LIGHT_TYPES",
-    "Arrival",
     "DirectionalLight",
     "Light",
     "PointLight",
     "SpotLight",
-    "as_light",
-    "from_vtk",
     "light_from_homogeneous",
+    "light_from_values",
     "type_name",
-    "type_names",
 ]

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 import numpy as np
 
-from pvphong.base import check
 from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.base.vectors import moderate_vector
-from pvphong.optics.light import Arrival, EyeSpace, Light
+from pvphong.geometry.extent import Sphere
+from pvphong.optics.light import Arrival, Light, Reach, VtkValues
+from pvphong.optics.roles import aim
 
-if TYPE_CHECKING:
-    import pyvista as pv
+# Radians by which a direction may be off in float64.
+_SLACK = 1e-7
 
 
 @dataclass(frozen=True)
@@ -34,19 +35,9 @@ class DirectionalLight(Light):
         If a field is out of range; the message names the field.
     """
 
-    direction: VectorLike = (0.0, 0.0, -1.0)
+    direction: VectorLike = aim()
 
-    def _check_geometry(self) -> None:
-        self._set("direction", check.direction("direction", self.direction))
-
-    def in_world(self, viewer: EyeSpace) -> DirectionalLight:
-        """This light with its direction in the world, as `viewer` makes it."""
-        if self.frame == "camera":
-            x, y, z = self.direction
-            return replace(self, direction=viewer.vector_to_world((x, y, z)), frame="world")
-        if self.frame == "headlight":
-            return replace(self, direction=viewer.view_direction, frame="world")
-        return self
+    is_even: ClassVar[bool] = True
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:  # noqa: ARG002 the same everywhere
         """The direction against the light's travel, shape (3, 1), and strength 1."""
@@ -65,8 +56,11 @@ class DirectionalLight(Light):
         (x, y, z), inverse_length = self.way
         return x * inverse_length, y * inverse_length, z * inverse_length
 
-    def _place(self, light: pv.Light, distance: float) -> None:  # noqa: ARG002 infinitely far away
+    def reach(self, sphere: Sphere | None) -> Reach:  # noqa: ARG002 the same everywhere
+        """Strength 1 from one direction."""
+        return Reach(1.0, self.to_light, _SLACK)
+
+    def as_vtk(self) -> VtkValues:
+        """Its direction."""
         x, y, z = self.direction
-        light.SetPositional(False)
-        light.SetPosition(-x, -y, -z)
-        light.SetFocalPoint(0.0, 0.0, 0.0)
+        return VtkValues(False, (x, y, z))

@@ -2,52 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from pvphong.base import check
 from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.base.vectors import ways_to
-from pvphong.optics.light import Arrival, EyeSpace, Light, place_for_vtk
+from pvphong.geometry.extent import Sphere, sight
+from pvphong.optics import attenuation as weakening
+from pvphong.optics.attenuation import attenuate, coefficients, strongest
+from pvphong.optics.light import NOTHING_KNOWN, Arrival, Light, Reach, Simpler, VtkValues
+from pvphong.optics.lights.directional import DirectionalLight
+from pvphong.optics.roles import place
 
-if TYPE_CHECKING:
-    import pyvista as pv
+# Radians by which a direction may be off in float64.
+_SLACK = 1e-7
 
-
-def check_attenuation(value: VectorLike) -> Vector:
-    """Constant, linear and quadratic coefficient: all >= 0 and not all zero."""
-    constant, linear, quadratic = check.numbers_in("attenuation", value, 3)
-    if min(constant, linear, quadratic) < 0.0 or not (constant or linear or quadratic):
-        check.refuse(
-            "attenuation",
-            value,
-            "three numbers >= 0 (constant, linear, quadratic) that are not all zero",
-            "(1, 0, 0) is a light that does not weaken with distance.",
-        )
-    return constant, linear, quadratic
-
-
-def attenuate(distance: Float64Array, attenuation: VectorLike) -> Float64Array:
-    """1 / (c + l·d + q·d²) at distances d (OpenGL 2.1 specification, section 2.14.1); at most the largest float.
-
-    Where the point is not finite (d is NaN) nothing arrives. On the light itself (d = 0) it is 1/c,
-    and 0 where c = 0: the light cannot be seen from inside itself.
-    """
-    constant, linear, quadratic = attenuation
-    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-        # Horner's form; without a quadratic term d² must not come up, it may overflow where 0·d² is 0.
-        weakening = distance * linear if not quadratic else (distance * quadratic + linear) * distance
-        weakening += constant
-        strength: Float64Array = np.divide(1.0, weakening, out=weakening)
-    if constant < np.finfo(np.float64).tiny:  # the sum may have underflowed; finite, so that 0 times it is 0
-        np.minimum(strength, np.finfo(np.float64).max, out=strength)
-    if not distance.min(initial=1.0) > 0.0:  # a NaN, or a vertex on the light
-        strength[np.isnan(distance)] = 0.0
-        if not constant:
-            strength[distance == 0.0] = 0.0
-    return strength
+# In radii of the vertices' sphere: nearer than this its direction is never taken for the same everywhere.
+_FAR = 2
 
 
 @dataclass(frozen=True)
@@ -69,21 +43,8 @@ class PointLight(Light):
         If a field is out of range; the message names the field.
     """
 
-    position: VectorLike = (0.0, 0.0, 0.0)
-    attenuation: VectorLike = (1.0, 0.0, 0.0)
-
-    def _check_geometry(self) -> None:
-        self._set("position", check.vector("position", self.position))
-        self._set("attenuation", check_attenuation(self.attenuation))
-
-    def in_world(self, viewer: EyeSpace) -> PointLight:
-        """This light with its position in the world, as `viewer` makes it."""
-        if self.frame == "camera":
-            x, y, z = self.position
-            return replace(self, position=viewer.point_to_world((x, y, z)), frame="world")
-        if self.frame == "headlight":
-            return replace(self, position=viewer.position, frame="world")
-        return self
+    position: VectorLike = place()
+    attenuation: VectorLike = coefficients()
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
         """Direction to the light, shape (3, n), and attenuation, shape (n,), at points (3, n)."""
@@ -91,10 +52,57 @@ class PointLight(Light):
         ways, inverse_length, distance = ways_to((x, y, z), points, real)
         return Arrival(ways, attenuate(distance, self.attenuation), inverse_length)
 
-    def _place(self, light: pv.Light, distance: float) -> None:
-        x, y, z = self.position
-        light.SetPositional(True)
-        light.SetConeAngle(90.0)  # VTK's point light is a spot without a cone
-        light.SetAttenuationValues(*self.attenuation)
-        light.SetPosition(place_for_vtk((x, y, z), self.frame, distance))
-        light.SetFocalPoint(place_for_vtk((x, y, z - 1.0), self.frame, distance))
+    @property
+    def effects(self) -> frozenset[str]:
+        """Its position, and its attenuation if it weakens."""
+        return placed_effects(self)
+
+    def reach(self, sphere: Sphere | None) -> Reach:
+        """What it sends to the nearest vertex."""
+        return placed_reach(self, sphere)
+
+    def simpler(self, sphere: Sphere | None) -> Iterator[Simpler]:
+        """As one that does not weaken; such a one as parallel light."""
+        yield from weakening.taken_as_even(self, sphere)
+        seen = sight(self.position, sphere)
+        if tuple(self.attenuation) == weakening.NONE and seen is not None and seen.distance >= _FAR * seen.radius:
+            x, y, z = seen.direction
+            why = "far away: its direction is the same to {bound:.2g}"
+            yield Simpler("position", why, DirectionalLight(direction=(-x, -y, -z)), turn=seen.turn)
+
+    def without(self, effect: str, point: Vector) -> tuple[Light, float]:
+        """As parallel light, or as strong everywhere as at a point."""
+        return placed_without(self, effect, point)
+
+    def as_vtk(self) -> VtkValues:
+        """Position and attenuation; VTK's point light is a spot without a cone."""
+        (x, y, z), (c, l, q) = self.position, self.attenuation
+        return VtkValues(True, (0.0, 0.0, -1.0), (x, y, z), (c, l, q))
+
+
+# What holds for a light with `position` and `attenuation`, whatever its directions.
+
+
+def placed_effects(light: Any) -> frozenset[str]:
+    """The effects that it calls for."""
+    weakens = tuple(light.attenuation) != weakening.NONE
+    return frozenset({"position", weakening.EFFECT} if weakens else {"position"})
+
+
+def placed_reach(light: Any, sphere: Sphere | None) -> Reach:
+    """The nearest vertex gets most; the direction turns as its position is seen."""
+    seen = sight(light.position, sphere)
+    if seen is None:
+        return NOTHING_KNOWN
+    return Reach(strongest(light.position, light.attenuation, sphere), seen.direction, seen.turn + _SLACK)
+
+
+def placed_without(light: Any, effect: str, point: Vector) -> tuple[Light, float]:
+    """Taken as it is at a point: its strength, or with it its direction too."""
+    if effect == weakening.EFFECT:
+        return weakening.taken_as_at(light, point)
+    if effect != "position":
+        return light, 1.0
+    arrival = light.arrival(np.array(point)[:, None])
+    x, y, z = (-arrival.direction[:, 0]).tolist()
+    return DirectionalLight(direction=(x, y, z)), float(np.broadcast_to(arrival.strength, 1)[0])

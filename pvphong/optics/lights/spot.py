@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from pvphong.base import check
-from pvphong.base.types import Float64Array, Vector, VectorLike
-from pvphong.base.vectors import dot, unit_vector, ways_to
-from pvphong.optics.light import Arrival, EyeSpace, Light, place_for_vtk, point_ahead
-from pvphong.optics.lights.point import attenuate, check_attenuation
+from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
+from pvphong.base.vectors import angle_between, dot, unit_vector, ways_to
+from pvphong.geometry.extent import Sphere, sight
+from pvphong.optics import attenuation as weakening
+from pvphong.optics.attenuation import attenuate, coefficients, strongest
+from pvphong.optics.light import Arrival, Light, Reach, Simpler, VtkValues
+from pvphong.optics.lights.point import PointLight, placed_effects, placed_reach, placed_without
+from pvphong.optics.roles import aim, angle, place, power
 
-if TYPE_CHECKING:
-    import pyvista as pv
+CONE = "cone"
+"""The plan's effect."""
+
+_HALF = "It is half the opening angle, in degrees; a light without a cone is a PointLight."
+
+# Angles are known to this many radians: arc cosines lose half the digits near 0.
+_SLACK = 1e-6
 
 
 @dataclass(frozen=True)
@@ -47,29 +56,11 @@ class SpotLight(Light):
         If a field is out of range; the message names the field.
     """
 
-    position: VectorLike = (0.0, 0.0, 0.0)
-    direction: VectorLike = (0.0, 0.0, -1.0)
-    cone_angle: float = 30.0
-    exponent: float = 1.0
-    attenuation: VectorLike = (1.0, 0.0, 0.0)
-
-    def _check_geometry(self) -> None:
-        self._set("position", check.vector("position", self.position))
-        self._set("direction", check.direction("direction", self.direction))
-        remedy = "It is half the opening angle, in degrees; a light without a cone is a PointLight."
-        self._set("cone_angle", check.number("cone_angle", self.cone_angle, above=0.0, at_most=90.0, remedy=remedy))
-        self._set("exponent", check.number("exponent", self.exponent, at_least=0.0))
-        self._set("attenuation", check_attenuation(self.attenuation))
-
-    def in_world(self, viewer: EyeSpace) -> SpotLight:
-        """This light with position and direction in the world, as `viewer` makes them."""
-        if self.frame == "camera":
-            (px, py, pz), (dx, dy, dz) = self.position, self.direction
-            position, direction = viewer.point_to_world((px, py, pz)), viewer.vector_to_world((dx, dy, dz))
-            return replace(self, position=position, direction=direction, frame="world")
-        if self.frame == "headlight":
-            return replace(self, position=viewer.position, direction=viewer.view_direction, frame="world")
-        return self
+    position: VectorLike = place()
+    direction: VectorLike = aim()
+    cone_angle: float = angle(30.0, "cone", above=0.0, at_most=90.0, remedy=_HALF)
+    exponent: float = power(1.0)
+    attenuation: VectorLike = coefficients()
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
         """Direction to the light, shape (3, n), and attenuation times spot factor, shape (n,), at points (3, n)."""
@@ -86,28 +77,83 @@ class SpotLight(Light):
         With the chord D between the axis and the ray, cos θ = 1 − ½|D|²: narrow cones and high exponents
         keep their digits, where a cosine near 1 has lost them.
         """
-        axis = np.array(self.axis)[:, None]
-        chord = axis + to_light
-        square = dot(chord, chord)
-        edge = 4.0 * math.sin(math.radians(self.cone_angle) / 2.0) ** 2
-        inside = square <= edge
+        square = self._chord_square(to_light)
+        inside = square <= self._edge
         if self.exponent == 0.0:
             return inside.astype(np.float64)
         with np.errstate(divide="ignore", over="ignore"):  # the far hemisphere: log of 0 gives 0 in the end
             falloff = np.exp(self.exponent * np.log1p(-np.minimum(0.5 * square, 1.0)))
         return np.where(inside, falloff, 0.0)
 
+    def _chord_square(self, to_light: FloatArray) -> FloatArray:
+        chord = np.array(self.axis)[:, None] + to_light
+        return np.asarray(dot(chord, chord))
+
+    @property
+    def _edge(self) -> float:
+        """The chord's square at the cone's edge."""
+        return 4.0 * math.sin(math.radians(self.cone_angle) / 2.0) ** 2
+
     @cached_property
     def axis(self) -> Vector:
         """Unit vector along the cone's axis, in which the light travels."""
         return unit_vector(self.direction)
 
-    def _place(self, light: pv.Light, distance: float) -> None:
-        (px, py, pz), (dx, dy, dz) = self.position, self.direction
-        light.SetPositional(True)
-        light.SetConeAngle(self.cone_angle)
-        light.SetExponent(self.exponent)
-        light.SetAttenuationValues(*self.attenuation)
-        position = place_for_vtk((px, py, pz), self.frame, distance)
-        light.SetPosition(position)
-        light.SetFocalPoint(point_ahead(position, (dx, dy, dz)))
+    @property
+    def effects(self) -> frozenset[str]:
+        """A point light's, and its cone."""
+        return placed_effects(self) | {CONE}
+
+    def reach(self, sphere: Sphere | None) -> Reach:
+        """A point light's: nothing is lost by forgetting the cone."""
+        return placed_reach(self, sphere)
+
+    def simpler(self, sphere: Sphere | None) -> Iterator[Simpler]:
+        """Off outside its cone, a point light inside it; and as one that does not weaken."""
+        yield from self._without_cone(sphere)
+        yield from weakening.taken_as_even(self, sphere)
+
+    def _without_cone(self, sphere: Sphere | None) -> Iterator[Simpler]:
+        seen = sight(self.position, sphere)
+        if seen is None:
+            return
+        middle, edge = math.pi - angle_between(seen.direction, self.axis), math.radians(self.cone_angle)
+        least, most = max(middle - seen.turn, 0.0), min(middle + seen.turn, math.pi)
+        if least > edge + _SLACK:
+            margin = math.degrees(least - edge)
+            why = f"mesh lies outside the cone by {f'{margin:.0f}' if margin >= 1.0 else f'{margin:.1g}'}°"
+            yield Simpler(CONE, why, None, is_exact=True)
+        elif most < edge - _SLACK:
+            yield self._as_point(sphere, max(least - _SLACK, 0.0), most + _SLACK)
+
+    def _as_point(self, sphere: Sphere | None, least: float, most: float) -> Simpler:
+        """For vertices between two angles off the axis, all inside the cone."""
+        point, why = PointLight(position=self.position, attenuation=self.attenuation), "mesh lies inside the cone"
+        if self.exponent == 0.0:
+            return Simpler(CONE, why, point, is_exact=True)
+        brightest, darkest = (max(math.cos(off_axis), 0.0) ** self.exponent for off_axis in (least, most))
+        spread = strongest(self.position, self.attenuation, sphere) * (brightest - darkest) / 2
+        return Simpler(
+            CONE, why + ", whose light is even to {bound:.2g}", point, factor=(brightest + darkest) / 2, spread=spread
+        )
+
+    def without(self, effect: str, point: Vector) -> tuple[Light, float]:
+        """A point light, parallel light, or as strong everywhere as at a point."""
+        if effect == CONE:
+            return PointLight(position=self.position, attenuation=self.attenuation), 1.0
+        return placed_without(self, effect, point)
+
+    def offsets(self, points: Float64Array) -> Iterator[Float64Array]:
+        """From its position, and from its axis."""
+        axis, from_light = np.array(self.axis)[:, None], points - np.array(self.position)[:, None]
+        yield from_light
+        yield from_light - dot(axis, from_light) * axis
+
+    def edges(self, directions: FloatArray) -> Iterator[FloatArray]:
+        """Of the cone."""
+        yield self._edge - self._chord_square(directions)
+
+    def as_vtk(self) -> VtkValues:
+        """All its fields. VTK takes a cone of 90° for none, and keeps exponents up to 128."""
+        (x, y, z), (c, l, q), (dx, dy, dz) = self.position, self.attenuation, self.direction
+        return VtkValues(True, (dx, dy, dz), (x, y, z), (c, l, q), self.cone_angle, self.exponent)

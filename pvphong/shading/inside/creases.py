@@ -6,14 +6,12 @@ turns, a spot's angle at the edge of its cone, a highlight's cosine where it is 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
 
-from pvphong.base.types import Float64Array
+from pvphong.base.types import Float64Array, FloatArray
 from pvphong.base.vectors import columns, dot
-from pvphong.optics.lights import SpotLight
 from pvphong.shading.equation import Equation
 from pvphong.shading.inside.peaks import Places, chords, to_viewer
 
@@ -36,7 +34,7 @@ def creases(points: Float64Array, normals: Float64Array, equation: Equation) -> 
         yield from sign_changes(values.reshape(-1, 3))
 
 
-def sign_changes(values: Float64Array) -> Iterator[Places]:
+def sign_changes(values: FloatArray) -> Iterator[Places]:
     """Where a value changes its sign in triangles: on two sides, half-way between, and a little beside each.
 
     Parameters
@@ -61,19 +59,16 @@ def sign_changes(values: Float64Array) -> Iterator[Places]:
             yield Places(rows, weights)
 
 
-def _values(points: Float64Array, normals: Float64Array, equation: Equation) -> Iterator[Float64Array]:
+def _values(points: Float64Array, normals: Float64Array, equation: Equation) -> Iterator[FloatArray]:
     """For each crease the value (k,) that changes its sign there, at points and normals (k, 3)."""
     p, n = columns(points), columns(normals)
     if equation.two_sided:
         yield dot(n, to_viewer(p, equation))
     for term in equation.terms:
         to_light = term.light.arrival(p).direction
-        if any(term.diffuse) or any(term.specular):
+        if term.needs_normals:
             yield dot(n, to_light)  # with the normal's length: so it is linear under a distant light
-        if isinstance(term.light, SpotLight):
-            axis = np.array(term.light.axis)[:, None]
-            edge = 4.0 * math.sin(math.radians(term.light.cone_angle) / 2.0) ** 2
-            yield edge - dot(axis + to_light, axis + to_light)
-        if any(term.specular) and 0.0 < equation.shininess < _SMOOTH:
+        yield from term.light.edges(to_light)
+        if equation.has(term, "specular") and 0.0 < equation.reflectance.sharpness < _SMOOTH:
             chord = chords(term, equation)(points, normals)
             yield 1.0 - np.einsum("ki,ki->k", chord, chord) / 2.0

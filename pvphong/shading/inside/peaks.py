@@ -15,7 +15,6 @@ import numpy as np
 
 from pvphong.base.types import BoolArray, Float64Array, IntArray
 from pvphong.base.vectors import columns, dot, towards, unit
-from pvphong.optics.lights import PointLight, SpotLight
 from pvphong.shading.equation import Equation, LightTerm
 
 # Step, in barycentric coordinates, of the differences by which a highlight's chord is followed.
@@ -54,13 +53,12 @@ def peaks(points: Float64Array, normals: Float64Array, equation: Equation) -> It
     equation : Equation
         The lights and the viewer.
     """
+    sharpness = equation.reflectance.sharpness
     for term in equation.terms:
-        if isinstance(term.light, (PointLight, SpotLight)):
-            yield _linear_peaks(_offsets_from_light(term.light), points, normals)
-        if isinstance(term.light, SpotLight):
-            yield _linear_peaks(_offsets_from_axis(term.light), points, normals)
-        if any(term.specular) and equation.shininess > 0.0:
-            yield _highlights(chords(term, equation), points, normals, equation.shininess)
+        for offsets in term.light.offsets(columns(points.reshape(-1, 3))):
+            yield _linear_peaks(offsets.T.reshape(points.shape))
+        if sharpness > 0.0 and equation.has(term, "specular"):
+            yield _highlights(chords(term, equation), points, normals, sharpness)
 
 
 def to_viewer(points: Float64Array, equation: Equation) -> Float64Array:
@@ -74,19 +72,15 @@ def chords(term: LightTerm, equation: Equation) -> Offsets:
     def offsets(points: Float64Array, normals: Float64Array) -> Float64Array:
         p, n = columns(points), unit(columns(normals))[0]
         v, to_light = to_viewer(p, equation), term.light.arrival(p).direction
-        if equation.headlight_only:
-            return (to_light - n).T
-        if equation.reflection == "phong":
-            return (2.0 * dot(n, to_light) * n - to_light - v).T
         if equation.two_sided:
             n = np.where(dot(n, v) < 0.0, -n, n)
-        return (unit(to_light + v)[0] - n).T
+        return np.asarray(equation.reflectance.chords(n, to_light, v).T, np.float64)
 
     return offsets
 
 
-def _linear_peaks(offsets: Offsets, points: Float64Array, normals: Float64Array) -> Places:
-    weights = _shortest(_at_corners(offsets, points, normals))
+def _linear_peaks(offsets: Float64Array) -> Places:
+    weights = _shortest(offsets)
     rows = np.flatnonzero(_off_corners(weights))
     return Places(rows, weights[rows])
 
@@ -168,20 +162,3 @@ def _shortest_on_sides(at_corners: Float64Array) -> Float64Array:
         weights[side, :, side], weights[side, :, (side + 1) % 3] = 1.0 - along, along
         lengths[side] = np.linalg.norm(p + along[:, None] * pq, axis=1)
     return weights[lengths.argmin(axis=0), np.arange(len(at_corners))]
-
-
-def _offsets_from_light(light: PointLight | SpotLight) -> Offsets:
-    def offsets(points: Float64Array, _: Float64Array) -> Float64Array:
-        return points - np.array(light.position)
-
-    return offsets
-
-
-def _offsets_from_axis(light: SpotLight) -> Offsets:
-    axis = np.array(light.axis)[:, None]
-
-    def offsets(points: Float64Array, _: Float64Array) -> Float64Array:
-        from_light = columns(points - np.array(light.position))
-        return (from_light - dot(axis, from_light) * axis).T
-
-    return offsets

@@ -14,7 +14,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from pvphong.shading.equation import BRIGHTEST
+from pvphong.base.ranges import BRIGHTEST
 from pvphong.shading.kernel import (
     ahead,
     arithmetic,

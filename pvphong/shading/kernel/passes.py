@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from pvphong.shading.equation import BRIGHTEST
+from pvphong.base.ranges import BRIGHTEST
 from pvphong.shading.kernel import rows as at
 from pvphong.shading.kernel.arithmetic import exp2, inlined, log2_power, multiply_add, plain
 from pvphong.shading.kernel.rows import BLOCK

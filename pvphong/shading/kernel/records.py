@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pvphong.base.ranges import BRIGHTEST
 from pvphong.base.types import Vector
 from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.lights import DirectionalLight, Light, PointLight, SpotLight
-from pvphong.shading.equation import BRIGHTEST, Equation, LightTerm
+from pvphong.optics.reflectances import BlinnPhong, Phong
+from pvphong.optics.reflectances.vtk import VtkHeadlight
+from pvphong.shading.equation import Equation, LightTerm
 
 NO_HIGHLIGHT, PHONG, BLINN_PHONG, HEADLIGHT = range(4)
 """Kinds of highlight."""
@@ -94,6 +97,8 @@ def fits(equation: Equation) -> bool:
     lights = [term.light for term in equation.terms]
     if not all(type(light) in _KINDS for light in lights):
         return False
+    if type(equation.reflectance) not in {Phong, BlinnPhong, VtkHeadlight}:
+        return False
     numbers = [value for light in lights for value in _coefficients(light)]
     if equation.matrix is not None:
         matrix = equation.matrix
@@ -129,7 +134,7 @@ def settings(equation: Equation, *, is_wide: bool, has_albedo: bool) -> NDArray[
     for term in equation.terms:
         if isinstance(term.light, DirectionalLight):
             base = _plus(base, _times(term.ambient, min(term.gain, BRIGHTEST)))
-    floor = equation.cosine_floor
+    floor = _floor(equation)
     highlights = {_highlight(term, equation) for term in equation.terms}
     record = {
         "needs_normals": equation.needs_normals,
@@ -152,10 +157,10 @@ def settings(equation: Equation, *, is_wide: bool, has_albedo: bool) -> NDArray[
         "matrix": matrix,
         "w": w,
         "normal_matrix": normals_matrix,
-        "shininess": _exponent(equation.shininess),
+        "shininess": _exponent(equation.reflectance.sharpness),
         "floor": floor,
         "log_floor": math.log2(floor) if floor else -math.inf,
-        "dark": math.inf if floor or not equation.shininess else 2.0,
+        "dark": math.inf if floor or not equation.reflectance.sharpness else 2.0,
         "base": base if has_albedo else _plus(base, equation.emission),
         "emission": equation.emission,
         "low": 0.0 if equation.clamp else -math.inf,
@@ -183,7 +188,7 @@ def _term(term: LightTerm, equation: Equation) -> dict[str, Any]:
         "varies": False,
         "has_cone": False,
         "has_ambient": False,
-        "needs_normals": any(term.diffuse) or any(term.specular),
+        "needs_normals": any(term.colors[0]) or any(term.colors[1]),
         "highlight": _highlight(term, equation),
         "position": _position(light),
         "axis": _ORIGIN,
@@ -212,8 +217,8 @@ def _term(term: LightTerm, equation: Equation) -> dict[str, Any]:
         strength = min(term.gain / constant, BRIGHTEST)
     return record | {
         "ambient": _times(term.ambient, strength),
-        "diffuse": _times(term.diffuse, strength * matt),
-        "specular": _times(term.specular, strength),
+        "diffuse": _times(term.colors[0], strength * matt),
+        "specular": _times(term.colors[1], strength),
     }
 
 
@@ -248,11 +253,15 @@ def _cone(light: SpotLight) -> dict[str, Any]:
 
 
 def _highlight(term: LightTerm, equation: Equation) -> int:
-    if equation.headlight_only:
+    if isinstance(equation.reflectance, VtkHeadlight):
         return HEADLIGHT
-    if not any(term.specular):
+    if not any(term.colors[1]):
         return NO_HIGHLIGHT
-    return PHONG if equation.reflection == "phong" else BLINN_PHONG
+    return PHONG if isinstance(equation.reflectance, Phong) else BLINN_PHONG
+
+
+def _floor(equation: Equation) -> float:
+    return getattr(equation.reflectance, "floor", 0.0)
 
 
 def _plus(a: Vector, b: Vector) -> Vector:

@@ -145,6 +145,8 @@ class Effect:
         Draft → Draft: leaves the effect out where it can be.
     decide : callable
         Finished draft → Decision: whether it is still there.
+    without : callable
+        Equation, point → the equation without the effect, whatever the error; what varies is taken as it is there.
     once, each : float
         About how many nanoseconds per vertex it takes, whatever the lights, and for each light it runs for.
     """
@@ -153,6 +155,7 @@ class Effect:
     inputs: tuple[str, ...]
     simplify: Callable[[Draft], Draft]
     decide: Callable[[Draft], Decision]
+    without: Callable[[Equation, Vector], Equation]
     once: float = 0.0
     each: float = 0.0
 
@@ -197,6 +200,15 @@ def for_each_term(rule: Callable[[Draft, LightTerm], Change]) -> Callable[[Draft
     return simplify
 
 
+def every_term(change: Callable[[LightTerm, Vector], LightTerm]) -> Callable[[Equation, Vector], Equation]:
+    """A way to leave out an effect that changes one light's term after the other."""
+
+    def without(equation: Equation, point: Vector) -> Equation:
+        return replace(equation, terms=tuple(change(term, point) for term in equation.terms))
+
+    return without
+
+
 NO_LIGHT = "no light reaches the mesh"
 
 
@@ -207,8 +219,3 @@ def decision(draft: Draft, name: str, lights: Sequence[str], off: str) -> Decisi
         why = ", ".join(lights) + (f" (left out: {noted})" if noted else "")
         return Decision(True, why, draft.bound_of(name), len(lights))
     return Decision(False, noted or (off if draft.equation.terms else NO_LIGHT), draft.bound_of(name))
-
-
-def peak(color: Vector) -> float:
-    """The largest channel."""
-    return max(color)

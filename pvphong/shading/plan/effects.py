@@ -5,9 +5,8 @@ A new effect is its own file beside these and one entry in `EFFECTS`.
 
 from __future__ import annotations
 
-from pvphong.geometry.extent import Extent, Search
-from pvphong.shading.plan import attenuation, cone, light, position
-from pvphong.shading.plan.draft import Decision, Draft, Effect, Note
+from pvphong.shading.plan.draft import Effect
+from pvphong.shading.plan.lights import ATTENUATION, CONE, LIGHTS, POSITION
 from pvphong.shading.plan.reflection import DIFFUSE, SPECULAR
 from pvphong.shading.plan.surface import AMBIENT, EMISSION, NORMAL_TRANSFORM
 from pvphong.shading.plan.viewer import LOCAL_VIEWER, TWO_SIDED
@@ -17,13 +16,11 @@ EFFECTS: tuple[Effect, ...] = (
     TWO_SIDED,
     EMISSION,
     AMBIENT,
-    light.EFFECT,
-    cone.EFFECT,
+    LIGHTS,
+    CONE,
     SPECULAR,
-    attenuation.EFFECT,
-    position.EFFECT,
+    ATTENUATION,
+    POSITION,
     LOCAL_VIEWER,
     DIFFUSE,
 )
-
-__all__ = ["EFFECTS", "Decision", "Draft", "Effect", "Extent", "Note", "Search"]

@@ -7,18 +7,32 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import reduce
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
+
+import numpy as np
 
 from pvphong.base import check
-from pvphong.base.types import FloatArray, MatrixLike
+from pvphong.base.types import Backend, ByteArray, MatrixLike, Precision
+from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene, light_labels
+from pvphong.shading import kernel, reference
 from pvphong.shading.equation import Equation, assemble
 from pvphong.shading.origin import beside_the_mesh
-from pvphong.shading.plan.effects import EFFECTS, Decision, Draft, Extent, Note, Search
+from pvphong.shading.plan.draft import Decision, Draft, Note
+from pvphong.shading.plan.effects import EFFECTS
+from pvphong.shading.result import Shading
+from pvphong.shading.vertices import Vertices
 
 if TYPE_CHECKING:
     from rich.table import Table
+
+# Vertices times lights from which the compiled evaluator is worth the half second that it takes to load, or once per
+# installation the ten or more that it takes to compile. The rule looks at nothing that has been called before, so that
+# equal calls give equal bits.
+_WORTH_COMPILING = 2**18
+# Vertices whose float colours are held at once on their way to 0-255.
+_DISPLAYED_AT_ONCE = 2**17
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +53,10 @@ class Plan:
         The largest absolute colour error that was taken for it, beside rounding; at most `tolerance`.
     equation : Equation
         What is left of the lighting equation; the evaluators run this.
+    whole : Equation
+        The equation before anything was left out.
+    lights : int
+        How many lights the scene has, the off ones too.
     """
 
     effects: Mapping[str, Decision]
@@ -47,6 +65,106 @@ class Plan:
     tolerance: float
     error_bound: float
     equation: Equation
+    whole: Equation
+    lights: int
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        material: Material,
+        vertices: Vertices,
+        *,
+        matrix: MatrixLike | None = None,
+        tolerance: float = 0.0,
+    ) -> Plan:
+        """What will run for some vertices; their normals are read only where they may rule something out.
+
+        Raises
+        ------
+        ValueError
+            If scene, material, matrix or tolerance is not what it should be.
+        """
+        check_scene_and_material(scene, material)
+        tolerance = check.number("tolerance", tolerance, at_least=0.0)
+        if matrix is not None:
+            normal_matrix(matrix)  # refuses what cannot light, also where the scene does not need it
+        return cls.of_equation(beside_the_mesh(assemble(scene, material, matrix)), scene, vertices, tolerance)
+
+    @classmethod
+    def of_equation(cls, whole: Equation, scene: Scene, vertices: Vertices, tolerance: float = 0.0) -> Plan:
+        """What will run of the equation of a scene, or of one that was rewritten from it."""
+        labels = light_labels(scene, "light ")
+        draft = Draft.first(
+            equation=whole,
+            labels=labels,
+            extent=vertices.extent(whole.matrix),
+            tolerance=tolerance,
+            notes=tuple(
+                Note("lights", label, "switched off")
+                for label, light in zip(labels, scene.world_lights, strict=True)
+                if not light.on
+            ),
+        )
+        draft = reduce(lambda so_far, effect: effect.simplify(so_far), EFFECTS, draft)
+        left = draft.equation
+        return cls(
+            effects=MappingProxyType({effect.name: effect.decide(draft) for effect in EFFECTS}),
+            needs=_needs(left),
+            view_dependent=(
+                left.has_highlights
+                or left.is_flipped
+                or any(note.here for note in draft.notes)
+                or _has_riding_light(whole, scene)
+            ),
+            tolerance=tolerance,
+            error_bound=draft.error_bound,
+            equation=left,
+            whole=whole,
+            lights=len(labels),
+        )
+
+    def run(
+        self,
+        vertices: Vertices,
+        *,
+        precision: Precision = "float32",
+        backend: Backend = "auto",
+        components: bool = False,
+    ) -> Shading:
+        """Lit colours of the vertices that were planned for, or of some of them.
+
+        The whole equation chooses the evaluator: what is left of it depends on where the vertices are, and no vertex
+        is to have other bits for that.
+
+        Raises
+        ------
+        ValueError
+            If an option is not one of those that `pvphong.evaluate` has, or Numba is asked for and missing.
+        """
+        real = np.dtype(check.choice("precision", precision, get_args(Precision)))
+        _check_backend(backend)
+        result = Shading.empty(len(vertices), self.lights, real, components=check.flag("components", components))
+        normals = vertices.normals_if(self.equation.needs_normals)
+        compiled = backend == "numba" or (backend == "auto" and is_worth_compiling(len(vertices), self.whole))
+        arrays = vertices.points, normals, self.equation, vertices.albedo, result
+        if not (compiled and kernel.shade(*arrays, self.whole)):
+            reference.shade(*arrays)
+        return result
+
+    def run_for_display(self, vertices: Vertices, out: ByteArray) -> None:
+        """Lit colours of the vertices, computed in float32 and written as 0-255 into `out`, shape (n, 3), uint8."""
+        points, normals = vertices.points, vertices.normals_if(self.equation.needs_normals)
+        albedo, count = vertices.albedo, len(out)
+        compiled = is_worth_compiling(count, self.whole)
+        if compiled and kernel.shade(points, normals, self.equation, albedo, Shading(out), self.whole):
+            return
+        for start in range(0, count, _DISPLAYED_AT_ONCE):
+            part = slice(start, start + _DISPLAYED_AT_ONCE)
+            shading = Shading(np.empty((len(points[part]), 3), np.float32))
+            shades = None if albedo is None else albedo[part]
+            reference.shade(points[part], normals[part], self.equation, shades, shading)
+            np.rint(np.clip(shading.rgb, 0.0, 1.0) * 255.0, out=out[part], casting="unsafe")
 
     def __getstate__(self) -> dict[str, Any]:
         """For copies and other processes, which cannot take a view of a mapping."""
@@ -99,57 +217,6 @@ class Plan:
         return table
 
 
-def make_plan(
-    points: FloatArray,
-    normals: FloatArray | None,
-    scene: Scene,
-    material: Material,
-    matrix: MatrixLike | None,
-    tolerance: float,
-    search: Search | None = None,
-) -> Plan:
-    """The plan for vertices whose arrays have been checked; without normals fewer highlights can be ruled out."""
-    return plan_equation(beside_the_mesh(assemble(scene, material, matrix)), points, normals, scene, tolerance, search)
-
-
-def plan_equation(
-    equation: Equation,
-    points: FloatArray,
-    normals: FloatArray | None,
-    scene: Scene,
-    tolerance: float,
-    search: Search | None = None,
-) -> Plan:
-    """The plan for the equation of a scene, or one that was rewritten from it."""
-    labels = light_labels(scene, "light ")
-    draft = Draft.first(
-        equation=equation,
-        labels=labels,
-        extent=Extent(points, normals, equation.matrix, search),
-        tolerance=tolerance,
-        notes=tuple(
-            Note("lights", label, "switched off")
-            for label, light in zip(labels, scene.world_lights, strict=True)
-            if not light.on
-        ),
-    )
-    draft = reduce(lambda so_far, effect: effect.simplify(so_far), EFFECTS, draft)
-    left = draft.equation
-    return Plan(
-        effects=MappingProxyType({effect.name: effect.decide(draft) for effect in EFFECTS}),
-        needs=_needs(left),
-        view_dependent=(
-            left.has_highlights
-            or left.is_flipped
-            or any(note.here for note in draft.notes)
-            or _has_riding_light(equation, scene)
-        ),
-        tolerance=tolerance,
-        error_bound=draft.error_bound,
-        equation=left,
-    )
-
-
 def check_scene_and_material(scene: Any, material: Any) -> None:
     """Raise ValueError unless they are what their names say."""
     if not isinstance(scene, Scene):
@@ -171,3 +238,15 @@ def _has_riding_light(equation: Equation, scene: Scene) -> bool:
     """Whether a light that shines moves with the viewer: left out here, it may reach the mesh from elsewhere."""
     lights = tuple(scene.lights)
     return any(lights[term.index].frame != "world" and not term.is_black for term in equation.terms)
+
+
+def is_worth_compiling(count: int, equation: Equation) -> bool:
+    """Whether `backend="auto"` takes the compiled evaluator: not for few vertices, nor where it would compile anew."""
+    return count * len(equation.terms) >= _WORTH_COMPILING and kernel.keeps_code()
+
+
+def _check_backend(backend: Any) -> None:
+    obstacle = kernel.obstacle() if check.choice("backend", backend, get_args(Backend)) == "numba" else None
+    if obstacle is not None:
+        where, remedy = obstacle
+        check.refuse("backend", backend, f"'auto' or 'numpy' {where}", remedy)

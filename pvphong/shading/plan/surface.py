@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from pvphong.geometry.matrix_class import class_of
-from pvphong.optics.lights import DirectionalLight
+from pvphong.shading.equation import BLACK
 from pvphong.shading.plan.draft import Decision, Draft, Effect, unchanged
 
 
@@ -18,7 +18,7 @@ def _decide_ambient(draft: Draft) -> Decision:
     if not (shines_everywhere or lights):
         return Decision(False, "black ambient light or ambient reflectance")
     sources = ["one constant for all vertices"] * shines_everywhere + [f"of {', '.join(lights)}"] * bool(lights)
-    varying = draft.labels_where(lambda term: any(term.ambient) and not isinstance(term.light, DirectionalLight))
+    varying = draft.labels_where(lambda term: any(term.ambient) and not term.light.is_even)
     return Decision(True, "; ".join(sources), lights=len(varying))
 
 
@@ -28,8 +28,10 @@ def _decide_emission(draft: Draft) -> Decision:
     return Decision(False, "black emission")
 
 
-AMBIENT = Effect("ambient", (), unchanged, _decide_ambient, each=0.3)
-EMISSION = Effect("emission", (), unchanged, _decide_emission)
+AMBIENT = Effect(
+    "ambient", (), unchanged, _decide_ambient, lambda equation, _: replace(equation, ambient=BLACK), each=0.3
+)
+EMISSION = Effect("emission", (), unchanged, _decide_emission, lambda equation, _: replace(equation, emission=BLACK))
 
 
 def _leave_out_transform(draft: Draft) -> Draft:
@@ -52,4 +54,11 @@ def _decide_transform(draft: Draft) -> Decision:
     return Decision(equation.turns_normals, kind if equation.turns_normals else f"{kind} leaves normals as they are")
 
 
-NORMAL_TRANSFORM = Effect("normal transform", ("normals",), _leave_out_transform, _decide_transform, once=0.7)
+NORMAL_TRANSFORM = Effect(
+    "normal transform",
+    ("normals",),
+    _leave_out_transform,
+    _decide_transform,
+    lambda equation, _: replace(equation, turns_normals=False),
+    once=0.7,
+)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from pvphong.base.types import Vector
+from pvphong.base.vectors import angle_between
 from pvphong.geometry.extent import ROUNDED_UP, sight
-from pvphong.shading.equation import LightTerm
-from pvphong.shading.plan.bounds import angle, highlight_change, light_seen, strongest, viewer_seen, widest_to_viewer
-from pvphong.shading.plan.draft import Decision, Draft, Effect, Note, peak
+from pvphong.shading.equation import Equation, LightTerm
+from pvphong.shading.plan.bounds import light_seen, strongest, turned, viewer_seen
+from pvphong.shading.plan.draft import Decision, Draft, Effect, Note
 
 NAME = "local viewer"
 # Float32 knows which side of a surface the viewer is on unless he is within this many radians of its plane.
@@ -19,11 +21,13 @@ def _leave_out(draft: Draft) -> Draft:
     equation = draft.equation
     if equation.eye is None or not equation.has_highlights or equation.is_flipped or not draft.allowance:
         return draft
-    seen = sight(equation.eye, draft.extent)
+    seen = sight(equation.eye, draft.extent.sphere)
     if seen is None or seen.distance < 2 * seen.radius:
         return draft
     delta = seen.turn
-    bound = math.fsum(_change(draft, term, delta) for term in equation.terms if any(term.specular)) * ROUNDED_UP
+    bound = (
+        math.fsum(_change(draft, term, delta) for term in equation.terms if equation.needs_viewer(term)) * ROUNDED_UP
+    )
     if not bound <= draft.allowance:
         return draft
     why = f"far away: its direction is the same to {bound:.2g}"
@@ -38,8 +42,8 @@ def _change(draft: Draft, term: LightTerm, delta: float) -> float:
     seen = light_seen(draft, term.light)
     if seen is None:
         return math.inf
-    change = highlight_change(draft.equation, delta, widest_to_viewer(draft, *seen), light_moves=False)
-    return strongest(draft, term) * peak(term.specular) * change
+    change = turned(draft, term, seen, delta, light_moves=False)
+    return strongest(draft, term) * change if change else 0.0
 
 
 def _decide(draft: Draft) -> Decision:
@@ -53,7 +57,12 @@ def _decide(draft: Draft) -> Decision:
     return Decision(False, "no highlight is left that depends on it")
 
 
-LOCAL_VIEWER = Effect(NAME, ("points", "viewer"), _leave_out, _decide, once=0.6)
+def _without(equation: Equation, _point: Vector) -> Equation:
+    """The viewer at infinity, along the view axis: what `LightModel(local_viewer=False)` asks for."""
+    return replace(equation, eye=None, local_facing=False)
+
+
+LOCAL_VIEWER = Effect(NAME, ("points", "viewer"), _leave_out, _decide, _without, once=0.6)
 
 
 def _leave_out_flip(draft: Draft) -> Draft:
@@ -64,7 +73,7 @@ def _leave_out_flip(draft: Draft) -> Draft:
     if cone is None or seen is None:
         return draft
     (axis, opening), (v, spread) = cone, seen
-    if angle(axis, v) + opening + spread > math.pi / 2 - _SLACK:
+    if angle_between(axis, v) + opening + spread > math.pi / 2 - _SLACK:
         return draft
     note = Note("two-sided", "", "no vertex faces away from the viewer", here=True)
     return replace(draft, equation=replace(equation, two_sided=False), notes=(*draft.notes, note))
@@ -80,4 +89,11 @@ def _decide_flip(draft: Draft) -> Decision:
     return Decision(False, "the light model is one-sided")
 
 
-TWO_SIDED = Effect("two-sided", ("normals", "viewer"), _leave_out_flip, _decide_flip, once=0.5)
+TWO_SIDED = Effect(
+    "two-sided",
+    ("normals", "viewer"),
+    _leave_out_flip,
+    _decide_flip,
+    lambda equation, _: replace(equation, two_sided=False),
+    once=0.5,
+)

@@ -15,7 +15,6 @@ from pvphong.base import check
 from pvphong.base.types import MatrixLike
 from pvphong.meshes.lit import point_normals
 from pvphong.meshes.surfaces import surface
-from pvphong.optics.lights import type_names
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.shading import kernel
@@ -77,7 +76,6 @@ def tradeoff(
         If an argument has the wrong shape, type or range, or the mesh has nothing that can be lit.
     """
     check_scene_and_material(scene, material)
-    type_names(scene.lights)  # refuses a kind that the peers do not know
     tolerance = check.number("tolerance", tolerance, above=0.0)
     clock = Clock((1.0 - _SPARE) * check.number("seconds", seconds, above=0.0))
     source = surface(mesh)

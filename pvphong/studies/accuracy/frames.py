@@ -17,6 +17,7 @@ from pvphong.meshes.lit import point_normals
 from pvphong.meshes.pictures import aim, drawing_window, preferring
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
+from pvphong.vtk.lights import write_light
 from pvphong.vtk.obstacles import InexpressibleError, refuse_inexpressible
 from pvphong.vtk.oracle import driver, write_material
 from pvphong.vtk.terms import in_vtk_terms
@@ -105,7 +106,7 @@ def _per_pixel(mesh: pv.PolyData, scene: Scene, material: Material, matrix: Floa
     plotter = pv.Plotter(off_screen=True, window_size=list(FRAME), lighting="none")
     for light in terms.lights:
         given = vtkLight()
-        light.write_to(given, terms.viewer)
+        write_light(light, given, terms.viewer)
         plotter.renderer.AddLight(given)
     actor = plotter.add_mesh(shown, copy_mesh=False)
     actor.user_matrix = matrix if matrix is not None else np.eye(4)

@@ -8,9 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike
+from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Vector
 from pvphong.geometry.transform import transform_normals, transform_points
-from pvphong.optics.lights import DirectionalLight
 from pvphong.shading.equation import Equation
 
 # By how much of a step a coordinate may be off its place in a regular grid: rounding to float32, generously.
@@ -74,15 +73,16 @@ def _places(values: Float64Array) -> tuple[IntArray, float]:
     return places, step
 
 
-def the_sun(equation: Equation) -> DirectionalLight:
-    """The one light that Matplotlib can stand for; raises ``ValueError`` for another scene."""
-    if len(equation.terms) != 1 or not isinstance(equation.terms[0].light, DirectionalLight):
+def the_sun(equation: Equation) -> Vector:
+    """Towards the one light that Matplotlib can stand for; raises ``ValueError`` for another scene."""
+    if len(equation.terms) != 1 or not equation.terms[0].light.is_even:
         raise ValueError("it knows one directional light, no more, no other")
-    if any(equation.terms[0].specular):
+    if equation.has(equation.terms[0], "specular"):
         raise ValueError("it knows no highlights")
     if equation.two_sided:
         raise ValueError("it lights one side of a surface")
-    return equation.terms[0].light
+    x, y, z = equation.terms[0].light.arrival(np.zeros((3, 1))).direction[:, 0].tolist()
+    return x, y, z
 
 
 def hillshading(field: HeightField, equation: Equation) -> Callable[[], Float64Array]:
@@ -96,7 +96,7 @@ def hillshading(field: HeightField, equation: Equation) -> Callable[[], Float64A
     ValueError
         If Matplotlib is not installed, or cannot stand for the scene.
     """
-    east, north, up = (-component for component in the_sun(equation).direction)
+    east, north, up = the_sun(equation)
     try:
         from matplotlib.colors import LightSource
     except ImportError as error:
@@ -104,7 +104,7 @@ def hillshading(field: HeightField, equation: Equation) -> Callable[[], Float64A
     azimuth = 90.0 - math.degrees(math.atan2(north, east))  # Matplotlib's is clockwise from north
     source = LightSource(azimuth, math.degrees(math.atan2(up, math.hypot(east, north))))
     (term,) = equation.terms
-    diffuse = term.gain * np.array(term.diffuse)
+    diffuse = term.gain * np.array(term.colors[0])
     constant = np.array(equation.emission) + np.array(equation.ambient) + term.gain * np.array(term.ambient)
     dx, dy = field.spacing
 

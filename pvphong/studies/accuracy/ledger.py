@@ -9,9 +9,10 @@ from typing import NamedTuple
 from pvphong.base.types import Float64Array, FloatArray
 from pvphong.scene.scene import light_labels
 from pvphong.shading.equation import Equation
-from pvphong.shading.plan.effects import EFFECTS, Draft, Extent
+from pvphong.shading.plan.draft import Draft
+from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan
-from pvphong.studies.accuracy.drops import DROPS, without_light
+from pvphong.studies.accuracy.drops import WITHOUT, without_light
 from pvphong.studies.accuracy.rows import Entry, Promise, Timing, vertex_errors
 from pvphong.studies.accuracy.subject import Subject
 
@@ -29,7 +30,7 @@ def withouts(subject: Subject) -> dict[str, Equation]:
     """What each effect and light that is there leaves when it is dropped."""
     whole, needed, (middle, _) = subject.assembled, subject.equation, subject.sphere
     there = subject.plan().effects
-    result = {name: drop(whole, middle) for name, drop in DROPS.items() if there[name].on}
+    result = {name: drop(whole, middle) for name, drop in WITHOUT.items() if there[name].on}
     if len(needed.terms) > 1:
         labels = light_labels(subject.scene)
         result |= {f"light {labels[term.index]}": without_light(whole, term.index) for term in needed.terms}
@@ -76,7 +77,7 @@ def ledger(subject: Subject, plan: Plan, missing: list[Without], costs: dict[str
 
 def promises(subject: Subject, tolerance: float) -> tuple[Promise, ...]:
     """Each approximation of the plan at a tolerance: the bound that it took, the difference that it makes."""
-    extent = Extent(subject.points, subject.normals, subject.assembled.matrix)
+    extent = subject.vertices.extent(subject.assembled.matrix)
     draft = Draft.first(subject.assembled, light_labels(subject.scene, "light "), extent, tolerance)
     found = []
     for effect in EFFECTS:

@@ -10,7 +10,8 @@ import numpy as np
 import pyvista as pv
 
 from pvphong.base.types import Float64Array
-from pvphong.shading.plan.plan import make_plan
+from pvphong.shading.plan.plan import Plan
+from pvphong.shading.vertices import Vertices
 from pvphong.studies.accuracy.facts import facts
 from pvphong.studies.accuracy.hillshade import height_field, hillshading
 from pvphong.studies.accuracy.inside import AS_IT_IS, Refined, inside, least_seconds
@@ -148,7 +149,7 @@ class Measurement:
         s = self.subject
 
         def run() -> object:
-            equation = make_plan(one.points, one.normals, s.scene, s.material, s.matrix, 0.0).equation
+            equation = Plan.of(s.scene, s.material, Vertices(one.points, one.normals), matrix=s.matrix).equation
             return colors(one.points, one.normals, equation, backend, "float32")
 
         return run

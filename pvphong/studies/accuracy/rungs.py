@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pvphong.base.types import FloatArray, Precision
-from pvphong.optics.lights import PointLight, SpotLight
 from pvphong.shading.equation import Equation
 from pvphong.studies.accuracy import drops
 from pvphong.studies.accuracy.rows import UNTIMED, Errors, Kind, Row
@@ -89,7 +87,7 @@ def rungs(subject: Subject, tolerance: float) -> tuple[list[Rung], dict[str, str
 def peer_rungs(subject: Subject) -> tuple[list[Rung], dict[str, str]]:
     """Others' ways of lighting any vertices, and the reasons why some are left out."""
     try:
-        refuse_unknown(subject.scene)
+        refuse_unknown(subject.scene, subject.material)
     except ValueError as error:
         return [], {"textbook NumPy": str(error)}
     return [_textbook(subject)], {}
@@ -121,26 +119,25 @@ def _simplified(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
     dull = "" if needed.has_highlights else "there is no highlight that depends on the viewer"
     yield (
         "infinite viewer",
-        drops.with_infinite_viewer(whole, middle),
+        drops.WITHOUT["local viewer"](whole, middle),
         dull or ("" if needed.eye is not None else "the viewer is at infinity already"),
     )
-    other, sign = ("Blinn-Phong", "× 4") if whole.reflection == "phong" else ("Phong", "÷ 4")
-    yield f"{other}, shininess {sign}", drops.with_other_reflection(whole, middle), dull
-    far = any(
-        isinstance(term.light, (PointLight, SpotLight)) and math.dist(term.light.position, middle) > _FAR * radius
-        for term in needed.terms
-    )
+    other = whole.reflectance.counterpart
+    if other is not None:
+        name, reflectance = other
+        yield name, replace(whole, reflectance=reflectance), dull
+    far = any(drops.is_beyond(term.light, middle, _FAR * radius) for term in needed.terms)
     yield (
         "far lights directional",
-        drops.with_directional_lights(whole, middle, farther_than=_FAR * radius),
+        drops.far_lights_directional(whole, middle, _FAR * radius),
         "" if far else "no light with a position is farther away than the mesh's diameter",
     )
-    shiny = any(any(term.specular) for term in needed.terms)
-    yield "no highlights", drops.without_highlights(whole, middle), "" if shiny else "there are none"
+    shiny = any(needed.has(term, "specular") for term in needed.terms)
+    yield "no highlights", drops.WITHOUT["specular"](whole, middle), "" if shiny else "there are none"
 
 
 def _rewritten(subject: Subject, name: str, equation: Equation) -> Rung:
-    backend = subject.backend_for(len(subject.points), subject.planned(equation))
+    backend = subject.backend_for(len(subject.points), subject.planned(equation).equation)
     return Rung(name, "light model", subject.runner(equation), equation, backend, "float32")
 
 

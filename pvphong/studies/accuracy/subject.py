@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from pvphong.base.types import Float64Array, FloatArray, MatrixLike, Precision
+from pvphong.geometry.extent import Sphere
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.shading import kernel, reference
 from pvphong.shading.equation import Equation, assemble
-from pvphong.shading.evaluation import is_worth_compiling
-from pvphong.shading.plan.effects import Extent
-from pvphong.shading.plan.plan import Plan, make_plan, plan_equation
+from pvphong.shading.plan.plan import Plan, is_worth_compiling
 from pvphong.shading.result import Shading
+from pvphong.shading.vertices import Vertices
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,12 @@ class Subject:
 
     def plan(self, tolerance: float = 0.0) -> Plan:
         """The plan at a tolerance."""
-        return make_plan(self.points, self.normals, self.scene, self.material, self.matrix, tolerance)
+        return Plan.of(self.scene, self.material, self.vertices, matrix=self.matrix, tolerance=tolerance)
+
+    @cached_property
+    def vertices(self) -> Vertices:
+        """Points and normals as evaluators take them."""
+        return Vertices(self.points, self.normals)
 
     @cached_property
     def assembled(self) -> Equation:
@@ -62,10 +67,9 @@ class Subject:
         return colors(self.points, self.normals, equation, "numpy", "float64")
 
     @cached_property
-    def sphere(self) -> tuple[Float64Array, float]:
-        """Middle and radius of the mesh in the world; around the origin where they are not known."""
-        centre, radius = Extent(self.points, self.normals, self.assembled.matrix).sphere or ((0.0, 0.0, 0.0), 0.0)
-        return np.array(centre), radius
+    def sphere(self) -> Sphere:
+        """Around the mesh in the world; of no size at the origin where it is not known."""
+        return self.vertices.extent(self.assembled.matrix).sphere or Sphere((0.0, 0.0, 0.0), 0.0)
 
     @cached_property
     def has_kernel(self) -> bool:
@@ -85,9 +89,9 @@ class Subject:
         result = Shading(np.empty((1, 3), precision))
         return kernel.shade(self.points[:1], self.normals[:1], self.equation, None, result)
 
-    def planned(self, equation: Equation) -> Equation:
-        """An equation that was rewritten from the whole one, without what adds exactly nothing."""
-        return plan_equation(equation, self.points, self.normals, self.scene, 0.0).equation
+    def planned(self, equation: Equation) -> Plan:
+        """The plan of an equation that was rewritten from the whole one: without what adds exactly nothing."""
+        return Plan.of_equation(equation, self.scene, self.vertices)
 
     def runner(
         self,
@@ -113,7 +117,7 @@ class Subject:
 
         def run() -> FloatArray:
             assemble(scene or self.scene, self.material, self.matrix)
-            planned = self.planned(equation)
+            planned = self.planned(equation).equation
             chosen = backend or self.backend_for(len(self.points), equation)
             return colors(self.points, self.normals, planned, chosen, precision)
 

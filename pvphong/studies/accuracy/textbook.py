@@ -9,15 +9,20 @@ import numpy as np
 from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, MatrixLike, rgb
 from pvphong.geometry.transform import transform_normals, transform_points
-from pvphong.optics.lights import DirectionalLight, SpotLight
+from pvphong.optics.light import VtkValues
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 
 
-def refuse_unknown(scene: Scene) -> None:
-    """Raise ``ValueError`` for a scene that the textbook formula does not know."""
+def refuse_unknown(scene: Scene, material: Material) -> None:
+    """Raise ``ValueError`` for a scene or a material that the textbook formula does not know."""
     if scene.light_model.convention != "standard":
         check.refuse("convention", scene.light_model.convention, "'standard' for the textbook formula")
+    for index, light in enumerate(scene.lights):
+        if light.vtk_obstacle:
+            check.refuse(f"lights[{index}]", light.vtk_obstacle, "one that the textbook knows")
+    if material.reflectance is not None:
+        check.refuse("reflectance", material.reflectance, "None for the textbook formula")
 
 
 def textbook_colors(
@@ -46,7 +51,7 @@ def textbook_colors(
     ValueError
         For another convention.
     """
-    refuse_unknown(scene)
+    refuse_unknown(scene, material)
     model = scene.light_model
     p = points.astype(np.float64) if matrix is None else transform_points(points.astype(np.float64), matrix)
     n = _unit(normals.astype(np.float64) if matrix is None else transform_normals(normals, matrix))
@@ -69,7 +74,7 @@ def _to_viewer(p: Float64Array, scene: Scene) -> Any:
 
 def _share(light: Any, p: Float64Array, n: Float64Array, v: Any, scene: Scene, material: Material) -> Any:
     """One light's ambient, diffuse and specular reflection, (n, 3)."""
-    to_light, strength = _arrival(light, p)
+    to_light, strength = _arrival(light.as_vtk(), p)
     n_l = _dot(n, to_light)
     is_phong = scene.light_model.reflection == "phong"
     cosine = _dot(2.0 * n_l * n - to_light, v) if is_phong else _dot(n, _unit(to_light + v))
@@ -80,16 +85,16 @@ def _share(light: Any, p: Float64Array, n: Float64Array, v: Any, scene: Scene, m
     return light.intensity * strength * (ambient + diffuse + specular)
 
 
-def _arrival(light: Any, p: Float64Array) -> tuple[Any, Any]:
+def _arrival(light: VtkValues, p: Float64Array) -> tuple[Any, Any]:
     """Unit vectors to the light, and its attenuation times its spot factor."""
-    if isinstance(light, DirectionalLight):
+    if not light.is_positional:
         return -_unit(np.array([light.direction])), 1.0
     to_light = np.array(light.position) - p
     distance = np.linalg.norm(to_light, axis=1, keepdims=True)
     to_light = to_light / distance
     constant, linear, quadratic = light.attenuation
     strength = 1.0 / (constant + linear * distance + quadratic * distance**2)
-    if isinstance(light, SpotLight):
+    if light.cone_angle is not None:
         cosine = _dot(-to_light, _unit(np.array([light.direction])))
         inside = cosine >= np.cos(np.radians(light.cone_angle))
         strength = np.where(inside, strength * np.maximum(cosine, 0.0) ** light.exponent, 0.0)

@@ -148,7 +148,7 @@ def _viewer(mesh: pv.PolyData, parallel: bool) -> Viewer:
 
 def _placed(light: Any, mesh: pv.PolyData) -> Any:
     """A light of a mesh of length 1 around the origin, for this mesh."""
-    if isinstance(light, DirectionalLight):
+    if light.is_even:
         return light
     size = mesh.length
     constant, linear, quadratic = light.attenuation

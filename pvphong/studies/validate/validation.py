@@ -12,7 +12,6 @@ from pvphong.base import check
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike
 from pvphong.meshes.lit import point_normals
 from pvphong.meshes.surfaces import surface
-from pvphong.optics.lights import SpotLight
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.shading.evaluation import evaluate
@@ -147,7 +146,7 @@ def _box(points: Float64Array) -> tuple[Float64Array, float]:
 
 def _tolerance(scene: Scene, material: Material) -> float:
     """16 · power · 2⁻²⁴ + 1e-6; see `pvphong.vtk.oracle`."""
-    exponents = [light.exponent for light in shining(scene) if isinstance(light, SpotLight)]
+    exponents = [light.as_vtk().exponent for light in shining(scene)]
     return 16.0 * max(material.shininess, *exponents, 0.0) * 2.0**-24 + 1e-6
 
 

@@ -1,0 +1,114 @@
+"""Attenuation with distance, 1 / (c + l·d + q·d²), of lights with a position (OpenGL 2.1 specification, 2.14.1).
+
+Symbols: c, l, q the constant, linear and quadratic coefficient; d the distance from the light.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from pvphong.base import check
+from pvphong.base.types import Float64Array, Vector, VectorLike
+from pvphong.geometry.extent import ROUNDED_UP, Sphere, sight
+from pvphong.optics.light import Simpler
+from pvphong.optics.roles import falloff
+
+NONE = (1.0, 0.0, 0.0)
+"""The coefficients of a light that does not weaken with distance."""
+
+EFFECT = "attenuation"
+
+
+def coefficients(default: Vector = NONE) -> Any:
+    """A field that holds a light's coefficients."""
+    return falloff(default, checked, "radius")
+
+
+def checked(name: str, value: VectorLike) -> Vector:
+    """Constant, linear and quadratic coefficient: all >= 0 and not all zero."""
+    constant, linear, quadratic = check.numbers_in(name, value, 3)
+    if min(constant, linear, quadratic) < 0.0 or not (constant or linear or quadratic):
+        check.refuse(
+            name,
+            value,
+            "three numbers >= 0 (constant, linear, quadratic) that are not all zero",
+            "(1, 0, 0) is a light that does not weaken with distance.",
+        )
+    return constant, linear, quadratic
+
+
+def attenuate(distance: Float64Array, attenuation: VectorLike) -> Float64Array:
+    """Strength at distances d; at most the largest float.
+
+    Where the point is not finite (d is NaN) nothing arrives. On the light itself (d = 0) it is 1/c,
+    and 0 where c = 0: the light cannot be seen from inside itself.
+    """
+    constant, linear, quadratic = attenuation
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        # Horner's form; without a quadratic term d² must not come up, it may overflow where 0·d² is 0.
+        weakening = distance * linear if not quadratic else (distance * quadratic + linear) * distance
+        weakening += constant
+        strength: Float64Array = np.divide(1.0, weakening, out=weakening)
+    if constant < np.finfo(np.float64).tiny:  # the sum may have underflowed; finite, so that 0 times it is 0
+        np.minimum(strength, np.finfo(np.float64).max, out=strength)
+    if not distance.min(initial=1.0) > 0.0:  # a NaN, or a vertex on the light
+        strength[np.isnan(distance)] = 0.0
+        if not constant:
+            strength[distance == 0.0] = 0.0
+    return strength
+
+
+def strength_at(distance: float, attenuation: VectorLike) -> float:
+    """Strength at one distance, infinite on a light with c = 0."""
+    constant, linear, quadratic = attenuation
+    weakening = constant + distance * (linear + distance * quadratic)
+    return 1.0 / weakening if weakening > 0.0 else math.inf
+
+
+def distance_of(fraction: float, attenuation: VectorLike) -> float | None:
+    """The distance at which the strength is a fraction of what it is at the light, if there is one.
+
+    Where c is 0 it has no bounds at the light, and the fraction is of 1.
+    """
+    constant, linear, quadratic = attenuation
+    rest = (constant or 1.0) / fraction - constant
+    if quadratic:
+        root = math.sqrt(linear * linear + 4.0 * quadratic * rest)
+        return 2.0 * rest / (linear + root)
+    return rest / linear if linear else None
+
+
+def strongest(position: VectorLike, attenuation: VectorLike, sphere: Sphere | None) -> float:
+    """No vertex inside a sphere gets more; infinite where nothing is known of it."""
+    seen = sight(position, sphere)
+    if seen is None:
+        return math.inf
+    return strength_at(max(seen.distance - seen.radius, 0.0) / ROUNDED_UP, attenuation) * ROUNDED_UP
+
+
+def taken_as_even(light: Any, sphere: Sphere | None) -> Iterator[Simpler]:
+    """A light with `position` and `attenuation`, as one that does not weaken over a sphere of vertices."""
+    constant, linear, quadratic = light.attenuation
+    if light.attenuation == NONE:
+        return
+    even = replace(light, attenuation=NONE)
+    if not linear and not quadratic:
+        yield Simpler(EFFECT, f"constant, {1.0 / constant:g}", even, factor=1.0 / constant, is_exact=True)
+        return
+    seen = sight(light.position, sphere)
+    if seen is not None and seen.distance > seen.radius:
+        reach = seen.radius * ROUNDED_UP
+        near, far = (strength_at(seen.distance + way, light.attenuation) for way in (-reach, reach))
+        why = "even over the mesh to {bound:.2g}"
+        yield Simpler(EFFECT, why, even, factor=(near + far) / 2, spread=(near - far) / 2)
+
+
+def taken_as_at(light: Any, point: Vector) -> tuple[Any, float]:
+    """A light with `position` and `attenuation`, as one that is as strong everywhere as it is at a point."""
+    distance = np.array([math.dist(light.position, point)])
+    return replace(light, attenuation=NONE), float(attenuate(distance, light.attenuation)[0])

@@ -1,0 +1,103 @@
+"""What every reflectance is: how much of the light that arrives leaves towards the viewer.
+
+A new reflectance is one file in `pvphong/optics/reflectances/` and one entry in `REFLECTANCES` there.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Self
+
+from pvphong.base.types import FloatArray
+from pvphong.optics.light import Arrival
+from pvphong.optics.surface import Surface
+
+if TYPE_CHECKING:
+    from pvphong.optics.material import Material
+
+Component = Literal["diffuse", "specular"]
+
+
+class Lobe(NamedTuple):
+    """One part of a reflectance: a factor at each vertex, times a colour that is the same for all."""
+
+    component: Component
+    """Which of the light's and the material's colours it takes, and which of the results it counts to."""
+
+    takes_albedo: bool
+    """Whether its colour is multiplied by the albedo."""
+
+    needs_viewer: bool
+    """Whether its factor depends on the direction to the viewer."""
+
+    largest: float = 1.0
+    """The factor is never more."""
+
+
+class Sightline(NamedTuple):
+    """Bounds on angles over all vertices, in radians: what is known of where light, viewer and normals are."""
+
+    theta: float
+    """The least from normal to light."""
+    phi: float
+    """The least from normal to viewer."""
+    psi: float
+    """The greatest from light to viewer."""
+
+
+@dataclass(frozen=True)
+class Reflectance(ABC):
+    """How a surface reflects.
+
+    Symbols: n the unit normal, l the unit vector to the light, v to the viewer.
+    """
+
+    lobes: ClassVar[tuple[Lobe, ...]]
+
+    def of(self, material: Material) -> Self:  # noqa: ARG002 for those that take something of it
+        """This reflectance with the numbers that it takes from a material."""
+        return self
+
+    @abstractmethod
+    def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:
+        """Factor of each lobe at n vertices, a new array (n,); of a lobe that is not wanted anything.
+
+        A vertex without a normal or without a light's direction gets 0; the evaluator takes away what needs a viewer
+        where there is none.
+        """
+
+    @abstractmethod
+    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
+        """The largest change of a lobe's factor when l or v turns by `turn` radians, for any normal.
+
+        Parameters
+        ----------
+        lobe : int
+            Its index.
+        turn : float
+            In radians.
+        psi : float
+            The greatest angle from light to viewer before the turn.
+        light_moves : bool
+            Whether l turns, rather than v.
+        """
+
+    def most(self, lobe: int, sightline: Sightline) -> float:  # noqa: ARG002 nothing better is known
+        """The largest factor of a lobe for vertices of which bounds are known."""
+        return self.lobes[lobe].largest
+
+    @property
+    def sharpness(self) -> float:
+        """The n of a factor that falls off as exp(−½n|C|²) around a peak at C = 0; 0 where there is no such peak."""
+        return 0.0
+
+    def chords(self, n: FloatArray, l: FloatArray, v: FloatArray) -> FloatArray:
+        """Vectors C, shape (3, k), that are 0 at the factor's peak; for a `sharpness` above 0."""
+        raise NotImplementedError(f"{type(self).__name__} has no peak")  # pragma: no cover a contract's other half
+
+    @property
+    def counterpart(self) -> tuple[str, Reflectance] | None:
+        """Another reflectance that looks much the same, and its name; None where there is none."""
+        return None

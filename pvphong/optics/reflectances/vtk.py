@@ -1,0 +1,68 @@
+"""VTK's reading of Phong's reflection (vtkOpenGLPolyDataMapper::ReplaceShaderLight)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from pvphong.base.types import FloatArray
+from pvphong.optics.light import Arrival
+from pvphong.optics.reflectance import Lobe, Reflectance
+from pvphong.optics.reflectances.highlight import mirror_change, power, square
+from pvphong.optics.reflectances.phong import MATT_AND_SHINY, Phong
+from pvphong.optics.surface import Surface
+
+HIGHEST_POWER = 128.0
+"""vtkProperty and vtkLight keep exponents in [0, 128]."""
+
+# The shader cuts cosines off at these; the second one is its first tier's.
+_FLOOR, _HEADLIGHT_FLOOR = 1e-5, 1e-6
+
+
+def vtk_reflectance(shininess: float, *, is_headlight: bool) -> Reflectance:
+    """What the shader computes in its first tier, for a headlight alone, or in the others."""
+    shininess = min(shininess, HIGHEST_POWER)
+    return VtkHeadlight(shininess) if is_headlight else Phong(shininess, _FLOOR)
+
+
+@dataclass(frozen=True)
+class VtkHeadlight(Reflectance):
+    """c and cⁿ with c = max(n·l, 1e-6): the shader's first tier; 0 without a normal.
+
+    Parameters
+    ----------
+    shininess : float
+        The exponent n.
+    """
+
+    shininess: float
+
+    lobes: ClassVar[tuple[Lobe, ...]] = (MATT_AND_SHINY[0], MATT_AND_SHINY[1]._replace(needs_viewer=False))
+    floor: ClassVar[float] = _HEADLIGHT_FLOOR
+
+    @property
+    def sharpness(self) -> float:
+        """The shininess."""
+        return self.shininess
+
+    def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:  # noqa: ARG002
+        """By the chord between normal and light."""
+        real = surface.raw.dtype.type
+        n_l = surface.raw_cosine(arrival) * surface.inverse_length
+        is_there = surface.inverse_length > 0.0  # the floor is not for a normal that is not there
+        distance = real(0.5) * square(surface.normals - arrival.direction)
+        highlight = power(distance, self.shininess, self.floor)
+        return np.maximum(n_l, real(self.floor)) * is_there, highlight * is_there
+
+    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
+        """As Phong's; this tier's light has no position, and is never turned."""
+        if lobe == 0:
+            return turn if light_moves else 0.0
+        return mirror_change(self.shininess, self.floor, turn, psi, light_moves=light_moves)
+
+    def chords(self, n: FloatArray, l: FloatArray, v: FloatArray) -> FloatArray:  # noqa: ARG002 no viewer
+        """Light minus normal."""
+        return l - n

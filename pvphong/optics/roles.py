@@ -1,0 +1,173 @@
+"""What a light's field means: from its role follow its check, its frame, its handle, its readout and how it is moved.
+
+A light declares its fields with these::
+
+    position: VectorLike = place()
+    direction: VectorLike = aim()
+    cone_angle: float = angle(30.0, "cone", above=0.0, at_most=90.0)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+from functools import cache
+from typing import Any, Protocol
+
+from pvphong.base import check
+from pvphong.base.types import Vector
+
+Check = Callable[[str, Any], Any]
+"""From a field's name and what was given for it to its canonical value; ValueError that names the field."""
+
+
+class EyeSpace(Protocol):
+    """What a light needs of a viewer in order to ride along with it; `pvphong.Viewer` has it."""
+
+    @property
+    def position(self) -> Any:
+        """The eye, in world coordinates."""
+
+    @property
+    def view_direction(self) -> Vector:
+        """Unit vector from the eye along the view axis, in world coordinates."""
+
+    @property
+    def distance(self) -> float:
+        """From the eye to the focal point."""
+
+    def point_to_world(self, point: Vector) -> Vector:
+        """A point of eye space in world coordinates."""
+
+    def vector_to_world(self, vector: Vector) -> Vector:
+        """A vector of eye space in world coordinates."""
+
+    def point_to_eye(self, point: Vector) -> Vector:
+        """A point of the world in eye space."""
+
+    def vector_to_eye(self, vector: Vector) -> Vector:
+        """A vector of the world in eye space."""
+
+
+@dataclass(frozen=True)
+class Role:
+    """What a field means.
+
+    Parameters
+    ----------
+    check : callable
+        Checks a value and puts it into canonical form.
+    handle : str
+        The name of its handle in a window, "" where it has none.
+    """
+
+    check: Check
+    handle: str = ""
+
+    def to_world(self, value: Any, viewer: EyeSpace) -> Any:  # noqa: ARG002 a number is the same in all frames
+        """A value of eye space in the world."""
+        return value
+
+    def to_eye(self, value: Any, viewer: EyeSpace) -> Any:  # noqa: ARG002 a number is the same in all frames
+        """A value of the world in eye space."""
+        return value
+
+    def of_viewer(self, value: Any, viewer: EyeSpace) -> Any:  # noqa: ARG002 a number stays the light's own
+        """The value in the world for a light that is the viewer's."""
+        return value
+
+    def moved(self, value: Any, move: Callable[[Vector], Vector]) -> Any:  # noqa: ARG002 a number is the same anywhere
+        """The value after every place has been moved."""
+        return value
+
+
+class Place(Role):
+    """Where a light stands: three coordinates."""
+
+    def to_world(self, value: Any, viewer: EyeSpace) -> Any:
+        """A point of eye space in the world."""
+        return viewer.point_to_world(value)
+
+    def to_eye(self, value: Any, viewer: EyeSpace) -> Any:
+        """A point of the world in eye space."""
+        return viewer.point_to_eye(value)
+
+    def of_viewer(self, value: Any, viewer: EyeSpace) -> Any:  # noqa: ARG002 as for any role
+        """The eye."""
+        return viewer.position
+
+    def moved(self, value: Any, move: Callable[[Vector], Vector]) -> Any:
+        """The point moved."""
+        return move(value)
+
+
+class Aim(Role):
+    """The direction in which a light travels, of any length."""
+
+    def to_world(self, value: Any, viewer: EyeSpace) -> Any:
+        """A vector of eye space in the world."""
+        return viewer.vector_to_world(value)
+
+    def to_eye(self, value: Any, viewer: EyeSpace) -> Any:
+        """A vector of the world in eye space."""
+        return viewer.vector_to_eye(value)
+
+    def of_viewer(self, value: Any, viewer: EyeSpace) -> Any:  # noqa: ARG002 as for any role
+        """Along the view axis."""
+        return viewer.view_direction
+
+
+class Length(Role):
+    """A size, in the mesh's unit."""
+
+
+class Angle(Role):
+    """An angle, in degrees."""
+
+
+class Falloff(Role):
+    """How the light weakens: coefficients or an exponent."""
+
+
+def place(default: Any = (0.0, 0.0, 0.0)) -> Any:
+    """A field that says where the light stands."""
+    return _field(default, Place(check.vector, "position"))
+
+
+def aim(default: Any = (0.0, 0.0, -1.0)) -> Any:
+    """A field that says in which direction the light travels."""
+    return _field(default, Aim(check.direction, "target"))
+
+
+def length(default: float, handle: str, remedy: str = "") -> Any:
+    """A field that holds a size > 0."""
+    return _field(default, Length(_number(above=0.0, remedy=remedy), handle))
+
+
+def angle(default: float, handle: str, **limits: Any) -> Any:
+    """A field that holds an angle in degrees, within limits as `check.number` takes them."""
+    return _field(default, Angle(_number(**limits), handle))
+
+
+def falloff(default: Any, checked: Check, handle: str = "") -> Any:
+    """A field that says how the light weakens."""
+    return _field(default, Falloff(checked, handle))
+
+
+def power(default: float) -> Any:
+    """A field that holds the exponent >= 0 of a falloff."""
+    return _field(default, Falloff(_number(at_least=0.0)))
+
+
+@cache
+def roles_of(kind: Any) -> dict[str, Role]:
+    """Name of each field of a dataclass with a role → the role, in the fields' order."""
+    return {each.name: each.metadata["role"] for each in fields(kind) if "role" in each.metadata}
+
+
+def _field(default: Any, role: Role) -> Any:
+    return field(default=default, metadata={"role": role})
+
+
+def _number(**limits: Any) -> Check:
+    return lambda name, value: check.number(name, value, **limits)

@@ -1,0 +1,60 @@
+"""What a reflectance sees of a block of vertices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from pvphong.base.types import FloatArray
+from pvphong.base.vectors import dot
+from pvphong.optics.light import Arrival
+
+# Sums of three products have lost no bit to underflow from here on.
+_LEAST_PRODUCT = {"float32": 2.0**-100, "float64": 2.0**-970}
+
+
+@dataclass(eq=False)
+class Surface:
+    """A block of n vertices, ready to be lit, in the precision asked for. Vectors are columns, (3, n) or (3, 1).
+
+    Attributes
+    ----------
+    raw : ndarray
+        Normals before they were made unit length. The sign of n·l is decided on these and on ways to the light, so
+        that the rounding of unit vectors has no part in it.
+    inverse_length : ndarray
+        1/|n| of those, shape (n,); 0 where there is no normal.
+    to_viewer : ndarray
+        Unit vectors v.
+    """
+
+    raw: FloatArray
+    inverse_length: FloatArray
+    to_viewer: FloatArray
+
+    @cached_property
+    def normals(self) -> FloatArray:
+        """Unit normals n."""
+        return self.raw * self.inverse_length
+
+    @cached_property
+    def facing(self) -> FloatArray:
+        """N·v of the raw normals, shape (n,)."""
+        return dot(self.raw, self.to_viewer)
+
+    def raw_cosine(self, arrival: Arrival) -> Any:
+        """N·l for the raw n. Its sign is that of n·D, D the way to the light, and exact where these products are."""
+        way, inverse = arrival.way, arrival.inverse_length
+        n_d = dot(self.raw, way)
+        n_l = n_d * inverse
+        if isinstance(inverse, np.ndarray):
+            sizes, least = np.abs(n_d), _LEAST_PRODUCT[n_d.dtype.name]
+            if sizes.min(initial=least) < least:  # the least floats round products of D, but less those of D near 1
+                small = sizes < least
+                exponents = np.frexp(inverse[small])[1]
+                n_d = dot(self.raw[:, small], np.ldexp(way[:, small], exponents))
+                n_l[small] = n_d * np.ldexp(inverse[small], -exponents)
+        return n_l

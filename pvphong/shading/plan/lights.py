@@ -1,0 +1,107 @@
+"""Effects of lights: whether each shines at all, its position, its attenuation, its cone, and what else a light has.
+
+Which cheaper lights may stand in for one, and how wrong they are, is the light's to say (`Light.simpler`); whether that
+is within the tolerance is decided here, in one place for all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from pvphong.base.ranges import BRIGHTEST
+from pvphong.base.types import Vector
+from pvphong.geometry.extent import ROUNDED_UP
+from pvphong.optics.light import Simpler
+from pvphong.shading.equation import Equation, LightTerm
+from pvphong.shading.plan.bounds import Seen, light_seen, strongest, turned, whole
+from pvphong.shading.plan.draft import NO_LIGHT, Change, Draft, Effect, Note, decision, every_term, for_each_term
+
+_LIGHTS = "lights"
+
+
+def light_effect(name: str, nobody: str, *, once: float = 0.0, each: float = 0.0) -> Effect:
+    """An effect that some lights call for (`Light.effects`) and can say how to do without.
+
+    Parameters
+    ----------
+    name : str
+        As lights call it.
+    nobody : str
+        Why it is off where no light has it.
+    once, each : float
+        Nanoseconds, as for every effect.
+    """
+
+    def leave_out(draft: Draft, term: LightTerm) -> Change:
+        if name not in term.light.effects:
+            return None
+        for choice in term.light.simpler(draft.extent.sphere):
+            if choice.effect == name and (choice.is_exact or draft.allowance):
+                change = _replaced(draft, term, choice)
+                if change is not None:
+                    return change
+        return None
+
+    def without(term: LightTerm, point: Vector) -> LightTerm:
+        light, factor = term.light.without(name, point)
+        return replace(term, light=light, gain=term.gain * factor)
+
+    return Effect(
+        name,
+        ("points",),
+        for_each_term(leave_out),
+        lambda draft: decision(draft, name, draft.labels_where(lambda term: name in term.light.effects), nobody),
+        every_term(without),
+        once,
+        each,
+    )
+
+
+def _replaced(draft: Draft, term: LightTerm, choice: Simpler) -> Change:
+    """The term with a cheaper light, if that is within the allowance."""
+    bound, gain, label = _bound(draft, term, choice), term.gain * choice.factor, draft.label(term)
+    if not bound <= draft.allowance or not 1.0 / BRIGHTEST < gain < BRIGHTEST:
+        return None
+    note = Note(choice.effect, label, choice.why.format(bound=bound), bound)
+    if choice.light is None:
+        return None, note, note._replace(effect=_LIGHTS)
+    return replace(term, light=choice.light, gain=gain), note
+
+
+def _bound(draft: Draft, term: LightTerm, choice: Simpler) -> float:
+    """The largest error in a colour."""
+    bound = whole(draft, term) * choice.spread
+    if choice.turn and choice.light is not None:
+        seen = light_seen(draft, choice.light)
+        if seen is None:
+            return float("inf")
+        bound += turned(draft, term, Seen(seen.direction, choice.turn), choice.turn, light_moves=True)
+    return bound * term.gain * ROUNDED_UP if bound else 0.0
+
+
+def _leave_out(draft: Draft, term: LightTerm) -> Change:
+    label = draft.label(term)
+    if term.is_black:
+        return None, Note(_LIGHTS, label, "adds black: its colour, intensity or the material's is 0")
+    if not draft.allowance:
+        return None
+    bound = strongest(draft, term) * whole(draft, term)
+    if bound <= draft.allowance:
+        return None, Note(_LIGHTS, label, f"too weak to be seen, at most {bound:.2g}", bound)
+    return None
+
+
+def _dark(equation: Equation, _point: Vector) -> Equation:
+    return replace(equation, terms=())
+
+
+LIGHTS = Effect(
+    _LIGHTS,
+    (),
+    for_each_term(_leave_out),
+    lambda draft: decision(draft, _LIGHTS, draft.labels_where(lambda _: True), NO_LIGHT),
+    _dark,
+)
+CONE = light_effect("cone", "no spot light", each=1.6)
+ATTENUATION = light_effect("attenuation", "no light weakens with distance", each=0.7)
+POSITION = light_effect("position", "every light is directional", once=0.5, each=0.2)

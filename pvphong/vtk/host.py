@@ -1,0 +1,19 @@
+"""Answers the core's questions to PyVista and VTK; importing it is enough."""
+
+from __future__ import annotations
+
+import pyvista as pv
+
+from pvphong.base import host
+from pvphong.base.types import Vector
+from pvphong.vtk.lights import as_light, from_vtk, to_pyvista
+
+
+def _color_by_name(name: str) -> Vector:
+    red, green, blue, opacity = pv.Color(name).float_rgba
+    if opacity != 1.0:
+        raise ValueError(f"{name} has an opacity")
+    return float(red), float(green), float(blue)
+
+
+host.answer(color_by_name=_color_by_name, light_to_pyvista=to_pyvista, light_from_vtk=from_vtk, light_placed=as_light)

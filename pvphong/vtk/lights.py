@@ -1,0 +1,199 @@
+"""Lights of VTK's and PyVista's as pvphong's, and the other way round."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from pvphong.base import check
+from pvphong.base.types import Frame, Vector, rgb
+from pvphong.base.vectors import unit
+from pvphong.optics.light import Light, VtkValues
+from pvphong.optics.lights import light_from_values
+from pvphong.optics.roles import EyeSpace
+
+# A focal point this many bits closer than the coordinates are large still tells the direction to 2⁻³².
+_KEPT_BITS = 20
+
+
+def as_light(light: Any, viewer: EyeSpace | None = None) -> Light:
+    """A pvphong light from a `pyvista.Light` or `vtkLight`, its colours unrounded.
+
+    A scene light gives frame "world", through its transform matrix if it has one; a headlight gives
+    frame "headlight". A camera light rides along with the viewer and gives frame "camera"; where a
+    `viewer` is given it is put where that viewer has it in the world, whatever VTK last knew (VTK brings
+    a camera light's world position up to date only when it renders).
+
+    Every field is taken over, also those that VTK's shader ignores: `pyvista.Light(color=…)` sets the ambient
+    colour too, which counts in the standard convention and does not in `LightModel.vtk()`.
+
+    VTK's positional lights become spot lights, or point lights where the cone is 90° or wider. A light of
+    pvphong's own is given back as it is.
+
+    Parameters
+    ----------
+    light : pyvista.Light, vtkLight or Light
+        The light; it is not modified.
+    viewer : Viewer, optional
+        Places a camera light in the world.
+
+    Raises
+    ------
+    ValueError
+        If `light` is none of these, or its cone, attenuation or direction is not one that pvphong allows.
+    """
+    if viewer is None:
+        return from_vtk(light, _camera_distance(light))
+    if _is_moved_headlight(light):
+        return _moved_headlight(light, viewer)
+    converted = from_vtk(light, viewer.distance)
+    if converted is light or converted.frame == "world":
+        return converted
+    placed = converted.in_world(viewer)
+    return placed if converted.frame == "camera" else replace(placed, frame="headlight")
+
+
+def from_vtk(light: Any, distance: float) -> Light:
+    """`as_light` for a camera whose eye is `distance` from its focal point; camera lights stay camera lights."""
+    if isinstance(light, Light):
+        return light
+    if not hasattr(light, "GetConeAngle") or not hasattr(light, "GetTransformedPosition"):
+        check.refuse("light", light, "a pvphong light, a pyvista.Light or a vtkLight")
+    if _is_moved_headlight(light):
+        remedy = "as_light(light, viewer) places it in the world; a light that rides along is a camera light."
+        check.refuse("light", "a headlight with one", "a headlight without a transform matrix", remedy)
+    if light.LightTypeIsHeadlight():
+        # VTK overwrites its coordinates at every frame; in eye space they are always these.
+        return _with_shape(light, "headlight", (0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+    if light.LightTypeIsCameraLight():
+        # Its transform is VTK's own, and stale; its untransformed coordinates are the user's.
+        position, focal_point = light.GetPosition(), light.GetFocalPoint()
+        return _with_shape(light, "camera", _eye_space(position, distance), _between(position, focal_point))
+    position, focal_point = light.GetTransformedPosition(), light.GetTransformedFocalPoint()
+    return _with_shape(light, "world", position, _between(position, focal_point))
+
+
+def _is_moved_headlight(light: Any) -> bool:
+    """Whether VTK would move the viewer's position and direction by a matrix of the light's."""
+    if isinstance(light, Light) or not getattr(light, "LightTypeIsHeadlight", bool)():
+        return False
+    matrix = light.GetTransformMatrix()
+    return matrix is not None and not matrix.IsIdentity()
+
+
+def _moved_headlight(light: Any, viewer: EyeSpace) -> Light:
+    """The headlight in the world, as VTK draws it: the eye and what it looks at, transformed."""
+    eye, ahead = np.array(viewer.position), np.array(viewer.view_direction) * viewer.distance
+    matrix = light.GetTransformMatrix()
+    position, focal_point = (matrix.MultiplyPoint((*point, 1.0))[:3] for point in (eye, eye + ahead))
+    return _with_shape(light, "world", position, _between(position, focal_point))
+
+
+def _between(start: Vector, end: Vector) -> Vector:
+    return end[0] - start[0], end[1] - start[1], end[2] - start[2]
+
+
+def _with_shape(light: Any, frame: Frame, position: Vector, direction: Vector) -> Light:
+    common: dict[str, Any] = {
+        "diffuse": light.GetDiffuseColor(),
+        "specular": light.GetSpecularColor(),
+        "ambient": light.GetAmbientColor(),
+        "intensity": light.GetIntensity(),
+        "on": bool(light.GetSwitch()),
+        "frame": frame,
+    }
+    if common["specular"] == common["diffuse"]:
+        common["specular"] = None
+    values = VtkValues(
+        bool(light.GetPositional()),
+        direction,
+        position,
+        light.GetAttenuationValues(),
+        light.GetConeAngle(),
+        light.GetExponent(),
+    )
+    return light_from_values(values, **common)
+
+
+def _eye_space(point: Vector, distance: float) -> Vector:
+    """Inverse of `_place_for_vtk` for a camera light."""
+    x, y, z = point
+    return x * distance, y * distance, (z - 1.0) * distance
+
+
+def _camera_distance(light: Any) -> float:
+    """The eye's distance that VTK last used to place a camera light, or 1 where it has not placed it yet."""
+    matrix = getattr(light, "GetTransformMatrix", lambda: None)()
+    if matrix is None:
+        return 1.0
+    scale = np.array([[matrix.GetElement(row, 0)] for row in range(3)])
+    return float(unit(scale)[1][0]) or 1.0
+
+
+def to_pyvista(light: Light, viewer: EyeSpace | None = None) -> pv.Light:
+    """`Light.to_pyvista`."""
+    result = pv.Light()
+    write_light(light, result, viewer)
+    return result
+
+
+def write_light(light: Light, target: Any, viewer: EyeSpace | None = None) -> None:
+    """Give an existing `pyvista.Light` or `vtkLight` a light's values, as `Light.to_pyvista` does."""
+    values = light.as_vtk()
+    {
+        "world": target.SetLightTypeToSceneLight,
+        "camera": target.SetLightTypeToCameraLight,
+        "headlight": target.SetLightTypeToHeadlight,
+    }[light.frame]()
+    target.SetTransformMatrix(None)
+    target.SetDiffuseColor(rgb(light.diffuse))
+    target.SetSpecularColor(light.specular_color)
+    target.SetAmbientColor(rgb(light.ambient))
+    target.SetIntensity(light.intensity)
+    target.SetSwitch(light.on)
+    target.SetPositional(values.is_positional)
+    if values.is_positional:
+        _write_place(values, light.frame, 1.0 if viewer is None else viewer.distance, target)
+    else:
+        x, y, z = values.direction
+        target.SetPosition(-x, -y, -z)
+        target.SetFocalPoint(0.0, 0.0, 0.0)
+
+
+def _write_place(values: VtkValues, frame: Frame, distance: float, target: Any) -> None:
+    """Position, attenuation and cone, or a cone of 90° and any focal point where there is no cone."""
+    target.SetAttenuationValues(*values.attenuation)
+    position = _place_for_vtk(values.position, frame, distance)
+    target.SetPosition(position)
+    if values.cone_angle is None:
+        x, y, z = values.position
+        target.SetConeAngle(90.0)
+        target.SetFocalPoint(_place_for_vtk((x, y, z - 1.0), frame, distance))
+    else:
+        target.SetConeAngle(values.cone_angle)
+        target.SetExponent(values.exponent)
+        target.SetFocalPoint(_point_ahead(position, values.direction))
+
+
+def _place_for_vtk(position: Vector, frame: Frame, distance: float) -> Vector:
+    """A position in the coordinates that VTK keeps for a light of this frame.
+
+    VTK's camera-light space has the eye at (0, 0, 1), looks at the origin and counts in units of the
+    distance between the two (vtkCamera::ComputeCameraLightTransform).
+    """
+    if frame != "camera":
+        return position
+    x, y, z = position
+    return x / distance, y / distance, z / distance + 1.0
+
+
+def _point_ahead(position: Vector, direction: Vector) -> Vector:
+    """A point in some direction, far enough from the position that the direction can be told from the two."""
+    reach = max(map(abs, direction))
+    step = max(1.0, 2.0 ** (math.frexp(max(map(abs, position)))[1] - math.frexp(reach)[1] - _KEPT_BITS))
+    x, y, z = (p + d * step for p, d in zip(position, direction, strict=True))
+    return x, y, z
