@@ -141,8 +141,12 @@ class Light:
         super().__init_subclass__(**options)
         if Light not in cls.__bases__:
             raise TypeError(f"{cls.__name__} must derive from Light itself; got {cls.__bases__[0].__name__}.")
+        if cls.arrival is Light.arrival and cls.nodes is Light.nodes:
+            raise TypeError(f"{cls.__name__} must say what arrives from it: it has neither `arrival` nor `nodes`.")
 
     def __post_init__(self) -> None:
+        if type(self) is Light:
+            raise TypeError("Light is abstract; DirectionalLight, PointLight and the others are lights.")
         self._set("diffuse", check.color("diffuse", self.diffuse))
         if self.specular is not None:
             self._set("specular", check.color("specular", self.specular))
@@ -270,7 +274,10 @@ class Light:
             return ""
         (nearest,) = self.nodes(1)
         kind = type(self).__name__
-        return f"a {kind}" if nearest is self else f"a {kind} (the nearest that VTK has is {nearest!r})"
+        if nearest is self:
+            return f"a {kind}"
+        shape = ", ".join(f"{field}={getattr(nearest, field)}" for field in nearest.roles)
+        return f"a {kind} (the nearest that VTK has is {type(nearest).__name__}({shape}))"
 
     def to_pyvista(self, viewer: EyeSpace | None = None) -> pv.Light:
         """The same light as a new `pyvista.Light`, its floats unrounded; of a light that VTK has not, the nearest.
