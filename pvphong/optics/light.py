@@ -77,8 +77,8 @@ class Simpler(NamedTuple):
     spread: float = 0.0
     """The largest error of the strength."""
 
-    turn: float = 0.0
-    """The largest error of the direction, in radians; the strength is then at most 1."""
+    turn: float | None = None
+    """The largest error of the direction, in radians, the strength being at most 1; None where it is the light's own."""
 
     is_exact: bool = False
     """Whether it is the same light to the last bit, so that no tolerance is needed."""

@@ -159,8 +159,8 @@ def test_what_may_stand_in_is_no_further_off_than_it_says(kind, seed, size):
         off = np.abs(choice.factor * even - strength)
         assert (off <= choice.spread * (1 + 1e-9) + 4e-16 * (1 + strength)).all()
         turned = [angle(a, b) for a, b in zip(direction.T, there.T, strict=True)]
-        assert max(turned) <= choice.turn + 1e-12
-        assert not choice.is_exact or choice.spread == choice.turn == 0.0
+        assert max(turned) <= (choice.turn or 0.0) + 1e-12
+        assert not choice.is_exact or (choice.spread, choice.turn) == (0.0, None)
 
 
 @every_light
