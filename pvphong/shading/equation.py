@@ -21,7 +21,7 @@ from pvphong.optics.material import Material
 from pvphong.optics.reflectance import Component, Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER, vtk_reflectance
-from pvphong.scene.scene import Scene
+from pvphong.scene.scene import Scene, light_labels
 
 BLACK: Vector = (0.0, 0.0, 0.0)
 _WHITE = (1.0, 1.0, 1.0)
@@ -44,6 +44,10 @@ class LightTerm:
         Where it stands and how it weakens.
     index : int
         Its place among the scene's lights.
+    label : str
+        What names it to people.
+    rides : bool
+        Whether it moves with the viewer.
     ambient : tuple of float
         Its ambient colour times intensity times the material's, divided by `gain`: at most 1.
     colors : tuple of tuple of float
@@ -55,6 +59,8 @@ class LightTerm:
 
     light: Light
     index: int
+    label: str
+    rides: bool
     ambient: Vector
     colors: tuple[Vector, ...]
     gain: float
@@ -78,6 +84,10 @@ class Equation:
     ----------
     terms : tuple of LightTerm
         The lights that are on.
+    off : tuple of str
+        The labels of those that are off.
+    lights : int
+        How many the scene has, on or off.
     ambient, emission : tuple of float
         What is there without any light; `ambient` is multiplied by the albedo.
     reflectance : Reflectance
@@ -99,6 +109,8 @@ class Equation:
     """
 
     terms: tuple[LightTerm, ...]
+    off: tuple[str, ...]
+    lights: int
     ambient: Vector
     emission: Vector
     reflectance: Reflectance
@@ -168,12 +180,21 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
     x, y, z = viewer.view_direction
     reflectance = (material.reflectance or REFLECTANCES[model.reflection]()).of(material)
     components = tuple(lobe.component for lobe in reflectance.lobes)
+    labels, frames = light_labels(scene, "light "), [light.frame for light in scene.lights]
     return Equation(
         terms=tuple(
-            _term(light, index, material, components, rgb(light.ambient), light.specular_color)
+            LightTerm(
+                light,
+                index,
+                labels[index],
+                frames[index] != "world",
+                *_colors(light, material, components, rgb(light.ambient), light.specular_color),
+            )
             for index, light in enumerate(scene.world_lights)
             if light.on
         ),
+        off=tuple(label for label, light in zip(labels, scene.world_lights, strict=True) if not light.on),
+        lights=len(labels),
         ambient=_product(BRIGHTEST, rgb(material.ambient), rgb(model.ambient)),
         emission=_product(BRIGHTEST, rgb(material.emission), _WHITE),
         reflectance=reflectance,
@@ -198,10 +219,7 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
         check.refuse("reflectance", material.reflectance, "None in VTK's convention", remedy)
     reflectance = vtk_reflectance(material.shininess, is_headlight=vtk_tier(scene.lights) == 1)
     components = tuple(lobe.component for lobe in reflectance.lobes)
-    terms = tuple(
-        _term(_vtk_shape(term), term.index, material, components, BLACK, rgb(term.light.diffuse))
-        for term in standard.terms
-    )
+    terms = tuple(_as_vtk_lights(term, material, components) for term in standard.terms)
     ambient, diffuse = rgb(material.ambient), rgb(material.diffuse)
     unlit = ambient[0] + diffuse[0], ambient[1] + diffuse[1], ambient[2] + diffuse[2]
     return replace(
@@ -242,25 +260,28 @@ def vtk_tier(lights: Iterable[Light]) -> int:
     return chosen if shine else 0
 
 
-def _vtk_shape(term: LightTerm) -> Light:
-    """A light as VTK takes it: a cone of 90° is none, and exponents end at 128."""
+def _as_vtk_lights(term: LightTerm, material: Material, components: tuple[Component, ...]) -> LightTerm:
+    """A light as VTK takes it: a cone of 90° is none, exponents end at 128, highlights have the diffuse colour."""
     light = term.light
     if light.vtk_obstacle:
         check.refuse(f"lights[{term.index}]", light.vtk_obstacle, "one that VTK has, in VTK's convention")
     values = light.as_vtk()
     values = values._replace(exponent=min(values.exponent, HIGHEST_POWER))
-    return light_from_values(values, diffuse=light.diffuse, intensity=light.intensity)
+    shape = light_from_values(values, diffuse=light.diffuse, intensity=light.intensity)
+    ambient, colors, gain = _colors(shape, material, components, BLACK, rgb(light.diffuse))
+    return replace(term, light=shape, ambient=ambient, colors=colors, gain=gain)
 
 
-def _term(
-    light: Light, index: int, material: Material, components: tuple[Component, ...], ambient: Vector, specular: Vector
-) -> LightTerm:
+def _colors(
+    light: Light, material: Material, components: tuple[Component, ...], ambient: Vector, specular: Vector
+) -> tuple[Vector, tuple[Vector, ...], float]:
+    """A term's ambient colour, its lobes' colours, and their gain."""
     dim = _product(FARTHEST, rgb(material.ambient), ambient, light.intensity)
     matt = _product(FARTHEST, rgb(material.diffuse), rgb(light.diffuse), light.intensity)
     shiny = _product(FARTHEST, rgb(material.specular), specular, light.intensity)
     colors = tuple({"diffuse": matt, "specular": shiny}[component] for component in components)
     gain = 2.0 ** math.frexp(max(*dim, *(channel for color in colors for channel in color)))[1]
-    return LightTerm(light, index, _over(dim, gain), tuple(_over(color, gain) for color in colors), gain)
+    return _over(dim, gain), tuple(_over(color, gain) for color in colors), gain
 
 
 def _over(color: Vector, gain: float) -> Vector:

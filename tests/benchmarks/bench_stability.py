@@ -17,6 +17,7 @@ from unittest import mock
 
 import numpy as np
 from naive_block import naive_highlights
+from naive_block import power as naive_power
 from rich.console import Console
 from rich.table import Table
 from textbook import measured_scene, vertices
@@ -24,6 +25,7 @@ from textbook import measured_scene, vertices
 from pvphong import DirectionalLight, LightModel, Material, Scene, SpotLight, evaluate, normal_matrix
 from pvphong.base.vectors import dot
 from pvphong.optics.lights import point, spot
+from pvphong.optics.reflectances import blinn_phong
 from pvphong.shading import reference
 
 COUNT = 250_000
@@ -59,13 +61,9 @@ def naive_spot_factor(self, to_light):
     return np.where(cosine >= edge, np.maximum(cosine, 0) ** to_light.dtype.type(self.exponent), 0)
 
 
-def naive_cosine(surface, equation, to_light, *_):
-    """r·v or n·h."""
-    v = surface.to_viewer
-    if equation.reflection == "phong":
-        n = surface.raw * surface.inverse_length
-        return dot(n * (2 * dot(n, to_light)) - to_light, v)
-    h = to_light + v
+def naive_halfway(surface, to_light):
+    """n·h."""
+    h = to_light + surface.to_viewer
     return dot(surface.normals, h / np.sqrt(dot(h, h)))
 
 
@@ -74,7 +72,8 @@ def naive_formulas(real):
     """While it lasts, `evaluate` computes with naive formulas, from positions in the float type `real`."""
     with ExitStack() as stack:
         stack.enter_context(naive_highlights())
-        replaced = [(reference, "_chord_distance", naive_cosine), (reference, "moderate", naive_moderate)]
+        replaced = [(blinn_phong, "halfway_distance", naive_halfway), (blinn_phong, "power", naive_power)]
+        replaced += [(reference, "moderate", naive_moderate)]
         replaced += [(reference, "towards", naive_towards)]
         replaced += [(module, "ways_to", naive_ways_to) for module in (point, spot)]
         replaced += [(SpotLight, "spot_factor", naive_spot_factor)]

@@ -9,10 +9,10 @@ from unittest import mock
 import numpy as np
 
 from pvphong.base.vectors import dot
-from pvphong.shading import reference
+from pvphong.optics.reflectances import phong
 
 
-def cosine(surface, _equation, to_light, *_):
+def cosine(surface, to_light, _raw_cosine):
     """r·v by the mirror direction."""
     normals = surface.raw * surface.inverse_length
     mirror = normals * (2.0 * dot(normals, to_light)) - to_light
@@ -28,7 +28,7 @@ def power(cosine, shininess, floor):
 def naive_highlights():
     """While it lasts, `pvphong.evaluate` computes highlights of Phong reflection the naive way."""
     with (
-        mock.patch.object(reference, "_chord_distance", cosine),
-        mock.patch.object(reference, "_power", power),
+        mock.patch.object(phong, "mirror_distance", cosine),
+        mock.patch.object(phong, "power", power),
     ):
         yield

@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 
-from pvphong.base.types import Float64Array, VectorLike
+from pvphong.base.types import Float64Array, FloatArray, VectorLike
 from pvphong.geometry.extent import ROUNDED_UP, Sphere, sight
 from pvphong.optics.attenuation import strength_at
 from pvphong.optics.light import NOTHING_KNOWN, Light, Reach
@@ -83,7 +83,7 @@ def _ball(count: int) -> Float64Array:
     return np.concatenate([half, -half, np.zeros((count % 2, 3))])
 
 
-def _angles(shares: Float64Array) -> Float64Array:
+def _angles(shares: FloatArray) -> FloatArray:
     """The t in [0, π/2] with (2t − sin 2t)/π equal to each share, by halving: it grows with t."""
     low, high = np.zeros_like(shares), np.full_like(shares, math.pi / 2)
     for _ in range(53):

@@ -62,8 +62,6 @@ class Draft:
     ----------
     equation : Equation
         As it stands.
-    labels : tuple of str
-        What names each light of the scene.
     shining : int
         How many of its lights add anything; the tolerance is divided among them.
     extent : Extent
@@ -75,19 +73,17 @@ class Draft:
     """
 
     equation: Equation
-    labels: tuple[str, ...]
     shining: int
     extent: Extent
     tolerance: float
     notes: tuple[Note, ...] = ()
 
     @classmethod
-    def first(
-        cls, equation: Equation, labels: tuple[str, ...], extent: Extent, tolerance: float, notes: tuple[Note, ...] = ()
-    ) -> Draft:
+    def first(cls, equation: Equation, extent: Extent, tolerance: float) -> Draft:
         """Of an equation as it was assembled."""
         shining = sum(not term.is_black for term in equation.terms)
-        return cls(equation, labels, shining, extent, tolerance, notes)
+        notes = tuple(Note("lights", label, "switched off") for label in equation.off)
+        return cls(equation, shining, extent, tolerance, notes)
 
     @cached_property
     def error_bound(self) -> float:
@@ -101,10 +97,6 @@ class Draft:
             return 0.0
         share = self.tolerance / (2 * max(self.shining, 1))
         return min(share, max(self.tolerance - self.error_bound, 0.0) / ROUNDED_UP**2)
-
-    def label(self, term: LightTerm) -> str:
-        """What names the light of a term."""
-        return self.labels[term.index]
 
     @cached_property
     def _notes_by_effect(self) -> dict[str, list[Note]]:
@@ -128,7 +120,7 @@ class Draft:
 
     def labels_where(self, holds: Callable[[LightTerm], bool]) -> list[str]:
         """Names of the lights whose terms have some property."""
-        return [self.label(term) for term in self.equation.terms if holds(term)]
+        return [term.label for term in self.equation.terms if holds(term)]
 
 
 @dataclass(frozen=True)

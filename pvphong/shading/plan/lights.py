@@ -59,7 +59,7 @@ def light_effect(name: str, nobody: str, *, once: float = 0.0, each: float = 0.0
 
 def _replaced(draft: Draft, term: LightTerm, choice: Simpler) -> Change:
     """The term with a cheaper light, if that is within the allowance."""
-    bound, gain, label = _bound(draft, term, choice), term.gain * choice.factor, draft.label(term)
+    bound, gain, label = _bound(draft, term, choice), term.gain * choice.factor, term.label
     if not bound <= draft.allowance or not 1.0 / BRIGHTEST < gain < BRIGHTEST:
         return None
     note = Note(choice.effect, label, choice.why.format(bound=bound), bound)
@@ -80,7 +80,7 @@ def _bound(draft: Draft, term: LightTerm, choice: Simpler) -> float:
 
 
 def _leave_out(draft: Draft, term: LightTerm) -> Change:
-    label = draft.label(term)
+    label = term.label
     if term.is_black:
         return None, Note(_LIGHTS, label, "adds black: its colour, intensity or the material's is 0")
     if not draft.allowance:

@@ -15,11 +15,11 @@ from pvphong.base import check
 from pvphong.base.types import Backend, ByteArray, MatrixLike, Precision
 from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene, light_labels
+from pvphong.scene.scene import Scene
 from pvphong.shading import kernel, reference
 from pvphong.shading.equation import Equation, assemble, with_nodes
 from pvphong.shading.origin import beside_the_mesh
-from pvphong.shading.plan.draft import Decision, Draft, Note
+from pvphong.shading.plan.draft import Decision, Draft
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.result import Shading
 from pvphong.shading.vertices import Vertices
@@ -55,8 +55,6 @@ class Plan:
         What is left of the lighting equation; the evaluators run this.
     whole : Equation
         The equation before anything was left out.
-    lights : int
-        How many lights the scene has, the off ones too.
     """
 
     effects: Mapping[str, Decision]
@@ -66,7 +64,6 @@ class Plan:
     error_bound: float
     equation: Equation
     whole: Equation
-    lights: int
 
     @classmethod
     def of(
@@ -89,23 +86,12 @@ class Plan:
         tolerance = check.number("tolerance", tolerance, at_least=0.0)
         if matrix is not None:
             normal_matrix(matrix)  # refuses what cannot light, also where the scene does not need it
-        return cls.of_equation(beside_the_mesh(assemble(scene, material, matrix)), scene, vertices, tolerance)
+        return cls.of_equation(beside_the_mesh(assemble(scene, material, matrix)), vertices, tolerance)
 
     @classmethod
-    def of_equation(cls, whole: Equation, scene: Scene, vertices: Vertices, tolerance: float = 0.0) -> Plan:
+    def of_equation(cls, whole: Equation, vertices: Vertices, tolerance: float = 0.0) -> Plan:
         """What will run of the equation of a scene, or of one that was rewritten from it."""
-        labels = light_labels(scene, "light ")
-        draft = Draft.first(
-            equation=whole,
-            labels=labels,
-            extent=vertices.extent(whole.matrix),
-            tolerance=tolerance,
-            notes=tuple(
-                Note("lights", label, "switched off")
-                for label, light in zip(labels, scene.world_lights, strict=True)
-                if not light.on
-            ),
-        )
+        draft = Draft.first(whole, vertices.extent(whole.matrix), tolerance)
         draft = reduce(lambda so_far, effect: effect.simplify(so_far), EFFECTS, draft)
         left = draft.equation
         return cls(
@@ -115,13 +101,12 @@ class Plan:
                 left.has_highlights
                 or left.is_flipped
                 or any(note.here for note in draft.notes)
-                or _has_riding_light(whole, scene)
+                or any(term.rides and not term.is_black for term in whole.terms)  # elsewhere it may reach the mesh
             ),
             tolerance=tolerance,
             error_bound=draft.error_bound,
             equation=with_nodes(left),
             whole=with_nodes(whole),
-            lights=len(labels),
         )
 
     def run(
@@ -144,7 +129,7 @@ class Plan:
         """
         real = np.dtype(check.choice("precision", precision, get_args(Precision)))
         _check_backend(backend)
-        result = Shading.empty(len(vertices), self.lights, real, components=check.flag("components", components))
+        result = Shading.empty(len(vertices), self.whole.lights, real, components=check.flag("components", components))
         normals = vertices.normals_if(self.equation.needs_normals)
         compiled = backend == "numba" or (backend == "auto" and is_worth_compiling(len(vertices), self.whole))
         arrays = vertices.points, normals, self.equation, vertices.albedo, result
@@ -232,12 +217,6 @@ def _needs(equation: Equation) -> frozenset[str]:
         "viewer": equation.has_highlights or equation.is_flipped,
     }
     return frozenset(name for name, needed in needs.items() if needed)
-
-
-def _has_riding_light(equation: Equation, scene: Scene) -> bool:
-    """Whether a light that shines moves with the viewer: left out here, it may reach the mesh from elsewhere."""
-    lights = tuple(scene.lights)
-    return any(lights[term.index].frame != "world" and not term.is_black for term in equation.terms)
 
 
 def is_worth_compiling(count: int, equation: Equation) -> bool:

@@ -40,7 +40,7 @@ def _leave_out_highlight(draft: Draft, term: LightTerm) -> Change:
     if not bound <= draft.allowance:
         return None
     why = f"its highlight {'is too weak to be seen' if is_weak else 'hardly reaches a vertex'}, at most {bound:.2g}"
-    return equation.without(term, "specular"), Note("specular", draft.label(term), why, bound, here=not is_weak)
+    return equation.without(term, "specular"), Note("specular", term.label, why, bound, here=not is_weak)
 
 
 def _reached(draft: Draft, term: LightTerm) -> float:

@@ -78,7 +78,7 @@ def ledger(subject: Subject, plan: Plan, missing: list[Without], costs: dict[str
 def promises(subject: Subject, tolerance: float) -> tuple[Promise, ...]:
     """Each approximation of the plan at a tolerance: the bound that it took, the difference that it makes."""
     extent = subject.vertices.extent(subject.assembled.matrix)
-    draft = Draft.first(subject.assembled, light_labels(subject.scene, "light "), extent, tolerance)
+    draft = Draft.first(subject.assembled, extent, tolerance)
     found = []
     for effect in EFFECTS:
         before, draft = draft, effect.simplify(draft)

@@ -91,7 +91,7 @@ class Subject:
 
     def planned(self, equation: Equation) -> Plan:
         """The plan of an equation that was rewritten from the whole one: without what adds exactly nothing."""
-        return Plan.of_equation(equation, self.scene, self.vertices)
+        return Plan.of_equation(equation, self.vertices)
 
     def runner(
         self,
