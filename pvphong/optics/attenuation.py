@@ -6,7 +6,6 @@ Symbols: c, l, q the constant, linear and quadratic coefficient; d the distance 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -14,7 +13,7 @@ import numpy as np
 
 from pvphong.base import check
 from pvphong.base.types import Float64Array, Vector, VectorLike
-from pvphong.geometry.extent import ROUNDED_UP, Sphere, sight
+from pvphong.geometry.extent import ROUNDED_UP, Extent, Sight, sight
 from pvphong.optics.light import Simpler
 from pvphong.optics.roles import falloff
 
@@ -83,29 +82,26 @@ def distance_of(fraction: float, attenuation: VectorLike) -> float | None:
     return rest / linear if linear else None
 
 
-def strongest(position: VectorLike, attenuation: VectorLike, sphere: Sphere | None) -> float:
-    """No vertex inside a sphere gets more; infinite where nothing is known of it."""
-    seen = sight(position, sphere)
-    if seen is None:
-        return math.inf
+def strongest(seen: Sight, attenuation: VectorLike) -> float:
+    """No vertex gets more from a position that is so seen."""
     return strength_at(max(seen.distance - seen.radius, 0.0) / ROUNDED_UP, attenuation) * ROUNDED_UP
 
 
-def taken_as_even(light: Any, sphere: Sphere | None) -> Iterator[Simpler]:
-    """A light with `position` and `attenuation`, as one that does not weaken over a sphere of vertices."""
+def taken_as_even(light: Any, extent: Extent, *, exactly: bool) -> Simpler | None:
+    """A light with `position` and `attenuation`, as one that is equally strong at all vertices."""
     constant, linear, quadratic = light.attenuation
-    if light.attenuation == NONE:
-        return
-    even = replace(light, attenuation=NONE)
+
+    def make() -> Any:
+        return replace(light, attenuation=NONE)
+
     if not linear and not quadratic:
-        yield Simpler(EFFECT, f"constant, {1.0 / constant:g}", even, factor=1.0 / constant, is_exact=True)
-        return
-    seen = sight(light.position, sphere)
-    if seen is not None and seen.distance > seen.radius:
-        reach = seen.radius * ROUNDED_UP
-        near, far = (strength_at(seen.distance + way, light.attenuation) for way in (-reach, reach))
-        why = "even over the mesh to {bound:.2g}"
-        yield Simpler(EFFECT, why, even, factor=(near + far) / 2, spread=(near - far) / 2)
+        return Simpler(f"constant, {1.0 / constant:g}", make, factor=1.0 / constant)
+    seen = None if exactly else sight(light.position, extent.sphere)
+    if seen is None or seen.distance <= seen.radius:
+        return None
+    reach = seen.radius * ROUNDED_UP
+    near, far = (strength_at(seen.distance + way, light.attenuation) for way in (-reach, reach))
+    return Simpler("even over the mesh to {bound:.2g}", make, factor=(near + far) / 2, spread=(near - far) / 2)
 
 
 def taken_as_at(light: Any, point: Vector) -> tuple[Any, float]:

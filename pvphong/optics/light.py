@@ -16,7 +16,7 @@ import numpy as np
 
 from pvphong.base import check, host
 from pvphong.base.types import ColorLike, Float64Array, FloatArray, Frame, Vector, rgb
-from pvphong.geometry.extent import Sphere
+from pvphong.geometry.extent import Extent
 from pvphong.optics.roles import EyeSpace, Place, Role, roles_of
 
 if TYPE_CHECKING:
@@ -62,14 +62,11 @@ NOTHING_KNOWN = Reach(float("inf"), None, 0.0)
 class Simpler(NamedTuple):
     """A cheaper light that may stand in for one, and by how much that is wrong."""
 
-    effect: str
-    """The plan's effect that is then left out, for this light."""
-
     why: str
     """The reason, in which `{bound}` stands for the error in a colour."""
 
-    light: Light | None
-    """What stands in; None: nothing, it is dark here."""
+    make: Callable[[], Light] | None
+    """Gives what stands in; None: nothing, it is dark here."""
 
     factor: float = 1.0
     """What its strength is to be multiplied by."""
@@ -79,9 +76,6 @@ class Simpler(NamedTuple):
 
     turn: float | None = None
     """The largest error of the direction, in radians, the strength being at most 1; None where it stays."""
-
-    is_exact: bool = False
-    """Whether it is the same light to the last bit, so that no tolerance is needed."""
 
 
 class VtkValues(NamedTuple):
@@ -227,13 +221,23 @@ class Light:
         """The plan's effects that it calls for."""
         return frozenset() if self.is_even else frozenset({"position"})
 
-    def reach(self, sphere: Sphere | None) -> Reach:  # noqa: ARG002 nothing is known of it
-        """What of it can reach the vertices inside a sphere, or vertices of which nothing is known (None)."""
+    def reach(self, extent: Extent) -> Reach:  # noqa: ARG002 nothing is known of it
+        """What of it can reach the vertices."""
         return NOTHING_KNOWN
 
-    def simpler(self, sphere: Sphere | None) -> Iterator[Simpler]:  # noqa: ARG002 there is none
-        """Cheaper lights that could stand in over a sphere of vertices, the most exact of each effect first."""
-        return iter(())
+    def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> Simpler | None:  # noqa: ARG002 there is none
+        """A cheaper light that could stand in for the vertices.
+
+        Parameters
+        ----------
+        effect : str
+            One of its effects, which the other does not call for.
+        extent : Extent
+            Where the vertices are; finding that takes time, so it is asked only where it counts.
+        exactly : bool
+            Whether only a light will do that is the same to the last bit.
+        """
+        return None
 
     def without(self, effect: str, point: Vector) -> tuple[Light, float]:  # noqa: ARG002 there is none
         """The light with one of its effects left out, whatever the error, and what its strength is to be multiplied by.

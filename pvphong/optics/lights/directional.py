@@ -10,7 +10,7 @@ import numpy as np
 
 from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.base.vectors import moderate_vector
-from pvphong.geometry.extent import Sphere
+from pvphong.geometry.extent import Extent
 from pvphong.optics.light import Arrival, Light, Reach, VtkValues
 from pvphong.optics.roles import aim
 
@@ -56,7 +56,7 @@ class DirectionalLight(Light):
         (x, y, z), inverse_length = self.way
         return x * inverse_length, y * inverse_length, z * inverse_length
 
-    def reach(self, sphere: Sphere | None) -> Reach:  # noqa: ARG002 the same everywhere
+    def reach(self, extent: Extent) -> Reach:  # noqa: ARG002 the same everywhere
         """Strength 1 from one direction."""
         return Reach(1.0, self.to_light, _SLACK)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.base.vectors import ways_to
-from pvphong.geometry.extent import Sphere, sight
+from pvphong.geometry.extent import Extent, sight
 from pvphong.optics import attenuation as weakening
 from pvphong.optics.attenuation import attenuate, coefficients, strongest
 from pvphong.optics.light import NOTHING_KNOWN, Arrival, Light, Reach, Simpler, VtkValues
@@ -57,18 +56,22 @@ class PointLight(Light):
         """Its position, and its attenuation if it weakens."""
         return placed_effects(self)
 
-    def reach(self, sphere: Sphere | None) -> Reach:
+    def reach(self, extent: Extent) -> Reach:
         """What it sends to the nearest vertex."""
-        return placed_reach(self, sphere)
+        return placed_reach(self, extent)
 
-    def simpler(self, sphere: Sphere | None) -> Iterator[Simpler]:
+    def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> Simpler | None:
         """As one that does not weaken; such a one as parallel light."""
-        yield from weakening.taken_as_even(self, sphere)
-        seen = sight(self.position, sphere)
-        if tuple(self.attenuation) == weakening.NONE and seen is not None and seen.distance >= _FAR * seen.radius:
-            x, y, z = seen.direction
-            why = "far away: its direction is the same to {bound:.2g}"
-            yield Simpler("position", why, DirectionalLight(direction=(-x, -y, -z)), turn=seen.turn)
+        if effect == weakening.EFFECT:
+            return weakening.taken_as_even(self, extent, exactly=exactly)
+        if exactly or tuple(self.attenuation) != weakening.NONE:
+            return None
+        seen = sight(self.position, extent.sphere)
+        if seen is None or seen.distance < _FAR * seen.radius:
+            return None
+        x, y, z = seen.direction
+        why = "far away: its direction is the same to {bound:.2g}"
+        return Simpler(why, lambda: DirectionalLight(direction=(-x, -y, -z)), turn=seen.turn)
 
     def without(self, effect: str, point: Vector) -> tuple[Light, float]:
         """As parallel light, or as strong everywhere as at a point."""
@@ -80,21 +83,23 @@ class PointLight(Light):
         return VtkValues(True, (0.0, 0.0, -1.0), (x, y, z), (c, l, q))
 
 
+_STEADY = frozenset({"position"})
+_WEAKENING = _STEADY | {weakening.EFFECT}
+
 # What holds for a light with `position` and `attenuation`, whatever its directions.
 
 
 def placed_effects(light: Any) -> frozenset[str]:
     """The effects that it calls for."""
-    weakens = tuple(light.attenuation) != weakening.NONE
-    return frozenset({"position", weakening.EFFECT} if weakens else {"position"})
+    return _STEADY if tuple(light.attenuation) == weakening.NONE else _WEAKENING
 
 
-def placed_reach(light: Any, sphere: Sphere | None) -> Reach:
+def placed_reach(light: Any, extent: Extent) -> Reach:
     """The nearest vertex gets most; the direction turns as its position is seen."""
-    seen = sight(light.position, sphere)
+    seen = sight(light.position, extent.sphere)
     if seen is None:
         return NOTHING_KNOWN
-    return Reach(strongest(light.position, light.attenuation, sphere), seen.direction, seen.turn + _SLACK)
+    return Reach(strongest(seen, light.attenuation), seen.direction, seen.turn + _SLACK)
 
 
 def placed_without(light: Any, effect: str, point: Vector) -> tuple[Light, float]:

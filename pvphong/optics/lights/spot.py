@@ -12,7 +12,7 @@ import numpy as np
 
 from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
 from pvphong.base.vectors import angle_between, dot, unit_vector, ways_to
-from pvphong.geometry.extent import Sphere, sight
+from pvphong.geometry.extent import Extent, Sight, sight
 from pvphong.optics import attenuation as weakening
 from pvphong.optics.attenuation import attenuate, coefficients, strongest
 from pvphong.optics.light import Arrival, Light, Reach, Simpler, VtkValues
@@ -104,38 +104,41 @@ class SpotLight(Light):
         """A point light's, and its cone."""
         return placed_effects(self) | {CONE}
 
-    def reach(self, sphere: Sphere | None) -> Reach:
+    def reach(self, extent: Extent) -> Reach:
         """A point light's: nothing is lost by forgetting the cone."""
-        return placed_reach(self, sphere)
+        return placed_reach(self, extent)
 
-    def simpler(self, sphere: Sphere | None) -> Iterator[Simpler]:
-        """Off outside its cone, a point light inside it; and as one that does not weaken."""
-        yield from self._without_cone(sphere)
-        yield from weakening.taken_as_even(self, sphere)
-
-    def _without_cone(self, sphere: Sphere | None) -> Iterator[Simpler]:
-        seen = sight(self.position, sphere)
+    def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> Simpler | None:
+        """Off outside its cone, a point light inside it; or as one that does not weaken."""
+        if effect == weakening.EFFECT:
+            return weakening.taken_as_even(self, extent, exactly=exactly)
+        seen = sight(self.position, extent.sphere) if effect == CONE else None
         if seen is None:
-            return
+            return None
         middle, edge = math.pi - angle_between(seen.direction, self.axis), math.radians(self.cone_angle)
         least, most = max(middle - seen.turn, 0.0), min(middle + seen.turn, math.pi)
         if least > edge + _SLACK:
             margin = math.degrees(least - edge)
-            why = f"mesh lies outside the cone by {f'{margin:.0f}' if margin >= 1.0 else f'{margin:.1g}'}°"
-            yield Simpler(CONE, why, None, is_exact=True)
-        elif most < edge - _SLACK:
-            yield self._as_point(sphere, max(least - _SLACK, 0.0), most + _SLACK)
+            return Simpler(
+                f"mesh lies outside the cone by {f'{margin:.0f}' if margin >= 1.0 else f'{margin:.1g}'}°", None
+            )
+        if most >= edge - _SLACK or (exactly and self.exponent):
+            return None
+        return self._as_point(seen, max(least - _SLACK, 0.0), most + _SLACK)
 
-    def _as_point(self, sphere: Sphere | None, least: float, most: float) -> Simpler:
+    def _as_point(self, seen: Sight, least: float, most: float) -> Simpler:
         """For vertices between two angles off the axis, all inside the cone."""
-        point, why = PointLight(position=self.position, attenuation=self.attenuation), "mesh lies inside the cone"
+
+        def make() -> Light:
+            return PointLight(position=self.position, attenuation=self.attenuation)
+
+        why = "mesh lies inside the cone"
         if self.exponent == 0.0:
-            return Simpler(CONE, why, point, is_exact=True)
+            return Simpler(why, make)
         brightest, darkest = (max(math.cos(off_axis), 0.0) ** self.exponent for off_axis in (least, most))
-        spread = strongest(self.position, self.attenuation, sphere) * (brightest - darkest) / 2
-        return Simpler(
-            CONE, why + ", whose light is even to {bound:.2g}", point, factor=(brightest + darkest) / 2, spread=spread
-        )
+        spread = strongest(seen, self.attenuation) * (brightest - darkest) / 2
+        why += ", whose light is even to {bound:.2g}"
+        return Simpler(why, make, factor=(brightest + darkest) / 2, spread=spread)
 
     def without(self, effect: str, point: Vector) -> tuple[Light, float]:
         """A point light, parallel light, or as strong everywhere as at a point."""

@@ -29,7 +29,7 @@ class Seen(NamedTuple):
 
 def strongest(draft: Draft, term: LightTerm) -> float:
     """The largest attenuation times gain that can reach a vertex; infinite where nothing is known."""
-    return term.gain * term.light.reach(draft.extent.sphere).strongest
+    return term.gain * term.light.reach(draft.extent).strongest
 
 
 def whole(draft: Draft, term: LightTerm) -> float:
@@ -43,7 +43,7 @@ def whole(draft: Draft, term: LightTerm) -> float:
 
 def light_seen(draft: Draft, light: Light) -> Seen | None:
     """Where a light is seen; None where nothing is known."""
-    reach = light.reach(draft.extent.sphere)
+    reach = light.reach(draft.extent)
     return None if reach.direction is None else Seen(reach.direction, reach.turn)
 
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pvphong.base.ranges import BRIGHTEST
 from pvphong.base.types import Vector
 from pvphong.geometry.extent import ROUNDED_UP
-from pvphong.optics.light import Simpler
+from pvphong.optics.light import Light, Simpler
 from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.plan.bounds import Seen, light_seen, strongest, turned, whole
 from pvphong.shading.plan.draft import NO_LIGHT, Change, Draft, Effect, Note, decision, every_term, for_each_term
@@ -35,12 +35,8 @@ def light_effect(name: str, nobody: str, *, once: float = 0.0, each: float = 0.0
     def leave_out(draft: Draft, term: LightTerm) -> Change:
         if name not in term.light.effects:
             return None
-        for choice in term.light.simpler(draft.extent.sphere):
-            if choice.effect == name and (choice.is_exact or draft.allowance):
-                change = _replaced(draft, term, choice)
-                if change is not None:
-                    return change
-        return None
+        choice = term.light.simpler(name, draft.extent, exactly=not draft.allowance)
+        return None if choice is None else _replaced(draft, term, name, choice)
 
     def without(term: LightTerm, point: Vector) -> LightTerm:
         light, factor = term.light.without(name, point)
@@ -57,22 +53,23 @@ def light_effect(name: str, nobody: str, *, once: float = 0.0, each: float = 0.0
     )
 
 
-def _replaced(draft: Draft, term: LightTerm, choice: Simpler) -> Change:
+def _replaced(draft: Draft, term: LightTerm, effect: str, choice: Simpler) -> Change:
     """The term with a cheaper light, if that is within the allowance."""
-    bound, gain, label = _bound(draft, term, choice), term.gain * choice.factor, term.label
+    if choice.make is None:
+        note = Note(effect, term.label, choice.why)
+        return None, note, note._replace(effect=_LIGHTS)
+    light, gain = choice.make(), term.gain * choice.factor
+    bound = _bound(draft, term, choice, light)
     if not bound <= draft.allowance or not 1.0 / BRIGHTEST < gain < BRIGHTEST:
         return None
-    note = Note(choice.effect, label, choice.why.format(bound=bound), bound)
-    if choice.light is None:
-        return None, note, note._replace(effect=_LIGHTS)
-    return replace(term, light=choice.light, gain=gain), note
+    return replace(term, light=light, gain=gain), Note(effect, term.label, choice.why.format(bound=bound), bound)
 
 
-def _bound(draft: Draft, term: LightTerm, choice: Simpler) -> float:
-    """The largest error in a colour."""
+def _bound(draft: Draft, term: LightTerm, choice: Simpler, light: Light) -> float:
+    """The largest error in a colour where a light stands in for another."""
     bound = whole(draft, term) * choice.spread
-    if choice.turn is not None and choice.light is not None:
-        seen = light_seen(draft, choice.light)
+    if choice.turn is not None:
+        seen = light_seen(draft, light)
         if seen is None:
             return float("inf")
         bound += turned(draft, term, Seen(seen.direction, choice.turn), choice.turn, light_moves=True)

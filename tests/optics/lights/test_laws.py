@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 import pickle
 
@@ -11,7 +12,7 @@ import pytest
 from strategies import LIGHT_SHAPES, Dice, triple
 
 from pvphong import LightModel, Material, Scene, Viewer, as_light, evaluate, plan
-from pvphong.geometry.extent import Sphere
+from pvphong.geometry.extent import Extent
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.roles import Place
 from pvphong.shading import kernel
@@ -33,9 +34,8 @@ def thrown(kind, seed, **fields):
     return light, points, dice
 
 
-def sphere_around(points):
-    center = points.mean(axis=0)
-    return Sphere(triple(center), float(np.linalg.norm(points - center, axis=1).max()))
+def extent_of(points):
+    return Extent(points, None, None)
 
 
 def arriving(light, points):
@@ -133,14 +133,14 @@ def test_its_nodes_are_parts_of_it_without_a_size(kind, seed):
 @every_light
 def test_no_vertex_gets_more_or_from_elsewhere_than_its_reach_says(kind, seed):
     light, points, _ = thrown(kind, seed)
-    reach = light.reach(sphere_around(points))
+    reach = light.reach(extent_of(points))
     total = sum(strength for _, strength in arriving(light, points))
     assert (total <= reach.strongest).all()
     assert reach.direction is not None
     for direction, strength in arriving(light, points):
         for l, s in zip(direction.T, strength, strict=True):
             assert s == 0.0 or angle(l, reach.direction) <= reach.turn
-    nothing = light.reach(None)
+    nothing = light.reach(extent_of(points[:0]))
     assert light.is_even or (nothing.strongest == math.inf and nothing.direction is None)
 
 
@@ -150,17 +150,19 @@ def test_what_may_stand_in_is_no_further_off_than_it_says(kind, seed, size):
     light, points, _ = thrown(kind, seed)
     points = points * size
     (direction, strength), *_ = arriving(light, points)
-    for choice in light.simpler(sphere_around(points)):
-        assert choice.effect in light.effects
-        if choice.light is None:
+    for effect, exactly in itertools.product(light.effects, (True, False)):
+        choice = light.simpler(effect, extent_of(points), exactly=exactly)
+        if choice is None:
+            continue
+        if choice.make is None:
             np.testing.assert_array_equal(strength, 0.0)
             continue
-        (there, even), *_ = arriving(choice.light, points)
+        (there, even), *_ = arriving(choice.make(), points)
         off = np.abs(choice.factor * even - strength)
         assert (off <= choice.spread * (1 + 1e-9) + 4e-16 * (1 + strength)).all()
         turned = [angle(a, b) for a, b in zip(direction.T, there.T, strict=True)]
         assert max(turned) <= (choice.turn or 0.0) + 1e-12
-        assert not choice.is_exact or (choice.spread, choice.turn) == (0.0, None)
+        assert not exactly or (choice.spread, choice.turn) == (0.0, None)
 
 
 @every_light
