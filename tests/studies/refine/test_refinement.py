@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import pyvista as pv
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from strategies import hunt, moderate_case
 
 import pvphong as ph
 from pvphong.meshes.surfaces import surface
@@ -296,14 +295,14 @@ SHAPES = {
 }
 
 
-def sides_and_their_lengths(mesh):
-    """How many there are, and the total length of those at which not two triangles meet, by how many do."""
+def sides_of(mesh):
+    """How many there are; of those at which not two triangles meet, the number and total length by how many do."""
     corners = mesh.regular_faces
     sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     sides, counts = np.unique(sides, axis=0, return_counts=True)
     a, b = mesh.points.astype(float)[sides.T]
-    lengths = np.linalg.norm(a - b, axis=1)
-    return len(sides), {int(n): lengths[counts == n].sum() for n in np.unique(counts) if n != 2}
+    lengths, others = np.linalg.norm(a - b, axis=1), set(counts.tolist()) - {2}
+    return len(sides), {n: (counts == n).sum() for n in others}, {n: lengths[counts == n].sum() for n in others}
 
 
 @pytest.mark.parametrize("placement", ["linear", "smooth"])
@@ -320,8 +319,9 @@ def test_what_hangs_together_stays_so_and_nothing_of_the_input_changes(shape, pl
     assert fine.points[: whole.n_points].tobytes() == whole.points.tobytes()
     shaded = mesh.phong.shade(scene, SHARP)["phong"]
     assert np.abs(fine["phong"][: whole.n_points] - shaded).max() <= (4 * math.sqrt(200) + 16) * 2**-23
-    (count, lengths), (count_before, lengths_before) = map(sides_and_their_lengths, (fine, whole))
+    (count, open_sides, lengths), (count_before, open_before, lengths_before) = map(sides_of, (fine, whole))
     assert lengths == pytest.approx(lengths_before)
+    assert all(open_sides[n] > open_before[n] for n in open_before)  # they were split
     assert fine.n_points - count + fine.n_cells == whole.n_points - count_before + whole.n_cells  # Euler's number
     assert fine.validate_mesh().is_valid
     if placement == "linear" or shape in {"open", "quads", "creases"}:  # flat
@@ -540,44 +540,32 @@ def test_points_that_are_not_finite_are_left_alone(bad):
     assert np.isfinite(fine["phong"]).all()
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
-@given(
-    seed=st.integers(0, 2**32 - 1),
-    count=st.integers(3, 20),
-    faces=st.integers(1, 25),
-    scale=st.sampled_from([1e-30, 1e-3, 1.0, 1e4, 1e20]),
-    placement=st.sampled_from(["linear", "smooth"]),
-    model=st.builds(
-        ph.LightModel,
-        two_sided=st.booleans(),
-        clamp=st.booleans(),
-        reflection=st.sampled_from(["phong", "blinn-phong"]),
-    ),
-)
-def test_any_soup_of_triangles_ends_within_its_points(seed, count, faces, scale, placement, model):
-    rng = np.random.default_rng(seed)
-    points = rng.normal(size=(count, 3)) * scale
-    points[rng.integers(count)] = rng.choice([0.0, np.nan, np.inf, points[0, 0]])
-    mesh = pv.PolyData.from_regular_faces(points, rng.integers(0, count, (faces, 3)))
-    normals = rng.normal(size=(count, 3))
-    normals[rng.integers(count)] = rng.choice([0.0, np.nan, 1e300])
-    mesh.point_data.active_normals = normals
-    lights = [
-        ph.DirectionalLight(direction=tuple(rng.normal(size=3)), diffuse=0.5),
-        ph.SpotLight(
-            position=tuple(3 * scale * rng.normal(size=3)), direction=tuple(rng.normal(size=3)), cone_angle=70
-        ),
-    ]
-    viewer = ph.Viewer(position=tuple(3 * scale * rng.normal(size=3)), focal_point=(9 * scale, 0, 0))
-    scene = ph.Scene(lights=lights, viewer=viewer, light_model=model)
-    material = ph.Material(diffuse=0.6, specular=0.5, shininess=float(10 ** rng.uniform(-1, 5)))
-    fine = refine(mesh, scene, material, tolerance=0.01, max_points=count + 500, placement=placement)
-    assert fine.n_points <= count + 500
-    assert fine.points[:count].tobytes() == mesh.points.tobytes()
-    assert np.isfinite(fine.points[count:]).all()
-    assert np.isfinite(fine["phong"]).all()
-    assert stopped(fine) in {"tolerance", "max_points", "jump", "resolution"}
-    assert (left(fine) <= 0.01) == (stopped(fine) == "tolerance")
+def test_any_soup_of_triangles_ends_within_its_points():
+    def check(dice):
+        case, count = moderate_case(dice, "standard"), dice.randint(3, 20)
+        scale = dice.choice([1e-30, 1e-3, 1.0, 1e4, 1e20])
+        rng = np.random.default_rng(dice.getrandbits(64))
+        points, normals = rng.normal(size=(count, 3)) * scale, rng.normal(size=(count, 3))
+        points[rng.integers(count)] = rng.choice([0.0, np.nan, np.inf, points[0, 0]])
+        normals[rng.integers(count)] = rng.choice([0.0, np.nan, 1e300])
+        mesh = pv.PolyData.from_regular_faces(points, rng.integers(0, count, (dice.randint(1, 25), 3)))
+        mesh.point_data.active_normals = normals
+
+        def scaled(thing):
+            places = (name for name in ("position", "focal_point") if hasattr(thing, name))
+            return replace(thing, **{name: tuple(scale * np.array(getattr(thing, name))) for name in places})
+
+        scene = replace(case.scene, lights=map(scaled, case.scene.lights), viewer=scaled(case.scene.viewer))
+        options = {"tolerance": 0.01, "max_points": count + 500, "placement": dice.choice(("linear", "smooth"))}
+        fine = refine(mesh, scene, case.material, **options)
+        assert fine.n_points <= count + 500
+        assert fine.points[:count].tobytes() == mesh.points.tobytes()
+        assert np.isfinite(fine.points[count:]).all()
+        assert np.isfinite(fine["phong"]).all()
+        assert stopped(fine) in {"tolerance", "max_points", "jump", "resolution"}
+        assert (left(fine) <= 0.01) == (stopped(fine) == "tolerance")
+
+    hunt(lambda dice: dice, check, examples=40)
 
 
 # Arguments
