@@ -8,14 +8,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Self
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 from pvphong.base.types import FloatArray
 from pvphong.optics.light import Arrival
 from pvphong.optics.surface import Surface
-
-if TYPE_CHECKING:
-    from pvphong.optics.material import Material
 
 Component = Literal["diffuse", "specular"]
 
@@ -59,8 +56,8 @@ class Reflectance(ABC):
     counterpart: ClassVar[tuple[str, float] | None] = None
     """Name of another one that looks much the same, and how many times the shininess it needs for that."""
 
-    def of(self, material: Material) -> Self:  # noqa: ARG002 for those that take something of it
-        """This reflectance with the numbers that it takes from a material."""
+    def of(self, shininess: float) -> Self:  # noqa: ARG002 for those that take it
+        """This reflectance with a material's shininess, where it has none of its own."""
         return self
 
     @abstractmethod

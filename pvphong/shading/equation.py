@@ -178,7 +178,7 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
     model, viewer = scene.light_model, scene.viewer
     local = model.local_viewer and not viewer.parallel
     x, y, z = viewer.view_direction
-    reflectance = (material.reflectance or REFLECTANCES[model.reflection]()).of(material)
+    reflectance = (material.reflectance or REFLECTANCES[model.reflection]()).of(material.shininess)
     components = tuple(lobe.component for lobe in reflectance.lobes)
     labels, frames = light_labels(scene, "light "), [light.frame for light in scene.lights]
     return Equation(

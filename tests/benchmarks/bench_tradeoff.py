@@ -5,7 +5,7 @@ For each mesh the report is made twice, each time in a process of its own, and a
 
 - both reports keep their time budget;
 - the colours of the report's choice are within the tolerance of exact arithmetic, at some vertices and at the worst;
-- no rung that others were better than in the first report, in time and in error, is faster than all of them in the
+- no variant that others were better than in the first report, in time and in error, is faster than all of them in the
   second, by more than the noise that the reports state. (Meshes that are refined for a time are other meshes.)
 - the ledger's costs are within 25 % of those of separate runs with and without an effect, where that is known to half
   of it; others are in the noise. Both are parts of what `evaluate` takes in the same process, so that a machine that
@@ -173,9 +173,9 @@ def is_better(one, other):
 
 
 def ahead(first, second):
-    """The rung off the first report's front that beats, in the second, all better ones by most of their time.
+    """The variant off the first report's front that beats, in the second, all better ones by most of their time.
 
-    Gives its name, by which part, and the noise: the most of what both reports state, of both rungs' quartiles too.
+    Gives its name, by which part, and the noise: the most of what both reports state, of both variants' quartiles too.
     """
     again = {(row["name"], row["points"]): row for row in second["rows"]}
     found = []
@@ -242,12 +242,12 @@ def main():
         alone(compile_kernel, name)
         first, second = alone(reported, name, seconds), alone(reported, name, seconds)
         took, off = max(first["took"], second["took"]), max(first["off"], second["off"])
-        rung, part, noise = ahead(first, second)
+        variant, part, noise = ahead(first, second)
         holds = took <= 1.05 * seconds and off <= TOLERANCE and part <= noise
         counts = [row["time"]["repeats"] for row in first["rows"]]
         reports.add_row(
             name, f"{took:.1f} s", first["chosen"], f"{255 * off:.2g}", f"{first['noise']:.1%}, {second['noise']:.1%}",
-            f"{min(counts)} – {max(counts)}", f"{part:+.1%} of {noise:.1%}: {rung}", mark(holds),
+            f"{min(counts)} – {max(counts)}", f"{part:+.1%} of {noise:.1%}: {variant}", mark(holds),
         )  # fmt: skip
         for effect, told, apart, known in compared(first, alone(costs, name)):
             ratio = told[1] / apart[1] if apart[1] else np.nan

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from pvphong.base.types import FloatArray
 from pvphong.base.vectors import unit
@@ -14,9 +14,6 @@ from pvphong.optics.reflectance import Lobe, Reflectance, Sightline
 from pvphong.optics.reflectances.highlight import halfway_change, halfway_distance, largest_power, power
 from pvphong.optics.reflectances.phong import LIKENESS, MATT_AND_SHINY, lambert, shown
 from pvphong.optics.surface import Surface
-
-if TYPE_CHECKING:
-    from pvphong.optics.material import Material
 
 
 @dataclass(frozen=True)
@@ -34,9 +31,9 @@ class BlinnPhong(Reflectance):
     lobes: ClassVar[tuple[Lobe, ...]] = MATT_AND_SHINY
     counterpart: ClassVar[tuple[str, float]] = ("phong", 1.0 / LIKENESS)
 
-    def of(self, material: Material) -> BlinnPhong:
+    def of(self, shininess: float) -> BlinnPhong:
         """With the material's shininess."""
-        return replace(self, shininess=material.shininess) if self.shininess is None else self
+        return replace(self, shininess=shininess) if self.shininess is None else self
 
     @property
     def sharpness(self) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -15,9 +15,6 @@ from pvphong.optics.light import Arrival
 from pvphong.optics.reflectance import Lobe, Reflectance, Sightline
 from pvphong.optics.reflectances.highlight import largest_power, mirror_change, mirror_distance, power
 from pvphong.optics.surface import Surface
-
-if TYPE_CHECKING:
-    from pvphong.optics.material import Material
 
 MATT_AND_SHINY = (
     Lobe("diffuse", takes_albedo=True, needs_viewer=False),
@@ -47,9 +44,9 @@ class Phong(Reflectance):
     lobes: ClassVar[tuple[Lobe, ...]] = MATT_AND_SHINY
     counterpart: ClassVar[tuple[str, float]] = ("blinn-phong", LIKENESS)
 
-    def of(self, material: Material) -> Phong:
+    def of(self, shininess: float) -> Phong:
         """With the material's shininess."""
-        return replace(self, shininess=material.shininess) if self.shininess is None else self
+        return replace(self, shininess=shininess) if self.shininess is None else self
 
     @property
     def sharpness(self) -> float:

@@ -1,8 +1,8 @@
 """What accuracy costs in time, measured on one's own mesh and scene.
 
-`rungs` are the ways to light a mesh at its vertices, `inside` the meshes that are refined; `textbook`, `hillshade` and
-`frames` are peers, which others wrote. `measurement` runs them in turns within a time budget, `report` is what comes
-of it, and `tables`, `figure` and `pictures` show it.
+`variants` are ways to light a mesh at its vertices, `inside` the meshes that are refined; `textbook`, `hillshade` and
+`frames` are peers, which others wrote. `measurement` runs them in turns within a time budget. `result` is what comes of
+it; `tables` and `figure` show it, and `report` is all of that for its reader.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def tradeoff(
 ) -> Tradeoff:
     """Measure what accuracy costs in time on a mesh and a scene of one's own.
 
-    Rungs from the float64 reference down to coarse light models are run in turns, so that a machine that drifts
+    Variants from the float64 reference down to coarse light models are run in turns, so that a machine that drifts
     favours none, as often as the time budget allows. Their errors are of three kinds, which are measured apart:
     arithmetic (against the same equation in float64) and light model (between two equations in float64), both at the
     vertices, and interpolation (colours blended across triangles against per-pixel shading, in float64).
@@ -58,8 +58,8 @@ def tradeoff(
     tolerance : float, default 1/255
         The largest absolute colour error that is to be allowed, > 0; the default is one step of a display.
     seconds : float, default 20
-        What it may take, > 0. On large meshes rungs are left out to keep it, with the reason given; the reference,
-        the plan and the rung that it is compared with are always measured. Compiling the kernel, once per
+        What it may take, > 0. On large meshes variants are left out to keep it, with the reason given; the reference,
+        the plan and the variant that it is compared with are always measured. Compiling the kernel, once per
         installation, is not counted.
     matrix : array_like, optional
         (4, 4) model matrix.

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from pvphong.base import check
 from pvphong.base.files import written_aside
-from pvphong.studies.accuracy.fronts import COLORS, GREY, INK, RED, draw_fronts
+from pvphong.studies.accuracy.pareto import COLORS, GREY, INK, RED, draw_fronts
 from pvphong.studies.accuracy.pictures import linked_pictures
+from pvphong.studies.accuracy.result import Result
 from pvphong.studies.accuracy.tables import is_noise, number, seconds
-
-if TYPE_CHECKING:
-    from pvphong.studies.accuracy.report import Tradeoff
 
 _FORMATS = (".png", ".pdf", ".svg")
 _SIZE = (16.0, 13.5)
@@ -30,7 +28,7 @@ def refuse_format(path: str | os.PathLike[str]) -> None:
         raise ValueError('Figures need Matplotlib: pip install "pvphong[plot]".') from error
 
 
-def save_figure(report: Tradeoff, path: str | os.PathLike[str]) -> None:
+def save_figure(result: Result, path: str | os.PathLike[str]) -> None:
     """Draw a report into a file.
 
     Raises
@@ -43,25 +41,25 @@ def save_figure(report: Tradeoff, path: str | os.PathLike[str]) -> None:
 
     figure = Figure(figsize=_SIZE, layout="constrained")
     rows: Any = figure.subfigures(3, 1, height_ratios=(1.1, 0.6, 0.9))
-    rows[0].suptitle(f"What accuracy costs in time: {report.facts['mesh']}", fontsize=15, fontweight="bold")
-    draw_fronts(rows[0], report)
-    _draw_pictures(rows[1], report)
+    rows[0].suptitle(f"What accuracy costs in time: {result.facts['mesh']}", fontsize=15, fontweight="bold")
+    draw_fronts(rows[0], result)
+    _draw_pictures(rows[1], result)
     left, right = rows[2].subplots(1, 2)
-    _draw_histogram(left, report)
-    _draw_ledger(right, report)
-    figure.supxlabel(_footnote(report), fontsize=9, color=INK)
+    _draw_histogram(left, result)
+    _draw_ledger(right, result)
+    figure.supxlabel(_footnote(result), fontsize=9, color=INK)
     with written_aside(path) as aside:
         figure.savefig(aside, dpi=100)
 
 
-def _footnote(report: Tradeoff) -> str:
-    facts = report.facts
+def _footnote(result: Result) -> str:
+    facts = result.facts
     return f"{facts['machine']}; threads: {facts['threads']}; {facts['date']}; {facts['measured']}"
 
 
-def _draw_pictures(part: Any, report: Tradeoff) -> None:
+def _draw_pictures(part: Any, result: Result) -> None:
     try:
-        pictures = linked_pictures(report)
+        pictures = linked_pictures(result)
     except ValueError as error:
         part.subplots().set_axis_off()
         part.text(0.5, 0.5, str(error), ha="center", wrap=True)
@@ -75,7 +73,7 @@ def _draw_pictures(part: Any, report: Tradeoff) -> None:
         if picture.scale is None:
             place.set_axis_off()
         else:
-            _draw_scale(part, place, picture.scale, report.tolerance)
+            _draw_scale(part, place, picture.scale, result.tolerance)
 
 
 def _draw_scale(part: Any, place: Any, scale: Any, tolerance: float) -> None:
@@ -103,31 +101,31 @@ def _cropped(picture: Any, guide: Any) -> Any:
     return picture[ranges[0], ranges[1]]
 
 
-def _draw_histogram(axes: Any, report: Tradeoff) -> None:
-    at_vertices = np.abs(report.chosen_colors - report.reference_colors).max(axis=1)
-    chosen = report.best()
+def _draw_histogram(axes: Any, result: Result) -> None:
+    at_vertices = np.abs(result.chosen_colors - result.reference_colors).max(axis=1)
+    chosen = result.best()
     name = "chosen" if chosen is None else chosen.name
     shown = [(f"at {len(at_vertices)} vertices: {name}", at_vertices, COLORS["light model"])]
-    if len(report.inside_errors):
-        label = f"inside {len(report.inside_errors)} triangles of the mesh as it is"
-        shown.append((label, report.inside_errors, COLORS["interpolation"]))
+    if len(result.inside_errors):
+        label = f"inside {len(result.inside_errors)} triangles of the mesh as it is"
+        shown.append((label, result.inside_errors, COLORS["interpolation"]))
     some = np.concatenate([values[values > 0.0] for _, values, _ in shown])
     low = max(float(np.percentile(some, 1.0)), 1e-17) if len(some) else 1e-17
-    bins = np.geomspace(low, max(float(some.max(initial=1e-2)), report.tolerance) * 1.5, 60)
+    bins = np.geomspace(low, max(float(some.max(initial=1e-2)), result.tolerance) * 1.5, 60)
     for label, values, color in shown:
         part = np.mean(values < low)
         below = f" ({part:.0%} below {number(low)})" if part else ""
         weights = np.full(len(values), 100.0 / len(values))
         axes.hist(values, bins=bins, weights=weights, color=color, alpha=0.65, label=label + below)
-    axes.axvline(report.tolerance, color=RED, linestyle="--", linewidth=1.2)
+    axes.axvline(result.tolerance, color=RED, linestyle="--", linewidth=1.2)
     axes.axvline(1.0 / 255.0, color=GREY, linestyle=":", linewidth=1.0)
     axes.set(xscale="log", yscale="log", title="How errors are spread", xlabel="colour error", ylabel="% of places")
     axes.set_ylim(0.05, 100.0)
     axes.legend(fontsize=9, frameon=False)
 
 
-def _draw_ledger(axes: Any, report: Tradeoff) -> None:
-    entries = [entry for entry in report.ledger if entry.cost is not None][::-1]
+def _draw_ledger(axes: Any, result: Result) -> None:
+    entries = [entry for entry in result.ledger if entry.cost is not None][::-1]
     axes.set_title("What each effect costs, and the largest error without it")
     axes.set_xlabel("time with it minus time without it, in ms: median and quartiles")
     for place, entry in enumerate(entries):

@@ -1,4 +1,4 @@
-"""The rungs inside triangles: the mesh as it is, refined uniformly, refined where it matters."""
+"""Variants inside triangles: the mesh as it is, refined uniformly, refined where it matters."""
 
 from __future__ import annotations
 

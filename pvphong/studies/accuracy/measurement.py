@@ -18,9 +18,9 @@ from pvphong.studies.accuracy.inside import AS_IT_IS, Refined, inside, least_sec
 from pvphong.studies.accuracy.ledger import Without, dropped, ledger, promises, withouts
 from pvphong.studies.accuracy.report import Tradeoff
 from pvphong.studies.accuracy.rows import NO_ERROR, UNTIMED, Errors, Promise, Row, Timing, vertex_errors, with_fronts
-from pvphong.studies.accuracy.rungs import REFERENCE, Rung, peer_rungs, plan_name, rungs
 from pvphong.studies.accuracy.subject import Subject, colors
 from pvphong.studies.accuracy.timing import FEWEST_REPEATS, Clock, Run, fitting, interleaved, timed
+from pvphong.studies.accuracy.variants import REFERENCE, Variant, peers, plan_name, variants
 
 PER_PIXEL, LIT_ARRAY = "VTK per pixel", "VTK drawing lit array"
 LIGHT_SOURCE = "Matplotlib LightSource"
@@ -29,8 +29,8 @@ LIGHT_SOURCE = "Matplotlib LightSource"
 # for meshes that are refined.
 _FOR_ROUNDS, _FOR_INSIDE = 0.4, 0.5
 
-# Float64 evaluations that it takes to get ready to measure, errors included: a rung, the promises, an effect, a peer.
-_FOR_RUNG, _FOR_PROMISES, _FOR_EFFECT, _FOR_PEER = 2.0, 6.0, 2.0, 6.0
+# Float64 evaluations that it takes to get ready to measure, with errors: a variant, the promises, an effect, a peer.
+_FOR_VARIANT, _FOR_PROMISES, _FOR_EFFECT, _FOR_PEER = 2.0, 6.0, 2.0, 6.0
 
 # Seconds that VTK needs to open two windows, and for a frame drawn by the processor: its pixels, and each face.
 _FOR_WINDOWS, _PER_FRAME, _PER_FACE = 1.5, 0.1, 2e-6
@@ -69,12 +69,12 @@ class Measurement:
 
     @property
     def baseline(self) -> str:
-        """The rung against which effects are left out."""
+        """The variant against which effects are left out."""
         return "float32 kernel" if self.subject.backend == "numba" else "float32 NumPy"
 
     @property
     def needed(self) -> set[str]:
-        """Rungs without which there is no report."""
+        """Variants without which there is no report."""
         return {REFERENCE, self.baseline, plan_name(self.tolerance)}
 
     def run(self) -> Tradeoff:
@@ -117,20 +117,20 @@ class Measurement:
     # -- what is measured
 
     def _at_vertices(self) -> None:
-        found, reasons = rungs(self.subject, self.tolerance)
+        found, reasons = variants(self.subject, self.tolerance)
         self.left_out |= reasons
-        for rung in found:
-            if rung.name in self.needed or self._has_time_for(rung.name, _FOR_RUNG * self.exact_seconds):
-                self._add_rung(rung)
+        for variant in found:
+            if variant.name in self.needed or self._has_time_for(variant.name, _FOR_VARIANT * self.exact_seconds):
+                self._add_variant(variant)
 
-    def _add_rung(self, rung: Rung) -> None:
-        self.clock.say(rung.name)
-        colors, seconds = timed(rung.run)
+    def _add_variant(self, variant: Variant) -> None:
+        self.clock.say(variant.name)
+        colors, seconds = timed(variant.run)
         own, light_model = self.subject.truth, NO_ERROR
-        if rung.equation is not self.subject.equation:
-            own = self.subject.exact(rung.equation)
+        if variant.equation is not self.subject.equation:
+            own = self.subject.exact(variant.equation)
             light_model = vertex_errors(own, self.subject.truth)
-        self._add(rung.row(vertex_errors(colors, own), light_model), rung.run, seconds)
+        self._add(variant.row(vertex_errors(colors, own), light_model), variant.run, seconds)
 
     def _inside(self) -> None:
         if not self._has_time_for("inside triangles", least_seconds(self.source, self.exact_seconds)):
@@ -167,11 +167,11 @@ class Measurement:
     # -- peers, which may take long
 
     def _peers(self) -> None:
-        found, reasons = peer_rungs(self.subject)
+        found, reasons = peers(self.subject)
         self.left_out |= reasons
-        for rung in found:
-            if self._has_time_for(rung.name, _FOR_PEER * self.exact_seconds):
-                self._add_rung(rung)
+        for variant in found:
+            if self._has_time_for(variant.name, _FOR_PEER * self.exact_seconds):
+                self._add_variant(variant)
         if self._has_time_for(LIGHT_SOURCE, _FOR_PEER * self.exact_seconds):
             self._unless_refused(LIGHT_SOURCE, self._light_source)
         frame = _PER_FRAME + self.source.n_cells * _PER_FACE

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyvista as pv
@@ -13,9 +13,7 @@ from pvphong.base.types import Float64Array, FloatArray
 from pvphong.geometry.transform import transform_points
 from pvphong.meshes.default_scene import studio_scene
 from pvphong.meshes.pictures import draw
-
-if TYPE_CHECKING:
-    from pvphong.studies.accuracy.report import Tradeoff
+from pvphong.studies.accuracy.result import Result
 
 SIZE = (640, 480)
 
@@ -46,7 +44,7 @@ class Picture(NamedTuple):
     scale: Any = None
 
 
-def linked_pictures(report: Tradeoff) -> list[Picture]:
+def linked_pictures(result: Result) -> list[Picture]:
     """One mesh from one place: the reference, the chosen colours, their errors, the errors inside triangles.
 
     The scene's own viewer is used where it sees the mesh, else one that does. Errors at the vertices have a colour
@@ -57,24 +55,24 @@ def linked_pictures(report: Tradeoff) -> list[Picture]:
     ValueError
         If VTK cannot draw on this machine.
     """
-    mesh, viewer = _placed(report), report.scene.viewer
-    reference = np.clip(report.reference_colors, 0.0, 1.0)
+    mesh, viewer = _placed(result), result.scene.viewer
+    reference = np.clip(result.reference_colors, 0.0, 1.0)
     pixels = _drawn(mesh, reference, viewer)
     if _covered(pixels) < _NOT_SEEN:
         viewer = studio_scene(mesh).viewer
         pixels = _drawn(mesh, reference, viewer)
-    chosen = report.best()
+    chosen = result.best()
     title = "chosen" if chosen is None else f"chosen: {chosen.name}"
-    signed = worst_channel(report.chosen_colors - report.reference_colors)
+    signed = worst_channel(result.chosen_colors - result.reference_colors)
     scale = signed_scale(signed)
     pictures = [
         Picture("reference", pixels),
-        Picture(title, _drawn(mesh, np.clip(report.chosen_colors, 0.0, 1.0), viewer)),
+        Picture(title, _drawn(mesh, np.clip(result.chosen_colors, 0.0, 1.0), viewer)),
         Picture("its signed error at the vertices", _drawn(mesh, _colors(scale, signed), viewer), scale),
     ]
-    if len(report.inside_errors) == mesh.n_cells and mesh.is_all_triangles:
-        scale = decades(report.inside_errors, report.tolerance)
-        pixels = _drawn_faces(mesh, _colors(scale, report.inside_errors), viewer)
+    if len(result.inside_errors) == mesh.n_cells and mesh.is_all_triangles:
+        scale = decades(result.inside_errors, result.tolerance)
+        pixels = _drawn_faces(mesh, _colors(scale, result.inside_errors), viewer)
         pictures.append(Picture("interpolation error inside triangles", pixels, scale))
     return pictures
 
@@ -103,11 +101,11 @@ def _colors(scale: Any, errors: Float64Array) -> Float64Array:
     return np.asarray(scale.to_rgba(np.maximum(errors, low)))[:, :3]  # a logarithm of 0 would be masked
 
 
-def _placed(report: Tradeoff) -> pv.PolyData:
-    mesh = report.surface.copy()
+def _placed(result: Result) -> pv.PolyData:
+    mesh = result.surface.copy()
     mesh.clear_data()
-    if report.matrix is not None:
-        mesh.points = transform_points(np.asarray(mesh.points), check.matrix4("matrix", report.matrix))
+    if result.matrix is not None:
+        mesh.points = transform_points(np.asarray(mesh.points), check.matrix4("matrix", result.matrix))
     return mesh
 
 

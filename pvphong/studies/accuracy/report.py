@@ -1,4 +1,4 @@
-"""The result of measuring what accuracy costs: rows, the choice among them, tables and files."""
+"""What accuracy costs in time, for its reader: the result of measuring, with its tables, sentences and files."""
 
 from __future__ import annotations
 
@@ -6,31 +6,26 @@ import csv
 import io
 import json
 import os
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
-from functools import cached_property
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyvista as pv
 
-from pvphong.base import check
 from pvphong.base.files import written_aside
-from pvphong.base.types import Float64Array, FloatArray, MatrixLike
-from pvphong.scene.scene import Scene
-from pvphong.studies.accuracy.rows import Entry, Errors, Promise, Row
-from pvphong.studies.accuracy.rungs import Rung, rungs
-from pvphong.studies.accuracy.subject import Subject
+from pvphong.studies.accuracy.figure import save_figure
+from pvphong.studies.accuracy.result import Result
+from pvphong.studies.accuracy.rows import Errors, Row
+from pvphong.studies.accuracy.tables import conclusions, everything, rows_table
 
 if TYPE_CHECKING:
     from rich.table import Table
 
 _WIDTH = 150
-_WORST = 5
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tradeoff:
+class Tradeoff(Result):
     """What accuracy costs in time on one mesh and scene; print it for all of it.
 
     Attributes
@@ -38,7 +33,7 @@ class Tradeoff:
     tolerance : float
         The colour error that was to be allowed.
     rows : tuple of Row
-        Every rung that was measured.
+        Every variant that was measured: the ways of lighting the mesh.
     ledger : tuple of Entry
         What each effect and light costs, and what its absence would do.
     baseline : str
@@ -54,82 +49,6 @@ class Tradeoff:
     surface : pyvista.PolyData
         The mesh whose points were lit.
     """
-
-    tolerance: float
-    rows: tuple[Row, ...]
-    ledger: tuple[Entry, ...]
-    baseline: str
-    promises: tuple[Promise, ...]
-    left_out: dict[str, str]
-    facts: dict[str, str]
-    inside_errors: Float64Array
-    surface: pv.PolyData
-    _subject: Subject = field(kw_only=True)
-
-    def best(self, tolerance: float | None = None, *, inside: bool = False) -> Row | None:
-        """The cheapest row within a tolerance; peers are not chosen.
-
-        Parameters
-        ----------
-        tolerance : float, optional
-            Largest absolute colour error; the report's own if not given.
-        inside : bool, default False
-            False: at the vertices, where the largest arithmetic and light-model error must not add up to more
-            than the tolerance. True: inside triangles, by the largest interpolation error.
-
-        Returns
-        -------
-        Row or None
-            None if no row is within it.
-
-        Raises
-        ------
-        ValueError
-            If the tolerance is not a number >= 0.
-        """
-        allowed = self.tolerance if tolerance is None else check.number("tolerance", tolerance, at_least=0.0)
-        within = [row for row in self._candidates(inside) if row.decisive_error <= allowed]
-        return min(within, key=lambda row: row.time.median, default=None)
-
-    def next_step(self, row: Row) -> Row | None:
-        """The cheapest row that errs less than a row and answers the same question; None where there is none."""
-        better = [
-            other
-            for other in self._candidates(row.kind == "interpolation")
-            if other.decisive_error < row.decisive_error
-        ]
-        return min(better, key=lambda other: other.time.median, default=None)
-
-    def _candidates(self, inside: bool) -> Iterator[Row]:
-        return (row for row in self.rows if (row.kind == "interpolation") is inside and not row.is_peer)
-
-    @property
-    def noise(self) -> float:
-        """The spread of times in the middle row: from quartile to quartile, as a part of the median."""
-        return float(np.median([row.time.spread for row in self.rows]))
-
-    @cached_property
-    def chosen_colors(self) -> FloatArray:
-        """Shape (n_points, 3): the colours of the row that is chosen at the vertices, evaluated again."""
-        chosen = self.best()
-        found: list[Rung] = rungs(self._subject, self.tolerance)[0]
-        run = next((rung.run for rung in found if chosen is not None and rung.name == chosen.name), found[0].run)
-        return run()
-
-    @property
-    def scene(self) -> Scene:
-        """What lit the mesh."""
-        return self._subject.scene
-
-    @property
-    def matrix(self) -> MatrixLike | None:
-        """The model matrix, None for the identity."""
-        return self._subject.matrix
-
-    @property
-    def reference_colors(self) -> Float64Array:
-        """Shape (n_points, 3): colours of the float64 reference."""
-        return self._subject.truth
 
     def to_mesh(self) -> pv.PolyData:
         """A copy of the surface to look at.
@@ -150,31 +69,16 @@ class Tradeoff:
         mesh.set_active_scalars("phong_chosen", preference="point")
         return mesh
 
-    def worst(self) -> list[tuple[int, float]]:
-        """The vertices where the chosen row errs most: number and error, largest first."""
-        errors = np.abs(self.chosen_colors.astype(np.float64) - self.reference_colors).max(axis=1)
-        order = np.argsort(-errors, kind="stable")[:_WORST]
-        return [(int(index), float(errors[index])) for index in order]
-
     def table(self) -> Table:
         """The rows as a `rich.table.Table`; print it with a `rich.console.Console`."""
-        from pvphong.studies.accuracy.tables import rows_table
-
         return rows_table(self)
 
     def conclusions(self) -> list[str]:
         """What to choose, at what price, and what the next step would cost: a sentence or two per question."""
-        from pvphong.studies.accuracy.tables import conclusion
-
-        questions = [("At the vertices", False)]
-        if any(row.kind == "interpolation" for row in self.rows):
-            questions.append(("Inside triangles", True))
-        return [conclusion(self, question, inside) for question, inside in questions]
+        return conclusions(self)
 
     def __str__(self) -> str:
         from rich.console import Console
-
-        from pvphong.studies.accuracy.tables import everything
 
         text = io.StringIO()
         console = Console(file=text, width=_WIDTH, color_system=None)
@@ -238,8 +142,6 @@ class Tradeoff:
         ValueError
             If Matplotlib is missing, or the file cannot be written.
         """
-        from pvphong.studies.accuracy.figure import save_figure
-
         save_figure(self, path)
 
 

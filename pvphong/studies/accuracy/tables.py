@@ -5,37 +5,36 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from pvphong.studies.accuracy.result import Result
 from pvphong.studies.accuracy.rows import Entry, Errors, Row, Timing
 from pvphong.studies.accuracy.timing import FEWEST_REPEATS
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from pvphong.studies.accuracy.report import Tradeoff
 
-
-def everything(report: Tradeoff) -> Iterator[Any]:
-    """The parts of the printed report."""
-    yield rows_table(report)
-    yield from (f"{sentence}\n" for sentence in report.conclusions())
-    yield ledger_table(report)
-    if report.promises:
-        yield promises_table(report)
-    notes = [(row.name, row.note) for row in report.rows if row.note]
+def everything(result: Result) -> Iterator[Any]:
+    """The parts of the printed result."""
+    yield rows_table(result)
+    yield from (f"{sentence}\n" for sentence in conclusions(result))
+    yield ledger_table(result)
+    if result.promises:
+        yield promises_table(result)
+    notes = [(row.name, row.note) for row in result.rows if row.note]
     if notes:
         yield _plain_table("notes", notes)
-    if report.left_out:
-        yield _plain_table("left out", by_reason(report.left_out))
-    told = [*report.facts.items()]
-    loudest = max(report.rows, key=lambda row: row.time.spread)
-    spread = f"times spread by {report.noise:.1%} of their median, quartile to quartile, in the middle row"
+    if result.left_out:
+        yield _plain_table("left out", by_reason(result.left_out))
+    told = [*result.facts.items()]
+    loudest = max(result.rows, key=lambda row: row.time.spread)
+    spread = f"times spread by {result.noise:.1%} of their median, quartile to quartile, in the middle row"
     most = f"by {loudest.time.spread:.0%} in {loudest.name}"
     told.append(("noise", f"{spread}, {most}; differences below that may be none"))
-    worst = ", ".join(f"{error:.2g} at vertex {index}" for index, error in report.worst())
+    worst = ", ".join(f"{error:.2g} at vertex {index}" for index, error in result.worst())
     yield _plain_table("measured on", [*told, ("worst vertices", worst)])
 
 
-def rows_table(report: Tradeoff) -> Table:
+def rows_table(result: Result) -> Table:
     """All rows, by kind and time; ★ is chosen, ● on its kind's front, a dominated one has no mark."""
     headings = ("", "rung", "time", "quartiles", "arithmetic", "light model", "interpolation", "RMS", "99 %")
     table = _table("What accuracy costs in time: largest errors by kind; ★ chosen, ● on the front", *headings)
@@ -43,9 +42,9 @@ def rows_table(report: Tradeoff) -> Table:
         column.no_wrap, column.justify = True, "right"
     table.add_column("points", justify="right")
     table.add_column("promised", justify="right")
-    chosen = [report.best(), report.best(inside=True)]
+    chosen = [result.best(), result.best(inside=True)]
     last = ""
-    for row in sorted(report.rows, key=lambda row: (_KINDS.index(row.kind), row.time.median)):
+    for row in sorted(result.rows, key=lambda row: (_KINDS.index(row.kind), row.time.median)):
         if last != row.kind:
             table.add_section()
             table.add_row("", f"{row.kind}:")
@@ -75,14 +74,14 @@ def _largest(errors: Errors | None) -> str:
     return "" if errors is None else number(errors.largest)
 
 
-def ledger_table(report: Tradeoff) -> Table:
+def ledger_table(result: Result) -> Table:
     """What each effect costs."""
     headings = ("effect", "", "cost", "quartiles", "error if dropped", "why")
-    title = f"What each effect costs: time with it minus time without it, of {report.baseline}"
+    title = f"What each effect costs: time with it minus time without it, of {result.baseline}"
     table = _table(title, *headings)
     for column in table.columns[2:5]:
         column.justify = "right"
-    for entry in report.ledger:
+    for entry in result.ledger:
         table.add_row(entry.effect, "on" if entry.runs else "off", *_cost(entry), entry.why)
     return table
 
@@ -100,10 +99,10 @@ def is_noise(cost: Timing) -> bool:
     return cost.low <= 0.0 or cost.repeats < FEWEST_REPEATS
 
 
-def promises_table(report: Tradeoff) -> Table:
+def promises_table(result: Result) -> Table:
     """Bounds and what came of them."""
     table = _table("What the plan promised, and what came of it", "left out", "how", "promised", "measured")
-    for promise in report.promises:
+    for promise in result.promises:
         table.add_row(promise.effect, promise.why, number(promise.promised), number(promise.measured))
     return table
 
@@ -134,23 +133,31 @@ def _table(title: str, *headings: str) -> Table:
     return table
 
 
-def conclusion(report: Tradeoff, question: str, inside: bool) -> str:
+def conclusions(result: Result) -> list[str]:
+    """What to choose, at what price, and what the next step would cost: a sentence or two per question."""
+    questions = [("At the vertices", False)]
+    if any(row.kind == "interpolation" for row in result.rows):
+        questions.append(("Inside triangles", True))
+    return [_conclusion(result, question, inside) for question, inside in questions]
+
+
+def _conclusion(result: Result, question: str, inside: bool) -> str:
     """The cheapest row within the tolerance, and the price of the next."""
-    chosen = report.best(inside=inside)
+    chosen = result.best(inside=inside)
     if chosen is None:
         nearest = min(
-            (row for row in report.rows if (row.kind == "interpolation") is inside and not row.is_peer),
+            (row for row in result.rows if (row.kind == "interpolation") is inside and not row.is_peer),
             key=lambda row: row.decisive_error,
         )
         return (
-            f"{question} nothing is within {number(report.tolerance)}; nearest is {nearest.name}: "
+            f"{question} nothing is within {number(result.tolerance)}; nearest is {nearest.name}: "
             f"{number(nearest.decisive_error)} in {seconds(nearest.time.median)}."
         )
     said = (
-        f"{question} {chosen.name} is the cheapest within {number(report.tolerance)}: "
+        f"{question} {chosen.name} is the cheapest within {number(result.tolerance)}: "
         f"at most {number(chosen.decisive_error)} in {seconds(chosen.time.median)}."
     )
-    following = report.next_step(chosen)
+    following = result.next_step(chosen)
     return said if following is None else f"{said} {price(chosen, following)}"
 
 

@@ -234,7 +234,7 @@ class Board:
         if self._drag is not None:
             if key == "Escape":
                 self.cancel()
-        elif self._is_here() and commands.run(self, key, control=bool(control)):
+        elif self._is_here() and commands.run(self, key, self.options.keys, control=bool(control)):
             self.render()
 
     def _key_ended(self) -> None:

@@ -4,13 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from pvphong.base import check
-from pvphong.studio.gizmos.gizmo import in_frame
+from pvphong.studio.gizmos.gizmo import Gizmo, in_frame
+from pvphong.studio.gizmos.history import History
+from pvphong.studio.gizmos.view import View
+from pvphong.studio.rig import Rig
 
-if TYPE_CHECKING:
-    from pvphong.studio.gizmos.board import Board
+
+class Board(Protocol):
+    """What keys act on: the gizmos of one renderer, as `board.Board` has them."""
+
+    rig: Rig
+    history: History
+    hidden: bool
+    helping: bool
+
+    @property
+    def gizmos(self) -> tuple[Gizmo, ...]:
+        """A gizmo for each light."""
+
+    @property
+    def selected(self) -> Gizmo | None:
+        """The gizmo that keys act on."""
+
+    @property
+    def view(self) -> View:
+        """The pane as it is now."""
+
+    def select(self, chosen: Gizmo | None) -> None:
+        """Select a gizmo, or none."""
 
 
 def _toggle_help(board: Board) -> None:
@@ -136,15 +160,15 @@ class Presses:
         self._down = None
 
 
-def run(board: Board, key: str, *, control: bool = False) -> bool:
-    """Do what a key stands for; False if it stands for nothing."""
+def run(board: Board, key: str, more: Keys, *, control: bool = False) -> bool:
+    """Do what a key stands for, here or among the caller's own; False if it stands for nothing."""
     if key in _SHOWING and (not control or key in "zy"):
         _SHOWING[key][1](board)
     elif key in _CHANGING and not control:
         with board.history.edit(board.rig):
             _CHANGING[key][1](board)
-    elif key in board.options.keys and not control:
-        board.options.keys[key][1]()
+    elif key in more and not control:
+        more[key][1]()
     else:
         return False
     return True

@@ -1,6 +1,7 @@
 """The textbook's NumPy as a peer: it gives the same colours."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -20,11 +21,9 @@ def scenes():
         ph.PointLight(on=False),
     ]
     viewer = ph.Viewer(position=(1, -3, 4), up=(0, 0, 1))
-    for reflection in ("phong", "blinn-phong"):
-        for local in (True, False):
-            for two_sided in (True, False):
-                model = ph.LightModel(reflection=reflection, local_viewer=local, two_sided=two_sided)
-                yield ph.Scene(lights=lights, viewer=viewer, light_model=model)
+    for reflection, local, two_sided in product(("phong", "blinn-phong"), (True, False), (True, False)):
+        model = ph.LightModel(reflection=reflection, local_viewer=local, two_sided=two_sided)
+        yield ph.Scene(lights=lights, viewer=viewer, light_model=model)
     yield ph.Scene(lights=lights, viewer=replace(viewer, parallel=True), light_model=ph.LightModel(clamp=False))
 
 

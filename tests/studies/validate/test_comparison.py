@@ -15,7 +15,7 @@ from pvphong.studies.validate.comparison import Comparison
 PLANE = pv.Plane(i_resolution=1, j_resolution=9)  # 20 points
 
 
-def comparison(errors: np.ndarray, *, left_out: dict[str, list[int]] | None = None) -> Comparison:
+def comparison(errors, **left_out):
     """Of a plane whose last points are left out, with VTK's colours at 0.5."""
     count, n = PLANE.n_points, len(errors)
     own = np.full((count, 3), 0.5)
@@ -27,7 +27,7 @@ def comparison(errors: np.ndarray, *, left_out: dict[str, list[int]] | None = No
         driver="a driver",
         vertices=np.arange(n),
         errors=np.asarray(errors, dtype=np.float64),
-        left_out={reason: np.array(points) for reason, points in (left_out or {}).items()},
+        left_out={reason: np.array(points) for reason, points in left_out.items()},
         pvphong=own.astype(np.float32),
         vtk=np.full((count, 3), 0.5, dtype=np.float32),
         _surface=PLANE,
@@ -36,7 +36,7 @@ def comparison(errors: np.ndarray, *, left_out: dict[str, list[int]] | None = No
     )
 
 
-def ramp() -> np.ndarray:
+def ramp():
     """Errors of alternating sign; the largest, 9e-4, is the green one of point 9."""
     errors = np.zeros((10, 3))
     errors[:, 1] = 1e-4 * np.arange(10) * (-1.0) ** np.arange(10)
@@ -44,27 +44,28 @@ def ramp() -> np.ndarray:
 
 
 def test_numbers_are_those_of_the_errors():
-    found = comparison(ramp(), left_out={"edge of a cone": [11, 12], "float32": list(range(10, 20))})
+    found = comparison(ramp(), **{"edge of a cone": [11, 12], "float32": [*range(10, 20)]})
     assert (found.n, found.n_left_out, found.passed) == (10, 10, True)
     assert found.max_error == pytest.approx(9e-4)
     assert found.rms == pytest.approx(1e-4 * math.sqrt(285.0 / 30.0))  # 285 = 0² + 1² + … + 9²
     assert found.p50 == pytest.approx(4.5e-4)
     assert found.p99 == pytest.approx(1e-4 * 9 * 0.99)
     assert [vertex.index for vertex in found.worst] == [9, 8, 7, 6, 5, 4, 3, 2]
+    worst = found.worst[0]
+    assert (worst.error, worst.tier) == (pytest.approx(9e-4), 2)
+    assert (worst.position, worst.normal) == (tuple(PLANE.points[9].tolist()), (0.0, 0.0, 1.0))
+    assert (worst.pvphong, worst.vtk) == (pytest.approx((0.5, 0.4991, 0.5)), (0.5, 0.5, 0.5))
 
 
 def test_it_passes_up_to_the_tolerance_and_not_beyond():
-    errors = ramp()
-    errors[4, 2] = -1e-3
-    assert comparison(errors).passed
-    errors[4, 2] = -1.0001e-3
-    assert not comparison(errors).passed
-    errors[4, 2] = np.nan
-    assert not comparison(errors).passed
+    for error, passed in ((-1e-3, True), (-1.0001e-3, False), (np.nan, False)):
+        errors = ramp()
+        errors[4, 2] = error
+        assert comparison(errors).passed is passed
 
 
 def test_nothing_compared_has_not_passed():
-    found = comparison(np.zeros((0, 3)), left_out={"float32": list(range(20))})
+    found = comparison(np.zeros((0, 3)), float32=[*range(20)])
     assert not found.passed
     assert found.worst == ()
     assert all(math.isnan(number) for number in (found.max_error, found.rms, found.p50, found.p99))
@@ -73,7 +74,7 @@ def test_nothing_compared_has_not_passed():
 
 
 def test_it_prints_verdict_numbers_and_reasons():
-    text = str(comparison(ramp(), left_out={"edge of a cone": [11, 12]}))
+    text = str(comparison(ramp(), **{"edge of a cone": [11, 12]}))
     for part in ("passed", "10 of 20", "0.0009, 0.90 of the bound", "2 (directional lights)", "2: edge of a cone"):
         assert part in text
     assert "emission as a part of VTK's ambient" in text
@@ -85,18 +86,8 @@ def test_it_prints_verdict_numbers_and_reasons():
     assert isinstance(failed.table(), Table)
 
 
-def test_worst_vertex_has_what_it_takes_to_look_into_it():
-    worst = comparison(ramp()).worst[0]
-    assert worst.error == pytest.approx(9e-4)
-    assert worst.position == tuple(PLANE.points[9].tolist())
-    assert worst.normal == (0.0, 0.0, 1.0)
-    assert worst.pvphong == pytest.approx((0.5, 0.4991, 0.5))
-    assert worst.vtk == (0.5, 0.5, 0.5)
-    assert worst.tier == 2
-
-
 def test_json_holds_the_numbers(tmp_path):
-    found = comparison(ramp(), left_out={"float32": [15]})
+    found = comparison(ramp(), float32=[15])
     found.to_json(tmp_path / "comparison.json")
     document = json.loads((tmp_path / "comparison.json").read_text())
     assert document == json.loads(json.dumps(found.to_dict()))

@@ -1,4 +1,4 @@
-"""The rungs at the vertices: arithmetic and light models that trade accuracy for time, each as a run."""
+"""Variants of the lighting at the vertices: arithmetic and light models that trade accuracy for time, as runs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _FAR = 2.0
 
 
 @dataclass(frozen=True)
-class Rung:
+class Variant:
     """One way of lighting the vertices.
 
     Parameters
@@ -71,8 +71,8 @@ class Rung:
         )
 
 
-def rungs(subject: Subject, tolerance: float) -> tuple[list[Rung], dict[str, str]]:
-    """Every rung of pvphong's own that the scene has a place for, and the reasons why others are left out."""
+def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[str, str]]:
+    """Every variant of pvphong's own that the scene has a place for, and the reasons why others are left out."""
     found, left_out = list(_arithmetic(subject)), {}
     if not subject.has_kernel:
         left_out["kernel"] = "Numba is not installed, or declines this scene"
@@ -85,7 +85,7 @@ def rungs(subject: Subject, tolerance: float) -> tuple[list[Rung], dict[str, str
     return found, left_out
 
 
-def peer_rungs(subject: Subject) -> tuple[list[Rung], dict[str, str]]:
+def peers(subject: Subject) -> tuple[list[Variant], dict[str, str]]:
     """Others' ways of lighting any vertices, and the reasons why some are left out."""
     try:
         refuse_unknown(subject.scene, subject.material)
@@ -94,24 +94,26 @@ def peer_rungs(subject: Subject) -> tuple[list[Rung], dict[str, str]]:
     return [_textbook(subject)], {}
 
 
-def _arithmetic(subject: Subject) -> Iterator[Rung]:
-    variants: list[tuple[str, str, Precision]] = [
+def _arithmetic(subject: Subject) -> Iterator[Variant]:
+    computed: list[tuple[str, str, Precision]] = [
         (REFERENCE, "numpy", "float64"),
         ("float32 NumPy", "numpy", "float32"),
     ]
     if subject.has_kernel:
-        variants += [("float64 kernel", "numba", "float64"), ("float32 kernel", "numba", "float32")]
-    for name, backend, precision in variants:
+        computed += [("float64 kernel", "numba", "float64"), ("float32 kernel", "numba", "float32")]
+    for name, backend, precision in computed:
         run = subject.runner(subject.assembled, precision, backend=backend)
-        yield Rung(name, "arithmetic", run, subject.equation, backend, precision)
+        yield Variant(name, "arithmetic", run, subject.equation, backend, precision)
 
 
-def _textbook(subject: Subject) -> Rung:
+def _textbook(subject: Subject) -> Variant:
     def run() -> FloatArray:
         return textbook_colors(subject.points, subject.normals, subject.scene, subject.material, subject.matrix)
 
     note = "normalises, mirrors and raises to powers as a textbook writes it"
-    return Rung("textbook NumPy", "arithmetic", run, subject.equation, "textbook", "float64", is_peer=True, note=note)
+    return Variant(
+        "textbook NumPy", "arithmetic", run, subject.equation, "textbook", "float64", is_peer=True, note=note
+    )
 
 
 def _simplified(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
@@ -137,19 +139,19 @@ def _simplified(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
     yield "no highlights", drops.WITHOUT["specular"](whole, middle), "" if shiny else "there are none"
 
 
-def _rewritten(subject: Subject, name: str, equation: Equation) -> Rung:
+def _rewritten(subject: Subject, name: str, equation: Equation) -> Variant:
     backend = subject.backend_for(len(subject.points), subject.planned(equation).equation)
-    return Rung(name, "light model", subject.runner(equation), equation, backend, "float32")
+    return Variant(name, "light model", subject.runner(equation), equation, backend, "float32")
 
 
 def plan_name(tolerance: float) -> str:
-    """The plan's rung; a tolerance of whole display steps is named by them."""
+    """The plan's variant; a tolerance of whole display steps is named by them."""
     steps = tolerance * 255.0
     whole = round(steps)
     return f"plan at {whole}/255" if whole and abs(steps - whole) < 1e-9 else f"plan at {tolerance:.3g}"
 
 
-def _planned(subject: Subject, tolerance: float) -> Rung:
+def _planned(subject: Subject, tolerance: float) -> Variant:
     plan = subject.plan(tolerance)
     backend = subject.backend_for(len(subject.points), plan.equation)
 
@@ -157,4 +159,4 @@ def _planned(subject: Subject, tolerance: float) -> Rung:
         return colors(subject.points, subject.normals, subject.plan(tolerance).equation, backend, "float32")
 
     bound = plan.error_bound
-    return Rung(plan_name(tolerance), "light model", run, plan.equation, backend, "float32", promised=bound)
+    return Variant(plan_name(tolerance), "light model", run, plan.equation, backend, "float32", promised=bound)

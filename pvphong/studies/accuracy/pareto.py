@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from pvphong.studies.accuracy.result import Result
 from pvphong.studies.accuracy.rows import Kind, Row
-
-if TYPE_CHECKING:
-    from pvphong.studies.accuracy.report import Tradeoff
 
 COLORS: dict[str, str] = {"arithmetic": "#1b6ca8", "light model": "#c2571a", "interpolation": "#2a7f3f"}
 GREY, INK, RED = "#9a9a9a", "#303030", "#b01030"
@@ -22,12 +20,12 @@ _DATA = 0.5
 """The part of a front's width that markers take; names stand beside it."""
 
 
-def draw_fronts(part: Any, report: Tradeoff) -> None:
+def draw_fronts(part: Any, result: Result) -> None:
     """Every kind of row beside the others, in a part of a Matplotlib figure."""
     kinds: list[Kind] = ["arithmetic", "light model", "interpolation"]
-    shown = [kind for kind in kinds if any(row.kind == kind for row in report.rows)]
+    shown = [kind for kind in kinds if any(row.kind == kind for row in result.rows)]
     for axes, kind in zip(np.atleast_1d(part.subplots(1, len(shown))), shown, strict=True):
-        _draw_front(axes, report, kind)
+        _draw_front(axes, result, kind)
 
 
 _TITLES: dict[str, str] = {
@@ -37,10 +35,10 @@ _TITLES: dict[str, str] = {
 }
 
 
-def _draw_front(axes: Any, report: Tradeoff, kind: Kind) -> None:
-    rows = sorted((row for row in report.rows if row.kind == kind), key=lambda row: row.time.median)
-    floor = _floor(rows, report.tolerance)
-    chosen = [report.best(), report.best(inside=True)]
+def _draw_front(axes: Any, result: Result, kind: Kind) -> None:
+    rows = sorted((row for row in result.rows if row.kind == kind), key=lambda row: row.time.median)
+    floor = _floor(rows, result.tolerance)
+    chosen = [result.best(), result.best(inside=True)]
     axes.set(xscale="log", yscale="log", title=_TITLES[kind])
     axes.set_xlabel("time in ms: median and quartiles")
     axes.set_ylabel("colour error: largest (marker) and RMS (tick)")
@@ -49,12 +47,12 @@ def _draw_front(axes: Any, report: Tradeoff, kind: Kind) -> None:
     axes.step(xs, ys, where="post", color=COLORS[kind], alpha=0.35, linewidth=2, zorder=1)
     for row in rows:
         _draw_row(axes, row, floor, any(row is best for best in chosen))
-    axes.axhline(report.tolerance, color=RED, linewidth=1.2, linestyle="--", zorder=0)
+    axes.axhline(result.tolerance, color=RED, linewidth=1.2, linestyle="--", zorder=0)
     axes.annotate(
-        f"tolerance {report.tolerance * 255.0:.3g}/255", (0.01, report.tolerance),
+        f"tolerance {result.tolerance * 255.0:.3g}/255", (0.01, result.tolerance),
         xycoords=("axes fraction", "data"), va="bottom", color=RED, fontsize=9,
     )  # fmt: skip
-    _frame(axes, rows, floor, report.tolerance)
+    _frame(axes, rows, floor, result.tolerance)
     _label(axes, rows, floor)
     axes.grid(visible=True, which="major", color="#e6e6e6", zorder=0)
 
