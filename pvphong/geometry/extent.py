@@ -32,6 +32,22 @@ class Sphere(NamedTuple):
     radius: float
 
 
+class Sight(NamedTuple):
+    """How a target is seen from the vertices' sphere."""
+
+    direction: Vector
+    """Unit vector from the centre."""
+
+    distance: float
+    """From the centre."""
+
+    radius: float
+    """Of the sphere."""
+
+    turn: float
+    """The largest angle in radians between the directions to the target from the centre and from the sphere."""
+
+
 class Extent:
     """A sphere around all vertices, in world coordinates; computed when an effect first asks.
 
@@ -58,6 +74,7 @@ class Extent:
         self._normals = normals
         self._matrix = matrix
         self._search = search
+        self._sights: dict[Vector, Sight | None] = {}
 
     @cached_property
     def sphere(self) -> Sphere | None:
@@ -72,6 +89,13 @@ class Extent:
         reach = (max(b - c, c - a) for a, b, c in zip(low.tolist(), high.tolist(), centre, strict=True))
         radius = math.hypot(*reach) * ROUNDED_UP
         return Sphere((x, y, z), radius) if math.isfinite(radius) else None
+
+    def sight(self, target: VectorLike) -> Sight | None:
+        """Of a target; None where nothing is known of the vertices, or it is in the middle of them."""
+        x, y, z = target
+        if (x, y, z) not in self._sights:
+            self._sights[x, y, z] = None if self.sphere is None else _sight((x, y, z), self.sphere)
+        return self._sights[x, y, z]
 
     @cached_property
     def normal_cone(self) -> tuple[Vector, float] | None:
@@ -92,6 +116,16 @@ class Extent:
 
     def _box(self, rows: FloatArray) -> tuple[Float64Array, Float64Array]:
         return (self._search and self._search(rows)) or _box(rows)
+
+
+def _sight(target: Vector, sphere: Sphere) -> Sight | None:
+    (x, y, z), (cx, cy, cz), radius = target, *sphere
+    x, y, z = x - cx, y - cy, z - cz
+    distance = math.hypot(x, y, z)
+    if not 0.0 < distance < math.inf:
+        return None
+    turn = math.pi if distance <= radius else math.asin(min(radius / distance, 1.0)) * ROUNDED_UP
+    return Sight((x / distance, y / distance, z / distance), distance, radius, turn)
 
 
 def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
@@ -129,31 +163,3 @@ def _extremes(rows: FloatArray) -> Float64Array:
     if whole:
         parts += [folded.min(axis=0).reshape(_FOLD, 3), folded.max(axis=0).reshape(_FOLD, 3)]
     return np.concatenate(parts).astype(np.float64)
-
-
-class Sight(NamedTuple):
-    """From the vertices' sphere to a target: unit direction at the centre, distance from it, and radius."""
-
-    direction: Vector
-    distance: float
-    radius: float
-
-    @property
-    def turn(self) -> float:
-        """The largest angle in radians between the directions to the target from the centre and from the sphere."""
-        if self.distance <= self.radius:
-            return math.pi
-        return math.asin(min(self.radius / self.distance, 1.0)) * ROUNDED_UP
-
-
-def sight(target: VectorLike, sphere: Sphere | None) -> Sight | None:
-    """Of a target; None where nothing is known of the vertices, or it is in the middle of them."""
-    if sphere is None:
-        return None
-    (cx, cy, cz), radius = sphere
-    x, y, z = target
-    x, y, z = x - cx, y - cy, z - cz
-    distance = math.hypot(x, y, z)
-    if not 0.0 < distance < math.inf:
-        return None
-    return Sight((x / distance, y / distance, z / distance), distance, radius)

@@ -13,7 +13,7 @@ import numpy as np
 
 from pvphong.base import check
 from pvphong.base.types import Float64Array, Vector, VectorLike
-from pvphong.geometry.extent import ROUNDED_UP, Extent, Sight, sight
+from pvphong.geometry.extent import ROUNDED_UP, Extent, Sight
 from pvphong.optics.light import Simpler
 from pvphong.optics.roles import falloff
 
@@ -96,7 +96,7 @@ def taken_as_even(light: Any, extent: Extent, *, exactly: bool) -> Simpler | Non
 
     if not linear and not quadratic:
         return Simpler(f"constant, {1.0 / constant:g}", make, factor=1.0 / constant)
-    seen = None if exactly else sight(light.position, extent.sphere)
+    seen = None if exactly else extent.sight(light.position)
     if seen is None or seen.distance <= seen.radius:
         return None
     reach = seen.radius * ROUNDED_UP

@@ -209,6 +209,11 @@ class Light:
         """
         return self.nodes(1)[0].arrival(points, real)
 
+    @property
+    def has_size(self) -> bool:
+        """Whether it is a sum of nodes."""
+        return type(self).nodes is not Light.nodes
+
     def nodes(self, count: int) -> tuple[Light, ...]:  # noqa: ARG002 a light without a size has one
         """The lights without a size, at most `count`, as whose sum it is evaluated; their intensities are parts of it.
 
@@ -216,7 +221,7 @@ class Light:
         """
         return (self,)
 
-    @property
+    @cached_property
     def effects(self) -> frozenset[str]:
         """The plan's effects that it calls for."""
         return frozenset() if self.is_even else frozenset({"position"})

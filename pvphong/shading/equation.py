@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 from pvphong.base import check
 from pvphong.base.ranges import BRIGHTEST, FARTHEST
@@ -65,15 +66,20 @@ class LightTerm:
     colors: tuple[Vector, ...]
     gain: float
 
+    @cached_property
+    def shines(self) -> tuple[bool, ...]:
+        """Whether it adds anything by each lobe."""
+        return tuple(map(any, self.colors))
+
     @property
     def needs_normals(self) -> bool:
         """Whether its share depends on the normal."""
-        return any(map(any, self.colors))
+        return True in self.shines
 
     @property
     def is_black(self) -> bool:
         """Whether it adds nothing anywhere: its colours, its intensity or the material's are 0."""
-        return not (any(self.ambient) or self.needs_normals)
+        return not (True in self.shines or any(self.ambient))
 
 
 @dataclass(frozen=True)
@@ -134,15 +140,25 @@ class Equation:
 
     def needs_viewer(self, term: LightTerm) -> bool:
         """Whether a light's share depends on the viewer through v."""
-        return any(lobe.needs_viewer and any(term.colors[k]) for k, lobe in enumerate(self.reflectance.lobes))
+        return any(map(term.shines.__getitem__, self._seen_lobes))
+
+    @cached_property
+    def _seen_lobes(self) -> list[int]:
+        return [k for k, lobe in enumerate(self.reflectance.lobes) if lobe.needs_viewer]
 
     def lobes_of(self, component: Component) -> list[int]:
         """Indices of the reflectance's lobes that count to a component."""
-        return [k for k, lobe in enumerate(self.reflectance.lobes) if lobe.component == component]
+        return self._lobes[component]
+
+    @cached_property
+    def _lobes(self) -> dict[Component, list[int]]:
+        lobes = [lobe.component for lobe in self.reflectance.lobes]
+        components: tuple[Component, ...] = ("diffuse", "specular")
+        return {component: [k for k, of in enumerate(lobes) if of == component] for component in components}
 
     def has(self, term: LightTerm, component: Component) -> bool:
         """Whether a light adds to a component."""
-        return any(any(term.colors[k]) for k in self.lobes_of(component))
+        return any(map(term.shines.__getitem__, self._lobes[component]))
 
     def without(self, term: LightTerm, component: Component) -> LightTerm:
         """A light's term that adds nothing to a component."""
@@ -179,7 +195,7 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
     local = model.local_viewer and not viewer.parallel
     x, y, z = viewer.view_direction
     reflectance = (material.reflectance or REFLECTANCES[model.reflection]()).of(material.shininess)
-    components = tuple(lobe.component for lobe in reflectance.lobes)
+    reflectances = _Reflectances.of(material, reflectance)
     labels, frames = light_labels(scene, "light "), [light.frame for light in scene.lights]
     return Equation(
         terms=tuple(
@@ -188,7 +204,7 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
                 index,
                 labels[index],
                 frames[index] != "world",
-                *_colors(light, material, components, rgb(light.ambient), light.specular_color),
+                *reflectances.times(light, rgb(light.ambient), rgb(light.diffuse), light.specular_color),
             )
             for index, light in enumerate(scene.world_lights)
             if light.on
@@ -218,8 +234,8 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
         remedy = "VTK's shader knows no other; leave it out."
         check.refuse("reflectance", material.reflectance, "None in VTK's convention", remedy)
     reflectance = vtk_reflectance(material.shininess, is_headlight=vtk_tier(scene.lights) == 1)
-    components = tuple(lobe.component for lobe in reflectance.lobes)
-    terms = tuple(_as_vtk_lights(term, material, components) for term in standard.terms)
+    reflectances = _Reflectances.of(material, reflectance)
+    terms = tuple(_as_vtk_lights(term, reflectances) for term in standard.terms)
     ambient, diffuse = rgb(material.ambient), rgb(material.diffuse)
     unlit = ambient[0] + diffuse[0], ambient[1] + diffuse[1], ambient[2] + diffuse[2]
     return replace(
@@ -234,12 +250,14 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
 
 def with_nodes(equation: Equation) -> Equation:
     """The equation with every light that has a size as the sum of its nodes, which is what evaluators run."""
-    terms = [
-        replace(term, light=node, gain=term.gain * node.intensity) if node is not term.light else term
+    if not any(term.light.has_size for term in equation.terms):
+        return equation
+    terms = tuple(
+        replace(term, light=node, gain=term.gain * node.intensity) if term.light.has_size else term
         for term in equation.terms
         for node in term.light.nodes(NODES)
-    ]
-    return equation if len(terms) == len(equation.terms) else replace(equation, terms=tuple(terms))
+    )
+    return replace(equation, terms=terms)
 
 
 def vtk_tier(lights: Iterable[Light]) -> int:
@@ -260,7 +278,7 @@ def vtk_tier(lights: Iterable[Light]) -> int:
     return chosen if shine else 0
 
 
-def _as_vtk_lights(term: LightTerm, material: Material, components: tuple[Component, ...]) -> LightTerm:
+def _as_vtk_lights(term: LightTerm, reflectances: _Reflectances) -> LightTerm:
     """A light as VTK takes it: a cone of 90° is none, exponents end at 128, highlights have the diffuse colour."""
     light = term.light
     if light.vtk_obstacle:
@@ -268,20 +286,34 @@ def _as_vtk_lights(term: LightTerm, material: Material, components: tuple[Compon
     values = light.as_vtk()
     values = values._replace(exponent=min(values.exponent, HIGHEST_POWER))
     shape = light_from_values(values, diffuse=light.diffuse, intensity=light.intensity)
-    ambient, colors, gain = _colors(shape, material, components, BLACK, rgb(light.diffuse))
+    diffuse = rgb(light.diffuse)
+    ambient, colors, gain = reflectances.times(shape, BLACK, diffuse, diffuse)
     return replace(term, light=shape, ambient=ambient, colors=colors, gain=gain)
 
 
-def _colors(
-    light: Light, material: Material, components: tuple[Component, ...], ambient: Vector, specular: Vector
-) -> tuple[Vector, tuple[Vector, ...], float]:
-    """A term's ambient colour, its lobes' colours, and their gain."""
-    dim = _product(FARTHEST, rgb(material.ambient), ambient, light.intensity)
-    matt = _product(FARTHEST, rgb(material.diffuse), rgb(light.diffuse), light.intensity)
-    shiny = _product(FARTHEST, rgb(material.specular), specular, light.intensity)
-    colors = tuple({"diffuse": matt, "specular": shiny}[component] for component in components)
-    gain = 2.0 ** math.frexp(max(*dim, *(channel for color in colors for channel in color)))[1]
-    return _over(dim, gain), tuple(_over(color, gain) for color in colors), gain
+class _Reflectances(NamedTuple):
+    """A material's colours, and which of them each lobe takes."""
+
+    ambient: Vector
+    lobes: tuple[tuple[Component, Vector], ...]
+
+    @classmethod
+    def of(cls, material: Material, reflectance: Reflectance) -> _Reflectances:
+        colors: dict[Component, Vector] = {"diffuse": rgb(material.diffuse), "specular": rgb(material.specular)}
+        return cls(rgb(material.ambient), tuple((lobe.component, colors[lobe.component]) for lobe in reflectance.lobes))
+
+    def times(
+        self, light: Light, ambient: Vector, diffuse: Vector, specular: Vector
+    ) -> tuple[Vector, tuple[Vector, ...], float]:
+        """A term's ambient colour, its lobes' colours, and their gain, for a light of these colours."""
+        intensity = light.intensity
+        dim = _product(FARTHEST, self.ambient, ambient, intensity)
+        colors = [
+            _product(FARTHEST, reflectance, diffuse if component == "diffuse" else specular, intensity)
+            for component, reflectance in self.lobes
+        ]
+        gain = 2.0 ** math.frexp(max(max(dim), *map(max, colors)))[1]
+        return _over(dim, gain), tuple([_over(color, gain) for color in colors]), gain
 
 
 def _over(color: Vector, gain: float) -> Vector:

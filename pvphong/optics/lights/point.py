@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.base.vectors import ways_to
-from pvphong.geometry.extent import Extent, sight
+from pvphong.geometry.extent import Extent
 from pvphong.optics import attenuation as weakening
 from pvphong.optics.attenuation import attenuate, coefficients, strongest
 from pvphong.optics.light import NOTHING_KNOWN, Arrival, Light, Reach, Simpler, VtkValues
@@ -51,7 +52,7 @@ class PointLight(Light):
         ways, inverse_length, distance = ways_to((x, y, z), points, real)
         return Arrival(ways, attenuate(distance, self.attenuation), inverse_length)
 
-    @property
+    @cached_property
     def effects(self) -> frozenset[str]:
         """Its position, and its attenuation if it weakens."""
         return placed_effects(self)
@@ -66,7 +67,7 @@ class PointLight(Light):
             return weakening.taken_as_even(self, extent, exactly=exactly)
         if exactly or tuple(self.attenuation) != weakening.NONE:
             return None
-        seen = sight(self.position, extent.sphere)
+        seen = extent.sight(self.position)
         if seen is None or seen.distance < _FAR * seen.radius:
             return None
         x, y, z = seen.direction
@@ -96,7 +97,7 @@ def placed_effects(light: Any) -> frozenset[str]:
 
 def placed_reach(light: Any, extent: Extent) -> Reach:
     """The nearest vertex gets most; the direction turns as its position is seen."""
-    seen = sight(light.position, extent.sphere)
+    seen = extent.sight(light.position)
     if seen is None:
         return NOTHING_KNOWN
     return Reach(strongest(seen, light.attenuation), seen.direction, seen.turn + _SLACK)

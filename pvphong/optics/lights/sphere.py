@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 
 from pvphong.base.types import Float64Array, FloatArray, VectorLike
-from pvphong.geometry.extent import ROUNDED_UP, Extent, sight
+from pvphong.geometry.extent import ROUNDED_UP, Extent
 from pvphong.optics.attenuation import strength_at
 from pvphong.optics.light import NOTHING_KNOWN, Light, Reach
 from pvphong.optics.lights.point import PointLight
@@ -59,7 +59,7 @@ class SphereLight(Light):
 
     def reach(self, extent: Extent) -> Reach:
         """The nearest of its surface lights the nearest vertex; it is seen as far off as its edge is."""
-        seen = sight(self.position, extent.sphere)
+        seen = extent.sight(self.position)
         if seen is None:
             return NOTHING_KNOWN
         nearest, wide = max(seen.distance - seen.radius - self.radius, 0.0) / ROUNDED_UP, seen.radius + self.radius

@@ -12,7 +12,7 @@ import numpy as np
 
 from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
 from pvphong.base.vectors import angle_between, dot, unit_vector, ways_to
-from pvphong.geometry.extent import Extent, Sight, sight
+from pvphong.geometry.extent import Extent, Sight
 from pvphong.optics import attenuation as weakening
 from pvphong.optics.attenuation import attenuate, coefficients, strongest
 from pvphong.optics.light import Arrival, Light, Reach, Simpler, VtkValues
@@ -99,7 +99,7 @@ class SpotLight(Light):
         """Unit vector along the cone's axis, in which the light travels."""
         return unit_vector(self.direction)
 
-    @property
+    @cached_property
     def effects(self) -> frozenset[str]:
         """A point light's, and its cone."""
         return placed_effects(self) | {CONE}
@@ -112,7 +112,7 @@ class SpotLight(Light):
         """Off outside its cone, a point light inside it; or as one that does not weaken."""
         if effect == weakening.EFFECT:
             return weakening.taken_as_even(self, extent, exactly=exactly)
-        seen = sight(self.position, extent.sphere) if effect == CONE else None
+        seen = extent.sight(self.position) if effect == CONE else None
         if seen is None:
             return None
         middle, edge = math.pi - angle_between(seen.direction, self.axis), math.radians(self.cone_angle)

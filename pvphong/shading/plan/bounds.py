@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from pvphong.base.types import Vector
 from pvphong.base.vectors import angle_between
-from pvphong.geometry.extent import ROUNDED_UP, sight
-from pvphong.optics.light import Light
+from pvphong.geometry.extent import ROUNDED_UP
+from pvphong.optics.light import Reach
 from pvphong.optics.reflectance import Sightline
 from pvphong.shading.equation import LightTerm
 from pvphong.shading.plan.draft import Draft
@@ -27,31 +27,21 @@ class Seen(NamedTuple):
     """The angle by which it may be off at a vertex, in radians."""
 
 
-def strongest(draft: Draft, term: LightTerm) -> float:
-    """The largest attenuation times gain that can reach a vertex; infinite where nothing is known."""
-    return term.gain * term.light.reach(draft.extent).strongest
-
-
 def whole(draft: Draft, term: LightTerm) -> float:
     """The largest sum of a term's colours, for strength 1."""
-    largest = [lobe.largest for lobe in draft.equation.reflectance.lobes]
-    return max(
-        term.ambient[channel] + sum(color[channel] * most for color, most in zip(term.colors, largest, strict=True))
-        for channel in range(3)
-    )
-
-
-def light_seen(draft: Draft, light: Light) -> Seen | None:
-    """Where a light is seen; None where nothing is known."""
-    reach = light.reach(draft.extent)
-    return None if reach.direction is None else Seen(reach.direction, reach.turn)
+    red, green, blue = term.ambient
+    for lobe, color in zip(draft.equation.reflectance.lobes, term.colors, strict=True):
+        red += color[0] * lobe.largest
+        green += color[1] * lobe.largest
+        blue += color[2] * lobe.largest
+    return max(red, green, blue)
 
 
 def viewer_seen(draft: Draft, eye: Vector | None) -> Seen | None:
     """Where the viewer is seen, at infinity where there is no eye; None where nothing is known."""
     if eye is None:
         return Seen(draft.equation.to_eye, _SLACK)
-    seen = sight(eye, draft.extent.sphere)
+    seen = draft.extent.sight(eye)
     return None if seen is None else Seen(seen.direction, seen.turn + _SLACK)
 
 
@@ -64,12 +54,13 @@ def widest_to_viewer(draft: Draft, light: Seen) -> float:
     return min(apart + (light.spread + seen.spread) * ROUNDED_UP, math.pi)
 
 
-def sightline(draft: Draft, light: Light) -> Sightline | None:
+def sightline(draft: Draft, reach: Reach) -> Sightline | None:
     """What is known of the angles between normals, a light and the viewer; None where too little is known."""
-    cone, seen, viewer = draft.extent.normal_cone, light_seen(draft, light), viewer_seen(draft, draft.equation.eye)
-    if cone is None or seen is None or viewer is None:
+    cone = draft.extent.normal_cone
+    viewer = viewer_seen(draft, draft.equation.eye) if cone and reach.direction else None
+    if cone is None or reach.direction is None or viewer is None:
         return None
-    axis, opening = cone
+    (axis, opening), seen = cone, Seen(reach.direction, reach.turn)
     theta, phi = (max(angle_between(axis, d) - opening - spread, 0.0) for d, spread in (seen, viewer))
     return Sightline(theta, phi, widest_to_viewer(draft, seen))
 

@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
 from pvphong.base.types import Vector
 from pvphong.geometry.extent import ROUNDED_UP, Extent
+from pvphong.optics.light import NOTHING_KNOWN, Light, Reach
 from pvphong.shading.equation import Equation, LightTerm
 
 
@@ -77,6 +78,7 @@ class Draft:
     extent: Extent
     tolerance: float
     notes: tuple[Note, ...] = ()
+    _reaches: dict[int, tuple[Light, Reach]] = field(default_factory=dict)
 
     @classmethod
     def first(cls, equation: Equation, extent: Extent, tolerance: float) -> Draft:
@@ -84,6 +86,14 @@ class Draft:
         shining = sum(not term.is_black for term in equation.terms)
         notes = tuple(Note("lights", label, "switched off") for label in equation.off)
         return cls(equation, shining, extent, tolerance, notes)
+
+    def reach(self, term: LightTerm) -> Reach:
+        """What of a light can reach the vertices; several effects ask."""
+        light, reach = self._reaches.get(term.index, (None, NOTHING_KNOWN))
+        if light is not term.light:
+            reach = term.light.reach(self.extent)
+            self._reaches[term.index] = term.light, reach
+        return reach
 
     @cached_property
     def error_bound(self) -> float:

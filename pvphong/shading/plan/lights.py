@@ -11,9 +11,9 @@ from dataclasses import replace
 from pvphong.base.ranges import BRIGHTEST
 from pvphong.base.types import Vector
 from pvphong.geometry.extent import ROUNDED_UP
-from pvphong.optics.light import Light, Simpler
+from pvphong.optics.light import Simpler
 from pvphong.shading.equation import Equation, LightTerm
-from pvphong.shading.plan.bounds import Seen, light_seen, strongest, turned, whole
+from pvphong.shading.plan.bounds import Seen, turned, whole
 from pvphong.shading.plan.draft import NO_LIGHT, Change, Draft, Effect, Note, decision, every_term, for_each_term
 
 _LIGHTS = "lights"
@@ -58,21 +58,22 @@ def _replaced(draft: Draft, term: LightTerm, effect: str, choice: Simpler) -> Ch
     if choice.make is None:
         note = Note(effect, term.label, choice.why)
         return None, note, note._replace(effect=_LIGHTS)
-    light, gain = choice.make(), term.gain * choice.factor
-    bound = _bound(draft, term, choice, light)
+    bound, gain = _bound(draft, term, choice), term.gain * choice.factor
     if not bound <= draft.allowance or not 1.0 / BRIGHTEST < gain < BRIGHTEST:
         return None
-    return replace(term, light=light, gain=gain), Note(effect, term.label, choice.why.format(bound=bound), bound)
+    return replace(term, light=choice.make(), gain=gain), Note(
+        effect, term.label, choice.why.format(bound=bound), bound
+    )
 
 
-def _bound(draft: Draft, term: LightTerm, choice: Simpler, light: Light) -> float:
-    """The largest error in a colour where a light stands in for another."""
+def _bound(draft: Draft, term: LightTerm, choice: Simpler) -> float:
+    """The largest error in a colour."""
     bound = whole(draft, term) * choice.spread
     if choice.turn is not None:
-        seen = light_seen(draft, light)
-        if seen is None:
+        direction = draft.reach(term).direction
+        if direction is None:
             return float("inf")
-        bound += turned(draft, term, Seen(seen.direction, choice.turn), choice.turn, light_moves=True)
+        bound += turned(draft, term, Seen(direction, choice.turn), choice.turn, light_moves=True)
     return bound * term.gain * ROUNDED_UP if bound else 0.0
 
 
@@ -82,7 +83,7 @@ def _leave_out(draft: Draft, term: LightTerm) -> Change:
         return None, Note(_LIGHTS, label, "adds black: its colour, intensity or the material's is 0")
     if not draft.allowance:
         return None
-    bound = strongest(draft, term) * whole(draft, term)
+    bound = term.gain * draft.reach(term).strongest * whole(draft, term)
     if bound <= draft.allowance:
         return None, Note(_LIGHTS, label, f"too weak to be seen, at most {bound:.2g}", bound)
     return None

@@ -7,9 +7,10 @@ from dataclasses import replace
 
 from pvphong.base.types import Vector
 from pvphong.geometry.extent import ROUNDED_UP
+from pvphong.optics.light import Reach
 from pvphong.optics.reflectance import Component
 from pvphong.shading.equation import Equation, LightTerm
-from pvphong.shading.plan.bounds import sightline, strongest
+from pvphong.shading.plan.bounds import sightline
 from pvphong.shading.plan.draft import Change, Decision, Draft, Effect, Note, decision, for_each_term, unchanged
 
 
@@ -30,22 +31,23 @@ def _without(component: Component) -> Callable[[Equation, Vector], Equation]:
 
 def _leave_out_highlight(draft: Draft, term: LightTerm) -> Change:
     equation = draft.equation
-    if not draft.allowance or not equation.has(term, "specular"):
+    lobes = equation.reflectance.lobes
+    peak = sum([max(term.colors[k]) * lobes[k].largest for k in equation.lobes_of("specular")])
+    if not draft.allowance or not peak:
         return None
-    lobes = equation.lobes_of("specular")
-    peaks = [max(term.colors[k]) * equation.reflectance.lobes[k].largest for k in lobes]
-    anywhere = strongest(draft, term) * sum(peaks) * ROUNDED_UP
+    reach = draft.reach(term)
+    anywhere = term.gain * reach.strongest * peak * ROUNDED_UP
     is_weak = anywhere <= draft.allowance
-    bound = anywhere if is_weak else anywhere * _reached(draft, term) * ROUNDED_UP
+    bound = anywhere if is_weak else anywhere * _reached(draft, term, reach) * ROUNDED_UP
     if not bound <= draft.allowance:
         return None
     why = f"its highlight {'is too weak to be seen' if is_weak else 'hardly reaches a vertex'}, at most {bound:.2g}"
     return equation.without(term, "specular"), Note("specular", term.label, why, bound, here=not is_weak)
 
 
-def _reached(draft: Draft, term: LightTerm) -> float:
+def _reached(draft: Draft, term: LightTerm, reach: Reach) -> float:
     """The largest part of a highlight that normals and directions allow: 1 where nothing is known."""
-    known = None if draft.equation.is_flipped else sightline(draft, term.light)
+    known = None if draft.equation.is_flipped else sightline(draft, reach)
     if known is None:
         return 1.0
     reflectance = draft.equation.reflectance

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from pvphong.base.types import Vector
 from pvphong.base.vectors import angle_between
-from pvphong.geometry.extent import ROUNDED_UP, sight
+from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.shading.equation import Equation, LightTerm
-from pvphong.shading.plan.bounds import light_seen, strongest, turned, viewer_seen
+from pvphong.shading.plan.bounds import Seen, turned, viewer_seen
 from pvphong.shading.plan.draft import Decision, Draft, Effect, Note
 
 NAME = "local viewer"
@@ -21,7 +21,7 @@ def _leave_out(draft: Draft) -> Draft:
     equation = draft.equation
     if equation.eye is None or not equation.has_highlights or equation.is_flipped or not draft.allowance:
         return draft
-    seen = sight(equation.eye, draft.extent.sphere)
+    seen = draft.extent.sight(equation.eye)
     if seen is None or seen.distance < 2 * seen.radius:
         return draft
     delta = seen.turn
@@ -39,11 +39,11 @@ def _leave_out(draft: Draft) -> Draft:
 
 
 def _change(draft: Draft, term: LightTerm, delta: float) -> float:
-    seen = light_seen(draft, term.light)
-    if seen is None:
+    reach = draft.reach(term)
+    if reach.direction is None:
         return math.inf
-    change = turned(draft, term, seen, delta, light_moves=False)
-    return strongest(draft, term) * change if change else 0.0
+    change = turned(draft, term, Seen(reach.direction, reach.turn), delta, light_moves=False)
+    return term.gain * reach.strongest * change if change else 0.0
 
 
 def _decide(draft: Draft) -> Decision:
