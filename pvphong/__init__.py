@@ -20,8 +20,9 @@ from pvphong.geometry.transform import (
 )
 from pvphong.meshes.lit import plan
 from pvphong.meshes.surfaces import face_normals, vertex_normals
-from pvphong.optics.lights import DirectionalLight, Light, PointLight, SpotLight, light_from_homogeneous
+from pvphong.optics.lights import DirectionalLight, Light, PointLight, SphereLight, SpotLight, light_from_homogeneous
 from pvphong.optics.material import Material
+from pvphong.optics.reflectances import BlinnPhong, OrenNayar, Phong
 from pvphong.scene.scene import LightModel, Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.evaluation import evaluate
@@ -59,6 +60,7 @@ def __dir__() -> list[str]:
 
 
 __all__ = [
+    "BlinnPhong",
     "Comparison",
     "Decision",
     "Diagnosis",
@@ -66,12 +68,15 @@ __all__ = [
     "Light",
     "LightModel",
     "Material",
+    "OrenNayar",
+    "Phong",
     "PhongFilter",
     "Plan",
     "PointLight",
     "Scene",
     "Shading",
     "SingularMatrixWarning",
+    "SphereLight",
     "SpotLight",
     "Tradeoff",
     "Viewer",

@@ -1,1 +1,1 @@
-"""PyVista data in and out: surfaces, cells, files, pictures."""
+"""PyVista data in and out: `lit.py` is what `mesh.phong.shade` and `mesh.phong.plan` run."""

@@ -115,7 +115,8 @@ def vtk_light(light: Any, viewer: Viewer) -> vtkLight:
     """A copy that the renderer may move. Its floats are kept, where `pyvista.Light.copy` rounds colours to 8 bits."""
     copy = vtkLight()
     if isinstance(light, Light):
-        _within_vtk("exponent", light.as_vtk().exponent)
+        if light.on:
+            _within_vtk("exponent", light.as_vtk().exponent)
         write_light(light, copy, viewer)
     elif isinstance(light, vtkLight):
         copy.DeepCopy(light)

@@ -100,8 +100,7 @@ RANDOM = 200
 def drawable(seed):
     """Any scene and matrix, or the nearest that VTK can draw, and a cloud with normals in all directions in it."""
     case = moderate_case(Dice(seed), ("standard", "vtk")[seed % 2])
-    # in VTK's convention a light that is off goes to VTK too, which takes no power above 128
-    scene = replace(case.scene, lights=[light if light.on else replace(LAMP, on=False) for light in case.scene.lights])
+    scene = case.scene
     rng = np.random.default_rng(seed)
     mesh = pv.PolyData(np.float32(np.vstack([case.points, rng.uniform(-1.0, 1.0, (200, 3))])))
     normals = rng.normal(size=(200, 3)) * 10.0 ** rng.uniform(-3.0, 3.0)
