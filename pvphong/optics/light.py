@@ -140,7 +140,7 @@ class Light:
 
     def __post_init__(self) -> None:
         if type(self) is Light:
-            raise TypeError("Light is abstract; DirectionalLight, PointLight and the others are lights.")
+            raise TypeError("Light is abstract; its kinds are in pvphong.optics.lights.")
         self._set("diffuse", check.color("diffuse", self.diffuse))
         if self.specular is not None:
             self._set("specular", check.color("specular", self.specular))

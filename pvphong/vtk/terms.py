@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from pvphong.base.types import Float64Array, Vector, rgb
-from pvphong.optics.lights import DirectionalLight, Light
+from pvphong.optics.light import Light, VtkValues
+from pvphong.optics.lights import light_from_values
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
@@ -26,7 +27,7 @@ _WIDEST_CONE = float(np.nextafter(np.float32(90.0), np.float32(0.0)))
 _FAR = 1e8
 """In sizes of the mesh: from here every vertex sees the eye in the same direction, to float32."""
 
-_BLACK = DirectionalLight(diffuse=0.0)
+_BLACK = light_from_values(VtkValues(False, (0.0, 0.0, -1.0)), diffuse=0.0)
 
 
 @dataclass(frozen=True)

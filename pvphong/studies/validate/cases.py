@@ -44,6 +44,12 @@ _FROM = (0.8, -0.6, 0.9)
 _ASIDE = (0.4, 0.5, 0.0)
 """Where the eye's lights stand: the eye looks from a mesh's length away."""
 
+PICTURED: dict[str, Light] = {
+    "sun": DirectionalLight(direction=(-1.0, 0.5, -0.8), intensity=0.9),
+    "lamp": PointLight(position=(1.0, -1.2, 1.4), attenuation=(0.4, 0.2, 0.1), diffuse=(1.0, 0.9, 0.7)),
+}
+"""Of the report's pictures."""
+
 _LIGHTS: dict[str, Light] = {
     "sun": DirectionalLight(direction=(-1.0, 0.6, -1.1), diffuse=_WARM),
     "lamp": PointLight(position=_FROM, diffuse=_WARM),

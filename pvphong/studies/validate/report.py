@@ -15,11 +15,10 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.files import written_aside
 from pvphong.meshes.files import refuse_suffix
-from pvphong.optics.lights import DirectionalLight, PointLight
 from pvphong.optics.material import Material
 from pvphong.scene.scene import LightModel, Scene
 from pvphong.scene.viewer import Viewer
-from pvphong.studies.validate.cases import CASES, MATERIALS, MESHES, Case
+from pvphong.studies.validate.cases import CASES, MATERIALS, MESHES, PICTURED, Case
 from pvphong.studies.validate.comparison import TIERS, Comparison
 from pvphong.studies.validate.images import ImageComparison, compare_images
 from pvphong.studies.validate.validation import validate
@@ -208,13 +207,11 @@ def _row(case: Case, mesh: pv.PolyData) -> Row:
 def _pictures() -> Iterator[Pictures]:
     """A matte and a shiny closed mesh."""
     eye = Viewer(position=(1.6, -1.2, 1.0), up=(0.0, 0.0, 1.0), view_angle=36.0)
-    sun = DirectionalLight(direction=(-1.0, 0.5, -0.8), intensity=0.9)
-    lamp = PointLight(position=(1.0, -1.2, 1.4), attenuation=(0.4, 0.2, 0.1), diffuse=(1.0, 0.9, 0.7))
     torus = pv.ParametricTorus(ringradius=0.35, crosssectionradius=0.15, u_res=300, v_res=200, w_res=2)
     sphere = pv.Sphere(theta_resolution=300, phi_resolution=200)
     plastic: Material = MATERIALS["plastic"]
     for stem, title, mesh, material, scene in (
-        ("matte", "A matte torus in the sun", torus, MATERIALS["matte"], Scene([sun], eye)),
-        ("shiny", "A shiny sphere by a lamp", sphere, plastic, Scene([lamp], eye, LightModel.vtk())),
+        ("matte", "A matte torus in the sun", torus, MATERIALS["matte"], Scene([PICTURED["sun"]], eye)),
+        ("shiny", "A shiny sphere by a lamp", sphere, plastic, Scene([PICTURED["lamp"]], eye, LightModel.vtk())),
     ):
         yield Pictures(stem, title, compare_images(mesh, scene, material))
