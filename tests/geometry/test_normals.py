@@ -10,6 +10,7 @@ import pytest
 import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from soups import bumpy, soup
 from stability import exact_normals as exact
 
 from pvphong.geometry.normals import implicit_normals, plane_normal, point_normals, polygon_normals
@@ -22,23 +23,8 @@ every_evaluator = pytest.mark.parametrize("evaluator", EVALUATORS.values(), ids=
 few = settings(max_examples=60, derandomize=True, deadline=None)
 
 
-def soup(faces):
-    """Connectivity and offsets of faces given as tuples of indices."""
-    return np.array([corner for face in faces for corner in face], int), np.cumsum([0, *map(len, faces)])
-
-
-def bumpy(n=9, seed=3):
-    """A grid of quads and triangles."""
-    rng = np.random.default_rng(seed)
-    x, y = np.meshgrid(np.arange(n), np.arange(n))
-    points = np.stack([x.ravel(), y.ravel(), rng.uniform(0, 1, n * n)], axis=1) + rng.uniform(-0.2, 0.2, (n * n, 3))
-    quads = [(i, i + 1, i + n + 1, i + n) for i in range(n * (n - 1)) if i % n < n - 1]
-    faces = [face for q in quads for face in ([q] if q[0] % 2 else [(q[0], q[1], q[2]), (q[0], q[2], q[3])])]
-    return points, faces
-
-
-POINTS, FACES = bumpy()
-MESH = soup(FACES)
+POINTS, FACES = bumpy(9, quads=True)
+MESH = soup(*FACES)
 
 
 # --- polygons ---
@@ -82,7 +68,7 @@ def test_counter_clockwise_is_the_front():
 @pytest.mark.parametrize(("points", "faces"), (POLYGONS | UPWARDS).values(), ids=POLYGONS | UPWARDS)
 def test_a_polygon_has_the_normal_of_newells_exact_sum(points, faces):
     stored = np.asarray(points, float)
-    for face, normal in zip(faces, polygon_normals(points, *soup(faces)), strict=True):
+    for face, normal in zip(faces, polygon_normals(points, *soup(*faces)), strict=True):
         area = exact.area_vector(stored[list(face)])
         if len(face) > 2 and any(area):
             assert exact.distance(normal, exact.unit(area)) <= 8 * U
@@ -94,7 +80,7 @@ def test_a_polygon_has_the_normal_of_newells_exact_sum(points, faces):
 @pytest.mark.parametrize(("points", "faces"), UPWARDS.values(), ids=UPWARDS)
 def test_faces_that_look_up_and_their_points_have_that_normal_exactly(points, faces, evaluator):
     bound = 0.0 if len(points) < 9 else 8 * U  # a ring's own points are rounded
-    assert np.abs(evaluator(points, *soup(faces)) - (0, 0, 1)).max() <= bound
+    assert np.abs(evaluator(points, *soup(*faces)) - (0, 0, 1)).max() <= bound
 
 
 # --- points; the definition of the weightings is in stability/test_mesh_normals ---
@@ -105,7 +91,7 @@ def test_max_weights_are_exact_on_a_sphere():
     globe = pv.Sphere(theta_resolution=9, phi_resolution=8)
     points = globe.points + np.random.default_rng(0).uniform(-0.05, 0.05, globe.points.shape)
     points /= np.linalg.norm(points, axis=1, keepdims=True)
-    mesh = soup(globe.regular_faces.tolist())
+    mesh = soup(*globe.regular_faces)
     assert np.abs(point_normals(points, *mesh, weighting="max") - points).max() < 1e-13
     assert np.abs(point_normals(points, *mesh, weighting="area") - points).max() > 1e-3
 
@@ -123,7 +109,7 @@ def test_angle_weights_ignore_how_a_concave_side_is_cut(tops):
     points = np.array([(x, y, z) for z in (0.0, 2.0) for x, y in ELL])
     walls = [(i, (i + 1) % 6, (i + 1) % 6 + 6, i + 6) for i in range(6)]
     bottoms = [tuple(corner - 6 for corner in face[::-1]) for face in tops]
-    observed = point_normals(points, *soup(walls + tops + bottoms))
+    observed = point_normals(points, *soup(*walls, *tops, *bottoms))
     weights = {0: (-1, -1, 1), 3: (1, 1, 3)}  # ±90° of the walls, 90° or 270° of the cap
     for corner, normal in weights.items():
         assert np.allclose(observed[corner + 6], normal / np.linalg.norm(normal), rtol=0, atol=8 * U)
@@ -137,7 +123,7 @@ def test_a_midpoint_collapsed_onto_an_edge_does_not_bend_the_normals_around_it()
     for a, b, c in rng.normal(size=(50, 3, 3)) * np.array([1e-3, 1.0, 1.0])[:, None]:
         points = np.array([a, b, (a + b) / 2, c])
         plane = polygon_normals(points, [0, 1, 3], [0, 3])[0]
-        observed = point_normals(points, *soup([(0, 2, 3), (2, 1, 3), (0, 1, 2)]))
+        observed = point_normals(points, *soup((0, 2, 3), (2, 1, 3), (0, 1, 2)))
         assert np.abs(observed - plane).max() < 1e-13
         bent += np.cross(b - a, points[2] - a).any()
     assert bent > 10, "no sliver here has an area that rounding made"
@@ -148,7 +134,7 @@ def test_a_sliver_of_rounding_alone_adds_no_weight_either():
     rng = np.random.default_rng(6)
     for a, b in rng.normal(size=(50, 2, 3)) * np.array([1e-23, 1e-20])[:, None]:
         points = np.array([a, b, (a + b) / 2, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
-        observed = point_normals(points, *soup([(0, 2, 1), (0, 3, 4)]), weighting="max")
+        observed = point_normals(points, *soup((0, 2, 1), (0, 3, 4)), weighting="max")
         assert np.array_equal(observed[0], polygon_normals(points, [0, 3, 4], [0, 3])[0])
 
 
@@ -172,7 +158,7 @@ def test_renumbering_the_points_and_reading_in_blocks_change_no_bit(evaluator, m
     new = np.random.default_rng(4).permutation(len(POINTS))
     moved = np.empty_like(POINTS)
     moved[new] = POINTS
-    expected, observed = evaluator(POINTS, *MESH), evaluator(moved, *soup([tuple(new[list(face)]) for face in FACES]))
+    expected, observed = evaluator(POINTS, *MESH), evaluator(moved, *soup(*(new[list(face)] for face in FACES)))
     assert np.array_equal(observed if evaluator is polygon_normals else observed[new], expected)
     monkeypatch.setattr("pvphong.geometry.faces._BLOCK_CORNERS", 7)
     assert np.array_equal(evaluator(POINTS, *MESH), expected)
@@ -181,7 +167,7 @@ def test_renumbering_the_points_and_reading_in_blocks_change_no_bit(evaluator, m
 @every_evaluator
 def test_the_order_of_the_faces_changes_no_more_than_the_last_bits(evaluator):
     order = np.random.default_rng(4).permutation(len(FACES))
-    expected, observed = evaluator(POINTS, *MESH), evaluator(POINTS, *soup([FACES[i] for i in order]))
+    expected, observed = evaluator(POINTS, *MESH), evaluator(POINTS, *soup(*(FACES[i] for i in order)))
     if evaluator is polygon_normals:
         assert np.array_equal(observed, expected[order])
     else:
@@ -193,8 +179,8 @@ def test_the_order_of_the_faces_changes_no_more_than_the_last_bits(evaluator):
 @every_evaluator
 def test_layout_and_integer_type_change_no_bit_and_inputs_are_kept(evaluator, dtype, integers):
     points = POINTS.astype(dtype)
-    connectivity, offsets = (array.astype(integers) for array in soup(FACES[:60]))
-    expected = evaluator(points.astype(np.float64), *soup(FACES[:60]))
+    connectivity, offsets = (array.astype(integers) for array in soup(*FACES[:60]))
+    expected = evaluator(points.astype(np.float64), *soup(*FACES[:60]))
     strided = np.full((len(points), 7), np.nan, dtype)
     strided[:, ::3] = points
     read_only = points.copy()
@@ -226,7 +212,7 @@ coordinates = st.builds(
 )
 @every_evaluator
 def test_any_soup_gives_unit_normals_or_zero(evaluator, points, faces):
-    lengths = np.linalg.norm(evaluator(np.array(points), *soup(faces)), axis=1)
+    lengths = np.linalg.norm(evaluator(np.array(points), *soup(*faces)), axis=1)
     assert np.all((lengths == 0.0) | (np.abs(lengths - 1.0) <= 4 * U))
 
 
