@@ -3,52 +3,22 @@
 from dataclasses import replace
 from itertools import product
 
-import mpmath
 import numpy as np
 import pytest
 import vtk
+from cameras import as_array, random_camera
+from stability import exact_normals as exact
 
 from pvphong.geometry.projection import frustum, look_at, ortho, perspective, project
 from pvphong.scene.viewer import Viewer
 
 
-def random_view(seed):
-    rng = np.random.default_rng(seed)
-    near = rng.uniform(0.1, 2)
-    return Viewer(
-        position=tuple(rng.normal(size=3) * 10),
-        focal_point=tuple(rng.normal(size=3)),
-        up=tuple(rng.normal(size=3)),
-        parallel=bool(seed % 2),
-        view_angle=rng.uniform(5, 120),
-        parallel_scale=rng.uniform(0.1, 20),
-        clipping_range=(near, near + rng.uniform(1, 100)),
-    )
-
-
-def vtk_camera(view):
-    camera = vtk.vtkCamera()
-    camera.SetPosition(view.position)
-    camera.SetFocalPoint(view.focal_point)
-    camera.SetViewUp(view.up)
-    camera.SetParallelProjection(view.parallel)
-    camera.SetViewAngle(view.view_angle)
-    camera.SetParallelScale(view.parallel_scale)
-    camera.SetClippingRange(view.clipping_range)
-    return camera
-
-
-def as_array(matrix):
-    return np.array([[matrix.GetElement(row, column) for column in range(4)] for row in range(4)])
-
-
-def vtk_display(view, points, window_size):
-    window = vtk.vtkRenderWindow()
+def vtk_display(camera, points, window_size):
+    window, renderer = vtk.vtkRenderWindow(), vtk.vtkRenderer()
     window.SetOffScreenRendering(True)
     window.SetSize(*window_size)
-    renderer = vtk.vtkRenderer()
     window.AddRenderer(renderer)
-    renderer.SetActiveCamera(vtk_camera(view))
+    renderer.SetActiveCamera(camera)
     found = []
     for point in points:
         renderer.SetWorldPoint(*point, 1)
@@ -59,11 +29,12 @@ def vtk_display(view, points, window_size):
 
 @pytest.mark.parametrize("seed", range(40))
 def test_view_and_projection_matrices_are_the_vtk_cameras(seed):
-    view = random_view(seed)
-    expected = as_array(vtk_camera(view).GetModelViewTransformMatrix())
+    camera = random_camera(seed)
+    view = Viewer.from_camera(camera)
+    expected = as_array(camera.GetModelViewTransformMatrix())
     np.testing.assert_allclose(look_at(view.position, view.focal_point, view.up), expected, rtol=1e-12, atol=1e-12)
     aspect = np.random.default_rng(seed + 1000).uniform(0.3, 3)
-    expected = as_array(vtk_camera(view).GetProjectionTransformMatrix(aspect, -1, 1))
+    expected = as_array(camera.GetProjectionTransformMatrix(aspect, -1, 1))
     half = view.parallel_scale
     if view.parallel:
         ours = ortho(-half * aspect, half * aspect, -half, half, *view.clipping_range)
@@ -75,13 +46,14 @@ def test_view_and_projection_matrices_are_the_vtk_cameras(seed):
 @pytest.mark.parametrize("window_size", [(641, 333), (200, 1000)])
 @pytest.mark.parametrize("seed", range(12))
 def test_project_is_vtks_world_to_display(seed, window_size):
-    view = random_view(seed)
+    camera = random_camera(seed)
+    view = Viewer.from_camera(camera)
     rng = np.random.default_rng(seed + 2000)
     focal, eye = np.array(view.focal_point), np.array(view.position)
     ahead = (focal - eye) / np.linalg.norm(focal - eye)
     # a box of points in front of the eye, some of them beside the window and outside the clipping planes
     points = eye + ahead * rng.uniform(0.05, 150, (50, 1)) + rng.normal(size=(50, 3)) * 0.02
-    expected = vtk_display(view, points, window_size)
+    expected = vtk_display(camera, points, window_size)
     scale = np.maximum(np.abs(expected), (*window_size, 1))
     assert np.abs((project(points, view, window_size) - expected) / scale).max() <= 1e-9
 
@@ -126,22 +98,12 @@ def test_project_keeps_its_precision_far_from_the_origin():
 
 
 def exact_look_at(eye, target, up):
-    """The same matrix from the textbook, in 700 digits."""
-    with mpmath.workdps(700):
-        eye, target, up = ([mpmath.mpf(float(x)) for x in vector] for vector in (eye, target, up))
-
-        def unit(v):
-            length = mpmath.sqrt(sum(x * x for x in v))
-            return [x / length for x in v]
-
-        def cross(a, b):
-            return [a[i - 2] * b[i - 1] - a[i - 1] * b[i - 2] for i in range(3)]
-
-        back = unit([e - t for e, t in zip(eye, target, strict=True)])
-        right = unit(cross(up, back))
-        rows = [right, cross(back, right), back]
-        table = [[*row, -sum(r * e for r, e in zip(row, eye, strict=True))] for row in rows]
-        return np.array([[float(x) for x in row] for row in table] + [[0, 0, 0, 1]])
+    """The same matrix from the textbook, in fractions and mpmath."""
+    eye, target, up = (exact.fractions(vector) for vector in (eye, target, up))
+    back = exact.unit(exact.subtract(eye, target))
+    right = exact.unit(exact.cross(up, back))
+    rows = [right, exact.cross(back, right), back]
+    return np.array([[*map(float, row), -float(exact.dot(row, eye))] for row in rows] + [[0, 0, 0, 1]])
 
 
 @pytest.mark.parametrize("scale", [1e-300, 1e-200, 1e-30, 1.0, 1e30, 1e200, 1e307])
