@@ -239,12 +239,10 @@ def test_points_beyond_float64_are_infinite_and_sums_that_overflow_on_the_way_co
     assert np.array_equal(transform_points(ROWS * 2.0**-700, tiny), ROWS * 2.0**-700)
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("w", [1.0, 1e40])
-def test_a_point_that_is_not_finite_has_an_image_that_is_not_finite(bad, w):
-    rows = ROWS.copy()
-    rows[4, 1] = bad
-    assert not np.isfinite(transform_points(rows, affine(LINEAR, (1.0, 2.0, 3.0), w))[4]).any()
+def test_a_point_that_is_not_finite_has_an_image_that_is_not_finite(w):
+    bad = [(1.0, np.nan, 2.0), (1.0, np.inf, 2.0), (1.0, -np.inf, 2.0)]
+    assert not np.isfinite(transform_points(bad, affine(LINEAR, (1.0, 2.0, 3.0), w))).any()
 
 
 # --- normalising ---

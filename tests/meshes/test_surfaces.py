@@ -69,14 +69,6 @@ def test_strips_are_cut_as_vtk_cuts_them():
     assert list(map(from_the_least, found)) == list(map(from_the_least, expected))
 
 
-def test_a_stripped_sphere_keeps_its_normals():
-    sphere = pv.Sphere(theta_resolution=12, phi_resolution=12)
-    stripped = sphere.strip()
-    assert stripped.n_strips > 0
-    np.testing.assert_allclose(vertex_normals(stripped), vertex_normals(sphere), rtol=0, atol=1e-15)
-    assert face_normals(stripped).shape == (sphere.n_faces, 3)  # one per triangle
-
-
 @pytest.mark.parametrize("index", [-1, 5, 10**9, -(10**9)])
 def test_an_index_out_of_range_names_the_face_and_the_index(index):
     mesh = full_mesh(verts=[[0]], faces=[[0, 1, 2], [0, index, 2]])
@@ -187,8 +179,6 @@ def test_normals_are_those_of_the_surfaces_stored_points_and_faces_and_the_mesh_
     np.testing.assert_array_equal(vertex_normals(mesh), point_normals(*stored, "angle"))
     np.testing.assert_array_equal(face_normals(mesh), polygon_normals(*stored))
     assert mesh == before
-    with pytest.raises(ValueError, match="weighting must be one of"):
-        vertex_normals(mesh, "vtk")
 
 
 @pytest.mark.parametrize("mesh", [GRID, examples.load_hexbeam()])
