@@ -168,6 +168,7 @@ NO_ALBEDOS += [np.ones((120, 3), complex), np.ones((120, 3), object)]
         (ball(), {"albedo": "no such array"}, "^albedo must be one of 'Normals', 'height'; got no such array"),
         (ball(), {"albedo": "heigth"}, "^albedo must be .* Did you mean 'height'"),
         (ball(), {"albedo": "height"}, ROWS + "an array of shape"),
+        (ball(), {"albedo": np.ones((86, 4))}, "^albedo must be of shape .*Leave out the opacity"),
         *[(mesh, {"albedo": rows}, f"^albedo must be .*one row per point, {mesh.n_points} rows; got {len(rows)} rows")
           for mesh in (ball(), *(make() for make in MESHES.values())) for rows in (np.ones((5, 3)), [[0.5, 0.5, 0.5]])],
         *[(grid(), {"albedo": bad}, ROWS) for bad in NO_ALBEDOS],
