@@ -16,13 +16,9 @@ from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 
 SCENE = Scene(lights=[DirectionalLight(direction=(-1, -2, -3)), PointLight(position=(1, 1, 2))])
-DATASETS = [
-    pv.Sphere(),
-    pv.ImageData(dimensions=(3, 3, 3)),
-    pv.ImageData(dimensions=(3, 3, 3)).cast_to_structured_grid(),
-    pv.ImageData(dimensions=(3, 3, 3)).cast_to_rectilinear_grid(),
-    pv.ImageData(dimensions=(3, 3, 3)).cast_to_unstructured_grid(),
-]
+GRID = pv.ImageData(dimensions=(3, 3, 3))
+DATASETS = [pv.Sphere(), GRID, GRID.cast_to_structured_grid(), GRID.cast_to_rectilinear_grid()]
+DATASETS += [GRID.cast_to_unstructured_grid()]
 
 USE = """
 import sys
@@ -57,39 +53,27 @@ def test_works_with_nothing_imported_but_pyvista(mesh, check):
 
 
 @pytest.mark.parametrize("mesh", DATASETS, ids=lambda mesh: type(mesh).__name__)
-def test_is_there_on_every_dataset(mesh):
+def test_every_dataset_has_what_the_functions_give(mesh):
+    matrix, shiny = np.diag([1.0, 1, -1, 1]), Material(specular=0.3, shininess=4)
     assert "phong" in dir(mesh)
-    lit = mesh.phong.shade(SCENE, Material(specular=0.3, shininess=4), name="glow")
-    expected = shade_mesh(mesh, SCENE, Material(specular=0.3, shininess=4), name="glow")
+    lit, expected = mesh.phong.shade(SCENE, shiny, name="glow"), shade_mesh(mesh, SCENE, shiny, name="glow")
     assert lit["glow"].tobytes() == expected["glow"].tobytes()
+    assert str(mesh.phong.diagnose(matrix=matrix)) == str(ph.diagnose(mesh, matrix=matrix))
+    plans = mesh.phong.plan(SCENE, shiny, tolerance=0.01), ph.plan(mesh, SCENE, shiny, tolerance=0.01)
+    assert plans[0].explain() == plans[1].explain()
 
 
 def test_is_not_there_on_what_has_no_surface():
     assert not hasattr(pv.Table({"a": np.zeros(3)}), "phong")
 
 
-def parameters(function):
-    """Name → (kind, default) of a method's parameters after self."""
-    return {
-        name: (p.kind, p.default) for name, p in list(inspect.signature(function).parameters.items()) if name != "self"
-    }
-
-
 def test_the_signature_is_the_documented_one():
-    keyword = inspect.Parameter.KEYWORD_ONLY
-    shade = parameters(type(pv.Sphere().phong).shade)
-    assert list(shade)[:2] == ["scene", "material"]
-    assert shade["material"][1] == Material()
-    documented = {
-        "name": "phong",
-        "matrix": None,
-        "albedo": None,
-        "components": False,
-        "tolerance": 0.0,
-        "precision": "float32",
-        "backend": "auto",
-    }
-    assert {name: shade[name] for name in list(shade)[2:]} == {k: (keyword, v) for k, v in documented.items()}
+    parameters = list(inspect.signature(type(pv.Sphere().phong).shade).parameters.values())[1:]
+    assert [(p.name, p.default) for p in parameters] == [
+        ("scene", inspect.Parameter.empty), ("material", Material()), ("name", "phong"), ("matrix", None),
+        ("albedo", None), ("components", False), ("tolerance", 0.0), ("precision", "float32"), ("backend", "auto"),
+    ]  # fmt: skip
+    assert {p.kind for p in parameters[2:]} == {inspect.Parameter.KEYWORD_ONLY}
 
 
 def test_follows_the_mesh_not_a_copy_of_it():
@@ -99,20 +83,6 @@ def test_follows_the_mesh_not_a_copy_of_it():
     before = phong.shade(SCENE)["phong"].copy()
     mesh.points += [0, 0, 5]
     assert np.abs(phong.shade(SCENE)["phong"] - before).max() > 0.1
-
-
-def test_diagnose_is_the_functions():
-    mesh = pv.Sphere()
-    matrix = np.diag([1.0, 1, -1, 1])
-    ours, expected = mesh.phong.diagnose(matrix=matrix), ph.diagnose(mesh, matrix=matrix)
-    assert str(ours) == str(expected)
-    assert ours.ok == expected.ok
-
-
-def test_plan_is_the_functions():
-    mesh = pv.Sphere()
-    ours = mesh.phong.plan(SCENE, Material(specular=0.5), tolerance=0.01)
-    assert ours.explain() == ph.plan(mesh, SCENE, Material(specular=0.5), tolerance=0.01).explain()
 
 
 def wheel(size):
@@ -136,11 +106,7 @@ def test_every_block_has_its_own_plan_and_diagnosis_where_names_are_shared_or_mi
     sizes = [block.n_cells for _, block in datasets(blocks)]
     assert sizes == [10, 20, 30, 40, 50, 60]
     assert list(blocks.phong.diagnose()) == paths
-
-
-def test_diagnoses_of_blocks_are_named_by_their_path():
     inner = pv.MultiBlock({"ball": pv.Sphere(), "gap": None})
-    blocks = pv.MultiBlock({"inner": inner, "box": pv.Box(), "void": pv.PolyData()})
-    diagnoses = blocks.phong.diagnose()
+    diagnoses = pv.MultiBlock({"inner": inner, "box": pv.Box(), "void": pv.PolyData()}).phong.diagnose()
     assert list(diagnoses) == ["inner/ball", "box"]
     assert str(diagnoses["box"]) == str(pv.Box().phong.diagnose())

@@ -39,6 +39,7 @@ def test_the_window_shows_the_mesh_in_the_scene_that_was_given(shown):
     (plotter,) = shown
     assert plotter.title == "a sphere"
     assert plotter.phong.lights == SCENE.lights
+    assert len(plotter.phong.gizmos) == len(SCENE.lights)
     assert plotter.phong.light_model == SCENE.light_model
     viewer = plotter.phong.scene.viewer
     assert (viewer.position, viewer.focal_point, viewer.up) == ((4, 1, 2), (0, 0, 0), (0, 0, 1))
@@ -52,17 +53,13 @@ def test_every_block_is_shown(shown):
     assert len([a for a in shown[0].actors.values() if isinstance(a, pv.Actor)]) == 2
 
 
-def test_without_a_display_a_picture_is_offered(shown, monkeypatch):
+@pytest.mark.parametrize("off_screen", [False, True])
+def test_where_no_window_can_open_a_picture_is_offered(shown, monkeypatch, off_screen):
+    monkeypatch.setattr(pv, "OFF_SCREEN", off_screen)
     monkeypatch.setattr(window, "drawing_window", lambda: "vtkEGLRenderWindow")
     monkeypatch.setenv("DISPLAY", ":99")
-    with pytest.raises(ValueError, match=r"DISPLAY must be a display to open a window on; got :99\. A picture"):
-        show(pv.Sphere(), SCENE, Material(), title="a sphere")
-    assert not shown
-
-
-def test_offscreen_no_window_opens(shown, monkeypatch):
-    monkeypatch.setattr(pv, "OFF_SCREEN", True)
-    with pytest.raises(ValueError, match=r"PYVISTA_OFF_SCREEN must be unset .* pvphong shade MESH -o picture\.png"):
+    refused = "PYVISTA_OFF_SCREEN must be unset" if off_screen else r"DISPLAY must be a display to open .* got :99\."
+    with pytest.raises(ValueError, match=rf"^{refused}.* A picture needs .*pvphong shade MESH -o picture\.png"):
         show(pv.Sphere(), SCENE, Material(), title="a sphere")
     assert not shown
 
@@ -82,33 +79,27 @@ def keys(shown, monkeypatch, tmp_path):
     return of
 
 
-def test_keys_save_the_rig_and_the_lit_mesh(keys, capsys):
-    sphere = pv.Sphere()
+def test_keys_save_the_rig_the_lit_mesh_and_a_picture(keys, capsys, monkeypatch):
+    sphere, image = pv.Sphere(), np.arange(60, dtype=np.uint8).reshape(4, 5, 3)
+    monkeypatch.setattr(pv.Plotter, "screenshot", lambda *_, **__: image)
     saving = keys(sphere)
-    saving["d"]()
-    saving["x"]()
-    assert capsys.readouterr().out.split() == ["mine-rig.json", "mine-lit.vtp"]
+    for key in "dx4":
+        saving[key]()
+    assert capsys.readouterr().out.split() == ["mine-rig.json", "mine-lit.vtp", "mine.png"]
     assert Scene.load("mine-rig.json").lights == SCENE.lights
     expected = shade_mesh(sphere, Scene.load("mine-rig.json"), Material.named("gold"))
     np.testing.assert_array_equal(pv.read("mine-lit.vtp")["phong"], expected["phong"])
+    assert pv.read("mine.png").dimensions == (5, 4, 1)
 
 
-def test_blocks_are_saved_as_blocks(keys, capsys):
-    keys(pv.MultiBlock({"one": pv.Sphere()}))["x"]()
+def test_blocks_are_saved_as_blocks_and_a_failure_leaves_the_window_open(keys, capsys, tmp_path):
+    saving = keys(pv.MultiBlock({"one": pv.Sphere()}))
+    saving["x"]()
     assert capsys.readouterr().out.split() == ["mine-lit.vtm"]
     assert "phong" in pv.read("mine-lit.vtm")["one"].array_names
-
-
-def test_a_file_that_cannot_be_written_leaves_the_window_open(keys, capsys, tmp_path):
-    saving = keys(pv.Sphere())
     (tmp_path / "mine-rig.json").mkdir()
     saving["d"]()
     assert "error: path must be a file" in capsys.readouterr().err
-
-
-def test_the_window_has_gizmos_for_its_lights(shown):
-    show(pv.Sphere(), SCENE, Material(), title="a sphere")
-    assert len(shown[0].phong.gizmos) == len(SCENE.lights)
 
 
 def test_a_mesh_far_from_the_viewer_is_not_clipped_away(shown):

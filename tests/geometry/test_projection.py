@@ -1,53 +1,24 @@
 """The viewing pipeline against vtkCamera, vtkRenderer and closed forms."""
 
 from dataclasses import replace
+from itertools import product
 
-import mpmath
 import numpy as np
 import pytest
 import vtk
+from cameras import as_array, random_camera
+from stability import exact_normals as exact
 
 from pvphong.geometry.projection import frustum, look_at, ortho, perspective, project
 from pvphong.scene.viewer import Viewer
 
 
-def random_view(seed):
-    rng = np.random.default_rng(seed)
-    near = rng.uniform(0.1, 2)
-    return Viewer(
-        position=tuple(rng.normal(size=3) * 10),
-        focal_point=tuple(rng.normal(size=3)),
-        up=tuple(rng.normal(size=3)),
-        parallel=bool(seed % 2),
-        view_angle=rng.uniform(5, 120),
-        parallel_scale=rng.uniform(0.1, 20),
-        clipping_range=(near, near + rng.uniform(1, 100)),
-    )
-
-
-def vtk_camera(view):
-    camera = vtk.vtkCamera()
-    camera.SetPosition(view.position)
-    camera.SetFocalPoint(view.focal_point)
-    camera.SetViewUp(view.up)
-    camera.SetParallelProjection(view.parallel)
-    camera.SetViewAngle(view.view_angle)
-    camera.SetParallelScale(view.parallel_scale)
-    camera.SetClippingRange(view.clipping_range)
-    return camera
-
-
-def as_array(matrix):
-    return np.array([[matrix.GetElement(row, column) for column in range(4)] for row in range(4)])
-
-
-def vtk_display(view, points, window_size):
-    window = vtk.vtkRenderWindow()
+def vtk_display(camera, points, window_size):
+    window, renderer = vtk.vtkRenderWindow(), vtk.vtkRenderer()
     window.SetOffScreenRendering(True)
     window.SetSize(*window_size)
-    renderer = vtk.vtkRenderer()
     window.AddRenderer(renderer)
-    renderer.SetActiveCamera(vtk_camera(view))
+    renderer.SetActiveCamera(camera)
     found = []
     for point in points:
         renderer.SetWorldPoint(*point, 1)
@@ -57,17 +28,13 @@ def vtk_display(view, points, window_size):
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_view_matrix_is_the_vtk_cameras(seed):
-    view = random_view(seed)
-    expected = as_array(vtk_camera(view).GetModelViewTransformMatrix())
+def test_view_and_projection_matrices_are_the_vtk_cameras(seed):
+    camera = random_camera(seed)
+    view = Viewer.from_camera(camera)
+    expected = as_array(camera.GetModelViewTransformMatrix())
     np.testing.assert_allclose(look_at(view.position, view.focal_point, view.up), expected, rtol=1e-12, atol=1e-12)
-
-
-@pytest.mark.parametrize("seed", range(40))
-def test_projection_matrix_is_the_vtk_cameras(seed):
-    view = random_view(seed)
     aspect = np.random.default_rng(seed + 1000).uniform(0.3, 3)
-    expected = as_array(vtk_camera(view).GetProjectionTransformMatrix(aspect, -1, 1))
+    expected = as_array(camera.GetProjectionTransformMatrix(aspect, -1, 1))
     half = view.parallel_scale
     if view.parallel:
         ours = ortho(-half * aspect, half * aspect, -half, half, *view.clipping_range)
@@ -79,46 +46,26 @@ def test_projection_matrix_is_the_vtk_cameras(seed):
 @pytest.mark.parametrize("window_size", [(641, 333), (200, 1000)])
 @pytest.mark.parametrize("seed", range(12))
 def test_project_is_vtks_world_to_display(seed, window_size):
-    view = random_view(seed)
+    camera = random_camera(seed)
+    view = Viewer.from_camera(camera)
     rng = np.random.default_rng(seed + 2000)
     focal, eye = np.array(view.focal_point), np.array(view.position)
     ahead = (focal - eye) / np.linalg.norm(focal - eye)
     # a box of points in front of the eye, some of them beside the window and outside the clipping planes
     points = eye + ahead * rng.uniform(0.05, 150, (50, 1)) + rng.normal(size=(50, 3)) * 0.02
-    expected = vtk_display(view, points, window_size)
+    expected = vtk_display(camera, points, window_size)
     scale = np.maximum(np.abs(expected), (*window_size, 1))
     assert np.abs((project(points, view, window_size) - expected) / scale).max() <= 1e-9
 
 
-def test_project_agrees_with_vtk_coordinate():
-    view = random_view(4)
-    window = vtk.vtkRenderWindow()
-    window.SetOffScreenRendering(True)
-    window.SetSize(320, 240)
-    renderer = vtk.vtkRenderer()
-    window.AddRenderer(renderer)
-    renderer.SetActiveCamera(vtk_camera(view))
-    coordinate = vtk.vtkCoordinate()
-    coordinate.SetCoordinateSystemToWorld()
-    coordinate.SetValue(*view.focal_point)
-    expected = coordinate.GetComputedDoubleDisplayValue(renderer)
-    np.testing.assert_allclose(project([view.focal_point], view, (320, 240))[0, :2], expected, rtol=1e-9)
-
-
 @pytest.mark.parametrize("parallel", [False, True])
-def test_planes_and_centre_have_known_places(parallel):
+def test_depth_along_the_view_is_hyperbolic_or_linear(parallel):
+    """From 0 on the near plane to 1 on the far one; a parallel view has places behind the eye too."""
     view = Viewer(position=(0, 0, 5), parallel=parallel, clipping_range=(1, 9))
-    found = project([(0, 0, 4), (0, 0, -4)], view, (100, 50))
-    np.testing.assert_allclose(found, [(50, 25, 0), (50, 25, 1)], rtol=0, atol=1e-14)
-
-
-def test_perspective_depth_is_hyperbolic_and_parallel_depth_linear():
-    points = [(0, 0, 5 - distance) for distance in (1, 2, 3, 6, 9)]
-    view = Viewer(position=(0, 0, 5), clipping_range=(1, 9))
-    hyperbolic = [9 * (d - 1) / (8 * d) for d in (1, 2, 3, 6, 9)]  # far (d − near) / ((far − near) d)
-    np.testing.assert_allclose(project(points, view, (10, 10))[:, 2], hyperbolic, atol=1e-15)
-    linear = [(d - 1) / 8 for d in (1, 2, 3, 6, 9)]
-    np.testing.assert_allclose(project(points, replace(view, parallel=True), (10, 10))[:, 2], linear, atol=1e-15)
+    distances = [1, 2, 3, 6, 9, *([-8] * parallel)]
+    depths = [(d - 1) / 8 if parallel else 9 * (d - 1) / (8 * d) for d in distances]  # far (d - near) / (8 d)
+    found = project([(0, 0, 5 - d) for d in distances], view, (100, 50))
+    np.testing.assert_allclose(found, [(50, 25, depth) for depth in depths], rtol=0, atol=1e-14)
 
 
 def test_rows_without_a_place_in_the_picture_are_nan():
@@ -127,16 +74,10 @@ def test_rows_without_a_place_in_the_picture_are_nan():
     assert np.isnan(project(points, view, (10, 10))).tolist() == [[row in (1, 2, 3, 4)] * 3 for row in range(6)]
 
 
-def test_parallel_projection_places_points_behind_the_eye_too():
-    view = Viewer(position=(0, 0, 5), parallel=True, clipping_range=(1, 9))
-    np.testing.assert_allclose(project([(0, 0, 13)], view, (10, 10)), [(5, 5, -9 / 8)], atol=1e-14)
-
-
 def test_project_keeps_its_input_and_widens_float32():
     points = np.array([(0.1, 0.2, 0.3)], dtype=np.float32)
     before = points.copy()
-    found = project(points, Viewer(), (10, 10))
-    assert found.dtype == np.float64
+    assert project(points, Viewer(), (10, 10)).dtype == np.float64
     np.testing.assert_array_equal(points, before)
     assert project(np.empty((0, 3)), Viewer(), (10, 10)).shape == (0, 3)
 
@@ -147,39 +88,30 @@ def test_project_keeps_its_precision_far_from_the_origin():
     offsets = np.array([(0.125, 0.25, 0), (-0.25, 0.0625, 0.25)])  # exact at 1e9: its step is 2⁻²³
     found, expected = project(1e9 + offsets, view, (1000, 1000)), project(offsets, near, (1000, 1000))
     np.testing.assert_allclose(found, expected, rtol=1e-13)
-    clip = (
-        np.c_[1e9 + offsets, np.ones(2)]
-        @ (perspective(30, 1, 0.5, 2) @ look_at(view.position, view.focal_point, view.up)).T
-    )
+    matrix = perspective(30, 1, 0.5, 2) @ look_at(view.position, view.focal_point, view.up)
+    clip = np.c_[1e9 + offsets, np.ones(2)] @ matrix.T
     naive = (clip[:, :2] / clip[:, 3:] + 1) / 2 * 1000
     assert np.abs(naive - expected[:, :2]).max() > 1e-6  # the plain matrix product loses it
 
 
+# --- matrices of every size ---
+
+
 def exact_look_at(eye, target, up):
-    """The same matrix from the textbook, in 700 digits."""
-    with mpmath.workdps(700):
-        eye, target, up = ([mpmath.mpf(float(x)) for x in vector] for vector in (eye, target, up))
-
-        def unit(v):
-            length = mpmath.sqrt(sum(x * x for x in v))
-            return [x / length for x in v]
-
-        def cross(a, b):
-            return [a[i - 2] * b[i - 1] - a[i - 1] * b[i - 2] for i in range(3)]
-
-        back = unit([e - t for e, t in zip(eye, target, strict=True)])
-        right = unit(cross(up, back))
-        rows = [right, cross(back, right), back]
-        table = [[*row, -sum(r * e for r, e in zip(row, eye, strict=True))] for row in rows]
-        return np.array([[float(x) for x in row] for row in table] + [[0, 0, 0, 1]])
+    """The same matrix from the textbook, in fractions and mpmath."""
+    eye, target, up = (exact.fractions(vector) for vector in (eye, target, up))
+    back = exact.unit(exact.subtract(eye, target))
+    right = exact.unit(exact.cross(up, back))
+    rows = [right, exact.cross(back, right), back]
+    return np.array([[*map(float, row), -float(exact.dot(row, eye))] for row in rows] + [[0, 0, 0, 1]])
 
 
 @pytest.mark.parametrize("scale", [1e-300, 1e-200, 1e-30, 1.0, 1e30, 1e200, 1e307])
 def test_look_at_works_at_any_distance(scale):
     eye, target = np.array([3.0, -4.0, 7.0]) * scale, np.array([-1.0, 0.5, 2.0]) * scale
     found, expected = look_at(eye, target, (0.1, 0.2, 0.9)), exact_look_at(eye, target, (0.1, 0.2, 0.9))
-    np.testing.assert_allclose(found[:3, :3], expected[:3, :3], atol=1e-15)
-    np.testing.assert_allclose(found[:3, 3] / scale, expected[:3, 3] / scale, atol=1e-14)
+    np.testing.assert_allclose(found[:3, :3], expected[:3, :3], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(found[:3, 3] / scale, expected[:3, 3] / scale, rtol=0, atol=1e-14)
 
 
 @pytest.mark.parametrize("length", [5e-324, 1e-200, 1e200])
@@ -192,28 +124,20 @@ def test_look_at_keeps_its_rotation_far_from_the_origin():
     offset = np.array([1e12, -1e12, 1e12])
     eye = offset + np.array([1, 2, 3])
     found = look_at(eye, offset, (0, 0, 1))
-    np.testing.assert_allclose(found[:3, :3], look_at((1, 2, 3), (0, 0, 0), (0, 0, 1))[:3, :3], atol=1e-15)
-    np.testing.assert_allclose(found @ (*eye, 1), (0, 0, 0, 1), atol=1e-3)
+    np.testing.assert_allclose(found[:3, :3], look_at((1, 2, 3), (0, 0, 0), (0, 0, 1))[:3, :3], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(found @ (*eye, 1), (0, 0, 0, 1), rtol=0, atol=1e-3)
 
 
-def test_frustum_maps_its_eight_corners_to_the_cube():
-    left, right, bottom, top, near, far = -1.0, 3.0, -0.5, 2.0, 2.0, 10.0
-    matrix = frustum(left, right, bottom, top, near, far)
-    for depth, z in ((near, -1), (far, 1)):
-        for x_edge, x in ((left, -1), (right, 1)):
-            for y_edge, y in ((bottom, -1), (top, 1)):
-                clip = matrix @ (x_edge * depth / near, y_edge * depth / near, -depth, 1)
-                np.testing.assert_allclose(clip[:3] / clip[3], (x, y, z), atol=1e-15)
-                assert clip[3] == depth
-
-
-def test_ortho_maps_its_eight_corners_to_the_cube():
-    left, right, bottom, top, near, far = -1.0, 3.0, -0.5, 2.0, -2.0, 10.0
-    matrix = ortho(left, right, bottom, top, near, far)
-    for depth, z in ((near, -1), (far, 1)):
-        for x_edge, x in ((left, -1), (right, 1)):
-            for y_edge, y in ((bottom, -1), (top, 1)):
-                np.testing.assert_allclose(matrix @ (x_edge, y_edge, -depth, 1), (x, y, z, 1), atol=1e-15)
+@pytest.mark.parametrize(("projection", "near"), [(frustum, 2.0), (ortho, -2.0)])
+def test_the_eight_corners_of_the_view_volume_come_to_those_of_the_cube(projection, near):
+    edges, far = {"x": (-1.0, 3.0), "y": (-0.5, 2.0)}, 10.0
+    matrix = projection(*edges["x"], *edges["y"], near, far)
+    for x, y, z in product((0, 1), repeat=3):
+        depth = far if z else near
+        w, spread = (depth, depth / near) if projection is frustum else (1.0, 1.0)
+        clip = matrix @ (edges["x"][x] * spread, edges["y"][y] * spread, -depth, 1)
+        np.testing.assert_allclose(clip[:3] / w, (2 * x - 1, 2 * y - 1, 2 * z - 1), rtol=0, atol=1e-15)
+        assert clip[3] == w
 
 
 @pytest.mark.parametrize("scale", [1e-200, 1e200])
@@ -223,30 +147,33 @@ def test_frustum_depends_on_ratios_only(scale):
     np.testing.assert_allclose(frustum(*(scale * np.array([-1, 2, -1, 1, 1, 4]))), expected, rtol=1e-15)
 
 
+EYE, HERE = (0, 0, 1), (0, 0, 0)
+
+
 @pytest.mark.parametrize(
-    ("call", "message"),
+    ("function", "arguments", "message"),
     [
-        (lambda: look_at((1, 2, 3), (1, 2, 3), (0, 1, 0)), "target must be another point than eye"),
-        (lambda: look_at((0, 0, 1), (0, 0, 0), (0, 0, -2)), r"up must be a direction across the view.*\[-0*\.? *-0"),
-        (lambda: look_at((3, 6, 9), (0, 0, 0), (1e100, 2e100, 3e100)), "up must be a direction across the view"),
-        (lambda: look_at((0, 0, 1), (0, 0, 0), (0, 0, 0)), "up must be a direction, three finite numbers"),
-        (lambda: look_at((0, 0, np.nan), (0, 0, 0), (0, 1, 0)), r"eye\[2\] must be a finite number"),
-        (lambda: frustum(-1, 1, -1, 1, 0, 5), "near must be a finite number > 0; got 0"),
-        (lambda: frustum(-1, 1, -1, 1, 5, 5), "far must be beyond near, > 5; got 5"),
-        (lambda: frustum(1, 1, -1, 1, 1, 5), "right must be different from left, 1"),
-        (lambda: ortho(-1, 1, 2, 2, 1, 5), "top must be different from bottom, 2"),
-        (lambda: ortho(-1e308, 1e308, -1, 1, 1, 5), "at a finite distance"),
-        (lambda: ortho(-1, 1, -1, 1, 5, 1), "far must be beyond near, > 5"),
-        (lambda: ortho(0, 5e-324, 0, 1, 0, 1), "the view volume must be of a size whose matrix fits"),
-        (lambda: perspective(0, 1, 1, 2), "view_angle must be a finite number > 0"),
-        (lambda: perspective(180, 1, 1, 2), "view_angle must be a full angle in degrees, > 0 and < 180"),
-        (lambda: perspective(30, -1, 1, 2), "aspect must be a finite number > 0"),
-        (lambda: project([(0, 0)], Viewer(), (10, 10)), r"points must be an \(n, 3\) array"),
-        (lambda: project([(0, 0, 0)], Viewer(), (10, 0)), r"window_size\[1\] must be a finite number > 0"),
-        (lambda: project([(0, 0, 0)], Viewer(), 10), "window_size must be 2 finite numbers"),
-        (lambda: project([(0, 0, 0)], Viewer(up=(0, 0, 1)), (10, 10)), "up must be a direction across the view"),
+        (look_at, (EYE, EYE, (0, 1, 0)), "target must be another point than eye"),
+        (look_at, (EYE, HERE, (0, 0, -2)), r"up must be a direction across the view.*\[-0*\.? *-0"),
+        (look_at, ((3, 6, 9), HERE, (1e100, 2e100, 3e100)), "up must be a direction across the view"),
+        (look_at, (EYE, HERE, (0, 0, 0)), "up must be a direction, three finite numbers"),
+        (look_at, ((0, 0, np.nan), HERE, (0, 1, 0)), r"eye\[2\] must be a finite number"),
+        (frustum, (-1, 1, -1, 1, 0, 5), "near must be a finite number > 0; got 0"),
+        (frustum, (-1, 1, -1, 1, 5, 5), "far must be beyond near, > 5; got 5"),
+        (frustum, (1, 1, -1, 1, 1, 5), "right must be different from left, 1"),
+        (ortho, (-1, 1, 2, 2, 1, 5), "top must be different from bottom, 2"),
+        (ortho, (-1e308, 1e308, -1, 1, 1, 5), "right must be .* at a finite distance"),
+        (ortho, (-1, 1, -1, 1, 5, 1), "far must be beyond near, > 5"),
+        (ortho, (0, 5e-324, 0, 1, 0, 1), "the view volume must be of a size whose matrix fits"),
+        (perspective, (0, 1, 1, 2), "view_angle must be a finite number > 0"),
+        (perspective, (180, 1, 1, 2), "view_angle must be a full angle in degrees, > 0 and < 180"),
+        (perspective, (30, -1, 1, 2), "aspect must be a finite number > 0"),
+        (project, ([(0, 0)], Viewer(), (10, 10)), r"points must be an \(n, 3\) array"),
+        (project, ([HERE], Viewer(), (10, 0)), r"window_size\[1\] must be a finite number > 0"),
+        (project, ([HERE], Viewer(), 10), "window_size must be 2 finite numbers"),
+        (project, ([HERE], Viewer(up=EYE), (10, 10)), "up must be a direction across the view"),
     ],
 )
-def test_bad_arguments_are_refused(call, message):
-    with pytest.raises(ValueError, match=message):
-        call()
+def test_bad_arguments_are_refused(function, arguments, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        function(*arguments)

@@ -1,0 +1,29 @@
+"""VTK's cameras, for the tests of what must agree with them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+import vtk
+
+
+def random_camera(seed: int) -> Any:
+    """A `vtkCamera` or a `pyvista.Camera` with everything at random; every second one is parallel."""
+    rng = np.random.default_rng(seed)
+    near = rng.uniform(0.1, 2)
+    camera = pv.Camera() if seed % 3 == 0 else vtk.vtkCamera()
+    camera.SetPosition(rng.normal(size=3) * 10)
+    camera.SetFocalPoint(rng.normal(size=3))
+    camera.SetViewUp(rng.normal(size=3))
+    camera.SetParallelProjection(seed % 2)
+    camera.SetViewAngle(rng.uniform(1, 150))
+    camera.SetParallelScale(rng.uniform(0.1, 20))
+    camera.SetClippingRange(near, near + rng.uniform(1, 100))
+    return camera
+
+
+def as_array(matrix: Any) -> Any:
+    """A `vtkMatrix4x4` as an array."""
+    return np.array([[matrix.GetElement(row, column) for column in range(4)] for row in range(4)])

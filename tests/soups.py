@@ -1,0 +1,47 @@
+"""Meshes given by the corners of their faces: as plain arrays, and as PyVista's."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from pvphong.meshes.surfaces import polygons
+
+Face = Sequence[int]
+
+
+def soup(*faces: Face) -> tuple[Any, Any]:
+    """Connectivity and offsets."""
+    return np.array([corner for face in faces for corner in face], dtype=np.int64), np.cumsum([0, *map(len, faces)])
+
+
+def mesh_of(points: Any, *faces: Face) -> pv.PolyData:
+    """A mesh with these faces and no others, whatever indices they have."""
+    connectivity, offsets = soup(*faces)
+    mesh = pv.PolyData()
+    mesh.points = np.asarray(points)
+    mesh.SetPolys(pv.CellArray.from_arrays(offsets, connectivity, deep=True))
+    return mesh
+
+
+def faces_of(mesh: pv.PolyData) -> list[list[int]]:
+    """The faces of a mesh, strips cut into triangles."""
+    connectivity, offsets = polygons(mesh)
+    return [connectivity[a:b].tolist() for a, b in pairwise(offsets)]
+
+
+def bumpy(n: int, *, quads: bool = False) -> tuple[Any, list[Face]]:
+    """A rough grid of n x n points, of triangles, or with every second square a quad."""
+    rng = np.random.default_rng(3)
+    x, y = np.meshgrid(np.arange(n), np.arange(n))
+    points = np.stack([x.ravel(), y.ravel(), rng.uniform(0, 1, n * n)], axis=1) + rng.uniform(-0.2, 0.2, (n * n, 3))
+    faces: list[Face] = []
+    for a in range(n * (n - 1)):
+        b, c, d = a + 1, a + n + 1, a + n
+        if b % n:
+            faces += [(a, b, c, d)] if quads and a % 2 else [(a, b, c), (a, c, d)]
+    return points, faces
