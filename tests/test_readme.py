@@ -15,10 +15,10 @@ import pyvista as pv
 
 import pvphong as ph
 from pvphong.meshes.pictures import HEADLESS_PACKAGES
-from pvphong.optics.lights import Light
+from pvphong.optics.lights import LIGHT_TYPES, Light
 from pvphong.shading import kernel
 from pvphong.shading.equation import assemble
-from pvphong.shading.evaluation import is_worth_compiling
+from pvphong.shading.plan.plan import is_worth_compiling
 
 README = Path(__file__).parent.parent / "README.md"
 TEXT = README.read_text(encoding="utf-8")
@@ -80,7 +80,7 @@ def test_the_table_of_lights_names_all_fields():
     rows = {name.strip("`"): re.findall(r"`([a-z_]+)`", text) for name, text in table("Lights")}
     common = {field.name for field in fields(Light)}
     assert set(rows.pop("every light")) == common
-    assert set(rows) == {"DirectionalLight", "PointLight", "SpotLight"}
+    assert set(rows) == {kind.__name__ for kind in LIGHT_TYPES.values()}
     for name, listed in rows.items():
         assert set(listed) == {field.name for field in fields(getattr(ph, name))} - common, name
 
@@ -94,6 +94,7 @@ def test_the_tables_of_viewer_light_model_and_material_have_all_fields_and_their
         for name, text in rows.items()
     }
     shown["Material"] = {name.strip("`"): float(default) for name, default, _ in table("Materials")}
+    shown["Material"] |= {"reflectance": None}  # told in a sentence below
     for name, defaults in shown.items():
         assert defaults == {field.name: field.default for field in fields(getattr(ph, name))}, name
 

@@ -12,8 +12,8 @@ from pvphong.shading.equation import Equation
 from pvphong.shading.plan.draft import Draft
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan
-from pvphong.studies.accuracy.drops import WITHOUT, without_light
 from pvphong.studies.accuracy.rows import Entry, Promise, Timing, vertex_errors
+from pvphong.studies.accuracy.simplifications import WITHOUT, without_light
 from pvphong.studies.accuracy.subject import Subject
 
 

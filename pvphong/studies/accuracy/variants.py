@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pvphong.base.types import FloatArray, Precision
 from pvphong.optics.reflectances import counterpart_of
 from pvphong.shading.equation import Equation
-from pvphong.studies.accuracy import drops
+from pvphong.studies.accuracy import simplifications
 from pvphong.studies.accuracy.rows import UNTIMED, Errors, Kind, Row
 from pvphong.studies.accuracy.subject import Subject, colors
 from pvphong.studies.accuracy.textbook import refuse_unknown, textbook_colors
@@ -122,21 +122,21 @@ def _simplified(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
     dull = "" if needed.has_highlights else "there is no highlight that depends on the viewer"
     yield (
         "infinite viewer",
-        drops.WITHOUT["local viewer"](whole, middle),
+        simplifications.WITHOUT["local viewer"](whole, middle),
         dull or ("" if needed.eye is not None else "the viewer is at infinity already"),
     )
     other = counterpart_of(whole.reflectance)
     if other is not None:
         name, reflectance = other
         yield name, replace(whole, reflectance=reflectance), dull
-    far = any(drops.is_beyond(term.light, middle, _FAR * radius) for term in needed.terms)
+    far = any(simplifications.is_beyond(term.light, middle, _FAR * radius) for term in needed.terms)
     yield (
         "far lights directional",
-        drops.far_lights_directional(whole, middle, _FAR * radius),
+        simplifications.far_lights_directional(whole, middle, _FAR * radius),
         "" if far else "no light with a position is farther away than the mesh's diameter",
     )
     shiny = any(needed.has(term, "specular") for term in needed.terms)
-    yield "no highlights", drops.WITHOUT["specular"](whole, middle), "" if shiny else "there are none"
+    yield "no highlights", simplifications.WITHOUT["specular"](whole, middle), "" if shiny else "there are none"
 
 
 def _rewritten(subject: Subject, name: str, equation: Equation) -> Variant:

@@ -16,7 +16,6 @@ from strategies import Dice
 import pvphong as ph
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.studies.accuracy import tradeoff
-from pvphong.studies.accuracy.drops import DROPS
 from pvphong.studies.accuracy.ledger import promises
 from pvphong.studies.accuracy.rows import vertex_errors
 from pvphong.studies.accuracy.subject import Subject
@@ -169,14 +168,9 @@ def test_promises_name_lights_as_the_plan_does(mesh):
 # -- the ledger
 
 
-def test_every_effect_has_its_way_of_being_dropped():
-    assert list(DROPS) == [name for name in DROPS if name in {effect.name for effect in EFFECTS}]
-    assert len(DROPS) == len(EFFECTS)
-
-
 def test_the_ledger_tells_error_reason_and_whether_it_runs(mesh, report):
     entries = {entry.effect: entry for entry in report.ledger}
-    assert set(entries) == set(DROPS) | {"light sun", "light lamp", "light glow"}
+    assert set(entries) == {effect.name for effect in EFFECTS} | {"light sun", "light lamp", "light glow"}
     plan = mesh.phong.plan(SCENE, SHINY, tolerance=STEP)
     for name, choice in plan.effects.items():
         assert (entries[name].runs, entries[name].why) == (choice.on, choice.why)
