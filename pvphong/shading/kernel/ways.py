@@ -1,0 +1,154 @@
+"""The kernel's loops over ways D from vertices to a position, and over the directions to the viewer made of them.
+
+They take points far and near: where squares of D could leave the range of floats, D is scaled by a power of two,
+each by its own. That is exact, so a vertex has the same bits in any unit of length.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from pvphong.shading.kernel import rows as at
+from pvphong.shading.kernel.arithmetic import inlined, multiply_add, plain
+from pvphong.shading.kernel.loading import exponent_of, is_finite, scaled
+from pvphong.shading.kernel.pointers import like
+from pvphong.shading.kernel.rows import BLOCK
+from pvphong.shading.kernel.vectors import ZERO_SQUARE, dot, inverse_root, is_moderate, square_of
+
+_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+
+# Distances and strengths between which float32 holds all products that matter.
+_NEAREST, _FARTHEST = np.float32(2.0**-110), np.float32(2.0**120)
+_WEAKEST, _STRONGEST = np.float32(2.0**-120), np.float32(2.0**110)
+
+
+@inlined
+def normal_dot(rows: Any, i: int, x: Any, y: Any, z: Any) -> Any:
+    """N·(x, y, z)."""
+    return dot(rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i], x, y, z)
+
+
+@inlined
+def _way(rows: Any, points: Any, i: int, x: float, y: float, z: float) -> tuple[Any, Any, Any]:
+    return like(rows, x - points[i]), like(rows, y - points[BLOCK + i]), like(rows, z - points[2 * BLOCK + i])
+
+
+@plain
+def _approach(rows: Any, points: Any, x: float, y: float, z: float) -> bool:
+    good = True
+    for i in range(BLOCK):
+        dx, dy, dz = _way(rows, points, i, x, y, z)
+        square = square_of(dx, dy, dz)
+        rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i] = dx, dy, dz
+        rows[at.NEARNESS + i] = inverse_root(square)
+        good = good & is_moderate(square)
+    return good
+
+
+@plain
+def _approach_measured(rows: Any, points: Any, x: float, y: float, z: float) -> bool:
+    good = True
+    for i in range(BLOCK):
+        dx, dy, dz = _way(rows, points, i, x, y, z)
+        square = square_of(dx, dy, dz)
+        distance = np.sqrt(max(square, ZERO_SQUARE))
+        rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i] = dx, dy, dz
+        rows[at.NEARNESS + i] = _ONE / distance
+        rows[at.STRENGTH + i] = distance
+        good = good & is_moderate(square)
+    return good
+
+
+@plain
+def _scale_ways(rows: Any, points: Any, x: float, y: float, z: float) -> bool:
+    """Bring D to moderate lengths; whether no vertex is declined: on the position, not finite, or out of range."""
+    good = True
+    for i in range(BLOCK):
+        if is_moderate(square_of(rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i])):
+            continue
+        dx, dy, dz = x - points[i], y - points[BLOCK + i], z - points[2 * BLOCK + i]
+        exponent = exponent_of(dx, dy, dz) if is_finite(dx, dy, dz) else 0
+        dx, dy, dz = scaled(dx, dy, dz, exponent)
+        rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i] = dx, dy, dz
+        square = square_of(rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i])
+        rows[at.NEARNESS + i] = inverse_root(square)
+        distance = like(rows, math.ldexp(np.float64(np.sqrt(square)), exponent))
+        rows[at.STRENGTH + i] = distance
+        if not (distance >= _NEAREST and distance <= _FARTHEST):
+            rows[at.DECLINED + i] = 1.0
+            good = False
+    return good
+
+
+@plain
+def approach(rows: Any, points: Any, x: float, y: float, z: float) -> bool:
+    """D towards a position, with 1/|D|; whether no vertex is declined."""
+    return _approach(rows, points, x, y, z) or _scale_ways(rows, points, x, y, z)
+
+
+@plain
+def approach_measured(rows: Any, points: Any, x: float, y: float, z: float) -> bool:
+    """`approach`, with |D| in the row of strengths."""
+    return _approach_measured(rows, points, x, y, z) or _scale_ways(rows, points, x, y, z)
+
+
+@plain
+def attenuate(rows: Any, constant: float, linear: float, quadratic: float) -> bool:
+    """1 / (c + l·d + q·d²) in place of d in the row of strengths; whether no vertex is declined for its size."""
+    c, l, q = like(rows, constant), like(rows, linear), like(rows, quadratic)
+    good = True
+    for i in range(BLOCK):
+        distance = rows[at.STRENGTH + i]
+        strength = _ONE / multiply_add(multiply_add(q, distance, l), distance, c)
+        rows[at.STRENGTH + i] = strength
+        good = good & _is_in_range(strength)
+    if not good:
+        for i in range(BLOCK):
+            if not _is_in_range(rows[at.STRENGTH + i]):
+                rows[at.DECLINED + i] = 1.0
+    return good
+
+
+@inlined
+def _is_in_range(strength: Any) -> bool:
+    return (strength >= _WEAKEST) & (strength <= _STRONGEST)
+
+
+@plain
+def measure_ways(rows: Any) -> None:
+    """1/|D| for D that did not come from `approach`."""
+    for i in range(BLOCK):
+        rows[at.NEARNESS + i] = inverse_root(square_of(rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i]))
+
+
+@plain
+def look(rows: Any) -> None:
+    """V along ways to the eye."""
+    for i in range(BLOCK):
+        inverse = rows[at.NEARNESS + i]
+        rows[at.VX + i] = rows[at.DX + i] * inverse
+        rows[at.VY + i] = rows[at.DY + i] * inverse
+        rows[at.VZ + i] = rows[at.DZ + i] * inverse
+
+
+@plain
+def face(rows: Any) -> None:
+    """N·v."""
+    for i in range(BLOCK):
+        rows[at.FACING + i] = normal_dot(rows, i, rows[at.VX + i], rows[at.VY + i], rows[at.VZ + i])
+
+
+@plain
+def turn_normals(rows: Any, by_axis: bool) -> None:
+    """Replace n by −n where it points away from v, or from the axis to the viewer."""
+    toward = at.AX if by_axis else at.VX
+    for i in range(BLOCK):
+        x, y, z = rows[toward + i], rows[toward + BLOCK + i], rows[toward + 2 * BLOCK + i]
+        # a product is quicker than a store under a mask
+        sign = -_ONE if normal_dot(rows, i, x, y, z) < _ZERO else _ONE
+        rows[at.NX + i] *= sign
+        rows[at.NY + i] *= sign
+        rows[at.NZ + i] *= sign
