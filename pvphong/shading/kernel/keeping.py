@@ -47,7 +47,7 @@ _SOURCES = (
     *(toolkit, driver, extremes),
 )
 
-_Key = tuple[CodeType, Any, Any]
+_Key = tuple[CodeType, tuple[Any, ...], Callable[..., Any], tuple[str, ...]]
 
 _BYTES, _FLOATS = types.CPointer(types.uint8), types.CPointer(types.float64)
 _REALS = {"float32": types.float32, "float64": types.float64}
@@ -113,9 +113,11 @@ def compiled(function: Callable[..., Any], signature: Any) -> Any:
 class Library:
     """What has been compiled or read from disk in this process."""
 
+    toolkit = toolkit
+
     def __init__(self) -> None:
         self._lock = threading.RLock()
-        self._codes: dict[_Key, Any] = {}
+        self._codes: dict[_Key, Code] = {}
 
     def __len__(self) -> int:
         return len(self._codes)
@@ -125,36 +127,51 @@ class Library:
         """Whether there is a folder to keep code in."""
         return cache_of(driver.shade) is not None
 
-    toolkit = toolkit
-
     def light(self, function: Callable[..., Any], real: str) -> int:
         """Address of a light's stage for a type of rows."""
-        return self._code(function, types.boolean(_FLOATS, types.CPointer(_REALS[real]), _FLOATS)).address
+        return self._code(function, _stage_of_light, real).address
 
     def reflectance(self, function: Callable[..., Any], real: str) -> int:
         """Address of a reflectance's stage for a type of rows."""
-        return self._code(function, types.intp(_FLOATS, types.CPointer(_REALS[real]), _FLOATS)).address
+        return self._code(function, _stage_of_reflectance, real).address
 
     def driver(self, stored: str, real: str) -> Callable[..., int]:
         """The driver for vertices of one type and rows of another."""
-        vertices, reals = types.CPointer(_REALS[stored]), types.CPointer(_REALS[real])
-        records = types.CPointer(numba.from_dtype(SETTINGS)), types.CPointer(numba.from_dtype(TERM)), _FLOATS
-        arrays = (vertices, vertices, reals, reals, _BYTES)
-        scratch = reals, _FLOATS, _BYTES
-        signature = types.boolean(*arrays, *records, types.intp, types.intp, *scratch)
-        return self._code(driver.shade, signature).call
+        return self._code(driver.shade, _driver, stored, real).call
 
     def extremes(self, stored: str) -> Callable[..., int]:
         """The search for the least and greatest entries of vectors of a type."""
-        rows = types.CPointer(_REALS[stored])
-        signature = types.boolean(rows, types.intp, types.intp, rows, _FLOATS)
-        return self._code(extremes.find_extremes, signature).call
+        return self._code(extremes.find_extremes, _search, stored).call
 
-    def _code(self, function: Callable[..., Any], signature: Any) -> Code:
+    def _code(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Code:
+        """By what a function does, for lights make theirs anew each time; its signature is made of names of types."""
         cells = tuple(cell.cell_contents for cell in function.__closure__ or ())
-        key = function.__code__, cells, signature
+        key = function.__code__, cells, signature, kinds
         code = self._codes.get(key)
         if code is None:
             with self._lock:
-                code = self._codes.get(key) or self._codes.setdefault(key, compiled(function, signature))
+                code = self._codes.get(key)
+                if code is None:
+                    code = self._codes[key] = compiled(function, signature(*(_REALS[kind] for kind in kinds)))
         return code
+
+
+def _stage_of_light(real: Any) -> Any:
+    return types.boolean(_FLOATS, types.CPointer(real), _FLOATS)
+
+
+def _stage_of_reflectance(real: Any) -> Any:
+    return types.intp(_FLOATS, types.CPointer(real), _FLOATS)
+
+
+def _driver(stored: Any, real: Any) -> Any:
+    vertices, reals = types.CPointer(stored), types.CPointer(real)
+    arrays = vertices, vertices, reals, reals, _BYTES
+    equation = types.CPointer(numba.from_dtype(SETTINGS)), types.CPointer(numba.from_dtype(TERM)), _FLOATS
+    scratch = reals, _FLOATS, _BYTES
+    return types.boolean(*arrays, *equation, types.intp, types.intp, *scratch)
+
+
+def _search(stored: Any) -> Any:
+    rows = types.CPointer(stored)
+    return types.boolean(rows, types.intp, types.intp, rows, _FLOATS)
