@@ -21,7 +21,7 @@ from hypothesis import HealthCheck, Phase, example, given, settings
 from hypothesis import strategies as st
 
 from pvphong import LightModel, Scene, Viewer
-from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
+from pvphong.optics.lights import LIGHT_TYPES, DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
 
 Triple = tuple[float, float, float]
@@ -261,12 +261,31 @@ def _light(dice: Dice, anchor: _Anchor, viewer: Viewer, kind: str, frame: str) -
         axis, to_light = _to_eye_space(viewer, axis), _to_eye_space(viewer, to_light)
     length = 1.0 if dice.likely(50) else dice.log_between(1e-2, 1e2)
     common = _light_colors(dice) | {"frame": frame}
-    if kind == "directional":
-        return DirectionalLight(direction=triple(-to_light * length), **common)
-    common |= {"position": triple(position), "attenuation": dice.attenuation()}
-    if kind == "point":
-        return PointLight(**common)
-    return SpotLight(direction=triple(axis * length), cone_angle=cone_angle, exponent=dice.spot_exponent(), **common)
+    aim = -to_light if kind == "directional" else axis
+    shape = LIGHT_SHAPES[kind](dice, triple(position), triple(aim * length), cone_angle)
+    return LIGHT_TYPES[kind](**shape, **common)
+
+
+LIGHT_SHAPES: dict[str, Callable[[Dice, Triple, Triple, float], dict[str, Any]]] = {
+    "directional": lambda _dice, _position, direction, _angle: {"direction": direction},
+    "point": lambda dice, position, _direction, _angle: {"position": position, "attenuation": dice.attenuation()},
+    "sphere": lambda dice, position, _direction, _angle: {"position": position, "radius": dice.log_between(1e-2, 1.0)},
+    "spot": lambda dice, position, direction, angle: {
+        "position": position,
+        "attenuation": dice.attenuation(),
+        "direction": direction,
+        "cone_angle": angle,
+        "exponent": dice.spot_exponent(),
+    },
+}
+"""Kind of light → what makes its own fields of a place, a direction and an angle. A new kind needs an entry here."""
+
+REFLECTANCE_SHAPES: dict[str, Callable[[Dice], dict[str, Any]]] = {
+    "phong": lambda dice: {"shininess": dice.shininess()},
+    "blinn-phong": lambda dice: {"shininess": dice.shininess()},
+    "oren-nayar": lambda dice: {"sigma": dice.uniform(0.0, 90.0)},
+}
+"""Name of a reflectance → what makes its fields. A new one needs an entry here."""
 
 
 def _material(dice: Dice) -> Material:

@@ -33,8 +33,6 @@ CORE = 4
 """The floors from base to shading."""
 
 HOSTS = ("pyvista", "vtk", "vtkmodules")
-DOOR = "base.host"
-"""The one module of the core that may import PyVista, inside its functions."""
 
 
 def name_of(path):
@@ -120,7 +118,6 @@ def own_imports(module):
 def test_there_is_something_to_test():
     assert {"optics.lights.spot", "scene.scene", "shading.evaluation", "meshes.lit", "__init__"} <= set(MODULES)
     assert own_imports("scene.scene") >= {"base.check", "optics.lights", "scene.viewer", "base.files"}
-    assert imports_of(DOOR).in_function == {"pyvista"}
     assert floor_of("optics.lights.spot") == floor_of("optics") == 2
     assert floor_of("studies") == -1
 
@@ -164,10 +161,7 @@ def test_imports_on_a_floor_do_not_run_in_circles():
 def test_the_core_imports_no_host(module):
     visitor = imports_of(module)
     hosts = {name for name in visitor.names | visitor.in_function if name.split(".")[0].startswith(HOSTS)}
-    if module == DOOR:
-        assert not {name for name in visitor.names if name.startswith(HOSTS)}
-    else:
-        assert not hosts, f"{module} is on floor {floor_of(module)}; `_host` is the door to PyVista"
+    assert not hosts, f"{module} is on floor {floor_of(module)}; ask `base.host` instead"
 
 
 LOAD_CORE = """

@@ -12,10 +12,11 @@ import pyvista as pv
 import vtk
 
 import pvphong  # noqa: F401 registers plotter.phong wherever PyVista's own discovery is not installed
-from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight, as_light
+from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
 from pvphong.scene.scene import LightModel, Scene
 from pvphong.scene.viewer import Viewer
+from pvphong.vtk.lights import as_light
 
 SUN = DirectionalLight(direction=(-1, -2, -3), name="sun")
 LAMP = PointLight(position=(2, 2, 2), attenuation=(1, 0.1, 0), name="lamp")

@@ -77,8 +77,8 @@ class Simpler(NamedTuple):
     spread: float = 0.0
     """The largest error of the strength."""
 
-    turn: float = 0.0
-    """The largest error of the direction, in radians; the strength is then at most 1."""
+    turn: float | None = None
+    """The largest error of the direction, in radians, the strength being at most 1; None where it is the light's own."""
 
     is_exact: bool = False
     """Whether it is the same light to the last bit, so that no tolerance is needed."""
@@ -155,8 +155,12 @@ class Light:
         super().__init_subclass__(**options)
         if Light not in cls.__bases__:
             raise TypeError(f"{cls.__name__} must derive from Light itself; got {cls.__bases__[0].__name__}.")
+        if cls.arrival is Light.arrival and cls.nodes is Light.nodes:
+            raise TypeError(f"{cls.__name__} must say what arrives from it: it has neither `arrival` nor `nodes`.")
 
     def __post_init__(self) -> None:
+        if type(self) is Light:
+            raise TypeError("Light is abstract; DirectionalLight, PointLight and the others are lights.")
         self._set("diffuse", check.color("diffuse", self.diffuse))
         if self.specular is not None:
             self._set("specular", check.color("specular", self.specular))
@@ -297,7 +301,10 @@ class Light:
             return ""
         (nearest,) = self.nodes(1)
         kind = type(self).__name__
-        return f"a {kind}" if nearest is self else f"a {kind} (the nearest that VTK has is {nearest!r})"
+        if nearest is self:
+            return f"a {kind}"
+        shape = ", ".join(f"{field}={getattr(nearest, field)}" for field in nearest.roles)
+        return f"a {kind} (the nearest that VTK has is {type(nearest).__name__}({shape}))"
 
     def to_pyvista(self, viewer: EyeSpace | None = None) -> pv.Light:
         """The same light as a new `pyvista.Light`, its floats unrounded; of a light that VTK has not, the nearest.

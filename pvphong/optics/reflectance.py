@@ -56,6 +56,9 @@ class Reflectance(ABC):
 
     lobes: ClassVar[tuple[Lobe, ...]]
 
+    counterpart: ClassVar[tuple[str, float] | None] = None
+    """Name of another one that looks much the same, and how many times the shininess it needs for that."""
+
     def of(self, material: Material) -> Self:  # noqa: ARG002 for those that take something of it
         """This reflectance with the numbers that it takes from a material."""
         return self
@@ -110,8 +113,3 @@ class Reflectance(ABC):
     def chords(self, n: FloatArray, l: FloatArray, v: FloatArray) -> FloatArray:
         """Vectors C, shape (3, k), that are 0 at the factor's peak; for a `sharpness` above 0."""
         raise NotImplementedError(f"{type(self).__name__} has no peak")  # pragma: no cover a contract's other half
-
-    @property
-    def counterpart(self) -> tuple[str, Reflectance] | None:
-        """Another reflectance that looks much the same, and its name; None where there is none."""
-        return None

@@ -26,6 +26,9 @@ from pvphong.scene.scene import Scene
 BLACK: Vector = (0.0, 0.0, 0.0)
 _WHITE = (1.0, 1.0, 1.0)
 
+NODES = 64
+"""As so many lights a light with a size is evaluated."""
+
 # Three factors of at most `_TAME`, whose product is at least `_SMALL`, have products of two within range too.
 _TAME = 2.0**300
 _SMALL = _TAME / FARTHEST
@@ -209,6 +212,16 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
         eye=_vector(scene.viewer.position),
         local_facing=not scene.viewer.parallel,
     )
+
+
+def with_nodes(equation: Equation) -> Equation:
+    """The equation with every light that has a size as the sum of its nodes, which is what evaluators run."""
+    terms = [
+        replace(term, light=node, gain=term.gain * node.intensity) if node is not term.light else term
+        for term in equation.terms
+        for node in term.light.nodes(NODES)
+    ]
+    return equation if len(terms) == len(equation.terms) else replace(equation, terms=tuple(terms))
 
 
 def vtk_tier(lights: Iterable[Light]) -> int:

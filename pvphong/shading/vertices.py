@@ -51,8 +51,12 @@ class Vertices:
         return check.array("normals", normals, count=len(self.points))
 
     def normals_if(self, needed: bool) -> FloatArray:
-        """The normals, or zeros for an equation that reads none."""
-        return self.normals if needed else np.broadcast_to(np.zeros(3, np.float32), self.points.shape)
+        """The normals; zeros in place of such as would have to be computed for an equation that reads none."""
+        return (
+            self.normals
+            if needed or not callable(self._normals)
+            else np.broadcast_to(np.zeros(3, np.float32), self.points.shape)
+        )
 
     def extent(self, matrix: Float64Array | None) -> Extent:
         """Where they are in the world, and where their normals point, found when it is first asked for."""

@@ -22,9 +22,9 @@ QUICK = settings(max_examples=60, derandomize=True, deadline=None, database=None
 
 def test_defaults_are_opengls():
     material = Material()
-    assert dataclasses.astuple(material) == (0.2, 0.8, 0.0, 0.0, 0.0)
+    assert dataclasses.astuple(material) == (0.2, 0.8, 0.0, 0.0, 0.0, None)
     assert [field.name for field in dataclasses.fields(material)] == [
-        "ambient", "diffuse", "specular", "shininess", "emission",
+        "ambient", "diffuse", "specular", "shininess", "emission", "reflectance",
     ]  # fmt: skip
 
 

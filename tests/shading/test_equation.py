@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 
 from pvphong import evaluate
+from pvphong.base.ranges import BRIGHTEST
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
+from pvphong.optics.reflectances import BlinnPhong, Phong
+from pvphong.optics.reflectances.vtk import VtkHeadlight
 from pvphong.scene.scene import LightModel, Scene
 from pvphong.scene.viewer import Viewer
-from pvphong.shading.equation import BRIGHTEST, assemble
+from pvphong.shading.equation import assemble
 
 MATERIAL = Material(ambient=(0.1, 0.2, 0.3), diffuse=0.5, specular=0.25, shininess=500, emission=(0.0, 0.01, 0.02))
 VIEWER = Viewer(position=(0, 0, 4))
@@ -24,7 +27,7 @@ def equation(*lights, model=None, material=MATERIAL, viewer=VIEWER, matrix=None)
 
 def colors(term):
     """A term's colours with their gain put back."""
-    return [tuple(c * term.gain for c in color) for color in (term.ambient, term.diffuse, term.specular)]
+    return [tuple(c * term.gain for c in color) for color in (term.ambient, *term.colors)]
 
 
 # --- the standard convention ---
@@ -68,8 +71,8 @@ def test_gain_is_a_power_of_two_that_leaves_colours_up_to_one(intensity):
     term = equation(PointLight(diffuse=(1, 0.3, 0), intensity=intensity)).terms[0]
     assert np.frexp(term.gain)[0] == 0.5
     assert 0 < term.gain < np.inf
-    assert max(*term.ambient, *term.diffuse, *term.specular) <= 1.0
-    assert max(term.diffuse) * term.gain == 0.5 * intensity
+    assert max(max(color) for color in (term.ambient, *term.colors)) <= 1.0
+    assert max(term.colors[0]) * term.gain == 0.5 * intensity
 
 
 def test_no_colour_is_beyond_the_brightest():
@@ -92,7 +95,7 @@ def test_a_light_may_be_as_bright_as_it_is_far_away():
 def test_the_standard_convention_has_no_floor_and_no_limit():
     for light in (DirectionalLight(frame="headlight"), SpotLight(exponent=1000, cone_angle=90)):
         standard = equation(light)
-        assert (standard.shininess, standard.cosine_floor, standard.headlight_only) == (500.0, 0.0, False)
+        assert standard.reflectance == Phong(500.0)
     assert standard.terms[0].light == light
 
 
@@ -112,7 +115,7 @@ def test_the_eye_counts_where_the_viewer_is_local(local_viewer, parallel, eye):
 def test_flags_are_passed_on(field):
     for value in (True, False):
         assert getattr(equation(model=LightModel(**{field: value})), field) is value
-    assert equation(model=LightModel(reflection="blinn-phong")).reflection == "blinn-phong"
+    assert equation(model=LightModel(reflection="blinn-phong")).reflectance == BlinnPhong(500.0)
 
 
 # --- VTK's convention ---
@@ -142,10 +145,10 @@ def test_vtk_lights_highlights_with_the_diffuse_colour():
 
 def test_vtks_exponents_end_at_128():
     result = equation(SpotLight(exponent=1000), model=VTK)
-    assert result.shininess == 128.0
+    assert result.reflectance.shininess == 128.0
     assert result.terms[0].light.exponent == 128.0
     dull = equation(SpotLight(exponent=3), model=VTK, material=Material(shininess=7))
-    assert (dull.shininess, dull.terms[0].light.exponent) == (7.0, 3.0)
+    assert (dull.reflectance.shininess, dull.terms[0].light.exponent) == (7.0, 3.0)
 
 
 def test_vtks_cone_of_90_degrees_is_none():
@@ -172,8 +175,8 @@ def test_vtks_cone_of_90_degrees_is_none():
 )
 def test_vtks_first_tier_is_one_directional_headlight(lights, headlight_only):
     result = equation(*lights, model=VTK)
-    assert result.headlight_only is headlight_only
-    assert result.cosine_floor == (1e-6 if headlight_only else 1e-5)
+    assert isinstance(result.reflectance, VtkHeadlight if headlight_only else Phong)
+    assert result.reflectance.floor == (1e-6 if headlight_only else 1e-5)
 
 
 @pytest.mark.parametrize("parallel", [False, True])

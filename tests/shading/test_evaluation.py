@@ -17,7 +17,7 @@ from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
 from pvphong.scene.scene import LightModel, Scene
 from pvphong.scene.viewer import Viewer
-from pvphong.shading import evaluation, kernel
+from pvphong.shading import kernel
 from pvphong.shading.evaluation import evaluate
 from pvphong.shading.reference import BLOCK
 from pvphong.shading.result import Shading
@@ -342,7 +342,7 @@ def test_auto_takes_the_kernel_where_the_work_is_worth_its_start(precision, monk
     own = {backend: bits(rgb(backend=backend, precision=precision)) for backend in ("numpy", "numba")}
     assert own["numpy"] != own["numba"]
     for least, backend in ((work, "numba"), (work + 1, "numpy")):
-        monkeypatch.setattr(evaluation, "_WORTH_COMPILING", least)
+        monkeypatch.setattr("pvphong.shading.plan.plan._WORTH_COMPILING", least)
         assert bits(rgb(backend="auto", precision=precision)) == own[backend]
 
 

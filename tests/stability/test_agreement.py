@@ -17,13 +17,19 @@ from strategies import Case, hunt, moderate_case
 from pvphong import plan
 from pvphong.shading import reference
 from pvphong.shading.equation import assemble
-from pvphong.shading.plan.plan import make_plan
+from pvphong.shading.plan.plan import Plan
 from pvphong.shading.result import Shading
+from pvphong.shading.vertices import Vertices
 
 pytestmark = FLATTENING_IS_NO_FAILURE
 
 # The oracle's arithmetic takes as many times as long as an evaluator's: so many fewer scenes are judged by it.
 EIGHTY_DIGITS = 10
+
+
+def planned(case, tolerance=0.0):
+    vertices = Vertices(case.points, case.normals)
+    return Plan.of(case.scene, case.material, vertices, matrix=case.matrix, tolerance=tolerance)
 
 
 @hunted
@@ -68,7 +74,7 @@ def test_no_scene_exceeds_the_error_that_its_plan_promises(backend: str, example
     def check(promise: Promise) -> None:
         nonlocal simplified, nearest
         case, tolerance = promise.case, promise.tolerance
-        promised = make_plan(*case.arguments, case.matrix, tolerance).error_bound
+        promised = planned(case, tolerance).error_bound
         assert promised <= tolerance
         of_points = plan(case.points, *case.arguments[2:], matrix=case.matrix, tolerance=tolerance).error_bound
         assert of_points <= tolerance
@@ -94,16 +100,13 @@ def test_a_plan_without_tolerance_changes_nothing_but_rounding(examples: int) ->
     def check(promise: Promise) -> None:
         nonlocal rewritten
         case = blunt(promise.case)
-        planned, unplanned = (np.empty((len(case.points), 3)) for _ in range(2))
-        equation, original = (
-            make_plan(*case.arguments, case.matrix, 0.0).equation,
-            assemble(*case.arguments[2:], case.matrix),
-        )
-        for result, run in ((planned, equation), (unplanned, original)):
+        equation, original = planned(case).equation, assemble(*case.arguments[2:], case.matrix)
+        left, whole = (np.empty((len(case.points), 3)) for _ in range(2))
+        for result, run in ((left, equation), (whole, original)):
             reference.shade(case.points, case.normals, run, None, Shading(result))
         rewritten += replace(equation, matrix=None) != replace(original, matrix=None)
         bound = (4 * math.sqrt(largest_power(case)) + 16) * 2.0**-53 * (1 + len(case.scene.lights))
-        assert np.abs(planned - unplanned).max() <= bound, f"{np.abs(planned - unplanned).max() / bound}\n{case!r}"
+        assert np.abs(left - whole).max() <= bound, f"{np.abs(left - whole).max() / bound}\n{case!r}"
 
     hunt(promising_case, check, examples)
     assert rewritten > 0.2 * examples

@@ -14,12 +14,17 @@ from stability.evaluators import BACKENDS, EVALUATORS, UNLIT, Evaluator
 
 from pvphong import DirectionalLight, Material, PointLight, Scene, SpotLight, Viewer, evaluate
 from pvphong.geometry.transform import transform_points
-from pvphong.shading.plan.plan import make_plan
+from pvphong.shading.plan.plan import Plan
+from pvphong.shading.vertices import Vertices
 
 UP = np.array([[0.0, 0.0, 1.0]])
 ABOVE = Viewer(position=(0.0, 0.0, 4.0))
 WHITE = Material(ambient=1.0, diffuse=1.0, specular=1.0, shininess=10.0)
 DOWN = (0.0, 0.0, -1.0)
+
+
+def planned(points, normals, scene, material, **options):
+    return Plan.of(scene, material, Vertices(points, normals), **options)
 
 
 def colors(evaluator: Evaluator, light: Any, material: Material = WHITE, points: Any = None, **options: Any) -> Any:
@@ -64,8 +69,8 @@ def test_a_plan_judges_normals_of_any_length(size: float) -> None:
     normals = UP + 0.3 * rng.normal(size=(50, 3))
     scene = Scene([DirectionalLight(direction=(-1.0, -0.2, -1.0))], ABOVE)
     arguments = (rng.normal(size=(50, 3)), normals, scene, WHITE)
-    expected = make_plan(*arguments, None, 1e-3)
-    got = make_plan(arguments[0], normals * size, *arguments[2:], None, 1e-3)
+    expected = planned(*arguments, tolerance=1e-3)
+    got = planned(arguments[0], normals * size, *arguments[2:], tolerance=1e-3)
     assert math.isclose(got.error_bound, expected.error_bound, rel_tol=1e-9)
     assert {name: choice.on for name, choice in got.effects.items()} == {
         name: choice.on for name, choice in expected.effects.items()
@@ -78,7 +83,7 @@ def test_a_plan_judges_matrices_of_any_scale(scale: float) -> None:
     turned = np.eye(4)
     turned[:3, :3] = np.linalg.qr(np.random.default_rng(6).normal(size=(3, 3)))[0] * scale
     scene = Scene([DirectionalLight(direction=DOWN)], ABOVE)
-    got = make_plan(np.zeros((1, 3)), UP, scene, WHITE, turned, 0.0)
+    got = planned(np.zeros((1, 3)), UP, scene, WHITE, matrix=turned)
     assert got.effects["normal transform"].why.startswith("rigid or similar")
 
 
@@ -144,7 +149,7 @@ def test_a_cone_that_one_vertex_leaves_changes_no_bit_of_the_others(
     rng = np.random.default_rng(1)
     points = rng.uniform(-0.5, 0.5, (300, 3))
     spot = SpotLight(position=(0.0, 0.0, 3.0), cone_angle=60.0, exponent=0.0, attenuation=(constant, 0.0, 0.0))
-    assert "inside the cone" in make_plan(points, None, Scene([spot], ABOVE), material, None, 0.0).effects["cone"].why
+    assert "inside the cone" in planned(points, None, Scene([spot], ABOVE), material).effects["cone"].why
     inside = colors(evaluator, spot, material, points)
     for place in ((50.0, 0.0, 0.0), (np.nan, 0.0, 0.0)):
         changed = points.copy()

@@ -10,8 +10,9 @@ import vtk
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight, as_light, light_from_homogeneous
+from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight, light_from_homogeneous
 from pvphong.scene.viewer import Viewer
+from pvphong.vtk.lights import as_light, write_light
 
 THIRD, SEVENTH = 1 / 3, 1 / 7
 COLORS = {
@@ -365,7 +366,7 @@ def test_an_existing_light_can_be_given_the_values(kind, frame):
     light = kind(frame=frame, diffuse=(0.1, 0.2, 0.3), intensity=0.5)
     for other in (vtk.vtkLight(), pv.Light(position=(9, 8, 7), positional=True, cone_angle=10, light_type="headlight")):
         other.SetTransformMatrix(pv.vtkmatrix_from_array(np.diag([2.0, 3, 4, 1])))
-        light.write_to(other)
+        write_light(light, other)
         assert as_light(other) == as_light(light.to_pyvista()) == light
         assert other.GetTransformMatrix() is None
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from pvphong.optics.lights import from_vtk
 from pvphong.optics.material import Material
 from pvphong.scene.scene import LightModel, Scene
 from pvphong.scene.viewer import Viewer
+from pvphong.vtk.lights import from_vtk
 from pvphong.vtk.presets import light_kit, three_lights, three_point
 
 VIEWER = Viewer(position=(3, -8, 4), focal_point=(0, 0, 0), up=(0, 0, 1))

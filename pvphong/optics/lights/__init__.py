@@ -7,11 +7,13 @@ from pvphong.optics.light import Light
 from pvphong.optics.lights.conversion import light_from_homogeneous, light_from_values
 from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.lights.point import PointLight
+from pvphong.optics.lights.sphere import SphereLight
 from pvphong.optics.lights.spot import SpotLight
 
 LIGHT_TYPES: dict[str, type[Light]] = {
     "directional": DirectionalLight,
     "point": PointLight,
+    "sphere": SphereLight,
     "spot": SpotLight,
 }
 """Name in a scene file → class."""
@@ -31,6 +33,7 @@ __all__ = [
     "DirectionalLight",
     "Light",
     "PointLight",
+    "SphereLight",
     "SpotLight",
     "light_from_homogeneous",
     "light_from_values",

@@ -12,7 +12,7 @@ from pvphong.base.vectors import unit
 from pvphong.optics.light import Arrival
 from pvphong.optics.reflectance import Lobe, Reflectance, Sightline
 from pvphong.optics.reflectances.highlight import halfway_change, halfway_distance, largest_power, power
-from pvphong.optics.reflectances.phong import LIKENESS, MATT_AND_SHINY, Phong, lambert, power_numbers, shown
+from pvphong.optics.reflectances.phong import LIKENESS, MATT_AND_SHINY, lambert, power_numbers, shown
 from pvphong.optics.surface import Surface
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ class BlinnPhong(Reflectance):
     shininess: float | None = None
 
     lobes: ClassVar[tuple[Lobe, ...]] = MATT_AND_SHINY
+    counterpart: ClassVar[tuple[str, float]] = ("phong", 1.0 / LIKENESS)
 
     def of(self, material: Material) -> BlinnPhong:
         """With the material's shininess."""
@@ -78,11 +79,6 @@ class BlinnPhong(Reflectance):
     def chords(self, n: FloatArray, l: FloatArray, v: FloatArray) -> FloatArray:
         """Half-way direction minus normal."""
         return unit(l + v)[0] - n
-
-    @property
-    def counterpart(self) -> tuple[str, Reflectance]:
-        """Phong with a smaller shininess."""
-        return f"Phong, shininess ÷ {LIKENESS:g}", Phong(self.sharpness / LIKENESS)
 
 
 def _stage(toolkit: Any) -> Callable[..., Any]:

@@ -46,6 +46,7 @@ class Phong(Reflectance):
     floor: float = 0.0
 
     lobes: ClassVar[tuple[Lobe, ...]] = MATT_AND_SHINY
+    counterpart: ClassVar[tuple[str, float]] = ("blinn-phong", LIKENESS)
 
     def of(self, material: Material) -> Phong:
         """With the material's shininess."""
@@ -95,13 +96,6 @@ class Phong(Reflectance):
     def chords(self, n: FloatArray, l: FloatArray, v: FloatArray) -> FloatArray:
         """Mirror direction minus viewer."""
         return np.asarray(2.0 * dot(n, l) * n - l - v)
-
-    @property
-    def counterpart(self) -> tuple[str, Reflectance]:
-        """Blinn-Phong with a greater shininess."""
-        from pvphong.optics.reflectances.blinn_phong import BlinnPhong  # which is built on this one
-
-        return f"Blinn-Phong, shininess × {LIKENESS:g}", BlinnPhong(self.sharpness * LIKENESS)
 
 
 def lambert(n_l: Any) -> Any:

@@ -71,7 +71,7 @@ def _replaced(draft: Draft, term: LightTerm, choice: Simpler) -> Change:
 def _bound(draft: Draft, term: LightTerm, choice: Simpler) -> float:
     """The largest error in a colour."""
     bound = whole(draft, term) * choice.spread
-    if choice.turn and choice.light is not None:
+    if choice.turn is not None and choice.light is not None:
         seen = light_seen(draft, choice.light)
         if seen is None:
             return float("inf")

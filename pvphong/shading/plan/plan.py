@@ -17,7 +17,7 @@ from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene, light_labels
 from pvphong.shading import kernel, reference
-from pvphong.shading.equation import Equation, assemble
+from pvphong.shading.equation import Equation, assemble, with_nodes
 from pvphong.shading.origin import beside_the_mesh
 from pvphong.shading.plan.draft import Decision, Draft, Note
 from pvphong.shading.plan.effects import EFFECTS
@@ -119,8 +119,8 @@ class Plan:
             ),
             tolerance=tolerance,
             error_bound=draft.error_bound,
-            equation=left,
-            whole=whole,
+            equation=with_nodes(left),
+            whole=with_nodes(whole),
             lights=len(labels),
         )
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from pvphong.base.types import FloatArray, Precision
+from pvphong.optics.reflectances import counterpart_of
 from pvphong.shading.equation import Equation
 from pvphong.studies.accuracy import drops
 from pvphong.studies.accuracy.rows import UNTIMED, Errors, Kind, Row
@@ -122,7 +123,7 @@ def _simplified(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
         drops.WITHOUT["local viewer"](whole, middle),
         dull or ("" if needed.eye is not None else "the viewer is at infinity already"),
     )
-    other = whole.reflectance.counterpart
+    other = counterpart_of(whole.reflectance)
     if other is not None:
         name, reflectance = other
         yield name, replace(whole, reflectance=reflectance), dull

@@ -1,0 +1,93 @@
+"""Light from a sphere that shines evenly in all directions."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from pvphong.base.types import Float64Array, VectorLike
+from pvphong.geometry.extent import ROUNDED_UP, Sphere, sight
+from pvphong.optics.attenuation import strength_at
+from pvphong.optics.light import NOTHING_KNOWN, Light, Reach
+from pvphong.optics.lights.point import PointLight
+from pvphong.optics.roles import length, place
+
+INVERSE_SQUARE = (0.0, 0.0, 1.0)
+"""It weakens as light does, by 1/d²."""
+
+
+@dataclass(frozen=True)
+class SphereLight(Light):
+    """A glowing sphere: `diffuse` · `intensity` is its intensity, so that it lights as a point light far away.
+
+    A facing white patch at a great distance d gets the colour of the light over d².
+
+    Parameters
+    ----------
+    position : sequence of float, default (0, 0, 0)
+        Its centre, in the mesh's unit.
+    radius : float, default 1
+        Its radius > 0, in the mesh's unit.
+    **common
+        The fields of every light: `diffuse`, `specular`, `ambient`, `intensity`, `on`, `frame`, `name`.
+
+    Raises
+    ------
+    ValueError
+        If a field is out of range; the message names the field.
+    """
+
+    position: VectorLike = place()
+    radius: float = length(1.0, "radius", "A light without a size is a PointLight with attenuation=(0, 0, 1).")
+
+    def nodes(self, count: int) -> tuple[PointLight, ...]:
+        """Point lights inside the sphere.
+
+        They glow through each other. A ball whose glow at a distance r from its centre is in proportion to
+        1/√(R² − r²), R its radius, is equally bright along every line through it, from wherever it is seen: along a
+        chord that passes the centre at b, ∫ 2 r dr / (√(R² − r²) √(r² − b²)) from b to R is π for every b. So it is the
+        sphere. The share of the glow up to r = R sin t is (2t − sin 2t)/π, which is divided evenly among the nodes.
+        """
+        center = np.array(self.position)
+        return tuple(
+            PointLight(position=center + self.radius * way, attenuation=INVERSE_SQUARE, intensity=1.0 / count)
+            for way in _ball(count)
+        )
+
+    def reach(self, sphere: Sphere | None) -> Reach:
+        """The nearest of its surface lights the nearest vertex; it is seen as far off as its edge is."""
+        seen = sight(self.position, sphere)
+        if seen is None:
+            return NOTHING_KNOWN
+        nearest, wide = max(seen.distance - seen.radius - self.radius, 0.0) / ROUNDED_UP, seen.radius + self.radius
+        turn = math.asin(wide / seen.distance) * ROUNDED_UP if wide < seen.distance else math.pi
+        return Reach(strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP, seen.direction, turn)
+
+
+@cache
+def _ball(count: int) -> Float64Array:
+    """Places of the nodes in a sphere of radius 1, shape (count, 3): opposite pairs, and the middle if one is left.
+
+    Directions go around in golden angles (Vogel 1979), radii in steps of √2, which has nothing to do with them.
+    """
+    pairs = count // 2
+    k = np.arange(pairs)
+    height, around = 1.0 - (k + 0.5) / max(pairs, 1), k * math.pi * (3.0 - math.sqrt(5.0))
+    level = np.sqrt(1.0 - height * height)
+    directions = np.stack([level * np.cos(around), level * np.sin(around), height], axis=1)
+    shares = (k * math.sqrt(2.0) + 0.5) % 1.0
+    half = directions * np.sin(_angles(shares))[:, None]
+    return np.concatenate([half, -half, np.zeros((count % 2, 3))])
+
+
+def _angles(shares: Float64Array) -> Float64Array:
+    """The t in [0, π/2] with (2t − sin 2t)/π equal to each share, by halving: it grows with t."""
+    low, high = np.zeros_like(shares), np.full_like(shares, math.pi / 2)
+    for _ in range(53):
+        middle = 0.5 * (low + high)
+        is_low = (2.0 * middle - np.sin(2.0 * middle)) / math.pi < shares
+        low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)
+    return low

@@ -1,0 +1,227 @@
+"""What every light of the registry must hold; a new kind is tested by its entry in `strategies.LIGHT_SHAPES`."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import pickle
+
+import numpy as np
+import pytest
+from strategies import LIGHT_SHAPES, Dice, triple
+
+from pvphong import LightModel, Material, Scene, Viewer, as_light, evaluate, plan
+from pvphong.geometry.extent import Sphere
+from pvphong.optics.lights import LIGHT_TYPES
+from pvphong.optics.roles import Place
+from pvphong.shading import kernel
+from pvphong.vtk.obstacles import refuse_inexpressible
+
+FRAMES = ("world", "camera", "headlight")
+SEEDS = range(8)
+COUNT = 64
+every_light = pytest.mark.parametrize(("kind", "seed"), [(kind, seed) for kind in LIGHT_TYPES for seed in SEEDS])
+
+
+def thrown(kind, seed, **fields):
+    """A light of a kind, near or far from the origin, and vertices around the origin."""
+    dice = Dice(f"{kind} {seed}")
+    away = dice.unit_vector() * dice.choice((0.7, 2.0, 8.0, 300.0))
+    aim = triple(-away + 0.2 * dice.vector())
+    light = LIGHT_TYPES[kind](**LIGHT_SHAPES[kind](dice, triple(away), aim, dice.uniform(5.0, 90.0)), **fields)
+    points = np.array([dice.vector() * 0.5 for _ in range(COUNT)])
+    return light, points, dice
+
+
+def sphere_around(points):
+    center = points.mean(axis=0)
+    return Sphere(triple(center), float(np.linalg.norm(points - center, axis=1).max()))
+
+
+def arriving(light, points):
+    """Directions (3, n) and strengths (n,) of each of its nodes."""
+    for node in light.nodes(16):
+        arrival = node.arrival(points.T)
+        yield (
+            np.broadcast_to(arrival.direction, points.T.shape),
+            node.intensity * np.broadcast_to(arrival.strength, len(points)),
+        )
+
+
+def angle(a, b):
+    return 2.0 * math.asin(min(0.5 * float(np.linalg.norm(np.subtract(a, b))), 1.0))
+
+
+def test_every_kind_has_an_entry_from_which_it_is_thrown():
+    assert sorted(LIGHT_SHAPES) == sorted(LIGHT_TYPES)
+
+
+@every_light
+def test_a_file_gives_it_back_to_the_bit(kind, seed, tmp_path):
+    light, _, dice = thrown(kind, seed, frame=FRAMES[seed % 3], name="lamp", diffuse=(0.1, 1 / 3, 0.7), intensity=1e-7)
+    scene = Scene([light, dataclasses.replace(light, on=False, name="off")], Viewer(position=triple(dice.vector() + 3)))
+    scene.save(tmp_path / "rig.json")
+    assert Scene.load(tmp_path / "rig.json") == scene
+    assert pickle.loads(pickle.dumps(light)) == light
+    assert hash(light) == hash(dataclasses.replace(light))
+
+
+@every_light
+def test_the_way_into_the_world_and_back_changes_nothing(kind, seed):
+    light, points, dice = thrown(kind, seed, frame="camera")
+    viewer = Viewer(triple(4 * dice.vector()), triple(dice.vector()), triple(dice.unit_vector()))
+    world = light.in_world(viewer)
+    assert world.frame == "world"
+    assert world.in_world(viewer) is world
+    back = world.in_frame("camera", viewer)
+    for field in light.roles:
+        np.testing.assert_allclose(getattr(back, field), getattr(light, field), rtol=1e-12, atol=1e-12)
+    eye = np.array([viewer.point_to_eye(p) for p in points])
+    there, here = world.arrival(points.T), light.arrival(eye.T)
+    np.testing.assert_allclose(*np.broadcast_arrays(viewer.axes @ there.direction, here.direction), atol=1e-9)
+    np.testing.assert_allclose(there.strength, here.strength, rtol=1e-7, atol=1e-12)
+
+
+@every_light
+def test_a_headlight_stands_and_looks_as_the_viewer_does(kind, seed):
+    light, _, dice = thrown(kind, seed, frame="headlight")
+    viewer = Viewer(triple(4 * dice.vector()), triple(dice.vector()))
+    world = light.in_world(viewer)
+    assert world.values(Place) in ([], [viewer.position])
+    assert [getattr(world, field) for field, role in world.roles.items() if role.handle == "target"] in (
+        [],
+        [viewer.view_direction],
+    )
+
+
+@every_light
+def test_moved_it_sends_the_same_to_vertices_that_are_moved_with_it(kind, seed):
+    light, points, _ = thrown(kind, seed)
+    way = np.array([64.0, -32.0, 16.0])
+    moved = light.moved(lambda place: triple(np.add(place, way)))
+    for (there, strength), (here, same) in zip(arriving(moved, points + way), arriving(light, points), strict=True):
+        np.testing.assert_allclose(there, here, atol=1e-12)
+        np.testing.assert_allclose(strength, same, rtol=1e-9, atol=1e-12)
+    assert light.is_placed
+
+
+@every_light
+def test_what_arrives_is_finite_everywhere(kind, seed):
+    light, _, dice = thrown(kind, seed)
+    hostile = [math.nan, math.inf, -math.inf, 1e308, -1e308, 1e-320, 0.0]
+    points = np.array([[dice.choice(hostile) for _ in range(3)] for _ in range(40)] + light.values(Place) * 2)
+    for direction, strength in arriving(light, points):
+        assert np.isfinite(direction).all()
+        assert np.isfinite(strength).all()
+        assert (strength >= 0).all()
+        lost = ~np.isfinite(points).all(axis=1)
+        assert light.is_even or not strength[lost].any()
+        lengths = np.linalg.norm(direction, axis=0)
+        assert ((np.abs(lengths - 1) < 1e-12) | (lengths == 0)).all()
+
+
+@every_light
+def test_its_nodes_are_parts_of_it_without_a_size(kind, seed):
+    light, _, _ = thrown(kind, seed)
+    for count in (1, 2, 7, 64):
+        nodes = light.nodes(count)
+        assert len(nodes) in {1, count}
+        assert nodes == (light,) or math.fsum(node.intensity for node in nodes) == pytest.approx(1.0, rel=1e-15)
+        assert all(node.nodes(count) == (node,) for node in nodes)
+
+
+@every_light
+def test_no_vertex_gets_more_or_from_elsewhere_than_its_reach_says(kind, seed):
+    light, points, _ = thrown(kind, seed)
+    reach = light.reach(sphere_around(points))
+    total = sum(strength for _, strength in arriving(light, points))
+    assert (total <= reach.strongest).all()
+    assert reach.direction is not None
+    for direction, strength in arriving(light, points):
+        for l, s in zip(direction.T, strength, strict=True):
+            assert s == 0.0 or angle(l, reach.direction) <= reach.turn
+    nothing = light.reach(None)
+    assert light.is_even or (nothing.strongest == math.inf and nothing.direction is None)
+
+
+@every_light
+@pytest.mark.parametrize("size", [1.0, 1e-2, 1e-5])
+def test_what_may_stand_in_is_no_further_off_than_it_says(kind, seed, size):
+    light, points, _ = thrown(kind, seed)
+    points = points * size
+    (direction, strength), *_ = arriving(light, points)
+    for choice in light.simpler(sphere_around(points)):
+        assert choice.effect in light.effects
+        if choice.light is None:
+            np.testing.assert_array_equal(strength, 0.0)
+            continue
+        (there, even), *_ = arriving(choice.light, points)
+        off = np.abs(choice.factor * even - strength)
+        assert (off <= choice.spread * (1 + 1e-9) + 4e-16 * (1 + strength)).all()
+        turned = [angle(a, b) for a, b in zip(direction.T, there.T, strict=True)]
+        assert max(turned) <= (choice.turn or 0.0) + 1e-12
+        assert not choice.is_exact or (choice.spread, choice.turn) == (0.0, None)
+
+
+@every_light
+def test_left_out_an_effect_is_as_it_was_at_the_point(kind, seed):
+    light, points, _ = thrown(kind, seed)
+    point = triple(points[0])
+    (direction, strength), *_ = arriving(light, points[:1])
+    for effect in light.effects - {"cone"}:  # without its cone a light is as bright everywhere as on its axis
+        simpler, factor = light.without(effect, point)
+        (there, even), *_ = arriving(simpler, points[:1])
+        np.testing.assert_allclose(factor * even, strength, rtol=1e-12)
+        np.testing.assert_allclose(there, direction, atol=1e-12)
+        assert effect not in simpler.effects or simpler is light
+
+
+@every_light
+def test_the_compiled_evaluator_agrees_with_the_reference(kind, seed):
+    if not kernel.is_available():
+        pytest.skip("no Numba")
+    light, points, dice = thrown(kind, seed, ambient=0.1)
+    model = LightModel(reflection=("phong", "blinn-phong")[seed % 2], two_sided=seed % 3 == 0)
+    material = Material(specular=0.5, shininess=20)
+    normals = points + 0.01 * np.array(light.values(Place) or [[0, 0, 1]])
+    scene = Scene([dataclasses.replace(light, intensity=0.3)], Viewer(triple(dice.vector() + 4)), model)
+    for precision, step in (("float32", 2.0**-24), ("float64", 2.0**-53)):
+        both = [
+            evaluate(points, normals, scene, material, precision=precision, backend=b).rgb for b in ("numpy", "numba")
+        ]
+        n = max(20.0, getattr(light, "exponent", 0.0))
+        np.testing.assert_allclose(*both, rtol=0, atol=2 * (4 * math.sqrt(n) + 16) * step * 2)
+
+
+@every_light
+@pytest.mark.parametrize("tolerance", [1 / 255, 0.05])
+def test_a_plan_keeps_its_promise(kind, seed, tolerance):
+    light, points, dice = thrown(kind, seed)
+    points = points * dice.choice((1.0, 0.1, 1e-3))
+    scene = Scene([light], Viewer(triple(dice.vector() * 20)), LightModel(clamp=False))
+    material = Material(diffuse=0.6, specular=0.4, shininess=dice.choice((1.0, 10.0)))
+    arguments = points, points + triple(dice.vector()), scene, material
+    exact = evaluate(*arguments, precision="float64").rgb
+    got = evaluate(*arguments, precision="float64", tolerance=tolerance).rgb
+    assert np.abs(got - exact).max() <= min(plan(points, scene, material, tolerance=tolerance).error_bound, tolerance)
+
+
+@every_light
+def test_vtk_has_it_or_is_said_not_to(kind, seed):
+    light, _, _ = thrown(kind, seed, intensity=0.5)
+    back = as_light(light.to_pyvista())
+    if not light.vtk_obstacle:
+        values, kept = light.as_vtk(), back.as_vtk()
+        np.testing.assert_allclose(kept.position, values.position, rtol=1e-12)
+        assert kept.attenuation == values.attenuation
+        return
+    nearest = dataclasses.replace(light.nodes(1)[0], intensity=0.5)
+    assert back == nearest
+    for judged in (
+        lambda: refuse_inexpressible(Scene([light]), Material(), None),
+        lambda: evaluate([[0, 0, 0]], [[0, 0, 1]], Scene([light], Viewer(), LightModel.vtk()), Material()),
+    ):
+        with pytest.raises(
+            ValueError, match=rf"^lights\[0\] must be .* VTK has.*; got a {type(light).__name__} \(the nearest"
+        ):
+            judged()

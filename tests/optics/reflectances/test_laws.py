@@ -1,0 +1,263 @@
+"""What every reflectance of the registry must hold; a new one is tested by its entry in `REFLECTANCE_SHAPES`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from strategies import REFLECTANCE_SHAPES, Dice, unit
+
+from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Viewer, evaluate
+from pvphong.optics.light import Arrival
+from pvphong.optics.reflectance import Sightline
+from pvphong.optics.reflectances import REFLECTANCES, BlinnPhong, OrenNayar, Phong, counterpart_of
+from pvphong.optics.reflectances.vtk import VtkHeadlight
+from pvphong.optics.surface import Surface
+from pvphong.shading import kernel
+from pvphong.vtk.obstacles import refuse_inexpressible
+
+SEEDS = range(8)
+COUNT = 400
+every_reflectance = pytest.mark.parametrize(("name", "seed"), [(name, seed) for name in REFLECTANCES for seed in SEEDS])
+
+
+@dataclass
+class Thrown:
+    """A reflectance, and unit vectors (3, n): many near each other, so that highlights and the horizon are met."""
+
+    reflectance: object
+    n: np.ndarray
+    l: np.ndarray
+    v: np.ndarray
+
+    def factors(self, l=None, v=None, real=np.float64):
+        l, v = self.l if l is None else l, self.v if v is None else v
+        surface = Surface(self.n.astype(real), self.n.any(axis=0).astype(real), v.astype(real))
+        lobes = self.reflectance.lobes
+        with np.errstate(divide="ignore", under="ignore", over="ignore"):  # as evaluators do
+            found = self.reflectance.factors(surface, Arrival(l.astype(real), 1.0), [True] * len(lobes))
+        return [np.broadcast_to(factor, self.n.shape[1]) for factor in found]
+
+
+def thrown(name, seed):
+    dice = Dice(f"{name} {seed}")
+    reflectance = REFLECTANCES[name](**REFLECTANCE_SHAPES[name](dice))
+    n = np.array([dice.unit_vector() for _ in range(COUNT)])
+    v = np.array([unit(a + 0.7 * dice.vector()) for a in n])
+    mirrored = 2 * np.einsum("ij,ij->i", n, v)[:, None] * n - v
+    near = [10.0 ** dice.uniform(-6, 0.5) for _ in range(COUNT)]
+    l = np.array([unit(a + r * dice.vector()) for a, r in zip(mirrored, near, strict=True)])
+    return Thrown(reflectance, n.T, l.T, v.T), dice
+
+
+def turned(vectors, angle, dice):
+    """Each turned by an angle, in any direction."""
+    found = []
+    for a in vectors.T:
+        side = np.cross(a, dice.unit_vector())
+        while np.linalg.norm(side) < 0.05:
+            side = np.cross(a, dice.unit_vector())
+        found.append(math.cos(angle) * a + math.sin(angle) * unit(side))
+    return np.array(found).T
+
+
+def angles(a, b):
+    return np.arccos(np.clip(np.einsum("ij,ij->j", a, b), -1, 1))
+
+
+def test_every_reflectance_has_an_entry_from_which_it_is_thrown():
+    assert sorted(REFLECTANCE_SHAPES) == sorted(REFLECTANCES)
+
+
+@every_reflectance
+def test_factors_are_from_0_to_the_largest_and_0_on_the_dark_side(name, seed):
+    case, _ = thrown(name, seed)
+    for lobe, factor in zip(case.reflectance.lobes, case.factors(), strict=True):
+        assert (factor >= 0).all()
+        assert (factor <= lobe.largest * (1 + 1e-12)).all()
+        assert not factor[np.einsum("ij,ij->j", case.n, case.l) < -1e-15].any()
+    assert len(case.reflectance.lobes) <= 3
+
+
+@every_reflectance
+@pytest.mark.parametrize("light_moves", [True, False])
+@pytest.mark.parametrize("turn", [1e-4, 1e-2, 0.3])
+def test_a_turn_changes_no_factor_by_more_than_is_said(name, seed, turn, light_moves):
+    case, dice = thrown(name, seed)
+    before = case.factors()
+    after = case.factors(l=turned(case.l, turn, dice)) if light_moves else case.factors(v=turned(case.v, turn, dice))
+    psi = angles(case.l, case.v)
+    for k, (a, b) in enumerate(zip(before, after, strict=True)):
+        bounds = [case.reflectance.change(k, turn, p, light_moves=light_moves) for p in psi]
+        assert (np.abs(a - b) <= np.array(bounds) * (1 + 1e-7) + 1e-9).all()
+
+
+@every_reflectance
+def test_no_factor_is_more_than_what_is_known_of_the_angles_allows(name, seed):
+    case, _ = thrown(name, seed)
+    theta, phi, psi = angles(case.n, case.l), angles(case.n, case.v), angles(case.l, case.v)
+    for k, factor in enumerate(case.factors()):
+        most = [
+            case.reflectance.most(k, Sightline(*line))
+            for line in zip(theta - 1e-7, phi - 1e-7, psi + 1e-7, strict=True)
+        ]
+        assert (factor <= np.array(most) * (1 + 1e-6) + 1e-9).all()
+
+
+@every_reflectance
+@pytest.mark.parametrize("real", [np.float32, np.float64])
+def test_factors_are_finite_where_vectors_meet(name, seed, real):
+    case, _ = thrown(name, seed)
+    x, z = np.array([[1.0], [0], [0]]), np.array([[0.0], [0], [1]])
+    nothing = np.zeros((3, 1))
+    for n, l, v in [
+        (z, z, z),
+        (z, z, -z),
+        (z, -z, z),
+        (z, x, x),
+        (z, x, -x),
+        (z, x, z),
+        (nothing, z, z),
+        (z, nothing, x),
+    ]:
+        for factor in Thrown(case.reflectance, n, l, v).factors(real=real):
+            assert np.isfinite(factor).all()
+            assert n.any() or not factor.any()
+
+
+@every_reflectance
+def test_float32_is_near_float64(name, seed):
+    case, _ = thrown(name, seed)
+    bound = (4 * math.sqrt(case.reflectance.sharpness) + 16) * 2.0**-24
+    n, l, v = (a.astype(np.float32).astype(np.float64) for a in (case.n, case.l, case.v))
+    case.n, case.l, case.v = n, l, v
+    if 0 < case.reflectance.sharpness < 1:
+        pytest.skip("a power below 1 is infinitely steep at 0")
+    for a, b in zip(case.factors(), case.factors(real=np.float32), strict=True):
+        grazing = np.abs(np.einsum("ij,ij->j", n, l)) < 1e-6  # which side it is on is not the same in both
+        assert (np.abs(a - b)[~grazing] <= 4 * bound).all()
+
+
+@every_reflectance
+def test_its_counterpart_looks_much_the_same(name, seed):
+    case, _ = thrown(name, seed)
+    if case.reflectance.counterpart is None or case.reflectance.sharpness < 4:
+        pytest.skip("there is none")
+    _, other = counterpart_of(case.reflectance)
+    mine, others = case.factors(), Thrown(other, case.n, case.l, case.v).factors()
+    assert np.abs(mine[1] - others[1]).mean() < 0.1
+    assert counterpart_of(other)[1] == case.reflectance
+
+
+@every_reflectance
+def test_the_compiled_evaluator_agrees_with_the_reference(name, seed):
+    if not kernel.is_available():
+        pytest.skip("no Numba")
+    case, dice = thrown(name, seed)
+    material = Material(diffuse=0.5, specular=0.4, reflectance=case.reflectance)
+    scene = Scene([DirectionalLight((-1, -2, -3)), PointLight((2, 1, 4))], Viewer((1, 2, 5)))
+    points = 0.3 * np.array([dice.vector() for _ in range(COUNT)])
+    albedo = np.array([[dice.random() for _ in range(3)] for _ in range(COUNT)])
+    for precision, step in (("float32", 2.0**-24), ("float64", 2.0**-53)):
+        both = [
+            evaluate(points, case.n.T, scene, material, albedo=albedo, precision=precision, backend=backend).rgb
+            for backend in ("numpy", "numba")
+        ]
+        assert np.abs(both[0] - both[1]).max() <= 2 * (4 * math.sqrt(case.reflectance.sharpness) + 16) * step * 3
+
+
+@every_reflectance
+def test_its_components_add_up(name, seed):
+    case, _ = thrown(name, seed)
+    material = Material(diffuse=0.5, specular=0.4, reflectance=case.reflectance)
+    scene = Scene([PointLight((2, 1, 4), ambient=0.1)], Viewer((1, 2, 5)), LightModel(clamp=False))
+    lit = evaluate(case.n.T, case.n.T, scene, material, precision="float64", components=True)
+    np.testing.assert_allclose(lit.ambient + lit.diffuse + lit.specular + lit.emission, lit.rgb, atol=1e-15)
+    np.testing.assert_allclose(lit.base + lit.per_light.sum(axis=0), lit.rgb, atol=1e-15)
+
+
+@every_reflectance
+def test_vtk_is_said_not_to_have_it(name, seed):
+    case, _ = thrown(name, seed)
+    material = Material(reflectance=case.reflectance)
+    kind = type(case.reflectance).__name__
+    for judged in (
+        lambda: refuse_inexpressible(Scene(), material, None),
+        lambda: evaluate([[0, 0, 0]], [[0, 0, 1]], Scene((), Viewer(), LightModel.vtk()), material),
+    ):
+        with pytest.raises(ValueError, match=rf"^reflectance must be None .*VTK.*; got {kind}\(.*VTK"):
+            judged()
+
+
+@pytest.mark.parametrize(("reflection", "reflectance"), [("phong", Phong()), ("blinn-phong", BlinnPhong())])
+def test_the_light_models_reflection_is_the_reflectance_of_that_name(reflection, reflectance):
+    points = np.array([Dice(k).vector() for k in range(50)])
+    lights = [PointLight((2, 1, 4))]
+    chosen = evaluate(
+        points,
+        points,
+        Scene(lights, Viewer((1, 2, 5)), LightModel(reflection=reflection)),
+        Material(specular=1, shininess=9),
+    )
+    named = evaluate(
+        points, points, Scene(lights, Viewer((1, 2, 5))), Material(specular=1, shininess=9, reflectance=reflectance)
+    )
+    np.testing.assert_array_equal(chosen.rgb, named.rgb)
+
+
+@pytest.mark.parametrize("bad", ["phong", Phong, 3])
+def test_a_material_takes_a_reflectance_and_nothing_else(bad):
+    with pytest.raises(ValueError, match=r"^reflectance must be a reflectance, or None"):
+        Material(reflectance=bad)
+
+
+def test_vtks_headlight_tier_has_a_floor_but_not_without_a_normal():
+    nothing, z = np.zeros((3, 1)), np.array([[0.0], [0], [1]])
+    assert Thrown(VtkHeadlight(2.0), z, -z, z).factors() == [1e-6, pytest.approx(1e-12)]
+    assert Thrown(VtkHeadlight(2.0), nothing, z, z).factors() == [0.0, 0.0]
+
+
+# --- Oren and Nayar ---
+
+
+def by_angles(sigma, n, l, v):
+    """Equation 30 as it is printed, with its angles."""
+    theta_i, theta_r = angles(n, l), angles(n, v)
+    on_plane = [a - np.einsum("ij,ij->j", a, n) * n for a in (l, v)]
+    lengths = [np.linalg.norm(a, axis=0) for a in on_plane]
+    cosine = np.einsum("ij,ij->j", *on_plane) / (lengths[0] * lengths[1])
+    s = math.radians(sigma) ** 2
+    a, b = 1 - 0.5 * s / (s + 0.33), 0.45 * s / (s + 0.09)
+    alpha, beta = np.maximum(theta_i, theta_r), np.minimum(theta_i, theta_r)
+    return np.cos(theta_i) * (a + b * np.maximum(cosine, 0) * np.sin(alpha) * np.tan(beta))
+
+
+@pytest.mark.parametrize("sigma", [0.0, 5.0, 20.0, 60.0, 90.0])
+def test_oren_nayar_is_as_printed(sigma):
+    case, _ = thrown("oren-nayar", 1)
+    front = (np.einsum("ij,ij->j", case.n, case.l) > 1e-3) & (np.einsum("ij,ij->j", case.n, case.v) > 1e-3)
+    n, l, v = case.n[:, front], case.l[:, front], case.v[:, front]
+    (got,) = Thrown(OrenNayar(sigma), n, l, v).factors()
+    np.testing.assert_allclose(got, by_angles(sigma, n, l, v), atol=1e-7)
+    swapped = Thrown(OrenNayar(sigma), n, v, l).factors()[0]
+    cosines = np.einsum("ij,ij->j", n, l), np.einsum("ij,ij->j", n, v)
+    np.testing.assert_allclose(got / cosines[0], swapped / cosines[1], rtol=1e-9)  # Helmholtz' reciprocity
+
+
+def test_oren_nayar_without_roughness_is_lamberts():
+    case, _ = thrown("oren-nayar", 2)
+    np.testing.assert_allclose(
+        Thrown(OrenNayar(0), case.n, case.l, case.v).factors()[0], case_lambert(case), atol=1e-15
+    )
+
+
+def case_lambert(case):
+    return np.maximum(np.einsum("ij,ij->j", case.n, case.l), 0)
+
+
+@pytest.mark.parametrize("bad", [-1, 90.1, math.nan, "20", None])
+def test_sigma_is_an_angle(bad):
+    with pytest.raises(ValueError, match=r"^sigma must be a finite number >= 0 and <= 90"):
+        OrenNayar(bad)
