@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import functools
 import importlib.util
+import threading
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 # Vertices that are copied at a time where arrays are not in the form that compiled code takes: 24 MiB at most.
 COPIED = 2**18
 # Vertices that a thread lights at a time, and those that it searches for bounds.
-_LIT, _SEARCHED = 8 * GROUP, 2**17
+_LIT, _SEARCHED = 16 * GROUP, 2**17
 # Rows from which their bounds are found in less time than NumPy takes.
 _MANY = 2**15
 
@@ -141,9 +142,8 @@ def shade(
     read = [points] * whole.needs_points + [normals] * whole.needs_normals
     stored = np.result_type(real, *read)
     has_albedo, is_display = albedo is not None, rgb.dtype == np.uint8
-    equation_records = records.records_of(
-        equation, library, real.name, has_albedo=has_albedo, is_display=is_display
-    )
+    options = {"is_wide": stored != real, "has_albedo": has_albedo, "is_display": is_display}
+    equation_records = records.records_of(equation, library, real.name, **options)
     call = _Call(library.driver(stored.name, real.name), equation_records, real)
     vertices = [
         (points if equation.needs_points else None, stored),
@@ -178,13 +178,38 @@ class _Call:
         left: list[Any] = []
 
         def work(first: int, last: int) -> None:
-            rows, wide = _scratch(ROWS, self._real), _scratch(3 * BLOCK, np.float64)
-            declined = np.zeros(last - first, np.uint8)
-            if not self._driver(*addresses, first, last, *map(_address, (rows, wide, declined))):
-                left.append(first + np.flatnonzero(declined))
+            memory = _Memory.of_thread()
+            if not self._driver(*addresses, first, last, *memory.addresses):
+                left.append(first + memory.declined())
 
         pool.run(work, len(rgb), _LIT)
         return left
+
+
+class _Memory:
+    """Scratch memory of one thread."""
+
+    _all = threading.local()
+
+    def __init__(self) -> None:
+        self._arrays = _aligned(ROWS, np.float64), _aligned(3 * BLOCK, np.float64), np.zeros(_LIT, np.uint8)
+        self.addresses = tuple(map(_address, self._arrays))
+        """Of rows, points in float64, and marks of vertices that are declined."""
+
+    @classmethod
+    def of_thread(cls) -> _Memory:
+        """The calling thread's."""
+        memory: _Memory | None = getattr(cls._all, "memory", None)
+        if memory is None:
+            memory = cls._all.memory = _Memory()
+        return memory
+
+    def declined(self) -> Any:
+        """Indices of the marks, which are taken away."""
+        marks = self._arrays[-1]
+        found = np.flatnonzero(marks)
+        marks[found] = 0
+        return found
 
 
 def _light_declined(
@@ -214,8 +239,7 @@ def find_bounds(rows: FloatArray) -> tuple[Float64Array, Float64Array] | None:
 
     def work(first: int, last: int) -> None:
         low_and_high = np.empty(6)
-        scratch = _scratch(ROWS, rows.dtype)
-        if search(_address(rows), first, last, _address(scratch), _address(low_and_high)):
+        if search(_address(rows), first, last, _Memory.of_thread().addresses[0], _address(low_and_high)):
             found[first // _SEARCHED] = low_and_high
 
     pool.run(work, len(rows), _SEARCHED)
@@ -226,7 +250,7 @@ def _address(array: Any) -> int:
     return 0 if array is None else int(array.ctypes.data)
 
 
-def _scratch(length: int, dtype: Any) -> Any:
+def _aligned(length: int, dtype: Any) -> Any:
     """Memory that starts where a cache line starts: a vector across two lines takes twice as long."""
     size = np.dtype(dtype).itemsize
     memory = np.empty(length + LINE // size, dtype)

@@ -15,7 +15,7 @@ from numba import carray
 from pvphong.shading.kernel import adding, colors, loading, prefetch, sunlight, ways
 from pvphong.shading.kernel import rows as at
 from pvphong.shading.kernel.arithmetic import inlined, plain
-from pvphong.shading.kernel.pointers import call_light, call_reflectance, like, shifted
+from pvphong.shading.kernel.pointers import call_light, call_reflectance, like, nowhere, shifted
 from pvphong.shading.kernel.rows import BLOCK
 from pvphong.shading.kernel.vectors import in_type
 
@@ -122,17 +122,21 @@ def _light(
         adding.fill(rows, at.DECLINED, 0.0, 0.0, 0.0)
     if s.needs_normals:
         good = _load_normals(normals, first, count, s, rows, wide) & good
-    if s.needs_points:
+    places = nowhere(wide)
+    if s.is_wide:
+        places = wide
         loading.split(points, first, count, wide)
         if s.moves_points:
             loading.transform(s.matrix, s.w, wide)
-    good = _look(s, rows, wide) & good
+    elif s.needs_points:
+        loading.split(points, first, count, shifted(rows, at.PX))
+    good = _look(s, rows, places) & good
     adding.fill(rows, at.R, *in_type(s.base, rows))
     if s.has_albedo:
         adding.fill(rows, at.HR, *in_type(s.emission, rows))
     for turn in range(len(terms)):
         prefetch.ask(turn, first + BLOCK, points, normals, rgb, display, s)
-        good = _add_light(terms[turn], s, numbers, shifted(numbers, (turn + 1) * s.stride), rows, wide) & good
+        good = _add_light(terms[turn], s, numbers, shifted(numbers, (turn + 1) * s.stride), rows, places) & good
     if s.has_albedo:
         loading.split(albedo, first, count, shifted(rows, at.ALBEDO_R))
         colors.tint(rows)

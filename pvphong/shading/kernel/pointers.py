@@ -24,13 +24,33 @@ def like(_typing: Any, rows: Any, value: Any) -> Any:
 
 
 @intrinsic
-def shifted(_typing: Any, pointer: Any, count: Any) -> Any:
+def shifted(_typing: Any, pointer: Any, count: Any) -> Any:  # noqa: ARG001 Numba wants it by name
     """The pointer to what stands so many entries further on."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         return builder.gep(*arguments[:1], [arguments[1]])
 
     return pointer(pointer, types.intp), generate
+
+
+@intrinsic
+def nowhere(_typing: Any, pointer: Any) -> Any:
+    """A pointer of the same type to nothing."""
+
+    def generate(_context: Any, _builder: Any, _signature: Any, arguments: Any) -> Any:
+        return arguments[0].type(None)
+
+    return pointer(pointer), generate
+
+
+@intrinsic
+def is_nowhere(_typing: Any, pointer: Any) -> Any:
+    """Whether a pointer is to nothing."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.icmp_unsigned("==", arguments[0], arguments[0].type(None))
+
+    return types.boolean(pointer), generate
 
 
 def _call(result: Any) -> Any:

@@ -25,6 +25,7 @@ SETTINGS = np.dtype(
         ("has_local_facing", "?"),
         ("has_lobes_of_viewer", "?"),
         ("moves_points", "?"),
+        ("is_wide", "?"),
         ("turns_normals", "?"),
         ("has_albedo", "?"),
         ("is_display", "?"),
@@ -47,7 +48,8 @@ SETTINGS = np.dtype(
 )
 """What all lights share. `is_sunlit`: there is just one light, even and with Lambert's factor alone, no albedo, and
 normals are used as they come. `is_even`: every vertex has the same colour. `count`: of lights. `stride`: how many
-numbers each stage has. `takes_albedo`: lobes that do, as the sum of 1, 2 and 4."""
+numbers each stage has. `is_wide`: points are float64 beside rows of
+float32. `takes_albedo`: lobes that do, as the sum of 1, 2 and 4."""
 
 TERM = np.dtype(
     [
@@ -131,8 +133,8 @@ def _are_in_range(numbers: Iterable[float]) -> bool:
     return all(abs(x) <= _LARGEST for x in numbers)
 
 
-def records_of(equation: Equation, stages: Stages, real: str, *, has_albedo: bool, is_display: bool) -> Records:
-    """An equation that `fits`, for rows of a type."""
+def records_of(equation: Equation, stages: Stages, real: str, *, is_wide: bool, has_albedo: bool, is_display: bool) -> Records:
+    """An equation that `fits`, for rows of a type; `is_wide` if vertices are stored in a wider one."""
     matrix, w, normals_matrix = _NO_MATRIX
     turns_normals = False
     if equation.matrix is not None:
@@ -155,6 +157,7 @@ def records_of(equation: Equation, stages: Stages, real: str, *, has_albedo: boo
         "has_local_facing": equation.local_facing,
         "has_lobes_of_viewer": equation.has_highlights,
         "moves_points": equation.matrix is not None,
+        "is_wide": equation.needs_points and (is_wide or equation.matrix is not None),
         "turns_normals": turns_normals,
         "has_albedo": has_albedo,
         "is_display": is_display,

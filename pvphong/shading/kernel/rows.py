@@ -27,8 +27,11 @@ VX, VY, VZ, FACING, AX, AY, AZ = range(14 * BLOCK, 21 * BLOCK, BLOCK)
 # Ways D to a light or to the eye, with 1/|D|. Where |D| itself was wanted, it stands in the row of strengths.
 DX, DY, DZ, NEARNESS = range(21 * BLOCK, 25 * BLOCK, BLOCK)
 
+# Points, unless they stand in float64 beside rows of float32.
+PX, PY, PZ = range(25 * BLOCK, 28 * BLOCK, BLOCK)
+
 # Not 0 for a vertex that is left to the reference.
-DECLINED = 25 * BLOCK
+DECLINED = 28 * BLOCK
 
 # Albedo; and the length of all rows.
-ALBEDO_R, ALBEDO_G, ALBEDO_B, ROWS = range(26 * BLOCK, 30 * BLOCK, BLOCK)
+ALBEDO_R, ALBEDO_G, ALBEDO_B, ROWS = range(29 * BLOCK, 33 * BLOCK, BLOCK)

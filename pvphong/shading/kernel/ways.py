@@ -1,7 +1,8 @@
 """The kernel's loops over ways D from vertices to a position, and over the directions to the viewer made of them.
 
 They take points far and near: where squares of D could leave the range of floats, D is scaled by a power of two,
-each by its own. That is exact, so a vertex has the same bits in any unit of length.
+each by its own. That is exact, so a vertex has the same bits in any unit of length. `points` are float64 where they
+stand beside rows of float32, else nowhere, and then in the rows themselves.
 """
 
 from __future__ import annotations
@@ -13,8 +14,8 @@ import numpy as np
 
 from pvphong.shading.kernel import rows as at
 from pvphong.shading.kernel.arithmetic import inlined, multiply_add, plain
-from pvphong.shading.kernel.loading import exponent_of, is_finite, scaled
-from pvphong.shading.kernel.pointers import like
+from pvphong.shading.kernel.loading import exponent_of, is_finite
+from pvphong.shading.kernel.pointers import is_nowhere, like
 from pvphong.shading.kernel.rows import BLOCK
 from pvphong.shading.kernel.vectors import ZERO_SQUARE, dot, inverse_root, is_moderate, square_of
 
@@ -32,47 +33,95 @@ def normal_dot(rows: Any, i: int, x: Any, y: Any, z: Any) -> Any:
 
 
 @inlined
-def _way(rows: Any, points: Any, i: int, x: float, y: float, z: float) -> tuple[Any, Any, Any]:
+def _wide_way(rows: Any, points: Any, i: int, x: float, y: float, z: float) -> tuple[Any, Any, Any]:
     return like(rows, x - points[i]), like(rows, y - points[BLOCK + i]), like(rows, z - points[2 * BLOCK + i])
+
+
+@inlined
+def _in_two(rows: Any, x: float) -> tuple[Any, Any]:
+    """A coordinate as a sum of two numbers of the rows' type."""
+    high = like(rows, x)
+    return high, like(rows, x - np.float64(high))
+
+
+@inlined
+def _way(rows: Any, i: int, x: Any, y: Any, z: Any) -> tuple[Any, Any, Any]:
+    """Right to the last bit that matters: the difference to the first of the two is exact wherever the second counts."""
+    return (x[0] - rows[at.PX + i]) + x[1], (y[0] - rows[at.PY + i]) + y[1], (z[0] - rows[at.PZ + i]) + z[1]
+
+
+@inlined
+def _keep(rows: Any, i: int, dx: Any, dy: Any, dz: Any) -> bool:
+    square = square_of(dx, dy, dz)
+    rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i] = dx, dy, dz
+    rows[at.NEARNESS + i] = inverse_root(square)
+    return is_moderate(square)
+
+
+@inlined
+def _keep_measured(rows: Any, i: int, dx: Any, dy: Any, dz: Any) -> bool:
+    square = square_of(dx, dy, dz)
+    distance = np.sqrt(max(square, ZERO_SQUARE))
+    rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i] = dx, dy, dz
+    rows[at.NEARNESS + i] = _ONE / distance
+    rows[at.STRENGTH + i] = distance
+    return is_moderate(square)
 
 
 @plain
 def _approach(rows: Any, points: Any, x: float, y: float, z: float) -> bool:
     good = True
-    for i in range(BLOCK):
-        dx, dy, dz = _way(rows, points, i, x, y, z)
-        square = square_of(dx, dy, dz)
-        rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i] = dx, dy, dz
-        rows[at.NEARNESS + i] = inverse_root(square)
-        good = good & is_moderate(square)
+    if is_nowhere(points):
+        two_x, two_y, two_z = _in_two(rows, x), _in_two(rows, y), _in_two(rows, z)
+        for i in range(BLOCK):
+            good = good & _keep(rows, i, *_way(rows, i, two_x, two_y, two_z))
+    else:
+        for i in range(BLOCK):
+            good = good & _keep(rows, i, *_wide_way(rows, points, i, x, y, z))
     return good
 
 
 @plain
 def _approach_measured(rows: Any, points: Any, x: float, y: float, z: float) -> bool:
     good = True
-    for i in range(BLOCK):
-        dx, dy, dz = _way(rows, points, i, x, y, z)
-        square = square_of(dx, dy, dz)
-        distance = np.sqrt(max(square, ZERO_SQUARE))
-        rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i] = dx, dy, dz
-        rows[at.NEARNESS + i] = _ONE / distance
-        rows[at.STRENGTH + i] = distance
-        good = good & is_moderate(square)
+    if is_nowhere(points):
+        two_x, two_y, two_z = _in_two(rows, x), _in_two(rows, y), _in_two(rows, z)
+        for i in range(BLOCK):
+            good = good & _keep_measured(rows, i, *_way(rows, i, two_x, two_y, two_z))
+    else:
+        for i in range(BLOCK):
+            good = good & _keep_measured(rows, i, *_wide_way(rows, points, i, x, y, z))
     return good
+
+
+@inlined
+def _scaled_difference(rows: Any, target: float, coordinate: float, exponent: int, is_wide: bool) -> Any:
+    """Target − coordinate over 2^exponent, rounded where `_way` or `_wide_way` rounds it."""
+    if not is_wide:
+        high, low = _in_two(rows, target)
+        scaled_high = like(rows, math.ldexp(np.float64(high), -exponent))
+        scaled_low = like(rows, math.ldexp(np.float64(low), -exponent))
+        scaled = (scaled_high - like(rows, math.ldexp(coordinate, -exponent))) + scaled_low
+        if math.isfinite(scaled):
+            return scaled
+        # so near each other that coordinates scaled like their difference overflow; the difference is exact then
+    return like(rows, math.ldexp(target - coordinate, -exponent))
 
 
 @plain
 def _scale_ways(rows: Any, points: Any, x: float, y: float, z: float) -> bool:
     """Bring D to moderate lengths; whether no vertex is declined: on the position, not finite, or out of range."""
-    good = True
+    good, is_wide = True, not is_nowhere(points)
     for i in range(BLOCK):
         if is_moderate(square_of(rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i])):
             continue
-        dx, dy, dz = x - points[i], y - points[BLOCK + i], z - points[2 * BLOCK + i]
-        exponent = exponent_of(dx, dy, dz) if is_finite(dx, dy, dz) else 0
-        dx, dy, dz = scaled(dx, dy, dz, exponent)
-        rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i] = dx, dy, dz
+        px, py, pz = np.float64(rows[at.PX + i]), np.float64(rows[at.PY + i]), np.float64(rows[at.PZ + i])
+        if is_wide:
+            px, py, pz = points[i], points[BLOCK + i], points[2 * BLOCK + i]
+        exponent = exponent_of(x - px, y - py, z - pz) if is_finite(x - px, y - py, z - pz) else 0
+        rows[at.DX + i] = _scaled_difference(rows, x, px, exponent, is_wide)
+        rows[at.DY + i] = _scaled_difference(rows, y, py, exponent, is_wide)
+        rows[at.DZ + i] = _scaled_difference(rows, z, pz, exponent, is_wide)
         square = square_of(rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i])
         rows[at.NEARNESS + i] = inverse_root(square)
         distance = like(rows, math.ldexp(np.float64(np.sqrt(square)), exponent))
