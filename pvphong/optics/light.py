@@ -97,6 +97,11 @@ class Stage(NamedTuple):
     varies: bool = True
     """Whether it writes strengths; they are 1 everywhere if not."""
 
+    divisors: slice = slice(0)
+    """Those of the numbers that divide the strength: all of them times a factor, it is over that factor.
+
+    With them a light may be so bright, and so far away, that float32 holds neither by itself."""
+
 
 class VtkValues(NamedTuple):
     """A light in the values that VTK's shader knows, coordinates in the light's own frame."""

@@ -24,8 +24,8 @@ from pvphong.scene.scene import LightModel, Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading import kernel
 from pvphong.shading.equation import assemble
-from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.kernel import pool
+from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.result import Shading
 from pvphong.shading.vertices import Vertices

@@ -84,7 +84,7 @@ class PointLight(Light):
             return None
         if tuple(self.attenuation) == weakening.NONE:
             return Stage(_evenly_strong(toolkit), varies=False)
-        return Stage(_weakening(toolkit))
+        return Stage(_weakening(toolkit), divisors=slice(3, 6))
 
     def as_vtk(self) -> VtkValues:
         """Position and attenuation; VTK's point light is a spot without a cone."""
@@ -102,7 +102,8 @@ def _evenly_strong(toolkit: Any) -> Any:
 def _weakening(toolkit: Any) -> Any:
     def weakening_point(numbers: Any, rows: Any, points: Any) -> bool:
         good = toolkit.approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
-        return toolkit.attenuate(rows, numbers[3], numbers[4], numbers[5]) & good
+        toolkit.attenuate(rows, numbers[3], numbers[4], numbers[5])
+        return good
 
     return weakening_point
 

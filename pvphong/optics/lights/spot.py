@@ -162,7 +162,7 @@ class SpotLight(Light):
 
     def stage(self, toolkit: Any) -> Stage | None:
         """A point light's, times the spot factor."""
-        return Stage(_cone(toolkit)) if toolkit.holds(self.attenuation) else None
+        return Stage(_cone(toolkit), divisors=slice(3, 6)) if toolkit.holds(self.attenuation) else None
 
     def as_vtk(self) -> VtkValues:
         """All its fields. VTK takes a cone of 90° for none, and keeps exponents up to 128."""
@@ -175,7 +175,7 @@ def _cone(toolkit: Any) -> Any:
 
     def spot(numbers: Any, rows: Any, points: Any) -> bool:
         good = toolkit.approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
-        good = toolkit.attenuate(rows, numbers[3], numbers[4], numbers[5]) & good
+        toolkit.attenuate(rows, numbers[3], numbers[4], numbers[5])
         x, y, z = toolkit.like(rows, numbers[6]), toolkit.like(rows, numbers[7]), toolkit.like(rows, numbers[8])
         edge = toolkit.like(rows, numbers[9])
         for i in range(toolkit.BLOCK):

@@ -119,7 +119,7 @@ def _light(
     """Colours of one block's vertices, in its rows; whether no vertex is declined."""
     good = True
     if s.needs_normals or s.needs_points:
-        adding.fill(rows, at.DECLINED, 0.0, 0.0, 0.0)
+        loading.unmark(rows)
     if s.needs_normals:
         good = _load_normals(normals, first, count, s, rows, wide) & good
     places = nowhere(wide)

@@ -104,7 +104,7 @@ def compiled(function: Callable[..., Any], signature: Any) -> Any:
         for _ in range(2):
             try:
                 return Code(function, signature, cache)
-            except Exception:  # noqa: BLE001 of whatever kind a damaged file raises when it is read, or a full disk
+            except Exception:
                 with contextlib.suppress(OSError):
                     cache.flush()
     return Code(function, signature, None)  # what is wrong with the function is wrong without kept code too

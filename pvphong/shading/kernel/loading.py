@@ -22,6 +22,13 @@ _SMALL = 2.0**-500
 
 
 @plain
+def unmark(rows: Any) -> None:
+    """No vertex is declined yet."""
+    for i in range(BLOCK):
+        rows[at.DECLINED + i] = 0.0
+
+
+@plain
 def split(array: Any, start: int, count: int, rows: Any) -> None:
     """Vectors that stand one after the other into the first three rows; the last one fills up the block."""
     part = shifted(array, 3 * start)

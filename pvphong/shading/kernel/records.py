@@ -79,8 +79,9 @@ _ORIGIN = (0.0, 0.0, 0.0)
 _NO_MATRIX: tuple[Any, float, Any] = (((0.0,) * 4,) * 3, 1.0, ((0.0,) * 3,) * 3)
 _MOST_LOBES = 3
 
-# Gains beyond it, and strengths that vary, are left to the reference: float32 could not hold one beside the other.
-_MOST_GAIN = 126
+# What a strength that varies is multiplied by in compiled code is between these powers of two; the rest goes into what
+# divides it. A light that is far brighter, or has no such numbers, is left to the reference.
+_LEAST_GAIN, _MOST_GAIN, _GLARING = -20, 100, 200
 
 
 class Stages(Protocol):
@@ -124,16 +125,20 @@ def _fits(term: LightTerm, toolkit: Any) -> bool:
     if term.light.is_even:
         return True
     stage = term.light.stage(toolkit)
-    if stage is None or (stage.varies and term.gain > 2.0**_MOST_GAIN):
+    numbers = term.light.parameters()
+    if stage is None or not _are_in_range(numbers):
         return False
-    return _are_in_range(term.light.parameters())
+    most = _GLARING if numbers[stage.divisors] else _MOST_GAIN - _LEAST_GAIN
+    return not stage.varies or term.gain <= 2.0**most
 
 
 def _are_in_range(numbers: Iterable[float]) -> bool:
     return all(abs(x) <= _LARGEST for x in numbers)
 
 
-def records_of(equation: Equation, stages: Stages, real: str, *, is_wide: bool, has_albedo: bool, is_display: bool) -> Records:
+def records_of(
+    equation: Equation, stages: Stages, real: str, *, is_wide: bool, has_albedo: bool, is_display: bool
+) -> Records:
     """An equation that `fits`, for rows of a type; `is_wide` if vertices are stored in a wider one."""
     matrix, w, normals_matrix = _NO_MATRIX
     turns_normals = False
@@ -216,13 +221,25 @@ def _term(
     stage, strength = light.stage(stages.toolkit), term.gain * factor
     assert stage is not None
     record |= {"arrives": stages.light(stage.function, real), "has_ambient": any(term.ambient)}
+    numbers = light.parameters()
     if stage.varies:
         strength, exponent = math.frexp(strength)
-        record |= {"varies": True, "gain": math.ldexp(1.0, min(exponent, _MOST_GAIN))}
+        kept = min(max(exponent, _LEAST_GAIN), _MOST_GAIN) if numbers[stage.divisors] else exponent
+        numbers = _divided(numbers, stage.divisors, 2.0 ** (exponent - kept))
+        record |= {"varies": True, "gain": 2.0**kept}
     else:
         strength = min(strength, BRIGHTEST)
     record |= {"ambient": _times(term.ambient, strength), "colors": _colors(term, strength)}
-    return record, light.parameters(), _ORIGIN
+    return record, numbers, _ORIGIN
+
+
+def _divided(numbers: tuple[float, ...], those: slice, factor: float) -> tuple[float, ...]:
+    """Some of the numbers over a factor; they may leave float32's range for that."""
+    if factor == 1.0:
+        return numbers
+    changed = list(numbers)
+    changed[those] = [number / factor for number in numbers[those]]
+    return tuple(changed)
 
 
 def _simplest(light: Light) -> tuple[Light, float]:

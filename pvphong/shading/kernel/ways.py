@@ -21,9 +21,8 @@ from pvphong.shading.kernel.vectors import ZERO_SQUARE, dot, inverse_root, is_mo
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 
-# Distances and strengths between which float32 holds all products that matter.
-_NEAREST, _FARTHEST = np.float32(2.0**-110), np.float32(2.0**120)
-_WEAKEST, _STRONGEST = np.float32(2.0**-120), np.float32(2.0**110)
+# Distances between which float32 holds what light weakens by; and the most that it is strengthened.
+_NEAREST, _FARTHEST, _STRONGEST = np.float32(2.0**-110), np.float32(2.0**120), np.float32(2.0**126)
 
 
 @inlined
@@ -145,25 +144,13 @@ def approach_measured(rows: Any, points: Any, x: float, y: float, z: float) -> b
 
 
 @plain
-def attenuate(rows: Any, constant: float, linear: float, quadratic: float) -> bool:
-    """1 / (c + l·d + q·d²) in place of d in the row of strengths; whether no vertex is declined for its size."""
+def attenuate(rows: Any, constant: float, linear: float, quadratic: float) -> None:
+    """1 / (c + l·d + q·d²) in place of d in the row of strengths; finite where the sum has underflowed."""
     c, l, q = like(rows, constant), like(rows, linear), like(rows, quadratic)
-    good = True
     for i in range(BLOCK):
         distance = rows[at.STRENGTH + i]
-        strength = _ONE / multiply_add(multiply_add(q, distance, l), distance, c)
-        rows[at.STRENGTH + i] = strength
-        good = good & _is_in_range(strength)
-    if not good:
-        for i in range(BLOCK):
-            if not _is_in_range(rows[at.STRENGTH + i]):
-                rows[at.DECLINED + i] = 1.0
-    return good
-
-
-@inlined
-def _is_in_range(strength: Any) -> bool:
-    return (strength >= _WEAKEST) & (strength <= _STRONGEST)
+        weakening = multiply_add(multiply_add(q, distance, l), distance, c)
+        rows[at.STRENGTH + i] = min(_ONE / weakening, _STRONGEST)
 
 
 @plain
