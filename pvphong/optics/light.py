@@ -102,6 +102,9 @@ class Stage(NamedTuple):
 
     With them a light may be so bright, and so far away, that float32 holds neither by itself."""
 
+    most_gain: float = 2.0**100
+    """Where its strengths times so much may be beyond float32, the readable evaluator is to light the scene."""
+
 
 class VtkValues(NamedTuple):
     """A light in the values that VTK's shader knows, coordinates in the light's own frame."""

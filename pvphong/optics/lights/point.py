@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -84,7 +85,7 @@ class PointLight(Light):
             return None
         if tuple(self.attenuation) == weakening.NONE:
             return Stage(_evenly_strong(toolkit), varies=False)
-        return Stage(_weakening(toolkit), divisors=slice(3, 6))
+        return Stage(_weakening(toolkit), divisors=slice(3, 6), most_gain=math.inf)
 
     def as_vtk(self) -> VtkValues:
         """Position and attenuation; VTK's point light is a spot without a cone."""

@@ -155,14 +155,18 @@ class SpotLight(Light):
         yield self._edge - self._chord_square(directions)
 
     def parameters(self) -> tuple[float, ...]:
-        """Position, attenuation, and of the cone axis, edge, exponent and the squared chord from which on it is dark."""
+        """Position, attenuation, and the cone's axis, edge, exponent and squared chord from which on it is dark."""
         exponent = self.exponent and max(float(np.finfo(np.float32).tiny), min(self.exponent, BRIGHTEST))
         dark = 2.0 if self.exponent else 8.0
         return (*self.position, *self.attenuation, *self.axis, self._edge, exponent, dark)
 
     def stage(self, toolkit: Any) -> Stage | None:
         """A point light's, times the spot factor."""
-        return Stage(_cone(toolkit), divisors=slice(3, 6)) if toolkit.holds(self.attenuation) else None
+        if not toolkit.holds(self.attenuation):
+            return None
+        # beyond it, strength would be cut off before the falloff brings it down again
+        most_gain = BRIGHTEST * (self.attenuation[0] or 1.0) if self.exponent else math.inf
+        return Stage(_cone(toolkit), divisors=slice(3, 6), most_gain=most_gain)
 
     def as_vtk(self) -> VtkValues:
         """All its fields. VTK takes a cone of 90° for none, and keeps exponents up to 128."""

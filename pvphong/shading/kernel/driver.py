@@ -193,10 +193,14 @@ def shade(
         count = min(stop - first, BLOCK)
         if s.is_sunlit and count == BLOCK and sunlight.shine_on(normals, first, s, lights[0], rgb):
             continue
-        if first == start or not s.is_even:  # else every block is like the first one
-            if not _light(first, count, points, normals, albedo, rgb, display, s, lights, numbers, rows, wide):
-                none = False
-                for i in range(count):
-                    declined[first - start + i] = rows[at.DECLINED + i] != 0.0
+        is_like_first = s.is_even and first != start
+        if is_like_first or _light(
+            first, count, points, normals, albedo, rgb, display, s, lights, numbers, rows, wide
+        ):
+            _store(first, count, rgb, display, s, rows)
+            continue
+        none = False
+        for i in range(count):
+            declined[first - start + i] = rows[at.DECLINED + i] != 0.0
         _store(first, count, rgb, display, s, rows)
     return none

@@ -79,15 +79,17 @@ _ORIGIN = (0.0, 0.0, 0.0)
 _NO_MATRIX: tuple[Any, float, Any] = (((0.0,) * 4,) * 3, 1.0, ((0.0,) * 3,) * 3)
 _MOST_LOBES = 3
 
-# What a strength that varies is multiplied by in compiled code is between these powers of two; the rest goes into what
-# divides it. A light that is far brighter, or has no such numbers, is left to the reference.
-_LEAST_GAIN, _MOST_GAIN, _GLARING = -20, 100, 200
+# What a strength that varies is multiplied by in compiled code is between these powers of two, if there are numbers that
+# divide it, into which the rest can go.
+_LEAST_GAIN, _MOST_GAIN = -20, 100
 
 
 class Stages(Protocol):
     """Where stages come from."""
 
-    toolkit: Any
+    @property
+    def toolkit(self) -> Any:
+        """What they are written with."""
 
     def light(self, function: Any, real: str) -> int:
         """Address of a light's stage for a type of rows."""
@@ -125,11 +127,9 @@ def _fits(term: LightTerm, toolkit: Any) -> bool:
     if term.light.is_even:
         return True
     stage = term.light.stage(toolkit)
-    numbers = term.light.parameters()
-    if stage is None or not _are_in_range(numbers):
+    if stage is None or not _are_in_range(term.light.parameters()):
         return False
-    most = _GLARING if numbers[stage.divisors] else _MOST_GAIN - _LEAST_GAIN
-    return not stage.varies or term.gain <= 2.0**most
+    return not stage.varies or term.gain <= stage.most_gain
 
 
 def _are_in_range(numbers: Iterable[float]) -> bool:
@@ -223,7 +223,7 @@ def _term(
     record |= {"arrives": stages.light(stage.function, real), "has_ambient": any(term.ambient)}
     numbers = light.parameters()
     if stage.varies:
-        strength, exponent = math.frexp(strength)
+        strength, exponent = _parted(strength)
         kept = min(max(exponent, _LEAST_GAIN), _MOST_GAIN) if numbers[stage.divisors] else exponent
         numbers = _divided(numbers, stage.divisors, 2.0 ** (exponent - kept))
         record |= {"varies": True, "gain": 2.0**kept}
@@ -231,6 +231,12 @@ def _term(
         strength = min(strength, BRIGHTEST)
     record |= {"ambient": _times(term.ambient, strength), "colors": _colors(term, strength)}
     return record, numbers, _ORIGIN
+
+
+def _parted(number: float) -> tuple[float, int]:
+    """What is 1 or more and less than 2, and the power of two."""
+    mantissa, exponent = math.frexp(number)
+    return 2.0 * mantissa, exponent - 1
 
 
 def _divided(numbers: tuple[float, ...], those: slice, factor: float) -> tuple[float, ...]:

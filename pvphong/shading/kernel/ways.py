@@ -45,7 +45,7 @@ def _in_two(rows: Any, x: float) -> tuple[Any, Any]:
 
 @inlined
 def _way(rows: Any, i: int, x: Any, y: Any, z: Any) -> tuple[Any, Any, Any]:
-    """Right to the last bit that matters: the difference to the first of the two is exact wherever the second counts."""
+    """Right to the last bit that matters: the first difference is exact wherever the second number counts."""
     return (x[0] - rows[at.PX + i]) + x[1], (y[0] - rows[at.PY + i]) + y[1], (z[0] - rows[at.PZ + i]) + z[1]
 
 
@@ -108,8 +108,8 @@ def _scaled_difference(rows: Any, target: float, coordinate: float, exponent: in
 
 
 @plain
-def _scale_ways(rows: Any, points: Any, x: float, y: float, z: float) -> bool:
-    """Bring D to moderate lengths; whether no vertex is declined: on the position, not finite, or out of range."""
+def _scale_ways(rows: Any, points: Any, x: float, y: float, z: float, is_measured: bool) -> bool:
+    """Bring D to moderate lengths; whether no vertex is declined: on the position, not finite, or |D| out of range."""
     good, is_wide = True, not is_nowhere(points)
     for i in range(BLOCK):
         if is_moderate(square_of(rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i])):
@@ -123,9 +123,12 @@ def _scale_ways(rows: Any, points: Any, x: float, y: float, z: float) -> bool:
         rows[at.DZ + i] = _scaled_difference(rows, z, pz, exponent, is_wide)
         square = square_of(rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i])
         rows[at.NEARNESS + i] = inverse_root(square)
-        distance = like(rows, math.ldexp(np.float64(np.sqrt(square)), exponent))
-        rows[at.STRENGTH + i] = distance
-        if not (distance >= _NEAREST and distance <= _FARTHEST):
+        is_there = is_moderate(square)
+        if is_measured:
+            distance = like(rows, math.ldexp(np.float64(np.sqrt(square)), exponent))
+            rows[at.STRENGTH + i] = distance
+            is_there = is_there and distance >= _NEAREST and distance <= _FARTHEST
+        if not is_there:
             rows[at.DECLINED + i] = 1.0
             good = False
     return good
@@ -134,13 +137,13 @@ def _scale_ways(rows: Any, points: Any, x: float, y: float, z: float) -> bool:
 @plain
 def approach(rows: Any, points: Any, x: float, y: float, z: float) -> bool:
     """D towards a position, with 1/|D|; whether no vertex is declined."""
-    return _approach(rows, points, x, y, z) or _scale_ways(rows, points, x, y, z)
+    return _approach(rows, points, x, y, z) or _scale_ways(rows, points, x, y, z, False)
 
 
 @plain
 def approach_measured(rows: Any, points: Any, x: float, y: float, z: float) -> bool:
     """`approach`, with |D| in the row of strengths."""
-    return _approach_measured(rows, points, x, y, z) or _scale_ways(rows, points, x, y, z)
+    return _approach_measured(rows, points, x, y, z) or _scale_ways(rows, points, x, y, z, True)
 
 
 @plain

@@ -162,7 +162,7 @@ def test_vertices_that_it_declines_have_the_references_bits(vertices, kind):
     usual, lit, reference = (np.empty((COUNT, 3), kind) for _ in range(3))
     assert kernel.shade(points, normals, equation, albedo, Shading(usual))
     declined = [3, 127, 128, 900, COUNT - 1]
-    points[declined] = LAMP.position, scene.viewer.position, np.nan, (1e300, 0, 0), SPOT.position
+    points[declined] = LAMP.position, scene.viewer.position, (0, np.nan, 0), (1e300, 0, 0), SPOT.position
     assert kernel.shade(points, normals, equation, albedo, Shading(lit))
     others = np.delete(np.arange(COUNT), declined)
     np.testing.assert_array_equal(lit[others], usual[others])

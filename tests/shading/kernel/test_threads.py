@@ -27,7 +27,7 @@ needs_two = pytest.mark.skipif(not kernel.is_available() or pool.count() < 2, re
 @needs_two
 def test_their_number_changes_no_bit():
     points, normals = np.random.default_rng(1).normal(size=(2, 200_001, 3)).astype(np.float32)
-    points[[70_000, 199_999]] = np.nan, (2, -1, 3)  # these the reference lights
+    points[[70_000, 199_999]] = (0, np.nan, 0), (2, -1, 3)  # these the reference lights
 
     def lit():
         return ph.evaluate(points, normals, SCENE, SHINY, backend="numba").rgb
