@@ -166,7 +166,9 @@ class SpotLight(Light):
             return None
         # beyond it, strength would be cut off before the falloff brings it down again
         most_gain = BRIGHTEST * (self.attenuation[0] or 1.0) if self.exponent else math.inf
-        return Stage(_cone(toolkit), divisors=slice(3, 6), most_gain=most_gain)
+        return Stage(
+            _cone(toolkit, int(tuple(self.attenuation) != weakening.NONE)), divisors=slice(3, 6), most_gain=most_gain
+        )
 
     def as_vtk(self) -> VtkValues:
         """All its fields. VTK takes a cone of 90° for none, and keeps exponents up to 128."""
@@ -174,12 +176,15 @@ class SpotLight(Light):
         return VtkValues(True, (dx, dy, dz), (x, y, z), (c, l, q), self.cone_angle, self.exponent)
 
 
-def _cone(toolkit: Any) -> Any:
+def _cone(toolkit: Any, weakens: int) -> Any:
     """Strength times spot factor; the first two rows of factors hold what is inside, and the chords |l + axis|²."""
 
     def spot(numbers: Any, rows: Any, points: Any) -> bool:
-        good = toolkit.approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
-        toolkit.attenuate(rows, numbers[3], numbers[4], numbers[5])
+        if weakens:
+            good = toolkit.approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
+            toolkit.attenuate(rows, numbers[3], numbers[4], numbers[5])
+        else:
+            good = toolkit.approach(rows, points, numbers[0], numbers[1], numbers[2])
         x, y, z = toolkit.like(rows, numbers[6]), toolkit.like(rows, numbers[7]), toolkit.like(rows, numbers[8])
         edge = toolkit.like(rows, numbers[9])
         for i in range(toolkit.BLOCK):
@@ -193,7 +198,8 @@ def _cone(toolkit: Any) -> Any:
             rows[toolkit.FIRST + i] = toolkit.ONE if square <= edge else toolkit.ZERO
         toolkit.raise_second(rows, numbers[10], -np.inf, numbers[11])
         for i in range(toolkit.BLOCK):
-            rows[toolkit.STRENGTH + i] *= rows[toolkit.SECOND + i]
+            strength = rows[toolkit.STRENGTH + i] if weakens else toolkit.ONE
+            rows[toolkit.STRENGTH + i] = strength * rows[toolkit.SECOND + i]
         return good
 
     return spot

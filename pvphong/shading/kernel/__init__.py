@@ -155,8 +155,8 @@ def shade(
             shades = reflectances(shades)  # the kernel clips what it gets, but this may not even fit its type
         arrays = [*(None if array is None else array[part] for array, _ in vertices), shades]
         ready = [_ready(array, dtype) for array, dtype in zip(arrays, (stored, stored, real), strict=True)]
-        for row in call.light(*ready, rgb[part]):
-            _light_declined(points[part], normals[part], shades, equation, rgb[part], row)
+        for rows in call.light([*ready, rgb[part]]):
+            _light_declined(points[part], normals[part], shades, equation, rgb[part], rows)
     _Process.has_run = True
     return True
 
@@ -167,14 +167,13 @@ class _Call:
     def __init__(self, driver: Callable[..., int], equation: records.Records, real: np.dtype[Any]) -> None:
         self._driver, self._equation, self._real = driver, equation, real
 
-    def light(
-        self, points: FloatArray | None, normals: FloatArray | None, albedo: FloatArray | None, rgb: Any
-    ) -> list[Any]:
-        """Fill in colours; gives indices of vertices that are left to the reference."""
-        addresses = [
-            *(_address(array) for array in (points, normals, albedo, rgb, rgb)),
-            *(_address(array) for array in self._equation),
-        ]
+    def light(self, arrays: list[Any]) -> list[Any]:
+        """Fill in colours, the last of the arrays after points, normals and albedo where these are read.
+
+        Gives indices of vertices that are left to the reference.
+        """
+        colors = arrays[-1]
+        addresses = [_address(array) for array in (*arrays, colors, *self._equation)]
         left: list[Any] = []
 
         def work(first: int, last: int) -> None:
@@ -182,7 +181,7 @@ class _Call:
             if not self._driver(*addresses, first, last, *memory.addresses):
                 left.append(first + memory.declined())
 
-        pool.run(work, len(rgb), _LIT)
+        pool.run(work, len(colors), _LIT)
         return left
 
 

@@ -194,9 +194,7 @@ def shade(
         if s.is_sunlit and count == BLOCK and sunlight.shine_on(normals, first, s, lights[0], rgb):
             continue
         is_like_first = s.is_even and first != start
-        if is_like_first or _light(
-            first, count, points, normals, albedo, rgb, display, s, lights, numbers, rows, wide
-        ):
+        if is_like_first or _light(first, count, points, normals, albedo, rgb, display, s, lights, numbers, rows, wide):
             _store(first, count, rgb, display, s, rows)
             continue
         none = False

@@ -19,7 +19,8 @@ from types import CodeType
 from typing import Any
 
 import numba
-from numba.core import event, types
+from numba import types
+from numba.core import event
 from numba.core.caching import FunctionCache
 from numba.core.ccallback import CFunc
 
@@ -61,7 +62,7 @@ def _checksum(module: str) -> int:
     return zlib.crc32("".join([*sources, repr((SETTINGS, TERM))]).encode())
 
 
-class Cache(FunctionCache):
+class Cache(FunctionCache):  # type: ignore[misc]  # Numba has no types
     """Numba's, with the checksum in its keys."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -80,13 +81,14 @@ class Code(CFunc):
         if cache is not None:
             self._cache = cache
         self.compile()
+        self.where = int(self.address or 0)
         pointers = [ctypes.c_size_t] * len(signature.args)
-        self.call: Callable[..., int] = ctypes.CFUNCTYPE(ctypes.c_bool, *pointers)(self.address)
+        self.call: Callable[..., int] = ctypes.CFUNCTYPE(ctypes.c_bool, *pointers)(self.where)
         """It with addresses and integers, without the interpreter's lock."""
 
     def _compile_uncached(self) -> Any:
         with event.trigger_event("numba:compile"):
-            return super()._compile_uncached()
+            return super()._compile_uncached()  # type: ignore[misc]  # as above
 
 
 def cache_of(function: Callable[..., Any]) -> Cache | None:
@@ -129,11 +131,11 @@ class Library:
 
     def light(self, function: Callable[..., Any], real: str) -> int:
         """Address of a light's stage for a type of rows."""
-        return self._code(function, _stage_of_light, real).address
+        return self._code(function, _stage_of_light, real).where
 
     def reflectance(self, function: Callable[..., Any], real: str) -> int:
         """Address of a reflectance's stage for a type of rows."""
-        return self._code(function, _stage_of_reflectance, real).address
+        return self._code(function, _stage_of_reflectance, real).where
 
     def driver(self, stored: str, real: str) -> Callable[..., int]:
         """The driver for vertices of one type and rows of another."""

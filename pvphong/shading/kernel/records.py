@@ -79,8 +79,8 @@ _ORIGIN = (0.0, 0.0, 0.0)
 _NO_MATRIX: tuple[Any, float, Any] = (((0.0,) * 4,) * 3, 1.0, ((0.0,) * 3,) * 3)
 _MOST_LOBES = 3
 
-# What a strength that varies is multiplied by in compiled code is between these powers of two, if there are numbers that
-# divide it, into which the rest can go.
+# What a strength that varies is multiplied by in compiled code is between these powers of two, if there are numbers
+# that divide it, into which the rest can go.
 _LEAST_GAIN, _MOST_GAIN = -20, 100
 
 
