@@ -78,7 +78,7 @@ class Simpler(NamedTuple):
     """The largest error of the strength."""
 
     turn: float | None = None
-    """The largest error of the direction, in radians, the strength being at most 1; None where it is the light's own."""
+    """The largest error of the direction in radians, the strength being at most 1; None: it is the light's own."""
 
     is_exact: bool = False
     """Whether it is the same light to the last bit, so that no tolerance is needed."""
