@@ -78,6 +78,28 @@ class Simpler(NamedTuple):
     """The largest error of the direction, in radians, the strength being at most 1; None where it stays."""
 
 
+class Stage(NamedTuple):
+    """What compiled code runs for one kind of light, for one block of vertices at a time."""
+
+    function: Callable[..., Any]
+    """(numbers, rows, points) → bool: writes the ways D to the light with 1/|D|, and strengths if it `varies`.
+
+    Numbers are what `parameters` gives; points are those of the vertices. It gives whether it could take all
+    vertices; where not, it has put a 1 in the row `DECLINED` for the others, which the reference then lights.
+    What it closes over may be the toolkit and integers."""
+
+    varies: bool = True
+    """Whether it writes strengths; they are 1 everywhere if not."""
+
+    divisors: slice = slice(0)
+    """Those of the numbers that divide the strength: all of them times a factor, it is over that factor.
+
+    With them a light may be so bright, and so far away, that float32 holds neither by itself."""
+
+    most_gain: float = 2.0**100
+    """Where its strengths times so much may be beyond float32, the readable evaluator is to light the scene."""
+
+
 class VtkValues(NamedTuple):
     """A light in the values that VTK's shader knows, coordinates in the light's own frame."""
 
@@ -259,6 +281,19 @@ class Light:
     def edges(self, directions: FloatArray) -> Iterator[FloatArray]:  # noqa: ARG002 it has none
         """For unit vectors (3, k) to it, values (k,) that change their sign where it ends."""
         return iter(())
+
+    # -- what compiled code does for it
+
+    def parameters(self) -> tuple[float, ...]:
+        """The numbers that its stage reads, none further from 0 than 2¹⁰⁰."""
+        return ()
+
+    def stage(self, toolkit: Any) -> Stage | None:  # noqa: ARG002 it has none
+        """What compiled code runs for it, written with the names of `pvphong.shading.kernel.toolkit`.
+
+        None where the readable evaluator is to light a scene with it. A light that is the same everywhere needs none.
+        """
+        return None
 
     # -- what VTK knows of it
 

@@ -6,7 +6,7 @@ A new reflectance is one file in `pvphong/optics/reflectances/` and one entry in
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, NamedTuple, Self
 
@@ -87,6 +87,20 @@ class Reflectance(ABC):
     def most(self, lobe: int, sightline: Sightline) -> float:  # noqa: ARG002 nothing better is known
         """The largest factor of a lobe for vertices of which bounds are known."""
         return self.lobes[lobe].largest
+
+    def parameters(self) -> tuple[float, ...]:
+        """The numbers that its stage reads."""
+        return ()
+
+    def stage(self, toolkit: Any, wanted: Sequence[bool]) -> Callable[..., Any] | None:  # noqa: ARG002 it has none
+        """What compiled code runs for it, written with the names of `pvphong.shading.kernel.toolkit`.
+
+        It is a function (numbers, rows, points) → int that writes the factors of a block of vertices into the rows
+        `FIRST`, `SECOND` and `THIRD`, one for each lobe that is wanted. It gives the lobes that are not 0 everywhere:
+        the sum of 1, 2 and 4. What it closes over may be the toolkit and integers. None where the readable
+        evaluator is to do it.
+        """
+        return None
 
     @property
     def sharpness(self) -> float:

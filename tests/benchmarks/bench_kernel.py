@@ -12,7 +12,6 @@ import sys
 import time
 from dataclasses import replace
 
-import numba
 import numpy as np
 from rich.console import Console
 from rich.table import Table
@@ -25,9 +24,11 @@ from pvphong.scene.scene import LightModel, Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading import kernel
 from pvphong.shading.equation import assemble
+from pvphong.shading.kernel import pool
 from pvphong.shading.plan.effects import EFFECTS
-from pvphong.shading.plan.plan import make_plan
+from pvphong.shading.plan.plan import Plan
 from pvphong.shading.result import Shading
+from pvphong.shading.vertices import Vertices
 
 COUNT = 1_000_000
 REPEATS = 200
@@ -97,10 +98,10 @@ def compiled(arrays, scene, material, real, planned=False):
     def run():
         left = equation
         if planned:
-            left = make_plan(points, normals, scene, material, None, 0.0, kernel.find_bounds).equation
+            left = Plan.of(scene, material, Vertices(points, normals)).equation
         kernel.shade(points, normals, left, None, out)
 
-    run.plan = make_plan(points, normals, scene, material, None, 0.0)
+    run.plan = Plan.of(scene, material, Vertices(points, normals))
     return run
 
 
@@ -119,12 +120,8 @@ def least_times(calls, repeats, clock=time.perf_counter):
 
 def least_times_alone(calls, repeats):
     """Seconds of processor time of the fastest repeat of each call on one thread."""
-    threads = numba.get_num_threads()
-    numba.set_num_threads(1)
-    try:
+    with pool.limited(1):
         return least_times(calls, repeats, time.thread_time)
-    finally:
-        numba.set_num_threads(threads)
 
 
 def workloads(count):
@@ -177,16 +174,14 @@ def measure_growth():
         count: compiled(tuple(np.resize(array, (count, 3)) for array in few), scene_of(*LAMPS), SHINY, np.float32)
         for count in SIZES
     }
-    threads = numba.get_num_threads()
-    numba.set_num_threads(1)
-    for _ in range(TURNS):
-        for count, call in calls.items():
-            call()
-            start = time.thread_time()
-            for _ in range(SIZES[-1] // count):
+    with pool.limited(1):
+        for _ in range(TURNS):
+            for count, call in calls.items():
                 call()
-            result[count] = min(result[count], (time.thread_time() - start) / SIZES[-1] * 1e9)
-    numba.set_num_threads(threads)
+                start = time.thread_time()
+                for _ in range(SIZES[-1] // count):
+                    call()
+                result[count] = min(result[count], (time.thread_time() - start) / SIZES[-1] * 1e9)
     return result
 
 

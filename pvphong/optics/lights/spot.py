@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from pvphong.base.ranges import BRIGHTEST
 from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
 from pvphong.base.vectors import angle_between, dot, unit_vector, ways_to
 from pvphong.geometry.extent import Extent, Sight
 from pvphong.optics import attenuation as weakening
 from pvphong.optics.attenuation import attenuate, coefficients, strongest
-from pvphong.optics.light import Arrival, Light, Reach, Simpler, VtkValues
+from pvphong.optics.light import Arrival, Light, Reach, Simpler, Stage, VtkValues
 from pvphong.optics.lights.point import PointLight, placed_effects, placed_reach, placed_without
 from pvphong.optics.roles import aim, angle, place, power
 
@@ -156,7 +157,52 @@ class SpotLight(Light):
         """Of the cone."""
         yield self._edge - self._chord_square(directions)
 
+    def parameters(self) -> tuple[float, ...]:
+        """Position, attenuation, and the cone's axis, edge, exponent and squared chord from which on it is dark."""
+        exponent = self.exponent and max(float(np.finfo(np.float32).tiny), min(self.exponent, BRIGHTEST))
+        dark = 2.0 if self.exponent else 8.0
+        return (*self.position, *self.attenuation, *self.axis, self._edge, exponent, dark)
+
+    def stage(self, toolkit: Any) -> Stage | None:
+        """A point light's, times the spot factor."""
+        if not toolkit.holds(self.attenuation):
+            return None
+        # beyond it, strength would be cut off before the falloff brings it down again
+        most_gain = BRIGHTEST * (self.attenuation[0] or 1.0) if self.exponent else math.inf
+        return Stage(
+            _cone(toolkit, int(tuple(self.attenuation) != weakening.NONE)), divisors=slice(3, 6), most_gain=most_gain
+        )
+
     def as_vtk(self) -> VtkValues:
         """All its fields. VTK takes a cone of 90° for none, and keeps exponents up to 128."""
         (x, y, z), (c, l, q), (dx, dy, dz) = self.position, self.attenuation, self.direction
         return VtkValues(True, (dx, dy, dz), (x, y, z), (c, l, q), self.cone_angle, self.exponent)
+
+
+def _cone(toolkit: Any, weakens: int) -> Any:
+    """Strength times spot factor; the first two rows of factors hold what is inside, and the chords |l + axis|²."""
+
+    def spot(numbers: Any, rows: Any, points: Any) -> bool:
+        if weakens:
+            good = toolkit.approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
+            toolkit.attenuate(rows, numbers[3], numbers[4], numbers[5])
+        else:
+            good = toolkit.approach(rows, points, numbers[0], numbers[1], numbers[2])
+        x, y, z = toolkit.like(rows, numbers[6]), toolkit.like(rows, numbers[7]), toolkit.like(rows, numbers[8])
+        edge = toolkit.like(rows, numbers[9])
+        for i in range(toolkit.BLOCK):
+            inverse = rows[toolkit.NEARNESS + i]
+            square = toolkit.square_of(
+                rows[toolkit.DX + i] * inverse + x,
+                rows[toolkit.DY + i] * inverse + y,
+                rows[toolkit.DZ + i] * inverse + z,
+            )
+            rows[toolkit.SECOND + i] = square
+            rows[toolkit.FIRST + i] = toolkit.ONE if square <= edge else toolkit.ZERO
+        toolkit.raise_second(rows, numbers[10], -np.inf, numbers[11])
+        for i in range(toolkit.BLOCK):
+            strength = rows[toolkit.STRENGTH + i] if weakens else toolkit.ONE
+            rows[toolkit.STRENGTH + i] = strength * rows[toolkit.SECOND + i]
+        return good
+
+    return spot

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -12,7 +12,7 @@ from pvphong.base.vectors import unit
 from pvphong.optics.light import Arrival
 from pvphong.optics.reflectance import Lobe, Reflectance, Sightline
 from pvphong.optics.reflectances.highlight import halfway_change, halfway_distance, largest_power, power
-from pvphong.optics.reflectances.phong import LIKENESS, MATT_AND_SHINY, lambert, shown
+from pvphong.optics.reflectances.phong import LIKENESS, MATT_AND_SHINY, lambert, power_numbers, shown
 from pvphong.optics.surface import Surface
 
 
@@ -65,6 +65,50 @@ class BlinnPhong(Reflectance):
         cosine = (math.cos(theta) + math.cos(phi)) / middle if middle > 1e-6 else 1.0
         return largest_power(cosine, self.sharpness, 0.0)
 
+    def parameters(self) -> tuple[float, ...]:
+        """For the power: see `power_numbers`."""
+        return power_numbers(self.sharpness, 0.0)
+
+    def stage(self, toolkit: Any, wanted: Sequence[bool]) -> Callable[..., Any] | None:
+        """By the chord between half-way direction and normal."""
+        return _stage(toolkit) if wanted[1] else toolkit.only_lambert
+
     def chords(self, n: FloatArray, l: FloatArray, v: FloatArray) -> FloatArray:
         """Half-way direction minus normal."""
         return unit(l + v)[0] - n
+
+
+def _stage(toolkit: Any) -> Callable[..., Any]:
+    """max(n·l, 0), and a power of the chord C = h − n; |C|² is 2 where l = −v and there is no h.
+
+    l + v is scaled by a power of two, which makes room for its square where they are nearly opposite.
+    """
+
+    def blinn_phong(numbers: Any, rows: Any, _points: Any) -> int:
+        dark, larger = toolkit.like(rows, numbers[2]), toolkit.like(rows, 2.0**60)
+        shines = False
+        for i in range(toolkit.BLOCK):
+            nx, ny, nz = rows[toolkit.NX + i], rows[toolkit.NY + i], rows[toolkit.NZ + i]
+            dx, dy, dz = rows[toolkit.DX + i], rows[toolkit.DY + i], rows[toolkit.DZ + i]
+            shrink, inverse = rows[toolkit.INVERSE + i], rows[toolkit.NEARNESS + i]
+            n_l = toolkit.dot(nx, ny, nz, dx, dy, dz) * (inverse * shrink)
+            hx = toolkit.multiply_add(dx, inverse, rows[toolkit.VX + i]) * larger
+            hy = toolkit.multiply_add(dy, inverse, rows[toolkit.VY + i]) * larger
+            hz = toolkit.multiply_add(dz, inverse, rows[toolkit.VZ + i]) * larger
+            square = toolkit.square_of(hx, hy, hz)
+            unit_length = toolkit.inverse_root(square)
+            chord = toolkit.square_of(
+                hx * unit_length - nx * shrink,
+                hy * unit_length - ny * shrink,
+                hz * unit_length - nz * shrink,
+            )
+            chord = chord if square > toolkit.ZERO_SQUARE else toolkit.TWO
+            rows[toolkit.FIRST + i] = max(n_l, toolkit.ZERO)
+            rows[toolkit.SECOND + i] = chord
+            shines = shines | ((n_l > toolkit.ZERO) & (chord < dark))
+        if not shines:
+            return 1
+        toolkit.raise_second(rows, numbers[0], numbers[1], numbers[2])
+        return 3
+
+    return blinn_phong

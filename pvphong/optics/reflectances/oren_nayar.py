@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -67,3 +67,29 @@ class OrenNayar(Reflectance):
         """Next to the horizon its second part has no bound on its slope, but it is never more than B."""
         a, b = self.coefficients
         return (a * turn if light_moves else 0.0) + b
+
+    def parameters(self) -> tuple[float, ...]:
+        """A and B."""
+        return self.coefficients
+
+    def stage(self, toolkit: Any, wanted: Sequence[bool]) -> Callable[..., Any] | None:  # noqa: ARG002 one lobe
+        """As `factors`."""
+        return _stage(toolkit)
+
+
+def _stage(toolkit: Any) -> Callable[..., Any]:
+    def oren_nayar(numbers: Any, rows: Any, _points: Any) -> int:
+        a, b = toolkit.like(rows, numbers[0]), toolkit.like(rows, numbers[1])
+        for i in range(toolkit.BLOCK):
+            dx, dy, dz = rows[toolkit.DX + i], rows[toolkit.DY + i], rows[toolkit.DZ + i]
+            inverse, shrink = rows[toolkit.NEARNESS + i], rows[toolkit.INVERSE + i]
+            n_d = toolkit.normal_dot(rows, i, dx, dy, dz)
+            l_v = toolkit.dot(rows[toolkit.VX + i], rows[toolkit.VY + i], rows[toolkit.VZ + i], dx, dy, dz) * inverse
+            n_l = max(n_d * (inverse * shrink), toolkit.ZERO)
+            n_v = rows[toolkit.FACING + i] * shrink
+            along, steepest = max(l_v - n_l * n_v, toolkit.ZERO), max(n_l, n_v)
+            tangent = along / steepest if steepest > toolkit.ZERO else toolkit.ZERO
+            rows[toolkit.FIRST + i] = n_l * a + b * min(n_l * tangent, toolkit.ONE)
+        return 1
+
+    return oren_nayar

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 
+from pvphong.base.ranges import BRIGHTEST
 from pvphong.base.types import FloatArray
 from pvphong.base.vectors import dot
 from pvphong.optics.light import Arrival
@@ -81,6 +82,14 @@ class Phong(Reflectance):
             2.0 * math.cos(theta) * max(math.cos(phi), 0.0) - math.cos(psi), self.sharpness, self.floor
         )
 
+    def parameters(self) -> tuple[float, ...]:
+        """For the power: see `power_numbers`."""
+        return power_numbers(self.sharpness, self.floor)
+
+    def stage(self, toolkit: Any, wanted: Sequence[bool]) -> Callable[..., Any] | None:
+        """By the chord between mirror direction and viewer."""
+        return _stage(toolkit) if wanted[1] else toolkit.only_lambert
+
     def chords(self, n: FloatArray, l: FloatArray, v: FloatArray) -> FloatArray:
         """Mirror direction minus viewer."""
         return np.asarray(2.0 * dot(n, l) * n - l - v)
@@ -94,3 +103,46 @@ def lambert(n_l: Any) -> Any:
 def shown(highlight: Any, n_l: Any) -> Any:
     """A highlight where n·l is positive, else 0."""
     return highlight * (n_l > 0.0)
+
+
+def power_numbers(shininess: float, floor: float) -> tuple[float, float, float]:
+    """For compiled code: the exponent in float32's range, log2 of the floor, and the squared chord from which on
+    a highlight is 0. (The floor is on the logarithm because 1 − floor is rounded by far more than its last bit.)
+    """
+    exponent = shininess and max(float(np.finfo(np.float32).tiny), min(shininess, BRIGHTEST))
+    return exponent, math.log2(floor) if floor else -math.inf, math.inf if floor or not shininess else 2.0
+
+
+def _stage(toolkit: Any) -> Callable[..., Any]:
+    """max(n·l, 0), and a power of the chord C = 2(n·l)n − l − v.
+
+    |C|² = |n × (l + v)|² + (n·l − n·v)² is next to 0 where n = l = v, and leaves out the rounding of |n|.
+    """
+
+    def phong(numbers: Any, rows: Any, _points: Any) -> int:
+        dark = toolkit.like(rows, numbers[2])
+        shines = False
+        for i in range(toolkit.BLOCK):
+            nx, ny, nz = rows[toolkit.NX + i], rows[toolkit.NY + i], rows[toolkit.NZ + i]
+            dx, dy, dz = rows[toolkit.DX + i], rows[toolkit.DY + i], rows[toolkit.DZ + i]
+            shrink, inverse = rows[toolkit.INVERSE + i], rows[toolkit.NEARNESS + i]
+            n_l = toolkit.dot(nx, ny, nz, dx, dy, dz) * inverse
+            sx = toolkit.multiply_add(dx, inverse, rows[toolkit.VX + i])
+            sy = toolkit.multiply_add(dy, inverse, rows[toolkit.VY + i])
+            sz = toolkit.multiply_add(dz, inverse, rows[toolkit.VZ + i])
+            across = toolkit.square_of(
+                toolkit.multiply_add(ny, sz, -(nz * sy)),
+                toolkit.multiply_add(nz, sx, -(nx * sz)),
+                toolkit.multiply_add(nx, sy, -(ny * sx)),
+            )
+            along = n_l - rows[toolkit.FACING + i]
+            chord = toolkit.multiply_add(along, along, across) * (shrink * shrink)
+            rows[toolkit.FIRST + i] = max(n_l * shrink, toolkit.ZERO)
+            rows[toolkit.SECOND + i] = chord
+            shines = shines | ((n_l > toolkit.ZERO) & (chord < dark))
+        if not shines:
+            return 1
+        toolkit.raise_second(rows, numbers[0], numbers[1], numbers[2])
+        return 3
+
+    return phong

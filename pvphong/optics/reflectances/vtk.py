@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -12,7 +12,7 @@ from pvphong.base.types import FloatArray
 from pvphong.optics.light import Arrival
 from pvphong.optics.reflectance import Lobe, Reflectance
 from pvphong.optics.reflectances.highlight import mirror_change, power, square
-from pvphong.optics.reflectances.phong import MATT_AND_SHINY, Phong
+from pvphong.optics.reflectances.phong import MATT_AND_SHINY, Phong, power_numbers
 from pvphong.optics.surface import Surface
 
 HIGHEST_POWER = 128.0
@@ -63,6 +63,36 @@ class VtkHeadlight(Reflectance):
             return turn if light_moves else 0.0
         return mirror_change(self.shininess, self.floor, turn, psi, light_moves=light_moves)
 
+    def parameters(self) -> tuple[float, ...]:
+        """For the power, and the floor."""
+        return (*power_numbers(self.shininess, self.floor), self.floor)
+
+    def stage(self, toolkit: Any, wanted: Sequence[bool]) -> Callable[..., Any] | None:  # noqa: ARG002 they are one
+        """By the chord between normal and light."""
+        return _headlight(toolkit)
+
     def chords(self, n: FloatArray, l: FloatArray, v: FloatArray) -> FloatArray:  # noqa: ARG002 no viewer
         """Light minus normal."""
         return l - n
+
+
+def _headlight(toolkit: Any) -> Callable[..., Any]:
+    """max(n·l, floor), but 0 where there is no n, and a power of the chord C = n − l."""
+
+    def headlight(numbers: Any, rows: Any, _points: Any) -> int:
+        floor = toolkit.like(rows, numbers[3])
+        for i in range(toolkit.BLOCK):
+            nx, ny, nz = rows[toolkit.NX + i], rows[toolkit.NY + i], rows[toolkit.NZ + i]
+            dx, dy, dz = rows[toolkit.DX + i], rows[toolkit.DY + i], rows[toolkit.DZ + i]
+            shrink, inverse = rows[toolkit.INVERSE + i], rows[toolkit.NEARNESS + i]
+            n_l = max(toolkit.dot(nx, ny, nz, dx, dy, dz) * (inverse * shrink), floor)
+            rows[toolkit.FIRST + i] = n_l if toolkit.square_of(nx, ny, nz) > toolkit.ZERO else toolkit.ZERO
+            rows[toolkit.SECOND + i] = toolkit.square_of(
+                nx * shrink - dx * inverse,
+                ny * shrink - dy * inverse,
+                nz * shrink - dz * inverse,
+            )
+        toolkit.raise_second(rows, numbers[0], numbers[1], numbers[2])
+        return 3
+
+    return headlight

@@ -2,64 +2,52 @@
 
 Numba is an optional extra. It is imported when the kernel first runs, compiles then (seconds), and keeps what it
 compiled on disk where it can. What cannot be run here is declined, cheaply, and belongs to the reference:
-Numba is missing, component arrays are wanted, a light is of a kind that pvphong does not have, a scene coordinate
-lies beyond 2¹⁰⁰, an attenuation or a matrix has an entry further than that from 1, or a spot is brighter than that.
+Numba is missing, component arrays are wanted, a light or reflectance has no stage, a scene coordinate lies beyond 2¹⁰⁰,
+an attenuation or a matrix has an entry further than that from 1, or a light that weakens is brighter than that.
+Single vertices are declined too, and the reference lights those: on a light or the eye, not finite, or so far from a
+light or so near it that float32 does not hold the products.
 
 The kernel differs from the reference by rounding alone. float32 results come from float32 arithmetic, geometry
 included: differences of positions have full relative precision however far the scene is from the origin, and a
 highlight errs by at most (4√n + 10) · 2⁻²⁴ for shininess n.
+
+Where to look: `driver` lights block after block and calls the stages, which lights and reflectances write with the
+names in `toolkit`; `records` is the form in which it takes an equation; `keeping` compiles and keeps code on disk;
+`pool` has the threads.
 """
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import importlib.util
-import os
 import threading
 from collections.abc import Callable, Iterator
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from pvphong.base.types import Float64Array, FloatArray
 from pvphong.shading.albedo import reflectances
 from pvphong.shading.equation import Equation
-from pvphong.shading.kernel import records
-from pvphong.shading.kernel.rows import GROUP
+from pvphong.shading.kernel import pool, records
+from pvphong.shading.kernel.rows import BLOCK, GROUP, LINE, ROWS
+from pvphong.shading.reference import shade as light_by_reference
 from pvphong.shading.result import Shading
+
+if TYPE_CHECKING:
+    from pvphong.shading.kernel.keeping import Library
 
 # Vertices that are copied at a time where arrays are not in the form that compiled code takes: 24 MiB at most.
 COPIED = 2**18
+# Vertices that a thread lights at a time, and those that it searches for bounds.
+_LIT, _SEARCHED = 16 * GROUP, 2**17
 # Rows from which their bounds are found in less time than NumPy takes.
-_SEARCHED = 2**15
-
-
-class _Process:
-    """What this process can do. Threads do not survive a fork, and the child that uses OpenMP's is aborted."""
-
-    one_at_a_time = threading.Lock()  # Numba's own threads are not for several of Python's at once
-    has_run = False
-    real_types: ClassVar[dict[np.dtype[Any], np.dtype[Any]]] = {}  # of what has run, by the vertices' type
-    lost_its_threads = False
-    has_mended = False
-    keeps_code = True
-
-    @classmethod
-    def after_fork(cls) -> None:
-        cls.lost_its_threads = cls.has_run
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_Process.after_fork)
+_MANY = 2**15
 
 
 def obstacle() -> tuple[str, str] | None:
     """Why Numba cannot be used in this process, and what can be done about it; the first call imports it."""
-    if _Process.lost_its_threads:
-        remedy = "Start processes by spawn, or let this one's parent do without it."
-        return "in a process forked from one that has used Numba's threads", remedy
-    if _compiled(_Process.keeps_code) is not None:
+    if _library() is not None:
         return None
     if importlib.util.find_spec("numba") is not None:
         return "where Numba does not compile", "Unset NUMBA_DISABLE_JIT, or see whether `import numba` fails."
@@ -69,12 +57,14 @@ def obstacle() -> tuple[str, str] | None:
 
 def is_available() -> bool:
     """Whether Numba can be imported and used in this process; the first call imports it."""
-    return obstacle() is None
+    return _library() is not None
 
 
+@functools.cache
 def keeps_code() -> bool:
     """Whether compiled code is on disk after the first time: else each process would compile anew."""
-    return is_available() and _Process.keeps_code
+    library = _library()
+    return library is not None and library.keeps_code
 
 
 def seconds_compiling(run: Callable[[], object]) -> float:
@@ -90,6 +80,24 @@ def seconds_compiling(run: Callable[[], object]) -> float:
     return sum(seconds)
 
 
+@functools.cache
+def _library() -> Library | None:
+    """Compiled code; None without Numba."""
+    try:
+        from numba import config
+
+        from pvphong.shading.kernel.keeping import Library
+    except ImportError:
+        return None
+    return None if config.DISABLE_JIT else Library()
+
+
+class _Process:
+    """What this process has done."""
+
+    has_run: ClassVar[bool] = False
+
+
 def shade(
     points: FloatArray,
     normals: FloatArray,
@@ -100,8 +108,8 @@ def shade(
 ) -> bool:
     """Evaluate the equation at every vertex into `result.rgb`, or decline.
 
-    Numba's settings choose the number of threads; the result does not depend on it, to the bit. Arrays that are
-    not C-contiguous are copied piece by piece and give the same bits; so are float32 beside float64, as float64.
+    The result does not depend on the number of threads, to the bit. Arrays that are not C-contiguous are copied piece
+    by piece and give the same bits; so are float32 beside float64, as float64.
 
     Parameters
     ----------
@@ -125,46 +133,128 @@ def shade(
         False if the equation was declined and nothing was written.
     """
     rgb, whole = result.rgb, whole or equation
-    if result.base is not None or not rgb.flags.c_contiguous or not records.fits(whole) or not is_available():
+    library = _library()
+    if result.base is not None or not rgb.flags.c_contiguous or library is None:
+        return False
+    if not records.fits(whole, library.toolkit):
         return False
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
     read = [points] * whole.needs_points + [normals] * whole.needs_normals
     stored = np.result_type(real, *read)
-    is_wide = stored != real
-    settings = records.settings(equation, is_wide=is_wide, has_albedo=albedo is not None)
-    terms = records.terms(equation)
+    has_albedo, is_display = albedo is not None, rgb.dtype == np.uint8
+    options = {"is_wide": stored != real, "has_albedo": has_albedo, "is_display": is_display}
+    equation_records = records.records_of(equation, library, real.name, **options)
+    call = _Call(library.driver(stored.name, real.name), equation_records, real)
     vertices = [
         (points if equation.needs_points else None, stored),
         (normals if equation.needs_normals else None, stored),
     ]
     for part in _parts([*vertices, (albedo, real)], len(rgb)):
-        arrays = [_flat(array, dtype, part) for array, dtype in vertices]
         shades = None if albedo is None else albedo[part]
         if shades is not None and shades.dtype != real:
             shades = reflectances(shades)  # the kernel clips what it gets, but this may not even fit its type
-        arrays.append(_flat(shades, real, slice(None)))
-        out = rgb[part].reshape(-1)
-        nothing = np.empty(0, real if rgb.dtype == np.uint8 else np.uint8)
-        targets = (nothing, out) if rgb.dtype == np.uint8 else (out, nothing)
-        _run(*arrays, *targets, settings, terms, len(rgb[part]), np.empty(0))
-    _Process.real_types[stored] = real
+        arrays = [*(None if array is None else array[part] for array, _ in vertices), shades]
+        ready = [_ready(array, dtype) for array, dtype in zip(arrays, (stored, stored, real), strict=True)]
+        for rows in call.light([*ready, rgb[part]]):
+            _light_declined(points[part], normals[part], shades, equation, rgb[part], rows)
+    _Process.has_run = True
     return True
+
+
+class _Call:
+    """One equation for the driver, which several threads may run at once."""
+
+    def __init__(self, driver: Callable[..., int], equation: records.Records, real: np.dtype[Any]) -> None:
+        self._driver, self._equation, self._real = driver, equation, real
+
+    def light(self, arrays: list[Any]) -> list[Any]:
+        """Fill in colours, the last of the arrays after points, normals and albedo where these are read.
+
+        Gives indices of vertices that are left to the reference.
+        """
+        colors = arrays[-1]
+        addresses = [_address(array) for array in (*arrays, colors, *self._equation)]
+        left: list[Any] = []
+
+        def work(first: int, last: int) -> None:
+            memory = _Memory.of_thread()
+            if not self._driver(*addresses, first, last, *memory.addresses):
+                left.append(first + memory.declined())
+
+        pool.run(work, len(colors), _LIT)
+        return left
+
+
+class _Memory:
+    """Scratch memory of one thread."""
+
+    _all = threading.local()
+
+    def __init__(self) -> None:
+        self._arrays = _aligned(ROWS, np.float64), _aligned(3 * BLOCK, np.float64), np.zeros(_LIT, np.uint8)
+        self.addresses = tuple(map(_address, self._arrays))
+        """Of rows, points in float64, and marks of vertices that are declined."""
+
+    @classmethod
+    def of_thread(cls) -> _Memory:
+        """The calling thread's."""
+        memory: _Memory | None = getattr(cls._all, "memory", None)
+        if memory is None:
+            memory = cls._all.memory = _Memory()
+        return memory
+
+    def declined(self) -> Any:
+        """Indices of the marks, which are taken away."""
+        marks = self._arrays[-1]
+        found = np.flatnonzero(marks)
+        marks[found] = 0
+        return found
+
+
+def _light_declined(
+    points: FloatArray,
+    normals: FloatArray,
+    albedo: FloatArray | None,
+    equation: Equation,
+    rgb: Any,
+    rows: Any,
+) -> None:
+    """Colours of some vertices by the reference."""
+    shades = None if albedo is None else albedo[rows]
+    lit = Shading(np.empty((len(rows), 3), np.float32 if rgb.dtype == np.uint8 else rgb.dtype))
+    light_by_reference(points[rows], normals[rows], equation, shades, lit)
+    rgb[rows] = np.rint(np.clip(lit.rgb, 0.0, 1.0) * 255.0) if rgb.dtype == np.uint8 else lit.rgb
 
 
 def find_bounds(rows: FloatArray) -> tuple[Float64Array, Float64Array] | None:
     """Least and greatest entry of each column, shape (3,), NaN where any is not finite; or None.
 
-    None where NumPy is to look for them: for few rows, and where the code for their type has not run in this process.
+    None where NumPy is to look for them: for few rows, and where compiled code has not run in this process.
     """
-    real = _Process.real_types.get(rows.dtype)
-    if len(rows) < _SEARCHED or real is None or not _is_plain(rows, rows.dtype) or not is_available():
+    library = _library() if _Process.has_run and len(rows) >= _MANY else None
+    if library is None or rows.dtype not in (np.float32, np.float64) or not _is_plain(rows, rows.dtype):
         return None
-    vertices, nothing = _flat(rows, rows.dtype, slice(None)), _flat(None, rows.dtype, slice(None))
-    found = np.empty((-(-len(rows) // GROUP), 6))
-    no_equation = np.zeros(0, records.SETTINGS), np.zeros(0, records.TERM)
-    colors = np.empty(0, real), np.empty(0, np.uint8)
-    _run(vertices, nothing, _flat(None, real, slice(None)), *colors, *no_equation, len(rows), found.reshape(-1))
+    search, found = library.extremes(rows.dtype.name), np.full((-(-len(rows) // _SEARCHED), 6), np.nan)
+
+    def work(first: int, last: int) -> None:
+        low_and_high = np.empty(6)
+        if search(_address(rows), first, last, _Memory.of_thread().addresses[0], _address(low_and_high)):
+            found[first // _SEARCHED] = low_and_high
+
+    pool.run(work, len(rows), _SEARCHED)
     return found[:, :3].min(axis=0), found[:, 3:].max(axis=0)
+
+
+def _address(array: Any) -> int:
+    return 0 if array is None else int(array.ctypes.data)
+
+
+def _aligned(length: int, dtype: Any) -> Any:
+    """Memory that starts where a cache line starts: a vector across two lines takes twice as long."""
+    size = np.dtype(dtype).itemsize
+    memory = np.empty(length + LINE // size, dtype)
+    start = -memory.ctypes.data % LINE // size
+    return memory[start : start + length]
 
 
 def _parts(inputs: list[tuple[FloatArray | None, np.dtype[Any]]], count: int) -> Iterator[slice]:
@@ -178,55 +268,8 @@ def _is_plain(array: FloatArray, dtype: np.dtype[Any]) -> bool:
     return array.dtype == dtype and array.flags.c_contiguous and array.flags.aligned
 
 
-def _flat(array: FloatArray | None, dtype: np.dtype[Any], part: slice) -> FloatArray:
-    """A flat read-only view, or copy: read-only always, because Numba compiles anew for the other kind."""
-    if array is None:
-        return _nothing(dtype)
-    rows = array[part]
-    if not _is_plain(rows, dtype):
-        rows = np.require(rows, dtype, ["C", "A"])
-    flat = rows.reshape(-1)
-    flat.flags.writeable = False
-    return flat
-
-
-@functools.cache
-def _nothing(dtype: np.dtype[Any]) -> FloatArray:
-    return _flat(np.empty((0, 3), dtype), dtype, slice(0))
-
-
-def _run(*arguments: Any) -> None:
-    compiled: Any = _compiled(_Process.keeps_code)
-    assert compiled is not None
-    _Process.has_run = True
-    try:
-        with _Process.one_at_a_time:
-            compiled(*arguments)
-    except Exception:  # of whatever kind a damaged file of kept code raises when it is read, or a full disk
-        if not _Process.keeps_code:
-            raise
-        if _Process.has_mended:
-            _Process.keeps_code = False  # what is wrong with the arguments is wrong without kept code too
-        else:
-            _Process.has_mended = True
-            with contextlib.suppress(OSError):
-                compiled._cache.flush()  # private, but Numba has no other way to forget what is on disk
-        _run(*arguments)
-
-
-@functools.cache
-def _compiled(keeps_code: bool) -> Callable[..., None] | None:
-    """The compiled function, with its code kept on disk where that is possible; None without Numba."""
-    try:
-        from numba import config
-
-        from pvphong.shading.kernel.blocks import compile_shade
-    except ImportError:
-        return None
-    if config.DISABLE_JIT:
-        return None
-    try:
-        return compile_shade(cache=keeps_code)
-    except RuntimeError:  # Numba found no folder that it can write to
-        _Process.keeps_code = False
-        return compile_shade(cache=False)
+def _ready(array: FloatArray | None, dtype: np.dtype[Any]) -> FloatArray | None:
+    """The array itself, or a copy in the form that compiled code takes."""
+    if array is None or _is_plain(array, dtype):
+        return array
+    return np.require(array, dtype, ["C", "A"])

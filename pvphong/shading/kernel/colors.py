@@ -8,6 +8,7 @@ import numpy as np
 
 from pvphong.shading.kernel import rows as at
 from pvphong.shading.kernel.arithmetic import WHOLE32, inlined, plain
+from pvphong.shading.kernel.pointers import shifted
 from pvphong.shading.kernel.rows import BLOCK
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
@@ -37,7 +38,7 @@ def tint(rows: Any) -> None:
 @plain
 def join(rows: Any, low: Any, high: Any, rgb: Any, start: int, count: int) -> None:
     """Colours, clipped to [low, high], one after the other."""
-    part = rgb[3 * start : 3 * (start + count)]
+    part = shifted(rgb, 3 * start)
     for i in range(count):
         part[3 * i] = clipped(rows[at.R + i], low, high)
         part[3 * i + 1] = clipped(rows[at.G + i], low, high)
@@ -54,7 +55,7 @@ def _byte(intensity: Any) -> Any:
 @plain
 def join_bytes(rows: Any, display: Any, start: int, count: int) -> None:
     """`join` for uint8."""
-    part = display[3 * start : 3 * (start + count)]
+    part = shifted(display, 3 * start)
     for i in range(count):
         part[3 * i] = _byte(rows[at.R + i])
         part[3 * i + 1] = _byte(rows[at.G + i])

@@ -8,7 +8,8 @@ import numpy as np
 from llvmlite import ir
 from numba.extending import intrinsic
 
-from pvphong.shading.kernel.arithmetic import inlined, plain
+from pvphong.shading.kernel.arithmetic import inlined
+from pvphong.shading.kernel.pointers import shifted
 
 # Entries that are compared at once, each in a place of its own: a multiple of three, so that x stays with x, and of
 # the length of vectors. More of them would keep memory from being read one line after the other.
@@ -54,9 +55,9 @@ def _widen_by_four(part: Any, low: Any, high: Any) -> bool:
 
 
 @inlined
-def _widen(part: Any, low: Any, high: Any) -> bool:
+def _widen(part: Any, count: int, low: Any, high: Any) -> bool:
     good = True
-    for i in range(len(part)):
+    for i in range(count):
         x = part[i]
         low[i] = _least(low[i], x)
         high[i] = _most(high[i], x)
@@ -64,21 +65,19 @@ def _widen(part: Any, low: Any, high: Any) -> bool:
     return good
 
 
-@plain
-def find_extremes(array: Any, start: int, stop: int, rows: Any, found: Any) -> None:
-    """Least x, y, z and greatest x, y, z of some vectors; all NaN where any entry is not finite."""
-    low, high = rows[:_LANES], rows[_LANES:]
+def find_extremes(array: Any, start: int, stop: int, rows: Any, found: Any) -> bool:
+    """Least x, y, z and greatest x, y, z of some vectors; gives whether all entries are finite."""
+    low, high = rows, shifted(rows, _LANES)
     for i in range(_LANES):
         low[i], high[i] = np.inf, -np.inf
     good = True
     in_fours = (stop - start) * 3 // (4 * _LANES) * 4 * _LANES
     for first in range(3 * start, 3 * start + in_fours, 4 * _LANES):
-        good = good & _widen_by_four(array[first : first + 4 * _LANES], low, high)
+        good = good & _widen_by_four(shifted(array, first), low, high)
     for first in range(3 * start + in_fours, 3 * stop, _LANES):
-        good = good & _widen(array[first : min(first + _LANES, 3 * stop)], low, high)
+        good = good & _widen(shifted(array, first), min(_LANES, 3 * stop - first), low, high)
     for k in range(3):
         found[k], found[3 + k] = low[k], high[k]
         for i in range(k + 3, _LANES, 3):
-            found[k], found[3 + k] = min(found[k], low[i]), max(found[3 + k], high[i])
-    if not good:
-        found[:6] = np.nan
+            found[k], found[3 + k] = min(found[k], np.float64(low[i])), max(found[3 + k], np.float64(high[i]))
+    return good

@@ -1,24 +1,21 @@
-"""An equation as two arrays of records, the form in which compiled code takes it."""
+"""An equation as two arrays of records and one of numbers, the form in which compiled code takes it."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from operator import itemgetter
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pvphong.base.ranges import BRIGHTEST
-from pvphong.base.types import Vector
+from pvphong.base.types import Float64Array, Vector
+from pvphong.geometry.extent import Extent
 from pvphong.geometry.transform import normal_matrix
-from pvphong.optics.lights import DirectionalLight, Light, PointLight, SpotLight
-from pvphong.optics.reflectances import BlinnPhong, Phong
-from pvphong.optics.reflectances.vtk import VtkHeadlight
+from pvphong.optics.light import Light
 from pvphong.shading.equation import Equation, LightTerm
-
-NO_HIGHLIGHT, PHONG, BLINN_PHONG, HEADLIGHT = range(4)
-"""Kinds of highlight."""
 
 SETTINGS = np.dtype(
     [
@@ -27,20 +24,22 @@ SETTINGS = np.dtype(
         ("needs_eye", "?"),
         ("is_flipped", "?"),
         ("has_local_facing", "?"),
+        ("has_lobes_of_viewer", "?"),
         ("moves_points", "?"),
-        ("turns_normals", "?"),
         ("is_wide", "?"),
+        ("turns_normals", "?"),
+        ("has_albedo", "?"),
+        ("is_display", "?"),
         ("is_sunlit", "?"),
-        ("has_phong", "?"),
+        ("is_even", "?"),
+        ("count", "i8"),
+        ("stride", "i8"),
+        ("takes_albedo", "i8"),
         ("eye", "3f8"),
         ("to_eye", "3f8"),
         ("matrix", "(3,4)f8"),
         ("w", "f8"),
         ("normal_matrix", "(3,3)f8"),
-        ("shininess", "f8"),
-        ("floor", "f8"),
-        ("log_floor", "f8"),
-        ("dark", "f8"),
         ("base", "3f8"),
         ("emission", "3f8"),
         ("low", "f8"),
@@ -48,81 +47,101 @@ SETTINGS = np.dtype(
     ],
     align=True,
 )
-"""What all lights share. `is_sunlit`: there is just one light, dull and parallel, no albedo, and normals are used as
-they come. `has_phong`: some light has Phong's highlights. `log_floor`: log2 of `floor`.
-`dark`: from this squared chord on, a highlight is 0."""
+"""What all lights share. `is_sunlit`: there is just one light, even and with Lambert's factor alone, no albedo, and
+normals are used as they come. `is_even`: every vertex has the same colour. `count`: of lights. `stride`: how many
+numbers each stage has. `is_wide`: points are float64 beside rows of
+float32. `takes_albedo`: lobes that do, as the sum of 1, 2 and 4."""
 
 TERM = np.dtype(
     [
-        ("is_parallel", "?"),
+        ("is_even", "?"),
         ("varies", "?"),
-        ("has_cone", "?"),
         ("has_ambient", "?"),
-        ("needs_normals", "?"),
-        ("highlight", "i8"),
-        ("position", "3f8"),
-        ("axis", "3f8"),
-        ("edge", "f8"),
-        ("exponent", "f8"),
-        ("dark", "f8"),
-        ("constant", "f8"),
-        ("linear", "f8"),
-        ("quadratic", "f8"),
+        ("wanted", "i8"),
+        ("arrives", "i8"),
+        ("reflects", "i8"),
         ("gain", "f8"),
-        ("on_light", "f8"),
+        ("way", "3f8"),
         ("ambient", "3f8"),
-        ("diffuse", "3f8"),
-        ("specular", "3f8"),
+        ("colors", "(3,3)f8"),
     ],
     align=True,
 )
-"""One light. `position`: for parallel light a vector towards it, whose inverse length is in the colours where there are
-no highlights. `varies`: whether its strength is taken at each vertex; what of it is the same everywhere is in the
-colours. `on_light`: what a vertex on the light gets of its strength."""
+"""One light. `is_even`: the same everywhere, from the direction `way`, whose inverse length is in the colours where
+Lambert's factor is added straight. `varies`: whether its strength is taken at each vertex; what of it is the same
+everywhere is in the colours, and `gain`, a power of two, goes with the strength. `wanted`: lobes that are not black,
+as the sum of 1, 2 and 4. `arrives`, `reflects`: addresses of the stages, 0 for those that the driver has."""
 
-# Larger scene coordinates, and coefficients further from 1, are left to the reference: float32 could not hold
-# their products. (Vertices may be anywhere.)
-_LARGEST, _SMALLEST = 2.0**100, 2.0**-100
-
-
-_KINDS = (DirectionalLight, PointLight, SpotLight)
-_LAMPS = (PointLight, SpotLight)
+_LARGEST = 2.0**100
+"""Scene coordinates further out are left to the reference: float32 could not hold squares of sums with them.
+(Vertices may be anywhere.)"""
 
 _ORIGIN = (0.0, 0.0, 0.0)
+_ANYWHERE = Extent(np.zeros((0, 3)), None, None)
 _NO_MATRIX: tuple[Any, float, Any] = (((0.0,) * 4,) * 3, 1.0, ((0.0,) * 3,) * 3)
+_MOST_LOBES = 3
+
+# What a strength that varies is multiplied by in compiled code is between these powers of two, if there are numbers
+# that divide it, into which the rest can go.
+_LEAST_GAIN, _MOST_GAIN = -20, 100
 
 
-def fits(equation: Equation) -> bool:
-    """Whether compiled code can take the equation: known lights, and numbers within its range."""
-    lights = [term.light for term in equation.terms]
-    if not all(type(light) in _KINDS for light in lights):
+class Stages(Protocol):
+    """Where stages come from."""
+
+    @property
+    def toolkit(self) -> Any:
+        """What they are written with."""
+
+    def light(self, function: Any, real: str) -> int:
+        """Address of a light's stage for a type of rows."""
+
+    def reflectance(self, function: Any, real: str) -> int:
+        """Address of a reflectance's stage for a type of rows."""
+
+
+class Records(NamedTuple):
+    """What the driver reads of an equation."""
+
+    settings: NDArray[Any]
+    """One of type `SETTINGS`."""
+    terms: NDArray[Any]
+    """Of type `TERM`, one for each light."""
+    numbers: Float64Array
+    """Of the reflectance's stage, then of each light's; a row each."""
+
+
+def fits(equation: Equation, toolkit: Any) -> bool:
+    """Whether compiled code can take the equation: all have stages, and numbers are within its range."""
+    lobes = equation.reflectance.lobes
+    if len(lobes) > _MOST_LOBES or equation.reflectance.stage(toolkit, (True,) * len(lobes)) is None:
         return False
-    if type(equation.reflectance) not in {Phong, BlinnPhong, VtkHeadlight}:
-        return False
-    numbers = [value for light in lights for value in _coefficients(light)]
     if equation.matrix is not None:
         matrix = equation.matrix
         if matrix[3, :3].any() or matrix[3, 3] == 0.0:
             return False  # the reference says what is wrong with it
-        numbers += np.abs(matrix).ravel().tolist()
-    positions = [x for light in lights for x in _position(light)] + list(equation.eye or ())
-    return (
-        all(x == 0.0 or _SMALLEST <= x <= _LARGEST for x in numbers)
-        and all(abs(x) <= _LARGEST for x in positions)
-        and not any(_is_glaring(term) for term in equation.terms)
-    )
+        if not toolkit.holds(np.abs(matrix).ravel().tolist()):
+            return False
+    return _are_in_range(equation.eye or ()) and all(_fits(term, toolkit) for term in equation.terms)
 
 
-def _is_glaring(term: LightTerm) -> bool:
-    """Whether a spot's strength would be cut off at `BRIGHTEST` before its falloff brings it down again."""
-    light = term.light
-    return (
-        isinstance(light, SpotLight) and bool(light.exponent) and term.gain > BRIGHTEST * (light.attenuation[0] or 1.0)
-    )
+def _fits(term: LightTerm, toolkit: Any) -> bool:
+    if term.light.is_even:
+        return True
+    stage = term.light.stage(toolkit)
+    if stage is None or not _are_in_range(term.light.parameters()):
+        return False
+    return not stage.varies or term.gain <= stage.most_gain
 
 
-def settings(equation: Equation, *, is_wide: bool, has_albedo: bool) -> NDArray[Any]:
-    """One record of type `SETTINGS`."""
+def _are_in_range(numbers: Iterable[float]) -> bool:
+    return all(abs(x) <= _LARGEST for x in numbers)
+
+
+def records_of(
+    equation: Equation, stages: Stages, real: str, *, is_wide: bool, has_albedo: bool, is_display: bool
+) -> Records:
+    """An equation that `fits`, for rows of a type; `is_wide` if vertices are stored in a wider one."""
     matrix, w, normals_matrix = _NO_MATRIX
     turns_normals = False
     if equation.matrix is not None:
@@ -130,48 +149,45 @@ def settings(equation: Equation, *, is_wide: bool, has_albedo: bool) -> NDArray[
         if equation.needs_normals and equation.turns_normals:
             turns_normals = True
             normals_matrix = normal_matrix(equation.matrix).tolist()
-    base = equation.ambient
+    base, terms, numbers = equation.ambient, [], [equation.reflectance.parameters()]
     for term in equation.terms:
-        if isinstance(term.light, DirectionalLight):
-            base = _plus(base, _times(term.ambient, min(term.gain, BRIGHTEST)))
-    floor = _floor(equation)
-    highlights = {_highlight(term, equation) for term in equation.terms}
-    record = {
+        record, own, everywhere = _term(term, equation, stages, real)
+        base = _plus(base, everywhere)
+        terms.append(record)
+        numbers.append(own)
+    stride = max(map(len, numbers))
+    settings = {
         "needs_normals": equation.needs_normals,
         "needs_points": equation.needs_points,
         "needs_eye": equation.needs_eye,
         "is_flipped": equation.is_flipped,
         "has_local_facing": equation.local_facing,
+        "has_lobes_of_viewer": equation.has_highlights,
         "moves_points": equation.matrix is not None,
+        "is_wide": equation.needs_points and (is_wide or equation.matrix is not None),
         "turns_normals": turns_normals,
-        "is_wide": is_wide or equation.matrix is not None,
+        "has_albedo": has_albedo,
+        "is_display": is_display,
         "is_sunlit": (
-            highlights == {NO_HIGHLIGHT}
-            and [type(term.light) for term in equation.terms] == [DirectionalLight]
-            and equation.needs_normals
-            and not (turns_normals or equation.is_flipped or has_albedo)
+            [(record["is_even"], record["wanted"], record["reflects"]) for record in terms] == [(True, 1, 0)]
+            and not (turns_normals or equation.is_flipped or has_albedo or is_display)
         ),
-        "has_phong": PHONG in highlights,
+        "is_even": not (equation.needs_normals or equation.needs_points or has_albedo),
+        "count": len(terms),
+        "stride": stride,
+        "takes_albedo": _sum_of(lobe.takes_albedo for lobe in equation.reflectance.lobes),
         "eye": equation.eye or _ORIGIN,
         "to_eye": equation.to_eye,
         "matrix": matrix,
         "w": w,
         "normal_matrix": normals_matrix,
-        "shininess": _exponent(equation.reflectance.sharpness),
-        "floor": floor,
-        "log_floor": math.log2(floor) if floor else -math.inf,
-        "dark": math.inf if floor or not equation.reflectance.sharpness else 2.0,
         "base": base if has_albedo else _plus(base, equation.emission),
         "emission": equation.emission,
         "low": 0.0 if equation.clamp else -math.inf,
         "high": 1.0 if equation.clamp else math.inf,
     }
-    return _records(SETTINGS, [record])
-
-
-def terms(equation: Equation) -> NDArray[Any]:
-    """One record of type `TERM` for each light."""
-    return _records(TERM, [_term(term, equation) for term in equation.terms])
+    table = np.array([[*own, *(0.0,) * (stride - len(own))] for own in numbers])
+    return Records(_records(SETTINGS, [settings]), _records(TERM, terms), table)
 
 
 def _records(kind: np.dtype[Any], values: list[dict[str, Any]]) -> NDArray[Any]:
@@ -180,88 +196,88 @@ def _records(kind: np.dtype[Any], values: list[dict[str, Any]]) -> NDArray[Any]:
     return np.array(list(map(itemgetter(*kind.names), values)), kind)
 
 
-def _term(term: LightTerm, equation: Equation) -> dict[str, Any]:
-    light = term.light
-    constant, linear, quadratic = _coefficients(light)
+def _term(
+    term: LightTerm, equation: Equation, stages: Stages, real: str
+) -> tuple[dict[str, Any], tuple[float, ...], Vector]:
+    """Record and numbers of a light, and what it adds everywhere."""
+    wanted = tuple(map(any, term.colors))
+    function = equation.reflectance.stage(stages.toolkit, wanted) if any(wanted) else None
+    is_lambert = function is stages.toolkit.only_lambert
     record: dict[str, Any] = {
-        "is_parallel": False,
+        "is_even": term.light.is_even,
         "varies": False,
-        "has_cone": False,
         "has_ambient": False,
-        "needs_normals": any(term.colors[0]) or any(term.colors[1]),
-        "highlight": _highlight(term, equation),
-        "position": _position(light),
-        "axis": _ORIGIN,
-        "edge": 0.0,
-        "exponent": 0.0,
-        "dark": 0.0,
-        "constant": 1.0,
-        "linear": 0.0,
-        "quadratic": 0.0,
+        "wanted": _sum_of(wanted),
+        "arrives": 0,
+        "reflects": 0 if function is None or is_lambert else stages.reflectance(function, real),
         "gain": 1.0,
-        "on_light": 1.0,
+        "way": _ORIGIN,
+        "ambient": term.ambient,
     }
-    matt = 1.0
-    if isinstance(light, DirectionalLight):
-        way, inverse_length = light.way
-        record |= {"is_parallel": True, "position": way}
-        matt = inverse_length if record["highlight"] == NO_HIGHLIGHT else 1.0
-    elif linear or quadratic or any(term.ambient):
-        record |= {"varies": True, "has_ambient": any(term.ambient)}
-    if isinstance(light, SpotLight):
-        record |= _cone(light)
-    if linear or quadratic:
-        record |= _attenuated(term)
-        strength = 1.0
-    else:  # in its colours also for a spot: these are the bits of the point light that a plan may make of it
-        strength = min(term.gain / constant, BRIGHTEST)
-    return record | {
-        "ambient": _times(term.ambient, strength),
-        "diffuse": _times(term.colors[0], strength * matt),
-        "specular": _times(term.colors[1], strength),
-    }
+    if term.light.is_even:
+        way, strength, inverse_length = _even_arrival(term.light)
+        strength = min(term.gain * strength, BRIGHTEST)
+        colors = _colors(term, strength * inverse_length if is_lambert else strength)
+        return record | {"way": way, "colors": colors}, (), _times(term.ambient, strength)
+    light, factor = _simplest(term.light)
+    stage, strength = light.stage(stages.toolkit), term.gain * factor
+    assert stage is not None
+    record |= {"arrives": stages.light(stage.function, real), "has_ambient": any(term.ambient)}
+    numbers = light.parameters()
+    if stage.varies:
+        strength, exponent = _parted(strength)
+        kept = min(max(exponent, _LEAST_GAIN), _MOST_GAIN) if numbers[stage.divisors] else exponent
+        numbers = _divided(numbers, stage.divisors, 2.0 ** (exponent - kept))
+        record |= {"varies": True, "gain": 2.0**kept}
+    else:
+        strength = min(strength, BRIGHTEST)
+    record |= {"ambient": _times(term.ambient, strength), "colors": _colors(term, strength)}
+    return record, numbers, _ORIGIN
 
 
-def _attenuated(term: LightTerm) -> dict[str, Any]:
-    """Strength by distance.
+def _parted(number: float) -> tuple[float, int]:
+    """What is 1 or more and less than 2, and the power of two."""
+    mantissa, exponent = math.frexp(number)
+    return 2.0 * mantissa, exponent - 1
 
-    The gain is brought between 2^-21 and 2^100, and the rest of it goes into the coefficients, which may leave
-    float32's range for that. Where they sum to 0 or less than a normal number, the strength is beyond `BRIGHTEST`;
-    where they are infinite, it is below 2^-60.
+
+def _divided(numbers: tuple[float, ...], those: slice, factor: float) -> tuple[float, ...]:
+    """Some of the numbers over a factor; they may leave float32's range for that."""
+    if factor == 1.0:
+        return numbers
+    changed = list(numbers)
+    changed[those] = [number / factor for number in numbers[those]]
+    return tuple(changed)
+
+
+def _simplest(light: Light) -> tuple[Light, float]:
+    """The same light to the last bit, with a strength that is the same everywhere taken out of it.
+
+    It then goes into the colours, also for a light whose strength varies for other reasons: these are the bits of
+    the simpler light that a plan may make of it.
     """
-    constant, linear, quadratic = _coefficients(term.light)
-    exponent = math.frexp(term.gain)[1]
-    excess = 2.0 ** (exponent - min(max(exponent, -20), 100))
-    return {
-        "constant": constant / excess,
-        "linear": linear / excess,
-        "quadratic": quadratic / excess,
-        "gain": term.gain / excess,
-    }
+    for effect in light.effects:
+        choice = light.simpler(effect, _ANYWHERE, exactly=True)
+        if choice is not None and choice.make is not None:
+            return choice.make(), choice.factor
+    return light, 1.0
 
 
-def _cone(light: SpotLight) -> dict[str, Any]:
-    return {
-        "has_cone": True,
-        "varies": True,
-        "on_light": float(light.cone_angle == 90.0 and light.exponent == 0.0),
-        "axis": light.axis,
-        "edge": 4.0 * math.sin(math.radians(light.cone_angle) / 2.0) ** 2,
-        "exponent": _exponent(light.exponent),
-        "dark": 2.0 if light.exponent else math.inf,
-    }
+def _even_arrival(light: Light) -> tuple[Vector, float, float]:
+    """Way, strength and inverse length of a light that arrives everywhere alike."""
+    way, strength, inverse_length = light.arrival(np.zeros((3, 1)))
+    x, y, z = way[:, 0].tolist()
+    return (x, y, z), float(np.ravel(strength)[0]), float(np.ravel(inverse_length)[0])
 
 
-def _highlight(term: LightTerm, equation: Equation) -> int:
-    if isinstance(equation.reflectance, VtkHeadlight):
-        return HEADLIGHT
-    if not any(term.colors[1]):
-        return NO_HIGHLIGHT
-    return PHONG if isinstance(equation.reflectance, Phong) else BLINN_PHONG
+def _colors(term: LightTerm, factor: float) -> list[Vector]:
+    """Of three lobes; those that are not there are black."""
+    missing = _MOST_LOBES - len(term.colors)
+    return [*(_times(color, factor) for color in term.colors), *[_ORIGIN] * missing]
 
 
-def _floor(equation: Equation) -> float:
-    return getattr(equation.reflectance, "floor", 0.0)
+def _sum_of(flags: Iterable[bool]) -> int:
+    return sum(1 << k for k, flag in enumerate(flags) if flag)
 
 
 def _plus(a: Vector, b: Vector) -> Vector:
@@ -271,22 +287,3 @@ def _plus(a: Vector, b: Vector) -> Vector:
 def _times(color: Vector, factor: float) -> Vector:
     red, green, blue = color
     return red * factor, green * factor, blue * factor
-
-
-def _exponent(value: float) -> float:
-    """Within float32, and not 0 unless it is 0."""
-    return value and max(float(np.finfo(np.float32).tiny), min(value, BRIGHTEST))
-
-
-def _position(light: Light) -> Vector:
-    if isinstance(light, _LAMPS):
-        x, y, z = light.position
-        return x, y, z
-    return _ORIGIN
-
-
-def _coefficients(light: Light) -> Vector:
-    if isinstance(light, _LAMPS):
-        constant, linear, quadratic = light.attenuation
-        return constant, linear, quadratic
-    return 1.0, 0.0, 0.0

@@ -6,7 +6,7 @@ from __future__ import annotations
 # of first-level cache.
 BLOCK = 128
 
-# Vertices per unit of parallel work: enough that its scratch memory costs nothing.
+# Vertices in a group, the least that a thread is given.
 GROUP = 32 * BLOCK
 
 # Bytes in a line of the processor's caches, and in its longest vectors.
@@ -15,18 +15,23 @@ LINE = 64
 # Colour; and the part of it that the albedo does not multiply, where there is an albedo.
 R, G, B, HR, HG, HB = range(0, 6 * BLOCK, BLOCK)
 
-# Factors of one light: max(n·l, 0); the highlight's squared chord and then its power; attenuation times spot factor.
-COSINE, SHINE, STRENGTH = range(6 * BLOCK, 9 * BLOCK, BLOCK)
+# Factors of one light's lobes, and its strength. Until a stage is done, these are for its own use too.
+FIRST, SECOND, THIRD, STRENGTH = range(6 * BLOCK, 10 * BLOCK, BLOCK)
 
-# Points p; normals n, with 1/|n|.
-PX, PY, PZ, NX, NY, NZ, INVERSE = range(9 * BLOCK, 16 * BLOCK, BLOCK)
+# Normals n, with 1/|n|.
+NX, NY, NZ, INVERSE = range(10 * BLOCK, 14 * BLOCK, BLOCK)
 
 # Unit vectors v to the viewer, with n·v; the axis to the viewer.
-VX, VY, VZ, FACING, AX, AY, AZ = range(16 * BLOCK, 23 * BLOCK, BLOCK)
+VX, VY, VZ, FACING, AX, AY, AZ = range(14 * BLOCK, 21 * BLOCK, BLOCK)
 
-# Ways D to a light or to the eye, with 1/|D|, and with the powers of two that were taken out of them where any of
-# them was rescued.
-DX, DY, DZ, NEARNESS, EXPONENT = range(23 * BLOCK, 28 * BLOCK, BLOCK)
+# Ways D to a light or to the eye, with 1/|D|. Where |D| itself was wanted, it stands in the row of strengths.
+DX, DY, DZ, NEARNESS = range(21 * BLOCK, 25 * BLOCK, BLOCK)
+
+# Points, unless they stand in float64 beside rows of float32.
+PX, PY, PZ = range(25 * BLOCK, 28 * BLOCK, BLOCK)
+
+# Not 0 for a vertex that is left to the reference.
+DECLINED = 28 * BLOCK
 
 # Albedo; and the length of all rows.
-ALBEDO_R, ALBEDO_G, ALBEDO_B, ROWS = range(28 * BLOCK, 32 * BLOCK, BLOCK)
+ALBEDO_R, ALBEDO_G, ALBEDO_B, ROWS = range(29 * BLOCK, 33 * BLOCK, BLOCK)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from pvphong.shading.kernel.arithmetic import inlined, multiply_add
+from pvphong.shading.kernel.pointers import like
 
 _ONE = np.float32(1.0)
 
@@ -20,13 +21,12 @@ ZERO_SQUARE = np.float32(2.0**-126)
 @inlined
 def in_type(vector: Any, rows: Any) -> tuple[Any, Any, Any]:
     """A vector or colour of a record, in the type of rows."""
-    real = rows.dtype.type
-    return real(vector[0]), real(vector[1]), real(vector[2])
+    return like(rows, vector[0]), like(rows, vector[1]), like(rows, vector[2])
 
 
 @inlined
 def is_moderate(square: Any) -> bool:
-    """Whether a vector of that squared length needs no rescue; False for NaN."""
+    """Whether a vector of that squared length can be used as it is; False for NaN."""
     return (square >= _LEAST_SQUARE) & (square <= _MOST_SQUARE)  # `and` would be a branch
 
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -13,10 +10,11 @@ import pytest
 import pvphong as ph
 from pvphong.shading import kernel
 from pvphong.shading.equation import assemble
-from pvphong.shading.evaluation import display_colors
 from pvphong.shading.kernel.rows import GROUP
-from pvphong.shading.plan.plan import make_plan
+from pvphong.shading.plan.plan import Plan
+from pvphong.shading.reference import shade as shade_by_reference
 from pvphong.shading.result import Shading
+from pvphong.shading.vertices import Vertices
 
 pytest.importorskip("numba", reason="the extra `fast` is not installed")
 pytestmark = pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
@@ -155,28 +153,31 @@ def test_a_large_mesh_has_the_bits_of_its_pieces(vertices, precision, name, has_
     assert np.isnan(memory[[0, -1]]).all()
 
 
-def test_the_number_of_threads_changes_no_bit(vertices):
-    import numba
-
-    if numba.config.NUMBA_NUM_THREADS < 2:
-        pytest.skip("there is a single thread")
-
-    many = tuple(np.tile(array, (20, 1)) for array in vertices)
-    threads = numba.get_num_threads()
-    try:
-        numba.set_num_threads(1)
-        alone = shade(many, "all", "numba", "float32")
-    finally:
-        numba.set_num_threads(threads)
-    np.testing.assert_array_equal(shade(many, "all", "numba", "float32"), alone)
+@pytest.mark.parametrize("kind", ["float32", "float64", "uint8"])
+def test_vertices_that_it_declines_have_the_references_bits(vertices, kind):
+    """On a light, on the eye, not finite, or too far from a light; the others keep the kernel's."""
+    points, normals = (array.copy() for array in vertices)
+    scene, material = scene_of("all")
+    equation, albedo = assemble(scene, material, None), np.random.default_rng(4).random((COUNT, 3))
+    usual, lit, reference = (np.empty((COUNT, 3), kind) for _ in range(3))
+    assert kernel.shade(points, normals, equation, albedo, Shading(usual))
+    declined = [3, 127, 128, 900, COUNT - 1]
+    points[declined] = LAMP.position, scene.viewer.position, (0, np.nan, 0), (1e300, 0, 0), SPOT.position
+    assert kernel.shade(points, normals, equation, albedo, Shading(lit))
+    others = np.delete(np.arange(COUNT), declined)
+    np.testing.assert_array_equal(lit[others], usual[others])
+    floats = np.empty((COUNT, 3), "float32" if kind == "uint8" else kind)
+    shade_by_reference(points, normals, equation, albedo, Shading(floats))
+    reference[:] = np.rint(floats * 255.0) if kind == "uint8" else floats
+    np.testing.assert_array_equal(lit[declined], reference[declined])
 
 
 def test_colours_for_a_display_are_the_rounded_floats(vertices):
     points, normals = (np.tile(array.astype(np.float32), (200, 1)) for array in vertices)
     scene, material = scene_of("all")
-    left = ph.plan(points, scene, material).equation
     shown = np.zeros((len(points), 3), np.uint8)
-    display_colors(points, normals, assemble(scene, material, None), left, None, shown)
+    vertices = Vertices(points, normals)
+    Plan.of(scene, material, vertices).run_for_display(vertices, shown)
     exact = ph.evaluate(points, normals, scene, material, backend="numba").rgb * np.float32(255.0)
     np.testing.assert_array_equal(shown, np.rint(exact))
     assert len(np.unique(shown)) > 100
@@ -184,75 +185,15 @@ def test_colours_for_a_display_are_the_rounded_floats(vertices):
 
 def test_moving_or_tinting_a_light_compiles_nothing(vertices):
     shade(vertices, "all", "numba", "float32")
-    compiled = kernel._compiled(kernel._Process.keeps_code)
-    before = len(compiled.signatures)
+    before = len(kernel._library())
     scene, material = scene_of("all")
     for light in (replace(LAMP, position=(5, 5, 5)), replace(SPOT, diffuse="red", cone_angle=31.0), SUN):
         ph.evaluate(*vertices, replace(scene, lights=[light]), replace(material, shininess=3.0), backend="numba")
-    assert len(compiled.signatures) == before
+    assert len(kernel._library()) == before
 
 
 def result_of(rows, **arrays):
     return Shading(np.full((rows, 3), 7.0, np.float32), **arrays)
-
-
-@pytest.mark.parametrize("count", [2**15, 2**15 + 1, 2**15 + 130, 50_000])
-@pytest.mark.parametrize(("stored", "precision"), [("f4", "float32"), ("f8", "float32"), ("f8", "float64")])
-def test_the_bounds_that_it_finds_are_numpys(stored, precision, count):
-    random = np.random.default_rng(count)
-    rows = (random.normal(size=(count, 3)) * (1.0, 1e3, 1e-20) + (5.0, 0.0, 1e-19)).astype(stored)
-    rows[-1] = -7.0, 1e4, 1.0
-    ph.evaluate(rows[:9], rows[:9], *scene_of("lamp"), backend="numba", precision=precision)
-    low, high = kernel.find_bounds(rows)
-    np.testing.assert_array_equal(low, rows.min(axis=0))
-    np.testing.assert_array_equal(high, rows.max(axis=0))
-    rows[count // 2, 1] = random.choice((np.nan, np.inf, -np.inf))
-    assert np.isnan(kernel.find_bounds(rows)).all()
-
-
-def test_bounds_are_left_to_numpy_where_they_would_take_longer():
-    rows = np.ones((2**15, 3), np.float32)
-    ph.evaluate(rows[:9], rows[:9], *scene_of("lamp"), backend="numba")
-    assert kernel.find_bounds(rows) is not None
-    assert kernel.find_bounds(rows[1:]) is None
-    assert kernel.find_bounds(np.ones((2**15, 6), np.float32)[:, ::2]) is None
-    assert kernel.find_bounds(rows.astype(np.float16)) is None
-
-
-@pytest.mark.parametrize("distance", [6.0, 60.0])
-def test_a_plan_is_the_same_by_the_bounds_of_either(distance):
-    random = np.random.default_rng(3)
-    points = (random.uniform(-1, 1, size=(2**15, 3)) * (1.0, 0.3, 0.05) + (4.0, -2.0, 1.0)).astype(np.float32)
-    normals = (np.abs(points) * (0.01, 0.02, 1.0)).astype(np.float32)
-    lights = [
-        ph.PointLight(position=(4, -2, distance), attenuation=(1, 0, 0.01)),
-        ph.PointLight(position=(4 - 9 * distance, -2, distance)),
-        ph.SpotLight(position=(4, -2, distance), direction=(0.1, 0, -1), cone_angle=25, exponent=1),
-    ]
-    scene = ph.Scene(lights, ph.Viewer(position=(4, -2 - 30 * distance, 3)), ph.LightModel(two_sided=True))
-    ph.evaluate(points[:9], points[:9], scene, SHINY, backend="numba")
-    asked = []
-
-    def search(rows):
-        asked.append(kernel.find_bounds(rows))
-        return asked[-1]
-
-    plans = [make_plan(points, normals, scene, SHINY, None, 0.2, by) for by in (None, search)]
-    assert len(asked) == 2
-    assert all(found is not None for found in asked)
-    assert plans[0].explain() == plans[1].explain()
-    assert plans[0].error_bound == plans[1].error_bound > 0.0
-    wrong = make_plan(points, normals, scene, SHINY, None, 0.2, lambda rows: tuple(2 * x for x in search(rows)))
-    assert wrong.error_bound != plans[0].error_bound
-
-
-def test_looking_for_bounds_compiles_nothing():
-    rows = np.ones((2**15, 3), np.float32)
-    ph.evaluate(rows[:9], rows[:9], *scene_of("lamp"), backend="numba")
-    compiled = kernel._compiled(kernel._Process.keeps_code)
-    before = list(compiled.signatures)
-    assert kernel.find_bounds(rows) is not None
-    assert compiled.signatures == before
 
 
 @pytest.mark.parametrize("lights", [[], [replace(SUN, ambient=0.3)], [replace(LAMP, ambient=0.3)]])
@@ -260,11 +201,10 @@ def test_the_type_of_what_is_not_read_compiles_nothing(lights):
     scene, matt = ph.Scene(lights), ph.Material(ambient=0.5, diffuse=0.0)
     rows = np.ones((9, 3), np.float32)
     ph.evaluate(rows, rows, *scene_of("lamp"), backend="numba")
-    compiled = kernel._compiled(kernel._Process.keeps_code)
-    before = list(compiled.signatures)
+    before = len(kernel._library())
     unread = np.zeros((9, 3))
     ph.evaluate(rows, unread, scene, matt, backend="numba")
-    assert compiled.signatures == before
+    assert len(kernel._library()) == before
 
 
 def test_it_declines_what_it_cannot_do_and_writes_nothing(vertices):
@@ -284,95 +224,6 @@ def test_lights_as_bright_as_they_are_far_away(vertices, intensity):
     np.testing.assert_allclose(*lit, atol=1e-5)
 
 
-def run_apart(code, **environment):
-    return subprocess.run(
-        [sys.executable, "-W", "error", "-c", code],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-        env=os.environ | environment,
-    )
-
-
-EVALUATE = """
-import numpy as np, pvphong as ph
-def lit(backend, n=3):
-    return ph.evaluate(np.zeros((n, 3)), np.tile([0, 0, 1.0], (n, 1)), ph.Scene([ph.DirectionalLight()]), ph.Material(),
-                       backend=backend).rgb[0]
-"""
-
-
-def test_without_numba_all_works_but_asking_for_it():
-    code = f"""
-import sys
-sys.modules["numba"] = None
-{EVALUATE}
-assert abs(lit("auto", 300000) - 0.84).max() < 1e-6
-try:
-    lit("numba")
-except ValueError as error:
-    print(error)
-"""
-    process = run_apart(code)
-    assert process.returncode == 0, process.stderr
-    assert "backend must be 'auto' or 'numpy' where Numba is not installed" in process.stdout
-
-
-def test_without_a_folder_for_compiled_code_it_is_no_failure_but_not_worth_compiling():
-    code = f"""
-from unittest import mock
-from numba.core import caching
-from pvphong.shading import kernel
-{EVALUATE}
-# The tests may run as root, for whom no folder is closed.
-with mock.patch.object(caching._CacheLocator, "ensure_cache_path", side_effect=PermissionError):
-    assert kernel.is_available()
-    assert not kernel.keeps_code()
-    with mock.patch.object(kernel, "shade", side_effect=AssertionError("it compiles")):
-        print(lit("auto", 300000))
-"""
-    process = run_apart(code)
-    assert process.returncode == 0, process.stderr
-    assert process.stdout.count("0.84") == 3, process.stdout
-
-
-class KeptCode:
-    """Compiled code with a cache on disk that is damaged: whatever reading it raises."""
-
-    def __init__(self, can_be_mended):
-        self.can_be_mended, self.is_damaged, self._cache, self.calls = can_be_mended, True, self, []
-
-    def flush(self):
-        if not self.can_be_mended:
-            raise OSError("no space left on the device")
-        self.is_damaged = False
-
-    def __call__(self, argument):
-        if self.is_damaged:
-            raise ValueError("invalid literal for int()")  # as for a text in place of Numba's index
-        self.calls.append(argument)
-
-
-@pytest.mark.parametrize("can_be_mended", [True, False])
-def test_kept_code_that_is_damaged_is_replaced_or_done_without(monkeypatch, can_be_mended):
-    kept, anew = KeptCode(can_be_mended), []
-    monkeypatch.setattr(kernel, "_compiled", lambda keeps_code: kept if keeps_code else anew.append)
-    monkeypatch.setattr(kernel._Process, "keeps_code", True)
-    monkeypatch.setattr(kernel._Process, "has_mended", False)
-    kernel._run("arguments")
-    assert (kept.calls, anew) == ((["arguments"], []) if can_be_mended else ([], ["arguments"]))
-    assert kernel._Process.keeps_code is can_be_mended
-
-
-def test_what_goes_wrong_without_kept_code_too_is_an_error(monkeypatch):
-    monkeypatch.setattr(kernel, "_compiled", lambda _: KeptCode(can_be_mended=False))
-    monkeypatch.setattr(kernel._Process, "keeps_code", True)
-    monkeypatch.setattr(kernel._Process, "has_mended", False)
-    with pytest.raises(ValueError, match="invalid literal"):
-        kernel._run("arguments")
-
-
 def test_what_reaches_the_vertices_does_not_choose_the_evaluator():
     """By the lights that a plan leaves, one spoiled vertex would send all the others to the other evaluator."""
     away = ph.SpotLight(position=(0, 0, 50), direction=(0, 0, 1), cone_angle=30)
@@ -390,11 +241,12 @@ def test_what_reaches_the_vertices_does_not_choose_the_evaluator_of_a_window(mon
     monkeypatch.setattr(kernel, "shade", lambda *arguments: asked.append(arguments) or True)
     away = ph.SpotLight(position=(0, 0, 50), direction=(0, 0, 1), cone_angle=30)
     scene, points = ph.Scene([away, LAMP]), np.random.default_rng(8).normal(size=(150_000, 3)).astype(np.float32)
-    whole, left = assemble(scene, SHINY, None), ph.plan(points, scene, SHINY).equation
-    assert (len(whole.terms), len(left.terms)) == (2, 1)
-    display_colors(points, points, whole, left, None, np.empty(points.shape, np.uint8))
-    assert asked[0][2] is left
-    assert asked[0][-1] is whole
+    vertices = Vertices(points, points)
+    plan = Plan.of(scene, SHINY, vertices)
+    assert (len(plan.whole.terms), len(plan.equation.terms)) == (2, 1)
+    plan.run_for_display(vertices, np.empty(points.shape, np.uint8))
+    assert asked[0][2] is plan.equation
+    assert asked[0][-1] is plan.whole
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
@@ -409,56 +261,3 @@ def test_what_light_grazes_exactly_stays_dark(precision, count):
         for material in (WHITE, replace(WHITE, specular=0.0)):
             lit = ph.evaluate(np.zeros_like(normals), normals, scene, material, precision=precision, backend="numba")
             assert not lit.rgb[i].any()
-
-
-def test_numba_told_not_to_compile_is_as_if_it_were_not_there():
-    code = f"""
-{EVALUATE}
-print(lit("auto", 300000))
-try:
-    lit("numba")
-except ValueError as error:
-    print(error)
-"""
-    process = run_apart(code, NUMBA_DISABLE_JIT="1")
-    assert process.returncode == 0, process.stderr
-    assert "0.84" in process.stdout
-    assert "where Numba does not compile" in process.stdout
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
-def test_a_forked_child_says_why_it_cannot_use_numba():
-    code = f"""
-{EVALUATE}
-import os
-lit("numba")
-if not os.fork():
-    assert abs(lit("auto", 300000) - 0.84).max() < 1e-6
-    try:
-        lit("numba")
-    except ValueError as error:
-        print(error, flush=True)
-    os._exit(0)
-os.wait()
-"""
-    process = run_apart(code)
-    assert process.returncode == 0, process.stderr
-    assert "forked from one that has used Numba" in process.stdout
-
-
-def test_several_python_threads_may_evaluate_at_once():
-    # Numba's own threads, where neither OpenMP nor TBB is there, abort the process when two callers meet.
-    code = f"""
-{EVALUATE}
-from concurrent.futures import ThreadPoolExecutor
-with ThreadPoolExecutor(4) as pool:
-    for colour in pool.map(lambda _: lit("numba", 200000), range(12)):
-        assert abs(colour - 0.84).max() < 1e-6
-"""
-    process = run_apart(code, NUMBA_THREADING_LAYER="workqueue", NUMBA_NUM_THREADS="2")
-    assert process.returncode == 0, process.stderr
-
-
-def test_importing_pvphong_does_not_import_numba():
-    process = run_apart("import sys, pvphong; assert 'numba' not in sys.modules")
-    assert process.returncode == 0, process.stderr

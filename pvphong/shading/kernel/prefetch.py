@@ -18,44 +18,41 @@ from pvphong.shading.kernel.rows import BLOCK, LINE
 
 
 def _prefetch(for_writing: int) -> Any:
-    """Compiled code that asks for the cache line at an address; LLVM's hint, which never fails."""
+    """Compiled code that asks for the cache lines of a block's vectors; LLVM's hint, which never fails."""
 
     @intrinsic
-    def prefetch(_typing: Any, address: Any) -> Any:  # noqa: ARG001 Numba wants it by name
+    def prefetch(_typing: Any, array: Any, first: Any) -> Any:  # noqa: ARG001 Numba wants it by name
+        size = array.dtype.bitwidth // 8
+
         def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+            array, first = arguments
             byte, i32 = ir.IntType(8).as_pointer(), ir.IntType(32)
             kind = ir.FunctionType(ir.VoidType(), [byte, i32, i32, i32])
             function = builder.module.declare_intrinsic("llvm.prefetch", [byte], kind)
-            pointer = builder.inttoptr(arguments[0], byte)
-            builder.call(function, [pointer, i32(for_writing), i32(3), i32(1)])  # into the nearest cache, of data
+            start = builder.bitcast(builder.gep(array, [builder.mul(first, first.type(3))]), byte)
+            for offset in range(0, 3 * BLOCK * size, LINE):
+                line = builder.gep(start, [first.type(offset)])
+                builder.call(function, [line, i32(for_writing), i32(3), i32(1)])  # into the nearest cache, of data
             return context.get_dummy_value()
 
-        return types.void(types.intp), generate
+        return types.void(array, types.intp), generate
 
     return prefetch
 
 
-_prefetch_to_read, _prefetch_to_write = _prefetch(0), _prefetch(1)
+_to_read, _to_write = _prefetch(0), _prefetch(1)
 
 
 @inlined
-def _ask_for(array: Any, first: int, for_writing: bool) -> None:
-    if 3 * (first + BLOCK) <= len(array):
-        start = array.ctypes.data + 3 * first * array.itemsize
-        for offset in range(0, 3 * BLOCK * array.itemsize, LINE):
-            if for_writing:
-                _prefetch_to_write(start + offset)
-            else:
-                _prefetch_to_read(start + offset)
-
-
-@inlined
-def ask(turn: int, first: int, points: Any, normals: Any, rgb: Any, display: Any) -> None:
+def ask(turn: int, first: int, points: Any, normals: Any, rgb: Any, display: Any, s: Any) -> None:
     """Ask for the block that begins with vertex `first`: its colours at turn 0, its normals at 1, its points at 2."""
     if turn == 0:
-        _ask_for(rgb, first, True)
-        _ask_for(display, first, True)
+        if s.is_display:
+            _to_write(display, first)
+        else:
+            _to_write(rgb, first)
     elif turn == 1:
-        _ask_for(normals, first, False)
-    elif turn == 2:
-        _ask_for(points, first, False)
+        if s.needs_normals:
+            _to_read(normals, first)
+    elif turn == 2 and s.needs_points:
+        _to_read(points, first)

@@ -1,0 +1,118 @@
+"""The kernel's loops that add what light leaves a surface: factors times colours into a block's rows.
+
+Each is simple enough for LLVM to vectorise. Literals are float32: a Python float would widen float32 arithmetic, and
+these are widened, exactly, where rows are float64. There is no fast-math: each vertex's bits are what IEEE arithmetic
+makes of its own numbers. Products and sums are fused by `multiply_add` alone, and so alike in every loop; where terms
+that cancel exactly must leave 0 they are not fused.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from pvphong.base.ranges import BRIGHTEST
+from pvphong.shading.kernel import rows as at
+from pvphong.shading.kernel.arithmetic import inlined, multiply_add, plain
+from pvphong.shading.kernel.rows import BLOCK
+from pvphong.shading.kernel.ways import normal_dot
+
+_ZERO, _ONE, _BRIGHTEST = np.float32(0.0), np.float32(1.0), np.float32(BRIGHTEST)
+
+
+@plain
+def fill(rows: Any, start: int, x: Any, y: Any, z: Any) -> None:
+    """The same vector or colour in three rows."""
+    for i in range(BLOCK):
+        rows[start + i] = x
+        rows[start + BLOCK + i] = y
+        rows[start + 2 * BLOCK + i] = z
+
+
+@inlined
+def _add(rows: Any, i: int, factor: Any, red: Any, green: Any, blue: Any) -> None:
+    rows[at.R + i] = multiply_add(red, factor, rows[at.R + i])
+    rows[at.G + i] = multiply_add(green, factor, rows[at.G + i])
+    rows[at.B + i] = multiply_add(blue, factor, rows[at.B + i])
+
+
+@inlined
+def _strength(rows: Any, i: int, gain: Any) -> Any:
+    return min(rows[at.STRENGTH + i] * gain, _BRIGHTEST)
+
+
+@plain
+def add_evenly(rows: Any, red: Any, green: Any, blue: Any) -> None:
+    """Add a colour."""
+    for i in range(BLOCK):
+        _add(rows, i, _ONE, red, green, blue)
+
+
+@plain
+def add_strength(rows: Any, gain: Any, red: Any, green: Any, blue: Any) -> None:
+    """Add a colour times the light's strength."""
+    for i in range(BLOCK):
+        _add(rows, i, _strength(rows, i, gain), red, green, blue)
+
+
+# --- Lambert's factor alone, straight from normals and ways
+
+
+@inlined
+def lambert(rows: Any, i: int) -> Any:
+    """max(n·l, 0)."""
+    n_d = normal_dot(rows, i, rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i])
+    return max(n_d * (rows[at.NEARNESS + i] * rows[at.INVERSE + i]), _ZERO)
+
+
+@plain
+def add_lambert(rows: Any, red: Any, green: Any, blue: Any) -> None:
+    """Add a colour times max(n·l, 0)."""
+    for i in range(BLOCK):
+        _add(rows, i, lambert(rows, i), red, green, blue)
+
+
+@plain
+def add_weakened(rows: Any, gain: Any, red: Any, green: Any, blue: Any) -> None:
+    """`add_lambert`, times the strength."""
+    for i in range(BLOCK):
+        _add(rows, i, lambert(rows, i) * _strength(rows, i, gain), red, green, blue)
+
+
+@plain
+def add_parallel(rows: Any, red: Any, green: Any, blue: Any, x: Any, y: Any, z: Any) -> None:
+    """`add_lambert` for the same way (x, y, z) to the light everywhere, whose inverse length is in the colour."""
+    for i in range(BLOCK):
+        n_l = max(normal_dot(rows, i, x, y, z) * rows[at.INVERSE + i], _ZERO)
+        _add(rows, i, n_l, red, green, blue)
+
+
+# --- factors of lobes, as a reflectance's stage leaves them
+
+
+@plain
+def weaken(rows: Any, factors: int, gain: Any) -> None:
+    """Multiply a lobe's factors by the strength."""
+    for i in range(BLOCK):
+        rows[factors + i] *= _strength(rows, i, gain)
+
+
+@plain
+def add_lobe(rows: Any, factors: int, target: int, red: Any, green: Any, blue: Any) -> None:
+    """Add a colour times a lobe's factors to the rows of a colour."""
+    for i in range(BLOCK):
+        factor = rows[factors + i]
+        rows[target + i] = multiply_add(red, factor, rows[target + i])
+        rows[target + BLOCK + i] = multiply_add(green, factor, rows[target + BLOCK + i])
+        rows[target + 2 * BLOCK + i] = multiply_add(blue, factor, rows[target + 2 * BLOCK + i])
+
+
+@plain
+def add_two(rows: Any, red: Any, green: Any, blue: Any, other_red: Any, other_green: Any, other_blue: Any) -> None:
+    """The first two lobes at half the traffic, where no albedo keeps them apart."""
+    for i in range(BLOCK):
+        first, second = rows[at.FIRST + i], rows[at.SECOND + i]
+        rows[at.R + i] = multiply_add(other_red, second, multiply_add(red, first, rows[at.R + i]))
+        rows[at.G + i] = multiply_add(other_green, second, multiply_add(green, first, rows[at.G + i]))
+        rows[at.B + i] = multiply_add(other_blue, second, multiply_add(blue, first, rows[at.B + i]))

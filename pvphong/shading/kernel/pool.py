@@ -1,0 +1,78 @@
+"""Threads of our own for compiled code that holds no lock of the interpreter's: several callers may use them at once.
+
+Work comes in ranges, more and smaller ones than there are threads, and each thread takes the next when it is done
+with one: where other programs keep the cores busy, none waits for another for long. The calling thread takes part.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import os
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, ClassVar
+
+
+class _Limit:
+    threads: ClassVar[int | None] = None
+
+
+@functools.cache
+def _most() -> int:
+    """Numba's setting, NUMBA_NUM_THREADS, which is by default the processors that this process may use."""
+    from numba import config
+
+    return int(config.NUMBA_NUM_THREADS)
+
+
+def count() -> int:
+    """Threads that work at once: Numba's setting, but no more than the processors that this process may use now."""
+    here = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return max(1, min(_most(), here, _Limit.threads or here))
+
+
+@contextlib.contextmanager
+def limited(threads: int) -> Iterator[None]:
+    """While it lasts, no more threads than that work at once, in the whole process."""
+    before, _Limit.threads = _Limit.threads, threads
+    try:
+        yield
+    finally:
+        _Limit.threads = before
+
+
+@functools.cache
+def _helpers(_process: int, threads: int) -> ThreadPoolExecutor:
+    """A process has its own, for threads do not survive a fork."""
+    return ThreadPoolExecutor(threads, thread_name_prefix="pvphong")
+
+
+def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
+    """Call `work(first, last)` for all ranges of a length from 0 to `stop`, by the calling thread if there is one.
+
+    An exception in any of them is raised here, when all threads are done.
+    """
+    threads = min(count(), -(-stop // step))
+    if threads < 2:
+        for first in range(0, stop, step):
+            work(first, min(first + step, stop))
+        return
+    ranges, lock = iter(range(0, stop, step)), threading.Lock()
+
+    def help_out() -> None:
+        while True:
+            with lock:
+                first = next(ranges, stop)
+            if first >= stop:
+                return
+            work(first, min(first + step, stop))
+
+    futures = [_helpers(os.getpid(), threads - 1).submit(help_out) for _ in range(threads - 1)]
+    try:
+        help_out()
+    finally:
+        for future in futures:
+            if not future.cancel():  # those that have not begun have nothing left to do
+                future.result()

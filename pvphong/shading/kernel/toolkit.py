@@ -1,0 +1,97 @@
+"""What the stages of lights and reflectances are written with: `Light.stage` and `Reflectance.stage` are given it.
+
+A stage lights a block of `BLOCK` vertices at once. Its loops run over i in range(BLOCK), are simple enough for LLVM to
+vectorise (no branch, `min`, `max` and choices between two numbers at hand), and read and write `rows[ROW + i]` for the
+rows named here. Literals must be float32 (`ZERO`, `ONE`, `TWO`, or `like(rows, x)`), for a Python float widens the
+arithmetic; sums that are not to be rounded twice are written with `multiply_add`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from pvphong.shading.kernel.adding import lambert
+from pvphong.shading.kernel.arithmetic import multiply_add, plain
+from pvphong.shading.kernel.pointers import like
+from pvphong.shading.kernel.powers import raise_second
+from pvphong.shading.kernel.rows import (
+    BLOCK,
+    DX,
+    DY,
+    DZ,
+    FACING,
+    FIRST,
+    INVERSE,
+    NEARNESS,
+    NX,
+    NY,
+    NZ,
+    SECOND,
+    STRENGTH,
+    THIRD,
+    VX,
+    VY,
+    VZ,
+)
+from pvphong.shading.kernel.vectors import ZERO_SQUARE, dot, inverse_root, square_of
+from pvphong.shading.kernel.ways import approach, approach_measured, attenuate, normal_dot
+
+ZERO, ONE, TWO = np.float32(0.0), np.float32(1.0), np.float32(2.0)
+
+# Numbers further from 1 are left to the reference: float32 could not hold their products.
+LARGEST, SMALLEST = 2.0**100, 2.0**-100
+
+
+def holds(numbers: Iterable[Any]) -> bool:
+    """Whether float32 holds products of numbers >= 0: each is 0, or not further than 2¹⁰⁰ from 1."""
+    return all(x == 0.0 or SMALLEST <= x <= LARGEST for x in numbers)
+
+
+@plain
+def only_lambert(numbers: Any, rows: Any, _points: Any) -> int:  # noqa: ARG001 as any stage's
+    """The stage of a reflectance of which Lambert's factor alone is wanted; the driver has it in faster loops."""
+    for i in range(BLOCK):
+        rows[FIRST + i] = lambert(rows, i)
+    return 1
+
+
+__all__ = [
+    "BLOCK",
+    "DX",
+    "DY",
+    "DZ",
+    "FACING",
+    "FIRST",
+    "INVERSE",
+    "LARGEST",
+    "NEARNESS",
+    "NX",
+    "NY",
+    "NZ",
+    "ONE",
+    "SECOND",
+    "SMALLEST",
+    "STRENGTH",
+    "THIRD",
+    "TWO",
+    "VX",
+    "VY",
+    "VZ",
+    "ZERO",
+    "ZERO_SQUARE",
+    "approach",
+    "approach_measured",
+    "attenuate",
+    "dot",
+    "holds",
+    "inverse_root",
+    "like",
+    "multiply_add",
+    "normal_dot",
+    "only_lambert",
+    "raise_second",
+    "square_of",
+]

@@ -1,0 +1,25 @@
+"""Runs code in a process of its own."""
+
+import os
+import subprocess
+import sys
+
+EVALUATE = """
+import numpy as np, pvphong as ph
+def lit(backend, n=3):
+    return ph.evaluate(np.zeros((n, 3)), np.tile([0, 0, 1.0], (n, 1)), ph.Scene([ph.DirectionalLight()]), ph.Material(),
+                       backend=backend).rgb[0]
+"""
+
+
+def run_apart(code, **environment):
+    process = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+        env=os.environ | environment,
+    )
+    assert process.returncode == 0, process.stderr
+    return process.stdout

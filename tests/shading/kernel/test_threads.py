@@ -1,0 +1,105 @@
+"""Threads share the work, change no bit, and are there for every caller and after a fork."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+
+import numpy as np
+import pytest
+from shading.kernel.apart import EVALUATE, run_apart
+
+import pvphong as ph
+from pvphong.shading import kernel
+from pvphong.shading.kernel import pool
+
+SCENE = ph.Scene(
+    [ph.PointLight(position=(2, -1, 3), attenuation=(1, 0.1, 0.02)), ph.DirectionalLight(direction=(-1, -1, -2))],
+    ph.Viewer(position=(0, -3, 4)),
+)
+SHINY = ph.Material(diffuse=0.5, specular=0.4, shininess=25)
+needs_numba = pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
+needs_two = pytest.mark.skipif(not kernel.is_available() or pool.count() < 2, reason="there is a single thread")
+
+
+@needs_numba
+@needs_two
+def test_their_number_changes_no_bit():
+    points, normals = np.random.default_rng(1).normal(size=(2, 200_001, 3)).astype(np.float32)
+    points[[70_000, 199_999]] = (0, np.nan, 0), (2, -1, 3)  # these the reference lights
+
+    def lit():
+        return ph.evaluate(points, normals, SCENE, SHINY, backend="numba").rgb
+
+    with pool.limited(1):
+        assert pool.count() == 1
+        alone = lit()
+    np.testing.assert_array_equal(lit(), alone)
+    assert np.isfinite(alone).all()
+
+
+@needs_two
+def test_ranges_cover_everything_once_and_several_threads_take_them():
+    taken, lock = [], threading.Lock()
+
+    def work(first, last):
+        time.sleep(0.01)
+        with lock:
+            taken.append((first, last, threading.get_ident()))
+
+    pool.run(work, 1003, 50)
+    assert sorted((first, last) for first, last, _ in taken) == [(k, min(k + 50, 1003)) for k in range(0, 1003, 50)]
+    assert len({thread for *_, thread in taken}) > 1
+
+
+@needs_numba
+def test_little_work_stays_with_the_caller():
+    taken = []
+    pool.run(lambda *part: taken.append((*part, threading.get_ident())), 50, 50)
+    pool.run(lambda *_: taken.append("nothing to do"), 0, 50)
+    assert taken == [(0, 50, threading.get_ident())]
+
+
+@needs_numba
+def test_what_goes_wrong_in_any_of_them_is_raised():
+    def work(first, _):
+        if first == 900:
+            raise ValueError("it went wrong")
+
+    with pytest.raises(ValueError, match="it went wrong"):
+        pool.run(work, 1000, 50)
+
+
+@needs_numba
+def test_numbas_setting_is_the_most():
+    code = "from pvphong.shading.kernel import pool; print(pool.count())"
+    assert run_apart(code, NUMBA_NUM_THREADS="1") == "1\n"
+
+
+@needs_numba
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_forked_child_has_its_own():
+    code = f"""
+{EVALUATE}
+import os
+assert abs(lit("numba", 300000) - 0.84).max() < 1e-6
+child = os.fork()
+if not child:
+    os._exit(0 if abs(lit("numba", 300000) - 0.84).max() < 1e-6 else 1)
+assert os.waitpid(child, 0)[1] == 0
+print(lit("numba", 300000))
+"""
+    assert "0.84" in run_apart(code)
+
+
+@needs_numba
+def test_several_python_threads_may_evaluate_at_once():
+    code = f"""
+{EVALUATE}
+from concurrent.futures import ThreadPoolExecutor
+with ThreadPoolExecutor(4) as callers:
+    for colour in callers.map(lambda _: lit("numba", 200000), range(12)):
+        assert abs(colour - 0.84).max() < 1e-6
+"""
+    run_apart(code)
