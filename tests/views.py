@@ -21,13 +21,13 @@ EVERYWHERE = list(itertools.product(PROJECTIONS, SCALES))
 
 @dataclass(frozen=True)
 class Globe(Light):
-    """A kind that pvphong does not have: two fields with roles, and what it consists of."""
+    """A kind that pvphong does not have: two fields with roles, and what it consists of. The larger the brighter."""
 
     position: Any = place()
     radius: float = length(1.0, "radius")
 
     def nodes(self, count):  # noqa: ARG002 its centre does for all
-        return (PointLight(position=self.position),)
+        return (PointLight(position=self.position, attenuation=(1.0, 0.0, self.radius**-2)),)
 
 
 KINDS = LIGHT_TYPES | {"globe": Globe}

@@ -244,11 +244,11 @@ class Board:
         point = gizmo.points(view, None if held is None else held.point).get(grip.name)
         if point is None:
             return
-        light, scenery = gizmo.light_for(view.viewer).in_world(view.viewer), gizmo.scenery(view)
-        steps = self.options.angle_step, self.options.length_step
-        start = DragStart(light, grip.name, vector(point), self._cursor(), view, scenery, *steps)
+        light, steps = gizmo.light_for(view.viewer), (self.options.angle_step, self.options.length_step)
+        world, scenery = light.in_world(view.viewer), gizmo.scenery(view)
+        start = DragStart(world, grip.name, vector(point), self._cursor(), view, scenery, *steps)
         surfaces = Surfaces(self._renderer, view, self._meshes()) if grip.name == HIGHLIGHT else None
-        self._drag = Drag(gizmo, start, self.rig, self.rig.state, held, surfaces)
+        self._drag = Drag(gizmo, start, self.rig, self.rig.state, light, held, surfaces)
 
     def dragged(self) -> None:
         """The cursor moved with the button down: the light becomes what the cursor asks for."""

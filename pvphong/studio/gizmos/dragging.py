@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pvphong.optics.light import Light
 from pvphong.studio.gizmos.drag_start import Cursor, DragStart
@@ -28,6 +28,8 @@ class Drag:
         All lights.
     before : RigState
         What they were.
+    light : Light
+        What this one was, in its own frame.
     held : SurfacePoint, optional
         Where the light's highlight was.
     surfaces : Surfaces, optional
@@ -38,6 +40,7 @@ class Drag:
     start: DragStart
     rig: Rig
     before: RigState
+    light: Light
     held: SurfacePoint | None
     surfaces: Surfaces | None
 
@@ -53,9 +56,14 @@ class Drag:
         if light == start.light:
             self.put_back()
         else:
-            frame = self.gizmo.light_for(viewer).frame
-            self.gizmo.handle.set(light.in_frame(frame, viewer), viewer)
+            self.gizmo.handle.set(self._in_its_frame(light), viewer)
         return readout(light, start.handle, start.scenery)
+
+    def _in_its_frame(self, light: Light) -> Light:
+        """A light of the world; what the drag does not change keeps its bits."""
+        moved = light.in_frame(self.light.frame, self.start.view.viewer)
+        same = (field for field in light.roles if getattr(light, field) == getattr(self.start.light, field))
+        return replace(moved, **{field: getattr(self.light, field) for field in same})
 
     def _mirrored(self, at: Cursor) -> Light:
         x, y = self.start.picture(at).tolist()

@@ -37,14 +37,14 @@ def brightest_by_evaluation(light, seen_from, points, normals):
 def test_the_highlight_is_where_the_evaluator_is_brightest_and_goes_where_it_is_dragged(projection, scale, kind):
     seen_from, (points, normals), light = view(projection, scale), sphere(scale), shining(kind, scale)
     cosine, held = brightest(light, seen_from, points, normals)
-    assert np.linalg.norm(held.point - brightest_by_evaluation(light, seen_from, points, normals)) < 0.03 * scale
+    assert np.linalg.norm(held.point - brightest_by_evaluation(light, seen_from, points, normals)) < 0.04 * scale
     assert 0.999 < cosine <= 1 + 1e-12
     facing = np.flatnonzero(normals @ np.array(seen_from.viewer.axes[2]) > 0.75)
     for index in facing[:: len(facing) // 7]:
         target = SurfacePoint(tuple(points[index]), tuple(normals[index]))
         found = mirrored_to_eye(light, seen_from, held, target)
         now = brightest_by_evaluation(found, seen_from, points, normals)
-        assert np.linalg.norm(now - points[index]) < 0.03 * scale
+        assert np.linalg.norm(now - points[index]) < 0.04 * scale
 
 
 @pytest.mark.parametrize("kind", KINDS)
