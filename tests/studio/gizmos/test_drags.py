@@ -194,15 +194,12 @@ def test_constrained_it_moves_along_one_axis(projection, scale):
 @pytest.mark.parametrize("scale", SCALES)
 @pytest.mark.parametrize("step", [None, 0.25])
 def test_places_snap_to_a_round_grid(kind, handle, scale, step):
+    for size, expected in ((1.0, 1.0), (0.99, 0.5), (4.9, 2.0), (5.1e-7, 5e-7), (1.9e6, 1e6)):
+        assert round_step(size) == pytest.approx(expected)
     start = grab(kind, handle, scale=scale, length_step=None if step is None else step * scale)
     steps = moved(start, (31.0, 17.0), snapping=True)[1] / (step * scale if step else round_step(2.0 * scale / 20))
     np.testing.assert_allclose(steps, np.round(steps), atol=1e-6)
     assert not np.allclose(steps * start.grid, start.point)
-
-
-@pytest.mark.parametrize(("size", "step"), [(1.0, 1.0), (0.99, 0.5), (4.9, 2.0), (5.1e-7, 5e-7), (1.9e6, 1e6)])
-def test_round_steps(size, step):
-    assert round_step(size) == pytest.approx(step)
 
 
 @handles_with(Aim)
