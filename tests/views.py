@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pvphong.optics.light import Light
-from pvphong.optics.lights import LIGHT_TYPES, PointLight
+from pvphong.optics.lights import LIGHT_TYPES, DirectionalLight, PointLight
 from pvphong.optics.roles import Aim, Angle, Falloff, Length, Place, Power, length, place
 from pvphong.scene.viewer import Viewer
 from pvphong.studio.gizmos.drag_start import Scenery
@@ -28,6 +28,19 @@ class Globe(Light):
 
     def nodes(self, count):  # noqa: ARG002 its centre does for all
         return (PointLight(position=self.position, attenuation=(1.0, 0.0, self.radius**-2)),)
+
+
+@dataclass(frozen=True)
+class Glow(Light):
+    """A kind whose fields do not say where it is."""
+
+    size: float = length(1.0, "size")
+
+    def nodes(self, count):  # noqa: ARG002 it has no size in truth
+        return (DirectionalLight(),)
+
+    def as_vtk(self):
+        return DirectionalLight().as_vtk()
 
 
 KINDS = LIGHT_TYPES | {"globe": Globe}

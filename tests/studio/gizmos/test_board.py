@@ -2,7 +2,7 @@
 
 import gc
 import resource
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +10,9 @@ import pytest
 import pyvista as pv
 import vtk
 from mouse import Mouse
-from views import KINDS, example, role_of
+from views import KINDS, Glow, example, role_of
 
 import pvphong  # noqa: F401 registers plotter.phong wherever PyVista's own discovery is not installed
-from pvphong.optics.light import Light, VtkValues
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
 from pvphong.optics.roles import Aim, Place
@@ -135,18 +134,7 @@ def test_a_headlight_has_no_handles(new_mouse):
     assert only.light.frame == "headlight"
 
 
-@dataclass(frozen=True)
-class Glow(Light):
-    """A light of somebody's own whose fields have no roles."""
-
-    def as_vtk(self):
-        return VtkValues(False, (0.0, 1.0, 0.0))
-
-    def arrival(self, points, real=np.float64):
-        return DirectionalLight(direction=(0, 1, 0)).arrival(points, real)
-
-
-def test_a_light_without_roles_stands_in_the_window_without_handles(new_mouse):
+def test_a_light_without_place_and_aim_stands_in_the_window_without_handles(new_mouse):
     mouse = new_mouse(Glow(name="glow"))
     (only,) = mouse.plotter.phong.gizmos
     without = picture(mouse.plotter)
@@ -486,7 +474,7 @@ def test_the_subplot_is_switched_during_a_drag(new_mouse):
 
 def test_removed_gizmos_leave_nothing(new_mouse):
     def state():
-        return shown.renderer.GetViewProps().GetNumberOfItems(), picture(shown).tolist()
+        return shown.renderer.GetViewProps().GetNumberOfItems(), picture(shown).tobytes()
 
     mouse = new_mouse(LAMP, gizmos=None)
     shown = mouse.plotter

@@ -5,9 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from views import EVERYWHERE, KINDS, PROJECTIONS, Globe, example, scenery, view
+from views import EVERYWHERE, KINDS, PROJECTIONS, Globe, Glow, example, scenery, view
 
-from pvphong.optics.light import Light
 from pvphong.optics.lights import PointLight, SpotLight
 from pvphong.studio.gizmos.drawing import Drawing, circle, hue
 from pvphong.studio.gizmos.looks import draw
@@ -63,7 +62,7 @@ def test_behind_the_camera_no_icon_is_drawn(kind):
     assert np.isfinite(drawing.lines[0]).all()
 
 
-@pytest.mark.parametrize("drawing", [Drawing(view()), drawn(Light(), view()), drawn(Light(), view(), selected=True)])
+@pytest.mark.parametrize("drawing", [Drawing(view()), drawn(Glow(), view()), drawn(Glow(), view(), selected=True)])
 def test_a_drawing_of_nothing_and_of_a_light_without_roles_is_empty(drawing):
     segments, colors = drawing.lines
     assert segments.shape == (0, 2, 2)

@@ -7,7 +7,7 @@ from views import EVERYWHERE, KINDS, example, view
 from pvphong.optics.lights import DirectionalLight, SpotLight
 from pvphong.optics.material import Material
 from pvphong.optics.roles import Aim, Place
-from pvphong.scene.scene import Scene
+from pvphong.scene.scene import LightModel, Scene
 from pvphong.shading.evaluation import evaluate
 from pvphong.studio.gizmos.highlight import SurfacePoint, brightest, mirrored_to_eye
 
@@ -28,7 +28,7 @@ def shining(kind, scale=1.0):
 
 
 def brightest_by_evaluation(light, seen_from, points, normals):
-    scene = Scene(lights=[light], viewer=seen_from.viewer)
+    scene = Scene([light], seen_from.viewer, LightModel(clamp=False))
     return points[int(np.argmax(evaluate(points, normals, scene, MIRROR, precision="float64").rgb[:, 0]))]
 
 
