@@ -158,7 +158,7 @@ class PlotterPhong:
         Raises
         ------
         ValueError
-            If it is no light, of a kind that has no gizmo, or the subplot has it already.
+            If it is no light, or one that VTK has nothing like, or the subplot has it already.
         """
         if isinstance(light, Light):
             light.as_vtk()  # refuses one that VTK has nothing like
@@ -179,7 +179,7 @@ class PlotterPhong:
         Raises
         ------
         ValueError
-            If there is no such light, or `light` is none, or of a kind that has no gizmo.
+            If there is no such light, or `light` is none, or one that VTK has nothing like.
         """
         if not isinstance(light, Light):
             check.refuse("light", light, "a light of pvphong's", "as_light converts a pyvista.Light.")

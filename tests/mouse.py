@@ -4,16 +4,23 @@ import numpy as np
 
 
 class Mouse:
-    """The pointer of one plotter."""
+    """The pointer of one plotter, and what it points at there."""
 
     def __init__(self, plotter):
         self.plotter = plotter
         self.interactor = plotter.iren.interactor
 
-    def at(self, point):
-        """Pixels of a point of the world, in the active subplot."""
+    def gizmo(self, name):
+        """The gizmo of a light, by the light's name."""
+        return next(each for each in self.plotter.phong.gizmos if each.light.name == name)
+
+    def at(self, *point):
+        """Pixels, in the active subplot, of a point of the world or of a light's handle."""
+        if isinstance(point[0], str):
+            name, handle = point
+            point = (self.gizmo(name).handles[handle],)
         renderer = self.plotter.renderer
-        renderer.SetWorldPoint(*point, 1.0)
+        renderer.SetWorldPoint(*point[0], 1.0)
         renderer.WorldToDisplay()
         return np.array(renderer.GetDisplayPoint()[:2])
 
@@ -29,21 +36,30 @@ class Mouse:
         self.move(pixel)
         self.send("LeftButtonPressEvent", pixel, **modifiers)
 
-    def release(self, pixel, **modifiers):
+    def release(self, pixel=None, **modifiers):
+        pixel = self.interactor.GetEventPosition() if pixel is None else pixel
         self.send("LeftButtonReleaseEvent", pixel, **modifiers)
+
+    def click(self, pixel):
+        self.press(pixel)
+        self.release(pixel)
 
     def drag(self, pixel, by, **modifiers):
         """Press, move in two steps, release; gives where it ended."""
+        end = self.pull(pixel, by, **modifiers)
+        self.release(end, **modifiers)
+        return end
+
+    def pull(self, pixel, by, **modifiers):
+        """A drag without its end."""
         end = np.round(pixel) + by
         self.press(pixel)
         self.move(np.round(pixel) + 0.5 * np.array(by), **modifiers)
         self.move(end, **modifiers)
-        self.release(end, **modifiers)
         return end
 
     def key(self, symbol, *, control=False):
         x, y = self.interactor.GetEventPosition()
         self.interactor.SetEventInformation(x, y, int(control), 0, "\0", 0, symbol)
-        self.interactor.InvokeEvent("KeyPressEvent")
-        self.interactor.InvokeEvent("CharEvent")
-        self.interactor.InvokeEvent("KeyReleaseEvent")
+        for event in ("KeyPressEvent", "CharEvent", "KeyReleaseEvent"):
+            self.interactor.InvokeEvent(event)

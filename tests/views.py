@@ -1,16 +1,66 @@
-"""Panes for the tests of drags: every projection at every scale."""
+"""Panes and lights for the tests of gizmos: every kind of light, in every projection, at every scale."""
 
 import itertools
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from pvphong.optics.light import Light
+from pvphong.optics.lights import LIGHT_TYPES, DirectionalLight, PointLight
+from pvphong.optics.roles import Aim, Angle, Falloff, Length, Place, Power, length, place
 from pvphong.scene.viewer import Viewer
-from pvphong.studio.gizmos.press import Place
+from pvphong.studio.gizmos.drag_start import Scenery
+from pvphong.studio.gizmos.handles import handles
 from pvphong.studio.gizmos.view import View
 
 SCALES = (1e-6, 1.0, 1e6)
 PROJECTIONS = ("perspective", "parallel")
 EVERYWHERE = list(itertools.product(PROJECTIONS, SCALES))
+
+
+@dataclass(frozen=True)
+class Globe(Light):
+    """A kind that pvphong does not have: two fields with roles, and what it consists of. The larger the brighter."""
+
+    position: Any = place()
+    radius: float = length(1.0, "radius")
+
+    def nodes(self, count):  # noqa: ARG002 its centre does for all
+        return (PointLight(position=self.position, attenuation=(1.0, 0.0, self.radius**-2)),)
+
+
+@dataclass(frozen=True)
+class Glow(Light):
+    """A kind whose fields do not say where it is."""
+
+    size: float = length(1.0, "size")
+
+    def nodes(self, count):  # noqa: ARG002 it has no size in truth
+        return (DirectionalLight(),)
+
+    def as_vtk(self):
+        return DirectionalLight().as_vtk()
+
+
+KINDS = LIGHT_TYPES | {"globe": Globe}
+
+
+def example(kind, scale=1.0, **values):
+    """A light of a kind beside a scene of this scale, by its fields' roles; `values` for roles and common fields."""
+    chosen = {
+        Place: values.pop("place", (1.0, -0.5, 1.0)),
+        Aim: values.pop("aim", (-1.0, 0.4, -1.0)),
+        Length: values.pop("length", 0.4),
+        Angle: values.pop("angle", 22.0),
+        Power: values.pop("power", 9.0),
+        Falloff: values.pop("falloff", (1.0, 0.3, 0.5)),
+    }
+    units = {Place: scale, Aim: scale, Length: scale, Falloff: scale ** -np.arange(3.0)}
+    for field, role in KINDS[kind]().roles.items():
+        of = next(of for of in chosen if isinstance(role, of))
+        values.setdefault(field, np.multiply(chosen[of], units.get(of, 1.0)).tolist())
+    return KINDS[kind](**values)
 
 
 def view(projection="perspective", scale=1.0, *, position=(4.0, -7.0, 5.0), focal_point=(0.1, 0.2, 0.3), up=(0, 0, 1)):
@@ -26,5 +76,15 @@ def view(projection="perspective", scale=1.0, *, position=(4.0, -7.0, 5.0), foca
     return View(viewer, size=(640.0, 480.0), origin=(100.0, 30.0))
 
 
-def place(scale=1.0):
-    return Place(center=(0.0, 0.0, 0.0), size=2.0 * scale, anchor=(0.0, 0.0, 1.9 * scale))
+def scenery(scale=1.0):
+    return Scenery(center=(0.0, 0.0, 0.0), size=2.0 * scale, anchor=(0.0, 0.0, 1.9 * scale))
+
+
+EACH = [(kind, handle) for kind in KINDS for handle in handles(example(kind), scenery(), view())]
+"""Every handle of every kind of light."""
+
+
+def role_of(kind, handle):
+    """The role, and the field, that a handle of a kind stands for."""
+    found = {role.handle: (type(role), field) for field, role in KINDS[kind]().roles.items() if role.handle}
+    return found[handle]

@@ -85,6 +85,11 @@ class Window:
             return child.wait(20)
 
 
+def essence(state):
+    """What a drag may change, and what undo brings back."""
+    return {key: state[key] for key in ("lights", "guest", "colors", "camera")}
+
+
 def furnish(plotter):
     """A ball in the light of a lamp, a spot light, and a guest of PyVista's; gives the ball's actor and the guest."""
     import pyvista as pv

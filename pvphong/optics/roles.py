@@ -121,12 +121,26 @@ class Length(Role):
     """A size, in the mesh's unit."""
 
 
+@dataclass(frozen=True)
 class Angle(Role):
-    """An angle, in degrees."""
+    """An angle, in degrees.
+
+    Parameters
+    ----------
+    least, most : float
+        Between which values it lies; whether they belong to it, `check` knows.
+    """
+
+    least: float = 0.0
+    most: float = 180.0
 
 
 class Falloff(Role):
-    """How the light weakens: coefficients or an exponent."""
+    """How the light weakens."""
+
+
+class Power(Falloff):
+    """As a power of the cosine off its aim: the exponent."""
 
 
 def place(default: Any = (0.0, 0.0, 0.0)) -> Any:
@@ -146,7 +160,8 @@ def length(default: float, handle: str, remedy: str = "") -> Any:
 
 def angle(default: float, handle: str, **limits: Any) -> Any:
     """A field that holds an angle in degrees, within limits as `check.number` takes them."""
-    return _field(default, Angle(_number(**limits), handle))
+    least = limits.get("above", limits.get("at_least", 0.0))
+    return _field(default, Angle(_number(**limits), handle, least, limits.get("at_most", 180.0)))
 
 
 def falloff(default: Any, checked: Check, handle: str = "") -> Any:
@@ -156,7 +171,7 @@ def falloff(default: Any, checked: Check, handle: str = "") -> Any:
 
 def power(default: float) -> Any:
     """A field that holds the exponent >= 0 of a falloff."""
-    return _field(default, Falloff(_number(at_least=0.0)))
+    return _field(default, Power(_number(at_least=0.0)))
 
 
 @cache

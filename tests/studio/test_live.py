@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from pvphong.optics.lights import DirectionalLight, PointLight
+from pvphong.optics.lights import PointLight
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
@@ -45,25 +45,19 @@ def test_colours_are_written_in_place():
         assert address(live) == at
 
 
-def test_moved_points_keep_the_buffer_too():
+@pytest.mark.parametrize("points", ["moved", "more"])
+def test_the_buffer_stays_while_the_number_of_points_does(points):
     mesh = ball()
     live = LiveMesh(mesh, SHINY)
     live.refresh(SCENE)
     at = address(live)
-    mesh.points = mesh.points * [1, 2, 3]
-    mesh.point_data.active_normals_name = None
+    if points == "moved":
+        mesh.points = mesh.points * [1, 2, 3]
+        mesh.point_data.active_normals_name = None
+    else:
+        mesh.copy_from(pv.Sphere(theta_resolution=30, phi_resolution=30))
     assert live.refresh(SCENE)
-    assert address(live) == at
-    assert_lit(live, SCENE)
-
-
-def test_a_mesh_with_more_points_gets_a_new_buffer():
-    mesh = ball()
-    live = LiveMesh(mesh, SHINY)
-    live.refresh(SCENE)
-    mesh.copy_from(pv.Sphere(theta_resolution=30, phi_resolution=30))
-    assert live.refresh(SCENE)
-    assert live.drawn.n_points == mesh.n_points
+    assert (address(live) == at) == (points == "moved")
     assert_lit(live, SCENE)
 
 
@@ -123,13 +117,6 @@ def test_a_grid_is_followed_when_it_is_warped():
     grid.points[:, 2] += 0.1 * grid.points[:, 0] ** 2
     assert live.refresh(SCENE)
     assert_lit(live, SCENE)
-
-
-def test_dull_in_parallel_light_needs_neither_viewer_nor_points():
-    live = LiveMesh(ball(), Material())
-    sun = Scene(lights=[DirectionalLight()], viewer=Viewer(position=(0, 0, 5)))
-    assert live.refresh(sun)
-    assert not live.refresh(dataclasses.replace(sun, viewer=Viewer(position=(5, 3, 1))))
 
 
 def test_memory_does_not_grow_over_a_thousand_updates():

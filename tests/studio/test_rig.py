@@ -5,6 +5,7 @@ import dataclasses
 import pytest
 import pyvista as pv
 import vtk
+from views import KINDS, example
 
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.scene.scene import Scene
@@ -56,7 +57,7 @@ def _with_matrix(matrix):
 
 
 @pytest.mark.parametrize("kind", lights_of_pyvista())
-@pytest.mark.parametrize("value", [LAMP, SPOT, SUN])
+@pytest.mark.parametrize("value", [example(kind, 1 / 3) for kind in KINDS], ids=list(KINDS))
 def test_restoring_is_exact_to_the_bit(rig, kind, value):
     light = lights_of_pyvista()[kind]
     handle = rig.add(light)
@@ -99,8 +100,7 @@ def test_a_moved_light_of_pyvista_keeps_what_does_not_matter(rig):
 
 def test_an_added_light_is_taken_back_and_returned(rig):
     rig.add(SUN)
-    before = rig.state
-    handle = rig.add(LAMP)
+    before, handle = rig.state, rig.add(LAMP)
     after = rig.state
     rig.turn(after, before)
     assert rig.lights == (SUN,)
@@ -135,14 +135,19 @@ def test_what_has_changed_since_otherwise_is_left(rig):
     assert rig.lights[1].position == (7, 7, 7)
 
 
-def test_a_light_of_vtk_is_followed_itself(rig):
+def test_a_light_of_vtk_or_of_others_is_followed_itself(rig, renderer):
     light = vtk.vtkLight()
-    handle = rig.add(light)
-    assert handle.vtk_light is light
+    assert rig.add(light).vtk_light is light
     light.SetIntensity(0.3)
     assert rig.lights[0].intensity == 0.3
     rig.remove(light)
     assert rig.lights == ()
+    for intensity in (0.4, 0.6):
+        light = pv.Light(intensity=intensity)
+        renderer.add_light(light)
+        assert [each.intensity for each in rig.lights] == [intensity]
+        renderer.RemoveLight(light)
+        assert rig.lights == ()
 
 
 def test_an_edited_transform_is_followed(rig):
@@ -152,16 +157,6 @@ def test_an_edited_transform_is_followed(rig):
     light.GetTransformMatrix().SetElement(0, 3, 9.0)
     assert handle.light(rig.viewer).position == light.world_position
     assert handle.light(rig.viewer).position[0] == pytest.approx(10.0)
-
-
-def test_a_light_added_or_removed_by_others_is_followed(rig, renderer):
-    light = pv.Light(intensity=0.4)
-    renderer.add_light(light)
-    assert [each.intensity for each in rig.lights] == [0.4]
-    renderer.RemoveLight(light)
-    assert rig.lights == ()
-    renderer.add_light(pv.Light(intensity=0.6))
-    assert [each.intensity for each in rig.lights] == [0.6]
 
 
 def test_removing_takes_the_lights_actor_too(rig, renderer):

@@ -1,7 +1,8 @@
 """Gizmos: lights placed by hand, in the window.
 
-`plotter.phong.add_gizmos` puts them up. The arithmetic of a drag (`view`, `press`, and one file for each kind of
-light) and the looks (`drawing`) know no window; `grip` and `overlay` are VTK's side, `board` joins the two.
+`plotter.phong.add_gizmos` puts them up. What a light shows follows from its fields' roles: `handles` and their drags,
+`looks`, `readout`. None of them knows a window: `view` is the eye, `drag_start` what a drag begins with, `drawing`
+what is to be drawn. `grip` and `overlay` are VTK's side, `board` joins the two.
 """
 
 from pvphong.studio.gizmos.board import Board, Options

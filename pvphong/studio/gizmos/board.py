@@ -13,14 +13,14 @@ import numpy as np
 
 from pvphong.base.types import Float64Array, Vector
 from pvphong.studio.gizmos import commands
+from pvphong.studio.gizmos.drag_start import Cursor, DragStart, vector
 from pvphong.studio.gizmos.dragging import Drag
 from pvphong.studio.gizmos.drawing import Drawing
 from pvphong.studio.gizmos.gizmo import HIGHLIGHT, Gizmo
 from pvphong.studio.gizmos.grip import Grip
-from pvphong.studio.gizmos.highlight import Spot
+from pvphong.studio.gizmos.highlight import SurfacePoint
 from pvphong.studio.gizmos.history import History
 from pvphong.studio.gizmos.overlay import Overlay
-from pvphong.studio.gizmos.press import Cursor, Press, vector
 from pvphong.studio.gizmos.surfaces import Surfaces, find_highlight
 from pvphong.studio.gizmos.view import View
 from pvphong.studio.live import LiveMesh
@@ -140,10 +140,10 @@ class Board:
 
     def highlight_of(self, gizmo: Gizmo) -> Vector | None:
         """Where the gizmo's light has its highlight."""
-        spot = self._highlight(gizmo, self.view)
-        return None if spot is None else spot.point
+        found = self._highlight(gizmo, self.view)
+        return None if found is None else found.point
 
-    def _highlight(self, gizmo: Gizmo, view: View) -> Spot | None:
+    def _highlight(self, gizmo: Gizmo, view: View) -> SurfacePoint | None:
         light = gizmo.light_for(view.viewer)
         if light.frame == "headlight":
             return None
@@ -166,7 +166,7 @@ class Board:
         view = self.view
         self._size = view.size
         drawing = Drawing(view)
-        shown = {} if self.hidden else {gizmo: self._shown_highlight(gizmo, view) for gizmo in self._gizmos}
+        shown = {} if self.hidden else {gizmo: gizmo.highlight for gizmo in self._gizmos}
         self._place_grips(view, shown)
         self._hovered = self._under_cursor()
         active = self._active()
@@ -177,10 +177,6 @@ class Board:
         self._overlay.help(commands.help_text(self.options.keys) if self.helping else "", (12.0, view.size[1] - 12.0))
         x, y = self._cursor()
         self._overlay.say(self._readout, (x - view.origin[0], y - view.origin[1]), view.size)
-
-    def _shown_highlight(self, gizmo: Gizmo, view: View) -> Vector | None:
-        spot = self._highlight(gizmo, view) if gizmo.is_selected else None
-        return None if spot is None else spot.point
 
     def _place_grips(self, view: View, shown: dict[Gizmo, Vector | None]) -> None:
         """Of two close together each is grabbed on its own half of the way."""
@@ -198,7 +194,7 @@ class Board:
 
     def _active(self) -> tuple[Gizmo, str] | None:
         if self._drag is not None:
-            return self._drag.gizmo, self._drag.press.handle
+            return self._drag.gizmo, self._drag.start.handle
         return self._hovered
 
     # -- events ------------------------------------------------------------------------------------------
@@ -244,25 +240,15 @@ class Board:
         """A handle was grabbed: freeze everything that the drag depends on."""
         view = self.view
         self.select(gizmo)
-        light = gizmo.light_for(view.viewer).in_world(view.viewer)
         held = self._highlight(gizmo, view)
-        points = gizmo.points(view)
-        if held is not None:
-            points[HIGHLIGHT] = np.array(held.point)
-        if grip.name not in points:
+        point = gizmo.points(view, None if held is None else held.point).get(grip.name)
+        if point is None:
             return
-        press = Press(
-            light,
-            grip.name,
-            vector(points[grip.name]),
-            self._cursor(),
-            view,
-            gizmo.place(view),
-            self.options.angle_step,
-            self.options.length_step,
-        )
+        light, steps = gizmo.light_for(view.viewer), (self.options.angle_step, self.options.length_step)
+        world, scenery = light.in_world(view.viewer), gizmo.scenery(view)
+        start = DragStart(world, grip.name, vector(point), self._cursor(), view, scenery, *steps)
         surfaces = Surfaces(self._renderer, view, self._meshes()) if grip.name == HIGHLIGHT else None
-        self._drag = Drag(gizmo, press, self.rig, self.rig.state, held, surfaces)
+        self._drag = Drag(gizmo, start, self.rig, self.rig.state, light, held, surfaces)
 
     def dragged(self) -> None:
         """The cursor moved with the button down: the light becomes what the cursor asks for."""

@@ -7,8 +7,10 @@ from dataclasses import replace
 from typing import Any, Protocol
 
 from pvphong.base import check
-from pvphong.studio.gizmos.gizmo import Gizmo, in_frame
+from pvphong.optics.roles import Aim
+from pvphong.studio.gizmos.gizmo import Gizmo
 from pvphong.studio.gizmos.history import History
+from pvphong.studio.gizmos.shape import fields
 from pvphong.studio.gizmos.view import View
 from pvphong.studio.rig import Rig
 
@@ -73,13 +75,10 @@ def _to_camera(board: Board) -> None:
     if (gizmo := board.selected) is None:
         return
     viewer, light = board.view.viewer, gizmo.light
-    changes: dict[str, Any] = {}
-    if hasattr(light, "position"):
-        changes["position"] = viewer.position
-    if hasattr(light, "direction"):
-        changes["direction"] = tuple(viewer.distance * part for part in viewer.view_direction)
-    world = replace(light.in_world(viewer), **changes)
-    gizmo.handle.set(in_frame(world, light.frame, viewer), viewer)
+    world = replace(light, frame="headlight").in_world(viewer)
+    aim: Any = tuple(viewer.distance * part for part in viewer.view_direction)
+    aimed = replace(world, **dict.fromkeys(list(fields(world, Aim))[:1], aim))  # the focal point is its target
+    gizmo.handle.set(aimed.in_frame(light.frame, viewer), viewer)
 
 
 def _reset(board: Board) -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from pvphong.optics.lights import Light
-from pvphong.studio.gizmos.gizmo import HIGHLIGHT, Gizmo, in_frame
-from pvphong.studio.gizmos.highlight import Spot, mirrored_to_eye
-from pvphong.studio.gizmos.kinds import kind_of
-from pvphong.studio.gizmos.press import Cursor, Press
+from pvphong.optics.light import Light
+from pvphong.studio.gizmos.drag_start import Cursor, DragStart
+from pvphong.studio.gizmos.gizmo import HIGHLIGHT, Gizmo
+from pvphong.studio.gizmos.handles import dragged
+from pvphong.studio.gizmos.highlight import SurfacePoint, mirrored_to_eye
 from pvphong.studio.gizmos.readout import readout
 from pvphong.studio.gizmos.surfaces import Surfaces
 from pvphong.studio.rig import Rig, RigState
@@ -22,23 +22,26 @@ class Drag:
     ----------
     gizmo : Gizmo
         Whose handle was grabbed.
-    press : Press
+    start : DragStart
         How it was grabbed.
     rig : Rig
         All lights.
     before : RigState
         What they were.
-    held : Spot, optional
+    light : Light
+        What this one was, in its own frame.
+    held : SurfacePoint, optional
         Where the light's highlight was.
     surfaces : Surfaces, optional
         What it can be dragged on, if it is the highlight that was grabbed.
     """
 
     gizmo: Gizmo
-    press: Press
+    start: DragStart
     rig: Rig
     before: RigState
-    held: Spot | None
+    light: Light
+    held: SurfacePoint | None
     surfaces: Surfaces | None
 
     @property
@@ -48,22 +51,27 @@ class Drag:
 
     def move(self, at: Cursor) -> str:
         """Make the light what the cursor asks for; gives the numbers to be shown."""
-        press, viewer = self.press, self.press.view.viewer
-        light = self._mirrored(at) if press.handle == HIGHLIGHT else kind_of(press.light).drag(press, at)
-        if light == press.light:
+        start, viewer = self.start, self.start.view.viewer
+        light = self._mirrored(at) if start.handle == HIGHLIGHT else dragged(start, at)
+        if light == start.light:
             self.put_back()
         else:
-            frame = self.gizmo.light_for(viewer).frame
-            self.gizmo.handle.set(in_frame(light, frame, viewer), viewer)
-        return readout(light, press.handle, press.place)
+            self.gizmo.handle.set(self._in_its_frame(light), viewer)
+        return readout(light, start.handle, start.scenery)
+
+    def _in_its_frame(self, light: Light) -> Light:
+        """A light of the world; what the drag does not change keeps its bits."""
+        moved = light.in_frame(self.light.frame, self.start.view.viewer)
+        same = (field for field in light.roles if getattr(light, field) == getattr(self.start.light, field))
+        return replace(moved, **{field: getattr(self.light, field) for field in same})
 
     def _mirrored(self, at: Cursor) -> Light:
-        x, y = self.press.picture(at).tolist()
+        x, y = self.start.picture(at).tolist()
         target = None if self.surfaces is None else self.surfaces.pick((x, y))
         if self.held is None or target is None:  # off the surface: it waits
-            viewer = self.press.view.viewer
+            viewer = self.start.view.viewer
             return self.gizmo.light_for(viewer).in_world(viewer)
-        return mirrored_to_eye(self.press.light, self.press.view, self.held, target)
+        return mirrored_to_eye(self.start.light, self.start.view, self.held, target)
 
     def put_back(self) -> None:
         """Make all lights what they were, to the bit."""

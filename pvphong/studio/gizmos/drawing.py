@@ -122,13 +122,6 @@ class Drawing:
             self._lines.append(np.stack([points[:-1], points[1:]], axis=1))
             self._line_colors.append(np.tile(_bytes(color, 1.0), (len(points) - 1, 1)))
 
-    def across(self, along: Float64Array, point: Float64Array) -> Float64Array:
-        """Unit vector square to a direction, in the picture where that can be."""
-        side = np.cross(along, self.view.towards_eye(point))
-        if np.linalg.norm(side) < 1e-3:
-            side = np.cross(along, self.view.viewer.axes[1])
-        return side / np.linalg.norm(side)
-
     def _on_screen(self, point: Float64Array, along: Float64Array) -> Float64Array:
         """Unit vector on the screen of a direction; downwards where that points at the eye."""
         step = 20.0 * self.view.unit_per_pixel(point)

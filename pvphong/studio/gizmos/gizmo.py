@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
 
-from pvphong.base.types import Float64Array, Frame, Vector
-from pvphong.optics.lights import DirectionalLight, Light
+from pvphong.base.types import Float64Array, Vector
+from pvphong.optics.light import Light
+from pvphong.optics.roles import Place
 from pvphong.scene.viewer import Viewer
-from pvphong.studio.gizmos import directional
+from pvphong.studio.gizmos.drag_start import Scenery, vector
 from pvphong.studio.gizmos.drawing import Drawing, hue
 from pvphong.studio.gizmos.grip import Grip
-from pvphong.studio.gizmos.kinds import kind_of
-from pvphong.studio.gizmos.press import Place, vector
+from pvphong.studio.gizmos.handles import handles
+from pvphong.studio.gizmos.looks import draw
+from pvphong.studio.gizmos.shape import anchor
 from pvphong.studio.gizmos.view import View
 from pvphong.studio.rig import LightHandle
 
@@ -80,7 +81,8 @@ class Gizmo:
         """Name of each handle that the light has → where it is in the world.
 
         A directional light has "target"; a point light "position", and "radius" if it weakens; a spot light
-        "position", "target" and "cone". A headlight has none: it is where the viewer is.
+        "position", "target" and "cone"; any other those of its fields' roles. A headlight has none: it is where
+        the viewer is.
         """
         return {name: vector(point) for name, point in self.points(self._board.view).items()}
 
@@ -98,31 +100,28 @@ class Gizmo:
         """The light's value for a viewer."""
         return self.handle.light(viewer)
 
-    def place(self, view: View) -> Place:
-        """The scene around it; the icon of a directional light stays where it is while the scene does."""
+    def scenery(self, view: View) -> Scenery:
+        """The scene around it; the icon of a light without a place stays where it is while the scene does."""
         center, size = self._board.extent
         light = self.light_for(view.viewer)
-        if not isinstance(light, DirectionalLight):
-            return Place(center, size, center)
+        if light.values(Place):
+            return Scenery(center, size, center)
         known = (center, size, view.viewer if light.frame == "camera" else None)
         if self._anchor is None or self._anchor[0] != known:
-            self._anchor = known, directional.anchor(light.in_world(view.viewer), center, size)
-        return Place(center, size, self._anchor[1])
+            self._anchor = known, anchor(light.in_world(view.viewer), center, size)
+        return Scenery(center, size, self._anchor[1])
 
-    def points(self, view: View) -> dict[str, Float64Array]:
-        """The handles' positions, as arrays."""
+    def points(self, view: View, highlight: Vector | None = None) -> dict[str, Float64Array]:
+        """The handles' positions, as arrays; with that of a highlight, if there is one."""
         light = self.light_for(view.viewer)
         if light.frame == "headlight":
             return {}
-        world = light.in_world(view.viewer)
-        found: dict[str, Float64Array] = kind_of(world).handles(world, self.place(view), view)
-        return found
+        found = handles(light.in_world(view.viewer), self.scenery(view), view)
+        return found if highlight is None else found | {HIGHLIGHT: np.array(highlight)}
 
     def set_grips(self, view: View, highlight: Vector | None, shown: bool) -> list[tuple[Grip, Float64Array]]:
         """Bring the widgets to where the handles are; those that can be grabbed, and where they are in pixels."""
-        points = self.points(view)
-        if highlight is not None:
-            points[HIGHLIGHT] = np.array(highlight)
+        points = self.points(view, highlight)
         for name in points:
             if name not in self._grips:
                 self._grips[name] = self._board.new_grip(name, self)
@@ -138,7 +137,7 @@ class Gizmo:
             return
         world = light.in_world(drawing.view.viewer)
         drawing.color = hue(world)
-        kind_of(world).draw(drawing, world, self.place(drawing.view), self.is_selected or active is not None)
+        draw(drawing, world, self.scenery(drawing.view), self.is_selected or active is not None)
         for name, point in self.points(drawing.view).items():
             if name != "position" or active == name:
                 drawing.handle(point, hovered=name == active)
@@ -164,15 +163,3 @@ class Gizmo:
         for grip in grips:
             grip.retire()
         return grips
-
-
-def in_frame(world: Light, frame: Frame, viewer: Viewer) -> Light:
-    """A light of the world in another frame: the inverse of `Light.in_world`."""
-    if frame != "camera":
-        return replace(world, frame=frame)
-    changes: dict[str, Any] = {"frame": frame}
-    if hasattr(world, "position"):
-        changes["position"] = vector(viewer.axes @ (np.array(world.position) - np.array(viewer.position)))
-    if hasattr(world, "direction"):
-        changes["direction"] = vector(viewer.axes @ np.array(world.direction))
-    return replace(world, **changes)

@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import dot
-from pvphong.optics.lights import DirectionalLight, Light, PointLight, SpotLight
-from pvphong.studio.gizmos.press import vector
+from pvphong.optics.light import Light
+from pvphong.optics.roles import Aim, Place
+from pvphong.studio.gizmos.drag_start import vector
+from pvphong.studio.gizmos.shape import fields
 from pvphong.studio.gizmos.view import View
 
 
 @dataclass(frozen=True)
-class Spot:
-    """A place on a surface: a point and the unit normal there, turned to the eye."""
+class SurfacePoint:
+    """A point of a surface and the unit normal there, turned to the eye."""
 
     point: Vector
     normal: Vector
 
 
-def brightest(light: Light, view: View, points: Float64Array, normals: Float64Array) -> tuple[float, Spot] | None:
+def brightest(
+    light: Light, view: View, points: Float64Array, normals: Float64Array
+) -> tuple[float, SurfacePoint] | None:
     """The point of a surface at which a light's mirror direction comes nearest to the eye.
 
     Parameters
@@ -35,8 +40,8 @@ def brightest(light: Light, view: View, points: Float64Array, normals: Float64Ar
 
     Returns
     -------
-    tuple of float and Spot, or None
-        The cosine between the mirror direction and the direction to the eye, r·v, and the place; None if
+    tuple of float and SurfacePoint, or None
+        The cosine between the mirror direction and the direction to the eye, r·v, and the point; None if
         the light reaches nothing that faces the eye.
     """
     arrival = light.arrival(points.T)
@@ -47,7 +52,7 @@ def brightest(light: Light, view: View, points: Float64Array, normals: Float64Ar
         return None
     mirrored = np.where(reaches, dot(2.0 * lit * normals.T - arrival.direction, to_eye), -np.inf)
     best = int(np.argmax(mirrored))
-    return float(mirrored[best]), Spot(vector(points[best]), vector(normals[best]))
+    return float(mirrored[best]), SurfacePoint(vector(points[best]), vector(normals[best]))
 
 
 def _to_eye(view: View, points: Float64Array) -> Float64Array:
@@ -58,32 +63,32 @@ def _to_eye(view: View, points: Float64Array) -> Float64Array:
     return np.divide(away, length, out=np.zeros_like(away), where=length > 0.0)
 
 
-def mirrored_to_eye(light: Light, view: View, held: Spot, target: Spot) -> Light:
+def mirrored_to_eye(light: Light, view: View, held: SurfacePoint, target: SurfacePoint) -> Light:
     """The light that throws its highlight on a target, mirrored to the eye.
 
     With the normal n and the unit vector v to the eye it shines from l = 2(n·v)n − v, where v is its mirror
-    direction. A light with a position keeps its distance from the surface, a spot light aims there.
+    direction. A light with a place keeps its distance from the surface, one with an aim shines there.
 
     Parameters
     ----------
     light : Light
-        At the press, in the world.
+        At the start of the drag, in the world.
     view : View
-        At the press.
-    held : Spot
+        At that time.
+    held : SurfacePoint
         Where the highlight was grabbed.
-    target : Spot
+    target : SurfacePoint
         Where it is to be.
     """
     normal = np.array(target.normal)
     to_eye = view.towards_eye(target.point)
     to_light = 2.0 * float(normal @ to_eye) * normal - to_eye
-    if isinstance(light, DirectionalLight):
-        length = float(np.linalg.norm(light.direction))
-        return replace(light, direction=vector(-length * to_light))
-    assert isinstance(light, (PointLight, SpotLight))
-    distance = float(np.linalg.norm(np.array(light.position) - held.point))
-    position = vector(np.array(target.point) + distance * to_light)
-    if isinstance(light, SpotLight):
-        return replace(light, position=position, direction=vector(-distance * to_light))
-    return replace(light, position=position)
+    changes: dict[str, Any] = {}
+    distance = None
+    for field, place in list(fields(light, Place).items())[:1]:
+        distance = float(np.linalg.norm(np.array(place) - held.point))
+        changes[field] = vector(np.array(target.point) + distance * to_light)
+    for field, direction in list(fields(light, Aim).items())[:1]:
+        length = float(np.linalg.norm(direction)) if distance is None else distance
+        changes[field] = vector(-length * to_light)
+    return replace(light, **changes)

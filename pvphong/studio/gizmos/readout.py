@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
-from pvphong.optics.lights import DirectionalLight, Light, PointLight, SpotLight
-from pvphong.studio.gizmos.kinds import kind_of
-from pvphong.studio.gizmos.press import Place
+from pvphong.base.types import Vector
+from pvphong.optics.light import Light
+from pvphong.optics.roles import Aim, Angle, Length, Place
+from pvphong.studio.gizmos.drag_start import Scenery, vector
+from pvphong.studio.gizmos.shape import falloffs, fields, handle_names, target
 
 
-def readout(light: Light, handle: str, place: Place) -> str:
+def readout(light: Light, handle: str, scenery: Scenery) -> str:
     """What a drag is changing, in numbers, and how much light arrives.
 
     Parameters
@@ -20,30 +23,55 @@ def readout(light: Light, handle: str, place: Place) -> str:
         As it is now, in the world.
     handle : str
         The handle that is dragged.
-    place : Place
+    scenery : Scenery
         The scene.
     """
-    lines = [f"{light.name}: {handle}" if light.name else handle, *_geometry(light)]
-    where, point = kind_of(light).arriving(light, place)
+    lines = [f"{light.name}: {handle}" if light.name else handle, *_vectors(light)]
+    if scalars := _scalars(light):
+        lines.append(", ".join(scalars))
+    lines += [f"{field} {_numbers(value)}" for field, value in falloffs(light).items()]
+    where, point = arriving(light, scenery)
     strength = float(np.ravel(light.arrival(np.array(point)[:, None]).strength)[0]) * light.intensity
     return "\n".join([*lines, f"{strength if light.on else 0.0:.3g} arriving {where}"])
 
 
-def _geometry(light: Light) -> list[str]:
-    lines = []
-    if isinstance(light, (PointLight, SpotLight)):
-        lines.append("position " + _numbers(light.position))
-    if isinstance(light, SpotLight):
-        lines.append("target " + _numbers(np.array(light.position) + light.direction))
-        lines.append(f"distance {math.dist((0, 0, 0), light.direction):.4g}, cone {light.cone_angle:.1f}°")
-    elif isinstance(light, DirectionalLight):
-        x, y, z = np.array(light.direction) / math.dist((0, 0, 0), light.direction)
-        lines.append("direction " + _numbers((x, y, z)))
-        lines.append(f"azimuth {math.degrees(math.atan2(y, x)):.1f}°, elevation {math.degrees(math.asin(z)):.1f}°")
-    elif isinstance(light, PointLight):
-        lines.append("attenuation " + _numbers(light.attenuation))
+def arriving(light: Light, scenery: Scenery) -> tuple[str, Vector]:
+    """Where the light is measured."""
+    if light.is_even:
+        return "everywhere", scenery.center
+    if light.values(Place) and light.values(Aim):
+        return "at the target", vector(target(light, light.values(Aim)[0], scenery))
+    return "at the scene's middle", scenery.center
+
+
+def _vectors(light: Light) -> list[str]:
+    """Its places; its targets, or the directions of a light that is nowhere."""
+    lines = [f"{field} {_numbers(place)}" for field, place in fields(light, Place).items()]
+    for field, direction in fields(light, Aim).items():
+        if places := light.values(Place):
+            lines.append(f"{_label(light, field)} {_numbers(np.array(places[0]) + direction)}")
+        else:
+            lines.append(f"{field} {_numbers(np.array(direction) / math.hypot(*direction))}")
     return lines
 
 
-def _numbers(values: object) -> str:
+def _scalars(light: Light) -> list[str]:
+    """Distances or angles of its aims, its sizes, its angles."""
+    found: list[str] = []
+    for direction in light.values(Aim):
+        if light.values(Place):
+            found.append(f"distance {math.hypot(*direction):.4g}")
+        else:
+            x, y, z = np.array(direction) / math.hypot(*direction)
+            azimuth, elevation = math.degrees(math.atan2(y, x)), math.degrees(math.asin(z))
+            found.append(f"azimuth {azimuth:.1f}°, elevation {elevation:.1f}°")
+    found += [f"{_label(light, field)} {length:.4g}" for field, length in fields(light, Length).items()]
+    return found + [f"{_label(light, field)} {angle:.1f}°" for field, angle in fields(light, Angle).items()]
+
+
+def _label(light: Light, field: str) -> str:
+    return handle_names(light).get(field, field)
+
+
+def _numbers(values: Any) -> str:
     return "(" + ", ".join(f"{value:.4g}" for value in np.asarray(values, dtype=np.float64).tolist()) + ")"

@@ -11,9 +11,10 @@ from vtkmodules.vtkRenderingCore import vtkCellPicker
 
 from pvphong.base.types import Float64Array, rgb
 from pvphong.geometry.transform import transform_normals, transform_points
-from pvphong.optics.lights import Light
-from pvphong.studio.gizmos.highlight import Spot, brightest
-from pvphong.studio.gizmos.press import vector
+from pvphong.optics.light import Light
+from pvphong.studio.gizmos.drag_start import vector
+from pvphong.studio.gizmos.highlight import SurfacePoint, brightest
+from pvphong.studio.gizmos.shape import is_movable
 from pvphong.studio.gizmos.view import View
 from pvphong.studio.live import LiveMesh
 
@@ -21,13 +22,13 @@ from pvphong.studio.live import LiveMesh
 _ASKED = 20_000
 
 
-def find_highlight(light: Light, view: View, meshes: Sequence[LiveMesh]) -> Spot | None:
-    """Where a light, in the world, has its highlight on the shiny ones of some meshes."""
-    if not light.on:
+def find_highlight(light: Light, view: View, meshes: Sequence[LiveMesh]) -> SurfacePoint | None:
+    """Where a light that can be moved, in the world, has its highlight on the shiny ones of some meshes."""
+    if not light.on or not is_movable(light):
         return None
     shiny = [live for live in meshes if any(rgb(live.material.specular))]
     found = [brightest(light, view, *_sample(live)) for live in shiny]
-    return max((spot for spot in found if spot is not None), key=lambda spot: spot[0], default=(0.0, None))[1]
+    return max((at for at in found if at is not None), key=lambda at: at[0], default=(0.0, None))[1]
 
 
 def _sample(live: LiveMesh) -> tuple[Float64Array, Float64Array]:
@@ -68,7 +69,7 @@ class Surfaces:
             locator.BuildLocator()
             self._picker.AddLocator(locator)
 
-    def pick(self, cursor: tuple[float, float]) -> Spot | None:
+    def pick(self, cursor: tuple[float, float]) -> SurfacePoint | None:
         """The place under a cursor, its normal interpolated and turned to the eye."""
         picker = self._picker
         if not picker.Pick(*cursor, 0.0, self._renderer):
@@ -82,4 +83,4 @@ class Surfaces:
         normal = _in_world(live, np.zeros((1, 3)), blended[None])[1][0]
         point = picker.GetPickPosition()
         facing = float(normal @ self._view.towards_eye(point))
-        return Spot(vector(point), vector(normal if facing >= 0.0 else -normal))
+        return SurfacePoint(vector(point), vector(normal if facing >= 0.0 else -normal))

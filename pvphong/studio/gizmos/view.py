@@ -15,6 +15,8 @@ from pvphong.scene.viewer import Viewer
 _NEAREST, _FARTHEST = 0.02, 50.0
 # An axis whose picture is shorter than this fraction of the longest points at the eye.
 _END_ON = 0.05
+# The sine of the angle below which a direction points at the eye.
+_AT_THE_EYE = 1e-3
 # A depth of this fraction of the coordinates that it is computed from may be rounded zero.
 _BESIDE = 1e-9
 
@@ -89,6 +91,14 @@ class View:
             return -np.array(self.viewer.view_direction)
         away = np.array(self.viewer.position) - np.asarray(point, dtype=np.float64)
         return away / (np.linalg.norm(away) or 1.0)
+
+    def across(self, along: Float64Array, point: VectorLike | Float64Array) -> Float64Array:
+        """Unit vector square to one through a point, as nearly as can be in the picture; at the eye: to the right."""
+        side = np.cross(along, self.towards_eye(point))
+        if np.linalg.norm(side) < _AT_THE_EYE:
+            right = self.viewer.axes[0]
+            side = right - (right @ along) * along
+        return side / np.linalg.norm(side)
 
     def along(self, point: Float64Array, axis: Float64Array, motion: Float64Array) -> Float64Array:
         """A point moved along an axis, as far as the cursor's motion goes in the axis's direction on the screen.

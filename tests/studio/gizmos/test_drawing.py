@@ -5,23 +5,18 @@ import math
 
 import numpy as np
 import pytest
-from views import EVERYWHERE, place, view
+from views import EVERYWHERE, KINDS, PROJECTIONS, Globe, Glow, example, scenery, view
 
-from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
+from pvphong.optics.lights import PointLight, SpotLight
 from pvphong.studio.gizmos.drawing import Drawing, circle, hue
-from pvphong.studio.gizmos.kinds import kind_of
+from pvphong.studio.gizmos.looks import draw
 
-LIGHTS = [
-    DirectionalLight(direction=(0.3, -0.4, -1)),
-    PointLight(position=(1, -0.5, 1), attenuation=(1, 0, 1)),
-    SpotLight(position=(1, -0.5, 1.2), direction=(-1, 0.4, -1), cone_angle=22, exponent=40),
-]
-KINDS = pytest.mark.parametrize("light", LIGHTS, ids=lambda light: type(light).__name__)
+each_kind = pytest.mark.parametrize("kind", KINDS)
 
 
 def drawn(light, seen_from, *, selected=False, scale=1.0):
     drawing = Drawing(seen_from, hue(light))
-    kind_of(light).draw(drawing, light, place(scale), selected)
+    draw(drawing, light, scenery(scale), selected)
     return drawing
 
 
@@ -45,26 +40,37 @@ def test_a_black_light_is_grey():
     assert hue(PointLight(diffuse=0)) == (0.6, 0.6, 0.6)
 
 
-@KINDS
-def test_selected_shows_more(light):
-    assert len(drawn(light, view(), selected=True).lines[0]) > len(drawn(light, view()).lines[0])
-
-
-@KINDS
+@each_kind
 @pytest.mark.parametrize(("projection", "scale"), EVERYWHERE)
-def test_all_of_it_is_finite_and_coloured(light, projection, scale):
-    if not isinstance(light, DirectionalLight):
-        light = dataclasses.replace(light, position=tuple(scale * np.array(light.position)))
-    drawing = drawn(light, view(projection, scale), selected=True, scale=scale)
+def test_all_of_it_is_finite_and_coloured_and_selected_shows_more(kind, projection, scale):
+    light, seen_from = example(kind, scale, power=40.0), view(projection, scale)
+    drawing = drawn(light, seen_from, selected=True, scale=scale)
     segments, colors = drawing.lines
     assert np.isfinite(segments).all()
     assert colors.shape == (len(segments), 4)
     for corners, color in drawing.areas:
         assert np.isfinite(corners).all()
         assert color.shape == (4,)
+    assert len(segments) > len(drawn(light, seen_from, scale=scale).lines[0])
 
 
-@pytest.mark.parametrize("projection", ["perspective", "parallel"])
+@each_kind
+def test_behind_the_camera_no_icon_is_drawn(kind):
+    away = view(position=(0, 0, 50), focal_point=(0, 0, 99), up=(0, 1, 0))
+    drawing = drawn(example(kind), away, selected=True)
+    assert not drawing.areas
+    assert np.isfinite(drawing.lines[0]).all()
+
+
+@pytest.mark.parametrize("drawing", [Drawing(view()), drawn(Glow(), view()), drawn(Glow(), view(), selected=True)])
+def test_a_drawing_of_nothing_and_of_a_light_without_roles_is_empty(drawing):
+    segments, colors = drawing.lines
+    assert segments.shape == (0, 2, 2)
+    assert colors.shape == (0, 4)
+    assert drawing.areas == []
+
+
+@pytest.mark.parametrize("projection", PROJECTIONS)
 def test_icons_and_handles_keep_their_size(projection):
     sizes = []
     for distance in (1.0, 0.1, 10.0):
@@ -102,16 +108,27 @@ def test_the_cone_is_true_to_the_light():
         assert near.max() < 0.5
 
 
-def test_the_spheres_of_a_point_light_are_true_to_its_falloff():
-    light = PointLight(attenuation=(1, 0, 1))
+def radii_drawn(light, **options):
+    """How far the corners of what is drawn are from a light at the origin."""
     seen_from = view("parallel", position=(0, -9, 0), focal_point=(0, 0, 0))
-    segments, _ = drawn(light, seen_from, selected=True).lines
+    segments, _ = drawn(light, seen_from, **options).lines
     middle = seen_from.project((0, 0, 0))
-    reach = np.linalg.norm(segments[:, 0] - middle, axis=1) * seen_from.unit_per_pixel((0, 0, 0))
-    for strength in (0.5, 1 / 256):
-        radius = math.sqrt(1 / strength - 1)
-        assert float(light.arrival(np.array([[radius], [0.0], [0.0]])).strength[0]) == pytest.approx(strength)
-        assert np.abs(reach - radius).min() < 1e-9
+    return np.linalg.norm(segments[:, 0] - middle, axis=1) * seen_from.unit_per_pixel((0, 0, 0))
+
+
+@pytest.mark.parametrize("falloff", [(1, 0, 1), (1, 1, 0), (2, 0.5, 0.01), (0, 1, 0)])
+def test_the_spheres_of_a_point_light_are_true_to_its_falloff(falloff):
+    light = PointLight(attenuation=falloff)
+    radii = np.unique(np.round(radii_drawn(light, selected=True), 6))
+    strengths = light.arrival(np.array([radii, 0 * radii, 0 * radii])).strength * (falloff[0] or 1)
+    for fraction in (0.5, 1 / 256):
+        assert np.abs(strengths / fraction - 1).min() < 1e-4
+
+
+@pytest.mark.parametrize("selected", [False, True])
+def test_the_outline_of_a_size_is_true_to_it(selected):
+    radii = radii_drawn(Globe(radius=0.7), selected=selected)
+    assert np.isclose(radii, 0.7).sum() >= (2 if selected else 1) * 64
 
 
 def test_lines_end_before_the_eye():
@@ -127,18 +144,3 @@ def test_lines_end_before_the_eye():
     start, end = segments[0] - middle
     assert np.cross([*start, 0], [*end, 0])[2] == pytest.approx(0, abs=1e-3 * np.hypot(*end) * np.hypot(*start))
     assert end @ start > 0
-
-
-@KINDS
-def test_behind_the_camera_no_icon_is_drawn(light):
-    away = view(position=(0, 0, 50), focal_point=(0, 0, 99), up=(0, 1, 0))
-    drawing = drawn(light, away, selected=True)
-    assert not drawing.areas
-    assert np.isfinite(drawing.lines[0]).all()
-
-
-def test_a_drawing_of_nothing_is_empty():
-    segments, colors = Drawing(view()).lines
-    assert segments.shape == (0, 2, 2)
-    assert colors.shape == (0, 4)
-    assert Drawing(view()).areas == []

@@ -6,6 +6,7 @@ import shutil
 import numpy as np
 import pytest
 from served import ESCAPE, SIZE, VIEWS, Page, Server, new_browser
+from windowed import essence
 
 PROGRAMS = {name: shutil.which(name) for name in ("chromium", "chromedriver")}
 MISSING = [name for name, path in PROGRAMS.items() if path is None]
@@ -40,10 +41,6 @@ def page(opened):
 
 
 only_area = pytest.mark.parametrize("opened", ["area"], indirect=True)
-
-
-def essence(state):
-    return {key: state[key] for key in ("lights", "guest", "colors", "camera")}
 
 
 def differs(state, one, other):

@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from windowed import Window
+from windowed import Window, essence
 
 MISSING = [program for program in ("Xvfb", "xdotool") if shutil.which(program) is None]
 pytestmark = [
@@ -48,10 +48,6 @@ def window(opened):
     opened.point((3, 3))
     opened.wait(lambda state: state["hovered"] is None)
     return opened
-
-
-def essence(state):
-    return {key: state[key] for key in ("lights", "guest", "colors", "camera")}
 
 
 @pytest.mark.parametrize(

@@ -2,43 +2,62 @@
 
 import dataclasses
 
-from views import place
+import pytest
+from views import KINDS, Globe, example, scenery, view
 
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
+from pvphong.studio.gizmos.handles import handles
 from pvphong.studio.gizmos.readout import readout
 
 
-def test_a_point_light():
-    light = PointLight(position=(0, 0, 2), attenuation=(1, 0, 0.25), intensity=3, name="lamp")
-    assert readout(light, "position", place()).splitlines() == [
-        "lamp: position",
-        "position (0, 0, 2)",
-        "attenuation (1, 0, 0.25)",
-        "1.5 arriving at the scene's middle",
-    ]
+@pytest.mark.parametrize(
+    ("light", "handle", "expected"),
+    [
+        (
+            PointLight(position=(0, 0, 2), attenuation=(1, 0, 0.25), intensity=3, name="lamp"),
+            "position",
+            ["lamp: position", "position (0, 0, 2)", "attenuation (1, 0, 0.25)", "1.5 arriving at the scene's middle"],
+        ),
+        (
+            SpotLight(position=(1, 0, 2), direction=(0, 0, -2), cone_angle=22.25, exponent=3, attenuation=(1, 0.5, 0)),
+            "cone",
+            [
+                "cone",
+                "position (1, 0, 2)",
+                "target (1, 0, 0)",
+                "distance 2, cone 22.2°",
+                "0.5 arriving at the target",
+            ],
+        ),
+        (
+            DirectionalLight(direction=(0, 2, -2), name="sun", intensity=0.5),
+            "target",
+            [
+                "sun: target",
+                "direction (0, 0.7071, -0.7071)",
+                "azimuth 90.0°, elevation -45.0°",
+                "0.5 arriving everywhere",
+            ],
+        ),
+        (
+            Globe(position=(1, 0, 2), radius=0.25, on=False),
+            "radius",
+            ["radius", "position (1, 0, 2)", "radius 0.25", "0 arriving at the scene's middle"],
+        ),
+    ],
+)
+def test_the_numbers_of_each_kind(light, handle, expected):
+    assert readout(light, handle, scenery()).splitlines() == expected
 
 
-def test_a_spot_light():
-    light = SpotLight(position=(1, 0, 2), direction=(0, 0, -2), cone_angle=22.25, exponent=3, attenuation=(1, 0.5, 0))
-    assert readout(light, "cone", place()).splitlines() == [
-        "cone",
-        "position (1, 0, 2)",
-        "target (1, 0, 0)",
-        "distance 2, cone 22.2°",
-        "0.5 arriving at the target",
-    ]
-
-
-def test_a_directional_light():
-    light = DirectionalLight(direction=(0, 2, -2), name="sun", intensity=0.5)
-    assert readout(light, "target", place()).splitlines() == [
-        "sun: target",
-        "direction (0, 0.7071, -0.7071)",
-        "azimuth 90.0°, elevation -45.0°",
-        "0.5 arriving everywhere",
-    ]
-
-
-def test_a_light_that_is_off_sends_nothing():
-    light = dataclasses.replace(DirectionalLight(), on=False)
-    assert readout(light, "target", place()).endswith("0 arriving everywhere")
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_field_with_a_handle_is_named(kind):
+    light = example(kind)
+    for handle in handles(light, scenery(), view()):
+        first, *lines, last = readout(light, handle, scenery()).splitlines()
+        assert first == handle
+        field = next(field for field, role in light.roles.items() if role.handle == handle)
+        assert any(f"{name} " in line for line in lines for name in (handle, field))
+        off = readout(dataclasses.replace(light, on=False), handle, scenery())
+        assert off.splitlines()[-1].startswith("0 arriving")
+        assert not last.startswith("0 ")

@@ -1,4 +1,4 @@
-"""A drag: what was frozen when the button went down, and where the cursor is now."""
+"""What is frozen when a drag starts, and where the cursor is now."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from pvphong.base.types import Float64Array, Vector, VectorLike
-from pvphong.optics.lights import Light
+from pvphong.optics.light import Light
 from pvphong.studio.gizmos.view import View
 
 
 @dataclass(frozen=True)
-class Place:
+class Scenery:
     """What a gizmo knows of the scene it stands in.
 
     Parameters
@@ -23,7 +23,7 @@ class Place:
     size : float
         Half the diagonal of what is drawn, > 0.
     anchor : tuple of float
-        Where the icon of a light without a position stands.
+        Where the icon of a light without a place stands.
     """
 
     center: Vector
@@ -32,7 +32,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Press:
+class DragStart:
     """A handle that has been grabbed.
 
     Parameters
@@ -41,13 +41,13 @@ class Press:
         The light at that time, in the world.
     handle : str
         Which of its handles.
-    grip : tuple of float
+    point : tuple of float
         Where the handle was.
     cursor : tuple of float
         Where the cursor was, in pixels of the window.
     view : View
         The pane.
-    place : Place
+    scenery : Scenery
         The scene.
     angle_step : float, default 5
         What angles snap to, in degrees.
@@ -57,43 +57,43 @@ class Press:
 
     light: Light
     handle: str
-    grip: Vector
+    point: Vector
     cursor: tuple[float, float]
     view: View
-    place: Place
+    scenery: Scenery
     angle_step: float = 5.0
     length_step: float | None = None
 
     @property
     def grid(self) -> float:
         """What lengths and coordinates snap to."""
-        return round_step(self.place.size / 20.0) if self.length_step is None else self.length_step
+        return round_step(self.scenery.size / 20.0) if self.length_step is None else self.length_step
 
     def picture(self, at: Cursor) -> Float64Array:
         """Where on the screen the handle is to go: it keeps its distance from the cursor."""
-        return self.view.project(self.grip) + self.motion(at)
+        return self.view.project(self.point) + self.motion(at)
 
     def motion(self, at: Cursor) -> Float64Array:
-        """The way of the cursor since the press."""
+        """The way of the cursor since the start."""
         return np.array(at.position) - np.array(self.cursor)
 
     def moved(self, at: Cursor) -> Float64Array:
         """The handle moved with the cursor, parallel to the picture; constrained: along a world axis."""
-        grip = np.array(self.grip)
-        if not self.view.is_ahead(grip) or not self.motion(at).any():
-            return grip
+        point = np.array(self.point)
+        if not self.view.is_ahead(point) or not self.motion(at).any():
+            return point
         if not at.constrained:
-            return self.view.facing(grip, self.picture(at))
-        axis = self.view.axis_along(grip, self.motion(at))
-        return grip if axis is None else self.view.along(grip, axis, self.motion(at))
+            return self.view.facing(point, self.picture(at))
+        axis = self.view.axis_along(point, self.motion(at))
+        return point if axis is None else self.view.along(point, axis, self.motion(at))
 
     def moved_on_grid(self, at: Cursor) -> Float64Array:
         """As `moved`; snapping: to the grid, but for coordinates in which the handle does not move."""
         point = self.moved(at)
         if not at.snapping:
             return point
-        stays = np.abs(point - self.grip) <= 1e-9 * self.place.size
-        return np.where(stays, self.grip, np.round(point / self.grid) * self.grid)
+        stays = np.abs(point - self.point) <= 1e-9 * self.scenery.size
+        return np.where(stays, self.point, np.round(point / self.grid) * self.grid)
 
 
 @dataclass(frozen=True)
@@ -125,22 +125,3 @@ def round_step(length: float) -> float:
     """The largest of 1, 2, 5 times a power of ten that is not above a length > 0."""
     power = 10.0 ** math.floor(math.log10(length))
     return max((factor for factor in (1.0, 2.0, 5.0) if factor * power <= length), default=1.0) * power
-
-
-def aimed(press: Press, at: Cursor, origin: Vector, direction: Vector) -> Vector:
-    """The direction from an origin to the dragged target; snapping: in steps of azimuth and elevation about z."""
-    target = press.moved(at)
-    if np.array_equal(target, press.grip):
-        return direction
-    aim = target - np.array(origin)
-    length = float(np.linalg.norm(aim))
-    if length == 0.0:
-        return direction
-    if at.snapping:
-        step = math.radians(press.angle_step)
-        azimuth = round(math.atan2(aim[1], aim[0]) / step) * step
-        elevation = round(math.asin(max(-1.0, min(1.0, aim[2] / length))) / step) * step
-        level = length * math.cos(elevation)
-        aim = np.array([level * math.cos(azimuth), level * math.sin(azimuth), length * math.sin(elevation)])
-        aim[np.abs(aim) < 1e-15 * length] = 0.0
-    return vector(aim)

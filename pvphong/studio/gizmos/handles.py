@@ -1,0 +1,205 @@
+"""Handles by role: where the handle of a light's field is, and what a drag of it makes of the light.
+
+A place has its handle where it is, an aim at the target, an angle at the edge as far away as the target and at the
+side seen best. A length has it to the right at this distance; so has a falloff where half the light is left, if the
+light has no aim.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pvphong.base.types import Float64Array, Vector, VectorLike
+from pvphong.optics.attenuation import distance_of
+from pvphong.optics.light import Light
+from pvphong.optics.roles import Aim, Angle, Falloff, Length, Place, Role
+from pvphong.studio.gizmos.drag_start import Cursor, DragStart, Scenery, vector
+from pvphong.studio.gizmos.shape import axis, fields, handle_names, origin, reach, target
+from pvphong.studio.gizmos.view import View
+
+# An angle stays so many degrees off its limits: a cone of 0° cannot be seen, and one of 90° is none to VTK.
+_MARGIN = 0.5
+
+
+class _Kind(NamedTuple):
+    """What holds for the handles of one role."""
+
+    where: Callable[[Light, Any, Scenery, View], Float64Array | None]
+    """From a light and the field's value to the handle's place; None where there is none."""
+
+    dragged: Callable[[DragStart, Cursor, str], Light]
+    """From the start, the cursor and the field's name to the light."""
+
+
+def handles(light: Light, scenery: Scenery, view: View) -> dict[str, Float64Array]:
+    """Name of each handle of a light of the world → where it is."""
+    found = {}
+    for name, (field, kind) in _kinds(light).items():
+        point = kind.where(light, getattr(light, field), scenery, view)
+        if point is not None:
+            found[name] = point
+    return found
+
+
+def dragged(start: DragStart, at: Cursor) -> Light:
+    """The light that the cursor asks for."""
+    field, kind = _kinds(start.light)[start.handle]
+    return kind.dragged(start, at, field)
+
+
+def _kinds(light: Light) -> dict[str, tuple[str, _Kind]]:
+    """Name of each handle → its field, and what holds for it."""
+    return {
+        name: (field, kind)
+        for field, name in handle_names(light).items()
+        for role, kind in _KINDS.items()
+        if isinstance(light.roles[field], role)
+    }
+
+
+def _with(light: Light, field: str, value: Any) -> Light:
+    return replace(light, **{field: value})
+
+
+# -- a place
+
+
+def _at_place(light: Light, place: VectorLike, scenery: Scenery, view: View) -> Float64Array:  # noqa: ARG001 as others
+    return np.array(place)
+
+
+def _moved(start: DragStart, at: Cursor, field: str) -> Light:
+    """The light in another place, aimed at the same target."""
+    light, position = start.light, start.moved_on_grid(at)
+    if np.array_equal(position, getattr(light, field)):
+        return light
+    changes: dict[str, Any] = {field: vector(position)}
+    for name, direction in fields(light, Aim).items() if field == next(iter(fields(light, Place))) else ():
+        aim = target(light, direction, start.scenery) - position
+        if not aim.any():
+            return light
+        changes[name] = vector(aim)
+    return replace(light, **changes)
+
+
+# -- an aim
+
+
+def _at_target(light: Light, direction: VectorLike, scenery: Scenery, view: View) -> Float64Array:  # noqa: ARG001
+    return target(light, direction, scenery)
+
+
+def _turned(start: DragStart, at: Cursor, field: str) -> Light:
+    """The light aimed at the target's new place; snapping: in steps of azimuth and elevation about z."""
+    light, goal = start.light, start.moved(at)
+    if np.array_equal(goal, start.point):
+        return light
+    aim = goal - origin(light, start.scenery)
+    length = float(np.linalg.norm(aim))
+    if length == 0.0:
+        return light
+    return _with(light, field, vector(_in_steps(aim, length, start.angle_step) if at.snapping else aim))
+
+
+def _in_steps(aim: Float64Array, length: float, degrees: float) -> Float64Array:
+    step = math.radians(degrees)
+    azimuth = round(math.atan2(aim[1], aim[0]) / step) * step
+    elevation = round(math.asin(max(-1.0, min(1.0, aim[2] / length))) / step) * step
+    level = length * math.cos(elevation)
+    aim = np.array([level * math.cos(azimuth), level * math.sin(azimuth), length * math.sin(elevation)])
+    aim[np.abs(aim) < 1e-15 * length] = 0.0
+    return aim
+
+
+# -- an angle
+
+
+def _at_edge(light: Light, degrees: float, scenery: Scenery, view: View) -> Float64Array | None:
+    along = axis(light)
+    return None if along is None else _edge(light, along, degrees, scenery, view)
+
+
+def _edge(light: Light, along: Float64Array, degrees: Any, scenery: Scenery, view: View) -> Float64Array:
+    """Points as far away as the target and angles off the aim, at the side seen best."""
+    middle, turn = origin(light, scenery), np.radians(degrees)[..., None]
+    far, side = reach(light, light.values(Aim)[0], scenery), view.across(along, middle)
+    return middle + far * (np.cos(turn) * along + np.sin(turn) * side)
+
+
+def _opened(start: DragStart, at: Cursor, field: str) -> Light:
+    """The light at whose angle the edge comes nearest to the cursor on the screen."""
+    light, role, along = start.light, start.light.roles[field], axis(start.light)
+    assert isinstance(role, Angle)
+    assert along is not None
+    if not start.motion(at).any():
+        return light
+    least, most = role.least + _MARGIN, role.most - _MARGIN
+    best, width = 0.5 * (least + most), most - least
+    for _ in range(5):  # each round looks 40 times closer, around the best
+        angles = np.clip(best + width * np.linspace(-0.5, 0.5, 81), least, most)
+        edge = start.view.project(_edge(light, along, angles, start.scenery, start.view))
+        off = np.linalg.norm(edge - start.picture(at), axis=1)
+        if np.isnan(off).all():
+            return light
+        best, width = float(angles[np.nanargmin(off)]), width / 20.0
+    if at.snapping:
+        best = round(best / start.angle_step) * start.angle_step
+    return _with(light, field, min(max(best, least), most))
+
+
+# -- a length
+
+
+def _to_the_right(light: Light, length: float, scenery: Scenery, view: View) -> Float64Array:
+    return origin(light, scenery) + length * view.viewer.axes[0]
+
+
+def _stretched(start: DragStart, at: Cursor, field: str) -> Light:
+    """The light whose length is the cursor's distance."""
+    length = _distance(start, at)
+    return start.light if length is None else _with(start.light, field, length)
+
+
+def _distance(start: DragStart, at: Cursor) -> float | None:
+    """How far from the light the cursor is, parallel to the picture and > 0; snapping: in steps of the grid."""
+    middle = origin(start.light, start.scenery)
+    if not start.view.is_ahead(middle) or not start.motion(at).any():
+        return None
+    distance = float(np.linalg.norm(start.view.facing(middle, start.picture(at)) - middle))
+    if at.snapping:
+        distance = max(round(distance / start.grid), 1) * start.grid
+    return max(distance, 1e-6 * start.scenery.size)
+
+
+# -- a falloff
+
+
+def _at_half(light: Light, coefficients: Vector, scenery: Scenery, view: View) -> Float64Array | None:
+    """An aim says already how far the light is meant to reach."""
+    radius = None if light.values(Aim) else distance_of(0.5, coefficients)
+    return None if radius is None else _to_the_right(light, radius, scenery, view)
+
+
+def _weakened(start: DragStart, at: Cursor, field: str) -> Light:
+    """Linear and quadratic coefficient scaled so that half the light is left at the cursor's distance."""
+    constant, linear, quadratic = getattr(start.light, field)
+    old, new = distance_of(0.5, (constant, linear, quadratic)), _distance(start, at)
+    if old is None or new is None:
+        return start.light
+    shrink = old / new
+    return _with(start.light, field, (constant, linear * shrink, quadratic * shrink * shrink))
+
+
+_KINDS: dict[type[Role], _Kind] = {
+    Place: _Kind(_at_place, _moved),
+    Aim: _Kind(_at_target, _turned),
+    Angle: _Kind(_at_edge, _opened),
+    Length: _Kind(_to_the_right, _stretched),
+    Falloff: _Kind(_at_half, _weakened),
+}
+"""Role → its handles; a role that is not here has none."""

@@ -1,0 +1,104 @@
+"""What a light looks like in a window: an icon, and what each role of a field adds to it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pvphong.base.types import Float64Array
+from pvphong.optics.attenuation import distance_of
+from pvphong.optics.light import Light
+from pvphong.optics.roles import Aim, Angle, Length, Place, Power
+from pvphong.studio.gizmos.drag_start import Scenery
+from pvphong.studio.gizmos.drawing import Drawing, circle
+from pvphong.studio.gizmos.shape import axis, falloffs, is_movable, origin, reach, target
+
+# Circles are drawn up to this radius, in scene sizes.
+_LARGEST = 1e4
+# At which fractions of its light spheres are drawn around a light that weakens, and how strongly.
+_LEFT = ((0.5, 0.9), (1.0 / 256.0, 0.35))
+
+
+def draw(drawing: Drawing, light: Light, scenery: Scenery, selected: bool) -> None:
+    """Add a light of the world to a drawing; selected: with all that its fields say of its shape."""
+    if not is_movable(light):
+        return
+    is_placed, along = bool(light.values(Place)), axis(light)
+    drawing.icon(origin(light, scenery), ("bulb" if along is None else "lamp") if is_placed else "sun", along)
+    _lines_to_targets(drawing, light, scenery, selected)
+    if along is not None:
+        _cones(drawing, light, along, scenery, selected)
+    if along is not None and selected and not is_placed:
+        _rays(drawing, light, along, scenery)
+    _sizes(drawing, light, scenery, selected)
+    if selected:
+        _falloffs(drawing, light, scenery)
+
+
+def _lines_to_targets(drawing: Drawing, light: Light, scenery: Scenery, selected: bool) -> None:
+    strength = (0.8 if light.values(Place) else 1.0) if selected else 0.45
+    for direction in light.values(Aim):
+        drawing.line(np.array([origin(light, scenery), target(light, direction, scenery)]), strength)
+
+
+def _rays(drawing: Drawing, light: Light, along: Float64Array, scenery: Scenery) -> None:
+    """Four with tips, parallel to the line: such light comes from everywhere."""
+    start = origin(light, scenery)
+    tip = target(light, light.values(Aim)[0], scenery)
+    side = drawing.view.across(along, start)
+    other = np.cross(along, side)
+    for x, y in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+        offset = 0.1 * scenery.size * (x * side + y * other)
+        drawing.line(np.array([start + offset, tip + offset]), 0.6)
+        drawing.tip(tip + offset, along, 0.6)
+
+
+def _cones(drawing: Drawing, light: Light, along: Float64Array, scenery: Scenery, selected: bool) -> None:
+    """The rim as far away as the target; selected: with eight spokes, and where a power of the cosine halves it."""
+    start, far = origin(light, scenery), reach(light, light.values(Aim)[0], scenery)
+
+    def ring(angle: float) -> Float64Array:
+        return circle(start + far * math.cos(angle) * along, along, far * math.sin(angle))
+
+    for degrees in light.values(Angle):
+        rim = ring(math.radians(degrees))
+        drawing.line(rim, 1.0 if selected else 0.3)
+        if not selected:
+            continue
+        for spoke in rim[:-1].reshape(8, -1, 3)[:, 0]:
+            drawing.line(np.array([start, spoke]), 0.6)
+        for exponent in light.values(Power):
+            halved = math.acos(2.0 ** (-1.0 / exponent)) if exponent else math.inf
+            if halved < math.radians(degrees):
+                drawing.line(ring(halved), 0.5)
+
+
+def _sizes(drawing: Drawing, light: Light, scenery: Scenery, selected: bool) -> None:
+    """An outline that faces the viewer; selected: a sphere."""
+    for length in light.values(Length):
+        _circle(drawing, light, scenery, drawing.view.viewer.axes[2], length, 0.6 if selected else 0.3)
+        if selected:
+            _sphere(drawing, light, scenery, length, 0.9)
+
+
+def _falloffs(drawing: Drawing, light: Light, scenery: Scenery) -> None:
+    """Spheres where a half and a 256th of the light is left."""
+    for coefficients in falloffs(light).values():
+        for fraction, strength in _LEFT:
+            radius = distance_of(fraction, coefficients)
+            if radius is not None:
+                _sphere(drawing, light, scenery, radius, strength)
+
+
+def _sphere(drawing: Drawing, light: Light, scenery: Scenery, radius: float, strength: float) -> None:
+    """Three great circles."""
+    for normal in np.eye(3):
+        _circle(drawing, light, scenery, normal, radius, strength)
+
+
+def _circle(
+    drawing: Drawing, light: Light, scenery: Scenery, normal: Float64Array, radius: float, strength: float
+) -> None:
+    if radius < _LARGEST * scenery.size:
+        drawing.line(circle(origin(light, scenery), normal, radius), strength)

@@ -1,0 +1,82 @@
+"""Where a light stands in a window, and where it shines to: read from its fields by their roles."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from pvphong.base.types import Float64Array, Vector
+from pvphong.base.vectors import unit_vector
+from pvphong.optics.light import Light
+from pvphong.optics.roles import Aim, Falloff, Place, Role
+from pvphong.studio.gizmos.drag_start import Scenery, vector
+
+# Of a light without a place, in scene sizes: how far off the scene's middle its icon stands; how long its arrow is.
+_STANDS_OFF = 0.95
+_ARROW = 0.6 * _STANDS_OFF
+# A direction's own length is the distance of the target where that can be seen and grabbed, in scene sizes.
+_NEAREST, _FARTHEST = 0.05, 20.0
+
+
+def is_movable(light: Light) -> bool:
+    """Whether a hand can move it: a headlight is where the viewer is, and a light without place and aim is nowhere."""
+    return light.frame != "headlight" and bool(light.values(Place) or light.values(Aim))
+
+
+def fields(light: Light, kind: type[Role]) -> dict[str, Any]:
+    """Name of each of its fields with a role → value."""
+    return {field: getattr(light, field) for field, role in light.roles.items() if isinstance(role, kind)}
+
+
+def handle_names(light: Light) -> dict[str, str]:
+    """Each of its fields that can have a handle → the handle's name, which is the field's own where it is taken."""
+    names: dict[str, str] = {}
+    for field, role in light.roles.items() if is_movable(light) else ():
+        if role.handle:
+            names[field] = field if role.handle in names.values() else role.handle
+    return names
+
+
+def falloffs(light: Light) -> dict[str, Vector]:
+    """Name of each of its fields that says how it weakens to all sides alike → coefficients.
+
+    A light with an aim has none here: its target says how far it is meant to reach.
+    """
+    if light.values(Aim):
+        return {}
+    return {field: value for field, value in fields(light, Falloff).items() if light.roles[field].handle}
+
+
+def anchor(light: Light, center: Vector, size: float) -> Vector:
+    """Where the icon of a light without a place stands at first: in front of the scene, where the light comes from."""
+    for direction in light.values(Aim):
+        return vector(np.array(center) - _STANDS_OFF * size * np.array(unit_vector(direction)))
+    return center
+
+
+def origin(light: Light, scenery: Scenery) -> Float64Array:
+    """Where its icon stands."""
+    return np.array(next(iter(light.values(Place)), scenery.anchor))
+
+
+def axis(light: Light) -> Float64Array | None:
+    """Unit vector along its aim, the first if it has several."""
+    return next((np.array(unit_vector(direction)) for direction in light.values(Aim)), None)
+
+
+def target(light: Light, direction: Any, scenery: Scenery) -> Float64Array:
+    """Where it shines to, along a direction of its own."""
+    return origin(light, scenery) + reach(light, direction, scenery) * np.array(unit_vector(direction))
+
+
+def reach(light: Light, direction: Any, scenery: Scenery) -> float:
+    """How far from its icon a target is shown: as far as the direction is long, where that can be seen."""
+    if not light.values(Place):
+        return _ARROW * scenery.size
+    length = math.hypot(*direction)
+    if _NEAREST * scenery.size <= length <= _FARTHEST * scenery.size:
+        return length
+    to_middle = np.array(scenery.center) - origin(light, scenery)
+    return max(float(np.linalg.norm(to_middle)), 0.5 * scenery.size)
