@@ -3,6 +3,7 @@ import os
 import re
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -65,7 +66,7 @@ def one_line(text):
 
 def test_python_dash_m_and_version():
     process = in_a_process("--version")
-    assert (process.returncode, process.stdout.strip()) == (0, cli.version("pvphong"))
+    assert (process.returncode, process.stdout.strip()) == (0, version("pvphong"))
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -167,7 +168,7 @@ def test_an_interruption_and_a_failing_machine_are_no_traceback(monkeypatch, cap
     def fail(_path):
         raise error
 
-    monkeypatch.setattr(cli, "read_mesh", fail)
+    monkeypatch.setattr("pvphong.cli.inputs.read_mesh", fail)
     assert run("shade sphere.vtp -o lit.vtp") == status
     assert capsys.readouterr().err == said
 
@@ -250,7 +251,7 @@ def test_view_without_a_display_is_an_error_and_no_crash(environment, message):
 
 def test_view_shows_the_surface_in_the_rig(sphere, monkeypatch):
     calls = []
-    monkeypatch.setattr(cli, "show", lambda *args, **options: calls.append((args, options)))
+    monkeypatch.setattr("pvphong.cli.view.show", lambda *args, **options: calls.append((args, options)))
     SCENE.save("rig.json")
     assert run("view sphere.vtp --scene rig.json --material ruby") == 0
     (((mesh, *rest), options),) = calls
