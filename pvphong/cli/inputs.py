@@ -8,9 +8,9 @@ from typing import Any
 
 import pyvista as pv
 
+from pvphong.meshes.blocks import datasets, map_blocks
 from pvphong.meshes.default_scene import studio_scene
 from pvphong.meshes.files import read_mesh
-from pvphong.meshes.lit import datasets, map_blocks
 from pvphong.meshes.surfaces import surface
 from pvphong.scene.scene import Scene
 

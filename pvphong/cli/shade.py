@@ -14,8 +14,9 @@ from pvphong.cli.inputs import SIZE, surface_and_scene
 from pvphong.cli.options import PLAIN, LookOptions, Rig
 from pvphong.cli.spinner import busy
 from pvphong.meshes import pictures
+from pvphong.meshes.blocks import map_blocks
 from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, refuse_suffix, save_lit
-from pvphong.meshes.lit import map_blocks, shade_mesh
+from pvphong.meshes.lit import shade_mesh
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 
