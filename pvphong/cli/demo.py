@@ -19,7 +19,8 @@ from pvphong.meshes.lit import shade_mesh
 from pvphong.meshes.pictures import draw, save_picture
 from pvphong.optics.lights import DirectionalLight, Light, SpotLight
 from pvphong.optics.material import Material
-from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.studies.diagnose.diagnosis import diagnose
 

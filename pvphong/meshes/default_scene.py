@@ -11,7 +11,8 @@ import pyvista as pv
 from pvphong.base.types import Float64Array
 from pvphong.meshes.pictures import leaves
 from pvphong.optics.lights import DirectionalLight
-from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 
 _VIEW_ANGLE = 30.0
