@@ -22,7 +22,7 @@ _RIGHT = np.array([-1.0, 1.0, 0.0]) / math.sqrt(2.0)
 _UP = np.cross(_BACK, _RIGHT)
 
 
-def studio_scene(mesh: pv.PolyData | pv.MultiBlock, aspect: float = 4 / 3) -> Scene:
+def default_scene(mesh: pv.PolyData | pv.MultiBlock, aspect: float = 4 / 3) -> Scene:
     """Key, fill and rim light, and PyVista's first view of the mesh.
 
     The viewer looks at the centre from where PyVista puts its camera, from the direction (1, 1, 1) with z up,
