@@ -23,7 +23,8 @@ from pvphong.meshes.surfaces import face_normals, vertex_normals
 from pvphong.optics.lights import DirectionalLight, Light, PointLight, SphereLight, SpotLight, light_from_homogeneous
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import BlinnPhong, OrenNayar, Phong
-from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.evaluation import evaluate
 from pvphong.shading.plan.draft import Decision

@@ -12,7 +12,8 @@ import pyvista as pv
 
 from pvphong.base.types import Backend, FloatArray, MatrixLike, Precision, Weighting
 from pvphong.geometry.transform import transform_normals
-from pvphong.meshes.lit import datasets, map_blocks, plan, point_normals, shade_mesh
+from pvphong.meshes.blocks import datasets, map_blocks
+from pvphong.meshes.lit import plan, point_normals, shade_mesh
 from pvphong.meshes.surfaces import surface
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene

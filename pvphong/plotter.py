@@ -13,7 +13,8 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.optics.lights import Light
 from pvphong.optics.material import Material
-from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
 from pvphong.shading.plan.plan import check_scene_and_material
 from pvphong.studies.validate.comparison import Comparison
 from pvphong.studies.validate.validation import validate

@@ -10,7 +10,8 @@ import pyvista as pv
 import vtk
 
 import pvphong as ph
-from pvphong.meshes.lit import datasets, shade_mesh
+from pvphong.meshes.blocks import datasets
+from pvphong.meshes.lit import shade_mesh
 from pvphong.optics.lights import DirectionalLight, PointLight
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene

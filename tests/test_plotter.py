@@ -15,7 +15,8 @@ from views import KINDS, example
 import pvphong  # noqa: F401 registers plotter.phong wherever PyVista's own discovery is not installed
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
-from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.vtk.lights import as_light
 

@@ -1,4 +1,4 @@
-"""What `pvphong demo` does: light the airplane that PyVista ships, and report on it."""
+"""`pvphong demo`: light the airplane that PyVista ships, and report on it."""
 
 from __future__ import annotations
 
@@ -9,14 +9,18 @@ from typing import Any
 
 import pyvista as pv
 from pyvista import examples
+from rich.console import Console
+from rich.markdown import Markdown
 
 from pvphong.base.files import written_aside
+from pvphong.cli.spinner import busy
 from pvphong.meshes.files import save_lit
 from pvphong.meshes.lit import shade_mesh
 from pvphong.meshes.pictures import draw, save_picture
 from pvphong.optics.lights import DirectionalLight, Light, SpotLight
 from pvphong.optics.material import Material
-from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.studies.diagnose.diagnosis import diagnose
 
@@ -38,6 +42,23 @@ SCENE = Scene(
 )
 
 PLASTIC = Material(ambient=0.1, diffuse=(0.2, 0.3, 0.8), specular=0.5, shininess=40)
+
+
+def demo(*, folder: Path = Path("pvphong-demo")) -> None:
+    """Light PyVista's bundled airplane; leave the mesh, a picture, the rig and a report in a folder.
+
+    Parameters
+    ----------
+    folder
+        Where the four files go; it is made if it does not exist.
+    """
+    with busy("Lighting the airplane"):
+        report, files = run_demo(folder)
+    console = Console()
+    console.print(Markdown(report))
+    console.print()
+    for what, path in files.items():
+        print(f"{what:8}{path}")
 
 
 def run_demo(folder: Path) -> tuple[str, dict[str, Path]]:

@@ -10,8 +10,9 @@ from pathlib import Path
 import pyvista as pv
 
 from pvphong.base import check
+from pvphong.meshes.blocks import map_blocks
 from pvphong.meshes.files import save_lit
-from pvphong.meshes.lit import map_blocks, shade_mesh
+from pvphong.meshes.lit import shade_mesh
 from pvphong.meshes.pictures import WITHOUT_DISPLAY, aim, drawing_window, leaves, save_picture
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene

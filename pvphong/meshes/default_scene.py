@@ -11,7 +11,8 @@ import pyvista as pv
 from pvphong.base.types import Float64Array
 from pvphong.meshes.pictures import leaves
 from pvphong.optics.lights import DirectionalLight
-from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 
 _VIEW_ANGLE = 30.0
@@ -21,7 +22,7 @@ _RIGHT = np.array([-1.0, 1.0, 0.0]) / math.sqrt(2.0)
 _UP = np.cross(_BACK, _RIGHT)
 
 
-def studio_scene(mesh: pv.PolyData | pv.MultiBlock, aspect: float = 4 / 3) -> Scene:
+def default_scene(mesh: pv.PolyData | pv.MultiBlock, aspect: float = 4 / 3) -> Scene:
     """Key, fill and rim light, and PyVista's first view of the mesh.
 
     The viewer looks at the centre from where PyVista puts its camera, from the direction (1, 1, 1) with z up,

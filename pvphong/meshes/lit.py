@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -159,51 +157,6 @@ def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None) -> Floa
 def vertices_of(source: pv.PolyData, albedo: Any = None) -> Vertices:
     """A surface's vertices; its normals are computed when they are first read, if it has none."""
     return Vertices(source.points, lambda: point_normals(source), albedo)
-
-
-def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: str = "") -> pv.MultiBlock:
-    """A new MultiBlock of the same structure and names, with `operation` applied to each dataset.
-
-    None stays None; a table or an empty dataset is copied as it is. An error names the block.
-    """
-    result = pv.MultiBlock()
-    for key, array in blocks.field_data.items():
-        result.field_data[key] = array
-    for index, block in enumerate(blocks):
-        key = blocks.get_block_name(index)
-        where = f"{place}[{key!r}]"
-        if isinstance(block, pv.MultiBlock):
-            result.append(map_blocks(block, operation, where), key)
-        elif not isinstance(block, pv.DataSet) or block.n_points == 0:
-            result.append(None if block is None else block.copy(), key)
-        else:
-            try:
-                result.append(operation(block), key)
-            except ValueError as error:
-                raise ValueError(f"block {where}: {error}") from error
-    return result
-
-
-def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
-    """The path of names and the dataset of each block that is not empty.
-
-    A path that several blocks share has their indices appended: "wheel [2]" is blocks[2], "car/wheel [0][2]" is
-    blocks[0][2]. A block without a name goes by its index.
-    """
-    found = list(_datasets(blocks))
-    counts = Counter(path for path, _, _ in found)
-    for path, place, block in found:
-        yield (path if counts[path] == 1 else f"{path} {place}"), block
-
-
-def _datasets(blocks: pv.MultiBlock, names: tuple[str, ...] = (), place: str = "") -> Iterator[tuple[str, str, Any]]:
-    """Path, indices and dataset of each."""
-    for index, block in enumerate(blocks):
-        path, where = (*names, blocks.get_block_name(index) or str(index)), f"{place}[{index}]"
-        if isinstance(block, pv.MultiBlock):
-            yield from _datasets(block, path, where)
-        elif isinstance(block, pv.DataSet) and block.n_points:
-            yield "/".join(path), where, block
 
 
 def surface_and_albedo(mesh: pv.DataSet, albedo: Any) -> tuple[pv.PolyData, Any]:

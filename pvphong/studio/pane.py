@@ -8,7 +8,8 @@ from typing import Any
 
 import pyvista as pv
 
-from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
 from pvphong.studio.gizmos import Board, History, Options
 from pvphong.studio.live import LiveMesh
 from pvphong.studio.rig import LightHandle, Rig

@@ -3,6 +3,7 @@ import os
 import re
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import pyvista as pv
 import pvphong as ph
 from pvphong import cli
 from pvphong.cli.demo import PLASTIC, SCENE
-from pvphong.meshes.default_scene import studio_scene
+from pvphong.meshes.default_scene import default_scene
 
 COMMANDS = ["demo", "shade", "view", "plan", "validate", "tradeoff", "diagnose"]
 
@@ -65,7 +66,7 @@ def one_line(text):
 
 def test_python_dash_m_and_version():
     process = in_a_process("--version")
-    assert (process.returncode, process.stdout.strip()) == (0, cli.version("pvphong"))
+    assert (process.returncode, process.stdout.strip()) == (0, version("pvphong"))
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -167,7 +168,7 @@ def test_an_interruption_and_a_failing_machine_are_no_traceback(monkeypatch, cap
     def fail(_path):
         raise error
 
-    monkeypatch.setattr(cli, "read_mesh", fail)
+    monkeypatch.setattr("pvphong.cli.inputs.read_mesh", fail)
     assert run("shade sphere.vtp -o lit.vtp") == status
     assert capsys.readouterr().err == said
 
@@ -175,10 +176,10 @@ def test_an_interruption_and_a_failing_machine_are_no_traceback(monkeypatch, cap
 # --- shade; formats and failing disks are in meshes/test_files ---
 
 
-def test_shade_without_a_scene_uses_the_studio(sphere, capsys):
+def test_shade_without_a_scene_uses_the_default_scene(sphere, capsys):
     assert run("shade sphere.vtp -o lit.vtp") == 0
     lit = pv.read("lit.vtp")
-    np.testing.assert_array_equal(lit["phong"], sphere.phong.shade(studio_scene(sphere))["phong"])
+    np.testing.assert_array_equal(lit["phong"], sphere.phong.shade(default_scene(sphere))["phong"])
     assert lit["phong"].dtype == np.float32
     assert lit.active_scalars_name == "phong"
     assert capsys.readouterr().out == "lit.vtp\n"
@@ -220,7 +221,7 @@ def test_blocks_are_shaded_block_by_block(sphere):
     cube = pv.Cube(center=(2, 0, 0))
     save_blocks(one=sphere, gap=None, deep=pv.MultiBlock({"two": cube}))
     assert run("shade blocks.vtm -o lit.vtm") == 0
-    lit, scene = pv.read("lit.vtm"), studio_scene(pv.MultiBlock([sphere, cube]))
+    lit, scene = pv.read("lit.vtm"), default_scene(pv.MultiBlock([sphere, cube]))
     assert lit.keys() == ["one", "gap", "deep"]
     np.testing.assert_array_equal(lit["one"]["phong"], sphere.phong.shade(scene)["phong"])
     np.testing.assert_array_equal(lit["deep"]["two"]["phong"], cube.phong.shade(scene)["phong"])
@@ -250,7 +251,7 @@ def test_view_without_a_display_is_an_error_and_no_crash(environment, message):
 
 def test_view_shows_the_surface_in_the_rig(sphere, monkeypatch):
     calls = []
-    monkeypatch.setattr(cli, "show", lambda *args, **options: calls.append((args, options)))
+    monkeypatch.setattr("pvphong.cli.view.show", lambda *args, **options: calls.append((args, options)))
     SCENE.save("rig.json")
     assert run("view sphere.vtp --scene rig.json --material ruby") == 0
     (((mesh, *rest), options),) = calls

@@ -4,7 +4,7 @@ import pyvista as pv
 
 from pvphong import Material
 from pvphong.geometry.projection import project
-from pvphong.meshes.default_scene import studio_scene
+from pvphong.meshes.default_scene import default_scene
 from pvphong.meshes.lit import shade_mesh
 
 MESHES = {
@@ -21,7 +21,7 @@ MESHES = {
 @pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
 @pytest.mark.parametrize("aspect", [0.5, 1.0, 4 / 3, 3.0])
 def test_the_mesh_fills_the_picture_and_lies_within_it_and_the_clipping_range(mesh, aspect):
-    viewer = studio_scene(mesh, aspect).viewer
+    viewer = default_scene(mesh, aspect).viewer
     x, y, depth = project(mesh.points, viewer, (2 * aspect, 2)).T - [[aspect], [1], [0]]
     extent = max(np.abs(x).max() / aspect, np.abs(y).max())
     is_round = mesh is MESHES["round"]
@@ -36,7 +36,7 @@ def test_the_view_is_the_one_that_pyvista_starts_with():
     plotter = pv.Plotter(off_screen=True)
     plotter.add_mesh(mesh)
     plotter.view_isometric()
-    viewer = studio_scene(mesh).viewer
+    viewer = default_scene(mesh).viewer
     offset = np.array(viewer.position) - viewer.focal_point
     usual = np.array(plotter.camera.position) - plotter.camera.focal_point
     np.testing.assert_allclose(offset / np.linalg.norm(offset), usual / np.linalg.norm(usual), atol=1e-12)
@@ -55,17 +55,17 @@ def test_the_view_is_the_one_that_pyvista_starts_with():
     ],
 )
 def test_a_single_point_and_a_mesh_without_finite_bounds_can_be_looked_at(point, expected):
-    assert studio_scene(pv.PolyData(np.array([point]))).viewer.focal_point == pytest.approx(expected)
+    assert default_scene(pv.PolyData(np.array([point]))).viewer.focal_point == pytest.approx(expected)
 
 
 def test_only_open_surfaces_are_lit_two_sided():
-    assert not studio_scene(pv.Sphere()).light_model.two_sided
-    assert studio_scene(pv.Plane()).light_model.two_sided
-    assert studio_scene(pv.MultiBlock([pv.Sphere(), None, pv.Plane()])).light_model.two_sided
+    assert not default_scene(pv.Sphere()).light_model.two_sided
+    assert default_scene(pv.Plane()).light_model.two_sided
+    assert default_scene(pv.MultiBlock([pv.Sphere(), None, pv.Plane()])).light_model.two_sided
 
 
 def test_key_is_brightest_and_nothing_is_lost_in_white():
-    scene = studio_scene(pv.Sphere())
+    scene = default_scene(pv.Sphere())
     lit = shade_mesh(pv.Sphere(), scene, Material(), components=True)
     brightness = {light.name: lit[f"phong_light_{light.name}"].max() for light in scene.lights}
     assert max(brightness, key=brightness.get) == "key"
@@ -75,5 +75,5 @@ def test_key_is_brightest_and_nothing_is_lost_in_white():
 def test_size_and_place_of_the_mesh_do_not_change_its_colors():
     sphere = pv.Sphere()
     moved = sphere.scale(512.0).translate((1024.0, 0.0, -2048.0))
-    colors = [shade_mesh(mesh, studio_scene(mesh), Material.named("gold"))["phong"] for mesh in (sphere, moved)]
+    colors = [shade_mesh(mesh, default_scene(mesh), Material.named("gold"))["phong"] for mesh in (sphere, moved)]
     np.testing.assert_allclose(*colors, atol=1e-4)

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from pvphong.optics.lights import DirectionalLight
 from pvphong.optics.material import Material
-from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.evaluation import evaluate
 

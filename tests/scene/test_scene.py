@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
-from pvphong.scene.scene import LightModel, Scene, light_labels
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene, light_labels
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.evaluation import evaluate
 

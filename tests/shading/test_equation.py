@@ -11,7 +11,8 @@ from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import BlinnPhong, Phong
 from pvphong.optics.reflectances.vtk import VtkHeadlight
-from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.equation import assemble
 

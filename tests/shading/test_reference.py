@@ -15,7 +15,8 @@ from strategies import MATRIX_CLASSES, Case, Dice, hard_case, hunt, matrix_of, m
 
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
-from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.evaluation import evaluate
 

@@ -7,7 +7,8 @@ import pytest
 import pyvista as pv
 
 from pvphong.optics.material import Material
-from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.vtk.lights import from_vtk
 from pvphong.vtk.presets import light_kit, three_lights, three_point

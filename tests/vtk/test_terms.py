@@ -11,7 +11,8 @@ import pyvista as pv
 
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
-from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.equation import vtk_tier
 from pvphong.vtk.oracle import vtk_shade

@@ -16,8 +16,8 @@ import numpy as np
 from pvphong.base.types import BoolArray, Float64Array, IntArray
 from pvphong.geometry.transform import normal_matrix, transform_points
 from pvphong.shading.inside.creases import creases, sign_changes
+from pvphong.shading.inside.lit_vertices import Lighting, LitVertices, sizes
 from pvphong.shading.inside.peaks import Places, peaks
-from pvphong.shading.inside.vertices import Lighting, Vertices, sizes
 
 # Samples that are held in memory at a time.
 _SAMPLES = 2**18
@@ -44,7 +44,7 @@ _ALL = np.concatenate([_FIRST, _MORE])
 _DENSE = _lattice(8)
 
 
-def first_errors(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Float64Array:
+def first_errors(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
     """Largest error (m,) of triangles (m, 3) at middles of sides, centroids, and where colours peak, bend or jump."""
     result = _errors(vertices, corners, _FIRST, lighting)
     step = _SAMPLES // 8
@@ -56,7 +56,7 @@ def first_errors(vertices: Vertices, corners: IntArray, lighting: Lighting) -> F
     return result
 
 
-def more_errors(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Float64Array:
+def more_errors(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
     """Largest error (m,) at further samples, and with the stored normals blended."""
     result = _errors(vertices, corners, _MORE, lighting)
     rows = np.flatnonzero(_blend_differently(vertices, corners))
@@ -66,12 +66,12 @@ def more_errors(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Fl
     return result
 
 
-def dense_errors(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Float64Array:
+def dense_errors(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
     """Largest error (m,) at samples so dense that hardly anything lies between them."""
     return _errors(vertices, corners, _DENSE, lighting)
 
 
-def all_errors(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Float64Array:
+def all_errors(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
     """Largest error (m,) at every sample; 0 in triangles without an area, or with a point that is not finite."""
     result = np.zeros(len(corners))
     rows = np.flatnonzero(sizes(vertices.points[corners])[1] > 0.0)
@@ -94,7 +94,7 @@ class Jumps:
     """(m,): the error beside it."""
 
 
-def jumps(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Jumps:
+def jumps(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Jumps:
     """Look for steps of the colour, which no splitting would cure."""
     result = Jumps(np.zeros(len(corners)), np.zeros(len(corners)))
     step = _SAMPLES // len(_ALL)
@@ -104,7 +104,7 @@ def jumps(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Jumps:
     return result
 
 
-def _jumps(vertices: Vertices, corners: IntArray, lighting: Lighting) -> tuple[Float64Array, Float64Array]:
+def _jumps(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> tuple[Float64Array, Float64Array]:
     """From the worst sample to the corner whose colour differs most from it: the half that keeps more of the
     difference, again and again. What is left of the difference is a jump.
     """
@@ -129,7 +129,7 @@ class _Worst(NamedTuple):
     errors: Float64Array
 
 
-def _worst_place(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Float64Array:
+def _worst_place(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
     """Barycentric coordinates (m, 3) of the sample with the largest error; peaks are left out."""
     missed = _misses(vertices, corners, _ALL, lighting)
     result, errors = _ALL[missed.argmax(axis=1)], missed.max(axis=1)
@@ -139,7 +139,7 @@ def _worst_place(vertices: Vertices, corners: IntArray, lighting: Lighting) -> F
     return result
 
 
-def _worst_of(places: Iterable[Places], vertices: Vertices, corners: IntArray, lighting: Lighting) -> _Worst:
+def _worst_of(places: Iterable[Places], vertices: LitVertices, corners: IntArray, lighting: Lighting) -> _Worst:
     """In each triangle that has any of the places, the one with the largest error."""
     places = list(places)
     rows = np.concatenate([np.empty(0, dtype=np.intp), *(place.rows for place in places)])
@@ -150,18 +150,18 @@ def _worst_of(places: Iterable[Places], vertices: Vertices, corners: IntArray, l
     return _Worst(rows[last], weights[last], errors[last])
 
 
-def _peaks(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Iterator[Places]:
+def _peaks(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Iterator[Places]:
     return peaks(*_in_world(vertices, corners, lighting), lighting.equation)
 
 
-def _creases(vertices: Vertices, corners: IntArray, lighting: Lighting) -> Iterator[Places]:
+def _creases(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Iterator[Places]:
     yield from creases(*_in_world(vertices, corners, lighting), lighting.equation)
     if lighting.scene.light_model.clamp:
         for channel in range(3):
             yield from sign_changes(vertices.colors[corners, channel] - 1.0)
 
 
-def _in_world(vertices: Vertices, corners: IntArray, lighting: Lighting) -> tuple[Float64Array, Float64Array]:
+def _in_world(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> tuple[Float64Array, Float64Array]:
     """Points and normals (m, 3, 3) of triangles; the matrix takes the normals' lengths along."""
     points, normals, matrix = vertices.points[corners], vertices.normals[corners], lighting.matrix
     if matrix is None:
@@ -169,7 +169,7 @@ def _in_world(vertices: Vertices, corners: IntArray, lighting: Lighting) -> tupl
     return transform_points(points.reshape(-1, 3), matrix).reshape(points.shape), normals @ normal_matrix(matrix).T
 
 
-def _errors(vertices: Vertices, corners: IntArray, samples: Float64Array, lighting: Lighting) -> Float64Array:
+def _errors(vertices: LitVertices, corners: IntArray, samples: Float64Array, lighting: Lighting) -> Float64Array:
     """Largest error (m,) at samples (s, 3) that are the same for all triangles."""
     result = np.zeros(len(corners))
     step = _SAMPLES // len(samples)
@@ -179,13 +179,13 @@ def _errors(vertices: Vertices, corners: IntArray, samples: Float64Array, lighti
     return result
 
 
-def _misses(vertices: Vertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
+def _misses(vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
     """(m, s): difference of blended and lit colours, in the worst channel, at weights (s, 3) or (m, s, 3)."""
     blended = weights @ lighting.shown(vertices.colors[corners])
     return _largest(blended - _truth(vertices, corners, weights, lighting))
 
 
-def _truth(vertices: Vertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
+def _truth(vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
     points, normals = weights @ vertices.points[corners], weights @ vertices.normals[corners]
     shades = None if vertices.shades is None else (weights @ vertices.shades[corners]).reshape(-1, 3)
     colors = lighting.colors(points.reshape(-1, 3), normals.reshape(-1, 3), shades)
@@ -196,7 +196,7 @@ def _largest(colors: Float64Array) -> Float64Array:
     return np.abs(colors).max(axis=-1)
 
 
-def _blend_differently(vertices: Vertices, corners: IntArray) -> BoolArray:
+def _blend_differently(vertices: LitVertices, corners: IntArray) -> BoolArray:
     """Where the two lengths of the normals are in different proportions at the corners."""
     length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
     ratio = np.divide(length, stored, out=np.ones_like(length), where=stored > 0.0)[corners]

@@ -10,8 +10,8 @@ import numpy as np
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.geometry.transform import normalize
 from pvphong.shading.inside.interpolation import dense_errors, first_errors, jumps, more_errors
+from pvphong.shading.inside.lit_vertices import Lighting, LitVertices, sizes
 from pvphong.shading.inside.splitting import Triangles
-from pvphong.shading.inside.vertices import Lighting, Vertices, sizes
 
 Stopped = Literal["tolerance", "max_points", "jump", "resolution"]
 
@@ -64,7 +64,7 @@ class Refinement:
     ----------
     triangles : Triangles
         As they are now.
-    vertices : Vertices
+    vertices : LitVertices
         As they are now; the given ones first.
     parents : list of ndarray
         For each round (k, 2), the vertices that its new ones lie between.
@@ -80,7 +80,7 @@ class Refinement:
         smooth: bool = False,
     ) -> None:
         p, n = points.astype(np.float64), normals.astype(np.float64)
-        self.vertices = Vertices(p, n, n, shades, lighting.colors(p, n, shades))
+        self.vertices = LitVertices(p, n, n, shades, lighting.colors(p, n, shades))
         self.triangles = Triangles(corners, len(p), _side_lengths(p[corners]))
         self.parents: list[IntArray] = []
         self._lighting, self._smooth, self._real = lighting, smooth, points.dtype
@@ -124,7 +124,7 @@ class Refinement:
         self._sample(rows[(errors > _CLOSE * tolerance) & (errors <= _AIM * tolerance)], dense_errors)
         self._known["finished"][rows] = True
 
-    def _sample(self, rows: IntArray, errors_of: Callable[[Vertices, IntArray, Lighting], Float64Array]) -> None:
+    def _sample(self, rows: IntArray, errors_of: Callable[[LitVertices, IntArray, Lighting], Float64Array]) -> None:
         errors = errors_of(self.vertices, self.triangles.corners[rows], self._lighting)
         self.errors[rows] = np.maximum(self.errors[rows], errors)
 
@@ -196,7 +196,7 @@ class Refinement:
         normals = stored if self._smooth else normals
         shades = None if old.shades is None else 0.5 * old.shades[a] + 0.5 * old.shades[b]
         colors = self._lighting.colors(points, normals, shades)
-        self.vertices = old.followed_by(Vertices(points, normals, stored, shades, colors))
+        self.vertices = old.followed_by(LitVertices(points, normals, stored, shades, colors))
         self.parents.append(parents)
 
     def _measure(self, rows: IntArray) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray
 from pvphong.geometry.transform import transform_points
-from pvphong.meshes.default_scene import studio_scene
+from pvphong.meshes.default_scene import default_scene
 from pvphong.meshes.pictures import draw
 from pvphong.studies.accuracy.result import Result
 
@@ -59,7 +59,7 @@ def linked_pictures(result: Result) -> list[Picture]:
     reference = np.clip(result.reference_colors, 0.0, 1.0)
     pixels = _drawn(mesh, reference, viewer)
     if _covered(pixels) < _NOT_SEEN:
-        viewer = studio_scene(mesh).viewer
+        viewer = default_scene(mesh).viewer
         pixels = _drawn(mesh, reference, viewer)
     chosen = result.best()
     title = "chosen" if chosen is None else f"chosen: {chosen.name}"

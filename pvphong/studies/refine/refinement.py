@@ -17,8 +17,8 @@ from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.shading.albedo import checked_albedo, reflectances
 from pvphong.shading.inside.interpolation import all_errors
+from pvphong.shading.inside.lit_vertices import Lighting, LitVertices, scaled_together
 from pvphong.shading.inside.refining import Refinement
-from pvphong.shading.inside.vertices import Lighting, Vertices, moderate
 from pvphong.shading.plan.plan import check_scene_and_material
 
 Placement = Literal["linear", "smooth"]
@@ -171,7 +171,7 @@ def interpolation_error(
     lit = _lit_triangles(mesh, scene, material, matrix, albedo)
     points, normals = lit.mesh.points.astype(np.float64), lit.blended
     with _far_ranges_allowed():
-        vertices = Vertices(points, normals, normals, lit.shades, lit.lighting.colors(points, normals, lit.shades))
+        vertices = LitVertices(points, normals, normals, lit.shades, lit.lighting.colors(points, normals, lit.shades))
         errors = all_errors(vertices, lit.corners, lit.lighting)
     result = lit.mesh.copy()
     result.cell_data["phong" + _ERROR] = errors
@@ -202,7 +202,9 @@ def _lit_triangles(
     triangles = source if source.is_all_triangles else _faces_alone(source).triangulate()
     corners: IntArray = triangles.regular_faces.astype(np.intp)
     normals = point_normals(source)
-    return _LitTriangles(triangles, corners, normals, *moderate(normals), shades, Lighting(scene, material, matrix))
+    return _LitTriangles(
+        triangles, corners, normals, *scaled_together(normals), shades, Lighting(scene, material, matrix)
+    )
 
 
 def _faces_alone(mesh: pv.PolyData) -> pv.PolyData:

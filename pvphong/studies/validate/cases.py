@@ -13,7 +13,8 @@ from pyvista import examples
 from pvphong.base.types import Float64Array
 from pvphong.optics.lights import DirectionalLight, Light, PointLight, SpotLight
 from pvphong.optics.material import Material
-from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 
 MESHES: dict[str, Callable[[], pv.PolyData]] = {

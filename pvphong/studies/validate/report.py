@@ -16,7 +16,8 @@ from pvphong.base import check
 from pvphong.base.files import written_aside
 from pvphong.meshes.files import refuse_suffix
 from pvphong.optics.material import Material
-from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.studies.validate.cases import CASES, MATERIALS, MESHES, PICTURED, Case
 from pvphong.studies.validate.comparison import TIERS, Comparison

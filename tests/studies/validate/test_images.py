@@ -10,7 +10,8 @@ import pyvista as pv
 from pvphong.meshes.lit import shade_mesh
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
-from pvphong.scene.scene import LightModel, Scene
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.studies.refine.refinement import interpolation_error
 from pvphong.studies.validate import images as vtk_images

@@ -49,7 +49,7 @@ class Lighting:
 
 
 @dataclass(frozen=True)
-class Vertices:
+class LitVertices:
     """Points, and what is interpolated between them: float64 arrays of shape (n, 3).
 
     Attributes
@@ -72,11 +72,11 @@ class Vertices:
     shades: Float64Array | None
     colors: Float64Array
 
-    def followed_by(self, others: Vertices) -> Vertices:
+    def followed_by(self, others: LitVertices) -> LitVertices:
         """These vertices and then others."""
-        both = {name: (getattr(self, name), getattr(others, name)) for name in Vertices.__dataclass_fields__}
+        both = {name: (getattr(self, name), getattr(others, name)) for name in LitVertices.__dataclass_fields__}
         joined: dict[str, Any] = {name: None if b is None else np.concatenate([a, b]) for name, (a, b) in both.items()}
-        return Vertices(**joined)
+        return LitVertices(**joined)
 
 
 def sizes(points: Float64Array) -> tuple[Float64Array, Float64Array]:
@@ -93,7 +93,7 @@ def sizes(points: Float64Array) -> tuple[Float64Array, Float64Array]:
         return longest * scale, double_area / longest * scale
 
 
-def moderate(normals: FloatArray) -> tuple[Float64Array, int]:
+def scaled_together(normals: FloatArray) -> tuple[Float64Array, int]:
     """Normals scaled by one power of two so that the longest is near 1, and its exponent.
 
     Blended, they have the same directions, and nothing overflows. A normal that is not finite becomes zero.

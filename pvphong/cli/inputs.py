@@ -1,0 +1,34 @@
+"""What a command reads: the surface of a mesh file, and the scene it is lit in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pyvista as pv
+
+from pvphong.meshes.blocks import datasets, map_blocks
+from pvphong.meshes.default_scene import default_scene
+from pvphong.meshes.files import read_mesh
+from pvphong.meshes.surfaces import surface
+from pvphong.scene.scene import Scene
+
+SIZE = (1024, 768)
+"""Width and height in pixels of the picture or window that a scene is made for, if none are asked for."""
+
+NOTHING = "nothing to light: no block of the file holds a mesh"
+"""Printed where a file of blocks has none to work on."""
+
+
+def surface_and_scene(path: str, rig: Path | None, size: tuple[int, int]) -> tuple[Any, Scene]:
+    """What is lit of a mesh file, and the scene: the rig's, or one made for a picture of this size."""
+    scene = None if rig is None else Scene.load(rig)
+    mesh = read_mesh(path)
+    outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
+    return outside, default_scene(outside, size[0] / size[1]) if scene is None else scene
+
+
+def single_meshes(mesh: Any) -> Iterator[tuple[str, pv.DataSet]]:
+    """A mesh alone, or each dataset of a MultiBlock with the path of its names."""
+    return datasets(mesh) if isinstance(mesh, pv.MultiBlock) else iter([("", mesh)])

@@ -1,0 +1,71 @@
+"""Options that several commands share: the scene, and how the surface reflects."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from pvphong.base.types import ColorLike
+from pvphong.optics.material import Material
+
+
+@dataclass(frozen=True)
+class Look:
+    """How the surface reflects.
+
+    Parameters
+    ----------
+    material
+        A classic material such as "gold" or "red plastic"; a dull grey if not given.
+    ambient
+        Reflectance of ambient light, in place of the material's: a number, three as in 1,0.5,0.2, or a colour's name.
+    diffuse
+        Reflectance of scattered light, likewise.
+    specular
+        Reflectance of the highlight, likewise.
+    emission
+        Light that the surface gives off, likewise.
+    shininess
+        Exponent of the highlight, in place of the material's.
+    """
+
+    material: str | None = None
+    ambient: str | None = None
+    diffuse: str | None = None
+    specular: str | None = None
+    emission: str | None = None
+    shininess: float | None = None
+
+    def to_material(self) -> Material:
+        """The material that the options describe."""
+        named = Material() if self.material is None else _named(self.material)
+        colors = {term: getattr(self, term) for term in ("ambient", "diffuse", "specular", "emission")}
+        changes: dict[str, Any] = {term: _color(text) for term, text in colors.items() if text is not None}
+        if self.shininess is not None:
+            changes["shininess"] = self.shininess
+        return replace(named, **changes)
+
+
+def _named(name: str) -> Material:
+    try:
+        return Material.named(name)
+    except ValueError as error:
+        raise ValueError(f"material {error}") from error
+
+
+def _color(text: str) -> ColorLike:
+    """A number, numbers with commas between them, or the text itself, for `Material` to judge."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        return text
+    return numbers[0] if len(numbers) == 1 else numbers
+
+
+Rig = Annotated[Path | None, Parameter(help="Lights, viewer and light model, as Scene.save writes them (JSON).")]
+LookOptions = Annotated[Look, Parameter(name="*")]
+PLAIN = Look()
+"""None of its options given."""

@@ -1,0 +1,86 @@
+"""`pvphong shade`: a mesh with its colours, or a picture of it."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import pyvista as pv
+from cyclopts import Parameter
+
+from pvphong.base.types import Precision
+from pvphong.cli.inputs import SIZE, surface_and_scene
+from pvphong.cli.options import PLAIN, LookOptions, Rig
+from pvphong.cli.spinner import busy
+from pvphong.meshes import pictures
+from pvphong.meshes.blocks import map_blocks
+from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, refuse_suffix, save_lit
+from pvphong.meshes.lit import shade_mesh
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
+
+_OUTPUTS = (*dict.fromkeys(MESH_FORMATS + BLOCK_FORMATS), ".png")
+
+
+def shade(
+    mesh: str,
+    /,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    scene: Rig = None,
+    look: LookOptions = PLAIN,
+    albedo: str | None = None,
+    array: str = "phong",
+    components: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    precision: Precision = "float32",
+    tolerance: float = 0.0,
+    size: Annotated[tuple[int, int], Parameter(negative="", show_default="{} {}".format(*SIZE))] = SIZE,
+    background: str = "white",
+) -> None:
+    """Light a mesh; write it with its colours, or write a picture of it.
+
+    Without --scene it is lit by a key, a fill and a rim light and seen as PyVista would show it.
+
+    Parameters
+    ----------
+    mesh
+        A file of any format that PyVista reads.
+    output
+        .vtp, .vtk, .vtkhdf or .ply (8-bit vertex colours) for a mesh; .vtm, .vtmb or .vtkhdf for several
+        blocks; .png for a picture.
+    albedo
+        Name of a point array of colours that multiply the material's ambient and diffuse.
+    array
+        Name of the array of lit colours.
+    components
+        Add the ambient, diffuse, specular, emission and per-light arrays.
+    precision
+        Of the arrays and the arithmetic.
+    tolerance
+        Largest absolute colour error that may be traded for time.
+    size
+        Width and height of a picture in pixels.
+    background
+        Colour of a picture's background.
+    """
+    pictures.refuse_size(size)
+    refuse_suffix(output, "a mesh", _OUTPUTS)
+    how = {"albedo": albedo, "components": components, "precision": precision, "tolerance": tolerance}
+    with busy(f"Lighting {mesh}"):
+        outside, rig = surface_and_scene(mesh, scene, size)
+        lit = _shaded(outside, rig, look.to_material(), name=array, **how)
+        if output.suffix.lower() == ".png":
+            image = pictures.draw(lit, rig.viewer, name=array, size=size, background=background)
+            pictures.save_picture(image, output)
+            if (image == image[0, 0]).all():
+                print("note: the scene's viewer sees nothing of the mesh.", file=sys.stderr)
+        else:
+            save_lit(lit, output, array)
+    print(output)
+
+
+def _shaded(mesh: Any, scene: Scene, material: Material, **how: Any) -> Any:
+    if isinstance(mesh, pv.MultiBlock):
+        return map_blocks(mesh, lambda block: shade_mesh(block, scene, material, **how))
+    return shade_mesh(mesh, scene, material, **how)

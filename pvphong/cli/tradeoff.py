@@ -1,0 +1,58 @@
+"""`pvphong tradeoff`: what accuracy costs in time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pyvista as pv
+
+from pvphong.base import check
+from pvphong.cli.inputs import SIZE, surface_and_scene
+from pvphong.cli.options import PLAIN, LookOptions, Rig
+from pvphong.studies.accuracy import tradeoff as measure_tradeoff
+from pvphong.studies.accuracy.figure import refuse_format
+
+
+def tradeoff(
+    mesh: str,
+    /,
+    *,
+    scene: Rig = None,
+    look: LookOptions = PLAIN,
+    tolerance: float = 1.0 / 255.0,
+    seconds: float = 20.0,
+    plot: Path | None = None,
+    csv: Path | None = None,
+    json: Path | None = None,
+) -> None:
+    """Measure what accuracy costs in time on a mesh: evaluators, simpler light models, refined meshes, VTK.
+
+    Parameters
+    ----------
+    mesh
+        A file of any format that PyVista reads.
+    tolerance
+        Largest absolute colour error that is to be allowed; 1/255 = 0.0039 is one step of a display.
+    seconds
+        What the measuring may take; compiling the kernel, once per installation, is not counted.
+    plot
+        A figure: .png, .pdf or .svg.
+    csv
+        The rows as a table.
+    json
+        All numbers.
+    """
+    if plot is not None:
+        refuse_format(plot)
+    for output in (plot, csv, json):
+        if output is not None and not output.resolve().parent.is_dir():
+            check.refuse("path", output, "in a folder that exists", f"Create {output.parent} first.")
+    outside, rig = surface_and_scene(mesh, scene, SIZE)
+    if isinstance(outside, pv.MultiBlock):
+        check.refuse("mesh", mesh, "a file with a single mesh", "Save one of its blocks by itself.")
+    result = measure_tradeoff(outside, rig, look.to_material(), tolerance=tolerance, seconds=seconds)
+    print(result)
+    for path, save in ((plot, result.plot), (csv, result.to_csv), (json, result.to_json)):
+        if path is not None:
+            save(path)
+            print(path)

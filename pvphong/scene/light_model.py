@@ -1,0 +1,79 @@
+"""How the lights' contributions are put together: a standard model, OpenGL's, VTK's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Self, get_args
+
+from pvphong.base import check
+from pvphong.base.types import ColorLike, Convention, Reflection
+
+
+@dataclass(frozen=True)
+class LightModel:
+    """How the lights' contributions are put together.
+
+    Parameters
+    ----------
+    ambient : color, default 0.2
+        Light that comes from everywhere, A. OpenGL's default.
+    local_viewer : bool, default True
+        The direction to the viewer is taken at each vertex; False: the same everywhere, towards the eye
+        along the view axis (OpenGL's default).
+    two_sided : bool, default False
+        A vertex whose normal points away from the viewer is lit with the opposite normal.
+    reflection : {"phong", "blinn-phong"}
+        Highlight by the mirror direction, (r·v)ⁿ (Phong 1975), or by the half-way direction,
+        (n·h)ⁿ (Blinn 1977), which OpenGL uses.
+    clamp : bool, default True
+        The summed colour is clamped to [0, 1] at the end.
+    convention : {"standard", "vtk"}
+        "vtk" follows VTK's shader to the letter: three tiers of lighting code, a floor of 1e-5 under the
+        highlight's cosine, material ambient not multiplied by any light, ambient and specular colours of
+        lights ignored, a local viewer even in parallel projection, exponents of at most 128, and a scene
+        without any light drawn unlit. `ambient` has no effect in it.
+
+    Raises
+    ------
+    ValueError
+        If a field is out of range, or asks of VTK's convention what VTK does not do.
+    """
+
+    ambient: ColorLike = 0.2
+    local_viewer: bool = True
+    two_sided: bool = False
+    reflection: Reflection = "phong"
+    clamp: bool = True
+    convention: Convention = "standard"
+
+    def __post_init__(self) -> None:
+        canonical: dict[str, Any] = {
+            "ambient": check.color("ambient", self.ambient),
+            "local_viewer": check.flag("local_viewer", self.local_viewer),
+            "two_sided": check.flag("two_sided", self.two_sided),
+            "reflection": check.choice("reflection", self.reflection, get_args(Reflection)),
+            "clamp": check.flag("clamp", self.clamp),
+            "convention": check.choice("convention", self.convention, get_args(Convention)),
+        }
+        for name, value in canonical.items():
+            object.__setattr__(self, name, value)
+        if self.convention == "vtk" and not self.local_viewer:
+            check.refuse("local_viewer", False, "True in VTK's convention", "VTK's viewer is always local.")
+        if self.convention == "vtk" and self.reflection != "phong":
+            check.refuse("reflection", self.reflection, "'phong' in VTK's convention", "VTK knows no other.")
+
+    @classmethod
+    def opengl(cls) -> Self:
+        """OpenGL's own defaults: ambient 0.2, infinite viewer, one-sided, half-way reflection.
+
+        Source: OpenGL 2.1 specification, table 2.10 (LIGHT_MODEL_AMBIENT and following).
+        """
+        return cls(ambient=0.2, local_viewer=False, two_sided=False, reflection="blinn-phong")
+
+    @classmethod
+    def vtk(cls, two_sided: bool = True) -> Self:
+        """VTK's shader: two-sided as it draws surfaces, or one-sided as it draws points.
+
+        Source: VTK's vtkOpenGLPolyDataMapper.cxx (ReplaceShaderLight).
+        """
+        return cls(ambient=1.0, two_sided=two_sided, convention="vtk")
