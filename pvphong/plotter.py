@@ -161,8 +161,6 @@ class PlotterPhong:
         ValueError
             If it is no light, or one that VTK has nothing like, or the subplot has it already.
         """
-        if isinstance(light, Light):
-            light.as_vtk()  # refuses one that VTK has nothing like
         rig = self._pane.rig
         with self._history.edit(rig):
             return rig.add(light)
