@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
-from pvphong.base.types import Float64Array, FloatArray, VectorLike
+from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
 from pvphong.geometry.extent import ROUNDED_UP, Extent
 from pvphong.optics.attenuation import strength_at
 from pvphong.optics.light import NOTHING_KNOWN, Light, Reach
@@ -51,11 +51,13 @@ class SphereLight(Light):
         chord that passes the centre at b, ∫ 2 r dr / (√(R² − r²) √(r² − b²)) from b to R is π for every b. So it is the
         sphere. The share of the glow up to r = R sin t is (2t − sin 2t)/π, which is divided evenly among the nodes.
         """
-        center = np.array(self.position)
-        return tuple(
-            PointLight(position=center + self.radius * way, attenuation=INVERSE_SQUARE, intensity=1.0 / count)
-            for way in _ball(count)
-        )
+        x, y, z = self.position
+        return _nodes((x, y, z), self.radius, count)
+
+    @property
+    def effects(self) -> frozenset[str]:
+        """Its nodes'."""
+        return self.nodes(1)[0].effects
 
     def reach(self, extent: Extent) -> Reach:
         """The nearest of its surface lights the nearest vertex; it is seen as far off as its edge is."""
@@ -65,6 +67,12 @@ class SphereLight(Light):
         nearest, wide = max(seen.distance - seen.radius - self.radius, 0.0) / ROUNDED_UP, seen.radius + self.radius
         turn = math.asin(wide / seen.distance) * ROUNDED_UP if wide < seen.distance else math.pi
         return Reach(strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP, seen.direction, turn)
+
+
+@lru_cache(maxsize=32)
+def _nodes(center: Vector, radius: float, count: int) -> tuple[PointLight, ...]:
+    places = np.array(center) + radius * _ball(count)
+    return tuple(PointLight(place, INVERSE_SQUARE, intensity=1.0 / count) for place in places)
 
 
 @cache

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -17,7 +17,7 @@ from typing import NamedTuple
 from pvphong.base.types import Vector
 from pvphong.geometry.extent import ROUNDED_UP, Extent
 from pvphong.optics.light import NOTHING_KNOWN, Light, Reach
-from pvphong.shading.equation import Equation, LightTerm
+from pvphong.shading.equation import NODES, Equation, LightTerm
 
 
 @dataclass(frozen=True)
@@ -128,6 +128,10 @@ class Draft:
         """Sum of the bounds taken by leaving out an effect."""
         return math.fsum(note.bound for note in self._notes_by_effect.get(effect, ()))
 
+    def lights_where(self, holds: Callable[[LightTerm], bool]) -> int:
+        """How many lights with some property are evaluated, the nodes of those that have a size each for itself."""
+        return sum(len(term.light.nodes(NODES)) for term in self.equation.terms if holds(term))
+
     def labels_where(self, holds: Callable[[LightTerm], bool]) -> list[str]:
         """Names of the lights whose terms have some property."""
         return [term.label for term in self.equation.terms if holds(term)]
@@ -214,10 +218,10 @@ def every_term(change: Callable[[LightTerm, Vector], LightTerm]) -> Callable[[Eq
 NO_LIGHT = "no light reaches the mesh"
 
 
-def decision(draft: Draft, name: str, lights: Sequence[str], off: str) -> Decision:
+def decision(draft: Draft, name: str, has: Callable[[LightTerm], bool], off: str) -> Decision:
     """On where some lights have the effect; else off, for the reasons noted, or because there is no light, or `off`."""
-    noted = draft.because(name)
+    noted, lights = draft.because(name), draft.labels_where(has)
     if lights:
         why = ", ".join(lights) + (f" (left out: {noted})" if noted else "")
-        return Decision(True, why, draft.bound_of(name), len(lights))
+        return Decision(True, why, draft.bound_of(name), draft.lights_where(has))
     return Decision(False, noted or (off if draft.equation.terms else NO_LIGHT), draft.bound_of(name))

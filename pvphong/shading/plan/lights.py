@@ -46,7 +46,7 @@ def light_effect(name: str, nobody: str, *, once: float = 0.0, each: float = 0.0
         name,
         ("points",),
         for_each_term(leave_out),
-        lambda draft: decision(draft, name, draft.labels_where(lambda term: name in term.light.effects), nobody),
+        lambda draft: decision(draft, name, lambda term: name in term.light.effects, nobody),
         every_term(without),
         once,
         each,
@@ -97,7 +97,7 @@ LIGHTS = Effect(
     _LIGHTS,
     (),
     for_each_term(_leave_out),
-    lambda draft: decision(draft, _LIGHTS, draft.labels_where(lambda _: True), NO_LIGHT),
+    lambda draft: decision(draft, _LIGHTS, lambda _: True, NO_LIGHT),
     _dark,
 )
 CONE = light_effect("cone", "no spot light", each=1.6)

@@ -16,8 +16,7 @@ from pvphong.shading.plan.draft import Change, Decision, Draft, Effect, Note, de
 
 def _decide(component: Component) -> Callable[[Draft], Decision]:
     def decide(draft: Draft) -> Decision:
-        lights = draft.labels_where(lambda term: draft.equation.has(term, component))
-        return decision(draft, component, lights, f"black {component} colour")
+        return decision(draft, component, lambda term: draft.equation.has(term, component), f"black {component} colour")
 
     return decide
 

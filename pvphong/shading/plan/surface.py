@@ -18,8 +18,8 @@ def _decide_ambient(draft: Draft) -> Decision:
     if not (shines_everywhere or lights):
         return Decision(False, "black ambient light or ambient reflectance")
     sources = ["one constant for all vertices"] * shines_everywhere + [f"of {', '.join(lights)}"] * bool(lights)
-    varying = draft.labels_where(lambda term: any(term.ambient) and not term.light.is_even)
-    return Decision(True, "; ".join(sources), lights=len(varying))
+    varying = draft.lights_where(lambda term: any(term.ambient) and not term.light.is_even)
+    return Decision(True, "; ".join(sources), lights=varying)
 
 
 def _decide_emission(draft: Draft) -> Decision:
