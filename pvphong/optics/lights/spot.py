@@ -167,11 +167,10 @@ class SpotLight(Light):
         """A point light's, times the spot factor."""
         if not toolkit.holds(self.attenuation):
             return None
+        weakens = tuple(self.attenuation) != weakening.NONE
         # beyond it, strength would be cut off before the falloff brings it down again
         most_gain = BRIGHTEST * (self.attenuation[0] or 1.0) if self.exponent else math.inf
-        return Stage(
-            _cone(toolkit, int(tuple(self.attenuation) != weakening.NONE)), divisors=slice(3, 6), most_gain=most_gain
-        )
+        return Stage(_cone(toolkit, int(weakens)), divisors=slice(3, 6 if weakens else 3), most_gain=most_gain)
 
     def as_vtk(self) -> VtkValues:
         """All its fields. VTK takes a cone of 90° for none, and keeps exponents up to 128."""

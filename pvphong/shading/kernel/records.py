@@ -83,7 +83,7 @@ _MOST_LOBES = 3
 
 # What a strength that varies is multiplied by in compiled code is between these powers of two, if there are numbers
 # that divide it, into which the rest can go.
-_LEAST_GAIN, _MOST_GAIN = -20, 100
+_LEAST_GAIN, _MOST_GAIN, _IN_FLOAT32 = -20, 100, 126
 
 
 class Stages(Protocol):
@@ -226,8 +226,10 @@ def _term(
     numbers = light.parameters()
     if stage.varies:
         strength, exponent = _parted(strength)
-        kept = min(max(exponent, _LEAST_GAIN), _MOST_GAIN) if numbers[stage.divisors] else exponent
-        numbers = _divided(numbers, stage.divisors, 2.0 ** (exponent - kept))
+        kept = min(exponent, _IN_FLOAT32)
+        if numbers[stage.divisors]:
+            kept = min(max(exponent, _LEAST_GAIN), _MOST_GAIN)
+            numbers = _divided(numbers, stage.divisors, 2.0 ** (exponent - kept))
         record |= {"varies": True, "gain": 2.0**kept}
     else:
         strength = min(strength, BRIGHTEST)
