@@ -59,8 +59,9 @@ def evaluate(
     backend : {"auto", "numpy", "numba"}
         Which evaluator computes: the readable one in NumPy, or the compiled one, which needs the extra `fast`.
         "auto" takes the compiled one where it is installed and the work is worth its start: half a second per
-        process, and once per installation and combination of float types ten seconds or more to compile. What it
-        cannot do (components, kinds of light of your own, coordinates beyond 2¹⁰⁰) NumPy does.
+        process, and once per installation and combination of float types ten seconds or more to compile, with a second
+        or two for each kind of light. What it cannot do (components, lights and reflectances that it has no code for,
+        coordinates beyond 2¹⁰⁰) NumPy does.
     tolerance : float, default 0
         Largest absolute colour error that may be traded for time; 0 allows no approximation.
     components : bool, default False

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 from unittest import mock
@@ -13,25 +11,13 @@ from stability.ledger import U, V, record
 
 from pvphong import LightModel, Material, Scene, Shading, evaluate
 from pvphong.shading import reference
+from pvphong.shading.kernel import pool
 
 STEPS = {"float32": V, "float64": U}
 
 
 class Declined(Exception):
     """The compiled kernel left the work to the reference."""
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """A few vertices are no work for many threads: that they wait for each other takes ten times as long."""
-    import numba
-
-    before = numba.get_num_threads()
-    numba.set_num_threads(1)
-    try:
-        yield
-    finally:
-        numba.set_num_threads(before)
 
 
 @dataclass(frozen=True)
@@ -64,7 +50,7 @@ class Evaluator:
         options |= {"precision": self.precision, "backend": self.backend}
         if self.backend == "numpy":
             return evaluate(points, normals, scene, material, **options)
-        with mock.patch.object(reference, "shade", side_effect=Declined), _one_thread():
+        with mock.patch.object(reference, "shade", side_effect=Declined), pool.limited(1):
             return evaluate(points, normals, scene, material, **options)
 
     def record(self, row: str, observed: Any, bound: Any) -> None:

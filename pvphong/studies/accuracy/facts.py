@@ -15,6 +15,7 @@ import pyvista as pv
 
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
+from pvphong.shading.kernel import pool
 
 
 def facts(mesh: pv.PolyData, scene: Scene, material: Material) -> dict[str, str]:
@@ -56,5 +57,4 @@ def _processor() -> str:
 
 
 def _threads() -> str:
-    numba = sys.modules.get("numba")
-    return f"1 in NumPy {np.__version__}" + (f", {numba.get_num_threads()} in the kernel" if numba else "")
+    return f"1 in NumPy {np.__version__}" + (f", {pool.count()} in the kernel" if "numba" in sys.modules else "")
