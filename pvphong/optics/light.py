@@ -1,8 +1,9 @@
 """What every light is: fields and checks that all share, and the questions that a light answers for itself.
 
-A new light is one file in `pvphong/optics/lights/` and one entry in `LIGHT_TYPES` there. It must say what arrives at
-a vertex (`arrival`), or of which delta lights it consists (`nodes`); everything else has an answer here that assumes
-nothing of it.
+A new light is one file in `pvphong/optics/lights/`, its entry in `LIGHT_TYPES` there, by which scene files know it, and
+its name on the package's face. It declares its fields with roles (`roles.py`) and must say what arrives at a vertex
+(`arrival`), or of which lights without a size it consists (`nodes`); everything else has an answer here that assumes
+nothing of it. Without a `stage` it is evaluated in NumPy.
 """
 
 from __future__ import annotations
@@ -66,7 +67,7 @@ class Simpler(NamedTuple):
     """The reason, in which `{bound}` stands for the error in a colour."""
 
     make: Callable[[], Light] | None
-    """Gives what stands in; None: nothing, it is dark here."""
+    """Gives what stands in; only what arrives from it counts, colours and intensity stay. None: it is dark here."""
 
     factor: float = 1.0
     """What its strength is to be multiplied by."""
@@ -92,7 +93,7 @@ class Stage(NamedTuple):
     """Whether it writes strengths; they are 1 everywhere if not."""
 
     divisors: slice = slice(0)
-    """Those of the numbers that divide the strength: all of them times a factor, it is over that factor.
+    """Those of the numbers that divide the strength: all of them times k make it 1/k of what it was.
 
     With them a light may be so bright, and so far away, that float32 holds neither by itself."""
 
@@ -245,7 +246,7 @@ class Light:
 
     @cached_property
     def effects(self) -> frozenset[str]:
-        """The plan's effects that it calls for."""
+        """The plan's effects that it calls for: "position" at least, unless it is even."""
         return frozenset() if self.is_even else frozenset({"position"})
 
     def reach(self, extent: Extent) -> Reach:  # noqa: ARG002 nothing is known of it
@@ -269,7 +270,7 @@ class Light:
     def without(self, effect: str, point: Vector) -> tuple[Light, float]:  # noqa: ARG002 there is none
         """The light with one of its effects left out, whatever the error, and what its strength is to be multiplied by.
 
-        What varies is then taken as it is at a point.
+        What varies is then taken as it is at a point. Only what arrives counts: colours and intensity stay.
         """
         return self, 1.0
 

@@ -1,4 +1,4 @@
-"""From arrays to colours: what `pvphong.evaluate` does."""
+"""`pvphong.evaluate`, for arrays. Meshes go through `meshes/lit.py`; both end in `Plan.run`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The reflectances. A new one is its own file beside these and one entry in `REFLECTANCES`."""
+"""The reflectances. A new one is its own file beside these and one entry in `REFLECTANCES`.
+
+(`vtk.py` has none: VTK's convention chooses it, and nobody else can.)
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ REFLECTANCES: dict[str, type[Reflectance]] = {
     "blinn-phong": BlinnPhong,
     "oren-nayar": OrenNayar,
 }
-"""Name → class; the light model's `reflection` is one of the first two."""
+"""Name → class, for `LightModel.reflection`, one of the first two, and `counterpart`."""
 
 
 def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+from pvphong.base import check
 from pvphong.base.types import FloatArray
 from pvphong.base.vectors import unit
 from pvphong.optics.light import Arrival
@@ -23,13 +24,22 @@ class BlinnPhong(Reflectance):
     Parameters
     ----------
     shininess : float, optional
-        The exponent n; the material's if not given.
+        The exponent n, >= 0; the material's if not given.
+
+    Raises
+    ------
+    ValueError
+        If the shininess is not such a number.
     """
 
     shininess: float | None = None
 
     lobes: ClassVar[tuple[Lobe, ...]] = MATT_AND_SHINY
     counterpart: ClassVar[tuple[str, float]] = ("phong", 1.0 / LIKENESS)
+
+    def __post_init__(self) -> None:
+        if self.shininess is not None:
+            object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
 
     def of(self, shininess: float) -> BlinnPhong:
         """With the material's shininess."""

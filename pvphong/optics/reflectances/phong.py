@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from pvphong.base import check
 from pvphong.base.ranges import BRIGHTEST
 from pvphong.base.types import FloatArray
 from pvphong.base.vectors import dot
@@ -34,9 +35,14 @@ class Phong(Reflectance):
     Parameters
     ----------
     shininess : float, optional
-        The exponent n; the material's if not given.
+        The exponent n, >= 0; the material's if not given.
     floor : float, default 0
         The cosine r·v is taken to be at least this, as VTK's shader does.
+
+    Raises
+    ------
+    ValueError
+        If the shininess is not such a number.
     """
 
     shininess: float | None = None
@@ -44,6 +50,10 @@ class Phong(Reflectance):
 
     lobes: ClassVar[tuple[Lobe, ...]] = MATT_AND_SHINY
     counterpart: ClassVar[tuple[str, float]] = ("blinn-phong", LIKENESS)
+
+    def __post_init__(self) -> None:
+        if self.shininess is not None:
+            object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
 
     def of(self, shininess: float) -> Phong:
         """With the material's shininess."""

@@ -3,7 +3,7 @@
 Numba is an optional extra. It is imported when the kernel first runs, compiles then (seconds), and keeps what it
 compiled on disk where it can. What cannot be run here is declined, cheaply, and belongs to the reference:
 Numba is missing, component arrays are wanted, a light or reflectance has no stage, a scene coordinate lies beyond 2¹⁰⁰,
-an attenuation or a matrix has an entry further than that from 1, or a light that weakens is brighter than that.
+an attenuation or a matrix has an entry that is not between that and 2⁻¹⁰⁰, or a light is brighter than its stage takes.
 Single vertices are declined too, and the reference lights those: on a light or the eye, not finite, or so far from a
 light or so near it that float32 does not hold the products.
 
@@ -12,7 +12,7 @@ included: differences of positions have full relative precision however far the 
 highlight errs by at most (4√n + 10) · 2⁻²⁴ for shininess n.
 
 Where to look: `driver` lights block after block and calls the stages, which lights and reflectances write with the
-names in `toolkit`; `records` is the form in which it takes an equation; `keeping` compiles and keeps code on disk;
+names in `toolkit`; `ways` has what concerns directions and distances, attenuation included; `records` is the form in which it takes an equation; `keeping` compiles and keeps code on disk;
 `pool` has the threads.
 """
 

@@ -258,7 +258,7 @@ def _simplest(light: Light) -> tuple[Light, float]:
     It then goes into the colours, also for a light whose strength varies for other reasons: these are the bits of
     the simpler light that a plan may make of it.
     """
-    for effect in light.effects:
+    for effect in sorted(light.effects):
         choice = light.simpler(effect, _ANYWHERE, exactly=True)
         if choice is not None and choice.make is not None:
             return choice.make(), choice.factor

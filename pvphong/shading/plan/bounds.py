@@ -27,7 +27,7 @@ class Seen(NamedTuple):
     """The angle by which it may be off at a vertex, in radians."""
 
 
-def whole(draft: Draft, term: LightTerm) -> float:
+def most_color(draft: Draft, term: LightTerm) -> float:
     """The largest sum of a term's colours, for strength 1."""
     red, green, blue = term.ambient
     for lobe, color in zip(draft.equation.reflectance.lobes, term.colors, strict=True):

@@ -1,6 +1,7 @@
-"""The effects that a scene may call for, each in its own room, in the order in which they are left out.
+"""The effects that a scene may call for, in the order in which they are left out.
 
-A new effect is its own file beside these and one entry in `EFFECTS`.
+A new effect is an `Effect` (see `draft.py`) in the file of what it belongs to, and one entry here. One that lights call
+for is made by `lights.light_effect`, and lights name it in `Light.effects`.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from pvphong.base.types import Vector
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.light import Simpler
 from pvphong.shading.equation import Equation, LightTerm
-from pvphong.shading.plan.bounds import Seen, turned, whole
+from pvphong.shading.plan.bounds import Seen, most_color, turned
 from pvphong.shading.plan.draft import NO_LIGHT, Change, Draft, Effect, Note, decision, every_term, for_each_term
 
 _LIGHTS = "lights"
@@ -68,7 +68,7 @@ def _replaced(draft: Draft, term: LightTerm, effect: str, choice: Simpler) -> Ch
 
 def _bound(draft: Draft, term: LightTerm, choice: Simpler) -> float:
     """The largest error in a colour."""
-    bound = whole(draft, term) * choice.spread
+    bound = most_color(draft, term) * choice.spread
     if choice.turn is not None:
         direction = draft.reach(term).direction
         if direction is None:
@@ -83,7 +83,7 @@ def _leave_out(draft: Draft, term: LightTerm) -> Change:
         return None, Note(_LIGHTS, label, "adds black: its colour, intensity or the material's is 0")
     if not draft.allowance:
         return None
-    bound = term.gain * draft.reach(term).strongest * whole(draft, term)
+    bound = term.gain * draft.reach(term).strongest * most_color(draft, term)
     if bound <= draft.allowance:
         return None, Note(_LIGHTS, label, f"too weak to be seen, at most {bound:.2g}", bound)
     return None

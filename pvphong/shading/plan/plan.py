@@ -54,7 +54,8 @@ class Plan:
     equation : Equation
         What is left of the lighting equation; the evaluators run this.
     whole : Equation
-        The equation before anything was left out.
+        The equation before anything was left out. It chooses evaluator and types, so that no vertex's bits depend on
+        where the others are.
     """
 
     effects: Mapping[str, Decision]
@@ -119,8 +120,7 @@ class Plan:
     ) -> Shading:
         """Lit colours of the vertices that were planned for, or of some of them.
 
-        The whole equation chooses the evaluator: what is left of it depends on where the vertices are, and no vertex
-        is to have other bits for that.
+        What the compiled evaluator declines, the readable one lights.
 
         Raises
         ------
@@ -220,7 +220,7 @@ def _needs(equation: Equation) -> frozenset[str]:
 
 
 def is_worth_compiling(count: int, equation: Equation) -> bool:
-    """Whether `backend="auto"` takes the compiled evaluator: not for few vertices, nor where it would compile anew."""
+    """Whether `backend="auto"` takes the compiled evaluator: not for few vertices, nor where code cannot be kept."""
     return count * len(equation.terms) >= _WORTH_COMPILING and kernel.keeps_code()
 
 

@@ -1,4 +1,4 @@
-"""A running drag: what the light becomes, and how it is put back."""
+"""A running drag: from the cursor by way of `handles.py`, which knows each role's drag, to the light in the window."""
 
 from __future__ import annotations
 
