@@ -146,61 +146,44 @@ def test_highlights_have_the_diffuse_colour_unless_told(kind):
 
 # --- what is refused ---
 
+COLOUR_MIX_UPS = [(255, 128, 0), (200, 100, 50), np.array([0, 0, 200], np.uint8)]
+NO_COLOURS = [-0.1, (0.5, -0.1, 0), math.nan, (0.1, math.nan, 0.1), math.inf, "colourless", (1.0, 1.0), True]
 NO_POWERS = [-1e-300, math.nan, math.inf, "1", (1, 2, 3)]
+NO_VECTORS = [(0, 0), (0, math.nan, 0), (math.inf, 0, 0), "here", None, 5]
+NO_WEAKENING = [(0, 0, 0), (-1e-300, 0, 1), (1, -1, 0), (1, 0, -1)]
+NO_HALF_OPENINGS = [0, -5, 90.00000000000001, 180, math.nan, math.inf, "30", None, True]
+WEAKENING = r" must be three numbers >= 0 .*; got .*\(1, 0, 0\) is a light that does not weaken"
+HALF_OPENING = " must be a finite number > 0 and <= 90; got .*half the opening.*PointLight"
+RADIUS = " must be a finite number > 0; got .*PointLight with attenuation"
+AT_LEAST_0 = " must be a finite number >= 0; got "
+REFUSED = [
+    (COLOURED, COLOURS, COLOUR_MIX_UPS, " must be .*divide them by 255"),
+    (COLOURED, COLOURS, NO_COLOURS, ""),
+    (LIGHTS, ["diffuse", "ambient"], [None], " must be"),  # specular may be None
+    ([Material], COLOURS, [None], " must be"),
+    (LIGHTS, ["intensity"], [*NO_POWERS, None, True], AT_LEAST_0),
+    (LIGHTS, ["on"], [1], " must be True or False; got 1"),
+    (LIGHTS, ["frame"], ["cam"], " must be one of 'world', 'camera', 'headlight'; got cam"),
+    (LIGHTS, ["name"], [3], " must be a string; got 3"),
+    (LIGHTS, ["position", "direction", "attenuation"], NO_VECTORS, ""),
+    (LIGHTS, ["direction"], [(0, 0, 0)], " must be a direction, .*not all zero"),
+    (LIGHTS, ["attenuation"], NO_WEAKENING, WEAKENING),
+    (LIGHTS, ["cone_angle"], NO_HALF_OPENINGS, HALF_OPENING),
+    (LIGHTS, ["exponent"], [*NO_POWERS, None], AT_LEAST_0),
+    (LIGHTS, ["radius"], [0, -1, math.nan, math.inf, "1", None], RADIUS),
+    ([Material], ["shininess"], [*NO_POWERS, None], AT_LEAST_0),
+    ([Material], ["reflectance"], ["phong", Phong, 3], " must be a reflectance, or None"),
+    ([OrenNayar], ["sigma"], [-1, 90.1, math.nan, "20", None], " must be a finite number >= 0 and <= 90"),
+]
 
 
 @pytest.mark.parametrize(
     ("kind", "field", "bad", "message"),
     [
         (kind, field, bad, message)
-        for kinds, fields, message, values in [
-            (
-                COLOURED,
-                COLOURS,
-                " must be .*divide them by 255",
-                [(255, 128, 0), (200, 100, 50), np.array([0, 0, 200], np.uint8)],
-            ),
-            (
-                COLOURED,
-                COLOURS,
-                "",
-                [-0.1, (0.5, -0.1, 0), math.nan, (0.1, math.nan, 0.1), math.inf, "colourless", (1.0, 1.0), True],
-            ),
-            (LIGHTS, ["diffuse", "ambient"], " must be", [None]),  # specular may be None
-            ([Material], COLOURS, " must be", [None]),
-            (LIGHTS, ["intensity"], " must be a finite number >= 0; got ", [*NO_POWERS, None, True]),
-            (LIGHTS, ["on"], " must be True or False; got 1", [1]),
-            (LIGHTS, ["frame"], " must be one of 'world', 'camera', 'headlight'; got cam", ["cam"]),
-            (LIGHTS, ["name"], " must be a string; got 3", [3]),
-            (LIGHTS, ["position"], "", [(0, 0), (0, math.nan, 0), (math.inf, 0, 0), "here", None]),
-            (LIGHTS, ["direction"], " must be a direction, .*not all zero", [(0, 0, 0)]),
-            (LIGHTS, ["direction"], "", [(0, math.nan, 1), (math.inf, 0, 0), (1, 2), "down", None, 5]),
-            (
-                LIGHTS,
-                ["attenuation"],
-                r" must be three numbers >= 0 .*; got .*\(1, 0, 0\) is a light that does not weaken",
-                [(0, 0, 0), (-1e-300, 0, 1), (1, -1, 0), (1, 0, -1)],
-            ),
-            (LIGHTS, ["attenuation"], "", [(math.nan, 0, 1), (1, math.inf, 0), (1, 0), 1.0, None, "none"]),
-            (
-                LIGHTS,
-                ["cone_angle"],
-                " must be a finite number > 0 and <= 90; got .*half the opening.*PointLight",
-                [0, -5, 90.00000000000001, 180, math.nan, math.inf, "30", None, True],
-            ),
-            (LIGHTS, ["exponent"], " must be a finite number >= 0; got ", [*NO_POWERS, None]),
-            (
-                LIGHTS,
-                ["radius"],
-                " must be a finite number > 0; got .*PointLight with attenuation",
-                [0, -1, math.nan, math.inf, "1", None],
-            ),
-            ([Material], ["shininess"], " must be a finite number >= 0; got ", [*NO_POWERS, None]),
-            ([Material], ["reflectance"], " must be a reflectance, or None", ["phong", Phong, 3]),
-            ([OrenNayar], ["sigma"], " must be a finite number >= 0 and <= 90", [-1, 90.1, math.nan, "20", None]),
-        ]
+        for kinds, fields, all_bad, message in REFUSED
         for kind, field in having(fields, kinds)
-        for bad in values
+        for bad in all_bad
     ],
 )
 def test_refused_by_name(kind, field, bad, message):

@@ -76,7 +76,7 @@ def test_a_file_gives_it_back_to_the_bit(kind, seed, tmp_path):
 
 @every_light
 def test_the_way_into_the_world_and_back_changes_nothing(kind, seed):
-    light, points, dice = thrown(kind, seed, frame="camera")
+    light, points, dice = thrown(kind, seed, frame="camera", name="lamp", intensity=0.3, specular="red", on=False)
     viewer = Viewer(triple(4 * dice.vector()), triple(dice.vector()), triple(dice.unit_vector()))
     world = light.in_world(viewer)
     assert world.frame == "world"
