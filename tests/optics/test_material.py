@@ -1,4 +1,4 @@
-"""Materials: fields, the table of named ones, conversions from VTK, roughness and Blinn-Phong."""
+"""Materials: the table of named ones, conversions from VTK, roughness and Blinn-Phong."""
 
 import dataclasses
 import math
@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 import pyvista as pv
 import vtk
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from pvphong.optics.lights import DirectionalLight
 from pvphong.optics.material import Material
@@ -16,65 +14,6 @@ from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.evaluation import evaluate
-
-COLORS = ["ambient", "diffuse", "specular", "emission"]
-QUICK = settings(max_examples=60, derandomize=True, deadline=None, database=None)
-
-
-def test_defaults_are_opengls():
-    material = Material()
-    assert dataclasses.astuple(material) == (0.2, 0.8, 0.0, 0.0, 0.0, None)
-    assert [field.name for field in dataclasses.fields(material)] == [
-        "ambient", "diffuse", "specular", "shininess", "emission", "reflectance",
-    ]  # fmt: skip
-
-
-def test_is_frozen_and_hashable_by_value():
-    material = Material(diffuse="red", shininess=10)
-    assert material == Material(diffuse=[1, 0, 0], shininess=np.float32(10))
-    assert len({material, Material(diffuse=(1.0, 0.0, 0.0), shininess=10.0), Material()}) == 2
-    for field in dataclasses.fields(material):
-        with pytest.raises(dataclasses.FrozenInstanceError):
-            setattr(material, field.name, 0.5)
-
-
-@pytest.mark.parametrize("field", COLORS)
-@given(color=st.tuples(*[st.floats(0, allow_infinity=False)] * 3))
-@QUICK
-def test_floats_are_kept_to_the_bit(field, color):
-    assert [c.hex() for c in getattr(Material(**{field: color}), field)] == [c.hex() for c in color]
-    assert getattr(Material(**{field: color[0]}), field).hex() == color[0].hex()
-
-
-@pytest.mark.parametrize("field", COLORS)
-def test_colour_names_are_pyvistas(field):
-    assert getattr(Material(**{field: "tomato"}), field) == (255 / 255, 99 / 255, 71 / 255)
-    assert getattr(Material(**{field: "#336699"}), field) == (0.2, 0.4, 0.6)
-
-
-@pytest.mark.parametrize("field", COLORS)
-def test_0_to_255_is_refused_with_the_remedy(field):
-    with pytest.raises(ValueError, match=rf"^{field} must be .*divide them by 255"):
-        Material(**{field: (200, 100, 50)})
-
-
-@pytest.mark.parametrize("field", COLORS)
-@pytest.mark.parametrize("bad", [-1, math.nan, math.inf, (0.5, 0.5), (0.1, math.nan, 0.1), "colourless", None, True])
-def test_bad_colours_are_refused_by_name(field, bad):
-    with pytest.raises(ValueError, match=rf"^{field}"):
-        Material(**{field: bad})
-
-
-@pytest.mark.parametrize("bad", [-1e-300, math.nan, math.inf, "10", None, (1, 2, 3)])
-def test_shininess_is_a_number_from_0(bad):
-    with pytest.raises(ValueError, match=r"^shininess must be a finite number >= 0; got "):
-        Material(shininess=bad)
-
-
-@pytest.mark.parametrize("shininess", [0, 5e-324, 0.5, 200, 1e6, 1e308])
-def test_every_shininess_from_0_is_allowed(shininess):
-    assert Material(shininess=shininess).shininess == float(shininess)
-
 
 # --- named ---
 
@@ -126,7 +65,7 @@ def test_unlike_names_list_what_there_is(name):
 # --- from a property ---
 
 
-def test_from_property_multiplies_coefficient_and_colour_unrounded():
+def test_from_property_multiplies_coefficient_and_colour_unrounded_and_modifies_nothing():
     prop = pv.Property()
     prop.SetAmbient(1 / 3)
     prop.SetAmbientColor(0.1, 0.2, 1 / 7)
@@ -135,23 +74,18 @@ def test_from_property_multiplies_coefficient_and_colour_unrounded():
     prop.SetSpecular(0.7)
     prop.SetSpecularColor(0.3, 0.6, 0.9)
     prop.SetSpecularPower(100 / 3)
+    before = prop.GetMTime()
     assert Material.from_property(prop) == Material(
         ambient=(1 / 3 * 0.1, 1 / 3 * 0.2, 1 / 3 * (1 / 7)),
         diffuse=(0.9 * (1 / 9), 0.9 * 0.123456789012345, 0.9),
         specular=(0.7 * 0.3, 0.7 * 0.6, 0.7 * 0.9),
         shininess=100 / 3,
     )
+    assert prop.GetMTime() == before
 
 
 def test_from_property_of_vtks_defaults():
     assert Material.from_property(vtk.vtkProperty()) == Material((0.0,) * 3, (1.0,) * 3, (0.0,) * 3, 1.0)
-
-
-def test_from_property_does_not_modify_it():
-    prop = vtk.vtkProperty()
-    before = prop.GetMTime()
-    Material.from_property(prop)
-    assert prop.GetMTime() == before
 
 
 @pytest.mark.parametrize("bad", [None, "gold", vtk.vtkLight(), vtk.vtkActor(), Material()])
@@ -178,16 +112,10 @@ def test_from_roughness_is_the_inverse(roughness):
     assert material == Material(diffuse=0.5, specular=(1.0, 1.0, 1.0), shininess=1 / roughness)
 
 
-@pytest.mark.parametrize("bad", [0, -0.1, 1.0000001, math.nan, "smooth", None])
-def test_roughness_is_above_0_and_at_most_1(bad):
+@pytest.mark.parametrize("bad", [0, -0.1, 1.0000001, math.nan, "smooth", None, 5e-324, 1e-310])
+def test_roughness_is_at_most_1_and_large_enough_to_invert(bad):
     with pytest.raises(ValueError, match=r"^roughness must be a finite number >.* and <= 1; got "):
         Material.from_roughness(bad)
-
-
-@pytest.mark.parametrize("roughness", [5e-324, 1e-310])
-def test_a_roughness_too_small_to_invert_is_refused_as_roughness(roughness):
-    with pytest.raises(ValueError, match=r"^roughness"):
-        Material.from_roughness(roughness)
 
 
 def test_from_roughness_passes_bad_fields_on():

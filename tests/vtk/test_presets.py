@@ -71,12 +71,12 @@ def test_three_point_scales_with_the_mesh():
 
 def test_three_point_draws_light_and_shadow_and_an_outline():
     mesh = pv.Sphere(theta_resolution=60, phi_resolution=60)
-    lights = three_point(mesh, VIEWER)
-    lit = mesh.phong.shade(Scene(lights=lights, viewer=VIEWER, light_model=LightModel(ambient=0)), Material())["phong"]
-    without_rim = [dataclasses.replace(light, on=light.name != "rim") for light in lights]
-    unrimmed = mesh.phong.shade(
-        Scene(lights=without_rim, viewer=VIEWER, light_model=LightModel(ambient=0)), Material()
-    )["phong"]
+    scene = Scene(lights=three_point(mesh, VIEWER), viewer=VIEWER, light_model=LightModel(ambient=0))
+    without_rim = [dataclasses.replace(light, on=light.name != "rim") for light in scene.lights]
+    lit, unrimmed = (
+        mesh.phong.shade(dataclasses.replace(scene, lights=lights), Material())["phong"]
+        for lights in (scene.lights, without_rim)
+    )
     across = mesh.point_normals @ VIEWER.axes.T
     left, right = across[:, 0] < -0.3, across[:, 0] > 0.3
     assert lit[left].mean() > 1.5 * lit[right].mean()
@@ -87,15 +87,15 @@ def test_three_point_draws_light_and_shadow_and_an_outline():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((pv.PolyData(), VIEWER), r"^bounds must be"),
-        (((0, 0, 1, 1, 2, 2), VIEWER), r"^bounds must be those of a mesh with points in more than one place"),
-        (((1, 0, 0, 1, 0, 1), VIEWER), r"^bounds must be"),
-        (("sphere", VIEWER), r"^bounds must be 6 finite numbers"),
-        ((pv.Sphere(), (0, 0, 1)), r"^viewer must be a Viewer"),
+        ((pv.PolyData(), VIEWER), "bounds must be"),
+        (((0, 0, 1, 1, 2, 2), VIEWER), "bounds must be those of a mesh with points in more than one place"),
+        (((1, 0, 0, 1, 0, 1), VIEWER), "bounds must be"),
+        (("sphere", VIEWER), "bounds must be 6 finite numbers"),
+        ((pv.Sphere(), (0, 0, 1)), "viewer must be a Viewer"),
     ],
 )
 def test_what_cannot_be_lit(arguments, message):
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(ValueError, match=f"^{message}"):
         three_point(*arguments)
 
 

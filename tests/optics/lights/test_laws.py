@@ -9,12 +9,13 @@ import pickle
 
 import numpy as np
 import pytest
-from strategies import LIGHT_SHAPES, Dice, triple
+import pyvista as pv
+from strategies import LIGHT_SHAPES, Dice, triple, unit
 
 from pvphong import LightModel, Material, Scene, Viewer, as_light, evaluate, plan
 from pvphong.geometry.extent import Extent
 from pvphong.optics.lights import LIGHT_TYPES
-from pvphong.optics.roles import Place
+from pvphong.optics.roles import Aim, Place
 from pvphong.shading import kernel
 from pvphong.vtk.obstacles import refuse_inexpressible
 
@@ -48,6 +49,13 @@ def arriving(light, points):
         )
 
 
+def eye_axes(viewer):
+    """Eye space's x, y and z in the world, as rows."""
+    back = unit(np.subtract(viewer.position, viewer.focal_point))
+    right = unit(np.cross(viewer.up, back))
+    return np.array([right, np.cross(back, right), back])
+
+
 def angle(a, b):
     return 2.0 * math.asin(min(0.5 * float(np.linalg.norm(np.subtract(a, b))), 1.0))
 
@@ -68,14 +76,21 @@ def test_a_file_gives_it_back_to_the_bit(kind, seed, tmp_path):
 
 @every_light
 def test_the_way_into_the_world_and_back_changes_nothing(kind, seed):
-    light, points, dice = thrown(kind, seed, frame="camera")
+    light, points, dice = thrown(kind, seed, frame="camera", name="lamp", intensity=0.3, specular="red", on=False)
     viewer = Viewer(triple(4 * dice.vector()), triple(dice.vector()), triple(dice.unit_vector()))
     world = light.in_world(viewer)
     assert world.frame == "world"
     assert world.in_world(viewer) is world
+    axes, eye = eye_axes(viewer), np.array(viewer.position)
+    for field, role in light.roles.items():
+        value, start = getattr(light, field), eye if isinstance(role, Place) else 0.0
+        expected = start + axes.T @ value if isinstance(role, Place | Aim) else value
+        size = np.linalg.norm(value) + np.linalg.norm(start)
+        np.testing.assert_allclose(getattr(world, field), expected, rtol=0, atol=1e-14 * size)
     back = world.in_frame("camera", viewer)
     for field in light.roles:
         np.testing.assert_allclose(getattr(back, field), getattr(light, field), rtol=1e-12, atol=1e-12)
+    assert dataclasses.replace(back, **{field: getattr(light, field) for field in light.roles}) == light
     eye = np.array([viewer.point_to_eye(p) for p in points])
     there, here = world.arrival(points.T), light.arrival(eye.T)
     np.testing.assert_allclose(*np.broadcast_arrays(viewer.axes @ there.direction, here.direction), atol=1e-9)
@@ -87,6 +102,7 @@ def test_a_headlight_stands_and_looks_as_the_viewer_does(kind, seed):
     light, _, dice = thrown(kind, seed, frame="headlight")
     viewer = Viewer(triple(4 * dice.vector()), triple(dice.vector()))
     world = light.in_world(viewer)
+    assert world.frame == "world"
     assert world.values(Place) in ([], [viewer.position])
     assert [getattr(world, field) for field, role in world.roles.items() if role.handle == "target"] in (
         [],
@@ -115,9 +131,20 @@ def test_what_arrives_is_finite_everywhere(kind, seed):
         assert np.isfinite(strength).all()
         assert (strength >= 0).all()
         lost = ~np.isfinite(points).all(axis=1)
-        assert light.is_even or not strength[lost].any()
+        assert light.is_even or not (strength[lost].any() or direction[:, lost].any())
         lengths = np.linalg.norm(direction, axis=0)
         assert ((np.abs(lengths - 1) < 1e-12) | (lengths == 0)).all()
+
+
+@every_light
+def test_what_arrives_at_a_vertex_does_not_depend_on_its_neighbours(kind, seed):
+    light, points, _ = thrown(kind, seed)
+    points[:6] *= np.array([[1e-200], [1e200], [math.nan], [0], [math.inf], [1e5]])
+    together = list(arriving(light, points))
+    for row in range(12):
+        for (direction, strength), (there, alike) in zip(arriving(light, points[[row]]), together, strict=True):
+            assert direction.tobytes() == there[:, [row]].tobytes()
+            assert strength.tobytes() == alike[[row]].tobytes()
 
 
 @every_light
@@ -206,6 +233,21 @@ def test_a_plan_keeps_its_promise(kind, seed, tolerance):
     exact = evaluate(*arguments, precision="float64").rgb
     got = evaluate(*arguments, precision="float64", tolerance=tolerance).rgb
     assert np.abs(got - exact).max() <= min(plan(points, scene, material, tolerance=tolerance).error_bound, tolerance)
+
+
+@every_light
+def test_its_colours_switch_and_frame_reach_vtk_unrounded(kind, seed):
+    fields = {"diffuse": (0.1, 1 / 3, 2**-0.5), "specular": (1.2345678901234567, 2.5, 1e-9), "ambient": (1 / 7, 0, 3)}
+    frame, on = FRAMES[seed % 3], seed % 2 == 0
+    light, _, _ = thrown(kind, seed, **fields, frame=frame, on=on, intensity=1 / 7)
+    there = light.to_pyvista()
+    assert isinstance(there, pv.Light)
+    assert there is not light.to_pyvista()
+    assert (there.GetDiffuseColor(), there.GetSpecularColor(), there.GetAmbientColor()) == tuple(fields.values())
+    assert (there.GetIntensity(), there.GetSwitch()) == (1 / 7, on)
+    assert (there.is_scene_light, there.is_camera_light, there.is_headlight) == tuple(frame == f for f in FRAMES)
+    assert there.positional != light.is_even
+    assert light == thrown(kind, seed, **fields, frame=frame, on=on, intensity=1 / 7)[0]
 
 
 @every_light

@@ -71,9 +71,3 @@ def test_its_nodes_glow_as_the_derivation_says():
         share = (2 * t - math.sin(2 * t)) / math.pi
         assert np.mean(distances <= math.sin(t)) == pytest.approx(share, abs=2e-3)
     np.testing.assert_allclose(np.mean([node.position for node in SphereLight().nodes(64)], axis=0), 0, atol=1e-15)
-
-
-@pytest.mark.parametrize("bad", [0, -1, math.nan, math.inf, "1", None])
-def test_a_radius_is_more_than_nothing(bad):
-    with pytest.raises(ValueError, match=r"^radius must be a finite number > 0; got .*PointLight with attenuation"):
-        SphereLight(radius=bad)

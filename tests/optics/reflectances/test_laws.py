@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -110,18 +111,9 @@ def test_no_factor_is_more_than_what_is_known_of_the_angles_allows(name, seed):
 @pytest.mark.parametrize("real", [np.float32, np.float64])
 def test_factors_are_finite_where_vectors_meet(name, seed, real):
     case, _ = thrown(name, seed)
-    x, z = np.array([[1.0], [0], [0]]), np.array([[0.0], [0], [1]])
-    nothing = np.zeros((3, 1))
-    for n, l, v in [
-        (z, z, z),
-        (z, z, -z),
-        (z, -z, z),
-        (z, x, x),
-        (z, x, -x),
-        (z, x, z),
-        (nothing, z, z),
-        (z, nothing, x),
-    ]:
+    x, z, nothing = np.array([[[1.0], [0], [0]], [[0], [0], [1]], [[0], [0], [0]]])
+    meetings = (z, z, z), (z, z, -z), (z, -z, z), (z, x, x), (z, x, -x), (z, x, z), (nothing, z, z), (z, nothing, x)
+    for n, l, v in meetings:
         for factor in Thrown(case.reflectance, n, l, v).factors(real=real):
             assert np.isfinite(factor).all()
             assert n.any() or not factor.any()
@@ -194,23 +186,11 @@ def test_vtk_is_said_not_to_have_it(name, seed):
 @pytest.mark.parametrize(("reflection", "reflectance"), [("phong", Phong()), ("blinn-phong", BlinnPhong())])
 def test_the_light_models_reflection_is_the_reflectance_of_that_name(reflection, reflectance):
     points = np.array([Dice(k).vector() for k in range(50)])
-    lights = [PointLight((2, 1, 4))]
-    chosen = evaluate(
-        points,
-        points,
-        Scene(lights, Viewer((1, 2, 5)), LightModel(reflection=reflection)),
-        Material(specular=1, shininess=9),
-    )
-    named = evaluate(
-        points, points, Scene(lights, Viewer((1, 2, 5))), Material(specular=1, shininess=9, reflectance=reflectance)
-    )
+    scene = Scene([PointLight((2, 1, 4))], Viewer((1, 2, 5)))
+    chosen = dataclasses.replace(scene, light_model=LightModel(reflection=reflection))
+    chosen = evaluate(points, points, chosen, Material(specular=1, shininess=9))
+    named = evaluate(points, points, scene, Material(specular=1, shininess=9, reflectance=reflectance))
     np.testing.assert_array_equal(chosen.rgb, named.rgb)
-
-
-@pytest.mark.parametrize("bad", ["phong", Phong, 3])
-def test_a_material_takes_a_reflectance_and_nothing_else(bad):
-    with pytest.raises(ValueError, match=r"^reflectance must be a reflectance, or None"):
-        Material(reflectance=bad)
 
 
 def test_vtks_headlight_tier_has_a_floor_but_not_without_a_normal():
@@ -235,29 +215,17 @@ def by_angles(sigma, n, l, v):
 
 
 @pytest.mark.parametrize("sigma", [0.0, 5.0, 20.0, 60.0, 90.0])
-def test_oren_nayar_is_as_printed(sigma):
+def test_oren_nayar_is_as_printed_and_reciprocal(sigma):
     case, _ = thrown("oren-nayar", 1)
-    front = (np.einsum("ij,ij->j", case.n, case.l) > 1e-3) & (np.einsum("ij,ij->j", case.n, case.v) > 1e-3)
+    cosines = np.einsum("ij,ij->j", case.n, case.l), np.einsum("ij,ij->j", case.n, case.v)
+    front = (cosines[0] > 1e-3) & (cosines[1] > 1e-3)
     n, l, v = case.n[:, front], case.l[:, front], case.v[:, front]
-    (got,) = Thrown(OrenNayar(sigma), n, l, v).factors()
+    (got,), (swapped,) = Thrown(OrenNayar(sigma), n, l, v).factors(), Thrown(OrenNayar(sigma), n, v, l).factors()
     np.testing.assert_allclose(got, by_angles(sigma, n, l, v), atol=1e-7)
-    swapped = Thrown(OrenNayar(sigma), n, v, l).factors()[0]
-    cosines = np.einsum("ij,ij->j", n, l), np.einsum("ij,ij->j", n, v)
-    np.testing.assert_allclose(got / cosines[0], swapped / cosines[1], rtol=1e-9)  # Helmholtz' reciprocity
+    np.testing.assert_allclose(got / cosines[0][front], swapped / cosines[1][front], rtol=1e-9)  # Helmholtz'
 
 
 def test_oren_nayar_without_roughness_is_lamberts():
     case, _ = thrown("oren-nayar", 2)
-    np.testing.assert_allclose(
-        Thrown(OrenNayar(0), case.n, case.l, case.v).factors()[0], case_lambert(case), atol=1e-15
-    )
-
-
-def case_lambert(case):
-    return np.maximum(np.einsum("ij,ij->j", case.n, case.l), 0)
-
-
-@pytest.mark.parametrize("bad", [-1, 90.1, math.nan, "20", None])
-def test_sigma_is_an_angle(bad):
-    with pytest.raises(ValueError, match=r"^sigma must be a finite number >= 0 and <= 90"):
-        OrenNayar(bad)
+    lambert = np.maximum(np.einsum("ij,ij->j", case.n, case.l), 0)
+    np.testing.assert_allclose(Thrown(OrenNayar(0), case.n, case.l, case.v).factors()[0], lambert, atol=1e-15)
