@@ -94,7 +94,7 @@ def tilted(degrees: float, cone_angle: float, exponent: float, **fields: Any) ->
 
 MATT = material_of(diffuse=1.0)
 ALL = material_of(ambient=0.5, diffuse=1.0, specular=1.0, shininess=2.0, emission=0.0625)
-ALL_WHITE = material_of(ambient=1.0, diffuse=1.0, specular=1.0)
+ALL_WHITE = material_of(ambient=1.0, diffuse=1.0, specular=1.0, shininess=9.0)
 GLOWING = material_of(ambient=0.25, diffuse=0.5, specular=1.0, emission=0.125)
 
 ZENITH, NADIR = directional((0.0, 0.0, -1.0)), directional((0.0, 0.0, 1.0))
@@ -171,8 +171,10 @@ GREYS: dict[str, Any] = {
     "a parallel viewer": lit(near(0.8**3), SLANTED, parallel=True, material=mirror(3.0), p=(1e3, -1e3, 0.0)),
     # --- special vertices
     "a light on the vertex leaves its ambient over c": lit(0.5 / 4 + 0.0625, ON_IT, material=ALL),
+    "a spot on the vertex has a cosine of 0": lit(0, spot(ORIGIN, UP, 59.0, 0.0, ambient=1.0), material=ALL_WHITE),
+    "a spot on the vertex with it on its edge": lit(1, spot(ORIGIN, UP, 90.0, 0.0, ambient=1.0), material=ALL_WHITE),
     "a light on the vertex without c": lit(0.0625, UNEVEN, material=ALL),
-    "two-sided": lit(2, NADIR, two_sided=True, **BELOW, material=material_of(diffuse=1.0, specular=1.0, shininess=9.0)),
+    "two-sided": lit(2, NADIR, two_sided=True, **BELOW, material=ALL_WHITE),
     "one-sided": lit(0.0625, NADIR, **BELOW, material=ALL),
     "two-sided, seen from infinity": lit(1, NADIR, focal=(0.0, 0.0, 9.0), two_sided=True, local_viewer=False),
     # --- frames: a headlight's own place and direction do not matter
@@ -234,50 +236,42 @@ def test_the_grey_is(case: str) -> None:
     assert float(red) == expected
 
 
+DAYLIGHT = directional((0.0, 0.0, -1.0), ambient=0.25)
+ON_THE_VERTEX = {"eye": ORIGIN, "focal": (0.0, 0.0, 9.0)}
+RGB = (0.5, 0.25, 0.125)
+SQUARED = material_of(diffuse=1.0, specular=1.0, shininess=2.0)
+GREEN = material_of(diffuse=(0.0, 1.0, 0.0), specular=(0.0, 1.0, 0.0), shininess=5.0)
+THREEFOLD = material_of(ambient=1.0, diffuse=(1.0, 0.5, 0.0), emission=(0.0, 0.0, 0.25))
+HEAD = directional(UP, frame="headlight", intensity=0.5)
+BRIGHT = directional((0.0, 0.0, -1.0), intensity=3.0)
+ALL_THREE = point((0.0, 0.0, 2.0), (0.0, 1.0, 0.0), ambient=0.5, diffuse=0.25, specular=0.125, intensity=4.0)
+ODD = directional((-1.0, 0.0, -1.0), specular=0.0, ambient=1.0)  # VTK ignores both
 FIELDS: dict[str, Any] = {
     "intensity and attenuation multiply all three colours": lit(
-        {"ambient": 1.0, "diffuse": 0.5, "specular": 0.25, "per_light": [1.75]},
-        point((0.0, 0.0, 2.0), (0.0, 1.0, 0.0), ambient=0.5, diffuse=0.25, specular=0.125, intensity=4.0),
-        eye=(0.0, 0.0, 2.0),
-        material=material_of(ambient=1.0, diffuse=1.0, specular=1.0, shininess=9.0),
+        {"ambient": 1.0, "diffuse": 0.5, "specular": 0.25, "per_light": [1.75]}, ALL_THREE, material=ALL_WHITE
     ),
     "specular None takes the diffuse colour": lit(
-        {"specular": (0.5, 0.25, 0.125)},
-        directional((0.0, 0.0, -1.0), diffuse=(0.5, 0.25, 0.125)),
-        material=mirror(3.0),
+        {"specular": RGB}, directional((0.0, 0.0, -1.0), diffuse=RGB), material=mirror(3.0)
     ),
     "a light that is off keeps its row": lit({"per_light": [0.0, 1.0]}, OFF, ZENITH),
     "red light on a green surface": lit(
-        {"unclamped": 0.0},
-        directional((0.0, 0.0, -1.0), diffuse=(1.0, 0.0, 0.0)),
-        material=material_of(diffuse=(0.0, 1.0, 0.0), specular=(0.0, 1.0, 0.0), shininess=5.0),
+        {"unclamped": 0.0}, directional((0.0, 0.0, -1.0), diffuse=(1.0, 0.0, 0.0)), material=GREEN
     ),
     "a zero normal keeps ambient and emission": lit(
         {"unclamped": 0.5 * (0.5 + 0.25) + 0.0625, "n_dot_l": None},
-        directional((0.0, 0.0, -1.0), ambient=0.25),
+        DAYLIGHT,
         ambient=0.5,
         two_sided=True,
         material=ALL,
         n=ORIGIN,
     ),
     "an eye on the vertex keeps diffuse and never flips": lit(
-        {"diffuse": 1.0, "specular": 0.0, "n_dot_v": None},
-        ZENITH,
-        eye=ORIGIN,
-        focal=(0.0, 0.0, 9.0),
-        two_sided=True,
-        material=ALL,
+        {"diffuse": 1.0, "specular": 0.0, "n_dot_v": None}, ZENITH, **ON_THE_VERTEX, two_sided=True, material=ALL
     ),
-    **{
-        f"one clamp at the end: {clamp}": lit(
-            {"unclamped": (3.5, 2.0, 0.75), "color": (1.0, 1.0, 0.75) if clamp else (3.5, 2.0, 0.75)},
-            directional((0.0, 0.0, -1.0), intensity=3.0),
-            ambient=0.5,
-            clamp=clamp,
-            material=material_of(ambient=1.0, diffuse=(1.0, 0.5, 0.0), emission=(0.0, 0.0, 0.25)),
-        )
-        for clamp in (True, False)
-    },
+    "one clamp at the end": lit(
+        {"unclamped": (3.5, 2.0, 0.75), "color": (1.0, 1.0, 0.75)}, BRIGHT, ambient=0.5, material=THREEFOLD
+    ),
+    "no clamp": lit({"color": (3.5, 2.0, 0.75)}, BRIGHT, ambient=0.5, clamp=False, material=THREEFOLD),
     "albedo tints ambient and diffuse only": lit(
         {"ambient": (0.25, 0.0, 0.5), "diffuse": (0.5, 0.0, 1.0), "specular": 1.0, "emission": 0.0625},
         ZENITH,
@@ -293,37 +287,30 @@ FIELDS: dict[str, Any] = {
         albedo=[[0.5, 0.25, 1]],
     ),
     "vtk: tier 1 ignores the eye's place": lit(
-        {"ambient": 0.25, "diffuse": near(0.4), "specular": near(0.32)},
-        directional(UP, frame="headlight", intensity=0.5),
+        {"ambient": 0.0, "diffuse": near(0.4), "specular": near(0.32)},
+        HEAD,
         eye=(9.0, 9.0, 5.0),
         focal=(9.0, 9.0, 0.0),
-        **VTK,
-        material=material_of(ambient=0.25, diffuse=1.0, specular=1.0, shininess=2.0),
+        material=SQUARED,
         n=(3.0, 0.0, 4.0),
+        **VTK,
     ),
     "vtk: tier 1 never goes dark": lit(
-        {"diffuse": near(0.5e-6), "specular": near(0.5e-12)},
-        directional(UP, frame="headlight", intensity=0.5),
-        **VTK,
-        material=material_of(diffuse=1.0, specular=1.0, shininess=2.0),
-        n=(0.0, 0.0, -1.0),
+        {"diffuse": near(0.5e-6), "specular": near(0.5e-12)}, HEAD, **VTK, material=SQUARED, n=(0.0, 0.0, -1.0)
     ),
-    "vtk: tier 2 floors the mirror cosine, and a light's other colours are ignored": lit(
-        {"specular": near(1e-5**0.1), "ambient": 0.5},
-        directional((-1.0, 0.0, -1.0), specular=0.0, ambient=1.0),
-        eye=(9.0, 0.0, 1.0),
-        **VTK,
-        material=material_of(ambient=0.5, specular=1.0, shininess=0.1),
+    "vtk: tier 1 keeps the material's ambient": lit({"ambient": 0.25}, HEAD, **VTK, material=GLOWING),
+    "vtk: tier 2 floors the mirror cosine": lit(
+        {"specular": near(1e-5**0.1)}, ODD, eye=(9.0, 0.0, 1.0), **VTK, material=mirror(0.1)
     ),
+    "vtk: tier 2 keeps the material's ambient": lit({"ambient": 0.25}, ODD, **VTK, material=GLOWING),
     "vtk: tier 2 has no floor behind": lit(
         {"specular": 0.0}, DIAGONAL, **VTK, material=mirror(0.1), n=(0.0, 0.0, -1.0)
     ),
     "vtk: tier 3 attenuates diffuse and specular": lit(
         {"per_light": [near(0.2 * (0.8 + 0.64)), 2.0]},
-        point((0.0, 3.0, 4.0), (0.0, 1.0, 0.0)),
-        ZENITH,
+        *(point((0.0, 3.0, 4.0), (0.0, 1.0, 0.0)), ZENITH),
         **VTK,
-        material=material_of(diffuse=1.0, specular=1.0, shininess=2.0),
+        material=SQUARED,
     ),
 }
 
