@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pvphong import evaluate
 from pvphong.base.ranges import BRIGHTEST
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
@@ -36,35 +35,39 @@ def colors(term):
 
 def test_what_is_there_without_light():
     bare = equation(model=LightModel(ambient=(1.0, 0.5, 0.0)))
-    assert bare.ambient == (0.1, 0.2 * 0.5, 0.0)
-    assert bare.emission == (0.0, 0.01, 0.02)
-    assert bare.terms == ()
+    assert (bare.ambient, bare.emission, bare.terms) == ((0.1, 0.2 * 0.5, 0.0), (0.0, 0.01, 0.02), ())
 
 
-def test_terms_are_the_lights_that_are_on_in_their_order():
-    lights = [PointLight(on=False), DirectionalLight(), SpotLight(on=False), PointLight(position=(1, 2, 3))]
+def test_terms_are_the_lights_that_are_on_in_their_order_and_in_world_coordinates():
+    head, riding = DirectionalLight(frame="headlight"), PointLight(position=(0, 0, -1), frame="camera")
+    lights = [PointLight(on=False), DirectionalLight(), SpotLight(on=False), PointLight((1, 2, 3)), head, riding]
     terms = equation(*lights).terms
-    assert [term.index for term in terms] == [1, 3]
-    assert [term.light for term in terms] == [lights[1], lights[3]]
+    assert [term.index for term in terms] == [1, 3, 4, 5]
+    assert [term.light for term in terms[:2]] == [lights[1], lights[3]]
+    assert terms[2].light.direction == (0.0, 0.0, -1.0)
+    assert terms[3].light.position == (0.0, 0.0, 3.0)
 
 
-def test_terms_are_in_world_coordinates():
-    head, riding = equation(DirectionalLight(frame="headlight"), PointLight(position=(0, 0, -1), frame="camera")).terms
-    assert head.light.direction == (0.0, 0.0, -1.0)
-    assert riding.light.position == (0.0, 0.0, 3.0)
-
-
-def test_colours_are_light_times_material_times_intensity():
-    light = PointLight(diffuse=(1, 0.5, 0.25), specular=(0.0, 1.0, 2.0), ambient=(0.5, 1, 0), intensity=2)
-    ambient, diffuse, specular = colors(equation(light).terms[0])
-    assert ambient == pytest.approx((0.1, 0.4, 0.0), rel=1e-15)
-    assert diffuse == (1.0, 0.5, 0.25)
-    assert specular == (0.0, 0.5, 1.0)
-
-
-def test_highlights_have_the_lights_diffuse_colour_unless_told():
-    _, _, specular = colors(equation(PointLight(diffuse=(1, 0.5, 0))).terms[0])
-    assert specular == (0.25, 0.125, 0.0)
+@pytest.mark.parametrize(
+    ("light", "model", "expected"),
+    [
+        (
+            PointLight(diffuse=(1, 0.5, 0.25), specular=(0.0, 1.0, 2.0), ambient=(0.5, 1, 0), intensity=2),
+            LightModel(),
+            [(0.1, 0.4, 0.0), (1.0, 0.5, 0.25), (0.0, 0.5, 1.0)],
+        ),
+        (PointLight(diffuse=(1, 0.5, 0)), LightModel(), [(0, 0, 0), (0.5, 0.25, 0.0), (0.25, 0.125, 0.0)]),
+        # VTK's lights have no ambient light and one colour for all else
+        (
+            PointLight(diffuse=(1, 0.5, 0), specular="blue", ambient=1),
+            VTK,
+            [(0, 0, 0), (0.5, 0.25, 0), (0.25, 0.125, 0)],
+        ),
+    ],
+)
+def test_colours_are_light_times_material_times_intensity(light, model, expected):
+    for got, color in zip(colors(equation(light, model=model).terms[0]), expected, strict=True):
+        assert got == pytest.approx(color, rel=1e-15)
 
 
 @pytest.mark.parametrize("intensity", [0.0, 5e-324, 1e-30, 0.3, 1.0, 1e20, 1e30, 1e300])
@@ -85,12 +88,6 @@ def test_no_colour_is_beyond_the_brightest():
     )
     assert bright.ambient == bright.emission == (BRIGHTEST,) * 3
     assert colors(bright.terms[0]) == [(2.0**1000,) * 3] * 3
-
-
-def test_a_light_may_be_as_bright_as_it_is_far_away():
-    far = PointLight(position=(0, 0, 1e20), attenuation=(0, 0, 1), intensity=1e40)
-    lit = evaluate(np.zeros((1, 3)), [[0, 0, 1]], Scene([far]), Material(ambient=0, diffuse=0.5), precision="float64")
-    np.testing.assert_allclose(lit.rgb, 0.5, rtol=1e-15)
 
 
 def test_the_standard_convention_has_no_floor_and_no_limit():
@@ -122,26 +119,19 @@ def test_flags_are_passed_on(field):
 # --- VTK's convention ---
 
 
-def test_vtks_ambient_is_the_materials_whatever_the_light():
-    lit = equation(PointLight(ambient="white"), model=dataclasses.replace(VTK, ambient=0.5))
-    assert lit.ambient == (0.1, 0.2, 0.3)
-    assert lit.terms[0].ambient == (0.0, 0.0, 0.0)
-
-
-@pytest.mark.parametrize("lights", [[], [PointLight(on=False), SpotLight(on=False)]])
-def test_vtk_draws_unlit_without_any_light(lights):
-    unlit = equation(*lights, model=VTK)
-    assert unlit.ambient == pytest.approx((0.6, 0.7, 0.8), rel=1e-15)
-    assert unlit.emission == (0.0, 0.01, 0.02)
-
-
-def test_vtk_draws_black_with_a_light_of_intensity_0():
-    assert equation(PointLight(intensity=0), model=VTK).ambient == (0.1, 0.2, 0.3)
-
-
-def test_vtk_lights_highlights_with_the_diffuse_colour():
-    term = equation(PointLight(diffuse=(1, 0.5, 0), specular="blue"), model=VTK).terms[0]
-    assert colors(term)[2] == (0.25, 0.125, 0.0)
+@pytest.mark.parametrize(
+    ("lights", "ambient"),
+    [
+        ([PointLight(ambient="white")], (0.1, 0.2, 0.3)),
+        ([PointLight(intensity=0)], (0.1, 0.2, 0.3)),
+        ([], (0.6, 0.7, 0.8)),  # unlit: ambient and diffuse
+        ([PointLight(on=False), SpotLight(on=False)], (0.6, 0.7, 0.8)),
+    ],
+)
+def test_vtks_ambient_is_the_materials_whatever_the_light(lights, ambient):
+    lit = equation(*lights, model=dataclasses.replace(VTK, ambient=0.5))
+    assert lit.ambient == pytest.approx(ambient, rel=1e-15)
+    assert lit.emission == (0.0, 0.01, 0.02)
 
 
 def test_vtks_exponents_end_at_128():
@@ -166,6 +156,7 @@ def test_vtks_cone_of_90_degrees_is_none():
         ([DirectionalLight(frame="headlight")], True),
         ([DirectionalLight(on=False), DirectionalLight(frame="headlight")], True),
         ([PointLight(on=False), DirectionalLight(frame="headlight")], False),  # VTK counts it all the same
+        ([DirectionalLight(frame="headlight"), DirectionalLight(on=False)], False),
         ([DirectionalLight(frame="headlight"), DirectionalLight(frame="headlight")], False),
         ([DirectionalLight(frame="headlight"), PointLight(intensity=0)], False),
         ([PointLight(frame="headlight")], False),

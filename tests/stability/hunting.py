@@ -6,10 +6,12 @@ They are thrown with the dice of `strategies`.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import pyvista as pv
 from strategies import MATRIX_CLASSES, Case, Dice, hard_case, matrix_of, moderate_case, rotation, triple, unit
 
 from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer
@@ -176,6 +178,12 @@ def wide_case(dice: Dice, reach: int = 1074) -> Case:
 # --- many vertices, for what must not change a bit ---
 
 
+def rows_of(case: Case, rows: Any) -> Case:
+    """Some of the vertices, in any order."""
+    albedo = None if case.albedo is None else case.albedo[rows]
+    return replace(case, points=case.points[rows], normals=case.normals[rows], albedo=albedo)
+
+
 def mixed_case(dice: Dice, reach: int = 100) -> Case:
     """An ordinary or a hard scene around its own vertices and many near them, some of them spoiled.
 
@@ -189,10 +197,9 @@ def mixed_case(dice: Dice, reach: int = 100) -> Case:
     rows = np.concatenate([np.arange(drawn), rng.integers(0, drawn, count)])
     near = 1.0 + 0.1 * rng.normal(size=(2, len(rows), 3))
     near[:, :drawn] = 1.0  # a light on a vertex, or an edge of a cone, is to stay where it was drawn
+    case = rows_of(case, rows)
     with np.errstate(all="ignore"):
-        points, normals = case.points[rows] * near[0], case.normals[rows] * near[1]
-    albedo = None if case.albedo is None else case.albedo[rows]
-    return replace(case, points=points, normals=normals, albedo=albedo)
+        return replace(case, points=case.points * near[0], normals=case.normals * near[1])
 
 
 def in_either_type(dice: Dice, case: Case) -> Case:
@@ -201,6 +208,31 @@ def in_either_type(dice: Dice, case: Case) -> Case:
     types = dice.choice(((float, float), (narrow, narrow), (narrow, narrow), (narrow, float), (float, narrow)))
     with np.errstate(over="ignore", under="ignore"):
         return replace(case, points=case.points.astype(types[0]), normals=case.normals.astype(types[1]))
+
+
+def _strided(a: np.ndarray) -> np.ndarray:
+    wide = np.full((2 * len(a), a.shape[1] + 2), 7.0, a.dtype)
+    wide[::2, 1:-1] = a
+    return wide[::2, 1:-1]
+
+
+def _read_only(a: np.ndarray) -> np.ndarray:
+    copy = a.copy()
+    copy.setflags(write=False)
+    return copy
+
+
+LAYOUTS: dict[str, Callable[[np.ndarray], Any]] = {
+    "by columns": np.asfortranarray,
+    "strided": _strided,
+    "upside down": lambda a: a[::-1].copy()[::-1],
+    "backwards": lambda a: a[::-1, ::-1].copy()[::-1, ::-1],
+    "read-only": _read_only,
+    "unaligned": lambda a: np.frombuffer(b"\0" + a.tobytes(), dtype=a.dtype, offset=1).reshape(a.shape),
+    "swapped bytes": lambda a: a.astype(a.dtype.newbyteorder()),
+    "pyvista": pv.pyvista_ndarray,
+}
+"""What changes no value of an array: how it lies in memory."""
 
 
 # --- scenes without low powers, near to nothing that is undecidable, for what may change by rounding only ---

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from stability.evaluators import BACKENDS
+from stability.evaluators import BACKENDS, EVALUATORS
 from stability.hunting import FEW, MANY
 
 from pvphong.shading.result import Shading
@@ -22,6 +22,7 @@ hunted = pytest.mark.parametrize(
     "examples", [pytest.param(FEW, id="few"), pytest.param(MANY, id="many", marks=pytest.mark.long)]
 )
 on_every_backend = pytest.mark.parametrize("backend", BACKENDS)
+on_every_evaluator = pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
 
 
 def arrays(shading: Shading) -> dict[str, np.ndarray]:

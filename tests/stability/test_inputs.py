@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from stability.evaluators import EVALUATORS
+from stability.hunting import LAYOUTS
 from stability.ledger import held, same_bits
 
 import pvphong  # noqa: F401 registers mesh.phong wherever PyVista's own discovery is not installed
@@ -80,7 +81,7 @@ every_albedo = pytest.mark.parametrize("taker", ALBEDOS)
 
 
 FLOATS = ["float16", "longdouble", ">f4", ">f8"]
-INTEGERS = ["int8", "int32", "int64", "uint16"]  # what they mean as an albedo is row 53's
+INTEGERS = ["int8", "int32", "int64", "uint8", "uint16"]  # what they mean as an albedo is row 53's
 
 
 @pytest.mark.parametrize(("taker", "kind"), [(t, k) for t in TAKERS for k in FLOATS + INTEGERS * (t not in ALBEDOS)])
@@ -89,23 +90,17 @@ def test_row_49_other_real_types_are_widened(taker, kind):
     TAKERS[taker].same_bits(f"49 {kind}", rows, rows.astype(np.float64))
 
 
-@every_taker
+NO_ROWS = [
+    *(POINTS + 1j, POINTS.astype(str), POINTS.astype(object), POINTS.astype(bool)),
+    *(POINTS[:, :2], POINTS[:, 0], POINTS[None], np.zeros((COUNT, 3), "datetime64[s]")),
+    *([[0.0, 0.0, 0.0], [1.0]], (1.0, 0.5, 0.5), "points", 3.5, None),
+]
+
+
 @pytest.mark.parametrize(
-    "bad",
-    [
-        POINTS + 1j,
-        POINTS.astype(str),
-        POINTS.astype(object),
-        POINTS.astype(bool),
-        POINTS[:, :2],
-        POINTS[:, 0],
-        POINTS[None],
-        np.zeros((COUNT, 3), "datetime64[s]"),
-        [[0.0, 0.0, 0.0], [1.0]],
-        "points",
-        3.5,
-    ],
-    ids=lambda bad: f"{bad.dtype} {bad.shape}" if isinstance(bad, np.ndarray) else repr(bad)[:12],
+    ("taker", "bad"),
+    [(taker, bad) for taker in TAKERS for bad in NO_ROWS if bad is not None or taker not in ALBEDOS],
+    ids=lambda bad: f"{bad.dtype} {bad.shape}" if isinstance(bad, np.ndarray) else str(bad),
 )
 def test_row_49_what_is_no_array_of_rows_is_refused(taker, bad):
     TAKERS[taker].refuses("49", bad, r"an \(n, 3\) array of real numbers; got ")
@@ -117,12 +112,8 @@ def test_row_49_what_is_no_array_of_rows_is_refused(taker, bad):
 @pytest.mark.parametrize(
     "mesh",
     [
-        pv.PolyData(),
-        pv.UnstructuredGrid(),
-        pv.StructuredGrid(),
-        pv.PolyData(POINTS),
-        pv.PointSet(POINTS),
-        pv.Line(),
+        *(kind() for kind in (pv.PolyData, pv.UnstructuredGrid, pv.StructuredGrid, pv.Line)),
+        *(kind(POINTS) for kind in (pv.PolyData, pv.PointSet)),
         pv.ImageData(dimensions=(5, 1, 1)),
         pv.UnstructuredGrid(np.array([2, 0, 1]), np.array([pv.CellType.LINE]), np.eye(3)),
     ],
@@ -169,14 +160,8 @@ def test_row_51_a_string_array_is_refused():
 
 
 def test_row_52_structure_is_kept():
-    blocks = pv.MultiBlock(
-        {
-            "ball": pv.Sphere(),
-            "gap": None,
-            "inner": pv.MultiBlock({"void": pv.PolyData(), "box": pv.Box(), "gap": None}),
-            "hollow": pv.MultiBlock(),
-        }
-    )
+    inner = pv.MultiBlock({"void": pv.PolyData(), "box": pv.Box(), "gap": None})
+    blocks = pv.MultiBlock({"ball": pv.Sphere(), "gap": None, "inner": inner, "hollow": pv.MultiBlock()})
     with held("equal structure", "52", *SHADE):
         lit = blocks.phong.shade(SCENE)
         assert lit.keys() == ["ball", "gap", "inner", "hollow"]
@@ -194,7 +179,8 @@ def test_row_52_structure_is_kept():
 
 
 @pytest.mark.parametrize(
-    ("odd", "counts_as"), [(math.nan, 0.0), (-1.0, 0.0), (300.0, 1.0), (math.inf, 1.0), (-math.inf, 0.0)]
+    ("odd", "counts_as"),
+    [(math.nan, 0.0), (-1.0, 0.0), (-0.0, 0.0), (300.0, 1.0), (math.inf, 1.0), (-math.inf, 0.0), (1.0, 1.0)],
 )
 @pytest.mark.parametrize("stored", ["float16", "float32", "float64", "longdouble"])
 @every_albedo
@@ -204,8 +190,7 @@ def test_row_53_floats_are_clipped_and_nan_is_0(taker, odd, counts_as, stored):
     albedo[5], clean[5] = odd, counts_as
     rgb = TAKERS[taker](albedo)
     assert np.isfinite(rgb).all()
-    assert (rgb.min(), rgb.max()) >= (0.0, 0.0)
-    assert rgb.max() <= 1.0
+    assert 0.0 <= rgb.min() <= rgb.max() <= 1.0
     TAKERS[taker].same_bits(f"53 {odd}", albedo, clean)
 
 
@@ -215,35 +200,26 @@ def test_row_53_0_to_255_is_what_uint8_means(taker):
     TAKERS[taker].same_bits("53 uint8", steps, steps / 255.0)
 
 
+@pytest.mark.parametrize("kind", [kind for kind in INTEGERS if kind != "uint8"])
+@every_albedo
+def test_row_53_other_integers_are_not_taken_for_floats(taker, kind):
+    """0-255 in an int64 array would all be clipped to white."""
+    TAKERS[taker].refuses("53 integers", np.full((COUNT, 3), 120, kind), ".*(uint8|255)")
+
+
+@pytest.mark.parametrize("kind", [float, "uint8"])
+@every_albedo
+def test_row_53_opacity_is_refused(taker, kind):
+    TAKERS[taker].refuses("53 opacity", np.ones((COUNT, 4), kind), ".*Leave out the opacity")
+
+
 # row 55: memory and cell normals
 
 
-def strided(a):
-    wide = np.full((2 * len(a), 5), np.nan)
-    wide[::2, 1:4] = a
-    return wide[::2, 1:4]
-
-
-def read_only(a):
-    a = a.copy()
-    a.flags.writeable = False
-    return a
-
-
-LAYOUTS = {
-    "strided": strided,
-    "read-only": read_only,
-    "Fortran": np.asfortranarray,
-    "backwards": lambda a: np.ascontiguousarray(a[::-1])[::-1],
-    "transposed": lambda a: np.ascontiguousarray(a.T).T,
-    "unaligned": lambda a: np.frombuffer(b"\0" + a.tobytes(), np.uint8)[1:].view(np.float64).reshape(a.shape),
-}
-
-
 @every_taker
-@pytest.mark.parametrize("layout", LAYOUTS)
+@pytest.mark.parametrize("layout", [*LAYOUTS, "list"])
 def test_row_55_memory_layout_changes_no_bit(taker, layout):
-    rows = LAYOUTS[layout](WHOLE)
+    rows = WHOLE.tolist() if layout == "list" else LAYOUTS[layout](WHOLE)
     np.testing.assert_array_equal(rows, WHOLE)
     TAKERS[taker].same_bits(f"55 {layout}", rows, WHOLE)
 

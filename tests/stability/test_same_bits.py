@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from stability.evaluators import Declined, Evaluator
-from stability.hunting import in_either_type, mixed_case
+from stability.hunting import LAYOUTS, in_either_type, mixed_case, rows_of
 from stability.properties import FLATTENING_IS_NO_FAILURE, arrays, assert_same_bits, hunted, on_every_backend
 from strategies import Case, Dice, hunt, triple
 
@@ -117,32 +117,6 @@ def test_no_unit_of_length_is_special(backend: str, examples: int) -> None:
 # --- every vertex by itself ---
 
 
-def _strided(a: np.ndarray) -> np.ndarray:
-    wide = np.full((2 * len(a), a.shape[1] + 2), 7.0, a.dtype)
-    wide[::2, 1:-1] = a
-    return wide[::2, 1:-1]
-
-
-def _read_only(a: np.ndarray) -> np.ndarray:
-    copy = a.copy()
-    copy.setflags(write=False)
-    return copy
-
-
-def _unaligned(a: np.ndarray) -> np.ndarray:
-    return np.frombuffer(b"\0" + a.tobytes(), dtype=a.dtype, offset=1).reshape(a.shape)
-
-
-LAYOUTS = {
-    "by columns": np.asfortranarray,
-    "strided": _strided,
-    "backwards": lambda a: a[::-1].copy()[::-1],
-    "read-only": _read_only,
-    "unaligned": _unaligned,
-    "swapped bytes": lambda a: a.astype(a.dtype.newbyteorder()),
-}
-
-
 def _with_rows(dice: Dice) -> tuple[Case, np.ndarray, str]:
     """A case, rows in another order with some left out and some twice, and a layout."""
     case = in_either_type(dice, mixed_case(dice))
@@ -159,8 +133,7 @@ def test_order_selection_and_layout_change_no_bit(backend: str, examples: int) -
         nonlocal compared
         case, rows, layout = drawn
         evaluator = Evaluator(backend, "float32" if len(rows) % 2 else "float64")
-        albedo = None if case.albedo is None else case.albedo[rows]
-        some = replace(case, points=case.points[rows], normals=case.normals[rows], albedo=albedo)
+        some = rows_of(case, rows)
         given = {name: getattr(case, name) for name in ("points", "normals", "albedo")}
         laid = replace(case, **{name: LAYOUTS[layout](array) for name, array in given.items() if array is not None})
         with suppress(Declined):

@@ -12,8 +12,8 @@ included: differences of positions have full relative precision however far the 
 highlight errs by at most (4√n + 10) · 2⁻²⁴ for shininess n.
 
 Where to look: `driver` lights block after block and calls the stages, which lights and reflectances write with the
-names in `toolkit`; `ways` has what concerns directions and distances, attenuation included; `records` is the form in which it takes an equation; `keeping` compiles and keeps code on disk;
-`pool` has the threads.
+names in `toolkit`; `ways` has what concerns directions and distances, attenuation included; `records` is the form in
+which it takes an equation; `keeping` compiles and keeps code on disk; `pool` has the threads.
 """
 
 from __future__ import annotations
