@@ -118,6 +118,10 @@ class Extent:
         return (self._search and self._search(rows)) or _box(rows)
 
 
+ANYWHERE = Extent(np.zeros((0, 3)), None, None)
+"""Of vertices of which nothing is known."""
+
+
 def _sight(target: Vector, sphere: Sphere) -> Sight | None:
     (x, y, z), (cx, cy, cz), radius = target, *sphere
     x, y, z = x - cx, y - cy, z - cz

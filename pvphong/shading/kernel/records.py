@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pvphong.base.ranges import BRIGHTEST
 from pvphong.base.types import Float64Array, Vector
-from pvphong.geometry.extent import Extent
+from pvphong.geometry.extent import ANYWHERE
 from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.light import Light
 from pvphong.shading.equation import Equation, LightTerm
@@ -77,7 +77,6 @@ _LARGEST = 2.0**100
 (Vertices may be anywhere.)"""
 
 _ORIGIN = (0.0, 0.0, 0.0)
-_ANYWHERE = Extent(np.zeros((0, 3)), None, None)
 _NO_MATRIX: tuple[Any, float, Any] = (((0.0,) * 4,) * 3, 1.0, ((0.0,) * 3,) * 3)
 _MOST_LOBES = 3
 
@@ -259,7 +258,7 @@ def _simplest(light: Light) -> tuple[Light, float]:
     the simpler light that a plan may make of it.
     """
     for effect in sorted(light.effects):
-        choice = light.simpler(effect, _ANYWHERE, exactly=True)
+        choice = light.simpler(effect, ANYWHERE, exactly=True)
         if choice is not None and choice.make is not None:
             return choice.make(), choice.factor
     return light, 1.0

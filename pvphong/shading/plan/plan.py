@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import reduce
+from dataclasses import dataclass, replace
+from functools import cached_property, reduce
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from pvphong.base import check
 from pvphong.base.types import Backend, ByteArray, MatrixLike, Precision
+from pvphong.geometry.extent import ANYWHERE
 from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
@@ -58,13 +59,22 @@ class Plan:
         where the others are.
     """
 
-    effects: Mapping[str, Decision]
-    needs: frozenset[str]
     view_dependent: bool
     tolerance: float
     error_bound: float
     equation: Equation
     whole: Equation
+    _draft: Draft
+
+    @cached_property
+    def effects(self) -> Mapping[str, Decision]:
+        """Every effect's decision; those who only run a plan do not ask."""
+        return MappingProxyType({effect.name: effect.decide(self._draft) for effect in EFFECTS})
+
+    @cached_property
+    def needs(self) -> frozenset[str]:
+        """What will be read."""
+        return _needs(self._draft.equation)
 
     @classmethod
     def of(
@@ -96,8 +106,6 @@ class Plan:
         draft = reduce(lambda so_far, effect: effect.simplify(so_far), EFFECTS, draft)
         left = draft.equation
         return cls(
-            effects=MappingProxyType({effect.name: effect.decide(draft) for effect in EFFECTS}),
-            needs=_needs(left),
             view_dependent=(
                 left.has_highlights
                 or left.is_flipped
@@ -108,6 +116,7 @@ class Plan:
             error_bound=draft.error_bound,
             equation=with_nodes(left),
             whole=with_nodes(whole),
+            _draft=replace(draft, extent=ANYWHERE),  # a plan that is kept does not keep the vertices
         )
 
     def run(
@@ -153,11 +162,7 @@ class Plan:
 
     def __getstate__(self) -> dict[str, Any]:
         """For copies and other processes, which cannot take a view of a mapping."""
-        return vars(self) | {"effects": dict(self.effects)}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """As it was."""
-        vars(self).update(state, effects=MappingProxyType(state["effects"]))
+        return {name: value for name, value in vars(self).items() if name != "effects"}
 
     def explain(self) -> str:
         """A table of all effects: on or off, why, what they read, at what error, and about what they cost.
