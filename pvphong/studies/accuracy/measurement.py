@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pyvista as pv
 
-from pvphong.base.types import Float64Array
+from pvphong.base.types import Backend, Float64Array
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 from pvphong.studies.accuracy.facts import facts
@@ -18,7 +18,7 @@ from pvphong.studies.accuracy.inside import AS_IT_IS, Refined, inside, least_sec
 from pvphong.studies.accuracy.ledger import Without, dropped, ledger, promises, withouts
 from pvphong.studies.accuracy.report import Tradeoff
 from pvphong.studies.accuracy.rows import NO_ERROR, UNTIMED, Errors, Promise, Row, Timing, vertex_errors, with_fronts
-from pvphong.studies.accuracy.subject import Subject, colors
+from pvphong.studies.accuracy.subject import Subject
 from pvphong.studies.accuracy.timing import FEWEST_REPEATS, Clock, Run, fitting, interleaved, timed
 from pvphong.studies.accuracy.variants import REFERENCE, Variant, peers, plan_name, variants
 
@@ -145,12 +145,12 @@ class Measurement:
             run = self._refined_run(one, backend)
             self._add(one.row(backend), run, timed(run)[1])
 
-    def _refined_run(self, one: Refined, backend: str) -> Run:
+    def _refined_run(self, one: Refined, backend: Backend) -> Run:
         s = self.subject
 
         def run() -> object:
-            equation = Plan.of(s.scene, s.material, Vertices(one.points, one.normals), matrix=s.matrix).equation
-            return colors(one.points, one.normals, equation, backend, "float32")
+            vertices = Vertices(one.points, one.normals)
+            return Plan.of(s.scene, s.material, vertices, matrix=s.matrix).run(vertices, backend=backend)
 
         return run
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from pvphong.base.types import Float64Array, FloatArray, MatrixLike, Precision
+from pvphong.base.types import Backend, Float64Array, FloatArray, MatrixLike, Precision
 from pvphong.geometry.extent import Sphere
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.shading import kernel, reference
-from pvphong.shading.equation import Equation, assemble
+from pvphong.shading.equation import Equation, assemble, with_nodes
 from pvphong.shading.plan.plan import Plan, is_worth_compiling
 from pvphong.shading.result import Shading
 from pvphong.shading.vertices import Vertices
@@ -64,7 +63,9 @@ class Subject:
 
     def exact(self, equation: Equation) -> Float64Array:
         """The float64 reference of any equation at the vertices."""
-        return colors(self.points, self.normals, equation, "numpy", "float64")
+        result = Shading(np.empty((len(self.points), 3)))
+        reference.shade(self.points, self.normals, with_nodes(equation), None, result)
+        return result.rgb
 
     @cached_property
     def sphere(self) -> Sphere:
@@ -77,11 +78,11 @@ class Subject:
         return self._takes("float32") and self._takes("float64")
 
     @property
-    def backend(self) -> str:
+    def backend(self) -> Backend:
         """The evaluator that `evaluate` takes for the vertices by itself."""
         return self.backend_for(len(self.points), self.equation)
 
-    def backend_for(self, count: int, equation: Equation) -> str:
+    def backend_for(self, count: int, equation: Equation) -> Backend:
         """The evaluator that `evaluate` takes by itself for so many vertices and an equation."""
         return "numba" if self.has_kernel and is_worth_compiling(count, equation) else "numpy"
 
@@ -98,7 +99,7 @@ class Subject:
         equation: Equation,
         precision: Precision = "float32",
         *,
-        backend: str | None = None,
+        backend: Backend | None = None,
         scene: Scene | None = None,
     ) -> Callable[[], FloatArray]:
         """A run as `evaluate` does it: the equation of a scene is assembled, planned and evaluated.
@@ -117,16 +118,7 @@ class Subject:
 
         def run() -> FloatArray:
             assemble(scene or self.scene, self.material, self.matrix)
-            planned = self.planned(equation).equation
             chosen = backend or self.backend_for(len(self.points), equation)
-            return colors(self.points, self.normals, planned, chosen, precision)
+            return self.planned(equation).run(self.vertices, precision=precision, backend=chosen).rgb
 
         return run
-
-
-def colors(points: FloatArray, normals: FloatArray, equation: Equation, backend: str, precision: Precision) -> Any:
-    """Colours (n, 3) of an equation; what the kernel declines goes to the reference."""
-    result = Shading(np.empty((len(points), 3), precision))
-    if backend != "numba" or not kernel.shade(points, normals, equation, None, result):
-        reference.shade(points, normals, equation, None, result)
-    return result.rgb

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-from pvphong.base.types import FloatArray, Precision
+from pvphong.base.types import Backend, FloatArray, Precision
 from pvphong.optics.reflectances import counterpart_of
 from pvphong.shading.equation import Equation
 from pvphong.studies.accuracy import simplifications
 from pvphong.studies.accuracy.rows import UNTIMED, Errors, Kind, Row
-from pvphong.studies.accuracy.subject import Subject, colors
+from pvphong.studies.accuracy.subject import Subject
 from pvphong.studies.accuracy.textbook import refuse_unknown, textbook_colors
 
 REFERENCE = "float64 reference"
@@ -95,7 +95,7 @@ def peers(subject: Subject) -> tuple[list[Variant], dict[str, str]]:
 
 
 def _arithmetic(subject: Subject) -> Iterator[Variant]:
-    computed: list[tuple[str, str, Precision]] = [
+    computed: list[tuple[str, Backend, Precision]] = [
         (REFERENCE, "numpy", "float64"),
         ("float32 NumPy", "numpy", "float32"),
     ]
@@ -156,7 +156,7 @@ def _planned(subject: Subject, tolerance: float) -> Variant:
     backend = subject.backend_for(len(subject.points), plan.equation)
 
     def run() -> FloatArray:
-        return colors(subject.points, subject.normals, subject.plan(tolerance).equation, backend, "float32")
+        return subject.plan(tolerance).run(subject.vertices, backend=backend).rgb
 
     bound = plan.error_bound
     return Variant(plan_name(tolerance), "light model", run, plan.equation, backend, "float32", promised=bound)
