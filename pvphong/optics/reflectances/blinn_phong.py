@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from pvphong.base import check
 from pvphong.base.types import FloatArray
 from pvphong.base.vectors import unit
 from pvphong.optics.light import Arrival
-from pvphong.optics.reflectance import Lobe, Reflectance, Sightline
+from pvphong.optics.reflectance import Sightline
 from pvphong.optics.reflectances.highlight import halfway_change, halfway_distance, largest_power, power
-from pvphong.optics.reflectances.phong import LIKENESS, MATT_AND_SHINY, lambert, power_numbers, shown
+from pvphong.optics.reflectances.shiny import LIKENESS, Shiny, lambert, power_numbers, shown
 from pvphong.optics.surface import Surface
 
 
 @dataclass(frozen=True)
-class BlinnPhong(Reflectance):
+class BlinnPhong(Shiny):
     """max(n·l, 0), and max(n·h, 0)ⁿ where n·l > 0, with h = (l + v)/|l + v| (Blinn 1977; OpenGL 2.1, 2.14.1).
 
     Parameters
@@ -32,23 +31,7 @@ class BlinnPhong(Reflectance):
         If the shininess is not such a number.
     """
 
-    shininess: float | None = None
-
-    lobes: ClassVar[tuple[Lobe, ...]] = MATT_AND_SHINY
     counterpart: ClassVar[tuple[str, float]] = ("phong", 1.0 / LIKENESS)
-
-    def __post_init__(self) -> None:
-        if self.shininess is not None:
-            object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
-
-    def of(self, shininess: float) -> BlinnPhong:
-        """With the material's shininess."""
-        return replace(self, shininess=shininess) if self.shininess is None else self
-
-    @property
-    def sharpness(self) -> float:
-        """The shininess."""
-        return self.shininess or 0.0
 
     def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:
         """By the chord between half-way direction and normal."""

@@ -4,32 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
-from pvphong.base import check
-from pvphong.base.ranges import BRIGHTEST
 from pvphong.base.types import FloatArray
 from pvphong.base.vectors import dot
 from pvphong.optics.light import Arrival
-from pvphong.optics.reflectance import Lobe, Reflectance, Sightline
+from pvphong.optics.reflectance import Sightline
 from pvphong.optics.reflectances.highlight import largest_power, mirror_change, mirror_distance, power
+from pvphong.optics.reflectances.shiny import LIKENESS, Shiny, lambert, power_numbers, shown
 from pvphong.optics.surface import Surface
-
-MATT_AND_SHINY = (
-    Lobe("diffuse", takes_albedo=True, needs_viewer=False),
-    Lobe("specular", takes_albedo=False, needs_viewer=True),
-)
-"""Lambert's cosine, and a highlight."""
-
-LIKENESS = 4.0
-"""Blinn-Phong needs about this many times the shininess for the same highlight; see `Material.for_blinn_phong`."""
 
 
 @dataclass(frozen=True)
-class Phong(Reflectance):
+class Phong(Shiny):
     """max(n·l, 0), and max(r·v, 0)ⁿ where n·l > 0, with r = 2(n·l)n − l (Phong 1975). Not reciprocal.
 
     Parameters
@@ -45,24 +35,9 @@ class Phong(Reflectance):
         If the shininess is not such a number.
     """
 
-    shininess: float | None = None
     floor: float = 0.0
 
-    lobes: ClassVar[tuple[Lobe, ...]] = MATT_AND_SHINY
     counterpart: ClassVar[tuple[str, float]] = ("blinn-phong", LIKENESS)
-
-    def __post_init__(self) -> None:
-        if self.shininess is not None:
-            object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
-
-    def of(self, shininess: float) -> Phong:
-        """With the material's shininess."""
-        return replace(self, shininess=shininess) if self.shininess is None else self
-
-    @property
-    def sharpness(self) -> float:
-        """The shininess."""
-        return self.shininess or 0.0
 
     def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:
         """By the chord between mirror direction and viewer."""
@@ -103,24 +78,6 @@ class Phong(Reflectance):
     def chords(self, n: FloatArray, l: FloatArray, v: FloatArray) -> FloatArray:
         """Mirror direction minus viewer."""
         return np.asarray(2.0 * dot(n, l) * n - l - v)
-
-
-def lambert(n_l: Any) -> Any:
-    """max(n·l, 0)."""
-    return np.maximum(n_l, n_l.dtype.type(0.0))
-
-
-def shown(highlight: Any, n_l: Any) -> Any:
-    """A highlight where n·l is positive, else 0."""
-    return highlight * (n_l > 0.0)
-
-
-def power_numbers(shininess: float, floor: float) -> tuple[float, float, float]:
-    """For compiled code: the exponent in float32's range, log2 of the floor, and the squared chord from which on
-    a highlight is 0. (The floor is on the logarithm because 1 − floor is rounded by far more than its last bit.)
-    """
-    exponent = shininess and max(float(np.finfo(np.float32).tiny), min(shininess, BRIGHTEST))
-    return exponent, math.log2(floor) if floor else -math.inf, math.inf if floor or not shininess else 2.0
 
 
 def _stage(toolkit: Any) -> Callable[..., Any]:

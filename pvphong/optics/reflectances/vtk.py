@@ -12,7 +12,8 @@ from pvphong.base.types import FloatArray
 from pvphong.optics.light import Arrival
 from pvphong.optics.reflectance import Lobe, Reflectance
 from pvphong.optics.reflectances.highlight import mirror_change, power, square
-from pvphong.optics.reflectances.phong import MATT_AND_SHINY, Phong, power_numbers
+from pvphong.optics.reflectances.phong import Phong
+from pvphong.optics.reflectances.shiny import Shiny, power_numbers
 from pvphong.optics.surface import Surface
 
 HIGHEST_POWER = 128.0
@@ -29,7 +30,7 @@ def vtk_reflectance(shininess: float, *, is_headlight: bool) -> Reflectance:
 
 
 @dataclass(frozen=True)
-class VtkHeadlight(Reflectance):
+class VtkHeadlight(Shiny):
     """c and cⁿ with c = max(n·l, 1e-6): the shader's first tier; 0 without a normal.
 
     Parameters
@@ -38,15 +39,8 @@ class VtkHeadlight(Reflectance):
         The exponent n.
     """
 
-    shininess: float
-
-    lobes: ClassVar[tuple[Lobe, ...]] = (MATT_AND_SHINY[0], MATT_AND_SHINY[1]._replace(needs_viewer=False))
+    lobes: ClassVar[tuple[Lobe, ...]] = (Shiny.lobes[0], Shiny.lobes[1]._replace(needs_viewer=False))
     floor: ClassVar[float] = _HEADLIGHT_FLOOR
-
-    @property
-    def sharpness(self) -> float:
-        """The shininess."""
-        return self.shininess
 
     def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:  # noqa: ARG002
         """By the chord between normal and light."""
@@ -54,18 +48,18 @@ class VtkHeadlight(Reflectance):
         n_l = surface.raw_cosine(arrival) * surface.inverse_length
         is_there = surface.inverse_length > 0.0  # the floor is not for a normal that is not there
         distance = real(0.5) * square(surface.normals - arrival.direction)
-        highlight = power(distance, self.shininess, self.floor)
+        highlight = power(distance, self.sharpness, self.floor)
         return np.maximum(n_l, real(self.floor)) * is_there, highlight * is_there
 
     def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
         """As Phong's; this tier's light has no position, and is never turned."""
         if lobe == 0:
             return turn if light_moves else 0.0
-        return mirror_change(self.shininess, self.floor, turn, psi, light_moves=light_moves)
+        return mirror_change(self.sharpness, self.floor, turn, psi, light_moves=light_moves)
 
     def parameters(self) -> tuple[float, ...]:
         """For the power, and the floor."""
-        return (*power_numbers(self.shininess, self.floor), self.floor)
+        return (*power_numbers(self.sharpness, self.floor), self.floor)
 
     def stage(self, toolkit: Any, wanted: Sequence[bool]) -> Callable[..., Any] | None:  # noqa: ARG002 they are one
         """By the chord between normal and light."""

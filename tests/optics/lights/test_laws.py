@@ -17,6 +17,7 @@ from pvphong.geometry.extent import Extent
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.roles import Aim, Place
 from pvphong.shading import kernel
+from pvphong.shading.plan.effects import EFFECTS
 from pvphong.vtk.obstacles import refuse_inexpressible
 
 FRAMES = ("world", "camera", "headlight")
@@ -190,6 +191,13 @@ def test_what_may_stand_in_is_no_further_off_than_it_says(kind, seed, size):
         turned = [angle(a, b) for a, b in zip(direction.T, there.T, strict=True)]
         assert max(turned) <= (choice.turn or 0.0) + 1e-12
         assert not exactly or (choice.spread, choice.turn) == (0.0, None)
+
+
+@every_light
+def test_its_effects_are_some_of_the_plans_and_its_position_is_one_unless_it_is_even(kind, seed):
+    light, _, _ = thrown(kind, seed)
+    assert light.effects <= {effect.name for effect in EFFECTS}
+    assert ("position" in light.effects) != light.is_even
 
 
 @every_light

@@ -1,0 +1,70 @@
+"""What Phong's reflection, Blinn's form of it and VTK's have in common: Lambert's cosine, and a highlight."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from pvphong.base import check
+from pvphong.base.ranges import BRIGHTEST
+from pvphong.optics.reflectance import Lobe, Reflectance
+
+LIKENESS = 4.0
+"""Blinn-Phong needs about this many times the shininess for the same highlight; see `Material.for_blinn_phong`."""
+
+
+@dataclass(frozen=True)
+class Shiny(Reflectance):
+    """A reflectance with a highlight that is a power of a cosine.
+
+    Parameters
+    ----------
+    shininess : float, optional
+        The exponent n, >= 0; the material's if not given.
+
+    Raises
+    ------
+    ValueError
+        If the shininess is not such a number.
+    """
+
+    shininess: float | None = None
+
+    lobes: ClassVar[tuple[Lobe, ...]] = (
+        Lobe("diffuse", takes_albedo=True, needs_viewer=False),
+        Lobe("specular", takes_albedo=False, needs_viewer=True),
+    )
+
+    def __post_init__(self) -> None:
+        if self.shininess is not None:
+            object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
+
+    def of(self, shininess: float) -> Self:
+        """With the material's shininess, where it has none of its own."""
+        return replace(self, shininess=shininess) if self.shininess is None else self
+
+    @property
+    def sharpness(self) -> float:
+        """The shininess."""
+        return self.shininess or 0.0
+
+
+def lambert(n_l: Any) -> Any:
+    """max(n·l, 0)."""
+    return np.maximum(n_l, n_l.dtype.type(0.0))
+
+
+def shown(highlight: Any, n_l: Any) -> Any:
+    """A highlight where n·l is positive, else 0."""
+    return highlight * (n_l > 0.0)
+
+
+def power_numbers(shininess: float, floor: float) -> tuple[float, float, float]:
+    """For compiled code: the exponent in float32's range, log2 of the floor, and the squared chord from which on
+    a highlight is 0. (The floor is on the logarithm because 1 − floor is rounded by far more than its last bit.)
+    """
+    exponent = shininess and max(float(np.finfo(np.float32).tiny), min(shininess, BRIGHTEST))
+    return exponent, math.log2(floor) if floor else -math.inf, math.inf if floor or not shininess else 2.0
