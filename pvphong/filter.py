@@ -71,7 +71,7 @@ class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class 
 
     def RequestData(self, _request: Any, inputs: Any, outputs: Any) -> int:
         """Called by the pipeline when the output is out of date."""
-        source = pv.wrap(self.GetInputData(inputs, 0, 0))
+        source, self._refusal = pv.wrap(self.GetInputData(inputs, 0, 0)), None
         try:
             # A step upstream may leave nothing; that is no error in a pipeline.
             lit = shade_mesh(source, self._scene, self._material) if source.n_points else source
@@ -90,7 +90,6 @@ class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class 
         ValueError
             If the input cannot be lit. (A step downstream that asks for the output gets VTK's error message.)
         """
-        self._refusal = None
-        super().Update()
+        super().Update()  # runs nothing where nothing has changed: what was refused then is still refused
         if self._refusal is not None:
             raise self._refusal
