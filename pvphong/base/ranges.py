@@ -5,8 +5,8 @@ from __future__ import annotations
 BRIGHTEST = 2.0**100
 """Strengths, colours and exponents are capped here, so that nothing overflows float32; anything near it is white.
 
-(The kernel caps a spot's attenuation before its falloff: so near to the light that this matters, 2⁻⁵⁰ of the distance
-where its attenuation is 1, it may be darker outside the middle of its cone.)"""
+(The kernel caps a spot's attenuation before its falloff: where the attenuation has no constant, and so near to the
+light that this matters, 2⁻⁵⁰ of the distance where it is 1, a spot may be darker outside the middle of its cone.)"""
 
 FARTHEST = 2.0**1000
 """The most that a light's colours may be before its attenuation, which may bring them down again."""

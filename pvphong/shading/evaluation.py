@@ -25,7 +25,7 @@ def evaluate(
     tolerance: float = 0.0,
     components: bool = False,
 ) -> Shading:
-    """Lit colours of vertices by the Phong or Blinn-Phong equation.
+    """Lit colours of vertices by the equation of Phong or Blinn-Phong, or the material's own reflectance.
 
     Sources: Phong, "Illumination for computer generated pictures" (1975); Blinn, "Models of light
     reflection for computer synthesized pictures" (1977); OpenGL 2.1 specification, section 2.14.1.
@@ -47,15 +47,15 @@ def evaluate(
     matrix : array_like, optional
         (4, 4) model matrix: points are transformed by it, normals by its inverse-transpose.
         Positions are summed in float64. Where its offset is so long that this shows in float32, it is taken out of
-        lights and eye first, if no light is of a kind of your own.
+        lights and eye first, if every light's fields say where it is.
     albedo : array_like, optional
         Shape (n, 3): multiplies the material's ambient and diffuse. uint8 counts as 0-255; floats are
         clipped to [0, 1], a NaN counts as 0.
     precision : {"float32", "float64"}
         Of the result, and of the arithmetic after positions are subtracted. float32 errs by at most
         (4√n + 16) · 2⁻²⁴ · (1 + number of lights) for colours of size 1, n the largest of the material's
-        shininess and the spot lights' exponents. (A power between 0 and 1 errs by more where its cosine is
-        nearly 0: it is infinitely steep there.)
+        shininess and the spot lights' exponents; a light with a size counts as 64. (A power between 0 and 1 errs by
+        more where its cosine is nearly 0: it is infinitely steep there.)
     backend : {"auto", "numpy", "numba"}
         Which evaluator computes: the readable one in NumPy, or the compiled one, which needs the extra `fast`.
         "auto" takes the compiled one where it is installed and the work is worth its start: half a second per

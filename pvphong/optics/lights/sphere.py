@@ -23,7 +23,9 @@ INVERSE_SQUARE = (0.0, 0.0, 1.0)
 class SphereLight(Light):
     """A glowing sphere: `diffuse` · `intensity` is its intensity, so that it lights as a point light far away.
 
-    A facing white patch at a great distance d gets the colour of the light over d².
+    A facing white patch at a great distance d gets the colour of the light over d². It is evaluated as 64 point lights
+    inside it. Of what a facing patch gets, that is off by at most 3 % at 1.5 radii from its centre, 1.5 % at two and
+    0.25 % at five. Vertices inside it are lit by those too.
 
     Parameters
     ----------
