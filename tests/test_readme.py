@@ -16,9 +16,8 @@ import pyvista as pv
 import pvphong as ph
 from pvphong.meshes.pictures import HEADLESS_PACKAGES
 from pvphong.optics.lights import LIGHT_TYPES, Light
-from pvphong.shading import kernel
 from pvphong.shading.equation import assemble
-from pvphong.shading.plan.plan import is_worth_compiling
+from pvphong.shading.plan.plan import is_worth_loading
 
 README = Path(__file__).parent.parent / "README.md"
 TEXT = README.read_text(encoding="utf-8")
@@ -113,8 +112,8 @@ def test_large_is_what_the_evaluator_takes_for_large():
     (told,) = re.findall(r"from ([\d ]+) points times lights on", TEXT)
     count = int(told.replace(" ", ""))
     one_light = assemble(ph.Scene(lights=[ph.DirectionalLight()]), ph.Material(), None)
-    assert is_worth_compiling(count, one_light) is kernel.keeps_code()
-    assert not is_worth_compiling(count - 1, one_light)
+    assert is_worth_loading(count, one_light)
+    assert not is_worth_loading(count - 1, one_light)
 
 
 def test_the_named_materials_are_all_listed():

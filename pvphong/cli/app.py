@@ -8,6 +8,7 @@ from importlib.metadata import version
 
 from cyclopts import App, CycloptsError
 
+from pvphong.cli.compile import compile_code
 from pvphong.cli.demo import demo
 from pvphong.cli.diagnose import diagnose
 from pvphong.cli.plan import plan
@@ -24,6 +25,7 @@ app = App(
 )
 for command in (demo, shade, view, plan, validate, tradeoff, diagnose):
     app.command(command)
+app.command(compile_code, name="compile")
 
 
 def main(tokens: Sequence[str] | None = None) -> int:

@@ -58,9 +58,11 @@ def evaluate(
         more where its cosine is nearly 0: it is infinitely steep there.)
     backend : {"auto", "numpy", "numba"}
         Which evaluator computes: the readable one in NumPy, or the compiled one, which needs the extra `fast`.
-        "auto" takes the compiled one where it is installed and the work is worth its start: half a second per
-        process, and once per installation and combination of float types ten seconds or more to compile, with a second
-        or two for each kind of light. What it cannot do (components, lights and reflectances that it has no code for,
+        "auto" takes the compiled one where its code is there and the work is worth its start. It never waits for a
+        compiler: where code is missing, NumPy answers, and another process compiles it for later calls; so equal calls
+        may differ within the bound above. With a name, equal calls give equal bits, and "numba" waits for what has to
+        be compiled: ten seconds or more once per installation and combination of float types, and a second for each
+        kind of light. What the compiled one cannot do (components, lights and reflectances that it has no code for,
         coordinates beyond 2¹⁰⁰) NumPy does.
     tolerance : float, default 0
         Largest absolute colour error that may be traded for time; 0 allows no approximation.

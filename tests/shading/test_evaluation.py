@@ -197,14 +197,14 @@ def test_a_vertex_does_not_depend_on_its_neighbours(precision, matrix):
         assert bits(rgb(points[part], normals[part], **options)) == bits(whole[part])
 
 
-@pytest.mark.skipif(not kernel.keeps_code(), reason="Numba cannot run here, or would compile every time")
+@pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_auto_takes_the_kernel_where_the_work_is_worth_its_start(precision, monkeypatch):
     work = len(POINTS) * sum(light.on for light in SCENE.lights)
     own = {backend: bits(rgb(backend=backend, precision=precision)) for backend in ("numpy", "numba")}
     assert own["numpy"] != own["numba"]
     for least, backend in ((work, "numba"), (work + 1, "numpy")):
-        monkeypatch.setattr("pvphong.shading.plan.plan._WORTH_COMPILING", least)
+        monkeypatch.setattr("pvphong.shading.plan.plan._WORTH_LOADING", least)
         assert bits(rgb(backend="auto", precision=precision)) == own[backend]
 
 

@@ -1,9 +1,10 @@
 """The fused evaluator: the same equation as `reference.py`, compiled by Numba, parallel and vectorised.
 
-Numba is an optional extra. It is imported when the kernel first runs, compiles then (seconds), and keeps what it
-compiled on disk where it can. What cannot be run here is declined, cheaply, and belongs to the reference:
-Numba is missing, component arrays are wanted, a light or reflectance has no stage, a scene coordinate lies beyond 2¹⁰⁰,
-an attenuation or a matrix has an entry that is not between that and 2⁻¹⁰⁰, or a light is brighter than its stage takes.
+Numba is an optional extra. It is imported when the kernel is first asked for, and what it compiles is kept on disk. Who
+does not want to wait for a compiler is declined until the code is there, and a process of its own makes it meanwhile.
+What cannot be run here is declined too, cheaply, and belongs to the reference: component arrays are wanted, a light or
+reflectance has no stage, a scene coordinate lies beyond 2¹⁰⁰, an attenuation or a matrix has an entry that is not
+between that and 2⁻¹⁰⁰, or a light is brighter than its stage takes.
 Single vertices are declined too, and the reference lights those: on a light or the eye, not finite, or so far from a
 light or so near it that float32 does not hold the products.
 
@@ -13,15 +14,16 @@ highlight errs by at most (4√n + 10) · 2⁻²⁴ for shininess n.
 
 Where to look: `driver` lights block after block and calls the stages, which lights and reflectances write with the
 names in `toolkit`; `ways` has what concerns directions and distances, attenuation included; `records` is the form in
-which it takes an equation; `keeping` compiles and keeps code on disk; `pool` has the threads.
+which it takes an equation; `running` calls compiled code, on the threads of `pool`; `keeping` compiles, `store` has the
+code on disk, `compiling` knows all that there is to compile, and `background` has another process do it.
 """
 
 from __future__ import annotations
 
 import functools
 import importlib.util
-import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -30,17 +32,16 @@ from pvphong.base.types import Float64Array, FloatArray
 from pvphong.shading.albedo import reflectances
 from pvphong.shading.equation import Equation
 from pvphong.shading.kernel import pool, records
-from pvphong.shading.kernel.rows import BLOCK, GROUP, LINE, ROWS
+from pvphong.shading.kernel.background import NotCompiled, Request, ask_for
+from pvphong.shading.kernel.running import Call, Memory, address, is_plain, parts, ready
 from pvphong.shading.reference import shade as light_by_reference
 from pvphong.shading.result import Shading
 
 if TYPE_CHECKING:
     from pvphong.shading.kernel.keeping import Library
 
-# Vertices that are copied at a time where arrays are not in the form that compiled code takes: 24 MiB at most.
-COPIED = 2**18
-# Vertices that a thread lights at a time, and those that it searches for bounds.
-_LIT, _SEARCHED = 16 * GROUP, 2**17
+# Vertices that a thread searches for bounds at a time.
+_SEARCHED = 2**17
 # Rows from which their bounds are found in less time than NumPy takes.
 _MANY = 2**15
 
@@ -60,11 +61,9 @@ def is_available() -> bool:
     return _library() is not None
 
 
-@functools.cache
-def keeps_code() -> bool:
-    """Whether compiled code is on disk after the first time: else each process would compile anew."""
-    library = _library()
-    return library is not None and library.keeps_code
+def has_run() -> bool:
+    """Whether compiled code has run in this process."""
+    return _Process.has_run
 
 
 def seconds_compiling(run: Callable[[], object]) -> float:
@@ -98,6 +97,42 @@ class _Process:
     has_run: ClassVar[bool] = False
 
 
+class CannotCompile(Exception):
+    """Why no code can be compiled in advance, and what can be done about it."""
+
+
+def compile_all(report: Callable[[str, int, int], object]) -> Path:
+    """Compile all code for pvphong's own lights and reflectances, or read what is there; the folder where it is kept.
+
+    Parameters
+    ----------
+    report : callable
+        Is given each piece's name before it is compiled, how many are done, and how many there are.
+
+    Raises
+    ------
+    CannotCompile
+        Without Numba, or where code cannot be kept.
+    """
+    library = _library()
+    if library is None:
+        where, remedy = obstacle() or ("", "")
+        raise CannotCompile(f"nothing can be compiled {where}. {remedy}")
+    from pvphong.shading.kernel.compiling import is_kept, pieces
+
+    folder = library.folder
+    if folder is None:
+        remedy = "Set NUMBA_CACHE_DIR to a folder that can be written to."
+        raise CannotCompile(f"there is no folder to keep compiled code in: neither pvphong's nor your own. {remedy}")
+    todo = pieces(library)
+    for done, piece in enumerate(todo):
+        report(piece.name, done, len(todo))
+        piece.compile()
+    if not is_kept():
+        raise CannotCompile(f"compiled code could not be written to {folder}: see whether there is room.")
+    return folder
+
+
 def shade(
     points: FloatArray,
     normals: FloatArray,
@@ -105,6 +140,8 @@ def shade(
     albedo: FloatArray | None,
     result: Shading,
     whole: Equation | None = None,
+    *,
+    waits: bool = True,
 ) -> bool:
     """Evaluate the equation at every vertex into `result.rgb`, or decline.
 
@@ -126,6 +163,9 @@ def shade(
         The equation before a plan left out what does not reach these vertices; the same if not given. It decides
         whether the kernel declines and the type in which vertices are read, for these are not to hang on where the
         other vertices are.
+    waits : bool, default True
+        Whether code that is missing is compiled now, which takes seconds. If not, the equation is declined, and another
+        process compiles it for later calls.
 
     Returns
     -------
@@ -141,74 +181,36 @@ def shade(
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
     read = [points] * whole.needs_points + [normals] * whole.needs_normals
     stored = np.result_type(real, *read)
-    has_albedo, is_display = albedo is not None, rgb.dtype == np.uint8
-    options = {"is_wide": stored != real, "has_albedo": has_albedo, "is_display": is_display}
-    equation_records = records.records_of(equation, library, real.name, **options)
-    call = _Call(library.driver(stored.name, real.name), equation_records, real)
+    request = Request(equation, stored.name, real.name)
+    call = _prepared(request, library, waits, has_albedo=albedo is not None, is_display=rgb.dtype == np.uint8)
+    if call is None:
+        return False
     vertices = [
         (points if equation.needs_points else None, stored),
         (normals if equation.needs_normals else None, stored),
     ]
-    for part in _parts([*vertices, (albedo, real)], len(rgb)):
+    for part in parts([*vertices, (albedo, real)], len(rgb)):
         shades = None if albedo is None else albedo[part]
         if shades is not None and shades.dtype != real:
             shades = reflectances(shades)  # the kernel clips what it gets, but this may not even fit its type
         arrays = [*(None if array is None else array[part] for array, _ in vertices), shades]
-        ready = [_ready(array, dtype) for array, dtype in zip(arrays, (stored, stored, real), strict=True)]
-        for rows in call.light([*ready, rgb[part]]):
+        plain = [ready(array, dtype) for array, dtype in zip(arrays, (stored, stored, real), strict=True)]
+        for rows in call.light([*plain, rgb[part]]):
             _light_declined(points[part], normals[part], shades, equation, rgb[part], rows)
     _Process.has_run = True
     return True
 
 
-class _Call:
-    """One equation for the driver, which several threads may run at once."""
-
-    def __init__(self, driver: Callable[..., int], equation: records.Records, real: np.dtype[Any]) -> None:
-        self._driver, self._equation, self._real = driver, equation, real
-
-    def light(self, arrays: list[Any]) -> list[Any]:
-        """Fill in colours, the last of the arrays after points, normals and albedo where these are read.
-
-        Gives indices of vertices that are left to the reference.
-        """
-        colors = arrays[-1]
-        addresses = [_address(array) for array in (*arrays, colors, *self._equation)]
-        left: list[Any] = []
-
-        def work(first: int, last: int) -> None:
-            memory = _Memory.of_thread()
-            if not self._driver(*addresses, first, last, *memory.addresses):
-                left.append(first + memory.declined())
-
-        pool.run(work, len(colors), _LIT)
-        return left
-
-
-class _Memory:
-    """Scratch memory of one thread."""
-
-    _all = threading.local()
-
-    def __init__(self) -> None:
-        self._arrays = _aligned(ROWS, np.float64), _aligned(3 * BLOCK, np.float64), np.zeros(_LIT, np.uint8)
-        self.addresses = tuple(map(_address, self._arrays))
-        """Of rows, points in float64, and marks of vertices that are declined."""
-
-    @classmethod
-    def of_thread(cls) -> _Memory:
-        """The calling thread's."""
-        memory: _Memory | None = getattr(cls._all, "memory", None)
-        if memory is None:
-            memory = cls._all.memory = _Memory()
-        return memory
-
-    def declined(self) -> Any:
-        """Indices of the marks, which are taken away."""
-        marks = self._arrays[-1]
-        found = np.flatnonzero(marks)
-        marks[found] = 0
-        return found
+def _prepared(request: Request, library: Library, waits: bool, **flags: bool) -> Call | None:
+    """Driver and records for a request; None if there is no code, which another process then compiles."""
+    source = library if waits else library.at_hand
+    equation, stored, real = request
+    try:
+        driver = source.driver(stored, real)
+        return Call(driver, records.records_of(equation, source, real, is_wide=stored != real, **flags))
+    except NotCompiled as missing:
+        ask_for(missing.key, request, library.lock)
+        return None
 
 
 def _light_declined(
@@ -232,44 +234,18 @@ def find_bounds(rows: FloatArray) -> tuple[Float64Array, Float64Array] | None:
     None where NumPy is to look for them: for few rows, and where compiled code has not run in this process.
     """
     library = _library() if _Process.has_run and len(rows) >= _MANY else None
-    if library is None or rows.dtype not in (np.float32, np.float64) or not _is_plain(rows, rows.dtype):
+    if library is None or rows.dtype not in (np.float32, np.float64) or not is_plain(rows, rows.dtype):
         return None
-    search, found = library.extremes(rows.dtype.name), np.full((-(-len(rows) // _SEARCHED), 6), np.nan)
+    try:
+        search = library.at_hand.extremes(rows.dtype.name)
+    except NotCompiled:
+        return None
+    found = np.full((-(-len(rows) // _SEARCHED), 6), np.nan)
 
     def work(first: int, last: int) -> None:
         low_and_high = np.empty(6)
-        if search(_address(rows), first, last, _Memory.of_thread().addresses[0], _address(low_and_high)):
+        if search(address(rows), first, last, Memory.of_thread().addresses[0], address(low_and_high)):
             found[first // _SEARCHED] = low_and_high
 
     pool.run(work, len(rows), _SEARCHED)
     return found[:, :3].min(axis=0), found[:, 3:].max(axis=0)
-
-
-def _address(array: Any) -> int:
-    return 0 if array is None else int(array.ctypes.data)
-
-
-def _aligned(length: int, dtype: Any) -> Any:
-    """Memory that starts where a cache line starts: a vector across two lines takes twice as long."""
-    size = np.dtype(dtype).itemsize
-    memory = np.empty(length + LINE // size, dtype)
-    start = -memory.ctypes.data % LINE // size
-    return memory[start : start + length]
-
-
-def _parts(inputs: list[tuple[FloatArray | None, np.dtype[Any]]], count: int) -> Iterator[slice]:
-    """All vertices at once where no array has to be copied, else pieces."""
-    ready = all(array is None or _is_plain(array, dtype) for array, dtype in inputs)
-    step = max(count, 1) if ready else COPIED
-    return (slice(start, min(start + step, count)) for start in range(0, count, step))
-
-
-def _is_plain(array: FloatArray, dtype: np.dtype[Any]) -> bool:
-    return array.dtype == dtype and array.flags.c_contiguous and array.flags.aligned
-
-
-def _ready(array: FloatArray | None, dtype: np.dtype[Any]) -> FloatArray | None:
-    """The array itself, or a copy in the form that compiled code takes."""
-    if array is None or _is_plain(array, dtype):
-        return array
-    return np.require(array, dtype, ["C", "A"])

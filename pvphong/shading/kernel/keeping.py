@@ -1,27 +1,25 @@
-"""Compiles functions for use through their addresses, and keeps the code on disk.
+"""Compiles functions for use through their addresses, and keeps the code on disk where that is possible.
 
-A file of kept code that is damaged is thrown away and written anew; where no folder can be written to, code is not
-kept. Numba asks only whether the file of a function itself has changed since; here all sources count that a function
-may call, by a checksum in the key of its code.
+Numba asks only whether the file of a function itself has changed since; here all sources count that a function may
+call.
 """
 
 from __future__ import annotations
 
-import contextlib
+import copy
 import ctypes
 import functools
 import inspect
 import sys
 import threading
-import zlib
 from collections.abc import Callable
+from pathlib import Path
 from types import CodeType
 from typing import Any
 
 import numba
 from numba import types
 from numba.core import event
-from numba.core.caching import FunctionCache
 from numba.core.ccallback import CFunc
 
 from pvphong.base import ranges
@@ -41,45 +39,33 @@ from pvphong.shading.kernel import (
     vectors,
     ways,
 )
+from pvphong.shading.kernel.background import Key, NotCompiled
 from pvphong.shading.kernel.records import SETTINGS, TERM
+from pvphong.shading.kernel.store import Store, digest
 
 _SOURCES = (
     *(ranges, rows, arithmetic, pointers, vectors, loading, ways, powers, adding, colors, prefetch, sunlight),
     *(toolkit, driver, extremes),
 )
 
-_Key = tuple[CodeType, tuple[Any, ...], Callable[..., Any], tuple[str, ...]]
-
 _BYTES, _FLOATS = types.CPointer(types.uint8), types.CPointer(types.float64)
 _REALS = {"float32": types.float32, "float64": types.float64}
 _OPTIONS = {"error_model": "numpy", "nopython": True}
 
 
-@functools.cache
-def _checksum(module: str) -> int:
-    """Of all sources that a function of a module may call; OSError if there are none."""
-    sources = [inspect.getsource(source) for source in (*_SOURCES, sys.modules[module])]
-    return zlib.crc32("".join([*sources, repr((SETTINGS, TERM))]).encode())
-
-
-class Cache(FunctionCache):  # type: ignore[misc]  # Numba has no types
-    """Numba's, with the checksum in its keys."""
-
-    def __init__(self, function: Callable[..., Any]) -> None:
-        super().__init__(function)
-        self._checksum = _checksum(function.__module__)
-
-    def _index_key(self, sig: Any, codegen: Any) -> Any:
-        return (*super()._index_key(sig, codegen), self._checksum)
+class _Absent(Exception):
+    """No code of a function is kept."""
 
 
 class Code(CFunc):
-    """A function compiled for being called by its address, from here on."""
+    """A function compiled for being called by its address, from here on; or read, if that was possible before."""
 
-    def __init__(self, function: Callable[..., Any], signature: Any, cache: Cache | None) -> None:
+    def __init__(self, function: Callable[..., Any], signature: Any, *, compiles: bool = True) -> None:
         super().__init__(function, (signature.args, signature.return_type), {}, dict(_OPTIONS))
-        if cache is not None:
-            self._cache = cache
+        store = store_of(function)
+        if store is not None:
+            self._cache = store
+        self._compiles = compiles
         self.compile()
         self.where = int(self.address or 0)
         pointers = [ctypes.c_size_t] * len(signature.args)
@@ -87,29 +73,30 @@ class Code(CFunc):
         """It with addresses and integers, without the interpreter's lock."""
 
     def _compile_uncached(self) -> Any:
+        if not self._compiles:
+            raise _Absent
         with event.trigger_event("numba:compile"):
-            return super()._compile_uncached()  # type: ignore[misc]  # as above
+            return super()._compile_uncached()  # type: ignore[misc]  # Numba has no types
 
 
-def cache_of(function: Callable[..., Any]) -> Cache | None:
+def store_of(function: Callable[..., Any]) -> Store | None:
     """Where the code of a function is kept; None where Numba finds no folder to write to, or there are no sources."""
     try:
-        return Cache(function)
+        return Store(function, _sources(function.__module__))
     except (RuntimeError, OSError):
         return None
 
 
-def compiled(function: Callable[..., Any], signature: Any) -> Any:
-    """A function's code from disk, or compiled and kept there if that is possible."""
-    cache = cache_of(function)
-    if cache is not None:
-        for _ in range(2):
-            try:
-                return Code(function, signature, cache)
-            except Exception:
-                with contextlib.suppress(OSError):
-                    cache.flush()
-    return Code(function, signature, None)  # what is wrong with the function is wrong without kept code too
+@functools.cache
+def _sources(module: str) -> bytes:
+    """A digest of all sources that a function of a module may call; OSError if there are none."""
+    sources = [inspect.getsource(source) for source in (*_SOURCES, sys.modules[module])]
+    return digest("".join([*sources, repr((SETTINGS, TERM))]).encode())
+
+
+def what_it_does(function: Callable[..., Any]) -> tuple[CodeType, tuple[Any, ...]]:
+    """Equal for functions that do the same: code, and the values it was made with."""
+    return function.__code__, tuple(cell.cell_contents for cell in function.__closure__ or ())
 
 
 class Library:
@@ -119,15 +106,29 @@ class Library:
 
     def __init__(self) -> None:
         self._lock = threading.RLock()
-        self._codes: dict[_Key, Code] = {}
+        self._codes: dict[Key, Code] = {}
+        self._compiles = True
 
     def __len__(self) -> int:
         return len(self._codes)
 
+    @functools.cached_property
+    def at_hand(self) -> Library:
+        """The same code, but what is not there is not compiled: `NotCompiled` is raised."""
+        library = copy.copy(self)
+        library._compiles = False
+        return library
+
     @property
-    def keeps_code(self) -> bool:
-        """Whether there is a folder to keep code in."""
-        return cache_of(driver.shade) is not None
+    def folder(self) -> Path | None:
+        """Where the driver's code is kept; None if there is no folder to keep code in."""
+        store = store_of(driver.shade)
+        return None if store is None else store.folder
+
+    @property
+    def lock(self) -> Path | None:
+        """The file that is locked by the process that compiles in advance; None as for `folder`."""
+        return self.folder and self.folder / "pvphong.lock"
 
     def light(self, function: Callable[..., Any], real: str) -> int:
         """Address of a light's stage for a type of rows."""
@@ -147,15 +148,21 @@ class Library:
 
     def _code(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Code:
         """By what a function does, for lights make theirs anew each time; its signature is made of names of types."""
-        cells = tuple(cell.cell_contents for cell in function.__closure__ or ())
-        key = function.__code__, cells, signature, kinds
+        key = *what_it_does(function), signature, kinds
         code = self._codes.get(key)
-        if code is None:
-            with self._lock:
-                code = self._codes.get(key)
-                if code is None:
-                    code = self._codes[key] = compiled(function, signature(*(_REALS[kind] for kind in kinds)))
-        return code
+        if code is not None:
+            return code
+        if not self._lock.acquire(blocking=self._compiles):
+            raise NotCompiled(key)  # another thread compiles, maybe for seconds
+        try:
+            if key not in self._codes:
+                types_of_arguments = signature(*(_REALS[kind] for kind in kinds))
+                self._codes[key] = Code(function, types_of_arguments, compiles=self._compiles)
+            return self._codes[key]
+        except _Absent:
+            raise NotCompiled(key) from None
+        finally:
+            self._lock.release()
 
 
 def _stage_of_light(real: Any) -> Any:

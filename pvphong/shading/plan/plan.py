@@ -28,10 +28,11 @@ from pvphong.shading.vertices import Vertices
 if TYPE_CHECKING:
     from rich.table import Table
 
-# Vertices times lights from which the compiled evaluator is worth the half second that it takes to load, or once per
-# installation the ten or more that it takes to compile. The rule looks at nothing that has been called before, so that
-# equal calls give equal bits.
-_WORTH_COMPILING = 2**18
+# Vertices times lights from which the compiled evaluator is worth the half second that it takes to load. The rule looks
+# at nothing that has been called before, so that equal calls on few vertices give equal bits.
+_WORTH_LOADING = 2**18
+# Those from which it is worth its start in a window once it is loaded; what is drawn is rounded anyway.
+_WORTH_STARTING = 2**13
 # Vertices whose float colours are held at once on their way to 0-255.
 _DISPLAYED_AT_ONCE = 2**17
 
@@ -140,9 +141,10 @@ class Plan:
         _check_backend(backend)
         result = Shading.empty(len(vertices), self.whole.lights, real, components=check.flag("components", components))
         normals = vertices.normals_if(self.equation.needs_normals)
-        compiled = backend == "numba" or (backend == "auto" and is_worth_compiling(len(vertices), self.whole))
+        waits = backend == "numba"
+        compiled = waits or (backend == "auto" and is_worth_loading(len(vertices), self.whole))
         arrays = vertices.points, normals, self.equation, vertices.albedo, result
-        if not (compiled and kernel.shade(*arrays, self.whole)):
+        if not (compiled and kernel.shade(*arrays, self.whole, waits=waits)):
             reference.shade(*arrays)
         return result
 
@@ -150,8 +152,9 @@ class Plan:
         """Lit colours of the vertices, computed in float32 and written as 0-255 into `out`, shape (n, 3), uint8."""
         points, normals = vertices.points, vertices.normals_if(self.equation.needs_normals)
         albedo, count = vertices.albedo, len(out)
-        compiled = is_worth_compiling(count, self.whole)
-        if compiled and kernel.shade(points, normals, self.equation, albedo, Shading(out), self.whole):
+        arrays = points, normals, self.equation, albedo, Shading(out), self.whole
+        is_worth_it = count * len(self.whole.terms) >= (_WORTH_STARTING if kernel.has_run() else _WORTH_LOADING)
+        if is_worth_it and kernel.shade(*arrays, waits=False):
             return
         for start in range(0, count, _DISPLAYED_AT_ONCE):
             part = slice(start, start + _DISPLAYED_AT_ONCE)
@@ -224,9 +227,9 @@ def _needs(equation: Equation) -> frozenset[str]:
     return frozenset(name for name, needed in needs.items() if needed)
 
 
-def is_worth_compiling(count: int, equation: Equation) -> bool:
-    """Whether `backend="auto"` takes the compiled evaluator: not for few vertices, nor where code cannot be kept."""
-    return count * len(equation.terms) >= _WORTH_COMPILING and kernel.keeps_code()
+def is_worth_loading(count: int, equation: Equation) -> bool:
+    """Whether `backend="auto"` takes the compiled evaluator, if its code is there: not for few vertices."""
+    return count * len(equation.terms) >= _WORTH_LOADING
 
 
 def _check_backend(backend: Any) -> None:

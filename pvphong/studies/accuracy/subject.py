@@ -14,7 +14,7 @@ from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.shading import kernel, reference
 from pvphong.shading.equation import Equation, assemble, with_nodes
-from pvphong.shading.plan.plan import Plan, is_worth_compiling
+from pvphong.shading.plan.plan import Plan, is_worth_loading
 from pvphong.shading.result import Shading
 from pvphong.shading.vertices import Vertices
 
@@ -84,7 +84,7 @@ class Subject:
 
     def backend_for(self, count: int, equation: Equation) -> Backend:
         """The evaluator that `evaluate` takes by itself for so many vertices and an equation."""
-        return "numba" if self.has_kernel and is_worth_compiling(count, equation) else "numpy"
+        return "numba" if self.has_kernel and is_worth_loading(count, equation) else "numpy"
 
     def _takes(self, precision: str) -> bool:
         result = Shading(np.empty((1, 3), precision))

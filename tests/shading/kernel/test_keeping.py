@@ -45,29 +45,13 @@ def test_importing_pvphong_does_not_import_numba():
     run_apart("import sys, pvphong; assert 'numba' not in sys.modules")
 
 
-def test_without_a_folder_for_compiled_code_it_is_no_failure_but_not_worth_compiling():
-    code = f"""
-from unittest import mock
-from numba.core import caching
-from pvphong.shading import kernel
-{EVALUATE}
-# The tests may run as root, for whom no folder is closed.
-with mock.patch.object(caching._CacheLocator, "ensure_cache_path", side_effect=PermissionError):
-    assert kernel.is_available()
-    assert not kernel.keeps_code()
-    with mock.patch.object(kernel, "shade", side_effect=AssertionError("it compiles")):
-        print(lit("auto", 300000))
-"""
-    assert run_apart(code).count("0.84") == 3
-
-
 STAGE = """
 from numba.core import types
 from pvphong.optics.lights import PointLight
 from pvphong.shading.kernel import keeping, toolkit
 def code():
     signature = keeping._stage_of_light(types.float32)
-    return keeping.compiled(PointLight().stage(toolkit).function, signature)
+    return keeping.Code(PointLight().stage(toolkit).function, signature)
 """
 
 
@@ -79,16 +63,37 @@ def folder(tmp_path):
     return tmp_path
 
 
-@pytest.mark.parametrize("kind", ["nbi", "nbc"])
-def test_a_damaged_file_is_replaced(folder, kind):
-    (damaged,) = folder.rglob(f"*.{kind}")
-    damaged.write_text("damaged")
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda _: b"",
+        lambda code: code[:-1],
+        lambda code: code[:40],
+        lambda code: code[:-9] + bytes([code[-9] ^ 1]) + code[-8:],
+        lambda code: bytes([code[0] ^ 1]) + code[1:],
+    ],
+    ids=["empty", "cut short", "cut to digests", "a bit turned", "of other sources"],
+)
+def test_a_damaged_file_is_replaced(folder, damage):
+    (file,) = folder.rglob("*.pvphong")
+    whole = file.read_bytes()
+    file.write_bytes(damage(whole))
     assert run_apart(STAGE + "print(code().cache_hits)", NUMBA_CACHE_DIR=str(folder)) == "0\n"
     assert run_apart(STAGE + "print(code().cache_hits)", NUMBA_CACHE_DIR=str(folder)) == "1\n"
+    assert [path.name for path in folder.rglob("*.pvphong")] == [file.name]
 
 
-def test_a_change_of_any_source_that_a_stage_may_call_counts(folder):
-    code = STAGE + "keeping._checksum = lambda _: 7\nprint(code().cache_hits)"
+@pytest.mark.parametrize(
+    "change",
+    [
+        "keeping._sources = lambda _: b'others'",
+        "from pvphong.shading.kernel import store\nstore._VERSIONS = ('0.1', 'of NumPy')",
+        "from numba.core.codegen import JITCPUCodegen\nJITCPUCodegen.magic_tuple = lambda _: ('another processor',)",
+    ],
+    ids=["sources", "versions", "processor"],
+)
+def test_what_code_was_made_of_counts(folder, change):
+    code = STAGE + change + "\nprint(code().cache_hits)"
     assert run_apart(code, NUMBA_CACHE_DIR=str(folder)) == "0\n"
 
 
@@ -96,12 +101,13 @@ def test_where_nothing_can_be_written_it_is_compiled_each_time(folder):
     shutil.rmtree(folder)
     code = f"""
 from unittest import mock
-from numba.core import caching
+from pathlib import Path
 {STAGE}
-with mock.patch.object(caching.IndexDataCacheFile, "save", side_effect=OSError("no space left on the device")):
+with mock.patch.object(Path, "write_bytes", side_effect=OSError("no space left on the device")):
     assert code().address
 """
     run_apart(code, NUMBA_CACHE_DIR=str(folder))
+    assert [path for path in folder.rglob("*") if not path.is_dir()] == []
 
 
 def test_what_cannot_be_compiled_is_an_error():
@@ -111,4 +117,4 @@ def test_what_cannot_be_compiled_is_an_error():
     from pvphong.shading.kernel import keeping
 
     with pytest.raises(TypingError):
-        keeping.compiled(lambda rows: rows.nothing, types.boolean(types.CPointer(types.float32)))
+        keeping.Code(lambda rows: rows.nothing, types.boolean(types.CPointer(types.float32)))

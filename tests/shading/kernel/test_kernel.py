@@ -235,18 +235,21 @@ def test_what_reaches_the_vertices_does_not_choose_the_evaluator():
     np.testing.assert_array_equal(after[:-1], before[:-1])
 
 
-def test_what_reaches_the_vertices_does_not_choose_the_evaluator_of_a_window(monkeypatch):
+@pytest.mark.parametrize(("has_run", "count"), [(False, 150_000), (True, 5_000)])
+def test_what_reaches_the_vertices_does_not_choose_the_evaluator_of_a_window(has_run, count, monkeypatch):
     """The points are too few for the kernel by the lights that a plan leaves, and enough by those of the scene."""
     asked = []
-    monkeypatch.setattr(kernel, "shade", lambda *arguments: asked.append(arguments) or True)
+    monkeypatch.setattr(kernel, "shade", lambda *arguments, waits: asked.append((*arguments, waits)) or True)
+    monkeypatch.setattr(kernel._Process, "has_run", has_run)
     away = ph.SpotLight(position=(0, 0, 50), direction=(0, 0, 1), cone_angle=30)
-    scene, points = ph.Scene([away, LAMP]), np.random.default_rng(8).normal(size=(150_000, 3)).astype(np.float32)
+    scene, points = ph.Scene([away, LAMP]), np.random.default_rng(8).normal(size=(count, 3)).astype(np.float32)
     vertices = Vertices(points, points)
     plan = Plan.of(scene, SHINY, vertices)
     assert (len(plan.whole.terms), len(plan.equation.terms)) == (2, 1)
     plan.run_for_display(vertices, np.empty(points.shape, np.uint8))
     assert asked[0][2] is plan.equation
-    assert asked[0][-1] is plan.whole
+    assert asked[0][-2] is plan.whole
+    assert not asked[0][-1]
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])

@@ -1,0 +1,124 @@
+"""Compiling in advance: what an equation needs, and all that pvphong's own lights and reflectances need.
+
+`python -m pvphong.shading.kernel.compiling`, which `background` starts, compiles both, the equation's code first.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pickle
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import MISSING, fields, replace
+from functools import partial
+from itertools import product
+from typing import Any, NamedTuple
+
+from pvphong.base.lock import alone
+from pvphong.optics.lights import LIGHT_TYPES
+from pvphong.optics.reflectances import REFLECTANCES
+from pvphong.optics.reflectances.vtk import VtkHeadlight
+from pvphong.shading.kernel import records
+from pvphong.shading.kernel.background import NotCompiled, Request
+from pvphong.shading.kernel.keeping import Library, what_it_does
+
+_REALS = "float32", "float64"
+_STORED_AND_REAL = ("float32", "float32"), ("float64", "float32"), ("float64", "float64")
+_WEAKENING = (1.0, 1.0, 1.0)
+_NO_FLAGS = {"is_wide": False, "has_albedo": False, "is_display": False}
+
+
+class Piece(NamedTuple):
+    """Code of one function for one combination of types."""
+
+    name: str
+    compile: Callable[[], object]
+
+
+def pieces(library: Library) -> list[Piece]:
+    """All code for pvphong's own lights and reflectances."""
+    result = []
+    for stored, real in _STORED_AND_REAL:
+        types = real if stored == real else f"{stored} to {real}"
+        result.append(Piece(f"driver, {types}", partial(library.driver, stored, real)))
+    for real in _REALS:
+        result.append(Piece(f"bounds, {real}", partial(library.extremes, real)))
+        for kind, functions in (("light", _of_lights(library)), ("reflectance", _of_reflectances(library))):
+            made = getattr(library, kind)
+            for function in functions:
+                name = f"{function.__name__.replace('_', ' ')}, {real}"
+                result.append(Piece(name, partial(made, function, real)))
+    return result
+
+
+def is_kept() -> bool:
+    """Whether all of it is on disk."""
+    try:
+        for piece in pieces(Library().at_hand):
+            piece.compile()
+    except NotCompiled:
+        return False
+    return True
+
+
+def _of_lights(library: Library) -> Iterable[Callable[..., Any]]:
+    """Stages of all kinds of light, as they are by default and as they weaken with distance."""
+    for kind in LIGHT_TYPES.values():
+        light = _sample(kind)
+        weakening = [replace(light, attenuation=_WEAKENING)] if "attenuation" in vars(light) else []
+        stages = [each.stage(library.toolkit) for each in (light, *weakening)]
+        yield from _distinct(stage.function for stage in stages if stage is not None)
+
+
+def _of_reflectances(library: Library) -> Iterator[Callable[..., Any]]:
+    """Stages of all reflectances, for each choice of lobes."""
+    for kind in (*REFLECTANCES.values(), VtkHeadlight):
+        reflectance = _sample(kind)
+        choices = list(product((True, False), repeat=len(reflectance.lobes)))[:-1]
+        stages = (reflectance.stage(library.toolkit, wanted) for wanted in choices)
+        yield from _distinct(stage for stage in stages if stage not in (None, library.toolkit.only_lambert))
+
+
+def _sample(kind: Any) -> Any:
+    """One of a kind whose fields are 1 where they have no default."""
+    return kind(*(1.0 for each in fields(kind) if each.default is MISSING))
+
+
+def _distinct(functions: Iterable[Callable[..., Any]]) -> Iterable[Callable[..., Any]]:
+    """Functions without those that do the same."""
+    return {what_it_does(each): each for each in functions}.values()
+
+
+def main() -> None:
+    """Compile what the standard input asks for, a pickled `Request`, and then all the rest.
+
+    Nothing is done where another process is doing it.
+    """
+    with contextlib.suppress(AttributeError, OSError):  # where there are priorities
+        os.nice(10)
+    library = Library()
+    if library.lock is None:
+        return
+    with alone(library.lock) as is_alone:
+        if not is_alone:
+            return
+        request = _request()
+        if request is not None:
+            library.driver(request.stored, request.real)
+            records.records_of(request.equation, library, request.real, **_NO_FLAGS)
+        for piece in pieces(library):
+            piece.compile()
+
+
+def _request() -> Request | None:
+    """None if the equation has lights or reflectances that this process does not find, such as an interpreter's own."""
+    try:
+        request = pickle.load(sys.stdin.buffer)
+    except (AttributeError, ImportError, EOFError):
+        return None
+    return request if isinstance(request, Request) else None
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,100 @@
+"""Compiled code run over arrays: by several threads, piece by piece where arrays have to be copied."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from pvphong.base.types import FloatArray
+from pvphong.shading.kernel import pool, records
+from pvphong.shading.kernel.rows import BLOCK, GROUP, LINE, ROWS
+
+# Vertices that are copied at a time where arrays are not in the form that compiled code takes: 24 MiB at most.
+COPIED = 2**18
+# Vertices that a thread lights at a time.
+_LIT = 16 * GROUP
+
+
+class Call:
+    """One equation for the driver, which several threads may run at once."""
+
+    def __init__(self, driver: Callable[..., int], equation: records.Records) -> None:
+        self._driver, self._equation = driver, equation
+
+    def light(self, arrays: list[Any]) -> list[Any]:
+        """Fill in colours, the last of the arrays after points, normals and albedo where these are read.
+
+        Gives indices of vertices that are left to the reference.
+        """
+        colors = arrays[-1]
+        addresses = [address(array) for array in (*arrays, colors, *self._equation)]
+        left: list[Any] = []
+
+        def work(first: int, last: int) -> None:
+            memory = Memory.of_thread()
+            if not self._driver(*addresses, first, last, *memory.addresses):
+                left.append(first + memory.declined())
+
+        pool.run(work, len(colors), _LIT)
+        return left
+
+
+class Memory:
+    """Scratch memory of one thread."""
+
+    _all = threading.local()
+
+    def __init__(self) -> None:
+        self._arrays = _aligned(ROWS, np.float64), _aligned(3 * BLOCK, np.float64), np.zeros(_LIT, np.uint8)
+        self.addresses = tuple(map(address, self._arrays))
+        """Of rows, points in float64, and marks of vertices that are declined."""
+
+    @classmethod
+    def of_thread(cls) -> Memory:
+        """The calling thread's."""
+        memory: Memory | None = getattr(cls._all, "memory", None)
+        if memory is None:
+            memory = cls._all.memory = Memory()
+        return memory
+
+    def declined(self) -> Any:
+        """Indices of the marks, which are taken away."""
+        marks = self._arrays[-1]
+        found = np.flatnonzero(marks)
+        marks[found] = 0
+        return found
+
+
+def address(array: Any) -> int:
+    """Where an array's entries start; 0 for None."""
+    return 0 if array is None else int(array.ctypes.data)
+
+
+def _aligned(length: int, dtype: Any) -> Any:
+    """Memory that starts where a cache line starts: a vector across two lines takes twice as long."""
+    size = np.dtype(dtype).itemsize
+    memory = np.empty(length + LINE // size, dtype)
+    start = -memory.ctypes.data % LINE // size
+    return memory[start : start + length]
+
+
+def parts(inputs: list[tuple[FloatArray | None, np.dtype[Any]]], count: int) -> Iterator[slice]:
+    """All vertices at once where no array has to be copied, else pieces."""
+    are_ready = all(array is None or is_plain(array, dtype) for array, dtype in inputs)
+    step = max(count, 1) if are_ready else COPIED
+    return (slice(start, min(start + step, count)) for start in range(0, count, step))
+
+
+def is_plain(array: FloatArray, dtype: np.dtype[Any]) -> bool:
+    """Whether an array is in the form that compiled code takes."""
+    return array.dtype == dtype and array.flags.c_contiguous and array.flags.aligned
+
+
+def ready(array: FloatArray | None, dtype: np.dtype[Any]) -> FloatArray | None:
+    """The array itself, or a copy in the form that compiled code takes."""
+    if array is None or is_plain(array, dtype):
+        return array
+    return np.require(array, dtype, ["C", "A"])

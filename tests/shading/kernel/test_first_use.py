@@ -1,0 +1,211 @@
+"""Nobody who has not asked for compiled code waits for a compiler."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from itertools import count
+
+import numpy as np
+import pytest
+from shading.kernel.apart import run_apart
+
+import pvphong as ph
+from pvphong.base.lock import alone
+from pvphong.cli import main
+from pvphong.optics.lights import PointLight
+from pvphong.shading import kernel
+from pvphong.shading.kernel import background
+
+pytest.importorskip("numba", reason="the extra `fast` is not installed")
+pytestmark = pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
+
+SCENE, MATERIAL = ph.Scene([PointLight(position=(0, 0, 3))]), ph.Material()
+POINTS, NORMALS = np.zeros((2**18, 3), np.float32), np.tile(np.float32([0, 0, 1]), (2**18, 1))
+
+USE = """
+import numpy as np, pvphong as ph, sys
+from pvphong.shading import kernel
+from pvphong.shading.kernel import background
+n = 2**18
+lit = ph.evaluate(np.zeros((n, 3), np.float32), np.tile(np.float32([0, 0, 1]), (n, 1)),
+                  ph.Scene([ph.PointLight(position=(0, 0, 3))]), ph.Material())
+assert np.ptp(lit.rgb, axis=0).max() == 0.0
+process = background._Compiler.process
+print(kernel.has_run(), process.pid if process else None)
+"""
+
+
+@pytest.fixture
+def without_code(monkeypatch):
+    """A library that has nothing on disk; gives what is asked for."""
+    from pvphong.shading.kernel import keeping
+
+    library, asked = keeping.Library(), []
+    monkeypatch.setattr(keeping, "store_of", lambda _: None)
+    monkeypatch.setattr(kernel, "_library", lambda: library)
+    monkeypatch.setattr(kernel, "ask_for", lambda *request: asked.append(request))
+    monkeypatch.setattr(kernel._Process, "has_run", False)
+    return asked
+
+
+def light():
+    return ph.evaluate(POINTS, NORMALS, SCENE, MATERIAL).rgb
+
+
+def test_code_that_is_not_there_is_asked_for_and_numpy_lights(without_code):
+    assert np.array_equal(light(), ph.evaluate(POINTS, NORMALS, SCENE, MATERIAL, backend="numpy").rgb)
+    ((_, request, lock),) = without_code
+    assert (request.stored, request.real) == ("float32", "float32")
+    assert lock is None
+    assert not kernel.has_run()
+
+
+def test_a_window_does_not_wait_either(without_code):
+    import pyvista as pv
+
+    from pvphong.studio.live import LiveMesh
+
+    live = LiveMesh(pv.Plane(i_resolution=511, j_resolution=511), MATERIAL)
+    assert live.refresh(SCENE)
+    assert len(without_code) == 1
+
+
+@pytest.mark.usefixtures("without_code")
+def test_the_search_for_bounds_does_not_wait(monkeypatch):
+    monkeypatch.setattr(kernel._Process, "has_run", True)
+    assert kernel.find_bounds(POINTS) is None
+
+
+def test_the_same_code_is_asked_for_once(monkeypatch, tmp_path):
+    started = []
+    monkeypatch.setattr(background, "_start", lambda request: started.append(request))
+    monkeypatch.setattr(background._Compiler, "asked", set())
+    monkeypatch.setattr(background._Compiler, "process", None)
+    lock = tmp_path / "lock"
+    for key in ("driver", "driver", "stage"):
+        background.ask_for(key, key, lock)
+    assert started == ["driver", "stage"]
+    background.ask_for("nowhere to keep it", "", None)
+    assert len(started) == 2
+
+
+def test_nothing_is_started_while_another_process_compiles(monkeypatch, tmp_path):
+    started = []
+    monkeypatch.setattr(background, "_start", lambda request: started.append(request))
+    monkeypatch.setattr(background._Compiler, "asked", set())
+    with alone(tmp_path / "lock"):
+        background.ask_for("driver", "driver", tmp_path / "lock")
+    assert not started
+    background.ask_for("driver", "driver", tmp_path / "lock")
+    assert started
+
+
+@pytest.mark.parametrize("error", [OSError("no more processes"), PermissionError()])
+def test_where_no_process_can_be_started_all_goes_on(monkeypatch, tmp_path, error):
+    def fail(*_given, **_named):
+        raise error
+
+    monkeypatch.setattr(background.subprocess, "Popen", fail)
+    monkeypatch.setattr(background._Compiler, "asked", set())
+    monkeypatch.setattr(background._Compiler, "process", None)
+    background.ask_for("driver", background.Request(None, "float32", "float32"), tmp_path / "lock")
+    assert background._Compiler.process is None
+
+
+def test_a_program_that_only_embeds_python_is_not_started(monkeypatch, tmp_path):
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "paraview"))
+    assert background._start(background.Request(None, "float32", "float32")) is None
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_from_an_empty_folder_to_compiled_code(tmp_path):
+    """Several processes at once, the compiler killed, and begun again: at the end the code is there and is used."""
+    here = {"NUMBA_CACHE_DIR": str(tmp_path)}
+    has_run, killed = run_apart(USE, **here).split()
+    assert has_run == "False"
+    os.kill(int(killed), signal.SIGKILL)
+    (lock,) = wait_for(lambda: list(tmp_path.rglob("pvphong.lock")))
+    wait_for(lambda: is_free(lock))
+    has_run, compiler = run_apart(USE, **here).split()
+    assert has_run == "False"
+    try:
+        wait_for(lambda: not is_free(lock))
+        assert run_apart(USE, **here) == "False None\n"
+        wait_for(lambda: any(tmp_path.rglob("point-*.pvphong")), seconds=150)
+    finally:
+        os.kill(int(compiler), signal.SIGKILL)
+    assert run_apart(USE, **here) == "True None\n"
+    assert not list(tmp_path.rglob("pvphong.lock.*"))
+
+
+def is_free(lock):
+    with alone(lock) as is_alone:
+        return is_alone
+
+
+def wait_for(what, seconds=30):
+    for _ in count():
+        found = what()
+        if found:
+            return found
+        seconds -= 0.1
+        assert seconds > 0
+        time.sleep(0.1)
+    return None
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"NUMBA_DISABLE_JIT": "1"}, "nothing can be compiled where Numba does not compile"),
+        ({}, "there is no folder to keep compiled code in"),
+    ],
+)
+def test_the_reason_can_be_asked_for(change, said):
+    code = """
+from unittest import mock
+from pvphong.cli import main
+if %r:
+    assert main(["compile"]) == 1
+else:
+    from numba.core import caching
+    with mock.patch.object(caching._CacheLocator, "ensure_cache_path", side_effect=PermissionError):
+        assert main(["compile"]) == 1
+"""
+    import subprocess
+
+    run = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code % bool(change)],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=os.environ | change,
+    )
+    assert said in run.stderr
+    assert run.stderr.count("\n") == 1
+
+
+def test_all_code_is_compiled_in_advance(monkeypatch, capsys):
+    """With pieces that stand for the real ones, which take half a minute."""
+    from pvphong.shading.kernel import compiling
+
+    made = []
+    fake = [compiling.Piece(name, lambda name=name: made.append(name)) for name in ("driver", "point")]
+    monkeypatch.setattr(compiling, "pieces", lambda _: fake)
+    assert main(["compile"]) == 0
+    assert made == ["driver", "point"] * 2
+    assert "compiled in" in capsys.readouterr().out
+
+
+def test_every_light_and_reflectance_has_its_pieces():
+    from pvphong.shading.kernel.compiling import pieces
+    from pvphong.shading.kernel.keeping import Library
+
+    names = [piece.name for piece in pieces(Library())]
+    assert len(names) - len(set(names)) == 2  # spots with and without attenuation are of one name
+    for real in ("float32", "float64"):
+        for name in ("point", "weakening point", "spot", "phong", "blinn phong", "oren nayar", "headlight", "driver,"):
+            assert any(each.startswith(name) and each.endswith(real) for each in names), (name, real)
