@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from pvphong import accessor as accessor  # registers mesh.phong
 from pvphong.filter import PhongFilter
 from pvphong.geometry.normals import implicit_normals, plane_normal
-from pvphong.geometry.projection import frustum, look_at, ortho, perspective, project
 from pvphong.geometry.transform import (
     SingularMatrixWarning,
     normal_matrix,
@@ -30,20 +29,28 @@ from pvphong.shading.evaluation import evaluate
 from pvphong.shading.plan.draft import Decision
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.result import Shading
-from pvphong.studies.diagnose.diagnosis import Diagnosis, diagnose
 from pvphong.vtk import host as host  # answers what the core asks of PyVista
 from pvphong.vtk.lights import as_light
 
 if TYPE_CHECKING:
+    from pvphong.geometry.projection import frustum, look_at, ortho, perspective, project
     from pvphong.studies.accuracy import Tradeoff, tradeoff
+    from pvphong.studies.diagnose.diagnosis import Diagnosis, diagnose
     from pvphong.studies.validate.comparison import Comparison
     from pvphong.studies.validate.validation import validate
     from pvphong.vtk.oracle import vtk_shade
 
-# These draw with VTK; they are imported when they are first asked for.
-_DRAWING = {
+# What colours do not need is imported when it is first asked for: some of it draws with VTK, and all takes time.
+_LATER = {
     "Comparison": "studies.validate.comparison",
+    "Diagnosis": "studies.diagnose.diagnosis",
     "Tradeoff": "studies.accuracy",
+    "diagnose": "studies.diagnose.diagnosis",
+    "frustum": "geometry.projection",
+    "look_at": "geometry.projection",
+    "ortho": "geometry.projection",
+    "perspective": "geometry.projection",
+    "project": "geometry.projection",
     "tradeoff": "studies.accuracy",
     "validate": "studies.validate.validation",
     "vtk_shade": "vtk.oracle",
@@ -51,9 +58,9 @@ _DRAWING = {
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _DRAWING:
+    if name not in _LATER:
         raise AttributeError(f"module 'pvphong' has no attribute {name!r}")
-    return getattr(import_module(f"pvphong.{_DRAWING[name]}"), name)
+    return getattr(import_module(f"pvphong.{_LATER[name]}"), name)
 
 
 def __dir__() -> list[str]:

@@ -18,10 +18,10 @@ from pvphong.meshes.surfaces import surface
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.shading.plan.plan import Plan
-from pvphong.studies.diagnose.diagnosis import Diagnosis, diagnose
 
 if TYPE_CHECKING:
     from pvphong.studies.accuracy import Tradeoff
+    from pvphong.studies.diagnose.diagnosis import Diagnosis
     from pvphong.studies.validate.comparison import Comparison
 
 _DULL = Material()
@@ -185,6 +185,8 @@ class MeshPhong:
 
     def diagnose(self, *, matrix: MatrixLike | None = None) -> Diagnosis:
         """What in the mesh, or in a model matrix for it, will not light as it should; see `pvphong.diagnose`."""
+        from pvphong.studies.diagnose.diagnosis import diagnose
+
         return diagnose(self._mesh, matrix=matrix)
 
 
