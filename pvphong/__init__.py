@@ -34,23 +34,29 @@ from pvphong.vtk.lights import as_light
 
 if TYPE_CHECKING:
     from pvphong.geometry.projection import frustum, look_at, ortho, perspective, project
+    from pvphong.meshes.default_scene import default_scene
     from pvphong.studies.accuracy import Tradeoff, tradeoff
     from pvphong.studies.diagnose.diagnosis import Diagnosis, diagnose
     from pvphong.studies.validate.comparison import Comparison
     from pvphong.studies.validate.validation import validate
     from pvphong.vtk.oracle import vtk_shade
+    from pvphong.vtk.presets import light_kit, three_lights, three_point
 
 # What colours do not need is imported when it is first asked for: some of it draws with VTK, and all takes time.
 _LATER = {
     "Comparison": "studies.validate.comparison",
     "Diagnosis": "studies.diagnose.diagnosis",
     "Tradeoff": "studies.accuracy",
+    "default_scene": "meshes.default_scene",
     "diagnose": "studies.diagnose.diagnosis",
     "frustum": "geometry.projection",
+    "light_kit": "vtk.presets",
     "look_at": "geometry.projection",
     "ortho": "geometry.projection",
     "perspective": "geometry.projection",
     "project": "geometry.projection",
+    "three_lights": "vtk.presets",
+    "three_point": "vtk.presets",
     "tradeoff": "studies.accuracy",
     "validate": "studies.validate.validation",
     "vtk_shade": "vtk.oracle",
@@ -89,12 +95,14 @@ __all__ = [
     "Tradeoff",
     "Viewer",
     "as_light",
+    "default_scene",
     "diagnose",
     "evaluate",
     "face_normals",
     "frustum",
     "implicit_normals",
     "light_from_homogeneous",
+    "light_kit",
     "look_at",
     "normal_matrix",
     "ortho",
@@ -102,6 +110,8 @@ __all__ = [
     "plan",
     "plane_normal",
     "project",
+    "three_lights",
+    "three_point",
     "tradeoff",
     "transform_normals",
     "transform_points",

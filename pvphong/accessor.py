@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import pyvista as pv
 
+from pvphong.base import check
 from pvphong.base.types import Backend, FloatArray, MatrixLike, Precision, Weighting
 from pvphong.geometry.transform import transform_normals
 from pvphong.meshes.blocks import datasets, map_blocks
+from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.lit import plan, point_normals, shade_mesh
 from pvphong.meshes.surfaces import surface
 from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
+from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.plan.plan import Plan
 
 if TYPE_CHECKING:
@@ -25,6 +27,8 @@ if TYPE_CHECKING:
     from pvphong.studies.validate.comparison import Comparison
 
 _DULL = Material()
+
+_AS_THEY_ARE: dict[str, Any] = {"rgb": True, "lighting": False}
 
 
 @pv.register_dataset_accessor("phong", pv.DataSet)
@@ -36,7 +40,7 @@ class MeshPhong:
 
     def shade(
         self,
-        scene: Scene,
+        scene: SceneLike | None = None,
         material: Material = _DULL,
         *,
         name: str = "phong",
@@ -55,8 +59,9 @@ class MeshPhong:
 
         Parameters
         ----------
-        scene : Scene
-            Lights, viewer and light model, in world coordinates.
+        scene : Scene, light, or sequence of lights, optional
+            Lights, viewer and light model, in world coordinates; the scene of `pvphong.default_scene` if not given.
+            Without a viewer, it is seen as PyVista's camera frames the mesh.
         material : Material, optional
             The surface's reflectances; OpenGL's default material if not given.
         name : str, default "phong"
@@ -91,7 +96,7 @@ class MeshPhong:
         Examples
         --------
         >>> import pyvista as pv, pvphong as ph
-        >>> lit = pv.Sphere().phong.shade(ph.Scene(lights=[ph.DirectionalLight()]))
+        >>> lit = pv.Sphere().phong.shade(ph.DirectionalLight())
         >>> lit["phong"].shape
         (842, 3)
         """
@@ -133,12 +138,19 @@ class MeshPhong:
         return normals if matrix is None else transform_normals(normals, matrix)
 
     def plan(
-        self, scene: Scene, material: Material = _DULL, *, matrix: MatrixLike | None = None, tolerance: float = 0.0
+        self,
+        scene: SceneLike | None = None,
+        material: Material = _DULL,
+        *,
+        matrix: MatrixLike | None = None,
+        tolerance: float = 0.0,
     ) -> Plan:
         """Which effects `shade` will run, which it leaves out, and why; see `pvphong.plan`."""
         return plan(self._mesh, scene, material, matrix=matrix, tolerance=tolerance)
 
-    def validate(self, scene: Scene, material: Material = _DULL, *, matrix: MatrixLike | None = None) -> Comparison:
+    def validate(
+        self, scene: SceneLike | None = None, material: Material = _DULL, *, matrix: MatrixLike | None = None
+    ) -> Comparison:
         """Compare the lit colours with those of VTK's own shader, vertex by vertex; see `pvphong.validate`."""
         from pvphong.studies.validate.validation import validate
 
@@ -146,7 +158,7 @@ class MeshPhong:
 
     def refine(
         self,
-        scene: Scene,
+        scene: SceneLike | None = None,
         material: Material = _DULL,
         *,
         tolerance: float,
@@ -160,7 +172,9 @@ class MeshPhong:
 
         return refine(self._mesh, scene, material, tolerance=tolerance, max_points=max_points, **options)
 
-    def interpolation_error(self, scene: Scene, material: Material = _DULL, **options: Any) -> pv.PolyData:
+    def interpolation_error(
+        self, scene: SceneLike | None = None, material: Material = _DULL, **options: Any
+    ) -> pv.PolyData:
         """A new mesh that says for each triangle how far interpolated colours are from per-pixel shading.
 
         See `pvphong.studies.refine.refinement.interpolation_error`.
@@ -171,7 +185,7 @@ class MeshPhong:
 
     def tradeoff(
         self,
-        scene: Scene,
+        scene: SceneLike | None = None,
         material: Material = _DULL,
         *,
         tolerance: float = 1.0 / 255.0,
@@ -182,6 +196,24 @@ class MeshPhong:
         from pvphong.studies.accuracy import tradeoff
 
         return tradeoff(self._mesh, scene, material, tolerance=tolerance, seconds=seconds, matrix=matrix)
+
+    def plot(self, *, name: str = "phong", **options: Any) -> Any:
+        """Show a lit mesh: the colours as they are, by PyVista's `plot` and with its options.
+
+        Parameters
+        ----------
+        name : str, default "phong"
+            Name of the array with the colours.
+        **options
+            As for `pyvista.plot`, such as `screenshot`, `off_screen`, `cpos` or `background`.
+
+        Raises
+        ------
+        ValueError
+            If the mesh has no point array of that name.
+        """
+        check.choice("name", name, self._mesh.point_data.keys())
+        return self._mesh.plot(**_AS_THEY_ARE, scalars=name, **options)
 
     def diagnose(self, *, matrix: MatrixLike | None = None) -> Diagnosis:
         """What in the mesh, or in a model matrix for it, will not light as it should; see `pvphong.diagnose`."""
@@ -197,7 +229,7 @@ class BlocksPhong:
     def __init__(self, blocks: pv.MultiBlock) -> None:
         self._blocks = blocks
 
-    def shade(self, scene: Scene, material: Material = _DULL, **options: Any) -> pv.MultiBlock:
+    def shade(self, scene: SceneLike | None = None, material: Material = _DULL, **options: Any) -> pv.MultiBlock:
         """A new MultiBlock of lit meshes; an empty block stays empty.
 
         Parameters
@@ -210,7 +242,14 @@ class BlocksPhong:
         ValueError
             As for a single dataset; the message names the block.
         """
+        scene = self._scene(scene, options.get("matrix"))
         return map_blocks(self._blocks, lambda block: block.phong.shade(scene, material, **options))
+
+    def plot(self, *, name: str = "phong", **options: Any) -> Any:
+        """Show lit blocks: the colours as they are; see `MeshPhong.plot`."""
+        for _, block in datasets(self._blocks):
+            check.choice("name", name, block.point_data.keys())
+        return self._blocks.combine().plot(**_AS_THEY_ARE, scalars=name, **options)  # blocks would ignore `rgb`
 
     def normals(self, weighting: Weighting | None = None, *, matrix: MatrixLike | None = None) -> pv.MultiBlock:
         """A new MultiBlock of surfaces that carry their normals as active point normals."""
@@ -227,10 +266,20 @@ class BlocksPhong:
         return {path: block.phong.diagnose(matrix=matrix) for path, block in datasets(self._blocks)}
 
     def plan(
-        self, scene: Scene, material: Material = _DULL, *, matrix: MatrixLike | None = None, tolerance: float = 0.0
+        self,
+        scene: SceneLike | None = None,
+        material: Material = _DULL,
+        *,
+        matrix: MatrixLike | None = None,
+        tolerance: float = 0.0,
     ) -> dict[str, Plan]:
         """A plan for each dataset, by the path of its block's names; None and empty blocks are left out."""
+        scene = self._scene(scene, matrix)
         return {
             path: block.phong.plan(scene, material, matrix=matrix, tolerance=tolerance)
             for path, block in datasets(self._blocks)
         }
+
+    def _scene(self, given: SceneLike | None, matrix: MatrixLike | None) -> Scene:
+        """One viewer for all blocks."""
+        return scene_for(map_blocks(self._blocks, surface), given, matrix)

@@ -8,10 +8,9 @@ import pyvista as pv
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 
-from pvphong.base import check
 from pvphong.meshes.lit import shade_mesh
-from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
+from pvphong.optics.material import Material, check_material
+from pvphong.scene.scene import Scene, SceneLike, as_scene
 
 
 class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class has no type
@@ -37,10 +36,9 @@ class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class 
         self._material = Material()
         self._refusal: ValueError | None = None
 
-    def SetScene(self, scene: Scene) -> None:
+    def SetScene(self, scene: SceneLike) -> None:
         """Set lights, viewer and light model; an equal scene changes nothing."""
-        if not isinstance(scene, Scene):
-            check.refuse("scene", scene, "a Scene", "Put lights into Scene(lights=[...]).")
+        scene = as_scene(scene)
         if scene != self._scene:
             self._scene = scene
             self.Modified()
@@ -51,8 +49,7 @@ class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class 
 
     def SetMaterial(self, material: Material) -> None:
         """Set the surface's material; an equal one changes nothing."""
-        if not isinstance(material, Material):
-            check.refuse("material", material, "a Material")
+        check_material(material)
         if material != self._material:
             self._material = material
             self.Modified()

@@ -12,10 +12,9 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.optics.lights import Light
-from pvphong.optics.material import Material
+from pvphong.optics.material import Material, check_material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
-from pvphong.shading.plan.plan import check_scene_and_material
 from pvphong.studies.validate.comparison import Comparison
 from pvphong.studies.validate.validation import validate
 from pvphong.studio.gizmos import Board, Gizmo, History, Options
@@ -79,7 +78,7 @@ class PlotterPhong:
             if option in add_mesh_options:
                 allowed = f"an option of add_mesh other than {', '.join(_OURS)}"
                 check.refuse("option", option, allowed, "Colour comes from `material` and `albedo` here.")
-        check_scene_and_material(Scene(), material)
+        check_material(material)
         pane = self._pane
         live = LiveMesh(mesh, material, albedo)
         pane.evaluate(live)

@@ -314,8 +314,8 @@ def _albedo(dice: Dice, count: int) -> np.ndarray | None:
     if kind is np.uint8:
         return (127.5 * (dice.vectors(count) + 1.0)).astype(np.uint8)
     albedo = (0.55 * (dice.vectors(count) + 1.0)).astype(kind)
-    albedo[:1, 0] = dice.pick((0.5, -1.0, 300.0, np.nan))
-    return albedo
+    albedo[:1, 0] = dice.pick((0.5, -1.0, 1.0, np.nan))
+    return np.minimum(albedo, 1.0)
 
 
 # --- what is computed of them ---

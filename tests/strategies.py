@@ -322,9 +322,9 @@ def _neighbours(dice: Dice, p: np.ndarray, n: np.ndarray) -> tuple[np.ndarray, n
 def _albedo(dice: Dice, count: int) -> np.ndarray | None:
     if dice.likely(70):
         return None
-    albedo = np.array([[dice.uniform(0.0, 1.1) for _ in range(3)] for _ in range(count)])
+    albedo = np.array([[min(dice.uniform(0.0, 1.1), 1.0) for _ in range(3)] for _ in range(count)])
     if dice.likely(20):
-        albedo[0, dice.randint(0, 2)] = dice.choice([np.nan, -1.0, 300.0])
+        albedo[0, dice.randint(0, 2)] = dice.choice([np.nan, -1.0, 1.0])
     return albedo
 
 

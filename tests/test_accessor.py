@@ -71,7 +71,7 @@ def test_is_not_there_on_what_has_no_surface():
 def test_the_signature_is_the_documented_one():
     parameters = list(inspect.signature(type(pv.Sphere().phong).shade).parameters.values())[1:]
     assert [(p.name, p.default) for p in parameters] == [
-        ("scene", inspect.Parameter.empty), ("material", Material()), ("name", "phong"), ("matrix", None),
+        ("scene", None), ("material", Material()), ("name", "phong"), ("matrix", None),
         ("albedo", None), ("components", False), ("tolerance", 0.0), ("precision", "float32"), ("backend", "auto"),
     ]  # fmt: skip
     assert {p.kind for p in parameters[2:]} == {inspect.Parameter.KEYWORD_ONLY}

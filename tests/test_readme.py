@@ -111,7 +111,7 @@ def test_the_table_of_extras_names_all_of_them_and_what_they_bring():
 def test_large_is_what_the_evaluator_takes_for_large():
     (told,) = re.findall(r"from ([\d ]+) points times lights on", TEXT)
     count = int(told.replace(" ", ""))
-    one_light = assemble(ph.Scene(lights=[ph.DirectionalLight()]), ph.Material(), None)
+    one_light = assemble(ph.Scene([ph.DirectionalLight()], ph.Viewer()), ph.Material(), None)
     assert is_worth_loading(count, one_light)
     assert not is_worth_loading(count - 1, one_light)
 

@@ -123,6 +123,7 @@ def direction(name: str, value: Any) -> Vector:
 def numbers_in(name: str, value: Any, count: int) -> tuple[float, ...]:
     """A sequence of `count` finite numbers, as a tuple of floats."""
     allowed = f"{count} finite numbers"
+    value = getattr(value, "float_rgb", value)  # a pyvista.Color, which has no length
     if isinstance(value, np.ndarray) and value.ndim != 1:
         refuse(name, f"an array of shape {value.shape}", allowed)
     if isinstance(value, (str, bytes)) or not isinstance(value, (Sequence, np.ndarray)):
@@ -144,6 +145,7 @@ def color(name: str, value: Any) -> Color:
             return color_by_name(value)
         except ValueError:
             refuse(name, value, allowed, "PyVista's colour names are listed in pyvista.hexcolors.")
+    value = getattr(value, "float_rgb", value)  # a pyvista.Color, which has no length
     if isinstance(value, np.ndarray) and value.ndim != 1:
         refuse(name, f"an array of shape {value.shape}", allowed)
     if isinstance(value, (Sequence, np.ndarray)):

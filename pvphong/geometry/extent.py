@@ -77,14 +77,25 @@ class Extent:
         self._sights: dict[Vector, Sight | None] = {}
 
     @cached_property
-    def sphere(self) -> Sphere | None:
-        """Around all vertices; None where there is no point, or one is not finite."""
+    def box(self) -> tuple[Float64Array, Float64Array] | None:
+        """Least and greatest coordinates in the world; None where there is no point, or one is not finite.
+
+        With a matrix it is the box around the transformed box, as VTK has an actor's bounds.
+        """
         if not len(self._points):
             return None
         low, high = self._box(self._points)
         if self._matrix is not None:
             corners = transform_points(_corners(low, high), self._matrix)
             low, high = corners.min(axis=0), corners.max(axis=0)
+        return (low, high) if np.isfinite([low, high]).all() else None
+
+    @cached_property
+    def sphere(self) -> Sphere | None:
+        """Around all vertices; None where there is no point, or one is not finite."""
+        if self.box is None:
+            return None
+        low, high = self.box
         x, y, z = centre = [a / 2 + b / 2 for a, b in zip(low.tolist(), high.tolist(), strict=True)]
         reach = (max(b - c, c - a) for a, b, c in zip(low.tolist(), high.tolist(), centre, strict=True))
         radius = math.hypot(*reach) * ROUNDED_UP

@@ -1,28 +1,33 @@
-"""A viewer and three lights that suit any mesh: what the command line uses where no scene is given."""
+"""The scene in which a mesh is lit where none, or only lights, are given: three lights and a viewer that suit it."""
 
 from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pyvista as pv
 
-from pvphong.base.types import Float64Array
+from pvphong.base import check
+from pvphong.base.types import Float64Array, MatrixLike
+from pvphong.meshes.blocks import map_blocks
 from pvphong.meshes.pictures import leaves
+from pvphong.meshes.surfaces import surface
 from pvphong.optics.lights import DirectionalLight
 from pvphong.scene.light_model import LightModel
-from pvphong.scene.scene import Scene
+from pvphong.scene.scene import Scene, SceneLike, as_scene
 from pvphong.scene.viewer import Viewer
+from pvphong.shading.vertices import Vertices
 
-_VIEW_ANGLE = 30.0
 _MARGIN = 1.05
 _BACK = np.array([1.0, 1.0, 1.0]) / math.sqrt(3.0)  # towards the eye
 _RIGHT = np.array([-1.0, 1.0, 0.0]) / math.sqrt(2.0)
 _UP = np.cross(_BACK, _RIGHT)
 
 
-def default_scene(mesh: pv.PolyData | pv.MultiBlock, aspect: float = 4 / 3) -> Scene:
+def default_scene(mesh: pv.DataSet | pv.MultiBlock, aspect: float = 4 / 3) -> Scene:
     """Key, fill and rim light, and PyVista's first view of the mesh.
 
     The viewer looks at the centre from where PyVista puts its camera, from the direction (1, 1, 1) with z up,
@@ -32,8 +37,8 @@ def default_scene(mesh: pv.PolyData | pv.MultiBlock, aspect: float = 4 / 3) -> S
 
     Parameters
     ----------
-    mesh : pyvista.PolyData or pyvista.MultiBlock
-        A checked surface, or several.
+    mesh : pyvista.DataSet or pyvista.MultiBlock
+        A dataset with a surface, or several.
     aspect : float, default 4/3
         Width over height of the picture into which the bounding box fits.
 
@@ -42,31 +47,54 @@ def default_scene(mesh: pv.PolyData | pv.MultiBlock, aspect: float = 4 / 3) -> S
     Scene
         To be used as it is, or saved and edited.
     """
+    outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
     return Scene(
         lights=[
             DirectionalLight(direction=(1.0, -1.0, -1.4), diffuse=(0.95, 0.93, 0.9), frame="camera", name="key"),
             DirectionalLight(direction=(-1.0, 0.1, -0.8), diffuse=(0.18, 0.2, 0.24), frame="camera", name="fill"),
             DirectionalLight(direction=(-0.4, -1.0, 0.9), diffuse=(0.35, 0.35, 0.35), frame="camera", name="rim"),
         ],
-        viewer=_viewer(np.array(mesh.bounds), aspect),
-        light_model=LightModel(two_sided=any(surface.n_open_edges for surface in leaves(mesh))),
+        viewer=_viewer(np.array(outside.bounds), aspect),
+        light_model=LightModel(two_sided=any(part.n_open_edges for part in leaves(outside))),
     )
 
 
+def scene_for(mesh: Any, given: SceneLike | None, matrix: MatrixLike | None = None) -> Scene:
+    """The scene in which a mesh is lit, with a viewer: as given, or `default_scene` where none is.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet or pyvista.MultiBlock
+        Checked surfaces.
+    given : Scene, light, or sequence of lights, optional
+        Without a viewer it gets the one of `Viewer.framing`.
+    matrix : array_like, optional
+        (4, 4) model matrix, which moves the mesh for the viewer too.
+
+    Raises
+    ------
+    ValueError
+        If `given` or `matrix` is no such thing.
+    """
+    if given is None:
+        return default_scene(mesh)
+    scene = as_scene(given)
+    if scene.viewer is not None:
+        return scene
+    if isinstance(mesh, pv.MultiBlock):
+        return scene.framed(mesh.bounds)
+    return scene.framed(Vertices(mesh.points, None).bounds(None if matrix is None else check.matrix4("matrix", matrix)))
+
+
 def _viewer(bounds: Float64Array, aspect: float) -> Viewer:
-    low, high = bounds[::2], bounds[1::2]
-    if not np.isfinite(bounds).all() or (low > high).any():
-        low, high = np.zeros(3), np.ones(3)
-    center, half = 0.5 * low + 0.5 * high, 0.5 * high - 0.5 * low
-    smallest = 1e-9 * float(np.abs(center).max())  # a single point far out: the eye must not fall on it
-    radius = max(float(np.linalg.norm(half)), smallest) or 1.0
-    distance = max(_fitting_distance(half, aspect), 0.1 * radius)
-    return Viewer(
+    """The framing one's, brought as near as the box allows."""
+    far = Viewer.framing(bounds)
+    box = bounds if np.isfinite(bounds).all() and (bounds[::2] <= bounds[1::2]).all() else np.array([0.0, 1.0] * 3)
+    center, radius = np.array(far.focal_point), far.parallel_scale
+    distance = max(_fitting_distance(0.5 * (box[1::2] - box[::2]), aspect), 0.1 * radius)
+    return replace(
+        far,
         position=center + distance * _BACK,
-        focal_point=center,
-        up=(0.0, 0.0, 1.0),
-        view_angle=_VIEW_ANGLE,
-        parallel_scale=radius,
         clipping_range=(max(distance - radius, 0.01 * distance), distance + radius),
     )
 
@@ -75,5 +103,5 @@ def _fitting_distance(half: Float64Array, aspect: float) -> float:
     """From how far away a box with these half edges fits into the picture, with a margin."""
     corners = half * np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
     right, up, back = (corners @ axis for axis in (_RIGHT, _UP, _BACK))
-    slope = math.tan(math.radians(0.5 * _VIEW_ANGLE)) / _MARGIN
+    slope = math.tan(math.radians(0.5 * Viewer.view_angle)) / _MARGIN
     return float(np.max(back + np.maximum(np.abs(right) / aspect, np.abs(up)) / slope))

@@ -11,18 +11,20 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject
 
 from pvphong.base import check
 from pvphong.base.types import FloatArray, MatrixLike, Weighting
+from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.surfaces import surface, vertex_normals
 from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene, light_labels
+from pvphong.scene.scene import SceneLike, as_scene, light_labels
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 
 _CARRIED = "_pvphong_albedo"
+_TO_POINTS = "mesh.cell_data_to_point_data() turns cell arrays into point arrays."
 
 
 def shade_mesh(
     mesh: pv.DataSet,
-    scene: Scene,
+    scene: SceneLike | None,
     material: Material,
     *,
     name: str = "phong",
@@ -39,8 +41,10 @@ def shade_mesh(
     mesh : pyvista.DataSet
         A dataset with a surface; it is not modified. Other than PolyData it gives its extracted surface,
         arrays carried along.
-    scene, material
-        As for `evaluate`.
+    scene : Scene, light, sequence of lights, or None
+        As for `evaluate`; None is the scene of `default_scene`.
+    material : Material
+        The surface's reflectances.
     name : str, default "phong"
         Name of the (n_points, 3) array, and first part of the names of all others.
     matrix : array_like, optional
@@ -68,6 +72,7 @@ def shade_mesh(
     if not isinstance(name, str) or not name:
         check.refuse("name", name, "a string that is not empty")
     source, shades = surface_and_albedo(mesh, albedo)
+    scene = scene_for(source, scene, matrix)
     vertices = vertices_of(source, shades)
     planned = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     shading = planned.run(vertices, components=components, **how)
@@ -84,7 +89,7 @@ def shade_mesh(
 
 def plan(
     mesh_or_points: Any,
-    scene: Scene,
+    scene: SceneLike | None,
     material: Material,
     *,
     matrix: MatrixLike | None = None,
@@ -102,8 +107,9 @@ def plan(
         A mesh, or points of shape (n, 3). Of a mesh the normals are known too, and may rule out highlights.
         `evaluate` may leave out more of bare points than the plan says; where that could cost more than the
         plan's own bound, `error_bound` is the whole tolerance.
-    scene : Scene
-        Lights, viewer and light model.
+    scene : Scene, light, sequence of lights, or None
+        What lights it; without a viewer, seen as PyVista's camera frames it. Of a mesh, None is the scene of
+        `default_scene`.
     material : Material
         The surface's reflectances.
     matrix : array_like, optional
@@ -122,10 +128,11 @@ def plan(
         If an argument has the wrong shape, type or range; the message names it.
     """
     if isinstance(mesh_or_points, pv.DataSet):
-        vertices = vertices_of(surface(mesh_or_points))
-        return Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
+        source = surface(mesh_or_points)
+        scene = scene_for(source, scene, matrix)
+        return Plan.of(scene, material, vertices_of(source), matrix=matrix, tolerance=tolerance)
     vertices = Vertices(_bare_points(mesh_or_points), None)
-    result = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
+    result = Plan.of(as_scene(scene), material, vertices, matrix=matrix, tolerance=tolerance)
     is_open = bool(tolerance) and any(result.equation.has(term, "specular") for term in result.equation.terms)
     return replace(result, error_bound=tolerance) if is_open else result
 
@@ -163,8 +170,12 @@ def surface_and_albedo(mesh: pv.DataSet, albedo: Any) -> tuple[pv.PolyData, Any]
     """The surface, and the albedo at its points."""
     if isinstance(albedo, str):
         source = surface(mesh)
+        if albedo in mesh.cell_data and albedo not in source.point_data:
+            check.refuse("albedo", f"{albedo!r}, a cell array", "a point array", _TO_POINTS)
         check.choice("albedo", albedo, source.point_data.keys())
         return source, source.point_data[albedo]
+    if isinstance(albedo, np.ndarray) and len(albedo) == mesh.n_cells != mesh.n_points:
+        check.refuse("albedo", f"{len(albedo)} rows, one per cell", f"one per point, {mesh.n_points} rows", _TO_POINTS)
     if albedo is None or isinstance(mesh, pv.PolyData):
         return surface(mesh), albedo
     return _carry(mesh, albedo)

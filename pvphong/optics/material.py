@@ -11,7 +11,7 @@ from pvphong.optics.named_materials import NAMED
 from pvphong.optics.reflectance import Reflectance
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Material:
     """A Phong material; the defaults are OpenGL's (2.1 specification, table 2.10).
 
@@ -42,6 +42,12 @@ class Material:
     shininess: float = 0.0
     emission: ColorLike = 0.0
     reflectance: Reflectance | None = None
+
+    def __new__(cls, *given: Any, **_fields: Any) -> Self:
+        """Refuse what is given without a field's name: `Material("gold")` would be one of golden ambient light."""
+        if given:
+            check.refuse("Material", given[0], "given by its fields, as in Material(diffuse=...)", _remedy(given[0]))
+        return super().__new__(cls)
 
     def __post_init__(self) -> None:
         for field in ("ambient", "diffuse", "specular", "emission"):
@@ -110,3 +116,16 @@ class Material:
         The angle from n to h is about half the angle from r to v, and cos(x/2)^(4n) ≈ cos(x)^n.
         """
         return replace(self, shininess=4.0 * self.shininess)
+
+
+def check_material(given: Any) -> None:
+    """Raise ValueError unless it is a material."""
+    if not isinstance(given, Material):
+        check.refuse("material", given, "a Material", _remedy(given))
+
+
+def _remedy(given: Any) -> str:
+    """What gives a material, from what was taken for one."""
+    if isinstance(given, str):
+        return f"Material.named({given!r})." if given in NAMED else "Material.named knows those in Material.names()."
+    return "Material.from_property makes one of a pyvista.Property."

@@ -175,6 +175,14 @@ def power(default: float) -> Any:
     return _field(default, Power(_number(at_least=0.0)))
 
 
+def way_from(position: Any, target: Any) -> Vector:
+    """From a place to a target; ValueError, which names the target, if they are the same."""
+    (x, y, z), (a, b, c) = check.vector("position", position), check.vector("target", target)
+    if (x, y, z) == (a, b, c):
+        check.refuse("target", target, "another place than position", "The light must shine somewhere.")
+    return a - x, b - y, c - z
+
+
 @cache
 def roles_of(kind: Any) -> dict[str, Role]:
     """Name of each field of a dataclass with a role → the role, in the fields' order."""

@@ -6,19 +6,22 @@ import json
 import os
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
 from pvphong.base import check, host
 from pvphong.base.files import written_aside
+from pvphong.base.types import VectorLike
 from pvphong.optics.lights import LIGHT_TYPES, Light, type_name
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.viewer import Viewer
 
 _FORMAT = "pvphong scene"
-_VERSION = 1
+_VERSIONS = 1, 2
+# What was there when files of version 1 were written; a scene with no more is still written as one.
+_FIRST_LIGHTS = {"directional", "point", "spot"}
 
 
 @dataclass(frozen=True)
@@ -30,38 +33,69 @@ class Scene:
     lights : iterable of lights
         pvphong's own, or `pyvista.Light` and `vtkLight` objects, which are converted by `as_light`; their
         camera lights keep riding along with the viewer.
-    viewer : Viewer
-        Where it is seen from.
+    viewer : Viewer or camera, optional
+        Where it is seen from; a `pyvista.Camera` or `vtkCamera` is converted. None, the default: from where PyVista's
+        camera looks by itself at what is lit; see `framed`.
     light_model : LightModel
         How contributions are put together.
 
     Raises
     ------
     ValueError
-        If a field is not of its type.
+        If a field is not of its type, or two lights have one name.
     """
 
     lights: Iterable[Any] = ()
-    viewer: Viewer = field(default_factory=Viewer)
+    viewer: Any = None
     light_model: LightModel = field(default_factory=LightModel)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.viewer, Viewer):
-            check.refuse("viewer", self.viewer, "a Viewer", "Viewer.from_camera makes one of a camera.")
+        if hasattr(self.viewer, "GetParallelProjection"):
+            object.__setattr__(self, "viewer", Viewer.from_camera(self.viewer))
+        if not isinstance(self.viewer, Viewer | None):
+            check.refuse("viewer", self.viewer, "a Viewer, a camera, or None for one that frames what is lit")
         if not isinstance(self.light_model, LightModel):
             check.refuse("light_model", self.light_model, "a LightModel")
         if not isinstance(self.lights, Iterable) or isinstance(self.lights, (str, dict)):
             check.refuse("lights", self.lights, "a sequence of lights", "Put a single light into a list.")
-        distance = self.viewer.distance
-        converted = tuple(
-            light if isinstance(light, Light) else host.light_from_vtk(light, distance) for light in self.lights
-        )
+        converted = tuple(light if isinstance(light, Light) else self._converted(light) for light in self.lights)
         object.__setattr__(self, "lights", converted)
+        names = Counter(light.name for light in converted if light.name)
+        for name, count in names.items():
+            if count > 1:
+                check.refuse("lights", f"{count} lights named {name!r}", "lights whose names differ", "Rename one.")
+
+    def _converted(self, light: Any) -> Light:
+        """A light of VTK's; the places of its camera lights are in units of the distance to the focal point."""
+        if self.viewer is not None:
+            return host.light_from_vtk(light, self.viewer.distance)
+        converted = host.light_from_vtk(light, 1.0)
+        if converted != host.light_from_vtk(light, 2.0):
+            check.refuse("viewer", None, "a Viewer where a camera light of VTK's has a place", "viewer=plotter.camera.")
+        return converted
 
     @cached_property
     def world_lights(self) -> tuple[Light, ...]:
-        """The lights with world coordinates, as the viewer makes them: the order of `lights`, the off ones too."""
+        """The lights with world coordinates, as the viewer makes them: the order of `lights`, the off ones too.
+
+        Raises
+        ------
+        ValueError
+            If a light rides along with the viewer, and there is none.
+        """
+        if self.viewer is None and any(light.frame != "world" for light in self.lights):
+            check.refuse("viewer", None, "a Viewer where lights ride along with it", "scene.framed(mesh.bounds).")
         return tuple(light.in_world(self.viewer) for light in self.lights)
+
+    def framed(self, bounds: VectorLike) -> Self:
+        """This scene, with a viewer that sees a box where it has none.
+
+        Parameters
+        ----------
+        bounds : sequence of float
+            x_min, x_max, y_min, y_max, z_min, z_max in the world; see `Viewer.framing`.
+        """
+        return self if self.viewer is not None else replace(self, viewer=Viewer.framing(bounds))
 
     @classmethod
     def from_plotter(cls, plotter: Any) -> Self:
@@ -97,14 +131,15 @@ class Scene:
             If the file cannot be written, or a light is of a kind that files do not know. A file that was there
             before is then still there.
         """
+        lights = [
+            {"type": type_name(f"lights[{index}]", light)} | asdict(light) for index, light in enumerate(self.lights)
+        ]
+        is_first = self.viewer is not None and all(light["type"] in _FIRST_LIGHTS for light in lights)
         document = {
             "format": _FORMAT,
-            "version": _VERSION,
-            "lights": [
-                {"type": type_name(f"lights[{index}]", light)} | asdict(light)
-                for index, light in enumerate(self.lights)
-            ],
-            "viewer": asdict(self.viewer),
+            "version": 1 if is_first else 2,
+            "lights": lights,
+            "viewer": None if self.viewer is None else asdict(self.viewer),
             "light_model": asdict(self.light_model),
         }
         with written_aside(path) as aside:
@@ -131,22 +166,47 @@ class Scene:
     def _from_document(cls, document: Any) -> Self:
         if not isinstance(document, dict) or document.get("format") != _FORMAT:
             check.refuse("format", document, f'a JSON object with "format": "{_FORMAT}"', "Scene.save writes one.")
-        if document.get("version") != _VERSION:
+        version = document.get("version")
+        if version not in _VERSIONS:
             remedy = "A newer pvphong may have written it."
-            check.refuse("version", document.get("version"), f"{_VERSION}", remedy)
+            check.refuse("version", version, " or ".join(map(str, _VERSIONS)), remedy)
         _check_keys("scene", document, {"format", "version", *(f.name for f in fields(cls))})
         lights = document.get("lights", [])
         if not isinstance(lights, list):
             check.refuse("lights", lights, "a list")
+        if version == 1:
+            lights = _renamed(lights)
+        viewer = document.get("viewer", {} if version == 1 else None)
         return cls(
             lights=tuple(_light(f"lights[{index}]", entry) for index, entry in enumerate(lights)),
-            viewer=_value("viewer", Viewer, document.get("viewer", {})),
+            viewer=None if viewer is None else _value("viewer", Viewer, viewer),
             light_model=_value("light_model", LightModel, document.get("light_model", {})),
         )
 
 
+SceneLike = Scene | Light | Iterable[Any]
+"""A scene, or its lights alone: one, or several."""
+
+
+def as_scene(given: SceneLike | None) -> Scene:
+    """A scene itself, or that of some lights: without a viewer, by the standard light model.
+
+    Raises
+    ------
+    ValueError
+        If it is neither.
+    """
+    if isinstance(given, Scene):
+        return given
+    if isinstance(given, Light) or hasattr(given, "GetLightType"):
+        return Scene([given])
+    if isinstance(given, Iterable) and not isinstance(given, (str, dict)):
+        return Scene(given)
+    return check.refuse("scene", given, "a Scene, a light, or a sequence of lights")
+
+
 def light_labels(scene: Scene, numbered: str = "") -> tuple[str, ...]:
-    """What names each of a scene's lights, no two alike: its name, or its index where it has none or shares it.
+    """What names each of a scene's lights, no two alike: its name, or its index where it has none or another's.
 
     Parameters
     ----------
@@ -157,8 +217,20 @@ def light_labels(scene: Scene, numbered: str = "") -> tuple[str, ...]:
     """
     names = [light.name for light in scene.lights]
     indices = [f"{numbered}{index}" for index in range(len(names))]
-    counts = Counter(names + indices)
-    return tuple(name if name and counts[name] == 1 else index for name, index in zip(names, indices, strict=True))
+    return tuple(name if name and name not in indices else index for name, index in zip(names, indices, strict=True))
+
+
+def _renamed(lights: list[Any]) -> list[Any]:
+    """Lights of a file of version 1, which may share a name; each but the first gets a number behind it."""
+    seen: Counter[str] = Counter()
+    result = []
+    for entry in lights:
+        name = entry.get("name") if isinstance(entry, dict) else None
+        if isinstance(name, str) and name:
+            seen[name] += 1
+            entry = entry | {"name": f"{name} {seen[name]}"} if seen[name] > 1 else entry
+        result.append(entry)
+    return result
 
 
 def _light(place: str, entry: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Self
@@ -14,6 +15,10 @@ from pvphong.base.vectors import towards, unit_vector
 
 # The sine of the angle between up and the view axis below which rounding has decided its direction.
 _PARALLEL = 2.0**-48
+
+# What vtkRenderer::ResetCamera takes for the radius of a single point; and the least radius in units of the distance
+# from the origin, so that the eye does not fall on the point.
+_POINT_RADIUS, _LEAST_RADIUS = 0.5, 1e-9
 
 
 @dataclass(frozen=True)
@@ -90,6 +95,32 @@ class Viewer:
             clipping_range=camera.GetClippingRange(),
         )
 
+    @classmethod
+    def framing(cls, bounds: VectorLike) -> Self:
+        """The view of a box that PyVista's camera takes by itself: from the direction (1, 1, 1), z up, all of it seen.
+
+        Parameters
+        ----------
+        bounds : sequence of float
+            x_min, x_max, y_min, y_max, z_min, z_max, as a mesh's; a box that is no box counts as the unit cube.
+
+        Raises
+        ------
+        ValueError
+            If `bounds` is not six numbers.
+        """
+        low, high = _box(bounds)
+        center, radius = 0.5 * low + 0.5 * high, float(np.linalg.norm(0.5 * high - 0.5 * low))
+        radius = max(radius or _POINT_RADIUS, _LEAST_RADIUS * float(np.abs(center).max()))
+        distance = radius / math.sin(math.radians(0.5 * cls.view_angle))
+        return cls(
+            position=center + distance / math.sqrt(3.0),
+            focal_point=center,
+            up=(0.0, 0.0, 1.0),
+            parallel_scale=radius,
+            clipping_range=(distance - radius, distance + radius),
+        )
+
     @cached_property
     def _line_of_sight(self) -> tuple[Vector, float]:
         x, y, z = self.focal_point
@@ -140,6 +171,15 @@ class Viewer:
     def point_to_eye(self, point: Vector) -> Vector:
         """A point of the world in eye space."""
         return _vector(self.axes @ (np.array(point) - np.array(self.position)))
+
+
+def _box(bounds: VectorLike) -> tuple[Float64Array, Float64Array]:
+    given = np.asarray(bounds, np.float64)
+    if given.shape != (6,):
+        check.refuse("bounds", bounds, "six numbers: x_min, x_max, y_min, y_max, z_min, z_max")
+    low, high = given[::2], given[1::2]
+    is_box = bool(np.isfinite(given).all() and (low <= high).all())
+    return (low, high) if is_box else (np.zeros(3), np.ones(3))
 
 
 def _vector(array: Float64Array) -> Vector:

@@ -9,6 +9,9 @@ import numpy as np
 from pvphong.base import check
 from pvphong.base.types import FloatArray
 
+# Colours that were computed may be above 1 by rounding; what is more is 0-255 in disguise.
+_MOST = 1.001
+
 
 def checked_albedo(value: Any, count: int) -> Any:
     """An (n, 3) array of uint8, float32 or float64, one row for each of `count` vertices; copied only if it has to be.
@@ -25,7 +28,11 @@ def checked_albedo(value: Any, count: int) -> Any:
         remedy = "Convert 0-255 to uint8, or divide it by 255."
         check.refuse("albedo", f"an array of {given.dtype}", "uint8 or floats", remedy)
     checked = check.rows if given.dtype == np.uint8 else check.array
-    return checked("albedo", given, count=count)
+    albedo = checked("albedo", given, count=count)
+    if given.dtype != np.uint8 and len(albedo) and np.fmax.reduce(albedo, axis=None) > _MOST:
+        remedy = "Divide 0-255 by 255, or convert it to uint8."
+        check.refuse("albedo", f"floats up to {np.fmax.reduce(albedo, axis=None):g}", "floats from 0 to 1", remedy)
+    return albedo
 
 
 def reflectances(albedo: Any) -> FloatArray:

@@ -6,7 +6,7 @@ from typing import Any
 
 from pvphong.base.types import Backend, MatrixLike, Precision
 from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
+from pvphong.scene.scene import SceneLike
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.result import Shading
 from pvphong.shading.vertices import Vertices
@@ -15,7 +15,7 @@ from pvphong.shading.vertices import Vertices
 def evaluate(
     points: Any,
     normals: Any,
-    scene: Scene,
+    scene: SceneLike,
     material: Material,
     *,
     matrix: MatrixLike | None = None,
@@ -40,8 +40,9 @@ def evaluate(
         Shape (n, 3), in the mesh's own coordinates. Other types than float32 and float64 are widened.
     normals : array_like
         Shape (n, 3), of any length; they need not be unit vectors.
-    scene : Scene
-        Lights, viewer and light model, in world coordinates.
+    scene : Scene, light, or sequence of lights
+        Lights, viewer and light model, in world coordinates. Without a viewer, seen as PyVista's camera frames the
+        points.
     material : Material
         The surface's reflectances.
     matrix : array_like, optional

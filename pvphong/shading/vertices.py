@@ -58,6 +58,14 @@ class Vertices:
             else np.broadcast_to(np.zeros(3, np.float32), self.points.shape)
         )
 
+    def bounds(self, matrix: Float64Array | None) -> Float64Array:
+        """x_min, x_max, y_min, y_max, z_min, z_max in the world, of those that are finite; NaN where none is."""
+        found = self.extent(matrix).box
+        if found is None:
+            finite = self.points[np.isfinite(self.points).all(axis=1)]
+            found = Extent(finite, None, matrix, kernel.find_bounds).box
+        return np.full(6, np.nan) if found is None else np.column_stack(found).ravel()
+
     def extent(self, matrix: Float64Array | None) -> Extent:
         """Where they are in the world, and where their normals point, found when it is first asked for."""
         known = None if self._normals is None else lambda: self.normals

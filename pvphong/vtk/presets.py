@@ -19,7 +19,7 @@ _AWAY = 1.0
 """How far the lights of `three_point` stand from the middle, in diagonals of the mesh's bounds."""
 
 
-def three_point(mesh: Any, viewer: Viewer, *, ratio: float = 4.0) -> tuple[Light, ...]:
+def three_point(mesh: Any, viewer: Viewer | None = None, *, ratio: float = 4.0) -> tuple[Light, ...]:
     """Key, fill and rim light of portrait photography, standing around a mesh in the world.
 
     The key stands 45° to the left of the viewer and 30° above; the fill opposite it, lower and weaker; the rim
@@ -29,8 +29,8 @@ def three_point(mesh: Any, viewer: Viewer, *, ratio: float = 4.0) -> tuple[Light
     ----------
     mesh : pyvista.DataSet, pyvista.MultiBlock, or sequence of float
         What stands in the light, or its bounds (x_min, x_max, y_min, y_max, z_min, z_max).
-    viewer : Viewer
-        Where it is seen from; the lights do not move with it.
+    viewer : Viewer, optional
+        Where it is seen from, as PyVista's camera frames the mesh if not given; the lights do not move with it.
     ratio : float, default 4
         How many times stronger the key is than the fill, >= 1.
 
@@ -46,6 +46,7 @@ def three_point(mesh: Any, viewer: Viewer, *, ratio: float = 4.0) -> tuple[Light
     """
     bounds = np.array(check.numbers_in("bounds", getattr(mesh, "bounds", mesh), 6))
     ratio = check.number("ratio", ratio, at_least=1.0)
+    viewer = viewer or Viewer.framing(bounds.tolist())
     if not isinstance(viewer, Viewer):
         check.refuse("viewer", viewer, "a Viewer", "Viewer.from_camera makes one of a camera.")
     center = 0.5 * (bounds[::2] + bounds[1::2])

@@ -191,7 +191,13 @@ def test_shade_with_a_rig_and_all_options(sphere):
     look = "--material gold --ambient 0.25 --specular 1,0.5,0.25 --emission #ff6347 --shininess 3.5 --albedo tint"
     how = "--array lit --components --precision float64"
     assert run(f"shade sphere.vtp -o lit.vtp --scene rig.json {look} {how}") == 0
-    material = ph.Material(0.25, ph.Material.named("gold").diffuse, (1, 0.5, 0.25), 3.5, "tomato")
+    material = ph.Material(
+        ambient=0.25,
+        diffuse=ph.Material.named("gold").diffuse,
+        specular=(1, 0.5, 0.25),
+        shininess=3.5,
+        emission="tomato",
+    )
     expected = sphere.phong.shade(SCENE, material, name="lit", albedo="tint", components=True, precision="float64")
     lit = pv.read("lit.vtp")
     assert set(lit.array_names) == set(expected.array_names)

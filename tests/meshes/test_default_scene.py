@@ -55,7 +55,9 @@ def test_the_view_is_the_one_that_pyvista_starts_with():
     ],
 )
 def test_a_single_point_and_a_mesh_without_finite_bounds_can_be_looked_at(point, expected):
-    assert default_scene(pv.PolyData(np.array([point]))).viewer.focal_point == pytest.approx(expected)
+    cloud = pv.PolyData(np.array([point]))
+    cloud.point_data.active_normals = np.array([[0.0, 0.0, 1.0]])
+    assert default_scene(cloud).viewer.focal_point == pytest.approx(expected)
 
 
 def test_only_open_surfaces_are_lit_two_sided():

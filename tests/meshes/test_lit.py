@@ -157,7 +157,7 @@ NO_ALBEDOS += [np.ones((120, 3), complex), np.ones((120, 3), object)]
 @pytest.mark.parametrize(
     ("mesh", "options", "message"),
     [
-        (ball(), {"scene": [DirectionalLight()]}, r"^scene must be a Scene; .*Scene\(lights"),
+        (ball(), {"scene": "sun"}, "^scene must be a Scene, a light, or a sequence of lights; got sun"),
         (ball(), {"material": "gold"}, "^material must be a Material"),
         (ball(), {"name": ""}, "^name must be a string that is not empty"),
         (ball(), {"name": 3}, "^name must be a string that is not empty"),

@@ -43,7 +43,7 @@ def test_there_are_29_named_materials():
     ],
 )
 def test_named_values_are_the_tables(name, ambient, diffuse, specular, shininess):
-    assert Material.named(name) == Material(ambient, diffuse, specular, shininess)
+    assert Material.named(name) == Material(ambient=ambient, diffuse=diffuse, specular=specular, shininess=shininess)
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,9 @@ def test_from_property_multiplies_coefficient_and_colour_unrounded_and_modifies_
 
 
 def test_from_property_of_vtks_defaults():
-    assert Material.from_property(vtk.vtkProperty()) == Material((0.0,) * 3, (1.0,) * 3, (0.0,) * 3, 1.0)
+    assert Material.from_property(vtk.vtkProperty()) == Material(
+        ambient=(0.0,) * 3, diffuse=(1.0,) * 3, specular=(0.0,) * 3, shininess=1.0
+    )
 
 
 @pytest.mark.parametrize("bad", [None, "gold", vtk.vtkLight(), vtk.vtkActor(), Material()])

@@ -12,7 +12,7 @@ import vtk
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pvphong.optics.lights import LIGHT_TYPES, DirectionalLight, PointLight, SpotLight
+from pvphong.optics.lights import LIGHT_TYPES, DirectionalLight, PointLight, SphereLight, SpotLight
 from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene, light_labels
@@ -31,7 +31,7 @@ def test_defaults():
         "clamp": True,
         "convention": "standard",
     }
-    assert Scene() == Scene(lights=(), viewer=Viewer(), light_model=LightModel())
+    assert Scene() == Scene(lights=(), viewer=None, light_model=LightModel())
     assert [field.name for field in dataclasses.fields(Scene)] == ["lights", "viewer", "light_model"]
 
 
@@ -60,6 +60,12 @@ LISTED = "lights must be a sequence of lights"
 IN_VTK = {"convention": "vtk"}
 
 
+def camera_light():
+    light = pv.Light(position=(1, 0, 0), light_type="camera light")
+    light.positional = True
+    return light
+
+
 @pytest.mark.parametrize(
     ("kind", "fields", "message"),
     [
@@ -75,8 +81,9 @@ IN_VTK = {"convention": "vtk"}
         (LightModel, {"convention": "opengl"}, "convention must be one of 'standard', 'vtk'; got opengl"),
         (LightModel, IN_VTK | {"local_viewer": False}, "local_viewer must be True in VTK's .*; .*always local"),
         (LightModel, IN_VTK | {"reflection": "blinn-phong"}, "reflection must be 'phong' in VTK's .*; .*no other"),
-        (Scene, {"viewer": pv.Camera()}, r"(?s:viewer must be a Viewer; .*Viewer\.from_camera)"),
-        (Scene, {"viewer": None}, "viewer must be a Viewer"),
+        (Scene, {"viewer": (0, 0, 1)}, "viewer must be a Viewer, a camera, or None for one that frames what is lit"),
+        (Scene, {"lights": [PointLight(name="a"), SpotLight(name="a")]}, "lights must be .*differ; got 2 lights named"),
+        (Scene, {"lights": [camera_light()]}, "viewer must be a Viewer where a camera light of VTK's has a place"),
         (Scene, {"light_model": "vtk"}, "light_model must be a LightModel"),
         (Scene, {"lights": DirectionalLight()}, LISTED + "; .*into a list"),
         *((Scene, {"lights": bad}, LISTED) for bad in ("headlight", None, {"sun": DirectionalLight()})),
@@ -98,7 +105,7 @@ def test_refused_by_name(kind, fields, message):
         ([], ()),
         (["", ""], ("0", "1")),
         (["sun", "", "lamp"], ("sun", "1", "lamp")),
-        (["sun", "sun", "lamp"], ("0", "1", "lamp")),
+        (["1", "", "lamp"], ("0", "1", "lamp")),
         (["", "0x", "é"], ("0", "0x", "é")),
     ],
 )
@@ -107,7 +114,7 @@ def test_a_lights_label_is_its_name_or_its_index(names, labels):
 
 
 @pytest.mark.parametrize("numbered", ["", "light "])
-@pytest.mark.parametrize("names", [["1", ""], ["", "0"], ["2", "1", ""], ["1", "sun", "sun"], ["1", "1", "0"]])
+@pytest.mark.parametrize("names", [["1", ""], ["", "0"], ["2", "1", ""], ["1", "sun", ""], ["2", "1", "0"]])
 def test_no_two_lights_have_the_same_label(names, numbered):
     for shown in (names, [f"{numbered}{name}" for name in names]):
         scene = Scene(lights=[PointLight(name=name, position=(0, 0, 2 + i)) for i, name in enumerate(shown)])
@@ -178,7 +185,14 @@ models = st.builds(
 ) | st.builds(LightModel.vtk, two_sided=st.booleans())
 
 
-@given(scene=st.builds(Scene, lights=st.lists(lights, max_size=3), viewer=viewers, light_model=models))
+@given(
+    scene=st.builds(
+        Scene,
+        lights=st.lists(lights, max_size=3, unique_by=lambda light: light.name or id(light)),
+        viewer=viewers | st.none(),
+        light_model=models,
+    )
+)
 @settings(
     max_examples=120,
     derandomize=True,
@@ -196,12 +210,28 @@ def test_files_give_back_every_bit(scene, tmp_path):
 
 
 def test_the_file_is_readable_json(tmp_path):
-    Scene(lights=[SpotLight(name="Lämpchen")]).save(tmp_path / "scene.json")
+    Scene(lights=[SpotLight(name="Lämpchen")], viewer=Viewer()).save(tmp_path / "scene.json")
     document = json.loads((tmp_path / "scene.json").read_text(encoding="utf-8"))
     assert (document["format"], document["version"]) == ("pvphong scene", 1)
     assert document["lights"][0]["type"] == "spot"
     assert document["lights"][0]["cone_angle"] == 30.0
     assert document["viewer"]["position"] == [0.0, 0.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("scene", "version"),
+    [
+        (Scene(viewer=Viewer()), 1),
+        (Scene(lights=[PointLight()], viewer=Viewer()), 1),
+        (Scene(), 2),
+        (Scene(lights=[SphereLight()], viewer=Viewer()), 2),
+    ],
+)
+def test_what_the_first_edition_knew_is_written_as_it_wrote_it(scene, version, tmp_path):
+    scene.save(tmp_path / "scene.json")
+    document = json.loads((tmp_path / "scene.json").read_text(encoding="utf-8"))
+    assert document["version"] == version
+    assert (document["viewer"] is None) == (scene.viewer is None)
 
 
 def write(folder, document):
@@ -216,7 +246,14 @@ def head(**entries):
 
 def test_what_a_file_leaves_out_has_its_default(tmp_path):
     path = write(tmp_path, head(lights=[{"type": "point", "diffuse": "red"}]))
-    assert Scene.load(path) == Scene(lights=[PointLight(diffuse="red")])
+    assert Scene.load(path) == Scene(lights=[PointLight(diffuse="red")], viewer=Viewer())
+    path = write(tmp_path, head(version=2, lights=[{"type": "point"}]))
+    assert Scene.load(path) == Scene(lights=[PointLight()])
+
+
+def test_lights_of_one_name_in_a_file_of_the_first_edition_get_numbers(tmp_path):
+    path = write(tmp_path, head(lights=[{"type": "point", "name": name} for name in ("a", "b", "a", "", "")]))
+    assert [light.name for light in Scene.load(path).lights] == ["a", "b", "a 2", "", ""]
 
 
 def point(**fields):
@@ -231,9 +268,9 @@ def point(**fields):
         ([], 'format must be a JSON object with "format": "pvphong scene"; .*Scene.save writes one'),
         ({"version": 1}, "format must be a JSON object"),
         ({"format": "glTF", "version": 1}, "format must be a JSON object"),
-        ({"format": "pvphong scene"}, "version must be 1; got None"),
-        (head(version=2), r"version must be 1; got 2\. A newer pvphong"),
-        (head(version="1"), "version must be 1; got 1"),
+        ({"format": "pvphong scene"}, "version must be 1 or 2; got None"),
+        (head(version=3), r"version must be 1 or 2; got 3\. A newer pvphong"),
+        (head(version="1"), "version must be 1 or 2; got 1"),
         (head(camera={}), "field of scene must be one of .*viewer.*; got camera"),
         (head(lights={}), "lights must be a list"),
         (head(lights=["sun"]), r"lights\[0\] must be a JSON object; got sun"),

@@ -53,10 +53,12 @@ def bits(array):
 
 
 def test_scene_and_material_are_checked():
-    with pytest.raises(ValueError, match=r"^scene must be a Scene; .*Scene\(lights=\[\.\.\.\]\)"):
-        rgb(scene=SCENE.lights)
-    with pytest.raises(ValueError, match=r"^material must be a Material; .*Material\.from_property"):
+    with pytest.raises(ValueError, match=r"^scene must be a Scene, a light, or a sequence of lights; got sun"):
+        rgb(scene="sun")
+    with pytest.raises(ValueError, match=r"^material must be a Material; got gold\. Material\.named\('gold'\)"):
         rgb(material="gold")
+    with pytest.raises(ValueError, match=r"^material must be a Material; .*Material\.from_property"):
+        rgb(material=None)
 
 
 @pytest.mark.parametrize(

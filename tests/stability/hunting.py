@@ -162,7 +162,11 @@ def wide_case(dice: Dice, reach: int = 1074) -> Case:
     dtype, span = dice.choice((np.float32, np.float64)), Range.of(np.float64, reach)
     points = wide_points(dice, dtype, Range.of(dtype, reach))
     normals = _normals(dice, points, dtype)
-    material = Material(*(color_of(dice) for _ in range(3)), shininess=positive_of(dice), emission=color_of(dice))
+    material = Material(
+        **{name: color_of(dice) for name in ("ambient", "diffuse", "specular")},
+        shininess=positive_of(dice),
+        emission=color_of(dice),
+    )
     vtk = dice.likely(30)
     fields: dict[str, Any] = {"ambient": color_of(dice), "clamp": dice.likely(50), "two_sided": dice.likely(50)}
     if not vtk:
@@ -171,7 +175,7 @@ def wide_case(dice: Dice, reach: int = 1074) -> Case:
     wide = points.astype(float), normals.astype(float)
     lights = [_wide_light(dice, *wide, span) for _ in range(dice.randint(0, 3))]
     scene = Scene(lights, _wide_viewer(dice, wide[0], span), model)
-    albedo = np.array([[positive_of(dice) for _ in range(3)] for _ in points]) if dice.likely(30) else None
+    albedo = np.array([[min(positive_of(dice), 1.0) for _ in range(3)] for _ in points]) if dice.likely(30) else None
     return Case(points, normals, scene, material, _wide_matrix(dice, span), albedo)
 
 
@@ -315,7 +319,7 @@ def promising_case(dice: Dice) -> Promise:
         fields |= {"local_viewer": dice.likely(75), "reflection": dice.choice(("phong", "blinn-phong"))}
     model = replace(LightModel.vtk() if vtk else LightModel(), **fields)
     lights = [_far_light(dice, centre, radius, mirrored) for _ in range(dice.randint(1, 4))]
-    material = Material(dice.color(), dice.color(), dice.color(), shininess=shininess)
+    material = Material(**{name: dice.color() for name in ("ambient", "diffuse", "specular")}, shininess=shininess)
     matrix = None if dice.likely(70) else matrix_of(dice, dice.choice(MATRIX_CLASSES))
     viewer = Viewer(triple(eye), triple(centre), triple(dice.unit_vector()), parallel=dice.likely(10))
     case = Case(points, normals, Scene(lights, viewer, model), material, matrix)

@@ -123,7 +123,7 @@ def light_on_the_vertex(evaluator: Evaluator, attenuation: Any, at: Any) -> None
     normals = np.array([[0.0, 0.0, 1.0], [1.0, -2.0, 0.5]])
     points = np.array([at, np.add(at, (2.0, 0.0, 0.0))])
     sun = DirectionalLight(direction=(0.0, 0.0, -1.0), diffuse=0.5)
-    eye, material = np.add(at, (0.0, 0.0, 4.0)), Material(1.0, 0.5, 0.5, shininess=20.0)
+    eye, material = np.add(at, (0.0, 0.0, 4.0)), Material(ambient=1.0, diffuse=0.5, specular=0.5, shininess=20.0)
     for shape, ambient, reflection in product((PointLight, SpotLight), (0.0, 1.0), REFLECTIONS):
         lamp = shape(position=at, attenuation=attenuation, ambient=ambient)
         (alone, truth), (both, _), (other, _) = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.base.vectors import moderate_vector
 from pvphong.geometry.extent import Extent
 from pvphong.optics.light import Arrival, Light, Reach, VtkValues
-from pvphong.optics.roles import aim
+from pvphong.optics.roles import aim, way_from
 
 # Radians by which a direction may be off in float64.
 _SLACK = 1e-7
@@ -38,6 +38,24 @@ class DirectionalLight(Light):
     direction: VectorLike = aim()
 
     is_even: ClassVar[bool] = True
+
+    @classmethod
+    def at(cls, position: VectorLike, *, target: VectorLike, **fields: Any) -> Self:
+        """The light of a sun that stands in the direction of `position` as seen from `target`.
+
+        Parameters
+        ----------
+        position, target : sequence of float
+            Two places that differ.
+        **fields
+            The other fields of the light.
+
+        Raises
+        ------
+        ValueError
+            As for the light itself, or if the places are the same.
+        """
+        return cls(direction=way_from(position, target), **fields)
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:  # noqa: ARG002 the same everywhere
         """The direction against the light's travel, shape (3, 1), and strength 1."""

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from pvphong.optics import attenuation as weakening
 from pvphong.optics.attenuation import attenuate, coefficients, strongest
 from pvphong.optics.light import Arrival, Light, Reach, Simpler, Stage, VtkValues
 from pvphong.optics.lights.point import PointLight, placed_effects, placed_reach, placed_without
-from pvphong.optics.roles import aim, angle, place, power
+from pvphong.optics.roles import aim, angle, place, power, way_from
 
 CONE = "cone"
 """The plan's effect."""
@@ -62,6 +62,24 @@ class SpotLight(Light):
     cone_angle: float = angle(30.0, "cone", above=0.0, at_most=90.0, remedy=_HALF)
     exponent: float = power(1.0)
     attenuation: VectorLike = coefficients()
+
+    @classmethod
+    def at(cls, position: VectorLike, *, target: VectorLike, **fields: Any) -> Self:
+        """A spot light at a place, which shines at another.
+
+        Parameters
+        ----------
+        position, target : sequence of float
+            Two places that differ.
+        **fields
+            The other fields of the light.
+
+        Raises
+        ------
+        ValueError
+            As for the light itself, or if the places are the same.
+        """
+        return cls(position=position, direction=way_from(position, target), **fields)
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
         """Direction to the light, shape (3, n), and attenuation times spot factor, shape (n,), at points (3, n)."""

@@ -15,8 +15,8 @@ from pvphong.base import check
 from pvphong.base.types import Backend, ByteArray, MatrixLike, Precision
 from pvphong.geometry.extent import ANYWHERE
 from pvphong.geometry.transform import normal_matrix
-from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
+from pvphong.optics.material import Material, check_material
+from pvphong.scene.scene import SceneLike, as_scene
 from pvphong.shading import kernel, reference
 from pvphong.shading.equation import Equation, assemble, with_nodes
 from pvphong.shading.origin import beside_the_mesh
@@ -80,7 +80,7 @@ class Plan:
     @classmethod
     def of(
         cls,
-        scene: Scene,
+        scene: SceneLike,
         material: Material,
         vertices: Vertices,
         *,
@@ -89,15 +89,20 @@ class Plan:
     ) -> Plan:
         """What will run for some vertices; their normals are read only where they may rule something out.
 
+        A scene without a viewer is seen as PyVista's camera would frame the vertices.
+
         Raises
         ------
         ValueError
             If scene, material, matrix or tolerance is not what it should be.
         """
-        check_scene_and_material(scene, material)
+        scene = as_scene(scene)
+        check_material(material)
         tolerance = check.number("tolerance", tolerance, at_least=0.0)
         if matrix is not None:
             normal_matrix(matrix)  # refuses what cannot light, also where the scene does not need it
+        if scene.viewer is None:
+            scene = scene.framed(vertices.bounds(None if matrix is None else check.matrix4("matrix", matrix)))
         return cls.of_equation(beside_the_mesh(assemble(scene, material, matrix)), vertices, tolerance)
 
     @classmethod
@@ -208,14 +213,6 @@ class Plan:
             cost = f"{spent[effect.name]:.1f}" if spent[effect.name] else ""
             table.add_row(effect.name, "on" if choice.on else "off", choice.why, reads, bound, cost)
         return table
-
-
-def check_scene_and_material(scene: Any, material: Any) -> None:
-    """Raise ValueError unless they are what their names say."""
-    if not isinstance(scene, Scene):
-        check.refuse("scene", scene, "a Scene", "Put lights into Scene(lights=[...]).")
-    if not isinstance(material, Material):
-        check.refuse("material", material, "a Material", "Material.from_property makes one of a pyvista.Property.")
 
 
 def _needs(equation: Equation) -> frozenset[str]:

@@ -13,12 +13,12 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.base.types import MatrixLike
+from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.lit import point_normals
 from pvphong.meshes.surfaces import surface
-from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
+from pvphong.optics.material import Material, check_material
+from pvphong.scene.scene import SceneLike
 from pvphong.shading import kernel
-from pvphong.shading.plan.plan import check_scene_and_material
 from pvphong.studies.accuracy.measurement import Measurement
 from pvphong.studies.accuracy.progress import progress
 from pvphong.studies.accuracy.report import Tradeoff
@@ -33,7 +33,7 @@ _SPARE = 0.05
 
 def tradeoff(
     mesh: pv.DataSet,
-    scene: Scene,
+    scene: SceneLike | None,
     material: Material,
     *,
     tolerance: float = 1.0 / 255.0,
@@ -51,8 +51,8 @@ def tradeoff(
     ----------
     mesh : pyvista.DataSet
         A dataset with a surface; it is not modified.
-    scene : Scene
-        Lights, viewer and light model.
+    scene : Scene, light, sequence of lights, or None
+        What lights it; None is the scene of `pvphong.default_scene`.
     material : Material
         The surface's reflectances.
     tolerance : float, default 1/255
@@ -75,10 +75,11 @@ def tradeoff(
     ValueError
         If an argument has the wrong shape, type or range, or the mesh has nothing that can be lit.
     """
-    check_scene_and_material(scene, material)
+    check_material(material)
     tolerance = check.number("tolerance", tolerance, above=0.0)
     clock = Clock((1.0 - _SPARE) * check.number("seconds", seconds, above=0.0))
     source = surface(mesh)
+    scene = scene_for(source, scene, matrix)
     placed = None if matrix is None else check.matrix4("matrix", matrix)
     points, normals = check.array("points", source.points), check.array("normals", point_normals(source))
     subject = Subject(points, normals, scene, material, placed)

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Precision
+from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.lit import point_normals, surface_and_albedo
 from pvphong.meshes.surfaces import has_faces
-from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
+from pvphong.optics.material import Material, check_material
+from pvphong.scene.scene import SceneLike
 from pvphong.shading.albedo import checked_albedo, reflectances
 from pvphong.shading.inside.interpolation import all_errors
 from pvphong.shading.inside.lit_vertices import Lighting, LitVertices, scaled_together
 from pvphong.shading.inside.refining import Refinement
-from pvphong.shading.plan.plan import check_scene_and_material
 
 Placement = Literal["linear", "smooth"]
 
@@ -32,7 +32,7 @@ _ERROR = "_interpolation_error"
 
 def refine(
     mesh: pv.DataSet,
-    scene: Scene,
+    scene: SceneLike | None,
     material: Material,
     *,
     tolerance: float,
@@ -143,7 +143,7 @@ def refine(
 
 def interpolation_error(
     mesh: pv.DataSet,
-    scene: Scene,
+    scene: SceneLike | None,
     material: Material,
     *,
     matrix: MatrixLike | None = None,
@@ -192,10 +192,11 @@ class _LitTriangles(NamedTuple):
 
 
 def _lit_triangles(
-    mesh: pv.DataSet, scene: Scene, material: Material, matrix: MatrixLike | None, albedo: Any
+    mesh: pv.DataSet, given_scene: SceneLike | None, material: Material, matrix: MatrixLike | None, albedo: Any
 ) -> _LitTriangles:
-    check_scene_and_material(scene, material)
+    check_material(material)
     source, given = surface_and_albedo(mesh, albedo)
+    scene = scene_for(source, given_scene, matrix)
     if not has_faces(source):
         check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", "A cloud has no inside.")
     shades = None if given is None else reflectances(checked_albedo(given, source.n_points)).astype(np.float64)

@@ -21,14 +21,14 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLActor, vtkOpenGLPolyDataMapp
 
 from pvphong.base import check
 from pvphong.base.types import BoolArray, Float64Array
+from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.files import refuse_suffix
 from pvphong.meshes.lit import point_normals, shade_mesh
 from pvphong.meshes.pictures import refuse_size, save_picture
 from pvphong.meshes.surfaces import has_faces, surface
-from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
+from pvphong.optics.material import Material, check_material
+from pvphong.scene.scene import Scene, SceneLike
 from pvphong.scene.viewer import Viewer
-from pvphong.shading.plan.plan import check_scene_and_material
 from pvphong.vtk.obstacles import refuse_inexpressible
 from pvphong.vtk.oracle import vtk_camera, vtk_light, vtk_property
 from pvphong.vtk.terms import Terms, in_vtk_terms
@@ -102,7 +102,7 @@ class ImageComparison:
 
 
 def compare_images(
-    mesh: pv.DataSet, scene: Scene, material: Material, *, size: tuple[int, int] = (400, 300)
+    mesh: pv.DataSet, scene: SceneLike | None, material: Material, *, size: tuple[int, int] = (400, 300)
 ) -> ImageComparison:
     """Draw a mesh with its lit colours, and lit by VTK per pixel, and compare the pictures.
 
@@ -133,9 +133,10 @@ def compare_images(
         As `pvphong.validate`; also for highlights seen from infinity, which VTK draws from a place far away only,
         for a mesh without faces or out of view, and where this machine cannot draw.
     """
-    check_scene_and_material(scene, material)
+    check_material(material)
     refuse_size(size)
     source = surface(mesh)
+    scene = scene_for(source, scene)
     if not has_faces(source):
         check.refuse("mesh", f"{source.n_points} points and no faces", "a mesh with faces")
     terms = _terms(source, scene, material)

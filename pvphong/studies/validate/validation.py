@@ -10,12 +10,12 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike
+from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.lit import point_normals
 from pvphong.meshes.surfaces import surface
-from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
+from pvphong.optics.material import Material, check_material
+from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.evaluation import evaluate
-from pvphong.shading.plan.plan import check_scene_and_material
 from pvphong.studies.validate.comparison import Comparison
 from pvphong.vtk.limits import Pose, limits
 from pvphong.vtk.obstacles import refuse_inexpressible, seen_from_infinity, shining
@@ -29,7 +29,9 @@ _OFF_CENTER = 10.0
 """In sizes of the mesh: float32 loses digits of a mesh that lies farther than this from its own origin."""
 
 
-def validate(mesh: pv.DataSet, scene: Scene, material: Material, *, matrix: MatrixLike | None = None) -> Comparison:
+def validate(
+    mesh: pv.DataSet, scene: SceneLike | None, material: Material, *, matrix: MatrixLike | None = None
+) -> Comparison:
     """Compare pvphong's colours with those of VTK's own shader, vertex by vertex.
 
     pvphong's are `evaluate`'s, in its float32 default, before they are clamped. VTK's are `vtk_shade`'s.
@@ -46,8 +48,8 @@ def validate(mesh: pv.DataSet, scene: Scene, material: Material, *, matrix: Matr
     ----------
     mesh : pyvista.DataSet
         A dataset with a surface. Its active point normals are used, computed ones where it has none.
-    scene : Scene
-        Lights, viewer and light model, in either convention.
+    scene : Scene, light, sequence of lights, or None
+        None is the scene of `pvphong.default_scene`. Lights, viewer and light model, in either convention.
     material : Material
         The surface's reflectances.
     matrix : array_like, optional
@@ -78,8 +80,9 @@ def validate(mesh: pv.DataSet, scene: Scene, material: Material, *, matrix: Matr
     >>> ph.validate(pv.Sphere(), ph.Scene(lights=[ph.DirectionalLight()]), ph.Material()).passed
     True
     """
-    check_scene_and_material(scene, material)
+    check_material(material)
     source = surface(mesh)
+    scene = scene_for(source, scene, matrix)
     given = None if matrix is None else check.matrix4("matrix", matrix)
     refuse_inexpressible(scene, material, given)
     points, normals = check.array("points", source.points), check.array("normals", point_normals(source))

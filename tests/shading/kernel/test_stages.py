@@ -51,7 +51,7 @@ def test_a_light_without_its_stage_is_the_references(kind, precision, monkeypatc
         with monkeypatch.context() as patch:
             if not node.is_even:
                 patch.setattr(type(node), "stage", Light.stage)
-                equation = with_nodes(assemble(ph.Scene([light]), ph.Material(), None))
+                equation = with_nodes(assemble(ph.Scene([light], ph.Viewer()), ph.Material(), None))
                 nothing = Shading(np.empty((1, 3), precision))
                 assert not kernel.shade(np.ones((1, 3)), np.ones((1, 3)), equation, None, nothing)
             plain = lit(light, None, seed, precision)

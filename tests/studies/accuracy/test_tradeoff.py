@@ -157,7 +157,7 @@ def test_no_approximation_errs_by_more_than_it_promises():
 
 
 def test_promises_name_lights_as_the_plan_does(mesh):
-    lights = [replace(SUN, name=""), replace(SUN, name="twin"), replace(SUN, name="twin")]
+    lights = [replace(SUN, name="")] * 3
     scene = replace(SCENE, lights=lights)
     subject = Subject(mesh.points, mesh.point_data.active_normals, scene, ph.Material(), None)
     (promise,) = promises(subject, 0.02)

@@ -1,0 +1,168 @@
+"""What a user types first: no scene, a light for a scene, a camera for a viewer, a target for a direction."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+
+MESH = pv.examples.load_airplane()
+SHINY = ph.Material(specular=0.6, shininess=20)
+SUN, LAMP = ph.DirectionalLight(direction=(-1, -2, -3)), ph.PointLight(position=(900, 500, 2000))
+HEAD = ph.DirectionalLight(frame="headlight")
+
+
+def camera_of(mesh):
+    plotter = pv.Plotter(off_screen=True)
+    try:
+        plotter.add_mesh(mesh)
+        plotter.show(auto_close=False)
+        return plotter.camera.copy()
+    finally:
+        plotter.close()
+
+
+@pytest.mark.parametrize(
+    "mesh", [MESH, pv.Plane(i_size=3), pv.PolyData([[1.0, 2.0, 3.0]]), pv.Sphere(center=(1e6, 0, 0))]
+)
+def test_without_a_viewer_it_is_seen_as_pyvistas_camera_frames_it(mesh):
+    viewer, camera = ph.Viewer.framing(mesh.bounds), ph.Viewer.from_camera(camera_of(mesh))
+    np.testing.assert_allclose(viewer.position, camera.position, rtol=1e-6, atol=0)
+    np.testing.assert_allclose(viewer.focal_point, camera.focal_point, rtol=1e-12, atol=1e-12)
+    assert (viewer.up, viewer.view_angle) == (camera.up, camera.view_angle)
+    assert viewer.parallel_scale == pytest.approx(camera.parallel_scale)
+
+
+@pytest.mark.parametrize("bounds", [(1, -1, 1, -1, 1, -1), (0, np.nan, 0, 1, 0, 1), (0, np.inf, 0, 1, 0, 1)])
+def test_no_box_at_all_counts_as_the_unit_cube(bounds):
+    assert ph.Viewer.framing(bounds) == ph.Viewer.framing((0, 1, 0, 1, 0, 1))
+
+
+def test_bounds_are_six_numbers():
+    with pytest.raises(ValueError, match=r"^bounds must be six numbers"):
+        ph.Viewer.framing((0, 1))
+
+
+MATRIX = np.array([[0, -2, 0, 5.0], [2, 0, 0, 0], [0, 0, 2, 1], [0, 0, 0, 1]])
+
+
+@pytest.mark.parametrize("matrix", [None, MATRIX])
+@pytest.mark.parametrize("spoiled", [False, True])
+def test_the_viewer_of_what_is_lit_is_the_one_that_frames_it(matrix, spoiled):
+    mesh = MESH.copy()
+    framed = mesh.copy() if matrix is None else mesh.transform(matrix, inplace=False)
+    if spoiled:
+        mesh.points[7] = np.nan
+    scene = ph.Scene([LAMP, HEAD])
+    viewer = ph.Viewer.framing(framed.bounds)
+    expected = mesh.phong.shade(ph.Scene([LAMP, HEAD], viewer), SHINY, matrix=matrix)["phong"]
+    np.testing.assert_allclose(mesh.phong.shade(scene, SHINY, matrix=matrix)["phong"], expected, rtol=0, atol=1e-4)
+    assert np.abs(expected - mesh.phong.shade(ph.Scene([LAMP, HEAD], ph.Viewer()), SHINY)["phong"]).max() > 0.1
+    normals = mesh.phong.normals()
+    by_hand = ph.evaluate(mesh.points, normals, scene, SHINY, matrix=matrix).rgb
+    assert np.array_equal(by_hand, mesh.phong.shade(scene, SHINY, matrix=matrix)["phong"])
+
+
+def test_blocks_are_seen_by_one_viewer():
+    blocks = pv.MultiBlock({"a": pv.Sphere(), "b": pv.Sphere(center=(5, 0, 0))})
+    lit = blocks.phong.shade(ph.Scene([HEAD]), SHINY)
+    viewer = ph.Viewer.framing(blocks.bounds)
+    for name in ("a", "b"):
+        alone = blocks[name].phong.shade(ph.Scene([HEAD], viewer), SHINY)
+        assert np.array_equal(lit[name]["phong"], alone["phong"])
+    assert set(blocks.phong.plan(HEAD)) == {"a", "b"}
+
+
+def test_no_scene_is_the_default_scene():
+    assert np.array_equal(MESH.phong.shade()["phong"], MESH.phong.shade(ph.default_scene(MESH))["phong"])
+    blocks = pv.MultiBlock([MESH])
+    assert np.array_equal(blocks.phong.shade()[0]["phong"], MESH.phong.shade(ph.default_scene(blocks))["phong"])
+
+
+@pytest.mark.parametrize(
+    "given", [SUN, [SUN], (SUN,), (light for light in [SUN]), pv.Light(position=(1, 2, 3), light_type="scene light")]
+)
+def test_lights_are_a_scene(given):
+    own = SUN if not isinstance(given, pv.Light) else ph.as_light(given)
+    assert np.array_equal(MESH.phong.shade(given, SHINY)["phong"], MESH.phong.shade(ph.Scene([own]), SHINY)["phong"])
+
+
+def test_lights_are_a_scene_everywhere():
+    plane = pv.Plane(i_resolution=4, j_resolution=4)
+    for result in (
+        plane.phong.plan(SUN).explain(),
+        plane.phong.validate([SUN]).passed,
+        plane.phong.refine(SUN, tolerance=0.1).n_points,
+        plane.phong.interpolation_error(SUN).n_points,
+        ph.plan(plane, SUN, SHINY).explain(),
+        ph.evaluate(plane.points, plane.points + 1.0, [SUN], SHINY).rgb.shape,
+    ):
+        assert result
+
+
+def test_a_camera_is_a_viewer():
+    camera = camera_of(MESH)
+    assert ph.Scene(viewer=camera).viewer == ph.Viewer.from_camera(camera)
+
+
+def test_what_rides_along_needs_a_viewer():
+    with pytest.raises(ValueError, match=r"^viewer must be a Viewer where lights ride along with it; .*framed"):
+        _ = ph.Scene([HEAD]).world_lights
+    scene = ph.Scene([HEAD]).framed(MESH.bounds)
+    assert scene.world_lights[0].direction == pytest.approx(scene.viewer.view_direction)
+    assert scene.framed((0, 1, 0, 1, 0, 1)) is scene
+
+
+def test_at_a_target():
+    spot = ph.SpotLight.at((1, 2, 3), target=(1, 2, 0), cone_angle=12, name="desk")
+    assert spot == ph.SpotLight(position=(1, 2, 3), direction=(0, 0, -3), cone_angle=12, name="desk")
+    assert ph.DirectionalLight.at((0, 5, 0), target=(0, 0, 0)) == ph.DirectionalLight(direction=(0, -5, 0))
+    for kind in (ph.SpotLight, ph.DirectionalLight):
+        with pytest.raises(ValueError, match=r"^target must be another place than position"):
+            kind.at((1, 2, 3), target=(1, 2, 3))
+
+
+def test_ready_made_lights_are_public():
+    assert [light.name for light in ph.three_point(MESH)] == ["key", "fill", "rim"]
+    assert ph.three_point(MESH) == ph.three_point(MESH, ph.Viewer.framing(MESH.bounds))
+    assert ph.light_kit()[0].name == "head"
+    assert MESH.phong.shade(ph.three_point(MESH))["phong"].any()
+
+
+@pytest.mark.parametrize("given", ["gold", 0.2, pv.Property()])
+def test_a_materials_fields_are_named(given):
+    with pytest.raises(ValueError, match=r"^Material must be given by its fields"):
+        ph.Material(given)
+
+
+def test_names_where_materials_are_wanted_say_how_to_get_one():
+    for refused in (lambda: ph.Material("gold"), lambda: MESH.phong.shade(SUN, "gold")):
+        with pytest.raises(ValueError, match=r"Material\.named\('gold'\)"):
+            refused()
+    with pytest.raises(ValueError, match=r"Material\.names\(\)"):
+        MESH.phong.shade(SUN, "unobtainium")
+
+
+def test_pyvistas_colours_are_colours():
+    assert ph.Material(diffuse=pv.Color("red")).diffuse == (1.0, 0.0, 0.0)
+    assert ph.PointLight(diffuse=pv.Color("orange")) == ph.PointLight(diffuse="orange")
+
+
+def test_cell_arrays_as_albedo_say_how_to_get_point_arrays():
+    mesh = pv.Sphere()
+    mesh.cell_data["tint"] = np.ones((mesh.n_cells, 3))
+    for albedo in ("tint", mesh.cell_data["tint"]):
+        with pytest.raises(ValueError, match=r"^albedo must be .*cell_data_to_point_data"):
+            mesh.phong.shade(SUN, albedo=albedo)
+
+
+def test_lit_meshes_are_drawn_in_their_colours():
+    lit = pv.Plane(direction=(1, 1, 1)).phong.shade(SUN, ph.Material(ambient=0, diffuse=(0.2, 0.5, 0.8)))
+    options = {"off_screen": True, "return_img": True, "screenshot": True, "window_size": (60, 60)}
+    for what in (lit, pv.MultiBlock([lit])):
+        picture = np.asarray(what.phong.plot(**options))
+        np.testing.assert_allclose(picture[30, 30], 255 * lit["phong"][0], atol=1.5, rtol=0)
+    with pytest.raises(ValueError, match=r"^name must be one of"):
+        lit.phong.plot(name="fong")
