@@ -10,10 +10,10 @@ from pathlib import Path
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.meshes.blocks import map_blocks
+from pvphong.meshes.blocks import leaves, map_blocks
 from pvphong.meshes.files import save_lit
 from pvphong.meshes.lit import shade_mesh
-from pvphong.meshes.pictures import WITHOUT_DISPLAY, aim, drawing_window, leaves, save_picture
+from pvphong.meshes.pictures import WITHOUT_DISPLAY, aim, drawing_window, save_picture
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.studio.live import ARRAY

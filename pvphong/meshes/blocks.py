@@ -44,6 +44,13 @@ def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
         yield (path if counts[path] == 1 else f"{path} {place}"), block
 
 
+def leaves(mesh: Any) -> list[Any]:
+    """The mesh itself, or the meshes in all blocks that are not empty."""
+    if isinstance(mesh, pv.MultiBlock):
+        return list(mesh.recursive_iterator(skip_none=True, skip_empty=True))
+    return [mesh]
+
+
 def _datasets(blocks: pv.MultiBlock, names: tuple[str, ...] = (), place: str = "") -> Iterator[tuple[str, str, Any]]:
     """Path, indices and dataset of each."""
     for index, block in enumerate(blocks):

@@ -12,8 +12,7 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.base.types import Float64Array, MatrixLike
-from pvphong.meshes.blocks import map_blocks
-from pvphong.meshes.pictures import leaves
+from pvphong.meshes.blocks import leaves, map_blocks
 from pvphong.meshes.surfaces import surface
 from pvphong.optics.lights import DirectionalLight
 from pvphong.scene.light_model import LightModel

@@ -17,6 +17,7 @@ from PIL import Image
 
 from pvphong.base import check
 from pvphong.base.files import written_aside
+from pvphong.meshes.blocks import leaves
 from pvphong.scene.viewer import Viewer
 
 HEADLESS_PACKAGES = "libegl1 libgl1-mesa-dri libx11-6"
@@ -150,10 +151,3 @@ def aim(plotter: pv.Plotter, viewer: Viewer) -> None:
     camera.SetViewAngle(viewer.view_angle)
     camera.SetParallelScale(viewer.parallel_scale)
     plotter.camera_set = True
-
-
-def leaves(mesh: pv.PolyData | pv.MultiBlock) -> list[pv.PolyData]:
-    """The mesh itself, or the meshes in all blocks that are not empty."""
-    if isinstance(mesh, pv.MultiBlock):
-        return list(mesh.recursive_iterator(skip_none=True, skip_empty=True))
-    return [mesh]
