@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Precision
 from pvphong.meshes.lit import point_normals, surface_and_albedo
+from pvphong.meshes.sharing import sharing
 from pvphong.meshes.surfaces import has_faces
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
@@ -173,7 +174,7 @@ def interpolation_error(
     with _far_ranges_allowed():
         vertices = LitVertices(points, normals, normals, lit.shades, lit.lighting.colors(points, normals, lit.shades))
         errors = all_errors(vertices, lit.corners, lit.lighting)
-    result = lit.mesh.copy()
+    result = sharing(lit.mesh)
     result.cell_data["phong" + _ERROR] = errors
     result.set_active_scalars("phong" + _ERROR, preference="cell")
     return result
