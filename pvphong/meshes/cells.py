@@ -216,11 +216,12 @@ def invalid_cells(mesh: pv.DataSet) -> IntArray:
 
 def refuse_invalid(mesh: pv.DataSet) -> None:
     """Raise ``ValueError`` for a mesh that would crash VTK, with the cell, the dimensions or the array to blame."""
+    n_points = mesh.n_points
     for array in cells(mesh):
-        array.refuse_out_of_range(mesh.n_points)
+        array.refuse_out_of_range(n_points)
     polyhedra = _polyhedron_faces(mesh)
     if polyhedra is not None:
-        polyhedra[0].refuse_out_of_range(mesh.n_points)
+        polyhedra[0].refuse_out_of_range(n_points)
         polyhedra[1].refuse_out_of_range(polyhedra[0].count)
     small, sizes, needed = _too_small(mesh)
     if len(small):
