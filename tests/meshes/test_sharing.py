@@ -21,9 +21,20 @@ MATERIAL = Material(ambient=0.1, specular=0.4, shininess=12)
 
 def ball(*, stored=True):
     """A sphere with arrays of every kind; those named as results are among them."""
-    mesh = pv.Sphere(theta_resolution=10, phi_resolution=8)
+    return with_arrays(pv.Sphere(theta_resolution=10, phi_resolution=8), stored=stored)
+
+
+def quads():
+    """A sheet of polygons that have to be cut for some operations, with lines beside them."""
+    sheet = pv.Plane(i_resolution=4, j_resolution=3).compute_normals(cell_normals=False)
+    sheet.lines = [2, 0, 7]
+    return with_arrays(sheet, stored=True)
+
+
+def with_arrays(mesh, *, stored):
     normals = mesh.point_data.active_normals.copy()
     mesh.clear_data()
+    mesh.cell_data["odd"] = np.arange(mesh.n_cells) % 2 == 1
     rows = np.random.default_rng(3).uniform(size=(mesh.n_points, 3))
     mesh.point_data["tint"], mesh.point_data["phong"] = rows, rows[:, 0] > 0.5
     mesh.point_data["marked"], mesh.cell_data["patch"] = rows[:, 1] > 0.5, np.arange(mesh.n_cells)
@@ -65,6 +76,7 @@ def drawn_live(mesh):
     return live.drawn
 
 
+MESHES = {"normals": ball, "no normals": lambda: ball(stored=False), "quads": quads}
 OPERATIONS = {
     "shade": lambda mesh: mesh.phong.shade(SCENE, MATERIAL),
     "shade by the reference": lambda mesh: mesh.phong.shade(SCENE, MATERIAL, backend="numpy", albedo="tint"),
@@ -82,9 +94,9 @@ OPERATIONS = {
 
 
 @pytest.mark.parametrize("operation", OPERATIONS)
-@pytest.mark.parametrize("stored", [True, False], ids=["normals", "no normals"])
-def test_no_operation_writes_into_its_input(operation, stored):
-    mesh = ball(stored=stored)
+@pytest.mark.parametrize("kind", MESHES)
+def test_no_operation_writes_into_its_input(operation, kind):
+    mesh = MESHES[kind]()
     lit = mesh.phong.shade(SCENE, MATERIAL, name="before")  # shares with it, and is lit again below
     states = state(mesh), state(lit)
     first, second = OPERATIONS[operation](mesh), OPERATIONS[operation](lit)

@@ -162,7 +162,8 @@ def interpolation_error(
     pyvista.PolyData
         The mesh's triangles with the cell array ``phong_interpolation_error``, float64: the largest absolute
         difference of any channel at the places that `refine` looks at. It is 0 in a triangle without an area or
-        with a point that is not finite. All other arrays are carried along.
+        with a point that is not finite. All other arrays are carried along. As from `shade`, it shares
+        memory with a mesh of triangles: what is written in place is seen in both.
 
     Raises
     ------
@@ -211,7 +212,7 @@ def _lit_triangles(
 def _faces_alone(mesh: pv.PolyData) -> pv.PolyData:
     """A mesh without its vertex and line cells, which VTK's triangulation would mix up with the faces' arrays."""
     first = mesh.n_verts + mesh.n_lines
-    result = mesh.copy(deep=False)
+    result = sharing(mesh)
     result.clear_cell_data()
     result.SetVerts(None)
     result.SetLines(None)

@@ -24,6 +24,7 @@ from pvphong.base.types import BoolArray, Float64Array
 from pvphong.meshes.files import refuse_suffix
 from pvphong.meshes.lit import point_normals, shade_mesh
 from pvphong.meshes.pictures import refuse_size, save_picture
+from pvphong.meshes.sharing import sharing
 from pvphong.meshes.surfaces import has_faces, surface
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
@@ -176,7 +177,7 @@ def _colored(lit: pv.PolyData) -> vtkOpenGLActor:
 
 def _lit_by_vtk(source: pv.PolyData, material: Material) -> vtkOpenGLActor:
     """The surface with smooth shading, as VTK lights it."""
-    smooth = source.copy(deep=False)
+    smooth = sharing(source)
     smooth.point_data.active_normals = point_normals(source)
     mapper = vtkOpenGLPolyDataMapper()
     mapper.SetInputData(smooth)
