@@ -16,6 +16,7 @@ from pvphong.geometry.transform import transform_normals
 from pvphong.meshes.blocks import datasets, map_blocks
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.lit import plan, point_normals, shade_mesh
+from pvphong.meshes.sharing import sharing
 from pvphong.meshes.surfaces import surface
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene, SceneLike
@@ -86,7 +87,9 @@ class MeshPhong:
         Returns
         -------
         pyvista.PolyData
-            A copy of the surface with the arrays.
+            The surface with the arrays. It shares points, cells and all other arrays with this dataset, as outputs of
+            VTK's filters do: what is written into them in place, on either side, is seen on both. Its ``.copy()``
+            stands alone.
 
         Raises
         ------
@@ -252,10 +255,13 @@ class BlocksPhong:
         return self._blocks.combine().plot(**_AS_THEY_ARE, scalars=name, **options)  # blocks would ignore `rgb`
 
     def normals(self, weighting: Weighting | None = None, *, matrix: MatrixLike | None = None) -> pv.MultiBlock:
-        """A new MultiBlock of surfaces that carry their normals as active point normals."""
+        """A new MultiBlock of surfaces that carry their normals as active point normals.
+
+        Each shares points, cells and arrays with its block, as results of `shade` do.
+        """
 
         def with_normals(block: pv.DataSet) -> pv.PolyData:
-            result = surface(block).copy()
+            result = sharing(surface(block))
             result.point_data.active_normals = block.phong.normals(weighting, matrix=matrix)
             return result
 

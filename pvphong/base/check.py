@@ -186,6 +186,8 @@ def array(name: str, value: Any, *, count: int | None = None, allowed: str = _RO
         For another shape, another number of rows, or strings, objects and complex numbers.
     """
     result = rows(name, value, count=count, allowed=allowed)
+    if result.dtype in (np.float32, np.float64):  # of this machine's byte order
+        return result
     native = result.dtype.newbyteorder("=")
     if native not in (np.float32, np.float64):
         native = np.dtype(np.float64)

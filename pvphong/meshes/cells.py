@@ -7,7 +7,9 @@ else, so it may be called on any mesh.
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,6 +20,35 @@ from vtkmodules.vtkCommonDataModel import vtkGenericCell
 
 from pvphong.base import check
 from pvphong.base.types import IntArray
+
+# Cell arrays in order that are remembered, and offsets that are compared at once.
+_REMEMBERED, _AT_ONCE = 1024, 2**20
+
+
+class _Memory:
+    """Keys of what was found in order, the last so many of them; several threads may ask and add at once."""
+
+    def __init__(self) -> None:
+        self._keys: dict[Any, None] = {}
+        self._lock = threading.Lock()
+
+    def __len__(self) -> int:
+        return len(self._keys)
+
+    def __contains__(self, key: Any) -> bool:
+        return key is not None and key in self._keys
+
+    def add(self, key: Any) -> None:
+        """Remember a key; the oldest one goes where there are too many."""
+        if key is None:
+            return
+        with self._lock:
+            self._keys[key] = None
+            if len(self._keys) > _REMEMBERED:
+                del self._keys[next(iter(self._keys))]
+
+
+_in_order = _Memory()
 
 
 @dataclass(frozen=True)
@@ -30,27 +61,40 @@ class Cells:
         What an error calls one of them.
     first : int
         The mesh's number of the first of them: in a PolyData vertices come first, then lines, faces, strips.
+    count : int
+        How many cells there are.
     connectivity : ndarray
         Their point indices, one cell after the other.
-    offsets : ndarray
-        Shape (count + 1,): where each cell starts in `connectivity`, and the end.
+    edition : tuple or None
+        What tells this state of the array from all others, so that it need be checked but once; None if it is
+        to be checked each time.
     """
 
     label: str
     first: int
+    count: int
     connectivity: NDArray[Any]
-    offsets: NDArray[Any]
+    edition: tuple[int, ...] | None
+    _array: Any
 
-    @property
-    def count(self) -> int:
-        """How many cells there are."""
-        return len(self.offsets) - 1
+    @cached_property
+    def offsets(self) -> NDArray[Any]:
+        """Shape (count + 1,): where each cell starts in `connectivity`, and the end.
+
+        Cells of one size have none that are stored: they are made when they are first read.
+        """
+        return vtk_to_numpy(self._array.GetOffsetsArray()) if self.count else np.zeros(1, dtype=np.int64)
 
     def out_of_range(self, n_points: int) -> IntArray:
         """Which of the cells have an index that is none of the points'."""
-        if not len(self.connectivity) or (self.connectivity.min() >= 0 and self.connectivity.max() < n_points):
+        key = self.edition and (*self.edition, n_points)
+        if key in _in_order:
             return np.empty(0, dtype=np.intp)
-        bad = np.flatnonzero((self.connectivity < 0) | (self.connectivity >= n_points))
+        unsigned = self.connectivity.view(f"u{self.connectivity.itemsize}")  # a negative index becomes a large one
+        if not len(unsigned) or unsigned.max() < n_points:
+            _in_order.add(key)
+            return np.empty(0, dtype=np.intp)
+        bad = np.flatnonzero(unsigned >= n_points)
         return np.unique(np.searchsorted(self.offsets, bad, side="right") - 1)
 
     def refuse_out_of_range(self, n_points: int) -> None:
@@ -66,6 +110,10 @@ class Cells:
 
 def cells(mesh: pv.DataSet) -> list[Cells]:
     """The cell arrays of a mesh; none of a dataset whose cells are implied by its dimensions.
+
+    Those of a PolyData are checked once for each edition of theirs, for VTK counts all objects' modifications by one
+    counter. Who writes into their memory has to tell VTK by ``Modified()``, as for drawing them. A grid's are checked
+    each time: VTK reads them next, to cut out the surface, and one wrong index would end the process.
 
     Raises
     ------
@@ -84,20 +132,39 @@ def cells(mesh: pv.DataSet) -> list[Cells]:
     else:
         arrays = {}
     result: list[Cells] = []
+    first = 0
     for label, array in arrays.items():
-        result.append(_read(label, array, sum(earlier.count for earlier in result)))
+        result.append(_read(label, array, first, once=isinstance(mesh, pv.PolyData)))
+        first += result[-1].count
     return result
 
 
-def _read(label: str, array: Any, first: int = 0) -> Cells:
-    if array is None or array.GetNumberOfCells() == 0:
-        return Cells(label, first, np.empty(0, dtype=np.int64), np.zeros(1, dtype=np.int64))
-    connectivity = vtk_to_numpy(array.GetConnectivityArray())
-    offsets = vtk_to_numpy(array.GetOffsetsArray())
-    if offsets[0] != 0 or (np.diff(offsets) < 0).any() or offsets[-1] > len(connectivity):
+def _read(label: str, array: Any, first: int = 0, *, once: bool = False) -> Cells:
+    count = 0 if array is None else array.GetNumberOfCells()
+    if not count:
+        return Cells(label, first, 0, np.empty(0, dtype=np.int64), None, None)
+    indices, offsets = array.GetConnectivityArray(), array.GetOffsetsArray()
+    parts = (array, indices, offsets)
+    edition = (*(part.GetMTime() for part in parts), indices.GetNumberOfValues(), count) if once else None
+    connectivity = vtk_to_numpy(indices)
+    result = Cells(label, first, count, connectivity[: array.GetOffset(count)], edition, array)
+    if edition in _in_order:
+        return result
+    start, end = array.GetOffset(0), array.GetOffset(count)
+    is_even = hasattr(array, "IsStorageFixedSize") and array.IsStorageFixedSize()  # VTK 9.5 and older have none
+    rises = is_even or _rises(result.offsets)
+    if start != 0 or not 0 <= end <= len(connectivity) or not rises:
         allowed = f"a mesh whose {label} offsets rise from 0 to {len(connectivity)}, the length of their connectivity"
-        check.refuse("mesh", f"offsets from {offsets.min()} to {offsets.max()}", allowed)
-    return Cells(label, first, connectivity[: offsets[-1]], offsets)
+        check.refuse("mesh", f"offsets from {result.offsets.min()} to {result.offsets.max()}", allowed)
+    _in_order.add(edition)
+    return result
+
+
+def _rises(numbers: NDArray[Any]) -> bool:
+    """Whether none is less than the one before; a few at a time, for there may be more of them than memory."""
+    starts = range(0, len(numbers), _AT_ONCE)
+    parts = (numbers[start : start + _AT_ONCE + 1] for start in starts)
+    return all((part[1:] >= part[:-1]).all() for part in parts)
 
 
 def _polyhedron_faces(mesh: pv.DataSet) -> tuple[Cells, Cells] | None:
@@ -149,11 +216,12 @@ def invalid_cells(mesh: pv.DataSet) -> IntArray:
 
 def refuse_invalid(mesh: pv.DataSet) -> None:
     """Raise ``ValueError`` for a mesh that would crash VTK, with the cell, the dimensions or the array to blame."""
+    n_points = mesh.n_points
     for array in cells(mesh):
-        array.refuse_out_of_range(mesh.n_points)
+        array.refuse_out_of_range(n_points)
     polyhedra = _polyhedron_faces(mesh)
     if polyhedra is not None:
-        polyhedra[0].refuse_out_of_range(mesh.n_points)
+        polyhedra[0].refuse_out_of_range(n_points)
         polyhedra[1].refuse_out_of_range(polyhedra[0].count)
     small, sizes, needed = _too_small(mesh)
     if len(small):

@@ -12,6 +12,7 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject
 from pvphong.base import check
 from pvphong.base.types import FloatArray, MatrixLike, Weighting
 from pvphong.meshes.default_scene import scene_for
+from pvphong.meshes.sharing import sharing
 from pvphong.meshes.surfaces import surface, vertex_normals
 from pvphong.optics.material import Material
 from pvphong.scene.scene import SceneLike, as_scene, light_labels
@@ -62,7 +63,8 @@ def shade_mesh(
     Returns
     -------
     pyvista.PolyData
-        A copy with the lit array as its active scalars.
+        With the lit array as its active scalars. It shares points, cells and all other arrays with the surface, as
+        outputs of VTK's filters do: what is written into them later is seen in both, and its ``.copy()`` stands alone.
 
     Raises
     ------
@@ -76,7 +78,7 @@ def shade_mesh(
     vertices = vertices_of(source, shades)
     planned = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     shading = planned.run(vertices, components=components, **how)
-    lit = source.copy()
+    lit = sharing(source)
     if shading.per_light is not None:
         for part in ("ambient", "diffuse", "specular", "emission", "base"):
             lit.point_data[f"{name}_{part}"] = getattr(shading, part)

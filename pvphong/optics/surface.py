@@ -13,7 +13,7 @@ from pvphong.base.vectors import dot
 from pvphong.optics.light import Arrival
 
 # Sums of three products have lost no bit to underflow from here on.
-_LEAST_PRODUCT = {"float32": 2.0**-100, "float64": 2.0**-970}
+_LEAST_PRODUCT = {np.float32: 2.0**-100, np.float64: 2.0**-970}
 
 
 @dataclass(eq=False)
@@ -51,7 +51,7 @@ class Surface:
         n_d = dot(self.raw, way)
         n_l = n_d * inverse
         if isinstance(inverse, np.ndarray):
-            sizes, least = np.abs(n_d), _LEAST_PRODUCT[n_d.dtype.name]
+            sizes, least = np.abs(n_d), _LEAST_PRODUCT[n_d.dtype.type]
             if sizes.min(initial=least) < least:  # the least floats round products of D, but less those of D near 1
                 small = sizes < least
                 exponents = np.frexp(inverse[small])[1]

@@ -13,6 +13,7 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Precision
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.lit import point_normals, surface_and_albedo
+from pvphong.meshes.sharing import sharing
 from pvphong.meshes.surfaces import has_faces
 from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import SceneLike
@@ -161,7 +162,8 @@ def interpolation_error(
     pyvista.PolyData
         The mesh's triangles with the cell array ``phong_interpolation_error``, float64: the largest absolute
         difference of any channel at the places that `refine` looks at. It is 0 in a triangle without an area or
-        with a point that is not finite. All other arrays are carried along.
+        with a point that is not finite. All other arrays are carried along. As from `shade`, it shares
+        memory with a mesh of triangles: what is written in place is seen in both.
 
     Raises
     ------
@@ -173,7 +175,7 @@ def interpolation_error(
     with _far_ranges_allowed():
         vertices = LitVertices(points, normals, normals, lit.shades, lit.lighting.colors(points, normals, lit.shades))
         errors = all_errors(vertices, lit.corners, lit.lighting)
-    result = lit.mesh.copy()
+    result = sharing(lit.mesh)
     result.cell_data["phong" + _ERROR] = errors
     result.set_active_scalars("phong" + _ERROR, preference="cell")
     return result
@@ -211,7 +213,7 @@ def _lit_triangles(
 def _faces_alone(mesh: pv.PolyData) -> pv.PolyData:
     """A mesh without its vertex and line cells, which VTK's triangulation would mix up with the faces' arrays."""
     first = mesh.n_verts + mesh.n_lines
-    result = mesh.copy(deep=False)
+    result = sharing(mesh)
     result.clear_cell_data()
     result.SetVerts(None)
     result.SetLines(None)

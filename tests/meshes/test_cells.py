@@ -1,0 +1,108 @@
+"""Cell arrays: what is refused, and that a PolyData's are checked once for each edition, in bounded memory."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+import pyvista as pv
+import vtk
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
+from pvphong.meshes import cells as cells_module
+from pvphong.meshes.cells import cells, invalid_cells, refuse_invalid
+
+STORAGES = ["Use32BitStorage", "Use64BitStorage", "UseFixedSize32BitStorage", "UseFixedSize64BitStorage"]
+STORAGES = [name for name in STORAGES if hasattr(vtk.vtkCellArray, name)]  # VTK 9.5 and older have two
+every_storage = pytest.mark.parametrize("storage", STORAGES)
+
+
+def faces(storage, *triples):
+    array = pv.CellArray()
+    getattr(array, storage)(*[3] * ("Fixed" in storage))
+    for triple in triples:
+        array.InsertNextCell(3, triple)
+    return array
+
+
+def surface_of(array, n_points=4):
+    mesh = pv.PolyData()
+    mesh.points = np.random.default_rng(2).normal(size=(n_points, 3))
+    mesh.SetPolys(array)
+    return mesh
+
+
+@every_storage
+@pytest.mark.parametrize("index", [-1, 4, 2**31 - 1, -(2**31)])
+def test_an_index_that_is_no_points_is_found_in_every_storage(storage, index):
+    mesh = surface_of(faces(storage, (0, 1, 2), (1, 2, 3), (3, index, 0)))
+    assert invalid_cells(mesh).tolist() == [2]
+    with pytest.raises(ValueError, match=f"index {index} in face 2"):
+        refuse_invalid(mesh)
+
+
+@every_storage
+def test_cells_are_as_they_were_put_in(storage):
+    found = cells(surface_of(faces(storage, (0, 1, 2), (1, 2, 3))))
+    assert [array.count for array in found] == [0, 0, 2, 0]
+    assert found[2].connectivity.tolist() == [0, 1, 2, 1, 2, 3]
+    assert found[2].offsets.tolist() == [0, 3, 6]
+
+
+@every_storage
+def test_an_edition_is_checked_once_and_the_next_one_anew(storage):
+    mesh = surface_of(faces(storage, (0, 1, 2), (1, 2, 3)))
+    refuse_invalid(mesh)
+    vtk_to_numpy(mesh.GetPolys().GetConnectivityArray())[1] = 9
+    refuse_invalid(mesh)  # nobody has been told
+    mesh.GetPolys().GetConnectivityArray().Modified()
+    for _ in range(2):  # what is wrong is not remembered
+        with pytest.raises(ValueError, match="index 9 in face 0"):
+            refuse_invalid(mesh)
+    vtk_to_numpy(mesh.GetPolys().GetConnectivityArray())[1] = 1
+    refuse_invalid(mesh)
+
+
+@every_storage
+def test_fewer_points_other_arrays_and_more_cells_are_checked_anew(storage):
+    array = faces(storage, (0, 1, 2), (1, 2, 3))
+    mesh = surface_of(array)
+    refuse_invalid(mesh)
+    mesh.points = np.zeros((3, 3))
+    with pytest.raises(ValueError, match="index 3 in face 1"):
+        refuse_invalid(mesh)
+    mesh.points = np.zeros((4, 3))
+    array.InsertNextCell(3, (0, 1, 7))  # which VTK does not count as a modification
+    with pytest.raises(ValueError, match="index 7 in face 2"):
+        refuse_invalid(mesh)
+    with pytest.raises(ValueError, match="index 5 in face 0"):
+        refuse_invalid(surface_of(faces(storage, (0, 1, 5))))
+
+
+def test_a_grids_cells_are_checked_each_time():
+    grid = pv.ImageData(dimensions=(3, 3, 3)).cast_to_unstructured_grid()
+    refuse_invalid(grid)
+    vtk_to_numpy(grid.GetCells().GetConnectivityArray())[1] = 99
+    with pytest.raises(ValueError, match="index 99 in cell 0"):
+        refuse_invalid(grid)
+
+
+@pytest.mark.parametrize("at", range(1, 8))
+def test_offsets_that_fall_are_refused_wherever_it_is(at, monkeypatch):
+    monkeypatch.setattr(cells_module, "_AT_ONCE", 3)
+    array = faces("Use64BitStorage", *[(0, 1, 2)] * 8)
+    cells(surface_of(array))
+    vtk_to_numpy(array.GetOffsetsArray())[at] = 3 * at + 4
+    array.Modified()
+    with pytest.raises(ValueError, match="offsets"):
+        cells(surface_of(array))
+
+
+def test_what_is_remembered_is_bounded_and_shared_by_threads():
+    def checked(_):
+        refuse_invalid(surface_of(faces("Use64BitStorage", (0, 1, 2))))
+        return len(cells_module._in_order)
+
+    with ThreadPoolExecutor(4) as threads:
+        sizes = list(threads.map(checked, range(2 * cells_module._REMEMBERED)))
+    assert max(sizes) <= cells_module._REMEMBERED + 4  # one for each that is just adding its own
+    assert len(cells_module._in_order) == cells_module._REMEMBERED

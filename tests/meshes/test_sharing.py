@@ -1,0 +1,199 @@
+"""Results share memory with what they were made of, and nothing of pvphong writes into what is shared."""
+
+import gc
+
+import numpy as np
+import pytest
+import pyvista as pv
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
+from pvphong.filter import PhongFilter
+from pvphong.meshes.sharing import sharing
+from pvphong.optics.lights import DirectionalLight, PointLight
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
+from pvphong.scene.viewer import Viewer
+from pvphong.studio.live import LiveMesh
+
+SCENE = Scene([DirectionalLight(direction=(-1, 0.5, -1)), PointLight(position=(2, -1, 3))], Viewer(position=(1, 2, 6)))
+MATERIAL = Material(ambient=0.1, specular=0.4, shininess=12)
+
+
+def ball(*, stored=True):
+    """A sphere with arrays of every kind; those named as results are among them."""
+    return with_arrays(pv.Sphere(theta_resolution=10, phi_resolution=8), stored=stored)
+
+
+def quads():
+    """A sheet of polygons that have to be cut for some operations, with lines beside them."""
+    sheet = pv.Plane(i_resolution=4, j_resolution=3).compute_normals(cell_normals=False)
+    sheet.lines = [2, 0, 7]
+    return with_arrays(sheet, stored=True)
+
+
+def with_arrays(mesh, *, stored):
+    normals = mesh.point_data.active_normals.copy()
+    mesh.clear_data()
+    mesh.cell_data["odd"] = np.arange(mesh.n_cells) % 2 == 1
+    rows = np.random.default_rng(3).uniform(size=(mesh.n_points, 3))
+    mesh.point_data["tint"], mesh.point_data["phong"] = rows, rows[:, 0] > 0.5
+    mesh.point_data["marked"], mesh.cell_data["patch"] = rows[:, 1] > 0.5, np.arange(mesh.n_cells)
+    mesh.active_texture_coordinates = rows[:, :2].copy()
+    mesh.field_data["release"], mesh.user_dict["author"] = [1.5], "me"
+    if stored:
+        mesh.point_data.active_normals = normals
+    mesh.set_active_scalars("tint")
+    return mesh
+
+
+def state(mesh):
+    """Every bit of a mesh, what is active in it, and when VTK last saw it changed."""
+    arrays = [
+        {name: (str(np.asarray(data[name]).dtype), np.asarray(data[name]).tobytes()) for name in data}
+        for data in (mesh.point_data, mesh.cell_data, mesh.field_data)
+    ]
+    cells = [mesh.verts, mesh.lines, mesh.faces, mesh.strips]
+    active = (
+        mesh.active_scalars_info,
+        mesh.point_data.active_normals_name,
+        mesh.point_data.active_texture_coordinates_name,
+    )
+    return [mesh.GetMTime(), active, np.asarray(mesh.points).tobytes(), arrays, [a.tobytes() for a in cells]]
+
+
+def filtered(mesh):
+    step = PhongFilter()
+    step.SetInputData(mesh)
+    step.SetScene(SCENE)
+    step.Update()
+    return step.GetOutput()
+
+
+def drawn_live(mesh):
+    live = LiveMesh(mesh, MATERIAL, albedo="tint")
+    for scene in (SCENE, Scene(SCENE.lights[:1])):
+        live.refresh(scene)
+    return live.drawn
+
+
+MESHES = {"normals": ball, "no normals": lambda: ball(stored=False), "quads": quads}
+OPERATIONS = {
+    "shade": lambda mesh: mesh.phong.shade(SCENE, MATERIAL),
+    "shade by the reference": lambda mesh: mesh.phong.shade(SCENE, MATERIAL, backend="numpy", albedo="tint"),
+    "shade in parts": lambda mesh: mesh.phong.shade(SCENE, MATERIAL, components=True, matrix=np.diag([1, 2, 3, 1])),
+    "plan": lambda mesh: mesh.phong.plan(SCENE, MATERIAL, tolerance=0.01),
+    "normals": lambda mesh: [mesh.phong.normals(weighting) for weighting in (None, "angle", "area", "max")],
+    "diagnose": lambda mesh: mesh.phong.diagnose().to_mesh(),
+    "interpolation_error": lambda mesh: mesh.phong.interpolation_error(SCENE, MATERIAL),
+    "refine": lambda mesh: mesh.phong.refine(SCENE, MATERIAL, tolerance=0.05),
+    "filter": filtered,
+    "live": drawn_live,
+    "blocks": lambda mesh: pv.MultiBlock([mesh, None, mesh]).phong.shade(SCENE, MATERIAL),
+    "normals of blocks": lambda mesh: pv.MultiBlock([mesh]).phong.normals("area"),
+}
+
+
+@pytest.mark.parametrize("operation", OPERATIONS)
+@pytest.mark.parametrize("kind", MESHES)
+def test_no_operation_writes_into_its_input(operation, kind):
+    mesh = MESHES[kind]()
+    lit = mesh.phong.shade(SCENE, MATERIAL, name="before")  # shares with it, and is lit again below
+    states = state(mesh), state(lit)
+    first, second = OPERATIONS[operation](mesh), OPERATIONS[operation](lit)
+    assert states == (state(mesh), state(lit))
+    del first, second
+
+
+def test_points_cells_and_arrays_are_shared_and_written_into_for_both():
+    mesh = ball()
+    lit = mesh.phong.shade(SCENE, MATERIAL)
+    stand_alone = lit.copy()
+    for here, there in ((mesh.points, lit.points), (mesh["tint"], lit["tint"]), (mesh["patch"], lit["patch"])):
+        assert np.shares_memory(here, there)
+    connectivity = [vtk_to_numpy(one.GetPolys().GetConnectivityArray()) for one in (mesh, lit)]
+    assert np.shares_memory(*connectivity)
+    mesh.points[3] = 7.0
+    lit["tint"][4] = 8.0
+    assert (lit.points[3] == 7.0).all()
+    assert (mesh["tint"][4] == 8.0).all()
+    assert not (stand_alone.points[3] == 7.0).any()
+    assert not (stand_alone["tint"][4] == 8.0).any()
+
+
+def _replace_points(mesh):
+    mesh.points = np.asarray(mesh.points) * 2.0
+
+
+def _replace_faces(mesh):
+    mesh.faces = mesh.faces[:8]
+
+
+def _set_normals(mesh):
+    mesh.point_data.active_normals = np.ones((mesh.n_points, 3))
+
+
+CHANGES = {
+    "points": _replace_points,
+    "moved": lambda mesh: mesh.translate((1, 2, 3), inplace=True),
+    "faces": _replace_faces,
+    "normals": _set_normals,
+    "array": lambda mesh: mesh.point_data.update({"tint": np.zeros((mesh.n_points, 3))}),
+    "bools": lambda mesh: mesh.point_data.update({"marked": np.zeros(mesh.n_points)}),
+    "active": lambda mesh: mesh.set_active_scalars("marked"),
+    "removed": lambda mesh: mesh.clear_data(),
+    "field": lambda mesh: mesh.field_data.update({"release": [2.5], "more": [1]}),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.parametrize("of", ["input", "result"])
+def test_what_is_replaced_on_one_side_is_not_on_the_other(change, of):
+    mesh = ball()
+    lit = sharing(mesh)
+    assert state(mesh)[1:] == state(lit)[1:]
+    changed, kept = (mesh, lit) if of == "input" else (lit, mesh)
+    before = state(kept)
+    CHANGES[change](changed)
+    assert state(kept)[1:] == before[1:]
+    assert state(changed)[1:] != before[1:]
+
+
+def test_the_users_notes_in_a_result_are_its_own():
+    mesh = ball()
+    lit = mesh.phong.shade(SCENE, MATERIAL)
+    assert dict(lit.user_dict) == {"author": "me"}
+    lit.user_dict["author"] = "you"
+    assert dict(mesh.user_dict) == {"author": "me"}
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_shared_points_outlive_the_mesh_that_they_come_from(dtype):
+    given = np.random.default_rng(4).normal(size=(5000, 3)).astype(dtype)
+    mesh = pv.PolyData(given.copy())
+    mesh.point_data.active_normals = given.copy()
+    lit = mesh.phong.shade(SCENE, MATERIAL)
+    del mesh
+    gc.collect()
+    assert lit.points.dtype == dtype
+    np.testing.assert_array_equal(lit.points, given)
+    np.testing.assert_array_equal(lit.point_data.active_normals, given)
+
+
+def test_an_array_of_the_results_name_is_replaced_in_the_result_alone():
+    mesh = ball()
+    given = mesh["phong"].copy()
+    lit = mesh.phong.shade(SCENE, MATERIAL)
+    assert mesh["phong"].dtype == bool
+    np.testing.assert_array_equal(mesh["phong"], given)
+    assert lit["phong"].shape == (mesh.n_points, 3)
+    again = lit.phong.shade(Scene(SCENE.lights[:1]), MATERIAL)
+    assert np.abs(again["phong"] - lit["phong"]).max() > 0.01
+    assert lit.active_scalars_name == again.active_scalars_name == "phong"
+
+
+def test_blocks_share_each_with_its_own():
+    blocks = pv.MultiBlock({"one": ball(), "two": ball(stored=False)})
+    lit = blocks.phong.shade(SCENE, MATERIAL)
+    for name in ("one", "two"):
+        assert np.shares_memory(blocks[name].points, lit[name].points)
+        assert blocks[name].active_scalars_name == "tint"
