@@ -15,6 +15,7 @@ from pvphong.base.types import Backend, FloatArray, MatrixLike, Precision, Weigh
 from pvphong.geometry.transform import transform_normals
 from pvphong.meshes.blocks import datasets, map_blocks
 from pvphong.meshes.default_scene import scene_for
+from pvphong.meshes.edges import FeatureAngle
 from pvphong.meshes.lit import plan, point_normals, shade_mesh
 from pvphong.meshes.sharing import sharing
 from pvphong.meshes.surfaces import surface
@@ -51,6 +52,7 @@ class MeshPhong:
         tolerance: float = 0.0,
         precision: Precision = "float32",
         backend: Backend = "auto",
+        feature_angle: FeatureAngle = None,
     ) -> pv.PolyData:
         """A new mesh with its lit colours as a point array.
 
@@ -83,6 +85,10 @@ class MeshPhong:
             colours of size 1, n the largest of the shininess and the spot lights' exponents; see `pvphong.evaluate`.
         backend : {"auto", "numpy", "numba"}
             Which evaluator computes; see `pvphong.evaluate`.
+        feature_angle : float, "auto" or None, default None
+            Degrees between two faces from which their common edge is sharp: points are duplicated along it, and
+            `pvphong_original_point` says which each one was. 0 is flat shading; "auto" takes 30 where the mesh has no
+            point normals of its own. None splits nothing.
 
         Returns
         -------
@@ -114,6 +120,7 @@ class MeshPhong:
             tolerance=tolerance,
             precision=precision,
             backend=backend,
+            feature_angle=feature_angle,
         )
 
     def normals(self, weighting: Weighting | None = None, *, matrix: MatrixLike | None = None) -> FloatArray:
@@ -147,9 +154,10 @@ class MeshPhong:
         *,
         matrix: MatrixLike | None = None,
         tolerance: float = 0.0,
+        feature_angle: FeatureAngle = None,
     ) -> Plan:
         """Which effects `shade` will run, which it leaves out, and why; see `pvphong.plan`."""
-        return plan(self._mesh, scene, material, matrix=matrix, tolerance=tolerance)
+        return plan(self._mesh, scene, material, matrix=matrix, tolerance=tolerance, feature_angle=feature_angle)
 
     def validate(
         self, scene: SceneLike | None = None, material: Material = _DULL, *, matrix: MatrixLike | None = None

@@ -9,7 +9,7 @@ from typing import Any
 import pyvista as pv
 
 from pvphong.meshes.blocks import datasets, map_blocks
-from pvphong.meshes.default_scene import default_scene
+from pvphong.meshes.default_scene import default_scene, scene_for
 from pvphong.meshes.files import read_mesh
 from pvphong.meshes.surfaces import surface
 from pvphong.scene.scene import Scene
@@ -26,7 +26,7 @@ def surface_and_scene(path: str, rig: Path | None, size: tuple[int, int]) -> tup
     scene = None if rig is None else Scene.load(rig)
     mesh = read_mesh(path)
     outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
-    return outside, default_scene(outside, size[0] / size[1]) if scene is None else scene
+    return outside, default_scene(outside, size[0] / size[1]) if scene is None else scene_for(outside, scene)
 
 
 def single_meshes(mesh: Any) -> Iterator[tuple[str, pv.DataSet]]:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 from pvphong.base.types import ColorLike
+from pvphong.meshes.edges import FeatureAngle
 from pvphong.optics.material import Material
 
 
@@ -69,3 +70,12 @@ Rig = Annotated[Path | None, Parameter(help="Lights, viewer and light model, as 
 LookOptions = Annotated[Look, Parameter(name="*")]
 PLAIN = Look()
 """None of its options given."""
+
+
+FeatureAngleOption = float | Literal["auto", "none"]
+"""Degrees between two faces from which their common edge is sharp."""
+
+
+def feature_angle_of(given: FeatureAngleOption) -> FeatureAngle:
+    """What the command line's word for it means."""
+    return None if given == "none" else given

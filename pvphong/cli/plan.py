@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from pvphong.cli.inputs import NOTHING, SIZE, single_meshes, surface_and_scene
-from pvphong.cli.options import PLAIN, LookOptions, Rig
+from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, Rig, feature_angle_of
 from pvphong.meshes.lit import plan as plan_mesh
 
 
-def plan(mesh: str, /, *, scene: Rig = None, look: LookOptions = PLAIN, tolerance: float = 0.0) -> None:
+def plan(
+    mesh: str,
+    /,
+    *,
+    scene: Rig = None,
+    look: LookOptions = PLAIN,
+    tolerance: float = 0.0,
+    feature_angle: FeatureAngleOption = "auto",
+) -> None:
     """Say which effects a scene calls for on a mesh, which are left out, and why.
 
     Parameters
@@ -16,10 +26,14 @@ def plan(mesh: str, /, *, scene: Rig = None, look: LookOptions = PLAIN, toleranc
         A file of any format that PyVista reads.
     tolerance
         Largest absolute colour error that may be traded for time; 1/255 = 0.0039 is one step of a display.
+    feature_angle
+        Degrees between two faces from which their common edge is sharp; "auto" takes 30 where the mesh has no point
+        normals of its own, and "none" leaves all of it smooth.
     """
     outside, rig = surface_and_scene(mesh, scene, SIZE)
     material = look.to_material()
-    plans = [(block, plan_mesh(single, rig, material, tolerance=tolerance)) for block, single in single_meshes(outside)]
+    options: Any = {"tolerance": tolerance, "feature_angle": feature_angle_of(feature_angle)}
+    plans = [(block, plan_mesh(single, rig, material, **options)) for block, single in single_meshes(outside)]
     for block, found in plans:
         if block:
             print(f"{block}:")

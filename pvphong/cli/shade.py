@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 from pvphong.base.types import Precision
 from pvphong.cli.inputs import SIZE, surface_and_scene
-from pvphong.cli.options import PLAIN, LookOptions, Rig
+from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, Rig, feature_angle_of
 from pvphong.cli.spinner import busy
 from pvphong.meshes import pictures
 from pvphong.meshes.blocks import map_blocks
@@ -35,6 +35,7 @@ def shade(
     components: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     precision: Precision = "float32",
     tolerance: float = 0.0,
+    feature_angle: FeatureAngleOption = "auto",
     size: Annotated[tuple[int, int], Parameter(negative="", show_default="{} {}".format(*SIZE))] = SIZE,
     background: str = "white",
 ) -> None:
@@ -59,6 +60,9 @@ def shade(
         Of the arrays and the arithmetic.
     tolerance
         Largest absolute colour error that may be traded for time.
+    feature_angle
+        Degrees between two faces from which their common edge is sharp; "auto" takes 30 where the mesh has no point
+        normals of its own, and "none" leaves all of it smooth.
     size
         Width and height of a picture in pixels.
     background
@@ -67,6 +71,7 @@ def shade(
     pictures.refuse_size(size)
     refuse_suffix(output, "a mesh", _OUTPUTS)
     how = {"albedo": albedo, "components": components, "precision": precision, "tolerance": tolerance}
+    how["feature_angle"] = feature_angle_of(feature_angle)
     with busy(f"Lighting {mesh}"):
         outside, rig = surface_and_scene(mesh, scene, size)
         lit = _shaded(outside, rig, look.to_material(), name=array, **how)

@@ -7,15 +7,18 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
+from numpy.typing import NDArray
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
 from pvphong.base import check
 from pvphong.base.types import FloatArray, MatrixLike, Weighting
 from pvphong.meshes.default_scene import scene_for
+from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
 from pvphong.meshes.sharing import sharing
 from pvphong.meshes.surfaces import surface, vertex_normals
 from pvphong.optics.material import Material
 from pvphong.scene.scene import SceneLike, as_scene, light_labels
+from pvphong.shading.albedo import checked_albedo
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 
@@ -33,6 +36,7 @@ def shade_mesh(
     albedo: Any = None,
     components: bool = False,
     tolerance: float = 0.0,
+    feature_angle: FeatureAngle = None,
     **how: Any,
 ) -> pv.PolyData:
     """A new mesh with lit colours as the point array `name`.
@@ -57,6 +61,8 @@ def shade_mesh(
         `<name>_light_<light's name or index>` for each light.
     tolerance : float, default 0
         As for `evaluate`.
+    feature_angle : float, "auto" or None
+        Degrees from which edges are sharp; see `pvphong.meshes.edges.split_sharp_edges`.
     **how
         `precision` and `backend` of `evaluate`.
 
@@ -73,7 +79,7 @@ def shade_mesh(
     """
     if not isinstance(name, str) or not name:
         check.refuse("name", name, "a string that is not empty")
-    source, shades = surface_and_albedo(mesh, albedo)
+    source, shades = surface_and_albedo(mesh, albedo, feature_angle)
     scene = scene_for(source, scene, matrix)
     vertices = vertices_of(source, shades)
     planned = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
@@ -96,6 +102,7 @@ def plan(
     *,
     matrix: MatrixLike | None = None,
     tolerance: float = 0.0,
+    feature_angle: FeatureAngle = None,
 ) -> Plan:
     """Which effects will run for a scene, which are left out, and why.
 
@@ -118,6 +125,8 @@ def plan(
         (4, 4) model matrix.
     tolerance : float, default 0
         Largest absolute colour error that may be taken; 1/255 is one step of a display.
+    feature_angle : float, "auto" or None
+        Of a mesh, as for `mesh.phong.shade`.
 
     Returns
     -------
@@ -130,7 +139,7 @@ def plan(
         If an argument has the wrong shape, type or range; the message names it.
     """
     if isinstance(mesh_or_points, pv.DataSet):
-        source = surface(mesh_or_points)
+        source, _ = split_sharp_edges(surface(mesh_or_points), feature_angle)
         scene = scene_for(source, scene, matrix)
         return Plan.of(scene, material, vertices_of(source), matrix=matrix, tolerance=tolerance)
     vertices = Vertices(_bare_points(mesh_or_points), None)
@@ -168,8 +177,21 @@ def vertices_of(source: pv.PolyData, albedo: Any = None) -> Vertices:
     return Vertices(source.points, lambda: point_normals(source), albedo)
 
 
-def surface_and_albedo(mesh: pv.DataSet, albedo: Any) -> tuple[pv.PolyData, Any]:
-    """The surface, and the albedo at its points."""
+def surface_and_albedo(mesh: pv.DataSet, albedo: Any, feature_angle: FeatureAngle = None) -> tuple[pv.PolyData, Any]:
+    """The surface, split along its sharp edges, and the albedo at its points."""
+    whole, shades = _surface_and_albedo(mesh, albedo)
+    source, points = split_sharp_edges(whole, feature_angle)
+    return source, at_points(shades, points, whole.n_points)
+
+
+def at_points(albedo: Any, points: NDArray[Any] | None, count: int) -> Any:
+    """An albedo of so many points at those that `split_sharp_edges` gives."""
+    if albedo is None or points is None:
+        return albedo
+    return checked_albedo(albedo, count)[points]
+
+
+def _surface_and_albedo(mesh: pv.DataSet, albedo: Any) -> tuple[pv.PolyData, Any]:
     if isinstance(albedo, str):
         source = surface(mesh)
         if albedo in mesh.cell_data and albedo not in source.point_data:

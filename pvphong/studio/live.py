@@ -9,7 +9,8 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.base.types import ByteArray, Float64Array, FloatArray
-from pvphong.meshes.lit import point_normals
+from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
+from pvphong.meshes.lit import at_points, point_normals
 from pvphong.meshes.surfaces import surface
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
@@ -36,11 +37,16 @@ class LiveMesh:
     albedo : str, array_like or None
         As for `shade`; can be set at any time. A named array is followed when it is edited or replaced; of an
         array that is given, edits are not seen.
+    feature_angle : float, "auto" or None, default None
+        Degrees from which edges are sharp, as for `shade`.
     """
 
-    def __init__(self, mesh: pv.DataSet, material: Material, albedo: Any = None) -> None:
+    def __init__(
+        self, mesh: pv.DataSet, material: Material, albedo: Any = None, *, feature_angle: FeatureAngle = None
+    ) -> None:
         surface(mesh)  # refuses what has nothing that can be lit
         self.mesh = mesh
+        self.feature_angle: FeatureAngle = feature_angle
         self.material = material
         self.albedo = albedo
         self.drawn = pv.PolyData()
@@ -48,6 +54,8 @@ class LiveMesh:
         self._colors: ByteArray = np.empty((0, 3), np.uint8)
         self._geometry: Any = None
         self._normals: FloatArray | None = None
+        self._points: Any = None
+        self._n_whole = 0
         self._drawn_for: Any = None
         self._plan: Plan | None = None
         self._viewer = Viewer()
@@ -116,7 +124,9 @@ class LiveMesh:
         geometry = _geometry_of(self.mesh)
         if geometry == self._geometry:
             return
-        outer = surface(self.mesh)
+        whole = surface(self.mesh)
+        outer, self._points = split_sharp_edges(whole, self.feature_angle)
+        self._n_whole = whole.n_points
         colors = self.drawn.GetPointData().GetArray(ARRAY)
         self.drawn.ShallowCopy(outer)
         if colors is not None and colors.GetNumberOfTuples() == outer.n_points:
@@ -131,8 +141,13 @@ class LiveMesh:
         if isinstance(self.albedo, str):
             arrays = self._arrays()
             check.choice("albedo", self.albedo, arrays.keys())
-            return arrays[self.albedo]
-        return self.albedo
+            return self._at_points(arrays[self.albedo])
+        return self._at_points(self.albedo)
+
+    def _at_points(self, albedo: Any) -> Any:
+        """Of the surface, where its edges were split."""
+        is_drawns = albedo is not None and len(albedo) == self.drawn.n_points
+        return albedo if is_drawns else at_points(albedo, self._points, self._n_whole)
 
     def _arrays(self) -> Any:
         """Where a named albedo is looked up: the user's point arrays, which may be replaced at any time."""

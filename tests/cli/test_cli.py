@@ -76,7 +76,7 @@ def test_every_parameter_has_a_help_text(command, capsys, monkeypatch):
     parameters = [line for line in capsys.readouterr().out.splitlines() if re.match(r"│ (\* )? *(--|MESH)", line)]
     assert parameters
     for line in parameters:
-        assert re.match(r"│ (\* )? *(--[a-z]+|MESH)( -[a-z])?( [A-Z]+)*  +\S", line), line
+        assert re.match(r"│ (\* )? *(--[a-z-]+|MESH)( -[a-z])?( [A-Z|]+)*  +\S", line), line
 
 
 def test_importing_the_package_loads_no_command_line():
@@ -236,8 +236,17 @@ def test_blocks_are_shaded_block_by_block(sphere):
 
 def test_a_volume_is_lit_on_its_surface():
     pv.ImageData(dimensions=(4, 4, 4)).save("box.vti")
-    assert run("shade box.vti -o lit.vtp") == 0
+    assert run("shade box.vti -o lit.vtp --feature-angle none") == 0
     assert pv.read("lit.vtp")["phong"].shape == (4**3 - 2**3, 3)
+
+
+def test_edges_are_sharp_unless_the_command_says_otherwise():
+    cube = pv.Cube(clean=True)
+    cube.clear_data()
+    cube.save("cube.vtp")
+    for given, count in {"": 24, "auto": 24, "100": 8, "none": 8}.items():
+        assert run(f"shade cube.vtp -o lit.vtp {given and '--feature-angle ' + given}") == 0
+        assert pv.read("lit.vtp").n_points == count
 
 
 # --- view ---

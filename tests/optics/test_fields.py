@@ -52,14 +52,16 @@ def having(names, kinds=ALL):
             {"position": (0.0, 0.0, 0.0), "direction": (0.0, 0.0, -1.0)}
             | {"cone_angle": 30.0, "exponent": 1.0, "attenuation": (1.0, 0.0, 0.0)},
         ),
-        (  # OpenGL's
-            Material,
-            {"ambient": 0.2, "diffuse": 0.8, "specular": 0.0, "shininess": 0.0, "emission": 0.0, "reflectance": None},
-        ),
     ],
 )
 def test_defaults_in_the_order_of_the_arguments(kind, defaults):
     assert values(kind(), kw_only=False) == list(defaults.items())
+
+
+def test_a_materials_fields_are_given_by_keyword_and_have_opengls_defaults():
+    opengl = {"ambient": 0.2, "diffuse": 0.8, "specular": 0.0, "shininess": 0.0, "emission": 0.0, "reflectance": None}
+    assert values(Material(), kw_only=False) == []
+    assert values(Material(), kw_only=True) == list(opengl.items())
 
 
 @every_light

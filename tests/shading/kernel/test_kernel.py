@@ -209,7 +209,7 @@ def test_the_type_of_what_is_not_read_compiles_nothing(lights):
 
 def test_it_declines_what_it_cannot_do_and_writes_nothing(vertices):
     points, normals = vertices
-    far = ph.Scene([replace(LAMP, position=(1e200, 0, 0))])
+    far = ph.Scene([replace(LAMP, position=(1e200, 0, 0))], ph.Viewer())
     result = result_of(COUNT)
     assert not kernel.shade(points, normals, assemble(far, SHINY, None), None, result)
     assert (result.rgb == 7.0).all()

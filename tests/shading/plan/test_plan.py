@@ -394,11 +394,11 @@ def test_explain_shows_names_as_they_are(mesh):
     assert "[b]lamp :sun:" in mesh.phong.plan(scene(replace(LAMP, name="[b]lamp :sun:")), DULL).explain()
 
 
-def test_lights_that_share_a_name_or_have_none_are_told_apart(mesh):
-    names = ["sun", "sun", "", "lamp", "light 2"]
+def test_lights_without_a_name_are_told_apart_by_their_index(mesh):
+    names = ["sun", "", "", "lamp", "light 2"]
     lights = [replace(SUN, name=name, on=index != 1) for index, name in enumerate(names)]
     why = ph.plan(mesh, scene(*lights), DULL).effects["lights"].why
-    assert why == "light 0, light 2, lamp, light 4 (left out: light 1: switched off)"
+    assert why == "sun, light 2, lamp, light 4 (left out: light 1: switched off)"
 
 
 MESH_OR_POINTS = r"^mesh_or_points must be a mesh or an \(n, 3\) array of real numbers"
