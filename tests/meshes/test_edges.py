@@ -149,7 +149,7 @@ def test_live_meshes_follow_what_becomes_sharp():
     live = LiveMesh(hinge, ph.Material(ambient=1, diffuse=0), "tint", feature_angle="auto")
     assert drawn_in(live).n_points == 8
     np.testing.assert_array_equal(live.drawn["phong"], np.round(0.2 * 255 * TINT[live.drawn[ORIGINAL_POINT]]))
-    hinge.points = np.where(hinge.points[:, 2:] > 0, hinge.points + [1, 0, -1], hinge.points)
+    hinge.points = np.where(hinge.points[:, 2:] > 0, np.add(hinge.points, (1, 0, -1)), hinge.points)
     assert drawn_in(live).n_points == 6
     hinge.points = folded
     assert drawn_in(live).n_points == 8
