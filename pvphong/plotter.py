@@ -18,7 +18,8 @@ from pvphong.scene.scene import Scene
 from pvphong.studies.validate.comparison import Comparison
 from pvphong.studies.validate.validation import validate
 from pvphong.studio.gizmos import Board, Gizmo, History, Options
-from pvphong.studio.gizmos.commands import Keys, check_keys
+from pvphong.studio.gizmos.commands import check_keys
+from pvphong.studio.gizmos.options import Keys
 from pvphong.studio.live import ARRAY, LiveMesh
 from pvphong.studio.outputs import unwrap_outputs, wrap_outputs
 from pvphong.studio.pane import Pane

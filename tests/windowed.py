@@ -133,7 +133,7 @@ def told(plotter, actor, guest):
         "guest": [guest.position, guest.focal_point, guest.cone_angle],
         "colors": hashlib.sha256(np.ascontiguousarray(colors)).hexdigest(),
         "hovered": next((gizmo.hovered for gizmo in gizmos if gizmo.hovered), None),
-        "dragging": board._drag is not None,
+        "dragging": board.hands.drag is not None,
         "selected": [gizmo.is_selected for gizmo in gizmos],
         "camera": list(plotter.camera.position),
     }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from pvphong.optics.light import Light
+from pvphong.scene.viewer import Viewer
 from pvphong.studio.gizmos.drag_start import Cursor, DragStart
 from pvphong.studio.gizmos.gizmo import HIGHLIGHT, Gizmo
 from pvphong.studio.gizmos.handles import dragged
@@ -56,14 +57,8 @@ class Drag:
         if light == start.light:
             self.put_back()
         else:
-            self.gizmo.handle.set(self._in_its_frame(light), viewer)
+            self.gizmo.handle.set(in_its_frame(light, start.light, self.light, viewer), viewer)
         return readout(light, start.handle, start.scenery)
-
-    def _in_its_frame(self, light: Light) -> Light:
-        """A light of the world; what the drag does not change keeps its bits."""
-        moved = light.in_frame(self.light.frame, self.start.view.viewer)
-        same = (field for field in light.roles if getattr(light, field) == getattr(self.start.light, field))
-        return replace(moved, **{field: getattr(self.light, field) for field in same})
 
     def _mirrored(self, at: Cursor) -> Light:
         x, y = self.start.picture(at).tolist()
@@ -76,3 +71,20 @@ class Drag:
     def put_back(self) -> None:
         """Make all lights what they were, to the bit."""
         self.rig.turn(self.rig.state, self.before)
+
+
+def in_its_frame(changed: Light, before: Light, own: Light, viewer: Viewer) -> Light:
+    """A light that was changed in the world, in its own frame; what has not changed keeps its bits.
+
+    Parameters
+    ----------
+    changed, before : Light
+        As it is to be and as it was, both in the world.
+    own : Light
+        As it was, in its own frame.
+    viewer : Viewer
+        By which the two are the same.
+    """
+    moved = changed.in_frame(own.frame, viewer)
+    same = (field for field in changed.roles if getattr(changed, field) == getattr(before, field))
+    return replace(moved, **{field: getattr(own, field) for field in same})

@@ -16,7 +16,12 @@ from pvphong.studio.gizmos.readout import readout
         (
             PointLight(position=(0, 0, 2), attenuation=(1, 0, 0.25), intensity=3, name="lamp"),
             "position",
-            ["lamp: position", "position (0, 0, 2)", "attenuation (1, 0, 0.25)", "1.5 arriving at the scene's middle"],
+            [
+                "lamp: position",
+                "position (0, 0, 2)",
+                "attenuation (1, 0, 0.25)",
+                "1.5 arriving at the scene's middle, luminance 1.5",
+            ],
         ),
         (
             SpotLight(position=(1, 0, 2), direction=(0, 0, -2), cone_angle=22.25, exponent=3, attenuation=(1, 0.5, 0)),
@@ -26,23 +31,23 @@ from pvphong.studio.gizmos.readout import readout
                 "position (1, 0, 2)",
                 "target (1, 0, 0)",
                 "distance 2, cone 22.2°",
-                "0.5 arriving at the target",
+                "0.5 arriving at the target, luminance 0.5",
             ],
         ),
         (
-            DirectionalLight(direction=(0, 2, -2), name="sun", intensity=0.5),
+            DirectionalLight(direction=(0, 2, -2), name="sun", intensity=0.5, diffuse=(1, 0, 0)),
             "target",
             [
                 "sun: target",
                 "direction (0, 0.7071, -0.7071)",
                 "azimuth 90.0°, elevation -45.0°",
-                "0.5 arriving everywhere",
+                "0.5 arriving everywhere, luminance 0.106",
             ],
         ),
         (
             Globe(position=(1, 0, 2), radius=0.25, on=False),
             "radius",
-            ["radius", "position (1, 0, 2)", "radius 0.25", "0 arriving at the scene's middle"],
+            ["radius", "position (1, 0, 2)", "radius 0.25", "0 arriving at the scene's middle, luminance 0"],
         ),
     ],
 )
