@@ -21,6 +21,7 @@ from pvphong.studio.gizmos.highlight import SurfacePoint
 from pvphong.studio.gizmos.history import History
 from pvphong.studio.gizmos.options import Options
 from pvphong.studio.gizmos.overlay import Overlay
+from pvphong.studio.gizmos.status import HINT, alone, described
 from pvphong.studio.gizmos.surfaces import Surfaces, find_highlight
 from pvphong.studio.gizmos.view import View
 from pvphong.studio.live import LiveMesh
@@ -166,17 +167,34 @@ class Board:
         view = self.view
         self._size = view.size
         drawing = Drawing(view)
-        shown = {} if self.hidden else {gizmo: gizmo.highlight for gizmo in self._gizmos}
+        shown = {} if self.hidden else {gizmo: self._ring(gizmo) for gizmo in self._gizmos}
         self._place_grips(view, shown)
         self._hovered = self._under_cursor()
         active = self.hands.active or self._hovered
+        single = alone(self.rig.handles, view.viewer)
         for gizmo, highlight in shown.items():
-            gizmo.draw(drawing, highlight, active[1] if active and active[0] is gizmo else None)
-        self._overlay.attach(self._renderer)
+            handle = active[1] if active and active[0] is gizmo else None
+            gizmo.draw(drawing, highlight, handle, is_alone=gizmo.handle is single)
         self._overlay.put(drawing)
+        self._overlay.label(drawing.labels, view.origin)
+        self._overlay.status(self._status(single), view.size)
         self._overlay.help(commands.help_text(self.options.keys) if self.helping else "", (12.0, view.size[1] - 12.0))
         x, y = self.cursor
         self._overlay.say(self.hands.readout, (x - view.origin[0], y - view.origin[1]), view.size)
+        self._overlay.attach(self._renderer)
+
+    def _ring(self, gizmo: Gizmo) -> Vector | None:
+        """Where its highlight is; while that is dragged, where it was dragged to, which need not be at a vertex."""
+        return self.hands.dragged_highlight(gizmo) or gizmo.highlight
+
+    def _status(self, single: LightHandle | None) -> str:
+        """The last that was done, and the light that keys act on."""
+        chosen = self.selected
+        if chosen is not None:
+            now = described(chosen.light, is_alone=chosen.handle is single)
+        else:
+            now = "" if self.helping else HINT
+        return "\n".join(line for line in (self.notice, now) if line)
 
     def _place_grips(self, view: View, shown: dict[Gizmo, Vector | None]) -> None:
         """Of two close together each is grabbed on its own half of the way."""

@@ -15,7 +15,7 @@ from pvphong.studio.gizmos.surfaces import Surfaces
 from pvphong.studio.rig import Rig, RigState
 
 
-@dataclass(frozen=True)
+@dataclass
 class Drag:
     """Who is dragged, and everything as it was before.
 
@@ -35,6 +35,8 @@ class Drag:
         Where the light's highlight was.
     surfaces : Surfaces, optional
         What it can be dragged on, if it is the highlight that was grabbed.
+    over : SurfacePoint, optional
+        Where on them the highlight has been dragged to.
     """
 
     gizmo: Gizmo
@@ -44,6 +46,7 @@ class Drag:
     light: Light
     held: SurfacePoint | None
     surfaces: Surfaces | None
+    over: SurfacePoint | None = None
 
     @property
     def is_possible(self) -> bool:
@@ -66,6 +69,7 @@ class Drag:
         if self.held is None or target is None:  # off the surface: it waits
             viewer = self.start.view.viewer
             return self.gizmo.light_for(viewer).in_world(viewer)
+        self.over = target
         return mirrored_to_eye(self.start.light, self.start.view, self.held, target)
 
     def put_back(self) -> None:

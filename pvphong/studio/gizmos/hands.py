@@ -6,6 +6,7 @@ import weakref
 from collections.abc import Callable
 from typing import Any
 
+from pvphong.base.types import Vector
 from pvphong.studio.gizmos import commands, entry
 from pvphong.studio.gizmos.drag_start import Cursor, DragStart, vector
 from pvphong.studio.gizmos.dragging import Drag
@@ -72,6 +73,12 @@ class Hands:
             return self.drag.gizmo, self.drag.start.handle
         return None if self.entry is None else (self.entry.gizmo, self.entry.handle)
 
+    def dragged_highlight(self, gizmo: Gizmo) -> Vector | None:
+        """Where a gizmo's highlight has been dragged to, if it is being dragged."""
+        if self.drag is None or self.drag.gizmo is not gizmo or self.drag.over is None:
+            return None
+        return self.drag.over.point
+
     def release(self) -> None:
         """Let go of the interactor."""
         for tag in self._tags:
@@ -84,6 +91,7 @@ class Hands:
         """A handle was grabbed: freeze everything that the drag depends on."""
         self._end_entry(taken=True)
         board, view = self._board, self._board.view
+        board.notice = ""
         board.select(gizmo)
         held = board.held_highlight(gizmo, view)
         point = gizmo.points(view, None if held is None else held.point).get(handle)

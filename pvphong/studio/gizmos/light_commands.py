@@ -19,6 +19,7 @@ from pvphong.studio.gizmos.drag_start import vector
 from pvphong.studio.gizmos.gizmo import Gizmo
 from pvphong.studio.gizmos.names import called, free_name
 from pvphong.studio.gizmos.shape import fields
+from pvphong.studio.gizmos.status import alone
 from pvphong.studio.gizmos.surroundings import Board
 
 _HUE_STEP = 15.0
@@ -50,19 +51,10 @@ def solo(board: Board) -> None:
     """All others off; if they are off already, all on."""
     if (chosen := _chosen(board)) is None:
         return
-    viewer = board.view.viewer
-    others = [handle for handle in board.rig.handles if handle is not chosen.handle]
-    alone = is_alone(board, chosen)
-    for handle in others:
-        handle.set(replace(handle.light(viewer), on=alone), viewer)
-    chosen.handle.set(replace(chosen.light, on=True), viewer)
-
-
-def is_alone(board: Board, gizmo: Gizmo) -> bool:
-    """Whether no other light of several is on."""
-    viewer = board.view.viewer
-    others = [handle.light(viewer).on for handle in board.rig.handles if handle is not gizmo.handle]
-    return gizmo.light.on and bool(others) and not any(others)
+    viewer, handles = board.view.viewer, board.rig.handles
+    others_on = alone(handles, viewer) is chosen.handle
+    for handle in handles:
+        handle.set(replace(handle.light(viewer), on=others_on or handle is chosen.handle), viewer)
 
 
 def to_camera(board: Board) -> None:
