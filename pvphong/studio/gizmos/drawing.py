@@ -12,11 +12,15 @@ from pvphong.studio.gizmos.view import View
 
 _ROUND = np.linspace(0.0, 2.0 * np.pi, 25)
 _OFF = 0.45
-_WHITE, _DARK = (1.0, 1.0, 1.0), (0.08, 0.08, 0.08)
+_WHITE = (1.0, 1.0, 1.0)
+DARK, LIGHT = (0.08, 0.08, 0.08), (0.75, 0.75, 0.75)
+"""Edges of areas: the second where the area itself is dark."""
+
 # Lines of at least this strength are drawn thick.
 _THICK = 0.8
 # Between the edge of the pane and an arrow there, in pixels.
 _MARGIN = 16.0
+_LETTERS_HIGH = 16.0
 # Lines of perspectives end where their depth is this fraction of their farthest point's.
 _NEAR = 1e-3
 
@@ -46,12 +50,13 @@ class Drawing:
     ----------
     view : View
         The pane.
-    color : tuple of float
-        Of what is added next.
+    color, edge : tuple of float
+        Of what is added next, and of the edges of its areas.
     """
 
     view: View
     color: Vector = (1.0, 1.0, 1.0)
+    edge: Vector = DARK
     _lines: list[Float64Array] = field(default_factory=list)
     _line_colors: list[ByteArray] = field(default_factory=list)
     _thin: list[bool] = field(default_factory=list)
@@ -93,8 +98,11 @@ class Drawing:
 
     def label(self, point: Float64Array, text: str, right: float = 4.0) -> None:
         """A short text, so many pixels to the right of a point of the world."""
-        if self.view.is_ahead(point):
-            self.labels.append((self.view.project(point) + np.array([right, 4.0]), text))
+        if self.view.edge_towards(point, 0.0) is not None:
+            return
+        place = self.view.project(point) + np.array([right, 4.0])
+        if place[1] + _LETTERS_HIGH <= self.view.origin[1] + self.view.size[1]:
+            self.labels.append((place, text))
 
     def crossed(self, point: Float64Array) -> None:
         """A bar across an icon: the light is off."""
@@ -104,7 +112,7 @@ class Drawing:
                 [-along - 0.12 * across, along - 0.12 * across, along + 0.12 * across, 0.12 * across - along]
             )
             middle = self.view.project(point)
-            self._area(middle + _grown(14.0 * bar, 1.5), _DARK)
+            self._area(middle + _grown(14.0 * bar, 1.5), DARK)
             self._area(middle + 14.0 * bar, _WHITE)
 
     def beyond(self, point: Float64Array) -> None:
@@ -116,7 +124,7 @@ class Drawing:
         ahead, side = np.array([along, up]), np.array([-up, along])
         tip = np.array([x, y]) + 8.0 * ahead
         arrow = np.array([tip, tip - 18.0 * ahead + 8.0 * side, tip - 18.0 * ahead - 8.0 * side])
-        self._area(_grown(arrow, 2.0), _DARK)
+        self._area(_grown(arrow, 2.0), self.edge)
         self._area(arrow, self.color)
 
     def icon(self, point: Float64Array, shape: str, along: Float64Array | None = None) -> None:
@@ -139,7 +147,7 @@ class Drawing:
         side = np.array([-ahead[1], ahead[0]])
         mouth, back = middle + 10.0 * ahead, middle - 7.0 * ahead
         shade = np.array([back + 4.0 * side, mouth + 9.0 * side, mouth - 9.0 * side, back - 4.0 * side])
-        self._area(_grown(shade, 1.5), _DARK)
+        self._area(_grown(shade, 1.5), self.edge)
         self._area(shade, self.color)
 
     def handle(self, point: Float64Array, *, hovered: bool = False, strength: float = 1.0) -> None:
@@ -170,7 +178,7 @@ class Drawing:
 
     def _disc(self, middle: Float64Array, radius: float, color: Vector) -> None:
         ring = np.stack([np.cos(_ROUND[:-1]), np.sin(_ROUND[:-1])], axis=1)
-        self._area(middle + (radius + 1.5) * ring, _DARK)
+        self._area(middle + (radius + 1.5) * ring, self.edge)
         self._area(middle + radius * ring, color)
 
     def _area(self, corners: Float64Array, color: Vector) -> None:

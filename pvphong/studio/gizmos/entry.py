@@ -15,7 +15,7 @@ from pvphong.studio.gizmos.readout import arriving_line
 from pvphong.studio.gizmos.typed import CHARACTERS, numbers, parse, with_numbers
 from pvphong.studio.rig import Rig, RigState
 
-_WIDTH = 60  # of messages, in letters
+_WIDTH = 48  # of messages, in letters
 _HOW = "Enter: take  Tab: next  Esc: give up"
 # VTK's names of keys that give one of the characters, and of those that end an entry or erase.
 _CHARACTER_OF = {"period": ".", "comma": ".", ",": ".", "minus": "-", "plus": "+", "space": " "}

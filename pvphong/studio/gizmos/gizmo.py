@@ -11,7 +11,7 @@ from pvphong.optics.light import Light
 from pvphong.optics.roles import Place
 from pvphong.scene.viewer import Viewer
 from pvphong.studio.gizmos.drag_start import Scenery, vector
-from pvphong.studio.gizmos.drawing import Drawing, hue
+from pvphong.studio.gizmos.drawing import DARK, LIGHT, Drawing, hue
 from pvphong.studio.gizmos.grip import Grip
 from pvphong.studio.gizmos.handles import handles
 from pvphong.studio.gizmos.looks import draw
@@ -137,7 +137,7 @@ class Gizmo:
         if light.frame == "headlight":
             return
         world = light.in_world(drawing.view.viewer)
-        drawing.color = hue(world)
+        drawing.color, drawing.edge = hue(world), DARK if world.on else LIGHT
         scenery = self.scenery(drawing.view)
         draw(drawing, world, scenery, self.is_selected or active is not None)
         if is_movable(world):

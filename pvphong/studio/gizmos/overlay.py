@@ -16,7 +16,7 @@ from pvphong.studio.gizmos.drawing import Drawing
 
 _EDGES, _LINES, _AREAS, _TEXT = range(4)
 # Of lines, in pixels, and of the dark edges to both sides of them: those are seen on any background.
-_THIN, _THICK, _EDGE = 1.0, 2.0, 3.0
+_THIN, _THICK, _EDGE = 1.0, 2.0, 2.0
 _DARK = (0.04, 0.04, 0.04)
 _BESIDE, _MARGIN, _SMALL = 18.0, 8.0, 12
 _LETTER = (8.0, 18.0)  # how large one is at most, in pixels
@@ -103,8 +103,9 @@ class Overlay:
         (style.SetJustificationToLeft if right else style.SetJustificationToRight)()
         (style.SetVerticalJustificationToBottom if up else style.SetVerticalJustificationToTop)()
         x, y = cursor
+        x = min(x + _BESIDE, size[0] - needed[0] + _BESIDE) if right else max(x - _BESIDE, needed[0] - _BESIDE)
         self._readout.SetInput(text)
-        self._readout.SetPosition(x + (_BESIDE if right else -_BESIDE), y + (_BESIDE if up else -_BESIDE))
+        self._readout.SetPosition(x, y + (_BESIDE if up else -_BESIDE))
         self._readout.SetVisibility(bool(text) and self._is_shown)
 
     def help(self, text: str, at: tuple[float, float]) -> None:
@@ -141,7 +142,7 @@ def _text(size: int = 14) -> vtkTextActor:
     style.SetFontSize(size)
     style.SetColor(1.0, 1.0, 1.0)
     style.SetBackgroundColor(0.1, 0.1, 0.1)
-    style.SetBackgroundOpacity(0.75)
+    style.SetBackgroundOpacity(0.85)
     return actor
 
 

@@ -39,7 +39,7 @@ def arriving_line(light: Light, scenery: Scenery) -> str:
     """How much of a light of the world arrives, as a multiple of its colour, and the luminance of that."""
     where, point = arriving(light, scenery)
     strength = float(np.ravel(light.arrival(np.array(point)[:, None]).strength)[0]) * light.intensity * light.on
-    return f"{strength:.3g} arriving {where}, luminance {strength * luminance(rgb(light.diffuse)):.3g}"
+    return f"{strength:.3g} arriving {where}\nluminance {strength * luminance(rgb(light.diffuse)):.3g}"
 
 
 def arriving(light: Light, scenery: Scenery) -> tuple[str, Vector]:

@@ -193,7 +193,7 @@ def test_a_text_that_is_no_value_cannot_be_taken_and_says_why(mouse):
     mouse.key("Return")
     type_keys(mouse, "-1")
     mouse.key("Return")
-    assert "intensity must be a finite number >= 0; got -1.0." in board.hands.readout
+    assert "intensity must be a finite number >= 0; got -1.0." in " ".join(board.hands.readout.split())
     assert state(mouse.plotter) == before
     mouse.key("Escape")
     assert not mouse.plotter.phong.undo()
