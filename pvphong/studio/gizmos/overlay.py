@@ -19,7 +19,7 @@ _EDGES, _LINES, _AREAS, _TEXT = range(4)
 _THIN, _THICK, _EDGE = 1.0, 2.0, 2.0
 _DARK = (0.04, 0.04, 0.04)
 _BESIDE, _MARGIN, _SMALL = 18.0, 8.0, 12
-_LETTER = (8.0, 18.0)  # how large one is at most, in pixels
+_LETTER = (7.5, 18.0)  # how large one is at most, in pixels
 
 
 class Overlay:
