@@ -14,7 +14,7 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.types import Backend, FloatArray, MatrixLike, Precision, Weighting
 from pvphong.geometry.transform import transform_normals
-from pvphong.meshes.blocks import datasets, map_blocks, materials_of
+from pvphong.meshes.blocks import DEFAULT, datasets, map_blocks, materials_of
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.edges import FeatureAngle
 from pvphong.meshes.lit import plan, point_normals, shade_mesh
@@ -262,7 +262,7 @@ class BlocksPhong:
             As for a single dataset; the message names the block.
         """
         scene = self._scene(scene, options.get("matrix"))
-        materials = materials_of(self._blocks, material)
+        materials = materials_of(self._blocks, material if isinstance(material, Mapping) else {DEFAULT: material})
         return map_blocks(self._blocks, lambda block: block.phong.shade(scene, next(materials), **options))
 
     def plot(self, *, name: str = "phong", **options: Any) -> Any:
