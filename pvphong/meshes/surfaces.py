@@ -102,9 +102,9 @@ def polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     -------
     connectivity : ndarray
         int64, the point indices of all faces, one face after the other. A strip's triangles all have the
-        orientation of its first, as ``vtkTriangleStrip`` cuts them. Without strips it is the mesh's own memory.
+        orientation of its first, as ``vtkTriangleStrip`` cuts them.
     offsets : ndarray
-        int64, shape (n_faces + 1,): where each face starts in `connectivity`, and the end; memory as above.
+        int64, shape (n_faces + 1,): where each face starts in `connectivity`, and the end.
 
     Raises
     ------
@@ -120,13 +120,18 @@ def polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 def unchecked_polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """`polygons` with whatever indices the faces have."""
+    connectivity, offsets = _read_polygons(mesh)
+    return np.array(connectivity, np.int64), np.array(offsets, np.int64)
+
+
+def _read_polygons(mesh: pv.PolyData) -> tuple[NDArray[Any], NDArray[Any]]:
+    """`unchecked_polygons` to be read only: without strips they are VTK's own memory, in the type that it has."""
     _, _, faces, strips = cells(mesh)
     if not strips.count:
-        return faces.connectivity.astype(np.int64, copy=False), faces.offsets.astype(np.int64, copy=False)
+        return faces.connectivity, faces.offsets
     triangles = _strip_triangles(strips)
-    connectivity = np.concatenate([faces.connectivity, triangles.ravel()]).astype(np.int64, copy=False)
     ends = faces.offsets[-1] + 3 * np.arange(1, len(triangles) + 1)
-    return connectivity, np.concatenate([faces.offsets, ends]).astype(np.int64, copy=False)
+    return np.concatenate([faces.connectivity, triangles.ravel()]), np.concatenate([faces.offsets, ends])
 
 
 def _strip_triangles(strips: Cells) -> NDArray[Any]:
@@ -172,7 +177,7 @@ def vertex_normals(mesh: pv.DataSet, weighting: Weighting = "angle", *, backend:
     check.choice("weighting", weighting, get_args(Weighting))
     kernel.check_backend(backend)
     source = _with_faces(mesh)
-    points, (connectivity, offsets) = check.array("points", source.points), polygons(source)
+    points, (connectivity, offsets) = check.array("points", source.points), _read_polygons(source)
     waits = backend == "numba"
     if waits or (backend == "auto" and len(connectivity) >= _WORTH_LOADING):
         found = kernel.point_normals(points, connectivity, offsets, weighting, waits=waits)
@@ -201,7 +206,7 @@ def face_normals(mesh: pv.DataSet) -> Float64Array:
         As `surface`; also for a mesh without faces.
     """
     source = _with_faces(mesh)
-    return normals.polygon_normals(source.points, *polygons(source))
+    return normals.polygon_normals(source.points, *_read_polygons(source))
 
 
 def _with_faces(mesh: pv.DataSet) -> pv.PolyData:

@@ -84,7 +84,7 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
 
 def _valid_faces(source: pv.PolyData, points: FloatArray) -> tuple[int, IntArray, Faces]:
     """How many faces there are, and the numbers and the corners of those whose indices are points."""
-    connectivity, offsets = map(np.copy, unchecked_polygons(source))  # a diagnosis outlives what is done to its mesh
+    connectivity, offsets = unchecked_polygons(source)
     sizes = np.diff(offsets)
     right = (connectivity >= 0) & (connectivity < len(points))
     if right.all():
