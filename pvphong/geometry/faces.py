@@ -15,6 +15,9 @@ from pvphong.base.types import BoolArray, Float64Array, IntArray
 # Corners in a block: its arrays then stay in a core's cache.
 _BLOCK_CORNERS = 3 * 8192
 
+# Faces whose sizes are looked at at once.
+_SIZES_AT_ONCE = 2**15
+
 # Faces whose longest edge lies between these are used as they are: edges to the fourth power stay in range
 # even in slivers.
 _LEAST_SPAN, _MOST_SPAN = 2.0**-100, 2.0**100
@@ -105,12 +108,14 @@ class Faces:
 
     def blocks(self) -> Iterator[Block]:
         """Blocks of faces with equally many corners; faces with fewer than 3 are in none."""
-        counts = np.bincount(self._sizes)
-        for size in (np.flatnonzero(counts[3:]) + 3).tolist():
-            alike = np.arange(self.count) if counts[size] == self.count else np.flatnonzero(self._sizes == size)
-            step = max(_BLOCK_CORNERS // size, 1)
-            for start in range(0, len(alike), step):
-                faces = alike[start : start + step]
+        for size in self._sizes:
+            if size < 3:
+                continue
+            alike = None if len(self._sizes) == 1 else np.flatnonzero(np.diff(self.offsets) == size)
+            count, step = self.count if alike is None else len(alike), max(_BLOCK_CORNERS // size, 1)
+            for start in range(0, count, step):
+                stop = min(start + step, count)
+                faces = np.arange(start, stop) if alike is None else alike[start:stop]
                 yield self._block(faces, self._corners(faces, size))
 
     def _corners(self, faces: IntArray, size: int) -> IntArray:
@@ -150,10 +155,13 @@ def _rescaled(points: Float64Array) -> tuple[Float64Array, Float64Array, NDArray
     return np.ldexp(edges, -exponents), np.ldexp(spokes, -exponents), exponents - quarters
 
 
-def _checked_sizes(offsets: IntArray, end: int) -> IntArray:
-    """Each face's number of corners."""
-    sizes = np.diff(offsets)
-    if not len(offsets) or offsets[0] != 0 or offsets[-1] != end or sizes.min(initial=0) < 0:
+def _checked_sizes(offsets: IntArray, end: int) -> list[int]:
+    """Numbers of corners that faces have, in rising order."""
+    found: set[int] = set()
+    for start in range(0, len(offsets) - 1, _SIZES_AT_ONCE):  # an array of all of them costs more than the look at it
+        sizes = np.diff(offsets[start : start + _SIZES_AT_ONCE + 1])
+        found.update({int(sizes[0])} if (sizes == sizes[0]).all() else np.unique(sizes).tolist())
+    if not len(offsets) or offsets[0] != 0 or offsets[-1] != end or min(found, default=0) < 0:
         allowed = f"indices that rise from 0 to the connectivity's length, {end}"
         check.refuse(
             "offsets",
@@ -161,7 +169,7 @@ def _checked_sizes(offsets: IntArray, end: int) -> IntArray:
             allowed,
             "One starts each face, and one more ends the last.",
         )
-    return sizes
+    return sorted(found)
 
 
 def _checked_connectivity(connectivity: ArrayLike, offsets: IntArray, n_points: int) -> IntArray:
