@@ -32,20 +32,37 @@ def point_normals(
 ) -> Float64Array | None:
     """As `pvphong.geometry.normals.point_normals`, by compiled code that looks over the faces and that finds normals.
 
-    None where that is to do it: for indices that are none of a point's or offsets that do not rise, which it refuses,
-    for faces of more than `CORNERS` corners, and for those whose edges' squares would leave the range of floats.
+    None where that is to do it: for what it refuses, such as an index that is none of a point's, for faces of more than
+    `CORNERS` corners, and for faces of sizes so far apart that squares of their edges leave the range of floats.
     """
+    if any(array.ndim != 1 or array.dtype.kind not in "iu" for array in (connectivity, offsets)):
+        return None
     corners, starts = (np.require(array, np.int64, ["C", "A"]) for array in (connectivity, offsets))
-    vertices = np.require(points, None, ["C", "A"])
     if len(starts) == 0 or (starts[0], starts[-1]) != (0, len(corners)):
         return None
-    n_points, n_faces = len(points), len(starts) - 1
     spans = _spans(corners, starts, survey)
-    if spans is None or spans[:, 0].min(initial=0) < 0 or spans[:, 1].max(initial=-1) >= n_points:
+    if spans is None or spans[:, 0].min(initial=0) < 0 or spans[:, 1].max(initial=-1) >= len(points):
         return None
-    result = np.empty((n_points, 3))
-    wide_or_not = (vertices, None) if points.dtype == np.float64 else (None, vertices)
-    mesh = *map(address, (*wide_or_not, corners, starts)), n_faces, address(spans), WEIGHTINGS.index(weighting)
+    mesh = corners, starts, spans, WEIGHTINGS.index(weighting)
+    result = _normals(np.require(points, None, ["C", "A"]), *mesh, find)
+    if result is None:
+        scaled = _scaled(points, corners)
+        return None if scaled is None else _normals(scaled, *mesh, find)
+    return result
+
+
+def _normals(
+    points: FloatArray,
+    corners: NDArray[np.int64],
+    starts: NDArray[np.int64],
+    spans: NDArray[np.int64],
+    weighting: int,
+    find: Callable[..., int],
+) -> Float64Array | None:
+    """None where faces are too large or too small."""
+    result = np.empty((len(points), 3))
+    wide_or_not = (points, None) if points.dtype == np.float64 else (None, points)
+    mesh = *map(address, (*wide_or_not, corners, starts)), len(starts) - 1, address(spans), weighting
     declined: list[int] = []
 
     def work(first: int, last: int) -> None:
@@ -53,11 +70,27 @@ def point_normals(
         if not declined and not find(*mesh, first, last, *map(address, (*scratch, result[first:]))):
             declined.append(first)
 
-    pool.run(work, n_points, _length_of_ranges(spans, n_points))
+    pool.run(work, len(points), _length_of_ranges(spans, len(points)))
     return None if declined else result
 
 
-def _spans(corners: NDArray[Any], starts: NDArray[Any], survey: Callable[..., int]) -> NDArray[np.int64] | None:
+def _scaled(points: FloatArray, corners: NDArray[np.int64]) -> Float64Array | None:
+    """Points over the power of two that takes the largest coordinate to [0.5, 1); None where that is not exact.
+
+    What no face has or is not finite is NaN: it neither decides about the power nor keeps it from being exact.
+    """
+    counts = np.zeros(len(points), dtype=bool)
+    counts[corners] = True
+    counts &= np.isfinite(points).all(axis=1)
+    rows = np.where(counts[:, None], points.astype(np.float64, copy=False), np.nan)
+    exponent = np.frexp(np.fmax.reduce(np.abs(rows), axis=None, initial=0.0))[1]
+    result: Float64Array = np.ldexp(rows, -exponent)
+    return result if np.array_equal(np.ldexp(result, exponent), rows, equal_nan=True) else None
+
+
+def _spans(
+    corners: NDArray[np.int64], starts: NDArray[np.int64], survey: Callable[..., int]
+) -> NDArray[np.int64] | None:
     """(n, 2) least and greatest index in each chunk of faces; None where a face is not as it should be."""
     n_faces = len(starts) - 1
     found = np.empty((-(-n_faces // CHUNK), 2), np.int64)
