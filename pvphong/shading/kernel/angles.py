@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from pvphong.shading.kernel.arithmetic import contracted, inlined
 
 _ATAN = (
@@ -20,7 +18,6 @@ _ATAN = (
 )  # fmt: skip
 
 _STEEPEST = math.tan(math.pi / 8)
-_LEAST = float(np.finfo(np.float64).tiny)
 
 
 @contracted
@@ -37,7 +34,8 @@ def angle_of(y: float, x: float) -> float:
     a, b = abs(x), abs(y)
     less, more = min(a, b), max(a, b)
     is_steep = less > _STEEPEST * more
-    u = (less - more if is_steep else less) / max(less + more if is_steep else more, _LEAST)
+    over = less + more if is_steep else more
+    u = (less - more if is_steep else less) / (over if over > 0.0 else 1.0)
     angle = (math.pi / 4 if is_steep else 0.0) + (u + u * (u * u) * _series(u * u))
     angle = math.pi / 2 - angle if b > a else angle
     angle = angle if x > 0.0 else math.pi - angle
