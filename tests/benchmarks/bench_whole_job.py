@@ -216,7 +216,7 @@ def drag_seconds():
         planned = Plan.of(now, material, Vertices(live.drawn.points, live.normals))
         calls = {
             "plan": lambda now=now: Plan.of(now, material, Vertices(live.drawn.points, live.normals)),
-            "kernel, to 0-255": lambda planned=planned: planned.run_for_display(vertices, live._colors),
+            "kernel, to 0-255": lambda planned=planned: planned.run_for_display(vertices, live.colors),
             "all of bringing colours up to date": pane.refresh,
             "frame with new colours": ours.render,
             "frame with the same colours": ours.render,
