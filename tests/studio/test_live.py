@@ -136,7 +136,10 @@ BREAKING = {
     "albedo resized": (lambda mesh: resize(mesh.GetPointData().GetArray("tint"), 3), "albedo must be .* got 3 rows"),
     "arrays removed": (lambda mesh: mesh.clear_data(), "albedo must be the name of one, and there is none; got tint"),
     "faces removed": (lambda mesh: (mesh.clear_data(), mesh.GetPolys().Initialize()), "mesh must be a mesh with faces"),
-    "faces cut": (lambda mesh: (resize(mesh.GetPolys().GetConnectivityArray(), 9), mesh.GetPolys().Modified()), "offsets rise"),
+    "faces cut": (
+        lambda mesh: (resize(mesh.GetPolys().GetConnectivityArray(), 9), mesh.GetPolys().Modified()),
+        "offsets rise",
+    ),
     "all gone": (lambda mesh: mesh.copy_from(pv.PolyData()), "mesh must be a mesh with faces"),
 }
 
