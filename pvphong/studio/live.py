@@ -153,7 +153,7 @@ class LiveMesh:
         self._geometry, self._computed_normals = geometry, None
 
     def _show_colors(self) -> None:
-        """Have the drawn mesh show its colours; new ones if they are not as many as points, or somebody resized them."""
+        """Have the drawn mesh show its colours; new ones where they are not as many as the points."""
         data, count = self.drawn.GetPointData(), self.drawn.n_points
         if self._colors is None or self._colors.GetNumberOfValues() != 3 * count:
             self._colors, self._drawn_for = pv.convert_array(np.zeros((count, 3), np.uint8), ARRAY), None

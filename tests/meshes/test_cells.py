@@ -5,7 +5,6 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 import pyvista as pv
-import vtk
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong.meshes import cells as cells_module

@@ -191,7 +191,7 @@ def test_a_window_shows_nothing_of_a_mesh_that_would_crash_vtk_and_all_of_it_whe
     BREAKING[edit][0](mesh)
     plotter.render()
     assert {type(error) for error in raised} == {ValueError}
-    with pytest.raises(ValueError, match="^mesh must be"):
+    with pytest.raises(ValueError, match=r"^mesh must be"):
         plotter.screenshot(return_img=True)
     assert plotter.phong.mesh(actor).drawn.n_points == 0
     raised.clear()
