@@ -6,6 +6,7 @@ imported when it is used: it would load PyVista's plotting.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import pyvista as pv
@@ -13,7 +14,7 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.types import Backend, FloatArray, MatrixLike, Precision, Weighting
 from pvphong.geometry.transform import transform_normals
-from pvphong.meshes.blocks import datasets, map_blocks
+from pvphong.meshes.blocks import datasets, map_blocks, materials_of
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.edges import FeatureAngle
 from pvphong.meshes.lit import plan, point_normals, shade_mesh
@@ -240,12 +241,19 @@ class BlocksPhong:
     def __init__(self, blocks: pv.MultiBlock) -> None:
         self._blocks = blocks
 
-    def shade(self, scene: SceneLike | None = None, material: Material = _DULL, **options: Any) -> pv.MultiBlock:
+    def shade(
+        self, scene: SceneLike | None = None, material: Material | Mapping[str, Material] = _DULL, **options: Any
+    ) -> pv.MultiBlock:
         """A new MultiBlock of lit meshes; an empty block stays empty.
 
         Parameters
         ----------
-        scene, material, **options
+        scene : Scene, light, or sequence of lights, optional
+            As for a single dataset.
+        material : Material or mapping, optional
+            One for all, or block's name → material; of a block inside a block the names with "/" between them. Blocks
+            that are not named have that of the name "default".
+        **options
             As for a single dataset; `albedo` is the name of a point array that every block has.
 
         Raises
@@ -254,7 +262,8 @@ class BlocksPhong:
             As for a single dataset; the message names the block.
         """
         scene = self._scene(scene, options.get("matrix"))
-        return map_blocks(self._blocks, lambda block: block.phong.shade(scene, material, **options))
+        materials = materials_of(self._blocks, material)
+        return map_blocks(self._blocks, lambda block: block.phong.shade(scene, next(materials), **options))
 
     def plot(self, *, name: str = "phong", **options: Any) -> Any:
         """Show lit blocks: the colours as they are; see `MeshPhong.plot`."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from types import MappingProxyType
 from typing import Any
@@ -14,7 +14,7 @@ from pvphong.base import check
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.edges import FeatureAngle
 from pvphong.optics.lights import Light
-from pvphong.optics.material import Material, check_material
+from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.studies.validate.comparison import Comparison
@@ -48,7 +48,7 @@ class PlotterPhong:
     def add_mesh(
         self,
         mesh: pv.DataSet | pv.MultiBlock,
-        material: Material = _DULL,
+        material: Material | Mapping[str, Material] = _DULL,
         *,
         albedo: Any = None,
         feature_angle: FeatureAngle = "auto",
@@ -66,8 +66,9 @@ class PlotterPhong:
         mesh : pyvista.DataSet or pyvista.MultiBlock
             A dataset with a surface, or blocks of such; edits to them are followed, blocks that are put in or taken
             out are not.
-        material : Material, optional
-            The surface's reflectances; OpenGL's default material if not given. Blocks share it.
+        material : Material or mapping, optional
+            The surface's reflectances; OpenGL's default material if not given. Blocks share it, or have their own by
+            name, as for `blocks.phong.shade`: those not named share that of "default".
         albedo : str or array_like, optional
             Colours that multiply the material's ambient and diffuse, as for `mesh.phong.shade`; for blocks the name
             of a point array that each has.
@@ -89,7 +90,6 @@ class PlotterPhong:
             If an argument is not allowed, or the mesh has nothing that can be lit.
         """
         refuse_colouring(add_mesh_options, "Colour comes from `material` and `albedo` here.")
-        check_material(material)
         pane, lives = self._pane, live_meshes(mesh, material, albedo, feature_angle)
         for live in lives.values():
             pane.evaluate(live)

@@ -112,3 +112,25 @@ def test_every_block_has_its_own_plan_and_diagnosis_where_names_are_shared_or_mi
     diagnoses = pv.MultiBlock({"inner": inner, "box": pv.Box(), "void": pv.PolyData()}).phong.diagnose()
     assert list(diagnoses) == ["inner/ball", "box"]
     assert str(diagnoses["box"]) == str(pv.Box().phong.diagnose())
+
+
+# --- a material for each block ---
+
+
+def blocks_of_three():
+    return pv.MultiBlock(
+        {"one": pv.Sphere(), "gap": None, "deep": pv.MultiBlock({"two": pv.Cube(), "three": pv.Cone()})}
+    )
+
+
+def test_each_block_has_the_material_of_its_name():
+    red, blue, green = (Material(diffuse=name) for name in ("red", "blue", "green"))
+    lit = blocks_of_three().phong.shade(SCENE, {"one": red, "deep/three": blue, "default": green})
+    for block, material in [(lit["one"], red), (lit["deep"]["two"], green), (lit["deep"]["three"], blue)]:
+        np.testing.assert_array_equal(block["phong"], block.phong.shade(SCENE, material)["phong"])
+
+
+@pytest.mark.parametrize("names", [("one",), ("one", "deep/two", "deep/three", "four"), ("default", "two")])
+def test_a_block_without_a_material_and_a_name_without_a_block_are_refused(names):
+    with pytest.raises(ValueError, match=r"^material must be a mapping with the names of all blocks"):
+        blocks_of_three().phong.shade(SCENE, dict.fromkeys(names, Material()))

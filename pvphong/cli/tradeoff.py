@@ -50,7 +50,7 @@ def tradeoff(
     outside, rig = surface_and_scene(mesh, scene, SIZE)
     if isinstance(outside, pv.MultiBlock):
         check.refuse("mesh", mesh, "a file with a single mesh", "Save one of its blocks by itself.")
-    result = measure_tradeoff(outside, rig, look.to_material(), tolerance=tolerance, seconds=seconds)
+    result = measure_tradeoff(outside, rig, look.to_material(scene), tolerance=tolerance, seconds=seconds)
     print(result)
     for path, save in ((plot, result.plot), (csv, result.to_csv), (json, result.to_json)):
         if path is not None:

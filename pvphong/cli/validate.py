@@ -51,7 +51,7 @@ def validate(
         check.refuse("--report", str(report), "given together with --all")
     if mesh is None:
         check.refuse("MESH", "none", "given, or --all in its place")
-    return _validate_mesh(mesh, scene, look.to_material(), json, output)
+    return _validate_mesh(mesh, scene, look.to_material(scene), json, output)
 
 
 def _validate_all(report: Path | None) -> int:

@@ -34,7 +34,7 @@ def view(
     show(
         outside,
         rig,
-        look.to_material(),
+        look.to_materials(scene),
         title=f"pvphong: {mesh}",
         stem=Path(mesh).stem,
         background=background,

@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.meshes.blocks import map_blocks
+from pvphong.cli.inputs import single_meshes
+from pvphong.cli.lighting import shaded
+from pvphong.meshes.blocks import DEFAULT, only
 from pvphong.meshes.edges import FeatureAngle
 from pvphong.meshes.files import save_lit
-from pvphong.meshes.lit import shade_mesh
 from pvphong.meshes.pictures import WITHOUT_DISPLAY, aim, drawing_window, save_picture
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.studio.live import ARRAY, LiveMesh
 
 _INSTEAD = "A picture needs no window: pvphong shade MESH -o picture.png."
-
 
 BACKGROUND = "#2b2e34"
 """Dark, so that lights and their gizmos are what is bright."""
@@ -29,7 +30,7 @@ BACKGROUND = "#2b2e34"
 def show(
     mesh: pv.PolyData | pv.MultiBlock,
     scene: Scene,
-    material: Material,
+    materials: Mapping[str, Material],
     *,
     title: str,
     stem: str = "pvphong",
@@ -47,8 +48,8 @@ def show(
         A surface, or several.
     scene : Scene
         Its viewer is where the camera stands at first.
-    material : Material
-        The surface's reflectances.
+    materials : mapping
+        Material of each block, or of "default".
     title : str
         Of the window.
     stem : str
@@ -74,30 +75,39 @@ def show(
     plotter.phong.light_model = scene.light_model
     for light in scene.lights:
         plotter.phong.add_light(light)
-    drawn = plotter.phong.add_mesh(mesh, material, feature_angle=feature_angle)
-    live = plotter.phong.mesh(drawn[0] if isinstance(drawn, tuple) else drawn)
+    drawn = plotter.phong.add_mesh(
+        mesh, materials if isinstance(mesh, pv.MultiBlock) else only(materials), feature_angle=feature_angle
+    )
+    lives = [plotter.phong.mesh(actor) for actor in (drawn if isinstance(drawn, tuple) else [drawn])]
     plotter.reset_camera_clipping_range()  # PyVista leaves it alone once the camera has been placed
-    plotter.phong.add_gizmos(keys=_keys(plotter, mesh, live, stem))
+    plotter.phong.add_gizmos(keys=_keys(plotter, mesh, lambda: _current(mesh, materials, lives), feature_angle, stem))
     plotter.show()
 
 
+def _current(mesh: Any, given: Mapping[str, Material], lives: Sequence[LiveMesh]) -> dict[str, Material]:
+    """The materials by the names they were given under, as keys have changed them."""
+    other = DEFAULT if DEFAULT in given or isinstance(mesh, pv.MultiBlock) else next(iter(given))
+    paths = [path for path, _ in single_meshes(mesh)]
+    changed = {path if path in given else other: live.material for path, live in zip(paths, lives, strict=True)}
+    return {**given, **changed}
+
+
 def _keys(
-    plotter: pv.Plotter, mesh: pv.PolyData | pv.MultiBlock, live: LiveMesh, stem: str
+    plotter: pv.Plotter,
+    mesh: pv.PolyData | pv.MultiBlock,
+    materials: Callable[[], dict[str, Material]],
+    feature_angle: FeatureAngle,
+    stem: str,
 ) -> dict[str, tuple[str, Callable[[], str]]]:
     """Keys that save what the window shows: key → (what it does, how)."""
     several = isinstance(mesh, pv.MultiBlock)
     rig, lit, picture = Path(f"{stem}-rig.json"), Path(f"{stem}-lit.{'vtm' if several else 'vtp'}"), Path(f"{stem}.png")
 
     def save_lit_mesh() -> None:
-        scene = plotter.phong.scene
-
-        def shaded(block: pv.DataSet) -> pv.PolyData:
-            return shade_mesh(block, scene, live.material, feature_angle=live.feature_angle)
-
-        save_lit(map_blocks(mesh, shaded) if several else shaded(mesh), lit, ARRAY)
+        save_lit(shaded(mesh, plotter.phong.scene, materials(), feature_angle=feature_angle), lit, ARRAY)
 
     def save_rig() -> None:
-        plotter.phong.scene.save(rig)
+        plotter.phong.scene.save(rig, materials=materials())
 
     def save_screenshot() -> None:
         save_picture(plotter.screenshot(return_img=True), picture)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.meshes.blocks import datasets
+from pvphong.meshes.blocks import DEFAULT, datasets, materials_of
 from pvphong.meshes.edges import FeatureAngle
-from pvphong.optics.material import Material
+from pvphong.optics.material import Material, check_material
 from pvphong.studio.live import Finish, LiveMesh
 
 # What is decided here.
@@ -24,8 +24,10 @@ def refuse_colouring(options: dict[str, Any], remedy: str) -> None:
             check.refuse("option", option, f"an option of add_mesh other than {', '.join(_OURS)}", remedy)
 
 
-def live_meshes(mesh: Any, material: Material, albedo: Any, feature_angle: FeatureAngle) -> dict[str, LiveMesh]:
-    """The lit mesh, by no name, or those of all blocks, by their names: they share the material.
+def live_meshes(
+    mesh: Any, material: Material | Mapping[str, Material], albedo: Any, feature_angle: FeatureAngle
+) -> dict[str, LiveMesh]:
+    """The lit mesh, by no name, or those of all blocks, by their names; blocks without a material of theirs share one.
 
     Raises
     ------
@@ -33,11 +35,17 @@ def live_meshes(mesh: Any, material: Material, albedo: Any, feature_angle: Featu
         If there is nothing that can be lit; the message names the block.
     """
     if not isinstance(mesh, pv.MultiBlock):
+        check_material(material)
+        assert isinstance(material, Material)
         return {"": LiveMesh(mesh, material, albedo, feature_angle=feature_angle)}
     if not isinstance(albedo, str | None):
         check.refuse("albedo", type(albedo).__name__, "the name of a point array that every block has, or None")
-    finish, found = Finish(material), {}
-    for path, block in datasets(mesh):
+    named = material if isinstance(material, Mapping) else {}
+    finishes: dict[str, Finish] = {}
+    found = {}
+    for (path, block), own in zip(datasets(mesh), materials_of(mesh, material), strict=True):
+        check_material(own)
+        finish = finishes.setdefault(path if path in named else DEFAULT, Finish(own))
         try:
             found[path] = LiveMesh(block, finish, albedo, feature_angle=feature_angle)
         except ValueError as error:
