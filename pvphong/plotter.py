@@ -67,8 +67,8 @@ class PlotterPhong:
             A dataset with a surface, or blocks of such; edits to them are followed, blocks that are put in or taken
             out are not.
         material : Material or mapping, optional
-            The surface's reflectances; OpenGL's default material if not given. Blocks share it, or have their own by
-            name, as for `blocks.phong.shade`: those not named share that of "default".
+            The surface's reflectances; OpenGL's default material if not given. Blocks share it, or a mapping has one
+            for each, as for `blocks.phong.shade`.
         albedo : str or array_like, optional
             Colours that multiply the material's ambient and diffuse, as for `mesh.phong.shade`; for blocks the name
             of a point array that each has.

@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.cli.inputs import single_meshes
 from pvphong.cli.lighting import shaded
-from pvphong.meshes.blocks import DEFAULT, only
+from pvphong.meshes.blocks import DEFAULT, datasets, only
 from pvphong.meshes.edges import FeatureAngle
 from pvphong.meshes.files import save_lit
 from pvphong.meshes.pictures import WITHOUT_DISPLAY, aim, drawing_window, save_picture
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
-from pvphong.studio.live import ARRAY, LiveMesh
+from pvphong.studio.live import ARRAY
 
 _INSTEAD = "A picture needs no window: pvphong shade MESH -o picture.png."
+
 
 BACKGROUND = "#2b2e34"
 """Dark, so that lights and their gizmos are what is bright."""
@@ -75,21 +74,19 @@ def show(
     plotter.phong.light_model = scene.light_model
     for light in scene.lights:
         plotter.phong.add_light(light)
-    drawn = plotter.phong.add_mesh(
-        mesh, materials if isinstance(mesh, pv.MultiBlock) else only(materials), feature_angle=feature_angle
-    )
-    lives = [plotter.phong.mesh(actor) for actor in (drawn if isinstance(drawn, tuple) else [drawn])]
+    several = isinstance(mesh, pv.MultiBlock)
+    drawn = plotter.phong.add_mesh(mesh, materials if several else only(materials), feature_angle=feature_angle)
+    names = [name for name, _ in datasets(mesh)] if several else [DEFAULT]
+    actors = dict(zip(names, drawn if several else [drawn], strict=True))
+
+    def shown() -> dict[str, Material]:
+        found = {name: plotter.phong.mesh(actor).material for name, actor in actors.items()}
+        first = next(iter(found.values()))
+        return {DEFAULT: first} if all(material == first for material in found.values()) else found
+
     plotter.reset_camera_clipping_range()  # PyVista leaves it alone once the camera has been placed
-    plotter.phong.add_gizmos(keys=_keys(plotter, mesh, lambda: _current(mesh, materials, lives), feature_angle, stem))
+    plotter.phong.add_gizmos(keys=_keys(plotter, mesh, shown, feature_angle, stem))
     plotter.show()
-
-
-def _current(mesh: Any, given: Mapping[str, Material], lives: Sequence[LiveMesh]) -> dict[str, Material]:
-    """The materials by the names they were given under, as keys have changed them."""
-    other = DEFAULT if DEFAULT in given or isinstance(mesh, pv.MultiBlock) else next(iter(given))
-    paths = [path for path, _ in single_meshes(mesh)]
-    changed = {path if path in given else other: live.material for path, live in zip(paths, lives, strict=True)}
-    return {**given, **changed}
 
 
 def _keys(

@@ -8,7 +8,7 @@ from typing import Any
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.meshes.blocks import DEFAULT, datasets, materials_of
+from pvphong.meshes.blocks import DEFAULT, datasets, materials_of, only
 from pvphong.meshes.edges import FeatureAngle
 from pvphong.optics.material import Material, check_material
 from pvphong.studio.live import Finish, LiveMesh
@@ -27,25 +27,23 @@ def refuse_colouring(options: dict[str, Any], remedy: str) -> None:
 def live_meshes(
     mesh: Any, material: Material | Mapping[str, Material], albedo: Any, feature_angle: FeatureAngle
 ) -> dict[str, LiveMesh]:
-    """The lit mesh, by no name, or those of all blocks, by their names; blocks without a material of theirs share one.
+    """The lit mesh, by no name, or those of all blocks, by their names: they share the material if there is but one.
 
     Raises
     ------
     ValueError
-        If there is nothing that can be lit; the message names the block.
+        If there is nothing that can be lit, or what is given as a material is none; the message names the block.
     """
+    given = material if isinstance(material, Mapping) else {DEFAULT: material}
+    for each in given.values():
+        check_material(each)
+    finishes = {name: Finish(each) for name, each in given.items()}
     if not isinstance(mesh, pv.MultiBlock):
-        check_material(material)
-        assert isinstance(material, Material)
-        return {"": LiveMesh(mesh, material, albedo, feature_angle=feature_angle)}
+        return {"": LiveMesh(mesh, only(finishes), albedo, feature_angle=feature_angle)}
     if not isinstance(albedo, str | None):
         check.refuse("albedo", type(albedo).__name__, "the name of a point array that every block has, or None")
-    named = material if isinstance(material, Mapping) else {}
-    finishes: dict[str, Finish] = {}
-    found = {}
-    for (path, block), own in zip(datasets(mesh), materials_of(mesh, material), strict=True):
-        check_material(own)
-        finish = finishes.setdefault(path if path in named else DEFAULT, Finish(own))
+    found, each_finish = {}, materials_of(mesh, finishes)
+    for (path, block), finish in zip(datasets(mesh), each_finish, strict=True):
         try:
             found[path] = LiveMesh(block, finish, albedo, feature_angle=feature_angle)
         except ValueError as error:

@@ -11,8 +11,7 @@ from pvphong.meshes.files import eight_bit
 from pvphong.meshes.lit import shade_mesh
 from pvphong.plotter import PlotterPhong
 
-JADE = Material.named("jade")
-DULL = {"default": Material()}
+DULL, JADE = {"default": Material()}, Material.named("jade")
 SCENE = Scene(
     lights=[
         DirectionalLight(direction=(1, -1, -1), frame="camera", name="key"),
@@ -125,7 +124,7 @@ def test_materials_of_blocks_are_saved_by_their_names_as_keys_have_left_them(sho
     assert [shown[0].phong.mesh(actor).material for actor in (one, two, three)] == [JADE, Material(), Material()]
     shown[0].phong.mesh(two).material = ruby
     saving["d"]()
-    assert load_materials("mine-rig.json") == {"one": JADE, "default": ruby}
+    assert load_materials("mine-rig.json") == {"one": JADE, "two": ruby, "three": ruby}
 
 
 def test_a_mesh_far_from_the_viewer_is_not_clipped_away(shown):

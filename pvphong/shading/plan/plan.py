@@ -147,7 +147,7 @@ class Plan:
             If an option is not one of those that `pvphong.evaluate` has, or Numba is asked for and missing.
         """
         real = np.dtype(check.choice("precision", precision, get_args(Precision)))
-        _check_backend(backend)
+        kernel.check_backend(backend)
         result = Shading.empty(len(vertices), self.whole.lights, real, components=check.flag("components", components))
         normals = vertices.normals_if(self.equation.needs_normals)
         waits = backend == "numba"
@@ -231,10 +231,3 @@ def _needs(equation: Equation) -> frozenset[str]:
 def is_worth_loading(count: int, equation: Equation) -> bool:
     """Whether `backend="auto"` takes the compiled evaluator, if its code is there: not for few vertices."""
     return count * len(equation.terms) >= _WORTH_LOADING
-
-
-def _check_backend(backend: Any) -> None:
-    obstacle = kernel.obstacle() if check.choice("backend", backend, get_args(Backend)) == "numba" else None
-    if obstacle is not None:
-        where, remedy = obstacle
-        check.refuse("backend", backend, f"'auto' or 'numpy' {where}", remedy)
