@@ -44,8 +44,8 @@ class Tradeoff(Result):
         What was not measured, and why.
     facts : dict of str to str
         Mesh, scene, machine, threads, versions, date, repeats.
-    inside_errors : ndarray
-        Shape (m,): the largest interpolation error of each triangle that was searched.
+    inside_errors, inside_areas : ndarray
+        Shape (m,): the largest interpolation error of each triangle that was searched, and its part of their area.
     surface : pyvista.PolyData
         The mesh whose points were lit.
     """

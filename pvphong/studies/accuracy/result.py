@@ -34,6 +34,7 @@ class Result:
     left_out: dict[str, str]
     facts: dict[str, str]
     inside_errors: Float64Array
+    inside_areas: Float64Array
     surface: pv.PolyData
     _subject: Subject = field(kw_only=True)
 
