@@ -26,6 +26,7 @@ from pvphong.shading.plan.plan import Plan
 if TYPE_CHECKING:
     from pvphong.studies.accuracy import Tradeoff
     from pvphong.studies.diagnose.diagnosis import Diagnosis
+    from pvphong.studies.refine.refinement import Placement
     from pvphong.studies.validate.comparison import Comparison
 
 _DULL = Material()
@@ -174,25 +175,98 @@ class MeshPhong:
         *,
         tolerance: float,
         max_points: int | None = None,
-        **options: Any,
+        name: str = "phong",
+        placement: Placement = "linear",
+        matrix: MatrixLike | None = None,
+        albedo: Any = None,
+        precision: Precision = "float32",
+        feature_angle: FeatureAngle = None,
     ) -> pv.PolyData:
-        """A new lit mesh, split where interpolated colours miss the evaluated ones; see
-        `pvphong.studies.refine.refinement.refine`.
+        """A new lit mesh, split where colours interpolated across its triangles miss the evaluated ones.
+
+        Triangles are bisected until every error is within the tolerance, or `max_points` are spent; there are no
+        T-junctions, and parts keep the shape of what they come from. The result says how it ended:
+        ``refined["phong_refinement_summary"]`` in words, ``refined["phong_refinement_reached"]`` yes or no.
+
+        Parameters
+        ----------
+        scene, material, name, matrix, albedo, precision, feature_angle
+            As for `shade`.
+        tolerance : float
+            Largest absolute colour error that may be left inside triangles, > 0; 1/255 is one step of a display.
+        max_points : int, optional
+            Points that the result may have, at least those of the mesh; a million more if not given.
+        placement : {"linear", "smooth"}
+            Where new points lie: on the side that they split, or on a curve that meets the normals of its ends at right
+            angles.
+
+        Returns
+        -------
+        pyvista.PolyData
+            Triangles with the lit array, all point and cell arrays carried along, the cell array
+            ``<name>_interpolation_error``, and in the field data ``<name>_refinement_reached``, ``_summary``,
+            ``_error``, ``_stopped`` and ``_points``; see `pvphong.studies.refine.refinement.refine`.
+
+        Raises
+        ------
+        ValueError
+            If an argument has the wrong shape, type or range, or the mesh has no faces.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> refined = pv.Sphere().phong.refine(ph.PointLight(position=(0, 0, 2)), tolerance=0.01)
+        >>> bool(refined["phong_refinement_reached"][0])
+        True
         """
         from pvphong.studies.refine.refinement import refine
 
-        return refine(self._mesh, scene, material, tolerance=tolerance, max_points=max_points, **options)
+        return refine(
+            self._mesh,
+            scene,
+            material,
+            tolerance=tolerance,
+            max_points=max_points,
+            name=name,
+            placement=placement,
+            matrix=matrix,
+            albedo=albedo,
+            precision=precision,
+            feature_angle=feature_angle,
+        )
 
     def interpolation_error(
-        self, scene: SceneLike | None = None, material: Material = _DULL, **options: Any
+        self,
+        scene: SceneLike | None = None,
+        material: Material = _DULL,
+        *,
+        matrix: MatrixLike | None = None,
+        albedo: Any = None,
+        feature_angle: FeatureAngle = None,
     ) -> pv.PolyData:
         """A new mesh that says for each triangle how far interpolated colours are from per-pixel shading.
 
-        See `pvphong.studies.refine.refinement.interpolation_error`.
+        Parameters
+        ----------
+        scene, material, matrix, albedo, feature_angle
+            As for `shade`.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The surface's triangles with the cell array ``phong_interpolation_error``, active: the largest absolute
+            difference of any channel that was found in each. It shares memory as the result of `shade` does.
+
+        Raises
+        ------
+        ValueError
+            If an argument has the wrong shape, type or range, or the mesh has no faces.
         """
         from pvphong.studies.refine.refinement import interpolation_error
 
-        return interpolation_error(self._mesh, scene, material, **options)
+        return interpolation_error(
+            self._mesh, scene, material, matrix=matrix, albedo=albedo, feature_angle=feature_angle
+        )
 
     def tradeoff(
         self,
@@ -286,13 +360,67 @@ class BlocksPhong:
         *,
         matrix: MatrixLike | None = None,
         tolerance: float = 0.0,
+        feature_angle: FeatureAngle = None,
     ) -> dict[str, Plan]:
         """A plan for each dataset, by the path of its block's names; None and empty blocks are left out."""
         scene = self._scene(scene, matrix)
         return {
-            path: block.phong.plan(scene, material, matrix=matrix, tolerance=tolerance)
+            path: block.phong.plan(scene, material, matrix=matrix, tolerance=tolerance, feature_angle=feature_angle)
             for path, block in datasets(self._blocks)
         }
+
+    def refine(
+        self,
+        scene: SceneLike | None = None,
+        material: Material = _DULL,
+        *,
+        tolerance: float,
+        max_points: int | None = None,
+        name: str = "phong",
+        placement: Placement = "linear",
+        matrix: MatrixLike | None = None,
+        albedo: str | None = None,
+        precision: Precision = "float32",
+        feature_angle: FeatureAngle = None,
+    ) -> pv.MultiBlock:
+        """A new MultiBlock of refined meshes, each block by itself; see `MeshPhong.refine`.
+
+        `max_points` is for each block, `albedo` the name of a point array that every block has.
+        """
+        scene = self._scene(scene, matrix)
+        return map_blocks(
+            self._blocks,
+            lambda block: block.phong.refine(
+                scene,
+                material,
+                tolerance=tolerance,
+                max_points=max_points,
+                name=name,
+                placement=placement,
+                matrix=matrix,
+                albedo=albedo,
+                precision=precision,
+                feature_angle=feature_angle,
+            ),
+        )
+
+    def interpolation_error(
+        self,
+        scene: SceneLike | None = None,
+        material: Material = _DULL,
+        *,
+        matrix: MatrixLike | None = None,
+        albedo: str | None = None,
+        feature_angle: FeatureAngle = None,
+    ) -> pv.MultiBlock:
+        """A new MultiBlock of meshes with the errors inside triangles; see `MeshPhong.interpolation_error`."""
+        scene = self._scene(scene, matrix)
+        return map_blocks(
+            self._blocks,
+            lambda block: block.phong.interpolation_error(
+                scene, material, matrix=matrix, albedo=albedo, feature_angle=feature_angle
+            ),
+        )
 
     def _scene(self, given: SceneLike | None, matrix: MatrixLike | None) -> Scene:
         """One viewer for all blocks."""
