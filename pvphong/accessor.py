@@ -14,6 +14,7 @@ from pvphong.base import check
 from pvphong.base.types import Backend, FloatArray, MatrixLike, Precision, Weighting
 from pvphong.geometry.transform import transform_normals
 from pvphong.meshes.blocks import datasets, map_blocks
+from pvphong.meshes.color_views import ColorSpace, color_view
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.edges import FeatureAngle
 from pvphong.meshes.lit import plan, point_normals, shade_mesh
@@ -300,6 +301,38 @@ class MeshPhong:
         check.choice("name", name, self._mesh.point_data.keys())
         return self._mesh.plot(**_AS_THEY_ARE, scalars=name, **options)
 
+    def color_view(self, space: ColorSpace, *, name: str = "phong") -> pv.PolyData:
+        """A new mesh with its lit colours as hue, saturation and value, or as CIE XYZ.
+
+        Parameters
+        ----------
+        space : {"hsv", "xyz"}
+            "hsv": hue and saturation from 0 to 1, and value, the largest channel, which may be above 1. "xyz": CIE X,
+            Y and Z of the linear colours, of which Y is the relative luminance. See
+            `pvphong.meshes.color_views.color_view`.
+        name : str, default "phong"
+            Name of the array of colours.
+
+        Returns
+        -------
+        pyvista.PolyData
+            It shares everything with this mesh but the point array ``<name>_<space>``, its active scalars.
+
+        Raises
+        ------
+        ValueError
+            If there is no such array, it holds no colours, or Matplotlib, which "hsv" needs, is not installed.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> lit = pv.Sphere().phong.shade(ph.DirectionalLight())
+        >>> luminance = lit.phong.color_view("xyz")["phong_xyz"][:, 1]
+        >>> float(luminance.min().round(2))
+        0.04
+        """
+        return color_view(self._mesh, space, name=name)
+
     def diagnose(self, *, matrix: MatrixLike | None = None) -> Diagnosis:
         """What in the mesh, or in a model matrix for it, will not light as it should; see `pvphong.diagnose`."""
         from pvphong.studies.diagnose.diagnosis import diagnose
@@ -335,6 +368,10 @@ class BlocksPhong:
         for _, block in datasets(self._blocks):
             check.choice("name", name, block.point_data.keys())
         return self._blocks.combine().plot(**_AS_THEY_ARE, scalars=name, **options)  # blocks would ignore `rgb`
+
+    def color_view(self, space: ColorSpace, *, name: str = "phong") -> pv.MultiBlock:
+        """A new MultiBlock with the blocks' lit colours in other terms; see `MeshPhong.color_view`."""
+        return map_blocks(self._blocks, lambda block: block.phong.color_view(space, name=name))
 
     def normals(self, weighting: Weighting | None = None, *, matrix: MatrixLike | None = None) -> pv.MultiBlock:
         """A new MultiBlock of surfaces that carry their normals as active point normals.
