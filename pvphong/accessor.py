@@ -20,6 +20,7 @@ from pvphong.meshes.edges import FeatureAngle
 from pvphong.meshes.lit import plan, point_normals, shade_mesh
 from pvphong.meshes.sharing import sharing
 from pvphong.meshes.surfaces import surface
+from pvphong.meshes.together import together
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.plan.plan import Plan
@@ -458,6 +459,28 @@ class BlocksPhong:
                 scene, material, matrix=matrix, albedo=albedo, feature_angle=feature_angle
             ),
         )
+
+    def validate(
+        self, scene: SceneLike | None = None, material: Material = _DULL, *, matrix: MatrixLike | None = None
+    ) -> dict[str, Comparison]:
+        """A comparison with VTK for each dataset, by the path of its block's names; see `pvphong.validate`."""
+        scene = self._scene(scene, matrix)
+        return {path: block.phong.validate(scene, material, matrix=matrix) for path, block in datasets(self._blocks)}
+
+    def tradeoff(
+        self,
+        scene: SceneLike | None = None,
+        material: Material = _DULL,
+        *,
+        tolerance: float = 1.0 / 255.0,
+        seconds: float = 20.0,
+        matrix: MatrixLike | None = None,
+    ) -> Tradeoff:
+        """What accuracy costs in time on all blocks together, as one surface; see `pvphong.tradeoff`."""
+        from pvphong.studies.accuracy import tradeoff
+
+        whole = together(self._blocks)
+        return tradeoff(whole, scene, material, tolerance=tolerance, seconds=seconds, matrix=matrix)
 
     def _scene(self, given: SceneLike | None, matrix: MatrixLike | None) -> Scene:
         """One viewer for all blocks."""

@@ -128,7 +128,7 @@ def _report(lit: pv.PolyData, seconds: float) -> str:
             "## Diagnosis of the mesh",
             "",
             "```text",
-            str(diagnose(lit)),
+            diagnose(lit).explain(),
             "```",
             "",
         ]

@@ -68,6 +68,9 @@ def _color(text: str) -> ColorLike:
 
 Rig = Annotated[Path | None, Parameter(help="Lights, viewer and light model, as Scene.save writes them (JSON).")]
 LookOptions = Annotated[Look, Parameter(name="*")]
+Verbose = Annotated[
+    bool, Parameter(name=["--verbose", "-v"], negative="", show_default=False, help="Tell all of it, not a few lines.")
+]
 PLAIN = Look()
 """None of its options given."""
 

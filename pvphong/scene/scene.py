@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from pvphong.base import check, host
-from pvphong.base.files import written_aside
+from pvphong.base.files import write_json
 from pvphong.base.types import VectorLike
 from pvphong.optics.lights import LIGHT_TYPES, Light, type_name
 from pvphong.scene.light_model import LightModel
@@ -142,8 +142,7 @@ class Scene:
             "viewer": None if self.viewer is None else asdict(self.viewer),
             "light_model": asdict(self.light_model),
         }
-        with written_aside(path) as aside:
-            aside.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+        write_json(document, path)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:
