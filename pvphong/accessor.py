@@ -43,6 +43,10 @@ class MeshPhong:
     def __init__(self, mesh: pv.DataSet) -> None:
         self._mesh = mesh
 
+    def __repr__(self) -> str:
+        mesh = self._mesh
+        return f"<phong of a {type(mesh).__name__}: {mesh.n_points} points, {mesh.n_cells} cells>"
+
     def shade(
         self,
         scene: SceneLike | None = None,
@@ -347,6 +351,9 @@ class BlocksPhong:
 
     def __init__(self, blocks: pv.MultiBlock) -> None:
         self._blocks = blocks
+
+    def __repr__(self) -> str:
+        return f"<phong of a MultiBlock: {self._blocks.n_blocks} blocks>"
 
     def shade(self, scene: SceneLike | None = None, material: Material = _DULL, **options: Any) -> pv.MultiBlock:
         """A new MultiBlock of lit meshes; an empty block stays empty.

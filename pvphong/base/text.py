@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import textwrap
 from collections.abc import Iterable, Sequence
+from dataclasses import fields
 from html import escape
 from typing import Any
 
@@ -34,6 +35,14 @@ def rendered(parts: Iterable[Any]) -> str:
         lines += [line.rstrip() for line in shown.getvalue().rstrip().splitlines()]
         lines.append("")
     return "\n".join(lines).rstrip("\n")
+
+
+def told(value: Any, without: Sequence[str] = ()) -> str:
+    """The fields of a dataclass that are not at their defaults: their names and values."""
+    shown = {field.name: (getattr(value, field.name), field.default) for field in fields(value)}
+    return ", ".join(
+        f"{name} {entry}" for name, (entry, default) in shown.items() if entry != default and name not in without
+    )
 
 
 def html_table(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

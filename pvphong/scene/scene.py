@@ -13,6 +13,7 @@ from typing import Any, Self
 
 from pvphong.base import check, host
 from pvphong.base.files import write_json
+from pvphong.base.text import html_table, told
 from pvphong.base.types import VectorLike
 from pvphong.optics.lights import LIGHT_TYPES, Light, type_name
 from pvphong.scene.light_model import LightModel
@@ -121,6 +122,13 @@ class Scene:
         viewer = Viewer.from_camera(renderer.camera)
         lights = tuple(host.light_placed(light, viewer) for light in renderer.GetLights())
         return cls(lights=lights, viewer=viewer)
+
+    def _repr_html_(self) -> str:
+        parts = [*zip(light_labels(self, "light "), self.lights, strict=True), ("light model", self.light_model)]
+        rows = [(name, type(part).__name__, told(part, without=("name",))) for name, part in parts]
+        viewer = "framing what is lit" if self.viewer is None else told(self.viewer)
+        title = f"Scene of {len(rows) - 1} lights: what is not at its default"
+        return html_table(title, (), [*rows, ("viewer", "Viewer", viewer)])
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the scene to a JSON file; `Scene.load` gives it back to the last bit.

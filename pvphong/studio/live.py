@@ -61,6 +61,9 @@ class LiveMesh:
         self._viewer = Viewer()
         self._follow_geometry()
 
+    def __repr__(self) -> str:
+        return f"<LiveMesh of {self.mesh.n_points} points, {self.material}>"
+
     def refresh(self, scene: Scene) -> bool:
         """Bring the colours up to date; returns whether they had to be computed.
 

@@ -32,7 +32,7 @@ class Cells(HTMLParser):
         super().__init__()
         self.found = []
 
-    def handle_starttag(self, tag, attrs):  # noqa: ARG002
+    def handle_starttag(self, tag, _attrs):
         self.found.append([tag, ""])
 
     def handle_data(self, data):

@@ -419,7 +419,8 @@ def test_what_is_told_fits_80_columns_and_breaks_no_word(sphere, words, status, 
 # --- demo ---
 
 
-def test_demo_leaves_a_lit_mesh_a_picture_the_rig_and_a_report_and_can_be_repeated(capsys):
+def test_demo_leaves_a_lit_mesh_a_picture_the_rig_and_a_report_and_can_be_repeated(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", str(COLUMNS))
     assert run("demo --folder new/demo") == 0
     out, folder = capsys.readouterr().out, Path("new/demo")
     lit = pv.read(folder / "airplane.vtp")
@@ -429,6 +430,9 @@ def test_demo_leaves_a_lit_mesh_a_picture_the_rig_and_a_report_and_can_be_repeat
     pixels = pv.read(folder / "airplane.png").active_scalars
     assert 0.05 < (pixels[:, 2] > pixels[:, 0].astype(int) + 50).mean() < 0.9  # blue
     report = (folder / "report.md").read_text()
+    words = re.compile(r"[A-Za-z]{5,}")
+    assert set(words.findall(report)) <= set(words.findall(out))  # none is broken
+    assert max(map(len, out.splitlines())) <= COLUMNS
     for said in ("1335 points, 2452 faces", "sun: DirectionalLight", ph.diagnose(lit).explain()):
         assert said in report
     for name in ("airplane.vtp", "airplane.png", "rig.json", "report.md"):

@@ -206,11 +206,14 @@ def test_what_there_is_no_time_for_is_said(mesh):
 # -- what comes out
 
 
-def test_the_whole_report_names_everything(report):
+def test_the_whole_report_names_everything_in_80_columns_without_breaking_a_word(report, monkeypatch):
     shown = report.explain()
+    assert max(map(len, (*shown.splitlines(), *str(report).splitlines()))) <= 80
     parts = ("What each effect costs", "What the plan promised", "measured on", "noise", "cores")
     for text in ("float64 reference", "plan at 1/255", "VTK per pixel", "At the vertices", "Inside triangles", *parts):
         assert text in shown
+    monkeypatch.setattr("pvphong.base.text.WIDTH", 1000)
+    assert sorted(shown.replace("─", "").split()) == sorted(report.explain().replace("─", "").split())
     assert repr(report).startswith("<Tradeoff of ")
 
 
