@@ -23,7 +23,7 @@ from pvphong.optics.lights import DirectionalLight, Light, PointLight, SphereLig
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import BlinnPhong, OrenNayar, Phong
 from pvphong.scene.light_model import LightModel
-from pvphong.scene.scene import Scene
+from pvphong.scene.scene import Scene, load_materials
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.evaluation import evaluate
 from pvphong.shading.plan.draft import Decision
@@ -103,6 +103,7 @@ __all__ = [
     "implicit_normals",
     "light_from_homogeneous",
     "light_kit",
+    "load_materials",
     "look_at",
     "normal_matrix",
     "ortho",

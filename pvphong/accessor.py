@@ -6,6 +6,7 @@ imported when it is used: it would load PyVista's plotting.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import pyvista as pv
@@ -13,7 +14,7 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.types import Backend, FloatArray, MatrixLike, Precision, Weighting
 from pvphong.geometry.transform import transform_normals
-from pvphong.meshes.blocks import datasets, map_blocks
+from pvphong.meshes.blocks import datasets, map_blocks, materials_of
 from pvphong.meshes.color_views import ColorSpace, color_view
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.edges import FeatureAngle
@@ -355,12 +356,19 @@ class BlocksPhong:
     def __repr__(self) -> str:
         return f"<phong of a MultiBlock: {self._blocks.n_blocks} blocks>"
 
-    def shade(self, scene: SceneLike | None = None, material: Material = _DULL, **options: Any) -> pv.MultiBlock:
+    def shade(
+        self, scene: SceneLike | None = None, material: Material | Mapping[str, Material] = _DULL, **options: Any
+    ) -> pv.MultiBlock:
         """A new MultiBlock of lit meshes; an empty block stays empty.
 
         Parameters
         ----------
-        scene, material, **options
+        scene : Scene, light, or sequence of lights, optional
+            As for a single dataset.
+        material : Material or mapping, optional
+            One for all, or block's name → material; of a block inside a block the names with "/" between them. Blocks
+            that are not named have that of the name "default".
+        **options
             As for a single dataset; `albedo` is the name of a point array that every block has.
 
         Raises
@@ -369,7 +377,8 @@ class BlocksPhong:
             As for a single dataset; the message names the block.
         """
         scene = self._scene(scene, options.get("matrix"))
-        return map_blocks(self._blocks, lambda block: block.phong.shade(scene, material, **options))
+        materials = materials_of(self._blocks, material)
+        return map_blocks(self._blocks, lambda block: block.phong.shade(scene, next(materials), **options))
 
     def plot(self, *, name: str = "phong", **options: Any) -> Any:
         """Show lit blocks: the colours as they are; see `MeshPhong.plot`."""
@@ -401,23 +410,28 @@ class BlocksPhong:
     def plan(
         self,
         scene: SceneLike | None = None,
-        material: Material = _DULL,
+        material: Material | Mapping[str, Material] = _DULL,
         *,
         matrix: MatrixLike | None = None,
         tolerance: float = 0.0,
         feature_angle: FeatureAngle = None,
     ) -> dict[str, Plan]:
-        """A plan for each dataset, by the path of its block's names; None and empty blocks are left out."""
-        scene = self._scene(scene, matrix)
+        """A plan for each dataset, by the path of its block's names; None and empty blocks are left out.
+
+        `material` is one for all blocks or a mapping, as for `shade`; so it is for the three that follow.
+        """
+        scene, materials = self._scene(scene, matrix), materials_of(self._blocks, material)
         return {
-            path: block.phong.plan(scene, material, matrix=matrix, tolerance=tolerance, feature_angle=feature_angle)
+            path: block.phong.plan(
+                scene, next(materials), matrix=matrix, tolerance=tolerance, feature_angle=feature_angle
+            )
             for path, block in datasets(self._blocks)
         }
 
     def refine(
         self,
         scene: SceneLike | None = None,
-        material: Material = _DULL,
+        material: Material | Mapping[str, Material] = _DULL,
         *,
         tolerance: float,
         max_points: int | None = None,
@@ -432,12 +446,12 @@ class BlocksPhong:
 
         `max_points` is for each block, `albedo` the name of a point array that every block has.
         """
-        scene = self._scene(scene, matrix)
+        scene, materials = self._scene(scene, matrix), materials_of(self._blocks, material)
         return map_blocks(
             self._blocks,
             lambda block: block.phong.refine(
                 scene,
-                material,
+                next(materials),
                 tolerance=tolerance,
                 max_points=max_points,
                 name=name,
@@ -452,27 +466,33 @@ class BlocksPhong:
     def interpolation_error(
         self,
         scene: SceneLike | None = None,
-        material: Material = _DULL,
+        material: Material | Mapping[str, Material] = _DULL,
         *,
         matrix: MatrixLike | None = None,
         albedo: str | None = None,
         feature_angle: FeatureAngle = None,
     ) -> pv.MultiBlock:
         """A new MultiBlock of meshes with the errors inside triangles; see `MeshPhong.interpolation_error`."""
-        scene = self._scene(scene, matrix)
+        scene, materials = self._scene(scene, matrix), materials_of(self._blocks, material)
         return map_blocks(
             self._blocks,
             lambda block: block.phong.interpolation_error(
-                scene, material, matrix=matrix, albedo=albedo, feature_angle=feature_angle
+                scene, next(materials), matrix=matrix, albedo=albedo, feature_angle=feature_angle
             ),
         )
 
     def validate(
-        self, scene: SceneLike | None = None, material: Material = _DULL, *, matrix: MatrixLike | None = None
+        self,
+        scene: SceneLike | None = None,
+        material: Material | Mapping[str, Material] = _DULL,
+        *,
+        matrix: MatrixLike | None = None,
     ) -> dict[str, Comparison]:
         """A comparison with VTK for each dataset, by the path of its block's names; see `pvphong.validate`."""
-        scene = self._scene(scene, matrix)
-        return {path: block.phong.validate(scene, material, matrix=matrix) for path, block in datasets(self._blocks)}
+        scene, materials = self._scene(scene, matrix), materials_of(self._blocks, material)
+        return {
+            path: block.phong.validate(scene, next(materials), matrix=matrix) for path, block in datasets(self._blocks)
+        }
 
     def tradeoff(
         self,

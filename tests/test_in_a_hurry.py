@@ -7,6 +7,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
+from pvphong.meshes.files import save_lit
 
 MESH = pv.examples.load_airplane()
 SHINY = ph.Material(specular=0.6, shininess=20)
@@ -166,3 +167,19 @@ def test_lit_meshes_are_drawn_in_their_colours():
         np.testing.assert_allclose(picture[30, 30], 255 * lit["phong"][0], atol=1.5, rtol=0)
     with pytest.raises(ValueError, match=r"^name must be one of"):
         lit.phong.plot(name="fong")
+
+
+def test_a_colours_name_is_the_colour_that_is_seen(tmp_path):
+    """Nothing decodes colours and nothing encodes them: in full light "orange" is what PyVista draws for it."""
+    orange = pv.Color("orange").int_rgb
+    sheet, glow = pv.Plane(), ph.Material(ambient=0, diffuse=0, emission="orange")
+    plotter = pv.Plotter(off_screen=True, window_size=(40, 40))
+    plotter.phong.add_mesh(sheet, glow)
+    window = plotter.screenshot(return_img=True)
+    plotter.close()
+    lit = sheet.phong.shade(SUN, glow)
+    drawn = lit.phong.plot(off_screen=True, return_img=True, screenshot=True, window_size=(40, 40))
+    save_lit(lit, tmp_path / "lit.ply", "phong")
+    in_file = pv.read(tmp_path / "lit.ply")["RGB"][0]
+    for seen in (window[20, 20], drawn[20, 20], in_file):
+        assert tuple(seen) == orange

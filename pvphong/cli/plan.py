@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from pvphong.cli.inputs import SIZE, single_meshes, surface_and_scene
+from pvphong.cli.inputs import SIZE, surface_and_scene
+from pvphong.cli.lighting import with_materials
 from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, Rig, Verbose, feature_angle_of
 from pvphong.cli.telling import tell
 from pvphong.meshes.lit import plan as plan_mesh
@@ -33,6 +34,10 @@ def plan(
         normals of its own, and "none" leaves all of it smooth.
     """
     outside, rig = surface_and_scene(mesh, scene, SIZE)
-    material = look.to_material()
+    materials = look.to_materials(scene)
     options: Any = {"tolerance": tolerance, "feature_angle": feature_angle_of(feature_angle)}
-    tell(((block, plan_mesh(single, rig, material, **options)) for block, single in single_meshes(outside)), verbose)
+    found = (
+        (block, plan_mesh(single, rig, material, **options))
+        for block, single, material in with_materials(outside, materials)
+    )
+    tell(found, verbose)

@@ -52,7 +52,7 @@ def tradeoff(
             check.refuse("path", output, "in a folder that exists", f"Create {output.parent} first.")
     outside, rig = surface_and_scene(mesh, scene, SIZE)
     whole = together(outside) if isinstance(outside, pv.MultiBlock) else outside
-    result = measure_tradeoff(whole, rig, look.to_material(), tolerance=tolerance, seconds=seconds)
+    result = measure_tradeoff(whole, rig, look.to_material(scene), tolerance=tolerance, seconds=seconds)
     tell([("", result)], verbose)
     for path, save in ((plot, result.plot), (csv, result.to_csv), (json, result.to_json)):
         if path is not None:

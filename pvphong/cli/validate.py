@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +11,8 @@ from cyclopts import Parameter
 
 from pvphong.base import check
 from pvphong.base.files import write_json
-from pvphong.cli.inputs import SIZE, single_meshes, surface_and_scene
+from pvphong.cli.inputs import SIZE, surface_and_scene
+from pvphong.cli.lighting import with_materials
 from pvphong.cli.options import PLAIN, LookOptions, Rig, Verbose
 from pvphong.cli.spinner import busy
 from pvphong.cli.telling import tell
@@ -53,7 +55,7 @@ def validate(
         check.refuse("--report", str(report), "given together with --all")
     if mesh is None:
         check.refuse("MESH", "none", "given, or --all in its place")
-    return _validate_mesh(mesh, scene, look.to_material(), json, output, verbose)
+    return _validate_mesh(mesh, scene, look.to_materials(scene), json, output, verbose)
 
 
 def _validate_all(report: Path | None, verbose: bool) -> int:
@@ -71,7 +73,12 @@ def _validate_all(report: Path | None, verbose: bool) -> int:
 
 
 def _validate_mesh(
-    mesh: str, scene: Path | None, material: Material, json: Path | None, output: Path | None, verbose: bool
+    mesh: str,
+    scene: Path | None,
+    materials: Mapping[str, Material],
+    json: Path | None,
+    output: Path | None,
+    verbose: bool,
 ) -> int:
     outside, rig = surface_and_scene(mesh, scene, SIZE)
     has_blocks = isinstance(outside, pv.MultiBlock)
@@ -81,7 +88,10 @@ def _validate_mesh(
     with busy(f"Drawing {mesh} with VTK"):
         from pvphong.studies.validate.validation import validate as validate_mesh  # it loads VTK's rendering
 
-        found = {block: validate_mesh(single, rig, material) for block, single in single_meshes(outside)}
+        found = {
+            block: validate_mesh(single, rig, material)
+            for block, single, material in with_materials(outside, materials)
+        }
     tell(found.items(), verbose)
     if json is not None:
         told = {block: comparison.to_dict() for block, comparison in found.items()}

@@ -18,4 +18,4 @@ def view(mesh: str, /, *, scene: Rig = None, look: LookOptions = PLAIN) -> None:
         A file of any format that PyVista reads.
     """
     outside, rig = surface_and_scene(mesh, scene, SIZE)
-    show(outside, rig, look.to_material(), title=f"pvphong: {mesh}", stem=Path(mesh).stem)
+    show(outside, rig, look.to_materials(scene), title=f"pvphong: {mesh}", stem=Path(mesh).stem)

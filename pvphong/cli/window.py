@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.meshes.blocks import leaves, map_blocks
+from pvphong.cli.lighting import shaded, with_materials
 from pvphong.meshes.files import save_lit
-from pvphong.meshes.lit import shade_mesh
 from pvphong.meshes.pictures import WITHOUT_DISPLAY, aim, drawing_window, save_picture
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
@@ -22,7 +21,12 @@ _INSTEAD = "A picture needs no window: pvphong shade MESH -o picture.png."
 
 
 def show(
-    mesh: pv.PolyData | pv.MultiBlock, scene: Scene, material: Material, *, title: str, stem: str = "pvphong"
+    mesh: pv.PolyData | pv.MultiBlock,
+    scene: Scene,
+    materials: Mapping[str, Material],
+    *,
+    title: str,
+    stem: str = "pvphong",
 ) -> None:
     """Open a window with a lit mesh and gizmos for its lights, and come back when it is closed.
 
@@ -35,8 +39,8 @@ def show(
         A surface, or several.
     scene : Scene
         Its viewer is where the camera stands at first.
-    material : Material
-        The surface's reflectances.
+    materials : mapping
+        Material of each block, or of "default".
     title : str
         Of the window.
     stem : str
@@ -56,31 +60,25 @@ def show(
     plotter.phong.light_model = scene.light_model
     for light in scene.lights:
         plotter.phong.add_light(light)
-    for part in leaves(mesh):
+    for _, part, material in with_materials(mesh, materials):
         plotter.phong.add_mesh(part, material)
     plotter.reset_camera_clipping_range()  # PyVista leaves it alone once the camera has been placed
-    plotter.phong.add_gizmos(keys=_keys(plotter, mesh, material, stem))
+    plotter.phong.add_gizmos(keys=_keys(plotter, mesh, materials, stem))
     plotter.show()
 
 
 def _keys(
-    plotter: pv.Plotter, mesh: pv.PolyData | pv.MultiBlock, material: Material, stem: str
+    plotter: pv.Plotter, mesh: pv.PolyData | pv.MultiBlock, materials: Mapping[str, Material], stem: str
 ) -> dict[str, tuple[str, Callable[[], None]]]:
     """Keys that save what the window shows: key → (what it does, how)."""
     several = isinstance(mesh, pv.MultiBlock)
     rig, lit, picture = Path(f"{stem}-rig.json"), Path(f"{stem}-lit.{'vtm' if several else 'vtp'}"), Path(f"{stem}.png")
 
     def save_lit_mesh() -> None:
-        scene = plotter.phong.scene
-        shaded = (
-            map_blocks(mesh, lambda block: shade_mesh(block, scene, material))
-            if several
-            else shade_mesh(mesh, scene, material)
-        )
-        save_lit(shaded, lit, ARRAY)
+        save_lit(shaded(mesh, plotter.phong.scene, materials), lit, ARRAY)
 
     def save_rig() -> None:
-        plotter.phong.scene.save(rig)
+        plotter.phong.scene.save(rig, materials=materials)
 
     def save_screenshot() -> None:
         save_picture(plotter.screenshot(return_img=True), picture)

@@ -141,16 +141,15 @@ class LiveMesh:
         self._geometry, self._normals = geometry, None
 
     def _current_albedo(self) -> Any:
-        if isinstance(self.albedo, str):
+        """At the points that are drawn: edges of the user's mesh may have been split."""
+        albedo = self.albedo
+        if isinstance(albedo, str):
             arrays = self._arrays()
-            check.choice("albedo", self.albedo, arrays.keys())
-            return self._at_points(arrays[self.albedo])
-        return self._at_points(self.albedo)
-
-    def _at_points(self, albedo: Any) -> Any:
-        """Of the surface, where its edges were split."""
-        is_drawns = albedo is not None and len(albedo) == self.drawn.n_points
-        return albedo if is_drawns else at_points(albedo, self._points, self._n_whole)
+            check.choice("albedo", albedo, arrays.keys())
+            albedo = arrays[albedo]
+            if not isinstance(self.mesh, pv.PolyData):
+                return albedo
+        return at_points(albedo, self._points, self._n_whole)
 
     def _arrays(self) -> Any:
         """Where a named albedo is looked up: the user's point arrays, which may be replaced at any time."""

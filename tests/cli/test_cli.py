@@ -3,6 +3,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -116,6 +117,12 @@ REFUSED = {
     "shade sphere.vtp -o o.vtp --scene other.json": 'format must be a JSON object with "format": "pvphong scene"',
     "shade sphere.vtp -o o.png --size 0 10": "width must be a finite number >= 1",
     "shade sphere.vtp -o o.png --background whyte": "background must be a number",
+    "shade sphere.vtp -o o.vtp --size 20 10": "--size must be left out, for a mesh has none",
+    "shade sphere.vtp -o o.vtp --background red": "--background must be left out",
+    "shade sphere.vtp -o o.png --components": "--components must be left out, for a .png holds no arrays",
+    "shade sphere.vtp -o o.ply --array lit": "--array must be left out, for a .ply holds no arrays",
+    "shade sphere.vtp -o o.vtp --scene parts.json": "material must be one, or one of them named 'default'",
+    "plan blocks.vtm --scene parts.json": "material must be a mapping with the names of all blocks",
     "diagnose half.ply": NO_FILE,
     "plan sphere.vtp --tolerance=-1": "tolerance must be a finite number >= 0",
     "validate": "MESH must be given, or --all in its place",
@@ -143,10 +150,12 @@ def test_a_wrong_call_or_input_is_one_line_status_2_and_no_file(capfd, monkeypat
     monkeypatch.setattr("pvphong.studies.accuracy.measurement.interleaved", lambda *_: pytest.fail("it measured"))
     CLOUD.save("cloud.vtp")
     BEYOND.save("beyond.vtp")
-    save_blocks(**({"one": pv.Sphere()} if "validate" in words else {"cloud": CLOUD}))
+    save_blocks(**({"cloud": CLOUD} if words.startswith(("shade", "tradeoff")) else {"one": pv.Sphere()}))
     pv.Sphere().save("half.ply")
     os.truncate("half.ply", 20_000)
     Path("garbage.json").write_text("garbage")
+    parts = dict.fromkeys(("lid", "box"), ph.Material())
+    ph.Scene([ph.DirectionalLight()]).save("parts.json", materials=parts)
     Path("other.json").write_text('{"format": "other"}')
     ph.Scene([ph.PointLight(position=(1, 2, 3))], light_model=ph.LightModel.opengl()).save("opengl.json")
     capfd.readouterr()
@@ -223,6 +232,24 @@ def test_a_viewer_that_looks_elsewhere_gets_its_picture_and_a_note(capsys):
     assert capsys.readouterr() == ("lit.png\n", "note: the scene's viewer sees nothing of the mesh.\n")
 
 
+def test_materials_of_a_rig_are_applied_and_options_change_them(sphere):
+    scene, red = ph.Scene([ph.DirectionalLight()], ph.Viewer()), ph.Material(diffuse="red", shininess=3)
+    scene.save("rig.json", materials={"default": red, "deep/two": ph.Material.named("gold")})
+    save_blocks(one=sphere, deep=pv.MultiBlock({"two": sphere}))
+    for options, change in {"": {}, "--specular 0.5": {"specular": 0.5}}.items():
+        assert run(f"shade sphere.vtp -o lit.vtp --scene rig.json {options}") == 0
+        assert run(f"shade blocks.vtm -o lit.vtm --scene rig.json {options}") == 0
+        blocks = pv.read("lit.vtm")
+        gold = ph.Material.named("gold")
+        for lit, material in [(pv.read("lit.vtp"), red), (blocks["one"], red), (blocks["deep"]["two"], gold)]:
+            expected = sphere.phong.shade(scene, replace(material, **change))
+            np.testing.assert_array_equal(lit["phong"], expected["phong"])
+    assert run("shade sphere.vtp -o lit.vtp --scene rig.json --material jade") == 0
+    np.testing.assert_array_equal(
+        pv.read("lit.vtp")["phong"], sphere.phong.shade(scene, ph.Material.named("jade"))["phong"]
+    )
+
+
 def test_blocks_are_shaded_block_by_block(sphere):
     cube = pv.Cube(center=(2, 0, 0))
     save_blocks(one=sphere, gap=None, deep=pv.MultiBlock({"two": cube}))
@@ -271,7 +298,7 @@ def test_view_shows_the_surface_in_the_rig(sphere, monkeypatch):
     assert run("view sphere.vtp --scene rig.json --material ruby") == 0
     (((mesh, *rest), options),) = calls
     assert mesh.n_points == sphere.n_points
-    assert rest == [SCENE, ph.Material.named("ruby")]
+    assert rest == [SCENE, {"default": ph.Material.named("ruby")}]
     assert options == {"title": "pvphong: sphere.vtp", "stem": "sphere"}
 
 

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Viewer
+from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Viewer, load_materials
 from pvphong.cli import window
 from pvphong.cli.window import show
 from pvphong.meshes.files import eight_bit
 from pvphong.meshes.lit import shade_mesh
 from pvphong.plotter import PlotterPhong
 
+DULL = {"default": Material()}
 SCENE = Scene(
     lights=[
         DirectionalLight(direction=(1, -1, -1), frame="camera", name="key"),
@@ -35,7 +36,7 @@ def shown(monkeypatch):
 
 def test_the_window_shows_the_mesh_in_the_scene_that_was_given(shown):
     sphere, gold = pv.Sphere(), Material.named("gold")
-    show(sphere, SCENE, gold, title="a sphere")
+    show(sphere, SCENE, {"default": gold}, title="a sphere")
     (plotter,) = shown
     assert plotter.title == "a sphere"
     assert plotter.phong.lights == SCENE.lights
@@ -49,7 +50,7 @@ def test_the_window_shows_the_mesh_in_the_scene_that_was_given(shown):
 
 
 def test_every_block_is_shown(shown):
-    show(pv.MultiBlock([pv.Sphere(), None, pv.MultiBlock([pv.Cube()])]), SCENE, Material(), title="blocks")
+    show(pv.MultiBlock([pv.Sphere(), None, pv.MultiBlock([pv.Cube()])]), SCENE, DULL, title="blocks")
     assert len([a for a in shown[0].actors.values() if isinstance(a, pv.Actor)]) == 2
 
 
@@ -60,7 +61,7 @@ def test_where_no_window_can_open_a_picture_is_offered(shown, monkeypatch, off_s
     monkeypatch.setenv("DISPLAY", ":99")
     refused = "PYVISTA_OFF_SCREEN must be unset" if off_screen else r"DISPLAY must be a display to open .* got :99\."
     with pytest.raises(ValueError, match=rf"^{refused}.* A picture needs .*pvphong shade MESH -o picture\.png"):
-        show(pv.Sphere(), SCENE, Material(), title="a sphere")
+        show(pv.Sphere(), SCENE, DULL, title="a sphere")
     assert not shown
 
 
@@ -72,7 +73,7 @@ def keys(shown, monkeypatch, tmp_path):
     monkeypatch.setattr(PlotterPhong, "add_gizmos", lambda _, *, keys: taken.update(keys))
 
     def of(mesh):
-        show(mesh, SCENE, Material.named("gold"), title="a mesh", stem="mine")
+        show(mesh, SCENE, {"default": Material.named("gold")}, title="a mesh", stem="mine")
         assert len(shown) == 1
         return {key: act for key, (_, act) in taken.items()}
 
@@ -87,6 +88,7 @@ def test_keys_save_the_rig_the_lit_mesh_and_a_picture(keys, capsys, monkeypatch)
         saving[key]()
     assert capsys.readouterr().out.split() == ["mine-rig.json", "mine-lit.vtp", "mine.png"]
     assert Scene.load("mine-rig.json").lights == SCENE.lights
+    assert load_materials("mine-rig.json") == {"default": Material.named("gold")}
     expected = shade_mesh(sphere, Scene.load("mine-rig.json"), Material.named("gold"))
     np.testing.assert_array_equal(pv.read("mine-lit.vtp")["phong"], expected["phong"])
     assert pv.read("mine.png").dimensions == (5, 4, 1)
@@ -103,7 +105,12 @@ def test_blocks_are_saved_as_blocks_and_a_failure_leaves_the_window_open(keys, c
 
 
 def test_a_mesh_far_from_the_viewer_is_not_clipped_away(shown):
-    show(pv.Sphere(radius=500), replace(SCENE, viewer=Viewer(position=(4000, 0, 0))), Material(), title="far away")
+    show(
+        pv.Sphere(radius=500),
+        replace(SCENE, viewer=Viewer(position=(4000, 0, 0))),
+        DULL,
+        title="far away",
+    )
     near, far = shown[0].camera.clipping_range
     assert near < 3500
     assert far > 4500

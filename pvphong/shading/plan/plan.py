@@ -1,4 +1,8 @@
-"""Which effects a scene needs: the plan collects what each effect decides."""
+"""Which effects a scene needs: the plan collects what each effect decides.
+
+`Plan.run` carries it out, and chooses who does: the compiled evaluator where that is worth its start and does not
+decline (`kernel.shade`), else the readable one (`reference.shade`).
+"""
 
 from __future__ import annotations
 
@@ -147,9 +151,9 @@ class Plan:
         result = Shading.empty(len(vertices), self.whole.lights, real, components=check.flag("components", components))
         normals = vertices.normals_if(self.equation.needs_normals)
         waits = backend == "numba"
-        compiled = waits or (backend == "auto" and is_worth_loading(len(vertices), self.whole))
+        tries_compiled = waits or (backend == "auto" and is_worth_loading(len(vertices), self.whole))
         arrays = vertices.points, normals, self.equation, vertices.albedo, result
-        if not (compiled and kernel.shade(*arrays, self.whole, waits=waits)):
+        if not (tries_compiled and kernel.shade(*arrays, self.whole, waits=waits)):
             reference.shade(*arrays)
         return result
 
