@@ -49,6 +49,7 @@ def rows_table(result: Result) -> Table:
     """All rows, by kind and time; ★ is chosen, ● on its kind's front, a dominated one has no mark."""
     title = "What accuracy costs in time: colour errors, each of its row's kind; ★ chosen, ● on the front"
     table = _table(title, *HEADINGS)
+    table.padding = 0  # so that every name fits
     for column in table.columns:
         column.no_wrap, column.justify = column.header != "way", "left" if column.header in ("", "way") else "right"
     last = ""
