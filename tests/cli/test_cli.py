@@ -405,6 +405,17 @@ def test_blocks_are_validated_by_themselves_and_traded_off_together(sphere, caps
     assert f"ways to light {sphere.n_points + 8} points:" in capsys.readouterr().out
 
 
+@pytest.mark.usefixtures("sphere")
+def test_on_a_terminal_it_is_said_how_to_be_told_more(monkeypatch, capsys):
+    assert run("diagnose sphere.vtp") == 0
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    assert run("diagnose sphere.vtp") == 0
+    assert capsys.readouterr().err == "(--verbose tells all of it.)\n"
+    assert run("diagnose sphere.vtp --verbose") == 0
+    assert capsys.readouterr().err == ""
+
+
 # --- what fits a terminal ---
 
 COLUMNS = 80
