@@ -418,7 +418,7 @@ class BlocksPhong:
     ) -> dict[str, Plan]:
         """A plan for each dataset, by the path of its block's names; None and empty blocks are left out.
 
-        `material` is one for all blocks or a mapping, as for `shade`; so it is for the three that follow.
+        `material` may be a mapping, as for `shade`.
         """
         scene, materials = self._scene(scene, matrix), materials_of(self._blocks, material)
         return {
@@ -444,7 +444,8 @@ class BlocksPhong:
     ) -> pv.MultiBlock:
         """A new MultiBlock of refined meshes, each block by itself; see `MeshPhong.refine`.
 
-        `max_points` is for each block, `albedo` the name of a point array that every block has.
+        `material` may be a mapping, as for `shade`; `max_points` is for each block, `albedo` the name of a point array
+        that every block has.
         """
         scene, materials = self._scene(scene, matrix), materials_of(self._blocks, material)
         return map_blocks(
@@ -472,7 +473,10 @@ class BlocksPhong:
         albedo: str | None = None,
         feature_angle: FeatureAngle = None,
     ) -> pv.MultiBlock:
-        """A new MultiBlock of meshes with the errors inside triangles; see `MeshPhong.interpolation_error`."""
+        """A new MultiBlock of meshes with the errors inside triangles; see `MeshPhong.interpolation_error`.
+
+        `material` may be a mapping, as for `shade`; `albedo` is the name of a point array that every block has.
+        """
         scene, materials = self._scene(scene, matrix), materials_of(self._blocks, material)
         return map_blocks(
             self._blocks,
@@ -488,7 +492,10 @@ class BlocksPhong:
         *,
         matrix: MatrixLike | None = None,
     ) -> dict[str, Comparison]:
-        """A comparison with VTK for each dataset, by the path of its block's names; see `pvphong.validate`."""
+        """A comparison with VTK for each dataset, by the path of its block's names; see `pvphong.validate`.
+
+        `material` may be a mapping, as for `shade`.
+        """
         scene, materials = self._scene(scene, matrix), materials_of(self._blocks, material)
         return {
             path: block.phong.validate(scene, next(materials), matrix=matrix) for path, block in datasets(self._blocks)
