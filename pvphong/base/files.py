@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from pvphong.base import check
 
@@ -41,3 +43,15 @@ def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
         for left_over in aside.iterdir():
             left_over.unlink()
         aside.rmdir()
+
+
+def write_json(document: Any, path: str | os.PathLike[str]) -> None:
+    """Write plain values to a JSON file.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be written.
+    """
+    with written_aside(path) as aside:
+        aside.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")

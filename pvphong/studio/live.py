@@ -77,6 +77,9 @@ class LiveMesh:
         self._follow_geometry()
         self._show_colors()
 
+    def __repr__(self) -> str:
+        return f"<LiveMesh of {self.mesh.n_points} points, {self.material}>"
+
     def refresh(self, scene: Scene) -> bool:
         """Bring the colours up to date; returns whether they had to be computed.
 

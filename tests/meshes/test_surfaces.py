@@ -243,3 +243,8 @@ def test_normals_need_faces(call):
     cloud.point_data.active_normals = CORNERS
     with pytest.raises(ValueError, match="a mesh with faces; got 5 points and no faces"):
         call(cloud)
+
+
+def test_several_blocks_are_sent_to_their_accessor():
+    with pytest.raises(ValueError, match=r"mesh must be a pyvista\.DataSet; got MultiBlock\. blocks\.phong does it"):
+        surface(pv.MultiBlock({"a": pv.Sphere()}))
