@@ -86,7 +86,7 @@ def test_other_datasets_give_their_surface_and_blocks_a_view_each():
 @pytest.mark.parametrize(
     ("colors", "options", "message"),
     [
-        (None, {}, "name must be one of"),
+        (None, {}, "name must be"),
         (np.zeros((3, 3)), {"space": "lab"}, "space must be one of 'hsv', 'xyz'; got lab"),
         (np.zeros((3, 3)), {"name": "glow"}, "name must be one of 'phong'; got glow"),
         (np.zeros((3, 4)), {}, "three floats >= 0 per point"),
