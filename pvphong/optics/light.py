@@ -19,6 +19,7 @@ from pvphong.base import check, host
 from pvphong.base.types import ColorLike, Float64Array, FloatArray, Frame, Vector, rgb
 from pvphong.geometry.extent import Extent
 from pvphong.optics.roles import EyeSpace, Place, Role, roles_of
+from pvphong.optics.spherical import CosinePower
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -58,6 +59,10 @@ class Reach(NamedTuple):
 
 NOTHING_KNOWN = Reach(float("inf"), None, 0.0)
 """Of a light that says nothing of itself: it is never left out."""
+
+
+Integral = Callable[[Float64Array, Any], Float64Array]
+"""From points (3, m) and the `Surface` there to what a lobe reflects of a light of intensity 1, shape (m,)."""
 
 
 class Simpler(NamedTuple):
@@ -243,6 +248,22 @@ class Light:
         A light without a size is its own only node.
         """
         return (self,)
+
+    def closed(self, form: CosinePower) -> Integral | None:  # noqa: ARG002 there is none
+        """What a lobe reflects of all of it, exactly: for a light with a size whose integral has a closed form.
+
+        Parameters
+        ----------
+        form : CosinePower
+            The lobe's factor.
+
+        Returns
+        -------
+        callable or None
+            What gives the limit of the sum over ever more `nodes` of intensity, strength and factor. None where the
+            nodes are to do.
+        """
+        return None
 
     @cached_property
     def effects(self) -> frozenset[str]:
