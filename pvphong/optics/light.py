@@ -18,7 +18,7 @@ import numpy as np
 from pvphong.base import check, host
 from pvphong.base.types import ColorLike, Float64Array, FloatArray, Frame, Vector, rgb
 from pvphong.geometry.extent import Extent
-from pvphong.optics.roles import EyeSpace, Place, Role, roles_of
+from pvphong.optics.roles import Corners, EyeSpace, Place, Role, roles_of
 from pvphong.optics.spherical import CosinePower
 
 if TYPE_CHECKING:
@@ -81,7 +81,10 @@ class Simpler(NamedTuple):
     """The largest error of the strength."""
 
     turn: float | None = None
-    """The largest error of the direction, in radians, the strength being at most 1; None where it stays."""
+    """The largest error of the direction, in radians; None where it stays."""
+
+    strongest: float = 1.0
+    """Where the direction is off, no vertex gets more strength."""
 
 
 class Stage(NamedTuple):
@@ -201,9 +204,14 @@ class Light:
         return [getattr(self, field) for field, role in self.roles.items() if isinstance(role, kind)]
 
     @property
+    def places(self) -> list[Vector]:
+        """The points that its fields say it stands at."""
+        return [*self.values(Place), *(corner for corners in self.values(Corners) for corner in corners)]
+
+    @property
     def is_placed(self) -> bool:
         """Whether its fields say where it is: it has places, or is everywhere the same."""
-        return self.is_even or bool(self.values(Place))
+        return self.is_even or bool(self.places)
 
     def moved(self, move: Callable[[Vector], Vector]) -> Self:
         """This light with every place moved, and no direction or size."""
@@ -297,7 +305,7 @@ class Light:
 
     def offsets(self, points: Float64Array) -> Iterator[Float64Array]:
         """At points (3, k), vectors (3, k) that vary linearly and are shortest where it is brightest."""
-        for place in self.values(Place):
+        for place in self.places:
             yield points - np.array(place)[:, None]
 
     def edges(self, directions: FloatArray) -> Iterator[FloatArray]:  # noqa: ARG002 it has none
@@ -319,6 +327,11 @@ class Light:
 
     # -- what VTK knows of it
 
+    @property
+    def stand_in(self) -> Light:
+        """The nearest light without a size, as VTK may have it; itself if it has none."""
+        return self.nodes(1)[0]
+
     def as_vtk(self) -> VtkValues:
         """Values of the nearest light that VTK has.
 
@@ -327,7 +340,7 @@ class Light:
         ValueError
             If there is none.
         """
-        (nearest,) = self.nodes(1)
+        nearest = self.stand_in
         if nearest is self:
             remedy = "It can be evaluated and planned; a kind with `as_vtk` can also be drawn and compared."
             check.refuse("light", self, "one that VTK has", remedy)
@@ -338,7 +351,7 @@ class Light:
         """Why VTK has no such light, and what is nearest; "" where `as_vtk` says all of it."""
         if type(self).as_vtk is not Light.as_vtk:
             return ""
-        (nearest,) = self.nodes(1)
+        nearest = self.stand_in
         kind = type(self).__name__
         if nearest is self:
             return f"a {kind}"

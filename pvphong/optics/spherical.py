@@ -38,8 +38,9 @@ class CosinePower(NamedTuple):
 _NOTHING = 1e-12
 # Nodes that are exact to 1e-12 on a Gaussian that is cut off there, and on half of one.
 _NODES, _HALF_NODES = 32, 24
-# Below this power the integrand's ends are not smooth where they are on the equator of w.
-_ROUGH = 8.0
+ROUGH = 8.0
+"""Below this power, integrands are not smooth on the equator of w."""
+
 # Regions of a smaller angular size lose digits along their boundary, but are flat, and powers smooth there, if they are
 # at the same time a fraction of a lobe's width.
 _TINY, _FRACTION = 1e-5, 0.02
@@ -66,21 +67,20 @@ def is_tiny(size: Any, power: float) -> Any:
 # -- along an arc
 
 
-def _regular(less: Any, power: float) -> Any:
+def regular(less: Any, power: float) -> Any:
     """(1 − zᵖ) / (1 − z²), p the power, for less = 1 − z."""
     with np.errstate(divide="ignore", invalid="ignore"):
         regular = -np.expm1(power * np.log1p(-np.minimum(less, 1.0))) / (less * (2.0 - less))
     return np.where(less > 0.0, regular, 0.5 * power)
 
 
-def _shows_below(power: float) -> float:
+def shows_below(power: float) -> float:
     """The 1 − z from which on zᵖ is left out."""
     return -math.expm1(math.log(_NOTHING) / power)
 
 
-def _integral(start: Any, stop: Any, is_rough: Any, count: int, integrand: Any) -> Any:
-    """Of a function between two arrays of ends, at which it may be as rough as a low power is at 0."""
-    middle, half = 0.5 * (stop + start), 0.5 * (stop - start)
+def integral(middle: Any, half: Any, is_rough: Any, count: int, integrand: Any) -> Any:
+    """Of a function on intervals, at whose ends it may be as rough as a low power is at 0."""
     total = np.zeros_like(half)
     for node, weight in zip(*gauss_legendre(count if is_rough is False else 2 * count), strict=True):
         if is_rough is not False:  # nodes crowd at the ends
@@ -107,15 +107,17 @@ def great_arc(along: Any, across: Any, middle: Any, half: Any, power: float) -> 
     pole = along * along / (1.0 + across)  # 1 − across
 
     def integrand(y: Any) -> Any:
-        return _regular(pole + 2.0 * across * np.sin(0.5 * y) ** 2, power)
+        return regular(pole + 2.0 * across * np.sin(0.5 * y) ** 2, power)
 
     with np.errstate(divide="ignore", invalid="ignore"):
-        height = np.clip((_shows_below(power) - pole) / across, 0.0, 1.0)  # 1 − cos y at the window's ends
+        height = np.clip((shows_below(power) - pole) / across, 0.0, 1.0)  # 1 − cos y at the window's ends
     window = 2.0 * np.arcsin(np.sqrt(0.5 * np.where(across > 0.0, height, 0.0)))
     start, stop = np.clip(first, -window, window), np.clip(last, -window, window)
-    is_rough = power < _ROUGH and ((start != first) | (stop != last))
-    shown = along * _integral(start, stop, is_rough, _NODES, integrand)
-    return _turn(along, first, last, 2.0 * half) - _turn(along, start, stop, stop - start) + shown
+    is_left_out = (start != first) | (stop != last)
+    length = np.where(is_left_out, stop - start, 2.0 * half)  # ends have lost digits of short arcs
+    is_rough = power < ROUGH and is_left_out
+    shown = along * integral(0.5 * (start + stop), 0.5 * length, is_rough, _NODES, integrand)
+    return _turn(along, first, last, 2.0 * half) - _turn(along, start, stop, length) + shown
 
 
 def _turn(along: Any, first: Any, last: Any, length: Any) -> Any:
@@ -168,9 +170,9 @@ def cap_power(w: Float64Array, n: Float64Array, l: Float64Array, s: Any, C: Any,
     seen = (c > -s) & (s > 0.0) & (dot(n, n) > 0.5)
     tiny = is_tiny(s, power)
     axis = w if power else n  # 0⁰ is 1 below the equator too
-    for rows, integral in ((np.flatnonzero(seen & ~tiny), _large_cap), (np.flatnonzero(seen & tiny), _tiny_cap)):
+    for rows, over in ((np.flatnonzero(seen & ~tiny), _large_cap), (np.flatnonzero(seen & tiny), _tiny_cap)):
         if len(rows):
-            result[rows] = integral(axis[:, rows], n[:, rows], l[:, rows], c[rows], s[rows], C[rows], power)
+            result[rows] = over(axis[:, rows], n[:, rows], l[:, rows], c[rows], s[rows], C[rows], power)
     return result
 
 
@@ -213,11 +215,11 @@ def _circle(gamma: Any, a: Any, middle: Any, visible: Any, power: float) -> Any:
 
     def integrand(chi: Any) -> Any:
         square = np.sin(0.5 * chi) ** 2
-        return (inward + rest * square) * _regular(nearest + spread * square, power)
+        return (inward + rest * square) * regular(nearest + spread * square, power)
 
     with np.errstate(divide="ignore", invalid="ignore"):
-        height = np.clip((_shows_below(power) - nearest) / spread, 0.0, 1.0)
-    is_near = nearest < _shows_below(power)
+        height = np.clip((shows_below(power) - nearest) / spread, 0.0, 1.0)
+    is_near = nearest < shows_below(power)
     window = 2.0 * np.arcsin(np.sqrt(np.where(spread > 0.0, height, is_near)))
 
     def seen_from_w(chi: Any) -> tuple[Any, Any]:
@@ -227,8 +229,8 @@ def _circle(gamma: Any, a: Any, middle: Any, visible: Any, power: float) -> Any:
 
     def up_to(chi: Any) -> Any:
         shown = np.minimum(chi, window)
-        is_rough = power < _ROUGH and shown < chi
-        turned = _integral(np.zeros_like(shown), shown, is_rough, _HALF_NODES, integrand)
+        is_rough = power < ROUGH and shown < chi
+        turned = integral(0.5 * shown, 0.5 * shown, is_rough, _HALF_NODES, integrand)
         (x, y), (outward, sideways) = seen_from_w(shown), seen_from_w(chi)
         return turned + np.arctan2(x * sideways - y * outward, x * outward + y * sideways)
 
@@ -249,17 +251,39 @@ def _circle(gamma: Any, a: Any, middle: Any, visible: Any, power: float) -> Any:
 
 
 def _tiny_cap(w: Any, n: Any, l: Any, c: Any, s: Any, C: Any, power: float) -> Any:  # noqa: ARG001 it is flat
-    """By nodes on the part of the disk above the horizon: chords across n, at places cos α along n, 0 <= α <= β."""
-    across = np.cross(l, n, axis=0)
-    length = np.sqrt(dot(across, across))
-    level = np.where(length > 0.0, across / np.where(length > 0.0, length, 1.0), 0.0)
-    upward = np.cross(level, l, axis=0)
-    beta = np.where(c < s, np.arctan2(_cut(c, s), -c), math.pi)
-    total = np.zeros_like(c)
+    return tiny_disk(w, n, l, l, s, power) / (math.pi * s * s)
+
+
+def tiny_disk(w: Any, n: Any, middle: Any, facing: Any, radius: Any, power: float) -> Any:
+    """∫ max(w·u, 0)ᵏ du over the part above the horizon of disks that are far away.
+
+    By nodes on chords across n, at places cos α along n, 0 <= α <= β.
+
+    Parameters
+    ----------
+    w, n : ndarray
+        The unit vectors, and the normals of the horizon.
+    middle, facing : ndarray
+        The ways to the disks' middles, and unit vectors along their axes.
+    radius : ndarray
+        Theirs, (m,).
+    power : float
+        The k.
+    """
+    level = np.cross(facing, n, axis=0)
+    slope = np.sqrt(dot(level, level))
+    level = np.where(slope > 0.0, level / np.where(slope > 0.0, slope, 1.0), 0.0)
+    upward = np.cross(level, facing, axis=0)
+    height, slope = dot(n, middle), radius * slope
+    beta = np.where(height < slope, np.arctan2(_cut(height, slope), -height), math.pi)
+    total = np.zeros_like(height)
     for node, weight in zip(*gauss_legendre(12), strict=True):
         alpha = 0.5 * beta * (1.0 + node)
         for chord, share in zip(*gauss_legendre(4), strict=True):
-            u = l + s * (np.cos(alpha) * upward + np.sin(alpha) * chord * level)
-            z = np.maximum(dot(w, u) / np.sqrt(dot(u, u)), 0.0)
-            total += 0.5 * beta * weight * share * np.sin(alpha) ** 2 * z**power
-    return total / math.pi
+            x = middle + radius * (np.cos(alpha) * upward + np.sin(alpha) * chord * level)
+            square = dot(x, x)
+            inverse = 1.0 / np.sqrt(square)
+            z = np.maximum(dot(w, x) * inverse, 0.0)
+            seen = np.abs(dot(facing, x)) * inverse / square
+            total += 0.5 * beta * weight * share * np.sin(alpha) ** 2 * z**power * seen
+    return total * radius * radius

@@ -7,7 +7,7 @@ for is made by `lights.light_effect`, and lights name it in `Light.effects`.
 from __future__ import annotations
 
 from pvphong.shading.plan.draft import Effect
-from pvphong.shading.plan.lights import ATTENUATION, CONE, LIGHTS, POSITION
+from pvphong.shading.plan.lights import ATTENUATION, CONE, LIGHTS, POSITION, SIZE
 from pvphong.shading.plan.reflection import DIFFUSE, SPECULAR
 from pvphong.shading.plan.surface import AMBIENT, EMISSION, NORMAL_TRANSFORM
 from pvphong.shading.plan.viewer import LOCAL_VIEWER, TWO_SIDED
@@ -18,6 +18,7 @@ EFFECTS: tuple[Effect, ...] = (
     EMISSION,
     AMBIENT,
     LIGHTS,
+    SIZE,
     CONE,
     SPECULAR,
     ATTENUATION,

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from pvphong import LightModel, Material, Scene, Viewer, evaluate
+from pvphong.optics.attenuation import INVERSE_SQUARE
 from pvphong.optics.lights import PointLight, SphereLight
-from pvphong.optics.lights.sphere import INVERSE_SQUARE
 
 WHITE = Material(ambient=0.0, diffuse=1.0)
 
