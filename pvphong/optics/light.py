@@ -236,6 +236,11 @@ class Light:
             self, **{field: change(role, getattr(self, field)) for field, role in self.roles.items()}, **fields
         )
 
+    @property
+    def outline(self) -> Float64Array | None:
+        """Points around its edge, shape (k, 3), in its own frame, as a window shows it; None where it has none."""
+        return None
+
     # -- what it does to vertices
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:

@@ -154,8 +154,20 @@ class Corners(Role):
         return tuple(move(corner) for corner in value)
 
 
+@dataclass(frozen=True)
 class Length(Role):
-    """A size, in the mesh's unit."""
+    """A size, in the mesh's unit.
+
+    Parameters
+    ----------
+    share : float, default 1
+        So much of it lies between the light's middle and the size's handle.
+    axis : {0, 1}
+        Whether this is to the right of the middle, or above it.
+    """
+
+    share: float = 1.0
+    axis: int = 0
 
 
 @dataclass(frozen=True)
@@ -205,9 +217,9 @@ def switch(default: bool) -> Any:
     return _field(default, Role(check.flag))
 
 
-def length(default: float, handle: str, remedy: str = "") -> Any:
-    """A field that holds a size > 0."""
-    return _field(default, Length(_number(above=0.0, remedy=remedy), handle))
+def length(default: float, handle: str, remedy: str = "", **shown: Any) -> Any:
+    """A field that holds a size > 0, shown as `Length` says."""
+    return _field(default, Length(_number(above=0.0, remedy=remedy), handle, **shown))
 
 
 def angle(default: float, handle: str, **limits: Any) -> Any:

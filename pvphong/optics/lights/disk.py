@@ -67,7 +67,16 @@ class DiskLight(Flat, Light):
     def spots(self, count: int) -> Float64Array:
         """On a spiral, in golden angles (Vogel 1979)."""
         k = np.arange(count)
-        far, around = np.sqrt((k + 0.5) / count) * (count > 1), k * math.pi * (3.0 - math.sqrt(5.0))
+        far = np.sqrt((k + 0.5) / count) * (count > 1)
+        return self._at(far, k * math.pi * (3.0 - math.sqrt(5.0)))
+
+    @property
+    def outline(self) -> Float64Array:
+        """Points on its rim."""
+        return self._at(np.ones(64), np.arange(64) * math.pi / 32.0)
+
+    def _at(self, far: Any, around: Any) -> Float64Array:
+        """Points of it at shares of its radius and at angles, shape (k, 3)."""
         normal = np.array(self.normal)
         across = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
         across /= np.linalg.norm(across)

@@ -106,6 +106,11 @@ class PolygonLight(Flat, Light):
         """The distance of its farthest corner."""
         return float(np.linalg.norm(self._offsets, axis=1).max())
 
+    @property
+    def outline(self) -> Float64Array:
+        """Its corners."""
+        return self._points
+
     def spots(self, count: int) -> Float64Array:
         """On a lattice that is laid over its triangles, one after the other."""
         if count == 1:

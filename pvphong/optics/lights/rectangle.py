@@ -53,8 +53,8 @@ class RectangleLight(Flat, Light):
     position: VectorLike = place()
     direction: VectorLike = aim()
     up: VectorLike = upward()
-    width: float = length(1.0, "width")
-    height: float = length(1.0, "height")
+    width: float = length(1.0, "width", share=0.5)
+    height: float = length(1.0, "height", share=0.5, axis=1)
     two_sided: bool = switch(False)
 
     @property
@@ -88,6 +88,11 @@ class RectangleLight(Flat, Light):
     def reach_radius(self) -> float:
         """Half its diagonal."""
         return 0.5 * math.hypot(self.width, self.height)
+
+    @property
+    def outline(self) -> Float64Array:
+        """Its corners."""
+        return np.array(self.position) + self.corners
 
     def spots(self, count: int) -> Float64Array:
         """On a lattice."""
