@@ -19,7 +19,17 @@ from pvphong.geometry.transform import (
 )
 from pvphong.meshes.lit import plan
 from pvphong.meshes.surfaces import face_normals, vertex_normals
-from pvphong.optics.lights import DirectionalLight, Light, PointLight, SphereLight, SpotLight, light_from_homogeneous
+from pvphong.optics.lights import (
+    DirectionalLight,
+    DiskLight,
+    Light,
+    PointLight,
+    PolygonLight,
+    RectangleLight,
+    SphereLight,
+    SpotLight,
+    light_from_homogeneous,
+)
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import BlinnPhong, OrenNayar, Phong
 from pvphong.scene.light_model import LightModel
@@ -79,6 +89,7 @@ __all__ = [
     "Decision",
     "Diagnosis",
     "DirectionalLight",
+    "DiskLight",
     "Light",
     "LightModel",
     "Material",
@@ -87,6 +98,8 @@ __all__ = [
     "PhongFilter",
     "Plan",
     "PointLight",
+    "PolygonLight",
+    "RectangleLight",
     "Scene",
     "Shading",
     "SingularMatrixWarning",

@@ -22,7 +22,7 @@ from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import SceneLike, as_scene
 from pvphong.shading import kernel, reference
-from pvphong.shading.equation import Equation, assemble, with_nodes
+from pvphong.shading.equation import Equation, assemble, in_parts
 from pvphong.shading.origin import beside_the_mesh
 from pvphong.shading.plan.draft import Decision, Draft
 from pvphong.shading.plan.effects import EFFECTS
@@ -124,8 +124,8 @@ class Plan:
             ),
             tolerance=tolerance,
             error_bound=draft.error_bound,
-            equation=with_nodes(left),
-            whole=with_nodes(whole),
+            equation=in_parts(left),
+            whole=in_parts(whole),
             _draft=replace(draft, extent=ANYWHERE),  # a plan that is kept does not keep the vertices
         )
 
