@@ -17,9 +17,9 @@ import numpy as np
 from pvphong.base.types import Float64Array
 from pvphong.optics.attenuation import distance_of
 from pvphong.optics.light import Light
-from pvphong.optics.roles import Aim, Angle, Falloff, Length, Place, Role
+from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Role
 from pvphong.studio.gizmos.drag_start import Cursor, DragStart, Scenery, vector
-from pvphong.studio.gizmos.shape import axis, fields, handle_names, origin, reach, target
+from pvphong.studio.gizmos.shape import axis, fields, handle_names, middle_of, origin, reach, target
 from pvphong.studio.gizmos.view import View
 
 # An angle stays so many degrees off its limits: a cone of 0° cannot be seen, and one of 90° is none to VTK.
@@ -88,6 +88,23 @@ def moved_to(light: Light, field: str, position: Float64Array, scenery: Scenery)
             return light
         changes[name] = vector(aim)
     return replace(light, **changes)
+
+
+# -- corners
+
+
+def _at_middle(light: Light, field: str, scenery: Scenery, view: View) -> Float64Array:  # noqa: ARG001 as others
+    return middle_of(light, field)
+
+
+def _carried(start: DragStart, at: Cursor, field: str) -> Light:
+    return carried_to(start.light, field, start.moved_on_grid(at))
+
+
+def carried_to(light: Light, field: str, middle: Float64Array) -> Light:
+    """The light with the middle of its corners in another place."""
+    way = middle - middle_of(light, field)
+    return _with(light, field, tuple(vector(np.add(corner, way)) for corner in getattr(light, field)))
 
 
 # -- an aim
@@ -216,6 +233,7 @@ def fading_at(light: Light, field: str, distance: float) -> Light:
 
 _KINDS: dict[type[Role], _Kind] = {
     Place: _Kind(_at_place, _moved),
+    Corners: _Kind(_at_middle, _carried),
     Aim: _Kind(_at_target, _turned),
     Angle: _Kind(_at_edge, _opened),
     Length: _Kind(_at_size, _stretched),
