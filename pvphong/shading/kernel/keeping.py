@@ -26,6 +26,7 @@ from pvphong.base import ranges
 from pvphong.shading.kernel import (
     adding,
     arithmetic,
+    caps,
     colors,
     driver,
     extremes,
@@ -44,7 +45,7 @@ from pvphong.shading.kernel.records import SETTINGS, TERM
 from pvphong.shading.kernel.store import Store, digest
 
 _SOURCES = (
-    *(ranges, rows, arithmetic, pointers, vectors, loading, ways, powers, adding, colors, prefetch, sunlight),
+    *(ranges, rows, arithmetic, pointers, vectors, loading, ways, powers, caps, adding, colors, prefetch, sunlight),
     *(toolkit, driver, extremes),
 )
 
