@@ -57,7 +57,7 @@ def test_what_lies_behind_a_light_is_dark_exactly():
     mesh = np.random.default_rng(1).uniform(-0.5, 0.5, (20, 3))
     for light in (ph.RectangleLight((0, 0, 2), (0, 0, 1)), ph.DiskLight((0, 0, 2), (0, 0, 1))):
         plan = ph.plan(mesh, [light], ph.Material(specular=0.5))
-        assert (plan.effects["size"].why, plan.error_bound) == ("mesh lies behind it", 0.0)
+        assert (plan.effects["size"].why, plan.error_bound) == ("light 0: mesh lies behind it", 0.0)
         assert not plan.effects["lights"].on
 
 
