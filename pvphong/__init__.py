@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         transform_vectors,
     )
     from pvphong.meshes.default_scene import default_scene
+    from pvphong.meshes.guarded import read
     from pvphong.meshes.lit import plan
     from pvphong.meshes.surfaces import face_normals, vertex_normals
     from pvphong.optics.lights import (
@@ -53,6 +54,7 @@ _PLACES = {
     "geometry.projection": "frustum look_at ortho perspective project",
     "geometry.transform": "SingularMatrixWarning normal_matrix transform_normals transform_points transform_vectors",
     "meshes.default_scene": "default_scene",
+    "meshes.guarded": "read",
     "meshes.lit": "plan",
     "meshes.surfaces": "face_normals vertex_normals",
     "optics.lights": "DirectionalLight Light PointLight SphereLight SpotLight light_from_homogeneous",
@@ -128,6 +130,7 @@ __all__ = [
     "plan",
     "plane_normal",
     "project",
+    "read",
     "three_lights",
     "three_point",
     "tradeoff",

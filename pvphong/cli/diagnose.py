@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rich.console import Console
 
+from pvphong.base.limits import reading
 from pvphong.cli.inputs import NOTHING, single_meshes
 from pvphong.meshes.files import read_mesh
 from pvphong.studies.diagnose.diagnosis import diagnose as diagnose_mesh
@@ -17,7 +18,8 @@ def diagnose(mesh: str, /) -> int:
     mesh
         A file of any format that PyVista reads.
     """
-    named = {block: diagnose_mesh(single) for block, single in single_meshes(read_mesh(mesh))}
+    with reading(mesh):
+        named = {block: diagnose_mesh(single) for block, single in single_meshes(read_mesh(mesh))}
     console = Console()
     for block, diagnosis in named.items():
         if block:
