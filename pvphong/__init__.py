@@ -5,6 +5,8 @@ A name is imported when it is first asked for: the command line's supervisor mus
 needs neither what draws nor what measures.
 """
 
+import sys
+
 TYPE_CHECKING = False  # typing's is the same, and takes milliseconds to import
 if TYPE_CHECKING:
     from typing import Any
@@ -83,7 +85,6 @@ def __getattr__(name: str) -> "Any":
         raise AttributeError(f"module 'pvphong' has no attribute {name!r}")
     from importlib import import_module
 
-    import_module("pvphong.accessor")  # registers mesh.phong where PyVista has not found its entry point
     value = globals()[name] = getattr(import_module(f"pvphong.{_PLACE_OF[name]}"), name)
     return value
 
@@ -91,6 +92,9 @@ def __getattr__(name: str) -> "Any":
 def __dir__() -> list[str]:
     return sorted(__all__)
 
+
+if "pyvista" in sys.modules:
+    from pvphong import accessor  # noqa: F401  # registers mesh.phong where PyVista does not find its entry point
 
 __all__ = [
     "BlinnPhong",
