@@ -14,7 +14,7 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.types import Backend, FloatArray, MatrixLike, Precision, Weighting
 from pvphong.geometry.transform import transform_normals
-from pvphong.meshes.blocks import datasets, map_blocks, materials_of
+from pvphong.meshes.blocks import DEFAULT, datasets, map_blocks, materials_of
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.edges import FeatureAngle
 from pvphong.meshes.lit import plan, point_normals, shade_mesh
@@ -85,7 +85,7 @@ class MeshPhong:
             Of the arrays and the arithmetic. float32 errs by at most (4√n + 16) · 2⁻²⁴ · (1 + number of lights) for
             colours of size 1, n the largest of the shininess and the spot lights' exponents; see `pvphong.evaluate`.
         backend : {"auto", "numpy", "numba"}
-            Which evaluator computes; see `pvphong.evaluate`.
+            Which evaluator computes, see `pvphong.evaluate`; and normals, see `pvphong.vertex_normals`.
         feature_angle : float, "auto" or None, default None
             Degrees between two faces from which their common edge is sharp: points are duplicated along it, and
             `pvphong_original_point` says which each one was. 0 is flat shading; "auto" takes 30 where the mesh has no
@@ -124,7 +124,9 @@ class MeshPhong:
             feature_angle=feature_angle,
         )
 
-    def normals(self, weighting: Weighting | None = None, *, matrix: MatrixLike | None = None) -> FloatArray:
+    def normals(
+        self, weighting: Weighting | None = None, *, matrix: MatrixLike | None = None, backend: Backend = "auto"
+    ) -> FloatArray:
         """The point normals that `shade` lights the surface with.
 
         Parameters
@@ -134,6 +136,8 @@ class MeshPhong:
             they are, if it has any, else weighting by angle.
         matrix : array_like, optional
             (4, 4) model matrix: the normals are transformed by its inverse-transpose and made unit length.
+        backend : {"auto", "numpy", "numba"}
+            What computes them, where they are computed; see `pvphong.vertex_normals`.
 
         Returns
         -------
@@ -145,7 +149,7 @@ class MeshPhong:
         ValueError
             If the mesh has neither normals nor faces, or the matrix or weighting is not allowed.
         """
-        normals = point_normals(surface(self._mesh), weighting)
+        normals = point_normals(surface(self._mesh), weighting, backend=backend)
         return normals if matrix is None else transform_normals(normals, matrix)
 
     def plan(
@@ -262,7 +266,7 @@ class BlocksPhong:
             As for a single dataset; the message names the block.
         """
         scene = self._scene(scene, options.get("matrix"))
-        materials = materials_of(self._blocks, material)
+        materials = materials_of(self._blocks, material if isinstance(material, Mapping) else {DEFAULT: material})
         return map_blocks(self._blocks, lambda block: block.phong.shade(scene, next(materials), **options))
 
     def plot(self, *, name: str = "phong", **options: Any) -> Any:

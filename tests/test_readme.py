@@ -18,6 +18,7 @@ from pvphong.meshes.pictures import HEADLESS_PACKAGES
 from pvphong.optics.lights import LIGHT_TYPES, Light
 from pvphong.shading.equation import assemble
 from pvphong.shading.plan.plan import is_worth_loading
+from pvphong.studio.gizmos import commands
 
 README = Path(__file__).parent.parent / "README.md"
 TEXT = README.read_text(encoding="utf-8")
@@ -73,6 +74,13 @@ def table(heading):
     section = TEXT.split(f"\n## {heading}\n")[1].split("\n## ")[0]
     rows = [line for line in section.splitlines() if line.startswith("|")][2:]
     return [[cell.strip() for cell in row.strip("|").split("|")] for row in rows]
+
+
+def test_the_table_of_keys_is_the_windows():
+    rows = dict(table("Keys in a window"))
+    for keys, what in commands.entries({}):
+        assert rows[keys].startswith(what) if keys in rows else keys in ("Shift", "Ctrl"), keys
+    assert len(rows) == len(commands.entries({}))  # Shift and Ctrl share one, `view` has one of its own
 
 
 def test_the_table_of_lights_names_all_fields():

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.optics.material import Material
+
+Surface = TypeVar("Surface")
+"""A material, or what stands for one."""
 
 DEFAULT = "default"
 """Name of the material of those that have none of their own name."""
@@ -50,15 +52,15 @@ def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
         yield (path if counts[path] == 1 else f"{path} {place}"), block
 
 
-def materials_of(blocks: pv.MultiBlock, material: Material | Mapping[str, Material]) -> Iterator[Material]:
+def materials_of(blocks: pv.MultiBlock, materials: Mapping[str, Surface]) -> Iterator[Surface]:
     """The material of each dataset that is not empty, in their order.
 
     Parameters
     ----------
     blocks : pyvista.MultiBlock
         The blocks.
-    material : Material or mapping
-        One for all, or one for each path of names that `datasets` gives; the blocks not named have that of "default".
+    materials : mapping
+        One for each path of names that `datasets` gives; the blocks not named have that of "default".
 
     Raises
     ------
@@ -66,19 +68,17 @@ def materials_of(blocks: pv.MultiBlock, material: Material | Mapping[str, Materi
         If a block has none, or a name is no block's.
     """
     paths = [path for path, _ in datasets(blocks)]
-    if not isinstance(material, Mapping):
-        return (material for _ in paths)
     allowed = "a mapping with the names of all blocks, or with 'default' for those not named"
-    for name in material:
+    for name in materials:
         if name not in (*paths, DEFAULT):
             check.refuse("material", f"a mapping with {name!r}", allowed, f"The blocks are {', '.join(paths)}.")
     for path in paths:
-        if path not in material and DEFAULT not in material:
+        if path not in materials and DEFAULT not in materials:
             check.refuse("material", f"a mapping without {path!r}", allowed)
-    return (material.get(path) or material[DEFAULT] for path in paths)
+    return (materials[path if path in materials else DEFAULT] for path in paths)
 
 
-def only(materials: Mapping[str, Material]) -> Material:
+def only(materials: Mapping[str, Surface]) -> Surface:
     """The material of a mesh without blocks: that of "default", or the only one.
 
     Raises

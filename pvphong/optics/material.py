@@ -10,7 +10,7 @@ from pvphong.base import check, documents
 from pvphong.base.types import ColorLike
 from pvphong.optics.named_materials import NAMED
 from pvphong.optics.reflectance import Reflectance
-from pvphong.optics.reflectances import REFLECTANCES
+from pvphong.optics.reflectances import REFLECTANCES, reflectance_name
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,12 +79,16 @@ class Material:
         """Its fields as JSON can hold them; `from_dict` gives the material back to the last bit.
 
         A reflectance is a dictionary of its own fields and its "type"; it is left out where the light model's counts.
+
+        Raises
+        ------
+        ValueError
+            If the reflectance is of a kind that files do not know.
         """
         found = asdict(self)
         del found["reflectance"]
         if self.reflectance is not None:
-            names = {kind: name for name, kind in REFLECTANCES.items()}
-            found["reflectance"] = {"type": names[type(self.reflectance)]} | asdict(self.reflectance)
+            found["reflectance"] = {"type": reflectance_name(self.reflectance)} | asdict(self.reflectance)
         return found
 
     @classmethod

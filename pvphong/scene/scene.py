@@ -1,4 +1,7 @@
-"""A scene: lights, viewer and light model, as one value that can be saved."""
+"""A scene: lights, viewer and light model, as one value; and the files that keep it, with materials beside it.
+
+Nothing else reads or writes such files, which users call rigs.
+"""
 
 from __future__ import annotations
 

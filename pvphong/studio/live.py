@@ -12,7 +12,7 @@ from pvphong.base.types import ByteArray, Float64Array, FloatArray
 from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
 from pvphong.meshes.lit import at_points, point_normals
 from pvphong.meshes.surfaces import surface
-from pvphong.optics.material import Material
+from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.plan.plan import Plan
@@ -20,6 +20,19 @@ from pvphong.shading.vertices import Vertices
 
 ARRAY = "phong"
 """Name of the drawn mesh's colours, uint8 RGB."""
+
+
+class Finish:
+    """A material's place, which meshes may share.
+
+    Parameters
+    ----------
+    material : Material
+        Can be set at any time.
+    """
+
+    def __init__(self, material: Material) -> None:
+        self.material = material
 
 
 class LiveMesh:
@@ -32,8 +45,8 @@ class LiveMesh:
     ----------
     mesh : pyvista.DataSet
         The user's mesh; edits to it are followed, and it is not modified.
-    material : Material
-        Can be set at any time.
+    material : Material or Finish
+        A material of its own, or one that is shared with others.
     albedo : str, array_like or None
         As for `shade`; can be set at any time. A named array is followed when it is edited or replaced; of an
         array that is given, edits are not seen.
@@ -42,12 +55,12 @@ class LiveMesh:
     """
 
     def __init__(
-        self, mesh: pv.DataSet, material: Material, albedo: Any = None, *, feature_angle: FeatureAngle = None
+        self, mesh: pv.DataSet, material: Material | Finish, albedo: Any = None, *, feature_angle: FeatureAngle = None
     ) -> None:
         surface(mesh)  # refuses what has nothing that can be lit
         self.mesh = mesh
         self.feature_angle: FeatureAngle = feature_angle
-        self.material = material
+        self.finish = material if isinstance(material, Finish) else Finish(material)
         self.albedo = albedo
         self.drawn = pv.PolyData()
         self.actor: pv.Actor | None = None
@@ -77,6 +90,16 @@ class LiveMesh:
         self._drawn_for, self._viewer = state, scene.viewer
         self.drawn.GetPointData().GetArray(ARRAY).Modified()
         return True
+
+    @property
+    def material(self) -> Material:
+        """The surface's material; setting it sets that of all meshes that share it."""
+        return self.finish.material
+
+    @material.setter
+    def material(self, material: Material) -> None:
+        check_material(material)
+        self.finish.material = material
 
     @property
     def matrix(self) -> Float64Array | None:

@@ -299,7 +299,10 @@ def test_view_shows_the_surface_in_the_rig(sphere, monkeypatch):
     (((mesh, *rest), options),) = calls
     assert mesh.n_points == sphere.n_points
     assert rest == [SCENE, {"default": ph.Material.named("ruby")}]
-    assert options == {"title": "pvphong: sphere.vtp", "stem": "sphere"}
+    assert options["title"] == "pvphong: sphere.vtp"
+    assert (options["stem"], options["feature_angle"]) == ("sphere", "auto")
+    assert run("view sphere.vtp --feature-angle none --background navy") == 0
+    assert (calls[1][1]["feature_angle"], calls[1][1]["background"]) == (None, "navy")
 
 
 # --- diagnose and plan ---

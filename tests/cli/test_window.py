@@ -11,7 +11,7 @@ from pvphong.meshes.files import eight_bit
 from pvphong.meshes.lit import shade_mesh
 from pvphong.plotter import PlotterPhong
 
-DULL = {"default": Material()}
+DULL, JADE = {"default": Material()}, Material.named("jade")
 SCENE = Scene(
     lights=[
         DirectionalLight(direction=(1, -1, -1), frame="camera", name="key"),
@@ -54,6 +54,19 @@ def test_every_block_is_shown(shown):
     assert len([a for a in shown[0].actors.values() if isinstance(a, pv.Actor)]) == 2
 
 
+def test_edges_are_sharp_and_the_background_is_dark_unless_others_are_asked_for(shown):
+    box = pv.Cube().clean()
+    box.point_data.clear()
+    for options, points, is_dark in (({}, 24, True), ({"feature_angle": None, "background": "white"}, 8, False)):
+        show(box, SCENE, DULL, title="a box", **options)
+        (actor,) = (a for a in shown[-1].actors.values() if isinstance(a, pv.Actor))
+        assert actor.mapper.dataset.n_points == points
+        assert (max(shown[-1].background_color.float_rgb) < 0.25) == is_dark
+    with pytest.raises(ValueError, match=r"^background must be .* got whyte"):
+        show(box, SCENE, DULL, title="a box", background="whyte")
+    assert len(shown) == 2
+
+
 @pytest.mark.parametrize("off_screen", [False, True])
 def test_where_no_window_can_open_a_picture_is_offered(shown, monkeypatch, off_screen):
     monkeypatch.setattr(pv, "OFF_SCREEN", off_screen)
@@ -80,16 +93,16 @@ def keys(shown, monkeypatch, tmp_path):
     return of
 
 
-def test_keys_save_the_rig_the_lit_mesh_and_a_picture(keys, capsys, monkeypatch):
+def test_keys_save_the_rig_the_lit_mesh_and_a_picture(shown, keys, capsys, monkeypatch):
     sphere, image = pv.Sphere(), np.arange(60, dtype=np.uint8).reshape(4, 5, 3)
     monkeypatch.setattr(pv.Plotter, "screenshot", lambda *_, **__: image)
     saving = keys(sphere)
-    for key in "dx4":
-        saving[key]()
+    shown[0].phong.mesh(next(a for a in shown[0].actors.values() if isinstance(a, pv.Actor))).material = JADE
+    assert [saving[key]() for key in "dx4"] == ["saved mine-rig.json", "saved mine-lit.vtp", "saved mine.png"]
     assert capsys.readouterr().out.split() == ["mine-rig.json", "mine-lit.vtp", "mine.png"]
     assert Scene.load("mine-rig.json").lights == SCENE.lights
-    assert load_materials("mine-rig.json") == {"default": Material.named("gold")}
-    expected = shade_mesh(sphere, Scene.load("mine-rig.json"), Material.named("gold"))
+    assert load_materials("mine-rig.json") == {"default": JADE}
+    expected = shade_mesh(sphere, Scene.load("mine-rig.json"), JADE)
     np.testing.assert_array_equal(pv.read("mine-lit.vtp")["phong"], expected["phong"])
     assert pv.read("mine.png").dimensions == (5, 4, 1)
 
@@ -100,7 +113,7 @@ def test_blocks_are_saved_as_blocks_and_a_failure_leaves_the_window_open(keys, c
     assert capsys.readouterr().out.split() == ["mine-lit.vtm"]
     assert "phong" in pv.read("mine-lit.vtm")["one"].array_names
     (tmp_path / "mine-rig.json").mkdir()
-    saving["d"]()
+    assert saving["d"]().startswith("error: path must be a file")
     assert "error: path must be a file" in capsys.readouterr().err
 
 

@@ -228,6 +228,20 @@ def test_without_normals_they_are_weighted_by_angle_and_not_stored():
     assert box.phong.shade(SCENE, MATERIAL).point_data.active_normals is None
 
 
+@pytest.mark.parametrize("backend", ["auto", "numpy"])
+def test_a_backend_goes_for_the_normals_too(monkeypatch, backend):
+    asked = []
+
+    def computed(mesh, *, backend):
+        asked.append(backend)
+        return np.full(mesh.points.shape, (0.0, 0.0, 1.0))
+
+    monkeypatch.setattr("pvphong.meshes.lit.vertex_normals", computed)
+    bare().phong.shade(SCENE, MATERIAL, backend=backend)
+    bare().phong.normals(backend=backend)
+    assert asked == [backend] * 2
+
+
 @pytest.mark.parametrize("weighting", ["angle", "area", "max"])
 def test_normals_of_a_weighting_are_computed_whatever_is_stored(weighting):
     mesh = ball()

@@ -12,7 +12,7 @@ from strategies import REFLECTANCE_SHAPES, Dice
 
 from pvphong.optics.lights import DirectionalLight
 from pvphong.optics.material import Material
-from pvphong.optics.reflectances import REFLECTANCES
+from pvphong.optics.reflectances import REFLECTANCES, Phong
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
@@ -186,6 +186,14 @@ def test_a_dictionary_holds_what_is_set_and_defaults_may_be_left_out():
     }  # fmt: skip
     assert Material.from_dict({}) == Material()
     assert Material.from_dict({"diffuse": "red", "reflectance": None}) == Material(diffuse="red")
+
+
+def test_a_reflectance_that_files_do_not_know_is_refused():
+    class Own(Phong):
+        pass
+
+    with pytest.raises(ValueError, match=r"^reflectance must be one of phong, .* in a file; got"):
+        Material(reflectance=Own()).to_dict()
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,8 @@
-"""Which effects a scene needs: the plan collects what each effect decides."""
+"""Which effects a scene needs: the plan collects what each effect decides.
+
+`Plan.run` carries it out, and chooses who does: the compiled evaluator where that is worth its start and does not
+decline (`kernel.shade`), else the readable one (`reference.shade`).
+"""
 
 from __future__ import annotations
 
@@ -143,13 +147,13 @@ class Plan:
             If an option is not one of those that `pvphong.evaluate` has, or Numba is asked for and missing.
         """
         real = np.dtype(check.choice("precision", precision, get_args(Precision)))
-        _check_backend(backend)
+        kernel.check_backend(backend)
         result = Shading.empty(len(vertices), self.whole.lights, real, components=check.flag("components", components))
         normals = vertices.normals_if(self.equation.needs_normals)
         waits = backend == "numba"
-        compiled = waits or (backend == "auto" and is_worth_loading(len(vertices), self.whole))
+        tries_compiled = waits or (backend == "auto" and is_worth_loading(len(vertices), self.whole))
         arrays = vertices.points, normals, self.equation, vertices.albedo, result
-        if not (compiled and kernel.shade(*arrays, self.whole, waits=waits)):
+        if not (tries_compiled and kernel.shade(*arrays, self.whole, waits=waits)):
             reference.shade(*arrays)
         return result
 
@@ -227,10 +231,3 @@ def _needs(equation: Equation) -> frozenset[str]:
 def is_worth_loading(count: int, equation: Equation) -> bool:
     """Whether `backend="auto"` takes the compiled evaluator, if its code is there: not for few vertices."""
     return count * len(equation.terms) >= _WORTH_LOADING
-
-
-def _check_backend(backend: Any) -> None:
-    obstacle = kernel.obstacle() if check.choice("backend", backend, get_args(Backend)) == "numba" else None
-    if obstacle is not None:
-        where, remedy = obstacle
-        check.refuse("backend", backend, f"'auto' or 'numpy' {where}", remedy)
