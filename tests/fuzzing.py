@@ -34,7 +34,20 @@ LIMIT = 5.0
 _SLOWEST = 4 * LIMIT  # what a command may take altogether, on a machine that does other things
 _MEMORY = 6 * 2**30
 _PERTURB = -6  # of mallopt: malloc fills memory with a byte
-_EXTREMES = [b"-1", b"0", b"1", b"99999999", b"-2147483648", b"4294967295", b"1e999", b"nan", b"inf", b"x", b"", b"1e-320"]
+_EXTREMES = [
+    b"-1",
+    b"0",
+    b"1",
+    b"99999999",
+    b"-2147483648",
+    b"4294967295",
+    b"1e999",
+    b"nan",
+    b"inf",
+    b"x",
+    b"",
+    b"1e-320",
+]
 _TELLS_ITS_LENGTH = {".vtp", ".vtu", ".vts", ".vtr", ".vti", ".vtm", ".vtmb", ".vtkhdf", ".ply", ".stl", ".vtk"}
 
 
@@ -248,7 +261,7 @@ def hunt(count, seed=0, *, keep=None):
         whole, folder = Path(place, "whole"), Path(place, "work")
         whole.mkdir()
         names = _in_a_fork(lambda: write_formats(whole))
-        colors = {name: _colors(Path(place), whole, name, 0) for name in names}
+        colors = {name: _colors(whole, name, 0) for name in names}
         names = [name for name in names if colors[name]]  # those that it reads
         print(*names, file=sys.stderr)
         for number in range(count):
@@ -285,7 +298,7 @@ def _hunt_one(report, dice, whole, folder, name, colors, keep):
 def _judge(report, name, kind, folder, lit, colors):
     """Whether the colours of a damaged file that was accepted are those of the file."""
     first = _contents(lit)
-    again = _colors(folder.parent, folder, name, 0xAA)
+    again = _colors(folder, name, 0xAA)
     if again != first:
         report.faults.append((name, kind, "shade", "its colours are made of what was in memory"))
     elif kind == "cut" and again != colors[name] and Path(name).suffix in _TELLS_ITS_LENGTH:
@@ -302,7 +315,7 @@ def _contents(lit):
     return [path.read_bytes() for path in files if path.exists()]
 
 
-def _colors(place, folder, name, fill):
+def _colors(folder, name, fill):
     lit = folder / f"again.{_output(name)}"
     command(["shade", name, "-o", lit.name], folder, fill)
     result = _contents(lit)
