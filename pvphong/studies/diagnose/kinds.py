@@ -90,6 +90,12 @@ KINDS: dict[str, Kind] = {
         "whose two faces have opposite fronts, so that their normals cancel",
         "Turn the faces: mesh.compute_normals(consistent_normals=True, auto_orient_normals=True).",
     ),
+    "inside_out_faces": _spoils(
+        "faces",
+        "of closed parts whose fronts look inwards: they are lit as if seen from within",
+        "Turn the faces: mesh.flip_faces(), or mesh.compute_normals(consistent_normals=True, "
+        "auto_orient_normals=True) for some parts of several. Leave them if it is a room that is seen from within.",
+    ),
     "singular_matrix": _spoils(
         "matrix",
         "flattens the mesh: surfaces lose their normals",
