@@ -53,7 +53,7 @@ def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
     if not poured:
         _refuse_place(target, old)
     with folder_aside(Path(tempfile.gettempdir()) if poured else target.parent) as aside:
-        written = aside / target.name
+        written = aside / f"written{target.suffix}"  # a name that every writer can take
         try:
             yield written
             if poured:

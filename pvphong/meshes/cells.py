@@ -240,6 +240,12 @@ def refuse_misfits(mesh: pv.DataSet) -> None:
     if isinstance(mesh, pv.StructuredGrid) and np.prod(mesh.dimensions) != mesh.n_points:
         got = f"{mesh.n_points} points in dimensions {tuple(mesh.dimensions)}"
         check.refuse("mesh", got, "a grid with a point for each place in its dimensions")
+    if isinstance(mesh, pv.RectilinearGrid):
+        axes = (mesh.GetXCoordinates(), mesh.GetYCoordinates(), mesh.GetZCoordinates())
+        counts = tuple(0 if axis is None else axis.GetNumberOfTuples() for axis in axes)
+        if counts != tuple(mesh.dimensions):
+            got = f"{counts} coordinates in dimensions {tuple(mesh.dimensions)}"
+            check.refuse("mesh", got, "a grid with a coordinate for each place along its axes")
     _refuse_short_arrays(mesh)
 
 

@@ -126,11 +126,11 @@ def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:
     if not complaints and not aside.is_file():
         complaints.append("there is no file.")
     if complaints:
-        raise ValueError(f"output could not be written to {aside.name}: {_first_line(complaints)}")
+        raise ValueError(f"output could not be written: {_first_line(complaints)}")
     try:
         refuse_parts(aside)
     except ValueError as error:
-        raise ValueError(f"output could not be written to {aside.name}. {error}") from error
+        raise ValueError(f"output could not be written. {error}") from error
 
 
 def _save_with_folder(lit: pv.MultiBlock, aside: Path, target: Path) -> None:
@@ -142,7 +142,7 @@ def _save_with_folder(lit: pv.MultiBlock, aside: Path, target: Path) -> None:
     if target.exists() and not target.is_file():
         check.refuse("path", target, "a file: the blocks need a folder beside it")
     mark = "-" + aside.parent.name.removeprefix(PREFIX)
-    marked = aside.with_stem(aside.stem + mark)
+    marked = aside.with_stem(target.stem + mark)
     _save(lit, marked, {})
     aside.write_text(marked.read_text(encoding="utf-8").replace(f"{mark}/", "/"), encoding="utf-8")
     folder, blocks = target.with_suffix(""), sorted(marked.with_suffix("").glob("*"))

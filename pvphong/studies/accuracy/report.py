@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import os
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyvista as pv
 
+from pvphong.base import documents
 from pvphong.base.files import written_aside
 from pvphong.studies.accuracy.figure import save_figure
 from pvphong.studies.accuracy.result import Result
@@ -117,8 +117,7 @@ class Tradeoff(Result):
         ValueError
             If the file cannot be written.
         """
-        with written_aside(path) as aside:
-            aside.write_text(json.dumps(self.to_dict(), indent=2) + "\n", encoding="utf-8")
+        documents.write(path, self.to_dict())
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write the rows to a CSV file: one line per row, seconds and absolute colour errors.

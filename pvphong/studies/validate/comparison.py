@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import math
 import os
 from dataclasses import asdict, dataclass
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyvista as pv
 
-from pvphong.base.files import written_aside
+from pvphong.base import documents
 from pvphong.base.types import Float64Array, FloatArray, IntArray, Vector
 
 if TYPE_CHECKING:
@@ -220,8 +219,7 @@ class Comparison:
         ValueError
             If the file cannot be written.
         """
-        with written_aside(path) as aside:
-            aside.write_text(json.dumps(self.to_dict(), indent=2) + "\n", encoding="utf-8")
+        documents.write(path, self.to_dict())
 
     def to_mesh(self) -> pv.PolyData:
         """A copy of the surface with the colours and errors, to look at.
