@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ import numpy as np
 _HEADER = re.compile(rb"# vtk DataFile Version \d+\.\d+\s*\n([^\n]*)\n\s*(ASCII|BINARY)\s", re.IGNORECASE)
 _SIZES = {"char": 1, "short": 2, "int": 4, "long": 8, "long_long": 8}
 _SIZES |= {f"unsigned_{name}": size for name, size in _SIZES.items()}
-_SIZES |= {"float": 4, "double": 8, "vtkidtype": 4, "vtktypeint64": 8, "vtktypeuint64": 8}
+_SIZES |= {"signed_char": 1, "float": 4, "double": 8, "vtkidtype": 4, "vtktypeint64": 8, "vtktypeuint64": 8}
 _TEXTS = ("string", "utf8_string")
 _TUPLES = {"scalars": 1, "vectors": 3, "normals": 3, "tensors": 9, "tensors6": 6}
 _TUPLES |= {"global_ids": 1, "pedigree_ids": 1, "edge_flags": 1}
@@ -43,6 +44,10 @@ class _CutShort(ValueError):
         super().__init__(f"It is cut short or damaged in its section {section.upper()}.")
 
 
+class _Unknown(Exception):
+    """A section or a type of numbers that is not known here."""
+
+
 class _Walk:
     """A way through the sections of a file, from each to the next."""
 
@@ -53,14 +58,12 @@ class _Walk:
 
     def walk(self) -> None:
         """To the end, or to a section that is not known here, of which VTK's reader will say what it thinks."""
-        while self._peek():
-            self._section = self._word().lower()
-            step = self._step()
-            if step is None:
-                return
-            step()
+        with suppress(_Unknown):
+            while self._peek():
+                self._section = self._word().lower()
+                self._step()()
 
-    def _step(self) -> Callable[[], object] | None:
+    def _step(self) -> Callable[[], object]:
         section = self._section
         if section == "points":
             return lambda: self._array(3 * self._number(), self._word())
@@ -86,7 +89,9 @@ class _Walk:
             "color_scalars": self._color_scalars,
             "lookup_table": self._lookup_table,
         }
-        return steps.get(section)
+        if section not in steps:
+            raise _Unknown
+        return steps[section]
 
     # --- sections ---
 
@@ -150,7 +155,7 @@ class _Walk:
         if kind in _TEXTS:
             self._strings(count)
         elif kind not in _SIZES and kind != "bit":
-            raise _CutShort(self._section)
+            raise _Unknown
         elif self._is_binary:
             self._skip((count + 7) // 8 if kind == "bit" else count * _SIZES[kind])
         else:
@@ -230,7 +235,10 @@ class _Walk:
 
 
 def _numbers_in(text: bytes) -> int:
-    """How many numbers a text begins with."""
+    """How many numbers a text consists of; -1 if there is anything else in it."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # said of what does not end with a number
-        return len(np.fromstring(text, sep=" "))
+        warnings.simplefilter("error")  # older versions of NumPy only warn
+        try:
+            return len(np.fromstring(text, sep=" "))
+        except (ValueError, DeprecationWarning):
+            return -1

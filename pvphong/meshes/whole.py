@@ -8,7 +8,9 @@ know.
 
 from __future__ import annotations
 
+import math
 import mmap
+import re
 import struct
 from collections.abc import Callable
 from pathlib import Path
@@ -21,7 +23,9 @@ Bytes = Any
 
 _HDF = b"\x89HDF\r\n\x1a\n"
 _HDF_END = {0: 40, 1: 44, 2: 28, 3: 28}  # where the superblock of each version has the address of the file's end
-_LAST = 4096  # bytes in which the end tag of an XML file is looked for
+_WHOLE = re.compile(rb"""\bWholeExtent\s*=\s*["']([^"']*)["']""")
+_PIECE = re.compile(rb"""<Piece\b[^>]*?\bExtent\s*=\s*["']([^"']*)["']""")
+_LAST = 4096  # bytes in which the end tag of an XML file is looked for, and a grid's extent at its beginning
 
 
 def refuse_parts(path: Path) -> None:
@@ -36,6 +40,25 @@ def refuse_parts(path: Path) -> None:
 def _xml(contents: Bytes) -> None:
     if b"</VTKFile>" not in contents[-_LAST:]:
         raise ValueError("It is cut short: the end tag </VTKFile> is missing.")
+
+
+def _xml_grid(contents: Bytes) -> None:
+    """A grid's pieces fill it; what none of them fills VTK's readers leave as it was in memory."""
+    _xml(contents)
+    data = contents.find(b"<AppendedData")
+    whole = _WHOLE.search(contents, 0, _LAST)
+    pieces = [_cells(found[1]) for found in _PIECE.finditer(contents, 0, data if data > 0 else len(contents))]
+    if whole is None or _cells(whole[1]) != sum(pieces):
+        raise ValueError("Its pieces do not fill its WholeExtent.")
+
+
+def _cells(extent: bytes) -> float:
+    """In a grid from a first to a last place along each axis; an axis with one place counts as one cell."""
+    try:
+        a, b, c, d, e, f = map(int, extent.split())
+    except ValueError:
+        return math.nan
+    return math.prod(max(last - first, 1) for first, last in ((a, b), (c, d), (e, f)))
 
 
 def _hdf(contents: Bytes) -> None:
@@ -60,7 +83,8 @@ def _stl(contents: Bytes) -> None:
 
 
 _CHECKS: dict[str, Callable[[Bytes], None]] = {
-    **dict.fromkeys((".vtp", ".vtu", ".vts", ".vtr", ".vti", ".vtm", ".vtmb"), _xml),
+    **dict.fromkeys((".vtp", ".vtu", ".vtm", ".vtmb"), _xml),
+    **dict.fromkeys((".vts", ".vtr", ".vti"), _xml_grid),
     ".vtk": legacy.refuse_parts,
     ".vtkhdf": _hdf,
     ".ply": ply.refuse_parts,
