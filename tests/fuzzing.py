@@ -13,12 +13,14 @@ from __future__ import annotations
 
 import argparse
 import ctypes
+import functools
 import json
 import os
 import random
 import re
 import resource
 import shutil
+import signal
 import sys
 import tempfile
 import time
@@ -261,12 +263,11 @@ def hunt(count, seed=0, *, keep=None):
         whole, folder = Path(place, "whole"), Path(place, "work")
         whole.mkdir()
         names = _in_a_fork(lambda: write_formats(whole))
-        colors = {name: _colors(whole, name, 0) for name in names}
-        names = [name for name in names if colors[name]]  # those that it reads
-        print(*names, file=sys.stderr)
-        for number in range(count):
-            dice = random.Random(f"{seed} {number}")
-            _hunt_one(report, dice, whole, folder, names[number % len(names)], colors, keep)
+        colors = functools.cache(lambda name: _colors(whole, name, 0))
+        with suppress(KeyboardInterrupt):  # then what has been found so far is told
+            for number in range(count):
+                dice = random.Random(f"{seed} {number}")
+                _hunt_one(report, dice, whole, folder, dice.choice(names), colors, keep)
     return report
 
 
@@ -301,7 +302,7 @@ def _judge(report, name, kind, folder, lit, colors):
     again = _colors(folder, name, 0xAA)
     if again != first:
         report.faults.append((name, kind, "shade", "its colours are made of what was in memory"))
-    elif kind == "cut" and again != colors[name] and Path(name).suffix in _TELLS_ITS_LENGTH:
+    elif kind == "cut" and again != colors(name) and Path(name).suffix in _TELLS_ITS_LENGTH:
         report.cut_and_accepted[name] += 1
 
 
@@ -345,6 +346,7 @@ def main():
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--keep", help="a folder for the files at which something was wrong")
     given = parser.parse_args()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     load_all()
     report = hunt(given.count, given.seed, keep=given.keep)
     print(json.dumps({key: getattr(report, key) for key in Report.__dataclass_fields__}, indent=1))

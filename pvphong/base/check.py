@@ -218,7 +218,14 @@ def rows(name: str, value: Any, *, count: int | None = None, allowed: str = _ROW
 
 
 def real_array(name: str, value: Any, allowed: str) -> Any:
-    """An array of integers or floats of any shape; ragged lists, strings, objects and complex numbers are refused."""
+    """An array of integers or floats of any shape.
+
+    Ragged lists, strings, objects, complex numbers and masked entries are refused.
+    """
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        refuse(
+            name, "an array with masked entries", allowed, "Fill them, as with array.filled(0.0), or leave them out."
+        )
     try:
         result = np.asarray(value)
     except ValueError:

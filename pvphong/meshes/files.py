@@ -16,6 +16,7 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.base.files import PREFIX, reserve, settle, written_aside
+from pvphong.meshes.blocks import leaves
 from pvphong.meshes.whole import refuse_parts
 
 MESH_FORMATS = (".vtp", ".vtk", ".vtkhdf", ".ply")
@@ -85,7 +86,7 @@ def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str) -> None:
     target = Path(os.path.realpath(path)) if path.suffix.lower() in _WITH_FOLDER else None
     try:
         with written_aside(path) as aside:
-            reserve(aside, 2048 * lit.actual_memory_size + 2**16)  # twice the memory, which is counted in KiB
+            reserve(aside, _room(lit, path.suffix.lower()))
             if target is None:
                 _save(lit, aside, options)
             else:
@@ -104,6 +105,12 @@ def refuse_suffix(path: Path, what: str, allowed: tuple[str, ...]) -> None:
 def eight_bit(colors: Any) -> np.ndarray[Any, np.dtype[np.uint8]]:
     """Colours in [0, 1] as 0 to 255, rounded; anything outside is clipped first."""
     return np.rint(np.clip(np.asarray(colors), 0.0, 1.0) * 255.0).astype(np.uint8)
+
+
+def _room(lit: Any, suffix: str) -> int:
+    """More bytes than a file will have: twice the memory, and in a .vtkhdf a whole chunk for each array, at least."""
+    chunks = sum(len(part.array_names) + 12 for part in leaves(lit)) if suffix == ".vtkhdf" else 0
+    return 2048 * int(lit.actual_memory_size) + 2**16 + 2**20 * chunks
 
 
 def _for_ply(lit: pv.PolyData) -> pv.PolyData:
