@@ -10,6 +10,10 @@ import signal
 import sys
 import warnings
 
+TYPE_CHECKING = False  # as in pvphong
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
 from pvphong.base.processes import Watch, begin_work
 
 FORKS = sys.platform not in ("darwin", "win32")
@@ -22,8 +26,15 @@ _QUIET = ("SIGINT", "SIGTERM", "SIGHUP", "SIGPIPE")
 """What ends the work without a word, with the status that shells give: 128 and the signal's number."""
 
 
-def main() -> int:
-    """Run the command line and give the exit status; 2 if the work crashes."""
+def main(tokens: "Sequence[str] | None" = None) -> int:
+    """Run the command line and give the exit status; 2 if the work crashes.
+
+    Words that are given in place of the command line's own are run in this process, unsupervised.
+    """
+    if tokens is not None:
+        from pvphong.cli.app import main as run
+
+        return run(tokens)
     words = [word for word in sys.argv[1:] if word != _VERBOSE]
     verbose = len(words) < len(sys.argv) - 1
     end = os.environ.pop(_CHANNEL, None)
