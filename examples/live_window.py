@@ -60,7 +60,7 @@ def pixel(point: tuple[float, float, float]) -> np.ndarray:
 
 def panel(caption: str) -> np.ndarray:
     """What is seen now, with a caption."""
-    text = plotter.add_text(caption, position=(12, 10), font_size=11, color="white")
+    text = plotter.add_text(caption, position=(12, 370), font_size=11, color="white")
     image = plotter.screenshot(return_img=True)
     plotter.remove_actor(text)
     return image

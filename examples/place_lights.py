@@ -50,7 +50,8 @@ plotter.phong.redo()
 
 plotter.iren.interactor.SetKeySym("n")  # select the last light: its whole cone is shown
 for _ in gizmos:
-    plotter.iren.interactor.InvokeEvent("KeyPressEvent")
+    for event in ("KeyPressEvent", "CharEvent"):
+        plotter.iren.interactor.InvokeEvent(event)
 
 with tempfile.TemporaryDirectory() as kept:
     rig = Path(kept) / "rig.json"

@@ -27,8 +27,11 @@ if TYPE_CHECKING:
     from pvphong.meshes.surfaces import face_normals, vertex_normals
     from pvphong.optics.lights import (
         DirectionalLight,
+        DiskLight,
         Light,
         PointLight,
+        PolygonLight,
+        RectangleLight,
         SphereLight,
         SpotLight,
         light_from_homogeneous,
@@ -59,7 +62,8 @@ _PLACES = {
     "meshes.guarded": "read",
     "meshes.lit": "plan",
     "meshes.surfaces": "face_normals vertex_normals",
-    "optics.lights": "DirectionalLight Light PointLight SphereLight SpotLight light_from_homogeneous",
+    "optics.lights": "DirectionalLight DiskLight Light PointLight PolygonLight RectangleLight SphereLight SpotLight "
+    "light_from_homogeneous",
     "optics.material": "Material",
     "optics.reflectances": "BlinnPhong OrenNayar Phong",
     "scene.light_model": "LightModel",
@@ -102,6 +106,7 @@ __all__ = [
     "Decision",
     "Diagnosis",
     "DirectionalLight",
+    "DiskLight",
     "Light",
     "LightModel",
     "Material",
@@ -110,6 +115,8 @@ __all__ = [
     "PhongFilter",
     "Plan",
     "PointLight",
+    "PolygonLight",
+    "RectangleLight",
     "Scene",
     "Shading",
     "SingularMatrixWarning",

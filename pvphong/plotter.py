@@ -43,6 +43,10 @@ class PlotterPhong:
         self._history = History()
         self._evaluations_of_the_past = 0
 
+    def __repr__(self) -> str:
+        meshes = sum(len(pane.meshes) for pane in self._panes)
+        return f"<phong of a plotter: {meshes} lit meshes in {len(self._panes)} subplots, {self._light_model}>"
+
     # -- meshes ------------------------------------------------------------------------------------------
 
     def add_mesh(

@@ -23,7 +23,7 @@ def writers():
     import pyvista as pv
 
     from pvphong import PointLight, Scene
-    from pvphong.base import documents
+    from pvphong.base.files import write_json
     from pvphong.meshes.files import save_lit
     from pvphong.meshes.pictures import save_picture
 
@@ -50,7 +50,7 @@ def writers():
         "lit.vtm": [lambda path, seed=seed: save_lit(blocks(seed), path / "lit.vtm", "phong") for seed in (1, 2)],
         "scene.json": [lambda path, seed=seed: scene(seed).save(path / "scene.json") for seed in (1, 2)],
         "picture.png": [lambda path, seed=seed: save_picture(picture(seed), path / "picture.png") for seed in (1, 2)],
-        "report.json": [lambda path, each=each: documents.write(path / "report.json", each) for each in numbers],
+        "report.json": [lambda path, each=each: write_json(each, path / "report.json") for each in numbers],
     }
 
 

@@ -266,9 +266,38 @@ def _light(dice: Dice, anchor: _Anchor, viewer: Viewer, kind: str, frame: str) -
     return LIGHT_TYPES[kind](**shape, **common)
 
 
+def _corners(dice: Dice, position: np.ndarray, normal: np.ndarray) -> list[Triple]:
+    """Of a star around a place, of three to seven corners, convex or not."""
+    across = unit(np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]))
+    other, count, size = np.cross(normal, across), dice.randint(3, 7), dice.log_between(1e-2, 1.0)
+    turns = (np.arange(count) + np.array([dice.uniform(0.1, 0.9) for _ in range(count)])) * 2 * math.pi / count
+    far = [size * dice.uniform(0.4, 1.0) for _ in range(count)]
+    return [
+        triple(position + r * (math.cos(t) * across + math.sin(t) * other)) for t, r in zip(turns, far, strict=True)
+    ]
+
+
 LIGHT_SHAPES: dict[str, Callable[[Dice, Triple, Triple, float], dict[str, Any]]] = {
     "directional": lambda _dice, _position, direction, _angle: {"direction": direction},
+    "disk": lambda dice, position, direction, _angle: {
+        "position": position,
+        "direction": direction,
+        "radius": dice.log_between(1e-2, 1.0),
+        "two_sided": dice.likely(40),
+    },
     "point": lambda dice, position, _direction, _angle: {"position": position, "attenuation": dice.attenuation()},
+    "polygon": lambda dice, position, direction, _angle: {
+        "corners": _corners(dice, np.array(position), unit(np.array(direction))),
+        "two_sided": dice.likely(40),
+    },
+    "rectangle": lambda dice, position, direction, _angle: {
+        "position": position,
+        "direction": direction,
+        "up": triple(dice.unit_vector()),
+        "width": dice.log_between(1e-2, 2.0),
+        "height": dice.log_between(1e-2, 2.0),
+        "two_sided": dice.likely(40),
+    },
     "sphere": lambda dice, position, _direction, _angle: {"position": position, "radius": dice.log_between(1e-2, 1.0)},
     "spot": lambda dice, position, direction, angle: {
         "position": position,

@@ -128,7 +128,7 @@ def own_imports(module):
 
 def test_there_is_something_to_test():
     assert {"optics.lights.spot", "scene.scene", "shading.evaluation", "meshes.lit", "__init__"} <= set(MODULES)
-    assert own_imports("scene.scene") >= {"base.check", "optics.lights", "scene.viewer", "base.documents"}
+    assert own_imports("scene.scene") >= {"base.check", "optics.lights", "scene.viewer", "base.files"}
     assert floor_of("optics.lights.spot") == floor_of("optics") == 2
     assert floor_of("studies") == -1
 

@@ -177,6 +177,20 @@ def test_every_block_is_lit_and_followed_and_they_share_the_material(plotter):
         assert_current(plotter, actor, mesh, DULL)
 
 
+def test_blocks_can_have_materials_of_their_own_by_name(plotter):
+    left, right, both = blocks()
+    both["third"] = ball().translate((0, 1, 0))
+    actors = draw(plotter, {"more/right": SHINY, "default": DULL}, both)
+    assert [plotter.phong.mesh(actor).material for actor in actors] == [DULL, SHINY, DULL]
+    plotter.phong.mesh(actors[0]).material = Material.named("jade")
+    assert plotter.phong.mesh(actors[2]).material == Material.named("jade")
+    plotter.render()
+    assert_current(plotter, actors[0], left, Material.named("jade"))
+    assert_current(plotter, actors[1], right, SHINY)
+    with pytest.raises(ValueError, match=r"^material must be a mapping with the names of all blocks"):
+        draw(plotter, {"rigth": SHINY}, both)
+
+
 @pytest.mark.parametrize("remove", ["all", "one"])
 def test_blocks_can_be_removed(plotter, remove):
     actors = draw(plotter, DULL, blocks()[2])

@@ -98,7 +98,8 @@ def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
         return value
     close = difflib.get_close_matches(value.lower(), options) if isinstance(value, str) else []
     remedy = f"Did you mean {' or '.join(repr(c) for c in close)}?" if close else ""
-    refuse(name, value, "one of " + ", ".join(repr(o) for o in options), remedy)
+    listed = "one of " + ", ".join(repr(o) for o in options)
+    refuse(name, value, listed if options else "the name of one, and there is none", remedy)
 
 
 def text(name: str, value: Any) -> str:

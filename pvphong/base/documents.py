@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from pvphong.base import check
-from pvphong.base.files import written_aside
 
 Kind = TypeVar("Kind")
 
@@ -31,18 +30,6 @@ def read(path: str | os.PathLike[str], what: str) -> Any:
         raise ValueError(f"path must be {what} in JSON; got {os.fspath(path)} ({error}).") from error
     except RecursionError:
         check.refuse("path", Path(path), f"{what} in JSON", "It is nested too deeply.")
-
-
-def write(path: str | os.PathLike[str], document: Any) -> None:
-    """Write a JSON file, whole or not at all.
-
-    Raises
-    ------
-    ValueError
-        If it cannot be written.
-    """
-    with written_aside(path) as aside:
-        aside.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
 
 
 def entries(place: str, given: Any) -> dict[str, Any]:

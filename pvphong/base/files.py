@@ -7,6 +7,7 @@ a file that is locked while its writer lives, so that whoever writes there next 
 from __future__ import annotations
 
 import errno
+import json
 import os
 import shutil
 import stat
@@ -15,6 +16,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from pvphong.base import check
 from pvphong.base.lock import alone
@@ -191,3 +193,15 @@ def _take_place(written: Path, target: Path, old: os.stat_result | None) -> None
 def _pour(written: Path, target: Path) -> None:
     with written.open("rb") as source, open(os.open(target, os.O_WRONLY), "wb") as sink:
         shutil.copyfileobj(source, sink)
+
+
+def write_json(document: Any, path: str | os.PathLike[str]) -> None:
+    """Write plain values to a JSON file.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be written.
+    """
+    with written_aside(path) as aside:
+        aside.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")

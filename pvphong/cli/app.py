@@ -6,6 +6,7 @@ import sys
 import traceback
 from collections.abc import Sequence
 from importlib.metadata import version
+from inspect import signature
 
 from cyclopts import App, CycloptsError
 
@@ -18,6 +19,8 @@ from pvphong.cli.tradeoff import tradeoff
 from pvphong.cli.validate import validate
 from pvphong.cli.view import view
 
+_VERBOSE = "--verbose"
+
 app = App(
     name="pvphong",
     help="Phong lighting of meshes as data: lit colours as arrays, in files and in pictures.",
@@ -25,20 +28,20 @@ app = App(
     version=version("pvphong"),
     suppress_keyboard_interrupt=False,
 )
-for command in (demo, shade, view, plan, validate, tradeoff, diagnose):
-    app.command(command)
-app.command(compile_code, name="compile")
+_COMMANDS = {
+    **{command.__name__: command for command in (demo, shade, view, plan, validate, tradeoff, diagnose)},
+    "compile": compile_code,
+}
+for name, command in _COMMANDS.items():
+    app.command(command, name=name)
 
 
 def main(tokens: Sequence[str] | None = None) -> int:
     """Run the command line in this process and give the exit status."""
-    return work(sys.argv[1:] if tokens is None else tokens, verbose=False)
-
-
-def work(tokens: Sequence[str], verbose: bool) -> int:
-    """What `main` does; with `verbose`, errors that nobody has foreseen are shown with where they came from."""
+    words = list(sys.argv[1:] if tokens is None else tokens)
+    verbose = _VERBOSE in words
     try:
-        status = app(tokens, exit_on_error=False, print_error=False, result_action="return_value") or 0
+        status = app(_for_command(words), exit_on_error=False, print_error=False, result_action="return_value") or 0
         if sys.stdout is not None:
             sys.stdout.flush()
     except (CycloptsError, ValueError, OSError) as error:
@@ -52,6 +55,14 @@ def work(tokens: Sequence[str], verbose: bool) -> int:
             traceback.print_exc()
         return _refused(f"{type(error).__name__}: {error} (this should not happen; --verbose shows where)")
     return status
+
+
+def _for_command(words: list[str]) -> list[str]:
+    """The words without --verbose, if the command itself has no more to say; the supervisor has seen it."""
+    command = next((_COMMANDS.get(word) for word in words if not word.startswith("-")), None)
+    if command is not None and "verbose" in signature(command).parameters:
+        return words
+    return [word for word in words if word != _VERBOSE]
 
 
 def _refused(why: str) -> int:

@@ -79,6 +79,9 @@ Rig = Annotated[
     Path | None, Parameter(help="Lights, viewer, light model, materials, as Scene.save writes them (JSON).")
 ]
 LookOptions = Annotated[Look, Parameter(name="*")]
+Verbose = Annotated[
+    bool, Parameter(name=["--verbose", "-v"], negative="", show_default=False, help="Tell all of it, not a few lines.")
+]
 PLAIN = Look()
 """None of its options given."""
 

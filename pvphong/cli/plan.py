@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from pvphong.cli.inputs import NOTHING, SIZE, surface_and_scene
+from pvphong.cli.inputs import SIZE, surface_and_scene
 from pvphong.cli.lighting import with_materials
-from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, Rig, feature_angle_of
+from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, Rig, Verbose, feature_angle_of
+from pvphong.cli.telling import tell
 from pvphong.meshes.lit import plan as plan_mesh
 
 
@@ -18,8 +19,9 @@ def plan(
     look: LookOptions = PLAIN,
     tolerance: float = 0.0,
     feature_angle: FeatureAngleOption = "auto",
+    verbose: Verbose = False,
 ) -> None:
-    """Say which effects a scene calls for on a mesh, which are left out, and why.
+    """Say which effects a scene calls for on a mesh and which are left out; with --verbose, why.
 
     Parameters
     ----------
@@ -34,13 +36,8 @@ def plan(
     outside, rig = surface_and_scene(mesh, scene, SIZE)
     materials = look.to_materials(scene)
     options: Any = {"tolerance": tolerance, "feature_angle": feature_angle_of(feature_angle)}
-    plans = [
+    found = (
         (block, plan_mesh(single, rig, material, **options))
         for block, single, material in with_materials(outside, materials)
-    ]
-    for block, found in plans:
-        if block:
-            print(f"{block}:")
-        print(found.explain())
-    if not plans:
-        print(NOTHING)
+    )
+    tell(found, verbose)

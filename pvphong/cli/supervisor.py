@@ -10,11 +10,11 @@ import signal
 import sys
 import warnings
 
+from pvphong.base.processes import Watch, begin_work
+
 TYPE_CHECKING = False  # as in pvphong
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-from pvphong.base.processes import Watch, begin_work
 
 FORKS = sys.platform not in ("darwin", "win32")
 """Whether a process that has been forked may open windows."""
@@ -35,21 +35,19 @@ def main(tokens: "Sequence[str] | None" = None) -> int:
         from pvphong.cli.app import main as run
 
         return run(tokens)
-    words = [word for word in sys.argv[1:] if word != _VERBOSE]
-    verbose = len(words) < len(sys.argv) - 1
     end = os.environ.pop(_CHANNEL, None)
     if end is not None:
-        return _work(words, verbose, int(end))
+        return _work(int(end))
     if sys.platform == "win32":
-        return _work(words, verbose, None)
-    return _supervise(words, verbose)
+        return _work(None)
+    return _supervise()
 
 
-def _supervise(words: list[str], verbose: bool) -> int:
+def _supervise() -> int:
     listening, speaking = os.pipe()
     process = _forked(listening) if FORKS else _spawned(speaking)
     if process == 0:
-        return _work(words, verbose, speaking)
+        return _work(speaking)
     os.close(speaking)
     for name in _QUIET[:3]:  # a terminal's come to both
         signal.signal(getattr(signal, name), lambda number, _frame: _pass_on(process, number))
@@ -94,21 +92,21 @@ def _print_error(line: str) -> None:
         os.write(2, f"error: {' '.join(line.split())}\n".encode(errors="backslashreplace"))
 
 
-def _work(words: list[str], verbose: bool, end: int | None) -> int:
+def _work(end: int | None) -> int:
     """What the child does."""
-    _set_outputs(verbose)
+    _set_outputs(_VERBOSE in sys.argv)
     if end is None:
-        from pvphong.cli.app import work
+        from pvphong.cli.app import main as run
 
-        return work(words, verbose)
+        return run()
     for name in _QUIET:
         signal.signal(getattr(signal, name), signal.SIG_DFL)
     worker = begin_work(end)
     from pvphong.base.files import announce
-    from pvphong.cli.app import work
+    from pvphong.cli.app import main as run
 
     announce.append(worker.folder)
-    status = work(words, verbose)
+    status = run()
     worker.status(status)
     return status
 
@@ -116,7 +114,10 @@ def _work(words: list[str], verbose: bool, end: int | None) -> int:
 def _set_outputs(verbose: bool) -> None:
     """Leave the error output to Python alone, without its warnings, and let both take any name of a file."""
     if not verbose and not sys.warnoptions:
+        import logging
+
         warnings.simplefilter("ignore")
+        logging.disable()  # PyVista logs what VTK complains of
     if not verbose and sys.stderr is not None:
         sys.stderr = os.fdopen(os.dup(2), "w", 1, errors="backslashreplace")
         nowhere = os.open(os.devnull, os.O_WRONLY)

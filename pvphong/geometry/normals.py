@@ -81,8 +81,8 @@ def point_normals(
         As for `polygon_normals`.
     weighting : {"angle", "area", "max"}
         A face's weight at a corner: its angle there [1]_, which no other way of cutting the same surface into
-        faces can change, 180° at a point that stands where the one before or after it does; its area; or sine of the angle / product of the two edges' lengths [2]_, which is
-        exact on a sphere.
+        faces can change, 180° at a point that stands where the one before or after it does; its area; or sine of the
+        angle / product of the two edges' lengths [2]_, which is exact on a sphere.
 
     Returns
     -------

@@ -151,8 +151,7 @@ def _read(label: str, array: Any, first: int = 0, *, once: bool = False) -> Cell
     if edition in _in_order:
         return result
     start, end = array.GetOffset(0), array.GetOffset(count)
-    is_even = hasattr(array, "IsStorageFixedSize") and array.IsStorageFixedSize()  # VTK 9.5 and older have none
-    rises = is_even or _rises(result.offsets)
+    rises = array.IsStorageFixedSize() or _rises(result.offsets)
     if start != 0 or not 0 <= end <= len(connectivity) or not rises:
         allowed = f"a mesh whose {label} offsets rise from 0 to {len(connectivity)}, the length of their connectivity"
         check.refuse("mesh", f"offsets from {result.offsets.min()} to {result.offsets.max()}", allowed)

@@ -82,12 +82,14 @@ def shade_mesh(
     """
     if not isinstance(name, str) or not name:
         check.refuse("name", name, "a string that is not empty")
-    source, shades = surface_and_albedo(mesh, albedo, feature_angle)
+    # shared first, and then read: what another thread replaces meanwhile is not half seen
+    now = sharing(mesh) if isinstance(mesh, pv.PolyData) else mesh
+    source, shades = surface_and_albedo(now, albedo, feature_angle)
     scene = scene_for(source, scene, matrix)
     vertices = vertices_of(source, shades, backend=backend)
     planned = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     shading = planned.run(vertices, components=components, backend=backend, **how)
-    lit = sharing(source)
+    lit = source if source is now else sharing(source)
     if shading.per_light is not None:
         for part in ("ambient", "diffuse", "specular", "emission", "base"):
             lit.point_data[f"{name}_{part}"] = getattr(shading, part)

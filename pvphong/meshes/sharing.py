@@ -21,5 +21,5 @@ def sharing(mesh: _Mesh) -> _Mesh:
     result.copy_meta_from(mesh, deep=True)  # not by `copy`: an array that is set would end another's being of bools
     # PyVista sets points inside of VTK's object, which is therefore not to be the same one; nor is its array, for that
     # would count as modified by being put into another.
-    result.SetPoints(pv.vtk_points(np.asarray(mesh.points), deep=False, force_float=False))
+    result.SetPoints(pv.vtk_points(np.asarray(result.points), deep=False, force_float=False))
     return result

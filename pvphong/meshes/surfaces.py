@@ -43,7 +43,10 @@ def surface(mesh: pv.DataSet) -> pv.PolyData:
         the message names the cell.
     """
     if not isinstance(mesh, pv.DataSet):
-        check.refuse("mesh", type(mesh).__name__, "a pyvista.DataSet", "pyvista.wrap turns VTK's datasets into one.")
+        remedy = "pyvista.wrap turns VTK's datasets into one."
+        if isinstance(mesh, pv.MultiBlock):
+            remedy = "blocks.phong does it for several blocks."
+        check.refuse("mesh", type(mesh).__name__, "a pyvista.DataSet", remedy)
     refuse_invalid(mesh)
     result = outer(mesh)
     if not result.n_points or not (has_faces(result) or has_normals(result)):

@@ -22,6 +22,9 @@ from pvphong.optics.roles import falloff
 NONE = (1.0, 0.0, 0.0)
 """The coefficients of a light that does not weaken with distance."""
 
+INVERSE_SQUARE = (0.0, 0.0, 1.0)
+"""Those of a light that weakens as light does, by 1/d²."""
+
 EFFECT = "attenuation"
 
 

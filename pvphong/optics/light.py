@@ -18,7 +18,8 @@ import numpy as np
 from pvphong.base import check, host
 from pvphong.base.types import ColorLike, Float64Array, FloatArray, Frame, Vector, rgb
 from pvphong.geometry.extent import Extent
-from pvphong.optics.roles import EyeSpace, Place, Role, roles_of
+from pvphong.optics.roles import Corners, EyeSpace, Place, Role, roles_of
+from pvphong.optics.spherical import CosinePower
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -60,6 +61,10 @@ NOTHING_KNOWN = Reach(float("inf"), None, 0.0)
 """Of a light that says nothing of itself: it is never left out."""
 
 
+Integral = Callable[[Float64Array, Any], Float64Array]
+"""From points (3, m) and the `Surface` there to what a lobe reflects of a light of intensity 1, shape (m,)."""
+
+
 class Simpler(NamedTuple):
     """A cheaper light that may stand in for one, and by how much that is wrong."""
 
@@ -76,7 +81,10 @@ class Simpler(NamedTuple):
     """The largest error of the strength."""
 
     turn: float | None = None
-    """The largest error of the direction, in radians, the strength being at most 1; None where it stays."""
+    """The largest error of the direction, in radians; None where it stays."""
+
+    strongest: float = 1.0
+    """Where the direction is off, no vertex gets more strength."""
 
 
 class Stage(NamedTuple):
@@ -196,9 +204,14 @@ class Light:
         return [getattr(self, field) for field, role in self.roles.items() if isinstance(role, kind)]
 
     @property
+    def places(self) -> list[Vector]:
+        """The points that its fields say it stands at."""
+        return [*self.values(Place), *(corner for corners in self.values(Corners) for corner in corners)]
+
+    @property
     def is_placed(self) -> bool:
         """Whether its fields say where it is: it has places, or is everywhere the same."""
-        return self.is_even or bool(self.values(Place))
+        return self.is_even or bool(self.places)
 
     def moved(self, move: Callable[[Vector], Vector]) -> Self:
         """This light with every place moved, and no direction or size."""
@@ -223,6 +236,11 @@ class Light:
             self, **{field: change(role, getattr(self, field)) for field, role in self.roles.items()}, **fields
         )
 
+    @property
+    def outline(self) -> Float64Array | None:
+        """Points around its edge, shape (k, 3), in its own frame, as a window shows it; None where it has none."""
+        return None
+
     # -- what it does to vertices
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
@@ -243,6 +261,22 @@ class Light:
         A light without a size is its own only node.
         """
         return (self,)
+
+    def closed(self, form: CosinePower) -> Integral | None:  # noqa: ARG002 there is none
+        """What a lobe reflects of all of it, exactly: for a light with a size whose integral has a closed form.
+
+        Parameters
+        ----------
+        form : CosinePower
+            The lobe's factor.
+
+        Returns
+        -------
+        callable or None
+            What gives the limit of the sum over ever more `nodes` of intensity, strength and factor. None where the
+            nodes are to do.
+        """
+        return None
 
     @cached_property
     def effects(self) -> frozenset[str]:
@@ -276,7 +310,7 @@ class Light:
 
     def offsets(self, points: Float64Array) -> Iterator[Float64Array]:
         """At points (3, k), vectors (3, k) that vary linearly and are shortest where it is brightest."""
-        for place in self.values(Place):
+        for place in self.places:
             yield points - np.array(place)[:, None]
 
     def edges(self, directions: FloatArray) -> Iterator[FloatArray]:  # noqa: ARG002 it has none
@@ -298,6 +332,11 @@ class Light:
 
     # -- what VTK knows of it
 
+    @property
+    def stand_in(self) -> Light:
+        """The nearest light without a size, as VTK may have it; itself if it has none."""
+        return self.nodes(1)[0]
+
     def as_vtk(self) -> VtkValues:
         """Values of the nearest light that VTK has.
 
@@ -306,7 +345,7 @@ class Light:
         ValueError
             If there is none.
         """
-        (nearest,) = self.nodes(1)
+        nearest = self.stand_in
         if nearest is self:
             remedy = "It can be evaluated and planned; a kind with `as_vtk` can also be drawn and compared."
             check.refuse("light", self, "one that VTK has", remedy)
@@ -317,7 +356,7 @@ class Light:
         """Why VTK has no such light, and what is nearest; "" where `as_vtk` says all of it."""
         if type(self).as_vtk is not Light.as_vtk:
             return ""
-        (nearest,) = self.nodes(1)
+        nearest = self.stand_in
         kind = type(self).__name__
         if nearest is self:
             return f"a {kind}"

@@ -15,6 +15,7 @@ from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 from pvphong.base.types import FloatArray
 from pvphong.optics.light import Arrival
+from pvphong.optics.spherical import CosinePower
 from pvphong.optics.surface import Surface
 
 Component = Literal["diffuse", "specular"]
@@ -104,6 +105,14 @@ class Reflectance(ABC):
         evaluator is to do it.
         """
         return None
+
+    @property
+    def forms(self) -> tuple[CosinePower | None, ...]:
+        """Of each lobe, its factor as a power of a cosine; None where it is something else.
+
+        For such there are exact integrals over lights with a size (`Light.closed`).
+        """
+        return (None,) * len(self.lobes)
 
     @property
     def sharpness(self) -> float:

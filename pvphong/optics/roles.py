@@ -118,8 +118,56 @@ class Aim(Role):
         return viewer.view_direction
 
 
+class Up(Role):
+    """A direction that says how a light is turned around its aim, of any length."""
+
+    def to_world(self, value: Any, viewer: EyeSpace) -> Any:
+        """A vector of eye space in the world."""
+        return viewer.vector_to_world(value)
+
+    def to_eye(self, value: Any, viewer: EyeSpace) -> Any:
+        """A vector of the world in eye space."""
+        return viewer.vector_to_eye(value)
+
+    def of_viewer(self, value: Any, viewer: EyeSpace) -> Any:
+        """As in eye space: the light is turned with the viewer."""
+        return viewer.vector_to_world(value)
+
+
+class Corners(Role):
+    """Where the corners of a light stand: points one after the other around it."""
+
+    def to_world(self, value: Any, viewer: EyeSpace) -> Any:
+        """Points of eye space in the world."""
+        return tuple(viewer.point_to_world(corner) for corner in value)
+
+    def to_eye(self, value: Any, viewer: EyeSpace) -> Any:
+        """Points of the world in eye space."""
+        return tuple(viewer.point_to_eye(corner) for corner in value)
+
+    def of_viewer(self, value: Any, viewer: EyeSpace) -> Any:
+        """As in eye space: one point cannot stand for all of them."""
+        return self.to_world(value, viewer)
+
+    def moved(self, value: Any, move: Callable[[Vector], Vector]) -> Any:
+        """The points moved."""
+        return tuple(move(corner) for corner in value)
+
+
+@dataclass(frozen=True)
 class Length(Role):
-    """A size, in the mesh's unit."""
+    """A size, in the mesh's unit.
+
+    Parameters
+    ----------
+    share : float, default 1
+        So much of it lies between the light's middle and the size's handle.
+    axis : {0, 1}
+        Whether this is to the right of the middle, or above it.
+    """
+
+    share: float = 1.0
+    axis: int = 0
 
 
 @dataclass(frozen=True)
@@ -154,9 +202,24 @@ def aim(default: Any = (0.0, 0.0, -1.0)) -> Any:
     return _field(default, Aim(check.direction, "target"))
 
 
-def length(default: float, handle: str, remedy: str = "") -> Any:
-    """A field that holds a size > 0."""
-    return _field(default, Length(_number(above=0.0, remedy=remedy), handle))
+def upward(default: Any = (0.0, 1.0, 0.0)) -> Any:
+    """A field that says how the light is turned around its aim."""
+    return _field(default, Up(check.direction))
+
+
+def cornered(default: Any, checked: Check) -> Any:
+    """A field that holds the light's corners, checked as a whole."""
+    return _field(default, Corners(checked, "position"))
+
+
+def switch(default: bool) -> Any:
+    """A field that is on or off."""
+    return _field(default, Role(check.flag))
+
+
+def length(default: float, handle: str, remedy: str = "", **shown: Any) -> Any:
+    """A field that holds a size > 0, shown as `Length` says."""
+    return _field(default, Length(_number(above=0.0, remedy=remedy), handle, **shown))
 
 
 def angle(default: float, handle: str, **limits: Any) -> Any:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from pvphong.base.types import FloatArray
-from pvphong.base.vectors import dot
+from pvphong.base.types import Float64Array, FloatArray
+from pvphong.base.vectors import dot, unit
 from pvphong.optics.light import Arrival
 
 # Sums of three products have lost no bit to underflow from here on.
@@ -44,6 +44,17 @@ class Surface:
     def facing(self) -> FloatArray:
         """N·v of the raw normals, shape (n,)."""
         return dot(self.raw, self.to_viewer)
+
+    @cached_property
+    def exact_normals(self) -> Float64Array:
+        """Unit normals in float64, as integrals over a light need them; zero where there is none."""
+        return unit(self.raw.astype(np.float64, copy=False))[0]
+
+    @cached_property
+    def mirrored(self) -> Float64Array:
+        """The directions to the viewer mirrored at the normals, 2(n·v)n − v, in float64."""
+        n, v = self.exact_normals, unit(self.to_viewer.astype(np.float64, copy=False))[0]
+        return unit(2.0 * dot(n, v) * n - v)[0]
 
     def raw_cosine(self, arrival: Arrival) -> Any:
         """N·l for the raw n. Its sign is that of n·D, D the way to the light, and exact where these products are."""

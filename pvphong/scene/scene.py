@@ -14,6 +14,8 @@ from functools import cached_property
 from typing import Any, Self
 
 from pvphong.base import check, documents, host
+from pvphong.base.files import write_json
+from pvphong.base.text import html_table, told
 from pvphong.base.types import VectorLike
 from pvphong.optics.lights import LIGHT_TYPES, Light, type_name
 from pvphong.optics.material import Material
@@ -124,6 +126,13 @@ class Scene:
         lights = tuple(host.light_placed(light, viewer) for light in renderer.GetLights())
         return cls(lights=lights, viewer=viewer)
 
+    def _repr_html_(self) -> str:
+        parts = [*zip(light_labels(self, "light "), self.lights, strict=True), ("light model", self.light_model)]
+        rows = [(name, type(part).__name__, told(part, without=("name",))) for name, part in parts]
+        viewer = "framing what is lit" if self.viewer is None else told(self.viewer)
+        title = f"Scene of {len(rows) - 1} lights: what is not at its default"
+        return html_table(title, (), [*rows, ("viewer", "Viewer", viewer)])
+
     def save(self, path: str | os.PathLike[str], *, materials: Mapping[str, Material] | None = None) -> None:
         """Write the scene to a JSON file; `Scene.load` gives it back to the last bit.
 
@@ -154,7 +163,7 @@ class Scene:
         }
         if materials:
             document["materials"] = {name: material.to_dict() for name, material in materials.items()}
-        documents.write(path, document)
+        write_json(document, path)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:

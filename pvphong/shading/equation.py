@@ -8,7 +8,7 @@ both, and the evaluators know nothing of conventions.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -22,13 +22,14 @@ from pvphong.optics.material import Material
 from pvphong.optics.reflectance import Component, Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER, vtk_reflectance
+from pvphong.optics.spherical import CosinePower
 from pvphong.scene.scene import Scene, light_labels
 
 BLACK: Vector = (0.0, 0.0, 0.0)
 _WHITE = (1.0, 1.0, 1.0)
 
 NODES = 64
-"""As so many lights a light with a size is evaluated."""
+"""As so many lights a light with a size is evaluated where there is no closed form."""
 
 # Three factors of at most `_TAME`, whose product is at least `_SMALL`, have products of two within range too.
 _TAME = 2.0**300
@@ -75,6 +76,11 @@ class LightTerm:
     def needs_normals(self) -> bool:
         """Whether its share depends on the normal."""
         return True in self.shines
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether its light has a size; evaluators meet such with lobes alone that it has a closed form for."""
+        return self.light.has_size
 
     @property
     def is_black(self) -> bool:
@@ -248,16 +254,35 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     )
 
 
-def with_nodes(equation: Equation) -> Equation:
-    """The equation with every light that has a size as the sum of its nodes, which is what evaluators run."""
+def in_parts(equation: Equation) -> Equation:
+    """The equation with every light that has a size in the parts that evaluators run.
+
+    Lobes that it has a closed form for stay its own (`LightTerm.is_whole`), the others are the sum of its nodes, and
+    its ambient colour arrives as from its centre.
+    """
     if not any(term.light.has_size for term in equation.terms):
         return equation
-    terms = tuple(
-        replace(term, light=node, gain=term.gain * node.intensity) if term.light.has_size else term
-        for term in equation.terms
-        for node in term.light.nodes(NODES)
-    )
+    terms = tuple(part for term in equation.terms for part in _parts(term, equation.reflectance.forms))
     return replace(equation, terms=terms)
+
+
+def _parts(term: LightTerm, forms: Sequence[CosinePower | None]) -> Iterator[LightTerm]:
+    light = term.light
+    if not light.has_size:
+        yield term
+        return
+    is_exact = [form is not None and light.closed(form) is not None for form in forms]
+    exact, summed = (
+        tuple(color if chosen is exactly else BLACK for color, chosen in zip(term.colors, is_exact, strict=True))
+        for exactly in (True, False)
+    )
+    if any(map(any, exact)):
+        yield replace(term, ambient=BLACK, colors=exact)
+    black = (BLACK,) * len(forms)
+    for ambient, colors, count in ((term.ambient, black, 1), (BLACK, summed, NODES)):
+        if any(ambient) or any(map(any, colors)):
+            for node in light.nodes(count):
+                yield replace(term, light=node, ambient=ambient, colors=colors, gain=term.gain * node.intensity)
 
 
 def vtk_tier(lights: Iterable[Light]) -> int:

@@ -14,7 +14,6 @@ from fractions import Fraction
 import numpy as np
 
 from pvphong.base.types import Float64Array, Vector, VectorLike
-from pvphong.optics.roles import Place
 from pvphong.shading.equation import Equation, LightTerm
 
 # From where 2⁻⁵³ of the offset is more than 2⁻²⁴ of the way to a light. Nearer, nothing shows even in float32; and a
@@ -52,7 +51,7 @@ def beside_the_mesh(equation: Equation) -> Equation:
 
 def _places(equation: Equation) -> list[VectorLike]:
     """Where the lights stand, and the eye, if it counts."""
-    places: list[VectorLike] = [place for term in equation.terms for place in term.light.values(Place)]
+    places: list[VectorLike] = [place for term in equation.terms for place in term.light.places]
     return places if equation.eye is None else [*places, equation.eye]
 
 

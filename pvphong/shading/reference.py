@@ -3,7 +3,7 @@
 Symbols: p a vertex, n its unit normal, v the unit vector to the viewer, l the unit vector to a light, and
 for each light a·s its attenuation times spot factor. Arrays hold a block of vertices as columns, (3, block). What
 arrives from a light is the light's to say (`Light.arrival`), what of it is reflected is the reflectance's
-(`Reflectance.factors`).
+(`Reflectance.factors`). A light with a size gives both at once where it has the integral (`Light.closed`).
 
 Positions are moved and subtracted from each other in float64, whatever the precision asked for: a light's
 difference to a vertex far from the origin is then exact to the last bit of the stored coordinates. What
@@ -12,6 +12,7 @@ follows is computed in the precision asked for.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ from pvphong.base.ranges import BRIGHTEST
 from pvphong.base.types import Float64Array, FloatArray, Vector
 from pvphong.base.vectors import columns, dot, moderate, towards
 from pvphong.geometry.transform import transform_normals, transform_points
-from pvphong.optics.reflectance import Reflectance
+from pvphong.optics.reflectance import Lobe, Reflectance
 from pvphong.optics.surface import Surface
 from pvphong.shading.albedo import reflectances
 from pvphong.shading.equation import Equation, LightTerm
@@ -156,6 +157,8 @@ def _add(
 
 def _factors(block: Block, reflectance: Reflectance, term: LightTerm) -> tuple[Any, tuple[Any, ...]]:
     """What a light's ambient colour and its lobes' colours are multiplied by: a·s, and a·s times their factors."""
+    if term.is_whole:
+        return 0.0, tuple(_integrals(block, reflectance, term))
     real = block.surface.raw.dtype.type
     arrival = term.light.arrival(block.points, real)
     strength = np.minimum(arrival.strength * term.gain, BRIGHTEST).astype(real, copy=False)
@@ -166,6 +169,24 @@ def _factors(block: Block, reflectance: Reflectance, term: LightTerm) -> tuple[A
     for k, lobe in enumerate(reflectance.lobes):
         if wanted[k]:
             factors[k] *= strength
-            if lobe.needs_viewer and block.unseen is not False:
-                factors[k][block.unseen] = 0.0
+            _hide(block, lobe, factors[k])
     return strength, tuple(factors)
+
+
+def _hide(block: Block, lobe: Lobe, factors: FloatArray) -> None:
+    if lobe.needs_viewer and block.unseen is not False:
+        factors[block.unseen] = 0.0
+
+
+def _integrals(block: Block, reflectance: Reflectance, term: LightTerm) -> Iterator[Any]:
+    """Of each lobe over all of a light with a size, times its strength; in float64, for they have differences."""
+    real = block.surface.raw.dtype.type
+    for lobe, form, color in zip(reflectance.lobes, reflectance.forms, term.colors, strict=True):
+        integral = term.light.closed(form) if form is not None and any(color) else None
+        if integral is None:
+            yield 0.0
+            continue
+        factors = np.minimum(integral(block.points, block.surface) * term.gain, BRIGHTEST).astype(real, copy=False)
+        factors[block.surface.inverse_length == 0.0] = 0.0
+        _hide(block, lobe, factors)
+        yield factors

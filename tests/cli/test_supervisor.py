@@ -20,10 +20,10 @@ from pvphong.cli import supervisor
 processes.SECONDS = 0.5
 supervisor.FORKS = {forks}
 commands = types.ModuleType("pvphong.cli.app")
-def work(words, verbose):
-    exec(words[0], dict(globals()))
-    return int(words[1])
-commands.work = work
+def main():
+    exec(sys.argv[1], dict(globals()))
+    return int(sys.argv[2])
+commands.main = main
 sys.modules["pvphong.cli.app"] = commands
 sys.exit(supervisor.main())
 """

@@ -85,8 +85,8 @@ def keys(shown, monkeypatch, tmp_path):
     taken = {}
     monkeypatch.setattr(PlotterPhong, "add_gizmos", lambda _, *, keys: taken.update(keys))
 
-    def of(mesh):
-        show(mesh, SCENE, {"default": Material.named("gold")}, title="a mesh", stem="mine")
+    def of(mesh, materials=None):
+        show(mesh, SCENE, materials or {"default": Material.named("gold")}, title="a mesh", stem="mine")
         assert len(shown) == 1
         return {key: act for key, (_, act) in taken.items()}
 
@@ -115,6 +115,16 @@ def test_blocks_are_saved_as_blocks_and_a_failure_leaves_the_window_open(keys, c
     (tmp_path / "mine-rig.json").mkdir()
     assert saving["d"]().startswith("error: path must be a file")
     assert "error: path must be a file" in capsys.readouterr().err
+
+
+def test_materials_of_blocks_are_saved_by_their_names_as_keys_have_left_them(shown, keys):
+    ruby = Material.named("ruby")
+    saving = keys(pv.MultiBlock({"one": pv.Sphere(), "two": pv.Sphere(), "three": pv.Cube()}), {"one": JADE} | DULL)
+    one, two, three = (a for a in shown[0].actors.values() if isinstance(a, pv.Actor))
+    assert [shown[0].phong.mesh(actor).material for actor in (one, two, three)] == [JADE, Material(), Material()]
+    shown[0].phong.mesh(two).material = ruby
+    saving["d"]()
+    assert load_materials("mine-rig.json") == {"one": JADE, "two": ruby, "three": ruby}
 
 
 def test_a_mesh_far_from_the_viewer_is_not_clipped_away(shown):

@@ -5,14 +5,12 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 import pyvista as pv
-import vtk
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong.meshes import cells as cells_module
 from pvphong.meshes.cells import cells, invalid_cells, refuse_invalid
 
 STORAGES = ["Use32BitStorage", "Use64BitStorage", "UseFixedSize32BitStorage", "UseFixedSize64BitStorage"]
-STORAGES = [name for name in STORAGES if hasattr(vtk.vtkCellArray, name)]  # VTK 9.5 and older have two
 every_storage = pytest.mark.parametrize("storage", STORAGES)
 
 

@@ -13,11 +13,7 @@ from pvphong.meshes.surfaces import face_normals, polygons, surface, vertex_norm
 from pvphong.shading import kernel
 
 CORNERS = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 0.5, 1)], dtype=float)
-STORAGES = ["Use64BitStorage", "Use32BitStorage"]
-FIXED = ["UseFixedSize32BitStorage", "UseFixedSize64BitStorage"]  # VTK 9.5 and older have none
-STORAGES += [
-    pytest.param(s, marks=pytest.mark.skipif(not hasattr(vtk.vtkCellArray, s), reason="old VTK")) for s in FIXED
-]
+STORAGES = ["Use64BitStorage", "Use32BitStorage", "UseFixedSize32BitStorage", "UseFixedSize64BitStorage"]
 
 
 def full_mesh(*, faces=(), strips=(), verts=(), lines=()):
@@ -247,3 +243,8 @@ def test_normals_need_faces(call):
     cloud.point_data.active_normals = CORNERS
     with pytest.raises(ValueError, match="a mesh with faces; got 5 points and no faces"):
         call(cloud)
+
+
+def test_several_blocks_are_sent_to_their_accessor():
+    with pytest.raises(ValueError, match=r"mesh must be a pyvista\.DataSet; got MultiBlock\. blocks\.phong does it"):
+        surface(pv.MultiBlock({"a": pv.Sphere()}))

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -532,3 +533,15 @@ def test_lights_that_pvphong_does_not_allow_are_refused_by_name(plotter):
     dark.SetAttenuationValues(0, 0, 0)
     with pytest.raises(ValueError, match=r"^attenuation"):
         Scene.from_plotter(plotter(dark))
+
+
+def test_a_notebooks_table_has_every_light_and_what_is_not_at_its_default():
+    lights = [PointLight(position=(1, 2, 3), name="<b>lamp"), DirectionalLight(on=False)]
+    html = Scene(lights, light_model=LightModel(ambient=0.5))._repr_html_()
+    assert re.findall(r">([^<>]*)</td>", html) == [
+        "&lt;b&gt;lamp", "PointLight", "position (1.0, 2.0, 3.0)",
+        "light 1", "DirectionalLight", "on False",
+        "light model", "LightModel", "ambient 0.5",
+        "viewer", "Viewer", "framing what is lit",
+    ]  # fmt: skip
+    assert "position (0.0, 0.0, 5.0)" in Scene(viewer=Viewer(position=(0, 0, 5)))._repr_html_()

@@ -8,13 +8,19 @@ from pvphong.base import check
 from pvphong.optics.light import Light
 from pvphong.optics.lights.conversion import light_from_homogeneous, light_from_values
 from pvphong.optics.lights.directional import DirectionalLight
+from pvphong.optics.lights.disk import DiskLight
 from pvphong.optics.lights.point import PointLight
+from pvphong.optics.lights.polygon import PolygonLight
+from pvphong.optics.lights.rectangle import RectangleLight
 from pvphong.optics.lights.sphere import SphereLight
 from pvphong.optics.lights.spot import SpotLight
 
 LIGHT_TYPES: dict[str, type[Light]] = {
     "directional": DirectionalLight,
+    "disk": DiskLight,
     "point": PointLight,
+    "polygon": PolygonLight,
+    "rectangle": RectangleLight,
     "sphere": SphereLight,
     "spot": SpotLight,
 }
@@ -33,8 +39,11 @@ def type_name(argument: str, light: Light) -> str:
 __all__ = [
     "LIGHT_TYPES",
     "DirectionalLight",
+    "DiskLight",
     "Light",
     "PointLight",
+    "PolygonLight",
+    "RectangleLight",
     "SphereLight",
     "SpotLight",
     "light_from_homogeneous",

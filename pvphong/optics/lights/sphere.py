@@ -9,23 +9,26 @@ from functools import cache, lru_cache
 import numpy as np
 
 from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
-from pvphong.geometry.extent import ROUNDED_UP, Extent
-from pvphong.optics.attenuation import strength_at
-from pvphong.optics.light import NOTHING_KNOWN, Light, Reach
-from pvphong.optics.lights.point import PointLight
+from pvphong.base.vectors import dot, ways_to
+from pvphong.geometry.extent import Extent
+from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate
+from pvphong.optics.light import Integral, Light, Reach, Simpler
+from pvphong.optics.lights.point import PointLight, placed_without
 from pvphong.optics.roles import length, place
-
-INVERSE_SQUARE = (0.0, 0.0, 1.0)
-"""It weakens as light does, by 1/d²."""
+from pvphong.optics.sized import EFFECTS, SIZE, as_point, reach_within
+from pvphong.optics.spherical import CosinePower, cap_cosine, cap_power
+from pvphong.optics.surface import Surface
 
 
 @dataclass(frozen=True)
 class SphereLight(Light):
     """A glowing sphere: `diffuse` · `intensity` is its intensity, so that it lights as a point light far away.
 
-    A facing white patch at a great distance d gets the colour of the light over d². It is evaluated as 64 point lights
-    inside it. Of what a facing patch gets, that is off by at most 3 % at 1.5 radii from its centre, 1.5 % at two and
-    0.25 % at five. Vertices inside it are lit by those too.
+    A facing white patch at a great distance d gets the colour of the light over d², and the sphere shows itself in
+    that colour over radius². What matt surfaces scatter, and Phong's highlight, are exact; a vertex inside gets
+    nothing. What other reflectances make of it is that of 64 point lights inside it. Of what a facing patch gets, that
+    is off by at most 3 % at 1.5 radii from its centre, 1.5 % at two and 0.25 % at five; vertices inside are lit by
+    those too.
 
     Parameters
     ----------
@@ -53,22 +56,57 @@ class SphereLight(Light):
         chord that passes the centre at b, ∫ 2 r dr / (√(R² − r²) √(r² − b²)) from b to R is π for every b. So it is the
         sphere. The share of the glow up to r = R sin t is (2t − sin 2t)/π, which is divided evenly among the nodes.
         """
-        x, y, z = self.position
-        return _nodes((x, y, z), self.radius, count)
+        return _nodes(self._center, self.radius, count)
+
+    def closed(self, form: CosinePower) -> Integral:
+        """As integrals over the cap as which it is seen (Snyder 1996 for Lambert's cosine)."""
+
+        def integral(points: Float64Array, surface: Surface) -> Float64Array:
+            ways, inverse, distance = ways_to(self._center, points)
+            n, l, (s, C) = surface.exact_normals, ways * inverse, self._angular_radius(distance)
+            with np.errstate(all="ignore"):
+                if form.around == "normal":
+                    seen = cap_cosine(dot(n, l), s, C)
+                else:
+                    seen = cap_power(surface.mirrored, n, l, s, C, form.power)
+            return attenuate(distance, INVERSE_SQUARE) * seen
+
+        return integral
+
+    def _angular_radius(self, distance: Float64Array) -> tuple[Float64Array, Float64Array]:
+        """Its sine and cosine; 0 and 1 inside, where nothing is seen of it."""
+        is_outside = distance > self.radius
+        with np.errstate(divide="ignore", invalid="ignore"):
+            s = np.where(is_outside, self.radius / distance, 0.0)
+            C = np.sqrt(np.where(is_outside, (distance - self.radius) / distance, 1.0) * (1.0 + s))
+        return s, C
 
     @property
     def effects(self) -> frozenset[str]:
-        """Its nodes'."""
-        return self.nodes(1)[0].effects
+        """Its position, and its size."""
+        return EFFECTS
 
     def reach(self, extent: Extent) -> Reach:
-        """The nearest of its surface lights the nearest vertex; it is seen as far off as its edge is."""
-        seen = extent.sight(self.position)
-        if seen is None:
-            return NOTHING_KNOWN
-        nearest, wide = max(seen.distance - seen.radius - self.radius, 0.0) / ROUNDED_UP, seen.radius + self.radius
-        turn = math.asin(wide / seen.distance) * ROUNDED_UP if wide < seen.distance else math.pi
-        return Reach(strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP, seen.direction, turn)
+        """Its surface may be as near as that; it is seen as far off as its edge is."""
+        return reach_within(self._center, self.radius, extent)
+
+    def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> Simpler | None:
+        """As a point light in its middle.
+
+        It is seen as a disk of one colour, s the sine of its angular radius, that sends 2 / (1 + √(1 − s²)) times 1/d².
+        """
+        if exactly or effect != SIZE:
+            return None
+        return as_point(extent.sight(self._center), self.radius, self.nodes(1)[0], lambda s: s * s / 2.0)
+
+    def without(self, effect: str, point: Vector) -> tuple[Light, float]:
+        """As a point light in its middle, or as parallel light."""
+        return (self.nodes(1)[0], 1.0) if effect == SIZE else placed_without(self, effect, point)
+
+    @property
+    def _center(self) -> Vector:
+        x, y, z = self.position
+        return x, y, z
 
 
 @lru_cache(maxsize=32)

@@ -15,6 +15,7 @@ from pvphong.optics.light import Arrival
 from pvphong.optics.reflectance import Sightline
 from pvphong.optics.reflectances.highlight import largest_power, mirror_change, mirror_distance, power
 from pvphong.optics.reflectances.shiny import LIKENESS, Shiny, lambert, power_numbers, shown
+from pvphong.optics.spherical import CosinePower
 from pvphong.optics.surface import Surface
 
 
@@ -49,6 +50,11 @@ class Phong(Shiny):
         return diffuse, shown(
             power(mirror_distance(surface, arrival.direction, raw_n_l), self.sharpness, self.floor), n_l
         )
+
+    @property
+    def forms(self) -> tuple[CosinePower | None, ...]:
+        """Lambert's cosine, and (r·v)ⁿ, which is (l·w)ⁿ for the mirrored v."""
+        return super().forms[0], None if self.floor else CosinePower("mirror", self.sharpness)
 
     def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
         """Lambert's cosine changes by no more than the turn."""

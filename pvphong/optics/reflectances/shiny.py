@@ -11,6 +11,7 @@ import numpy as np
 from pvphong.base import check
 from pvphong.base.ranges import BRIGHTEST
 from pvphong.optics.reflectance import Lobe, Reflectance
+from pvphong.optics.spherical import CosinePower
 
 LIKENESS = 4.0
 """Blinn-Phong needs about this many times the shininess for the same highlight; see `Material.for_blinn_phong`."""
@@ -45,6 +46,11 @@ class Shiny(Reflectance):
     def of(self, shininess: float) -> Self:
         """With the material's shininess, where it has none of its own."""
         return replace(self, shininess=shininess) if self.shininess is None else self
+
+    @property
+    def forms(self) -> tuple[CosinePower | None, ...]:
+        """Lambert's cosine; the highlight's is the kind's own to say."""
+        return CosinePower("normal", 1.0), None
 
     @property
     def sharpness(self) -> float:

@@ -14,6 +14,7 @@ from pvphong.optics.reflectance import Lobe, Reflectance
 from pvphong.optics.reflectances.highlight import mirror_change, power, square
 from pvphong.optics.reflectances.phong import Phong
 from pvphong.optics.reflectances.shiny import Shiny, power_numbers
+from pvphong.optics.spherical import CosinePower
 from pvphong.optics.surface import Surface
 
 HIGHEST_POWER = 128.0
@@ -50,6 +51,11 @@ class VtkHeadlight(Shiny):
         distance = real(0.5) * square(surface.normals - arrival.direction)
         highlight = power(distance, self.sharpness, self.floor)
         return np.maximum(n_l, real(self.floor)) * is_there, highlight * is_there
+
+    @property
+    def forms(self) -> tuple[CosinePower | None, ...]:
+        """None: both have a floor."""
+        return None, None
 
     def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
         """As Phong's; this tier's light has no position, and is never turned."""

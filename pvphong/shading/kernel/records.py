@@ -127,6 +127,8 @@ def fits(equation: Equation, toolkit: Any) -> bool:
 def _fits(term: LightTerm, toolkit: Any) -> bool:
     if term.light.is_even:
         return True
+    if term.is_whole:
+        return False
     stage = term.light.stage(toolkit)
     if stage is None or not _are_in_range(term.light.parameters()):
         return False

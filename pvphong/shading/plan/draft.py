@@ -17,7 +17,7 @@ from typing import NamedTuple
 from pvphong.base.types import Vector
 from pvphong.geometry.extent import ROUNDED_UP, Extent
 from pvphong.optics.light import NOTHING_KNOWN, Light, Reach
-from pvphong.shading.equation import NODES, Equation, LightTerm
+from pvphong.shading.equation import Equation, LightTerm, in_parts
 
 
 @dataclass(frozen=True)
@@ -129,8 +129,9 @@ class Draft:
         return math.fsum(note.bound for note in self._notes_by_effect.get(effect, ()))
 
     def lights_where(self, holds: Callable[[LightTerm], bool]) -> int:
-        """How many lights with some property are evaluated, the nodes of those that have a size each for itself."""
-        return sum(len(term.light.nodes(NODES)) for term in self.equation.terms if holds(term))
+        """How many lights with some property are evaluated, the parts of those that have a size each for itself."""
+        chosen = tuple(term for term in self.equation.terms if holds(term))
+        return len(in_parts(replace(self.equation, terms=chosen)).terms)
 
     def labels_where(self, holds: Callable[[LightTerm], bool]) -> list[str]:
         """Names of the lights whose terms have some property."""

@@ -10,7 +10,7 @@ lights, then what each light that is left can do without. A new one stands with 
 from __future__ import annotations
 
 from pvphong.shading.plan.draft import Effect
-from pvphong.shading.plan.lights import ATTENUATION, CONE, LIGHTS, POSITION
+from pvphong.shading.plan.lights import ATTENUATION, CONE, LIGHTS, POSITION, SIZE
 from pvphong.shading.plan.reflection import DIFFUSE, SPECULAR
 from pvphong.shading.plan.surface import AMBIENT, EMISSION, NORMAL_TRANSFORM
 from pvphong.shading.plan.viewer import LOCAL_VIEWER, TWO_SIDED
@@ -21,6 +21,7 @@ EFFECTS: tuple[Effect, ...] = (
     EMISSION,
     AMBIENT,
     LIGHTS,
+    SIZE,
     CONE,
     SPECULAR,
     ATTENUATION,

@@ -73,7 +73,8 @@ def _bound(draft: Draft, term: LightTerm, choice: Simpler) -> float:
         direction = draft.reach(term).direction
         if direction is None:
             return float("inf")
-        bound += turned(draft, term, Seen(direction, choice.turn), choice.turn, light_moves=True)
+        change = turned(draft, term, Seen(direction, choice.turn), choice.turn, light_moves=True)
+        bound += change * choice.strongest
     return bound * term.gain * ROUNDED_UP if bound else 0.0
 
 
@@ -100,6 +101,7 @@ LIGHTS = Effect(
     lambda draft: decision(draft, _LIGHTS, lambda _: True, NO_LIGHT),
     _dark,
 )
+SIZE = light_effect("size", "no light has a size")
 CONE = light_effect("cone", "no spot light", each=1.6)
 ATTENUATION = light_effect("attenuation", "no light weakens with distance", each=0.7)
 POSITION = light_effect("position", "every light is directional", once=0.5, each=0.2)

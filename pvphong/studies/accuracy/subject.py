@@ -13,7 +13,7 @@ from pvphong.geometry.extent import Sphere
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.shading import kernel, reference
-from pvphong.shading.equation import Equation, assemble, with_nodes
+from pvphong.shading.equation import Equation, assemble, in_parts
 from pvphong.shading.plan.plan import Plan, is_worth_loading
 from pvphong.shading.result import Shading
 from pvphong.shading.vertices import Vertices
@@ -64,7 +64,7 @@ class Subject:
     def exact(self, equation: Equation) -> Float64Array:
         """The float64 reference of any equation at the vertices."""
         result = Shading(np.empty((len(self.points), 3)))
-        reference.shade(self.points, self.normals, with_nodes(equation), None, result)
+        reference.shade(self.points, self.normals, in_parts(equation), None, result)
         return result.rgb
 
     @cached_property

@@ -49,7 +49,8 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
     Returns
     -------
     Diagnosis
-        `.ok`, `.findings`, an array of indices for each kind of fault; printable, `.table()`, `.to_mesh()`.
+        `.ok`, `.findings`, an array of indices for each kind of fault; printable, `.explain()`, `.table()`,
+        `.to_mesh()`.
 
     Raises
     ------

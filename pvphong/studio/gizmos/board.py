@@ -177,8 +177,8 @@ class Board:
             gizmo.draw(drawing, highlight, handle, is_alone=gizmo.handle is single)
         self._overlay.put(drawing)
         self._overlay.label(drawing.labels, view.origin)
-        self._overlay.status(self._status(single), view.size)
-        self._overlay.help(commands.help_text(self.options.keys) if self.helping else "", (12.0, view.size[1] - 12.0))
+        has_room = self._overlay.help(commands.help_text(self.options.keys) if self.helping else "", view.size)
+        self._overlay.status(self._status(single) if has_room else "", view.size)
         x, y = self.cursor
         self._overlay.say(self.hands.readout, (x - view.origin[0], y - view.origin[1]), view.size)
         self._overlay.attach(self._renderer)

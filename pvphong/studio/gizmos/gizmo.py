@@ -8,7 +8,6 @@ import numpy as np
 
 from pvphong.base.types import Float64Array, Vector
 from pvphong.optics.light import Light
-from pvphong.optics.roles import Place
 from pvphong.scene.viewer import Viewer
 from pvphong.studio.gizmos.drag_start import Scenery, vector
 from pvphong.studio.gizmos.drawing import DARK, LIGHT, Drawing, hue
@@ -105,7 +104,7 @@ class Gizmo:
         """The scene around it; the icon of a light without a place stays where it is while the scene does."""
         center, size = self._board.extent
         light = self.light_for(view.viewer)
-        if light.values(Place):
+        if light.places:
             return Scenery(center, size, center)
         known = (center, size, view.viewer if light.frame == "camera" else None)
         if self._anchor is None or self._anchor[0] != known:

@@ -1,8 +1,8 @@
 """Handles by role: where the handle of a light's field is, and what a drag of it makes of the light.
 
 A place has its handle where it is, an aim at the target, an angle at the edge as far away as the target and at the
-side seen best. A length has it to the right at this distance; so has a falloff where half the light is left, if the
-light has no aim.
+side seen best. A length has it to the right or above, at its share of this distance; a falloff to the right where half
+the light is left, if the light has no aim.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pvphong.base.types import Float64Array, Vector, VectorLike
+from pvphong.base.types import Float64Array
 from pvphong.optics.attenuation import distance_of
 from pvphong.optics.light import Light
-from pvphong.optics.roles import Aim, Angle, Falloff, Length, Place, Role
+from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Role
 from pvphong.studio.gizmos.drag_start import Cursor, DragStart, Scenery, vector
-from pvphong.studio.gizmos.shape import axis, fields, handle_names, origin, reach, target
+from pvphong.studio.gizmos.shape import axis, fields, handle_names, middle_of, origin, reach, target
 from pvphong.studio.gizmos.view import View
 
 # An angle stays so many degrees off its limits: a cone of 0° cannot be seen, and one of 90° is none to VTK.
@@ -29,8 +29,8 @@ _MARGIN = 0.5
 class _Kind(NamedTuple):
     """What holds for the handles of one role."""
 
-    where: Callable[[Light, Any, Scenery, View], Float64Array | None]
-    """From a light and the field's value to the handle's place; None where there is none."""
+    where: Callable[[Light, str, Scenery, View], Float64Array | None]
+    """From a light and the field's name to the handle's place; None where there is none."""
 
     dragged: Callable[[DragStart, Cursor, str], Light]
     """From the start, the cursor and the field's name to the light."""
@@ -40,7 +40,7 @@ def handles(light: Light, scenery: Scenery, view: View) -> dict[str, Float64Arra
     """Name of each handle of a light of the world → where it is."""
     found = {}
     for name, (field, kind) in _kinds(light).items():
-        point = kind.where(light, getattr(light, field), scenery, view)
+        point = kind.where(light, field, scenery, view)
         if point is not None:
             found[name] = point
     return found
@@ -69,8 +69,8 @@ def _with(light: Light, field: str, value: Any) -> Light:
 # -- a place
 
 
-def _at_place(light: Light, place: VectorLike, scenery: Scenery, view: View) -> Float64Array:  # noqa: ARG001 as others
-    return np.array(place)
+def _at_place(light: Light, field: str, scenery: Scenery, view: View) -> Float64Array:  # noqa: ARG001 as others
+    return np.array(getattr(light, field))
 
 
 def _moved(start: DragStart, at: Cursor, field: str) -> Light:
@@ -90,11 +90,28 @@ def moved_to(light: Light, field: str, position: Float64Array, scenery: Scenery)
     return replace(light, **changes)
 
 
+# -- corners
+
+
+def _at_middle(light: Light, field: str, scenery: Scenery, view: View) -> Float64Array:  # noqa: ARG001 as others
+    return middle_of(light, field)
+
+
+def _carried(start: DragStart, at: Cursor, field: str) -> Light:
+    return carried_to(start.light, field, start.moved_on_grid(at))
+
+
+def carried_to(light: Light, field: str, middle: Float64Array) -> Light:
+    """The light with the middle of its corners in another place."""
+    way = middle - middle_of(light, field)
+    return _with(light, field, tuple(vector(np.add(corner, way)) for corner in getattr(light, field)))
+
+
 # -- an aim
 
 
-def _at_target(light: Light, direction: VectorLike, scenery: Scenery, view: View) -> Float64Array:  # noqa: ARG001
-    return target(light, direction, scenery)
+def _at_target(light: Light, field: str, scenery: Scenery, view: View) -> Float64Array:  # noqa: ARG001 as others
+    return target(light, getattr(light, field), scenery)
 
 
 def _turned(start: DragStart, at: Cursor, field: str) -> Light:
@@ -125,9 +142,9 @@ def _in_steps(aim: Float64Array, length: float, degrees: float) -> Float64Array:
 # -- an angle
 
 
-def _at_edge(light: Light, degrees: float, scenery: Scenery, view: View) -> Float64Array | None:
+def _at_edge(light: Light, field: str, scenery: Scenery, view: View) -> Float64Array | None:
     along = axis(light)
-    return None if along is None else _edge(light, along, degrees, scenery, view)
+    return None if along is None else _edge(light, along, getattr(light, field), scenery, view)
 
 
 def _edge(light: Light, along: Float64Array, degrees: Any, scenery: Scenery, view: View) -> Float64Array:
@@ -161,14 +178,21 @@ def _opened(start: DragStart, at: Cursor, field: str) -> Light:
 # -- a length
 
 
-def _to_the_right(light: Light, length: float, scenery: Scenery, view: View) -> Float64Array:
-    return origin(light, scenery) + length * view.viewer.axes[0]
+def _beside(light: Light, length: float, scenery: Scenery, view: View, axis: int = 0) -> Float64Array:
+    return origin(light, scenery) + length * view.viewer.axes[axis]
+
+
+def _at_size(light: Light, field: str, scenery: Scenery, view: View) -> Float64Array:
+    role = light.roles[field]
+    assert isinstance(role, Length)
+    return _beside(light, role.share * getattr(light, field), scenery, view, role.axis)
 
 
 def _stretched(start: DragStart, at: Cursor, field: str) -> Light:
-    """The light whose length is the cursor's distance."""
-    length = _distance(start, at)
-    return start.light if length is None else _with(start.light, field, length)
+    """The light of whose length the handle's share is the cursor's distance."""
+    distance, role = _distance(start, at), start.light.roles[field]
+    assert isinstance(role, Length)
+    return start.light if distance is None else _with(start.light, field, distance / role.share)
 
 
 def _distance(start: DragStart, at: Cursor) -> float | None:
@@ -185,10 +209,10 @@ def _distance(start: DragStart, at: Cursor) -> float | None:
 # -- a falloff
 
 
-def _at_half(light: Light, coefficients: Vector, scenery: Scenery, view: View) -> Float64Array | None:
+def _at_half(light: Light, field: str, scenery: Scenery, view: View) -> Float64Array | None:
     """An aim says already how far the light is meant to reach."""
-    radius = None if light.values(Aim) else distance_of(0.5, coefficients)
-    return None if radius is None else _to_the_right(light, radius, scenery, view)
+    radius = None if light.values(Aim) else distance_of(0.5, getattr(light, field))
+    return None if radius is None else _beside(light, radius, scenery, view)
 
 
 def _weakened(start: DragStart, at: Cursor, field: str) -> Light:
@@ -209,9 +233,10 @@ def fading_at(light: Light, field: str, distance: float) -> Light:
 
 _KINDS: dict[type[Role], _Kind] = {
     Place: _Kind(_at_place, _moved),
+    Corners: _Kind(_at_middle, _carried),
     Aim: _Kind(_at_target, _turned),
     Angle: _Kind(_at_edge, _opened),
-    Length: _Kind(_to_the_right, _stretched),
+    Length: _Kind(_at_size, _stretched),
     Falloff: _Kind(_at_half, _weakened),
 }
 """Role → its handles; a role that is not here has none."""

@@ -13,7 +13,7 @@ from pvphong.base.types import rgb
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.light import Light
 from pvphong.optics.lights import PointLight
-from pvphong.optics.roles import Aim, Place
+from pvphong.optics.roles import Aim
 from pvphong.studio.gizmos.colors import luminance, recolored, turned, warmed
 from pvphong.studio.gizmos.drag_start import vector
 from pvphong.studio.gizmos.gizmo import Gizmo
@@ -157,13 +157,15 @@ def duplicate(board: Board) -> None:
         board.notice = f"{called(light)}: a light that is the viewer has no double"
         return
     world, right = light.in_world(viewer), viewer.axes[0]
-    beside: dict[str, Any] = {
-        field: vector(np.array(place) + _BESIDE * board.extent[1] * right)
-        for field, place in fields(world, Place).items()
-    }
-    for field, aim in () if beside else fields(world, Aim).items():
-        beside[field] = vector(np.hypot.reduce(aim) * (np.array(unit_vector(aim)) - 2.0 * _BESIDE * right))
-    _put(board, replace(world, **beside).in_frame(light.frame, viewer))
+    if world.places:
+        double = world.moved(lambda place: vector(np.array(place) + _BESIDE * board.extent[1] * right))
+    else:
+        turned: dict[str, Any] = {
+            field: vector(np.hypot.reduce(aim) * (np.array(unit_vector(aim)) - 2.0 * _BESIDE * right))
+            for field, aim in fields(world, Aim).items()
+        }
+        double = replace(world, **turned)
+    _put(board, double.in_frame(light.frame, viewer))
 
 
 def _put(board: Board, light: Light) -> None:

@@ -25,7 +25,7 @@ def draw(drawing: Drawing, light: Light, scenery: Scenery, selected: bool) -> No
     if not is_movable(light):
         return
     drawing.beyond(origin(light, scenery))
-    is_placed, along = bool(light.values(Place)), axis(light)
+    is_placed, along = bool(light.places), axis(light)
     drawing.icon(origin(light, scenery), ("bulb" if along is None else "lamp") if is_placed else "sun", along)
     if not light.on:
         drawing.crossed(origin(light, scenery))
@@ -78,7 +78,13 @@ def _cones(drawing: Drawing, light: Light, along: Float64Array, scenery: Scenery
 
 
 def _sizes(drawing: Drawing, light: Light, scenery: Scenery, selected: bool) -> None:
-    """An outline that faces the viewer; selected: a sphere."""
+    """Its outline, and selected: spokes; where it has none, a circle that faces the viewer, and selected: a sphere."""
+    outline = light.outline
+    if outline is not None:
+        drawing.line(np.concatenate([outline, outline[:1]]), 0.9 if selected else 0.45)
+        for point in outline[:: max(len(outline) // 8, 1)] if selected else ():
+            drawing.line(np.array([origin(light, scenery), point]), 0.3)
+        return
     for length in light.values(Length):
         _circle(drawing, light, scenery, drawing.view.viewer.axes[2], length, 0.6 if selected else 0.3)
         if selected:

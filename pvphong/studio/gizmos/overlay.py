@@ -18,7 +18,9 @@ _EDGES, _LINES, _AREAS, _TEXT = range(4)
 # Of lines, in pixels, and of the dark edges to both sides of them: those are seen on any background.
 _THIN, _THICK, _EDGE = 1.0, 2.0, 2.0
 _DARK = (0.04, 0.04, 0.04)
-_BESIDE, _MARGIN, _SMALL = 18.0, 8.0, 12
+_BESIDE, _MARGIN = 18.0, 8.0
+_NORMAL, _SMALL = 14, 12  # sizes of letters
+_HELP_LETTER = np.array([8.2, 15.2])  # of the help, which has letters of one width
 _LETTER = (7.5, 18.0)  # how large one is at most, in pixels
 
 
@@ -108,11 +110,19 @@ class Overlay:
         self._readout.SetPosition(x, y + (_BESIDE if up else -_BESIDE))
         self._readout.SetVisibility(bool(text) and self._is_shown)
 
-    def help(self, text: str, at: tuple[float, float]) -> None:
-        """Show a text below a place in the window; an empty one hides it."""
+    def help(self, text: str, size: tuple[float, float]) -> bool:
+        """Show a text in the upper left of a pane of this size; an empty one hides it.
+
+        Returns whether it leaves room for others; where it does not, it is as small as it must be to fit in.
+        """
+        lines = text.split("\n")
+        room = np.array(size) - 2.0 * _MARGIN
+        fits = min(room / (_HELP_LETTER * (max(map(len, lines)), len(lines) + 2))) if text else 1.0
         self._help.SetInput(text)
-        self._help.SetPosition(*at)
+        self._help.GetTextProperty().SetFontSize(max(int(_NORMAL * min(fits, 1.0)), 5))
+        self._help.SetPosition(_MARGIN, size[1] - _MARGIN)
         self._help.SetVisibility(bool(text) and self._is_shown)
+        return bool(fits >= 1.0)
 
 
 def _actor(data: vtkPolyData, layer: int, width: float = 1.0) -> vtkActor2D:
@@ -134,7 +144,7 @@ def _unpicked(actor: Any) -> Any:
     return actor
 
 
-def _text(size: int = 14) -> vtkTextActor:
+def _text(size: int = _NORMAL) -> vtkTextActor:
     actor = vtkTextActor()
     actor.SetLayerNumber(_TEXT)
     actor.SetVisibility(False)

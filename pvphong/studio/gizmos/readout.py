@@ -9,10 +9,10 @@ import numpy as np
 
 from pvphong.base.types import Vector, rgb
 from pvphong.optics.light import Light
-from pvphong.optics.roles import Aim, Angle, Length, Place
+from pvphong.optics.roles import Aim, Angle, Corners, Length, Place
 from pvphong.studio.gizmos.colors import luminance
 from pvphong.studio.gizmos.drag_start import Scenery, vector
-from pvphong.studio.gizmos.shape import falloffs, fields, handle_names, reach, target
+from pvphong.studio.gizmos.shape import falloffs, fields, handle_names, middle_of, reach, target
 from pvphong.studio.gizmos.typed import angles_of
 
 
@@ -54,6 +54,7 @@ def arriving(light: Light, scenery: Scenery) -> tuple[str, Vector]:
 def _vectors(light: Light, scenery: Scenery) -> list[str]:
     """Its places; its targets, or the directions of a light that is nowhere."""
     lines = [f"{field} {_numbers(place)}" for field, place in fields(light, Place).items()]
+    lines += [f"{_label(light, field)} {_numbers(middle_of(light, field))}" for field in fields(light, Corners)]
     for field, direction in fields(light, Aim).items():
         if light.values(Place):
             lines.append(f"{_label(light, field)} {_numbers(target(light, direction, scenery))}")

@@ -22,7 +22,7 @@ _NEAREST, _FARTHEST = 0.05, 20.0
 
 def is_movable(light: Light) -> bool:
     """Whether a hand can move it: a headlight is where the viewer is, and a light without place and aim is nowhere."""
-    return light.frame != "headlight" and bool(light.values(Place) or light.values(Aim))
+    return light.frame != "headlight" and bool(light.places or light.values(Aim))
 
 
 def fields(light: Light, kind: type[Role]) -> dict[str, Any]:
@@ -58,7 +58,12 @@ def anchor(light: Light, center: Vector, size: float) -> Vector:
 
 def origin(light: Light, scenery: Scenery) -> Float64Array:
     """Where its icon stands."""
-    return np.array(next(iter(light.values(Place)), scenery.anchor))
+    return np.mean(light.places, axis=0) if light.places else np.array(scenery.anchor)
+
+
+def middle_of(light: Light, field: str) -> Float64Array:
+    """Where the middle of its corners is."""
+    return np.mean(getattr(light, field), axis=0)
 
 
 def axis(light: Light) -> Float64Array | None:

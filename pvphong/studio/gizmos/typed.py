@@ -19,10 +19,10 @@ from pvphong.base.types import Vector
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.attenuation import distance_of
 from pvphong.optics.light import Light
-from pvphong.optics.roles import Aim, Angle, Falloff, Length, Place, Role
+from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Role
 from pvphong.studio.gizmos.drag_start import Scenery, vector
-from pvphong.studio.gizmos.handles import aimed, fading_at, moved_to
-from pvphong.studio.gizmos.shape import handle_names, origin, target
+from pvphong.studio.gizmos.handles import aimed, carried_to, fading_at, moved_to
+from pvphong.studio.gizmos.shape import handle_names, middle_of, origin, target
 
 INTENSITY = "intensity"
 """What is typed for a light as a whole, beside its handles."""
@@ -123,6 +123,17 @@ def _placed(light: Light, field: str, given: dict[str, float], scenery: Scenery)
     return moved_to(light, field, np.array(_point(given)), scenery)
 
 
+# -- corners
+
+
+def _middle(light: Light, field: str, scenery: Scenery) -> dict[str, float]:  # noqa: ARG001 as others
+    return _coordinates(middle_of(light, field))
+
+
+def _carried(light: Light, field: str, given: dict[str, float], scenery: Scenery) -> Light:  # noqa: ARG001 as others
+    return carried_to(light, field, np.array(_point(given)))
+
+
 # -- an aim
 
 
@@ -182,6 +193,7 @@ def _faded(light: Light, field: str, given: dict[str, float], scenery: Scenery) 
 
 _KINDS: dict[type[Role], _Kind] = {
     Place: _Kind(_place, _placed),
+    Corners: _Kind(_middle, _carried),
     Aim: _Kind(_aim, _aimed),
     Angle: _Kind(_scalar, _scaled),
     Length: _Kind(_scalar, _scaled),

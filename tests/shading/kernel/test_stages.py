@@ -12,7 +12,7 @@ from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.shading import kernel
-from pvphong.shading.equation import assemble, with_nodes
+from pvphong.shading.equation import assemble, in_parts
 from pvphong.shading.result import Shading
 
 pytest.importorskip("numba", reason="the extra `fast` is not installed")
@@ -51,7 +51,7 @@ def test_a_light_without_its_stage_is_the_references(kind, precision, monkeypatc
         with monkeypatch.context() as patch:
             if not node.is_even:
                 patch.setattr(type(node), "stage", Light.stage)
-                equation = with_nodes(assemble(ph.Scene([light], ph.Viewer()), ph.Material(), None))
+                equation = in_parts(assemble(ph.Scene([light], ph.Viewer()), ph.Material(), None))
                 nothing = Shading(np.empty((1, 3), precision))
                 assert not kernel.shade(np.ones((1, 3)), np.ones((1, 3)), equation, None, nothing)
             plain = lit(light, None, seed, precision)

@@ -3,6 +3,7 @@
 import dataclasses
 import io
 from collections import Counter, defaultdict
+from html import escape
 
 import numpy as np
 import pytest
@@ -310,7 +311,7 @@ def test_a_part_far_from_the_others_is_far_and_the_others_are_not_thin():
     assert found.far_faces.tolist() == list(range(1680, 3360))
     assert len(found.thin_faces) == 0
     assert found.offset is None  # none brings both parts to the origin
-    assert "of parts far apart, each its own" in str(found)
+    assert "of parts far apart, each its own" in " ".join(found.explain().split())
 
 
 def test_a_mesh_that_collapsed_far_away_is_blamed_on_its_place():
@@ -330,7 +331,7 @@ def test_the_value_is_frozen():
 
 def test_the_text_names_every_finding_and_its_remedy():
     found = diagnose(mesh_of([*ROOF, *ROOF], (0, 1, 2), (0, 3, 2), (4, 5, 9)), matrix=np.diag([1, 1, -1, 1]))
-    text = str(found)
+    text = found.explain()
     assert text.splitlines()[0] == "Diagnosis of 8 points and 3 faces: 2 kinds of fault, 3 notes"
     assert repr(found) == f"<{text.splitlines()[0]}>"
     assert [finding.spoils for finding in found.findings] == [True, True, False, False, False]  # these come first
@@ -341,10 +342,31 @@ def test_the_text_names_every_finding_and_its_remedy():
         "  note: 4 points in the place of an earlier one",
         "    4, 5, 6, 7\n",
         "  note: the matrix mirrors",
-        *(finding.remedy for finding in found.findings),
     ):
         assert line in text
-    assert str(diagnose(TETRAHEDRON)) == "Diagnosis of 4 points and 4 faces: ok"
+    words = " ".join(text.split())
+    assert all(" ".join(finding.remedy.split()) in words for finding in found.findings)
+    assert str(diagnose(TETRAHEDRON)) == diagnose(TETRAHEDRON).explain() == "Diagnosis of 4 points and 4 faces: ok"
+
+
+def test_printed_it_is_five_lines_with_the_worst_first_and_the_rest_by_name():
+    found = diagnose(mesh_of([*ROOF, *ROOF], (0, 1, 2), (0, 3, 2), (4, 5, 9)), matrix=np.diag([1, 1, -1, 1]))
+    lines = str(found).splitlines()
+    assert len(lines) <= 5
+    assert lines[0] == "Diagnosis of 8 points and 3 faces: 2 kinds of fault, 3 notes"
+    assert lines[1].startswith("  spoils: 1 cell with an index")
+    said = " ".join(str(found).split())
+    assert all(finding.name in said for finding in found.findings)
+    assert max(map(len, lines)) <= 80
+
+
+def test_a_notebooks_table_has_every_finding_and_its_remedy():
+    found = diagnose(mesh_of([*ROOF, *ROOF], (0, 1, 2), (0, 3, 2), (4, 5, 9)), matrix=np.diag([1, 1, -1, 1]))
+    html = found._repr_html_()
+    for finding in found.findings:
+        assert f">{finding.name}</td>" in html
+        assert f">{escape(finding.remedy)}</td>" in html
+    assert html.count("<tr>") == len(found.findings) + 1
 
 
 def test_long_lists_are_cut_short():
@@ -352,7 +374,7 @@ def test_long_lists_are_cut_short():
     duplicate = next(finding for finding in found.findings if finding.name == "duplicate_points")
     assert duplicate.count == 19 * 842
     assert duplicate.first == (842, 843, 844, 845, 846, 847)
-    assert "842, 843, 844, 845, 846, 847, …" in str(found)
+    assert "842, 843, 844, 845, 846, 847, …" in found.explain()
 
 
 @pytest.mark.parametrize("width", [60, 80, 120])

@@ -60,6 +60,12 @@ def test_the_help_lists_them_all(plotter, mouse):
     before = image(plotter)
     mouse.key("h")
     assert (image(plotter)[:120, :120] != before[:120, :120]).mean() > 0.2
+    help_texts = [each for each in plotter.renderer.GetViewProps() if each.IsA("vtkTextActor") and each.GetVisibility()]
+    (shown,) = (each for each in help_texts if "these keys" in each.GetInput())
+    box = [0.0, 0.0]
+    shown.GetSize(plotter.renderer, box)
+    assert box[0] <= 300  # all of it, however small the window
+    assert box[1] <= 200
     mouse.key("h")
     np.testing.assert_array_equal(image(plotter), before)
 

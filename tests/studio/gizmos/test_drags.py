@@ -86,14 +86,16 @@ def test_of_two_handles_with_one_name_the_second_has_its_fields():
 
 @everywhere
 @handles_with(Length, Falloff)
-def test_a_size_is_shown_to_the_right_as_far_away_as_it_says(kind, handle, projection, scale):
+def test_a_size_is_shown_beside_the_light_as_far_away_as_it_says(kind, handle, projection, scale):
     start = grab(kind, handle, projection, scale)
     (position,) = start.light.values(Place)
+    role, field = start.light.roles[role_of(kind, handle)[1]], role_of(kind, handle)[1]
+    ahead = getattr(role, "axis", 0)
     away = start.view.project(start.point) - start.view.project(position)
-    assert away[0] > 0
-    assert abs(away[1]) < 1e-9
-    for size in start.light.values(Length):
-        assert math.dist(start.point, position) == pytest.approx(size)
+    assert away[ahead] > 0
+    assert abs(away[1 - ahead]) < 1e-9
+    if isinstance(role, Length):
+        assert math.dist(start.point, position) == pytest.approx(role.share * getattr(start.light, field))
 
 
 @pytest.mark.parametrize("falloff", [(1, 1, 0), (1, 0, 4), (2, 0.5, 0.01), (0, 1, 0), (0, 0, 3), (1, 0, 1e-7)])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from views import EACH, KINDS, example, role_of, scenery, view
 
-from pvphong.optics.roles import Aim, Angle, Place
+from pvphong.optics.roles import Aim, Angle, Corners, Place
 from pvphong.studio.gizmos.handles import handles
 from pvphong.studio.gizmos.typed import INTENSITY, numbers, parse, with_numbers
 
@@ -75,7 +75,7 @@ def test_one_number_leaves_the_others(kind):
 def test_values_that_a_light_does_not_allow_are_refused(kind, handle):
     light = example(kind)
     role, _ = role_of(kind, handle)
-    if role is Place:
+    if role in (Place, Corners):
         if not light.values(Aim):
             return
         forbidden = numbers(light, "target", scenery())

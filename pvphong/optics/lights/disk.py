@@ -1,0 +1,89 @@
+"""Light from a glowing disk."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pvphong.base.types import Float64Array, Vector, VectorLike
+from pvphong.base.vectors import unit_vector
+from pvphong.optics.disks import over_disk
+from pvphong.optics.light import Light
+from pvphong.optics.roles import aim, length, place, switch
+from pvphong.optics.sized import Flat
+from pvphong.optics.spherical import CosinePower
+
+
+@dataclass(frozen=True)
+class DiskLight(Flat, Light):
+    """A disk that glows like a Lambertian surface: `diffuse` · `intensity` is its intensity along its normal.
+
+    A white patch that faces it at a great distance d gets the colour of the light over d². What matt surfaces scatter,
+    and Phong's highlight, are exact; what other reflectances make of it is that of 64 nodes.
+
+    Parameters
+    ----------
+    position : sequence of float, default (0, 0, 0)
+        Its middle, in the mesh's unit.
+    direction : sequence of float, default (0, 0, -1)
+        Normal of its front, in which most light travels; of any length.
+    radius : float, default 1
+        Its radius > 0, in the mesh's unit.
+    two_sided : bool, default False
+        Whether its back glows too.
+    **common
+        The fields of every light: `diffuse`, `specular`, `ambient`, `intensity`, `on`, `frame`, `name`.
+
+    Raises
+    ------
+    ValueError
+        If a field is out of range; the message names the field.
+    """
+
+    position: VectorLike = place()
+    direction: VectorLike = aim()
+    radius: float = length(1.0, "radius", "A light without a size is a PointLight with attenuation=(0, 0, 1).")
+    two_sided: bool = switch(False)
+
+    @property
+    def center(self) -> Vector:
+        """Its position."""
+        x, y, z = self.position
+        return x, y, z
+
+    @property
+    def normal(self) -> Vector:
+        """Its direction."""
+        return unit_vector(self.direction)
+
+    @property
+    def reach_radius(self) -> float:
+        """Its own."""
+        return self.radius
+
+    def spots(self, count: int) -> Float64Array:
+        """On a spiral, in golden angles (Vogel 1979)."""
+        k = np.arange(count)
+        far = np.sqrt((k + 0.5) / count) * (count > 1)
+        return self._at(far, k * math.pi * (3.0 - math.sqrt(5.0)))
+
+    @property
+    def outline(self) -> Float64Array:
+        """Points on its rim."""
+        return self._at(np.ones(64), np.arange(64) * math.pi / 32.0)
+
+    def _at(self, far: Any, around: Any) -> Float64Array:
+        """Points of it at shares of its radius and at angles, shape (k, 3)."""
+        normal = np.array(self.normal)
+        across = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+        across /= np.linalg.norm(across)
+        plane = np.stack([across, np.cross(normal, across)])
+        return np.array(self.position) + self.radius * (far * np.stack([np.cos(around), np.sin(around)])).T @ plane
+
+    def over(self, form: CosinePower, axis: Any, n: Any, middle: Any, exponents: Any) -> Any:
+        """By the integral along its rim."""
+        radius = np.ldexp(self.radius, -exponents)
+        return over_disk(form, axis, n, middle, np.array(self.normal)[:, None], radius)

@@ -1,0 +1,182 @@
+"""Light from a glowing polygon."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from pvphong.base import check
+from pvphong.base.types import Float64Array, Vector
+from pvphong.base.vectors import unit_vector
+from pvphong.optics.light import Light
+from pvphong.optics.polygons import over_polygon
+from pvphong.optics.roles import cornered, switch
+from pvphong.optics.sized import Flat, lattice
+from pvphong.optics.spherical import CosinePower
+
+_SQUARE = ((-0.5, -0.5, 0.0), (-0.5, 0.5, 0.0), (0.5, 0.5, 0.0), (0.5, -0.5, 0.0))
+_ALLOWED = "three or more points in a plane, whose sides do not cross"
+
+# How far off their plane corners may be, and how small an area, against the polygon's size and its square.
+_OFF_PLANE, _NO_AREA = 1e-6, 1e-12
+
+
+def _checked(name: str, value: Any) -> tuple[Vector, ...]:
+    """Corners of a planar, simple polygon with an area."""
+    points = check.array(name, value, allowed="(k, 3) real numbers").astype(np.float64)
+    corners = tuple((x, y, z) for x, y, z in points.tolist())
+    if len(corners) < 3 or not np.isfinite(points).all():
+        check.refuse(name, value, _ALLOWED)
+    offsets = points - points.mean(axis=0)
+    size = float(np.abs(offsets).max())
+    normal = _vector_area(offsets / (size or 1.0))
+    length = float(np.linalg.norm(normal))
+    if not length > _NO_AREA:
+        remedy = "They have no area: they are in a line, or the sides cross."
+        check.refuse(name, value, _ALLOWED, remedy)
+    if np.abs(offsets @ (normal / length)).max() > _OFF_PLANE * size:
+        check.refuse(name, value, _ALLOWED, "They are not in one plane: split it into triangles.")
+    if _crosses(_flat(offsets / size, normal / length)):
+        check.refuse(name, value, _ALLOWED, "Sides cross: give the corners in their order around it.")
+    return corners
+
+
+@dataclass(frozen=True)
+class PolygonLight(Flat, Light):
+    """A polygon that glows like a Lambertian surface: `diffuse` · `intensity` is its intensity along its normal.
+
+    A white patch that faces it at a great distance d gets the colour of the light over d². What matt surfaces scatter,
+    and Phong's highlight, are exact; what other reflectances make of it is that of 64 nodes. As a headlight its corners
+    are taken in eye space.
+
+    Parameters
+    ----------
+    corners : sequence of points, default a unit square around the origin that faces along −z
+        Shape (k, 3), k >= 3, in the mesh's unit, one after the other around it: in one plane, and no two sides cross.
+        From the front they run counter-clockwise.
+    two_sided : bool, default False
+        Whether its back glows too.
+    **common
+        The fields of every light: `diffuse`, `specular`, `ambient`, `intensity`, `on`, `frame`, `name`.
+
+    Raises
+    ------
+    ValueError
+        If a field is out of range; the message names the field.
+    """
+
+    corners: Any = cornered(_SQUARE, _checked)
+    two_sided: bool = switch(False)
+
+    @cached_property
+    def _points(self) -> Float64Array:
+        return np.array(self.corners)
+
+    @cached_property
+    def triangles(self) -> Float64Array:
+        """That together are the polygon, shape (k − 2, 3, 3), as offsets from its first corner."""
+        offsets = self._points - self._points[0]
+        flat = _flat(offsets, np.array(self.normal))
+        return np.array([offsets[list(ears)] for ears in _ears(flat)])
+
+    @cached_property
+    def center(self) -> Vector:
+        """The middle of its area."""
+        triangles = self.triangles
+        x, y, z = self._points[0] + _areas(triangles) @ triangles.mean(axis=1) / _areas(triangles).sum()
+        return float(x), float(y), float(z)
+
+    @cached_property
+    def normal(self) -> Vector:
+        """By the right-hand rule around its corners."""
+        return unit_vector(_vector_area(self._points - self._points[0]).tolist())
+
+    @cached_property
+    def _offsets(self) -> Float64Array:
+        """Of its corners from its middle, shape (k, 3)."""
+        return self._points - np.array(self.center)
+
+    @cached_property
+    def reach_radius(self) -> float:
+        """The distance of its farthest corner."""
+        return float(np.linalg.norm(self._offsets, axis=1).max())
+
+    @property
+    def outline(self) -> Float64Array:
+        """Its corners."""
+        return self._points
+
+    def spots(self, count: int) -> Float64Array:
+        """On a lattice that is laid over its triangles, one after the other."""
+        if count == 1:
+            return np.array([self.center])
+        areas = _areas(self.triangles)
+        ends = np.cumsum(areas) / areas.sum()
+        along, across = lattice(count).T
+        which = np.minimum(np.searchsorted(ends, along), len(areas) - 1)
+        along = (along - (ends - areas / areas.sum())[which]) / (areas / areas.sum())[which]
+        a, b, c = np.moveaxis(self.triangles[which], 1, 0)
+        far = np.sqrt(along)[:, None]
+        return self._points[0] + a + far * (b - a) + far * across[:, None] * (c - b)
+
+    def over(self, form: CosinePower, axis: Any, n: Any, middle: Any, exponents: Any) -> Any:
+        """By Lambert's formula and its like along its sides."""
+        corners = [np.ldexp(corner[:, None], -exponents) for corner in self._offsets]
+        length = math.sqrt(float(_areas(self.triangles).sum()))
+        return over_polygon(
+            form, axis, n, middle, corners, np.ldexp(self.reach_radius, -exponents), np.ldexp(length, -exponents) ** 2
+        )
+
+
+def _vector_area(offsets: Float64Array) -> Float64Array:
+    return 0.5 * np.cross(offsets, np.roll(offsets, -1, axis=0)).sum(axis=0)
+
+
+def _areas(triangles: Float64Array) -> Any:
+    """Shape (m,)."""
+    return 0.5 * np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
+
+
+def _flat(offsets: Float64Array, normal: Float64Array) -> Float64Array:
+    """Coordinates in the plane across a normal, shape (k, 2), counter-clockwise around it."""
+    across = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    across /= np.linalg.norm(across)
+    return offsets @ np.stack([across, np.cross(normal, across)]).T
+
+
+def _turn(a: Any, b: Any, c: Any) -> float:
+    """Twice the area of a triangle, positive where it runs counter-clockwise."""
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+
+
+def _crosses(flat: Float64Array) -> bool:
+    """Whether two sides have a point in common that is inside both."""
+    sides = [(flat[k - 1], flat[k]) for k in range(len(flat))]
+    return any(
+        _turn(a, b, c) * _turn(a, b, d) < 0.0 and _turn(c, d, a) * _turn(c, d, b) < 0.0
+        for k, (a, b) in enumerate(sides)
+        for c, d in sides[:k]
+    )
+
+
+def _ears(flat: Float64Array) -> Iterator[tuple[int, int, int]]:
+    """Corners of triangles that together are a polygon, cut off one after the other."""
+    left = list(range(len(flat)))
+    while len(left) > 3:
+        ear = max(range(len(left)), key=lambda k: _goodness(flat, left, k))
+        yield left[ear - 1], left[ear], left[(ear + 1) % len(left)]
+        del left[ear]
+    yield left[0], left[1], left[2]
+
+
+def _goodness(flat: Float64Array, left: list[int], k: int) -> tuple[bool, float]:
+    """Whether a corner can be cut off, and how large that triangle is."""
+    a, b, c = (flat[left[j % len(left)]] for j in (k - 1, k, k + 1))
+    turn = _turn(a, b, c)
+    is_empty = not any(min(_turn(a, b, p), _turn(b, c, p), _turn(c, a, p)) > 0.0 for p in (flat[j] for j in left))
+    return turn >= 0.0 and is_empty, turn

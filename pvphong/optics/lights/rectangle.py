@@ -1,0 +1,105 @@
+"""Light from a glowing rectangle: a softbox, a window, a panel."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from pvphong.base.types import Float64Array, Vector, VectorLike
+from pvphong.base.vectors import unit_vector
+from pvphong.optics.light import Light
+from pvphong.optics.polygons import over_polygon
+from pvphong.optics.roles import aim, length, place, switch, upward
+from pvphong.optics.sized import Flat, lattice
+from pvphong.optics.spherical import CosinePower
+
+# Sine of the least angle between `up` and the normal for which it counts.
+_LEAST = 1e-9
+
+
+@dataclass(frozen=True)
+class RectangleLight(Flat, Light):
+    """A rectangle that glows like a Lambertian surface: `diffuse` · `intensity` is its intensity along its normal.
+
+    A white patch that faces it at a great distance d gets the colour of the light over d². What matt surfaces scatter,
+    and Phong's highlight, are exact; what other reflectances make of it is that of 64 nodes.
+
+    Parameters
+    ----------
+    position : sequence of float, default (0, 0, 0)
+        Its middle, in the mesh's unit.
+    direction : sequence of float, default (0, 0, -1)
+        Normal of its front, in which most light travels; of any length.
+    up : sequence of float, default (0, 1, 0)
+        Along its height, once what of it is along the normal is taken away; of any length. Where nothing is left, the
+        coordinate axis that is farthest from the normal takes its place.
+    width, height : float, default 1
+        Across `up` and along it, > 0, in the mesh's unit.
+    two_sided : bool, default False
+        Whether its back glows too.
+    **common
+        The fields of every light: `diffuse`, `specular`, `ambient`, `intensity`, `on`, `frame`, `name`.
+
+    Raises
+    ------
+    ValueError
+        If a field is out of range; the message names the field.
+    """
+
+    position: VectorLike = place()
+    direction: VectorLike = aim()
+    up: VectorLike = upward()
+    width: float = length(1.0, "width", share=0.5)
+    height: float = length(1.0, "height", share=0.5, axis=1)
+    two_sided: bool = switch(False)
+
+    @property
+    def center(self) -> Vector:
+        """Its position."""
+        x, y, z = self.position
+        return x, y, z
+
+    @cached_property
+    def normal(self) -> Vector:
+        """Its direction."""
+        return unit_vector(self.direction)
+
+    @cached_property
+    def sides(self) -> Float64Array:
+        """Half its width and half its height, as vectors, shape (2, 3)."""
+        normal = np.array(self.normal)
+        across = np.cross(normal, unit_vector(self.up))
+        if np.linalg.norm(across) < _LEAST:
+            across = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+        across /= np.linalg.norm(across)
+        return 0.5 * np.stack([self.width * across, self.height * np.cross(across, normal)])
+
+    @cached_property
+    def corners(self) -> Float64Array:
+        """Offsets from its middle, shape (4, 3); counter-clockwise as its front is seen."""
+        width, height = self.sides
+        return np.stack([-width - height, height - width, width + height, width - height])
+
+    @property
+    def reach_radius(self) -> float:
+        """Half its diagonal."""
+        return 0.5 * math.hypot(self.width, self.height)
+
+    @property
+    def outline(self) -> Float64Array:
+        """Its corners."""
+        return np.array(self.position) + self.corners
+
+    def spots(self, count: int) -> Float64Array:
+        """On a lattice."""
+        return np.array(self.position) + (2.0 * lattice(count) - 1.0) @ self.sides
+
+    def over(self, form: CosinePower, axis: Any, n: Any, middle: Any, exponents: Any) -> Any:
+        """By Lambert's formula and its like along its sides."""
+        corners = [np.ldexp(corner[:, None], -exponents) for corner in self.corners]
+        area = np.ldexp(self.width, -exponents) * np.ldexp(self.height, -exponents)
+        return over_polygon(form, axis, n, middle, corners, np.ldexp(self.reach_radius, -exponents), area)

@@ -1,0 +1,187 @@
+"""What lights with a size have in common: how they are seen from far away, and flat ones altogether.
+
+A flat light glows like a Lambertian surface: a part dA of its area A sends the intensity I dA/A · cos θ', θ' the angle
+off its normal, which is a spot light's with a cone of 90° and the exponent 1, weakened by 1/d².
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from pvphong.base.types import Float64Array, Vector
+from pvphong.base.vectors import dot, ways_to
+from pvphong.geometry.extent import ROUNDED_UP, Extent, Sight
+from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate, strength_at
+from pvphong.optics.light import NOTHING_KNOWN, Arrival, Integral, Light, Reach, Simpler
+from pvphong.optics.lights.point import placed_without
+from pvphong.optics.lights.spot import SpotLight
+from pvphong.optics.spherical import CosinePower
+
+SIZE = "size"
+"""The plan's effect."""
+
+EFFECTS = frozenset({"position", SIZE})
+
+# VTK has no cone of 90°.
+_NEARLY_90 = 89.999
+
+
+def reach_within(center: Vector, radius: float, extent: Extent) -> Reach:
+    """Of a light within a sphere, whose parts weaken by 1/d²: the nearest may be as near as the sphere."""
+    seen = extent.sight(center)
+    if seen is None:
+        return NOTHING_KNOWN
+    nearest, wide = max(seen.distance - seen.radius - radius, 0.0) / ROUNDED_UP, seen.radius + radius
+    turn = math.asin(wide / seen.distance) * ROUNDED_UP if wide < seen.distance else math.pi
+    return Reach(strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP, seen.direction, turn)
+
+
+def as_point(seen: Sight | None, radius: float, light: Light, spread: Any) -> Simpler | None:
+    """A light without a size in place of one within a sphere.
+
+    Parameters
+    ----------
+    seen : Sight
+        Of its middle.
+    radius : float
+        The sphere's.
+    light : Light
+        What stands in, with the intensity 1.
+    spread : callable
+        From the sine of the sphere's angular radius to how far the sum of its parts' strengths may be off that of the
+        middle, which is 1/d².
+    """
+    nearest = 0.0 if seen is None else (seen.distance - seen.radius) / ROUNDED_UP
+    if nearest <= 2.0 * radius:
+        return None
+    sine, strongest = radius / nearest, strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP
+    why = "small: as a point it is the same to {bound:.2g}"
+    turn = math.asin(sine) * ROUNDED_UP
+    return Simpler(why, lambda: light, spread=strongest * spread(sine), turn=turn, strongest=strongest)
+
+
+class Flat:
+    """A light with a front, and perhaps a back, that glow like Lambertian surfaces. For kinds of `Light`."""
+
+    two_sided: Any
+
+    @property
+    def center(self) -> Vector:
+        """The middle of its area."""
+        raise NotImplementedError  # pragma: no cover every kind has its own
+
+    @property
+    def normal(self) -> Vector:
+        """Unit vector off its front."""
+        raise NotImplementedError  # pragma: no cover
+
+    @property
+    def reach_radius(self) -> float:
+        """Of a sphere around its middle that holds it."""
+        raise NotImplementedError  # pragma: no cover
+
+    def spots(self, count: int) -> Float64Array:
+        """Points evenly spread over it, shape (count, 3); one is its middle."""
+        raise NotImplementedError  # pragma: no cover
+
+    def over(self, form: CosinePower, axis: Any, n: Any, middle: Any, exponents: Any) -> Any:
+        """1/area · ∫ max(a·u, 0)ᵏ du, seen from either side; lengths are over powers of two."""
+        raise NotImplementedError  # pragma: no cover
+
+    def nodes(self, count: int) -> tuple[SpotLight, ...]:
+        """Spot lights of 90° with the exponent 1, evenly spread; on two sides, pairs of them."""
+        sides = 2 if self.two_sided else 1
+        places = self.spots(max(count // sides, 1))
+        return tuple(
+            _part(place, sign, self.normal, 1.0 / len(places))
+            for place in places.tolist()
+            for sign in (1.0, -1.0)[:sides]
+        )
+
+    def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
+        """What its middle sends."""
+        x, y, z = self.center
+        ways, inverse, distance = ways_to((x, y, z), points, real)
+        cosine = -dot(np.array(self.normal, real)[:, None], ways) * inverse
+        shown = np.abs(cosine) if self.two_sided else np.maximum(cosine, real(0.0))
+        return Arrival(ways, attenuate(distance, INVERSE_SQUARE) * shown, inverse)
+
+    def closed(self, form: CosinePower) -> Integral:
+        """Over what is seen of it above the horizon."""
+
+        def integral(points: Float64Array, surface: Any) -> Float64Array:
+            result = np.zeros(points.shape[1])
+            with np.errstate(all="ignore"):
+                ways = np.array(self.center)[:, None] - points
+                exponents = np.frexp(np.maximum(np.abs(ways).max(axis=0), self.reach_radius))[1]
+                middle = np.ldexp(ways, -exponents)
+                behind = dot(np.array(self.normal)[:, None], middle)
+                is_lit = ((behind < 0.0) | (self.two_sided and behind > 0.0)) & np.isfinite(ways).all(axis=0)
+                (rows,) = np.nonzero(is_lit)
+                n, axis = surface.exact_normals[:, rows], surface.exact_normals[:, rows]
+                if form.around == "mirror":
+                    axis = surface.mirrored[:, rows]
+                seen = self.over(form, axis, n, middle[:, rows], exponents[rows])
+                result[rows] = np.minimum(np.ldexp(seen, -2 * exponents[rows]), np.finfo(np.float64).max)
+            return result
+
+        return integral
+
+    @property
+    def effects(self) -> frozenset[str]:
+        """Its position, and its size."""
+        return EFFECTS
+
+    @property
+    def stand_in(self) -> SpotLight:
+        """A spot light in its middle, with a cone that VTK has."""
+        return SpotLight(self.center, _times(self.normal, 1.0), _NEARLY_90, 1.0, INVERSE_SQUARE)
+
+    def reach(self, extent: Extent) -> Reach:
+        """Its parts are within a sphere."""
+        return reach_within(self.center, self.reach_radius, extent)
+
+    def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> Simpler | None:
+        """As a spot light in its middle; off where the mesh is behind it.
+
+        H over its plane, a part sends h/d³: with s the sine of its angular radius, a mean around its middle is off by
+        half the largest second derivative, 12 h/d⁵, times the square of its radius at most: 6 s²/(1 − s)⁵ of 1/d².
+        """
+        seen = extent.sight(self.center) if effect == SIZE else None
+        if seen is None:
+            return None
+        height = -seen.distance * sum(a * b for a, b in zip(seen.direction, self.normal, strict=True))
+        clear = seen.radius * ROUNDED_UP + 1e-9 * (seen.distance + self.reach_radius)
+        if height <= -clear and not self.two_sided:
+            return Simpler("mesh lies behind it", None)
+        if exactly or (self.two_sided and abs(height) < clear):
+            return None
+        part = _part(self.center, math.copysign(1.0, height) if self.two_sided else 1.0, self.normal, 1.0)
+        return as_point(seen, self.reach_radius, part, lambda s: 6.0 * s * s / (1.0 - s) ** 5)
+
+    def without(self, effect: str, point: Vector) -> tuple[Light, float]:
+        """As a spot light in its middle, or as parallel light."""
+        if effect == SIZE:
+            height = sum(n * (p - c) for n, p, c in zip(self.normal, point, self.center, strict=True))
+            return _part(self.center, -1.0 if self.two_sided and height < 0.0 else 1.0, self.normal, 1.0), 1.0
+        return placed_without(self, effect, point)
+
+
+def _part(place: Sequence[float], sign: float, normal: Vector, intensity: float) -> SpotLight:
+    x, y, z = place
+    return SpotLight((x, y, z), _times(normal, sign), 90.0, 1.0, INVERSE_SQUARE, intensity=intensity)
+
+
+def _times(vector: Vector, factor: float) -> Vector:
+    x, y, z = vector
+    return factor * x, factor * y, factor * z
+
+
+def lattice(count: int) -> Float64Array:
+    """Points evenly spread over the unit square, shape (count, 2); one is its middle."""
+    k = np.arange(count)
+    return np.stack([(k + 0.5) / count, (0.5 + k * (math.sqrt(5.0) - 1.0) / 2.0) % 1.0], axis=1)

@@ -1,0 +1,210 @@
+"""Integrals over polygons and disks: against quadrature by mpmath, over their areas, and against each other."""
+
+import math
+from itertools import pairwise
+
+import area_oracle as oracle
+import mpmath as mp
+import numpy as np
+import pytest
+
+from pvphong.optics.disks import over_disk
+from pvphong.optics.polygons import over_polygon
+from pvphong.optics.spherical import CosinePower
+
+POWERS = (0.0, 0.3, 20.0, 1e4)
+# Distance over size.
+DISTANCES = (0.3, 2.0, 1e3, 1e8)
+CASES = [(power, distance, is_cut) for power in POWERS for distance in DISTANCES for is_cut in (False, True)]
+
+
+def unit(vector):
+    return vector / np.linalg.norm(vector)
+
+
+def thrown(power, distance, is_cut):
+    """Normal, its perpendiculars, way to the middle, normal of the horizon, axis of the power."""
+    random = np.random.default_rng([int(10 * power), int(100 * distance), is_cut])
+    facing = unit(random.normal(size=3))
+    across = unit(np.cross(facing, random.normal(size=3)))
+    way = -unit(facing + 0.8 * random.normal(size=3))
+    middle = distance * (way if way @ facing < 0 else -way)
+    l, seen = unit(middle), min(1.0 / distance, 1.0)
+    cosine = random.uniform(-0.3, 0.3) * seen if is_cut else random.uniform(min(1.2 * seen, 0.9), 1.0)
+    n = cosine * l + math.sqrt(1.0 - cosine**2) * unit(np.cross(l, random.normal(size=3)))
+    spread = random.uniform(0.0, 0.9) * (seen + 1.0 / math.sqrt(power + 1.0))
+    return random, facing, across, middle, n, unit(l + spread * random.normal(size=3))
+
+
+def column(vector):
+    return np.asarray(vector, dtype=np.float64)[:, None]
+
+
+def vector_area(offsets):
+    return 0.5 * sum(np.cross(a, b) for a, b in zip(offsets, [*offsets[1:], offsets[0]], strict=True))
+
+
+def of_polygon(form, axis, n, middle, offsets):
+    size, area = max(np.linalg.norm(x) for x in offsets), np.linalg.norm(vector_area(offsets))
+    arguments = (
+        column(axis),
+        column(n),
+        column(middle),
+        [column(x) for x in offsets],
+        np.array([size]),
+        np.array([area]),
+    )
+    return float(over_polygon(form, *arguments)[0])
+
+
+def exact_of_polygon(axis, power, n, middle, offsets):
+    """Of a convex one."""
+    with mp.workdps(15 if np.linalg.norm(middle) < 10.0 else 40):
+        way = oracle.exact_vector(middle)
+        corners = [[a + b for a, b in zip(way, oracle.exact_vector(x), strict=True)] for x in offsets]
+        inward = [oracle.unit(oracle.cross(b, a)) for a, b in pairwise([*corners, corners[0]])]
+        caps = [(oracle.unit(oracle.exact_vector(n)), mp.mpf(0)), *((m, mp.mpf(0)) for m in inward)]
+        first, total = corners[0], [mp.mpf(0)] * 3
+        for b, c in pairwise(corners[1:]):
+            part = oracle.cross(oracle.minus(b, first), oracle.minus(c, first))
+            total = [x + y for x, y in zip(total, part, strict=True)]
+        area = mp.sqrt(oracle.dot(total, total)) / 2
+        return float(oracle.power_over(oracle.unit(oracle.exact_vector(axis)), power, caps) / area)
+
+
+@pytest.mark.parametrize(("power", "distance", "is_cut"), CASES)
+def test_a_power_over_a_polygon(power, distance, is_cut):
+    random, facing, across, middle, n, w = thrown(power, distance, is_cut)
+    turns = np.sort(random.uniform(0, 2 * math.pi, 5))
+    offsets = [math.cos(t) * across + math.sin(t) * np.cross(facing, across) for t in turns]
+    offsets = [x - np.mean(offsets, axis=0) for x in offsets]
+    exact = exact_of_polygon(w, power, n, middle, offsets) * distance**2
+    got = of_polygon(CosinePower("mirror", power), w, n, middle, offsets) * distance**2
+    off = 1e-9 + is_cut * 1e-15 * distance  # where the horizon is on it is known to a rounding of n·p
+    assert got == pytest.approx(exact, abs=off * max(1.0, distance))
+    assert of_polygon(CosinePower("mirror", power), w, n, middle, offsets[::-1]) == pytest.approx(got / distance**2)
+
+
+@pytest.mark.parametrize("is_cut", [False, True])
+@pytest.mark.parametrize("distance", DISTANCES)
+def test_lamberts_cosine_over_a_polygon(distance, is_cut):
+    _, facing, across, middle, n, _ = thrown(1.0, distance, is_cut)
+    other = np.cross(facing, across)
+    offsets = [0.4 * across + 0.3 * other, -0.4 * across + 0.3 * other, -0.4 * across - 0.3 * other]
+    exact = exact_of_polygon(n, 1.0, n, middle, offsets)
+    got = of_polygon(CosinePower("normal", 1.0), n, n, middle, offsets)
+    assert got == pytest.approx(exact, rel=1e-9 + is_cut * 1e-14 * distance)
+
+
+def test_arc_cosines_and_unit_vectors_lose_it_far_away():
+    """Lambert's formula as textbooks have it, for a square a hundred million times as far away as it is large."""
+    corners = np.array([[-0.5, -0.5, 1e8], [-0.5, 0.5, 1e8], [0.5, 0.5, 1e8], [0.5, -0.5, 1e8]])
+    n, middle = np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, 1e8])
+    units = [unit(corner) for corner in corners]
+    with np.errstate(invalid="ignore"):
+        textbook = 0.5 * sum(
+            math.acos(min(a @ b, 1.0)) * (unit(np.cross(a, b)) @ n) for a, b in pairwise([*units, units[0]])
+        )
+    got = of_polygon(CosinePower("normal", 1.0), n, n, middle, list(corners - middle))
+    assert got == pytest.approx(1e-16, rel=1e-14)
+    assert not 0.5e-16 < abs(textbook) < 2e-16
+
+
+@pytest.mark.parametrize("power", [0.0, 0.7, 30.0, 1e4])
+@pytest.mark.parametrize("cosine", [0.9, 0.1, -0.3])
+def test_a_polygon_with_a_bay_is_its_parts(power, cosine):
+    """An arrow of two triangles, one corner pointing inwards, also where the horizon cuts it into two."""
+    tip, left, bay, right = (np.array(x, float) for x in ([0, 1, 0], [-1, -1, 0], [0, -0.2, 0], [1, -1, 0]))
+    middle, n = np.array([0.2, 0.1, -0.9]), np.array([0.1, math.sqrt(1 - cosine**2), -cosine])
+    n, w = unit(n), unit(np.array([0.3, 0.3, -1.0]))
+    for form in (CosinePower("mirror", power), CosinePower("normal", 1.0)):
+        axis = w if form.around == "mirror" else n
+        halves = [[tip, left, bay], [tip, bay, right]]
+        sums = [of_polygon(form, axis, n, middle, x) * np.linalg.norm(vector_area(x)) for x in halves]
+        arrow = [tip, left, bay, right]
+        got = of_polygon(form, axis, n, middle, arrow) * np.linalg.norm(vector_area(arrow))
+        assert got == pytest.approx(sum(sums), rel=1e-9, abs=1e-12)
+
+
+def test_repeated_and_collinear_corners_change_nothing():
+    square = [np.array(x, float) for x in ([-1, -1, 0], [-1, 1, 0], [1, 1, 0], [1, -1, 0])]
+    more = [square[0], square[0], square[1], np.array([0.0, 1, 0]), np.array([1e-14, 1, 0]), *square[2:]]
+    middle, w = np.array([0.3, 0.2, -1.5]), unit(np.array([0.1, 0.0, -1.0]))
+    for n in (np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])):
+        for form in (CosinePower("normal", 1.0), CosinePower("mirror", 50.0)):
+            axis = w if form.around == "mirror" else n
+            a, b = (of_polygon(form, axis, n, middle, x) for x in (square, more))
+            assert b == pytest.approx(a, rel=1e-12)
+
+
+def test_a_corner_or_a_side_on_the_horizon_is_no_special_case():
+    square = [np.array(x, float) for x in ([-1, -1, 0], [-1, 1, 0], [1, 1, 0], [1, -1, 0])]
+    middle, w = np.array([0.0, 0.0, -2.0]), unit(np.array([0.2, 0.1, -1.0]))
+    for through in (np.array([1.0, 1.0, -2.0]), np.array([1.0, 0.0, -2.0])):
+        n = unit(np.cross(through, np.array([-1.0, 1.0, 0.0]) if through[1] else np.array([0.0, 1.0, 0.0])))
+        for form in (CosinePower("normal", 1.0), CosinePower("mirror", 7.0)):
+            axis = w if form.around == "mirror" else n
+            at, *beside = (
+                of_polygon(form, axis if form.around == "mirror" else m, m, middle, square)
+                for m in (n, unit(n + 1e-12 * w), unit(n - 1e-12 * w))
+            )
+            assert beside == pytest.approx([at, at], abs=1e-11)
+
+
+def test_an_axis_on_a_side_or_a_corner_is_no_special_case():
+    square = [np.array(x, float) for x in ([-1, -1, 0], [-1, 1, 0], [1, 1, 0], [1, -1, 0])]
+    middle, n = np.array([0.0, 0.0, -2.0]), np.array([0.0, 0.0, -1.0])
+    for target in ([1.0, 1.0, -2.0], [1.0, 0.3, -2.0]):
+        for power in (1.0, 80.0):
+            exact = exact_of_polygon(unit(np.array(target)), power, n, middle, square[::-1])
+            for shift in (0.0, 1e-15, -1e-15):
+                w = unit(np.array(target) + shift)
+                got = of_polygon(CosinePower("mirror", power), w, n, middle, square)
+                assert got == pytest.approx(exact, abs=1e-12)
+
+
+def on_disk(form, axis, n, middle, facing, radius=1.0):
+    arguments = column(axis), column(n), column(middle), column(facing), np.array([radius])
+    return float(over_disk(form, *arguments)[0])
+
+
+def by_area(form, axis, middle, facing, across):
+    """Nodes over the disk's area, exact where nothing of it is cut off and no lobe is narrow."""
+    nodes, weights = np.polynomial.legendre.leggauss(80)
+    r, around = (nodes + 1) / 2, np.arange(256) * 2 * math.pi / 256
+    far, turn = np.meshgrid(r, around, indexing="ij")
+    other = np.cross(facing, across)
+    x = middle + far[..., None] * (np.cos(turn)[..., None] * across + np.sin(turn)[..., None] * other)
+    distance = np.linalg.norm(x, axis=-1)
+    values = np.maximum(x @ axis / distance, 0) ** form.power * np.abs(x @ facing) / distance**3
+    return float((weights / 2 * r) @ values.sum(axis=1) * 2 * math.pi / 256 / math.pi)
+
+
+def polygon_of_the_same_area(form, axis, n, middle, facing, across, count):
+    other, angle = np.cross(facing, across), 2 * math.pi / count
+    size = math.sqrt(angle / math.sin(angle))
+    corners = [size * (math.cos(k * angle) * across + math.sin(k * angle) * other) for k in range(count)]
+    return of_polygon(form, axis, n, middle, corners)
+
+
+@pytest.mark.parametrize(("power", "distance", "is_cut"), [(1.0, d, c) for _, d, c in CASES[:8]] + CASES)
+@pytest.mark.parametrize("around", ["normal", "mirror"])
+def test_a_power_over_a_disk(power, distance, is_cut, around):
+    if around == "normal" and power != 1.0:
+        return
+    _, facing, across, middle, n, w = thrown(power, distance, is_cut)
+    form, axis = CosinePower(around, power), n if around == "normal" else w
+    got = on_disk(form, axis, n, middle, facing) * distance**2
+    assert on_disk(form, axis, n, middle, -facing) * distance**2 == pytest.approx(got, abs=1e-13)
+    if not is_cut and distance >= 1.0 and power in {0.0, 1.0}:
+        assert got == pytest.approx(by_area(form, axis, middle, facing, across) * distance**2, rel=1e-9)
+    coarse, fine = (polygon_of_the_same_area(form, axis, n, middle, facing, across, m) for m in (150, 300))
+    off = abs(fine - coarse) * distance**2
+    assert got == pytest.approx(fine * distance**2, abs=max(3 * off, 1e-9) + is_cut * 1e-14 * distance)
+
+
+def test_a_disk_overhead_and_one_seen_from_its_middle():
+    up = np.array([0.0, 0.0, 1.0])
+    for height in (1e-3, 0.5, 3.0, 1e6):
+        lit = on_disk(CosinePower("normal", 1.0), up, up, height * up, up)
+        assert lit == pytest.approx(1.0 / (1.0 + height**2), rel=1e-13)
