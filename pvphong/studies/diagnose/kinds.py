@@ -40,7 +40,8 @@ def _note(where: Where, meaning: str, remedy: str) -> Kind:
 KINDS: dict[str, Kind] = {
     "invalid_cells": _spoils(
         "cells",
-        "with an index that no point has, with too few points for their type, or of the type convex point set",
+        "with an index that no point has, with too few points for their type, of a type that VTK has not, or of the "
+        "type convex point set",
         "Repair the file or the code that made them, and make tetrahedra of point sets: VTK would crash, so pvphong "
         "refuses the mesh.",
     ),
