@@ -16,7 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from pvphong.meshes import legacy, ply
+from pvphong.meshes import legacy, ply, xml_arrays
 
 Bytes = Any
 """A file's contents as a `mmap.mmap`, of which slices are bytes."""
@@ -40,6 +40,7 @@ def refuse_parts(path: Path) -> None:
 def _xml(contents: Bytes) -> None:
     if b"</VTKFile>" not in contents[-_LAST:]:
         raise ValueError("It is cut short: the end tag </VTKFile> is missing.")
+    xml_arrays.refuse_short(contents)
 
 
 def _xml_grid(contents: Bytes) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from fuzzing import write_formats
+from vtkmodules import vtkIOXML
 
 from pvphong.meshes.whole import refuse_parts
 
@@ -137,3 +138,57 @@ def test_a_grid_whose_pieces_do_not_fill_it_is_refused(folder, tmp_path, name, e
         path.write_text(contents.replace(f'{which}="0 3 0 2 0 2"', f'{which}="{extent}"'), encoding="latin-1")
         with pytest.raises(ValueError, match="WholeExtent"):
             refuse_parts(path)
+
+
+def written(mesh, path, *, mode, compressor, header):
+    kind = {".vtp": "PolyData", ".vtu": "UnstructuredGrid", ".vti": "ImageData"}[path.suffix]
+    writer = getattr(vtkIOXML, f"vtkXML{kind}Writer")()
+    writer.SetInputData(mesh)
+    writer.SetFileName(str(path))
+    getattr(writer, f"SetDataModeTo{mode}")()
+    getattr(writer, f"SetCompressorTypeTo{compressor}")()
+    getattr(writer, f"SetHeaderTypeTo{header}")()
+    writer.EncodeAppendedDataOff()
+    assert writer.Write()
+
+
+@pytest.mark.parametrize("header", ["UInt32", "UInt64"])
+@pytest.mark.parametrize("compressor", ["None", "ZLib", "LZ4"])
+@pytest.mark.parametrize("mode", ["Binary", "Appended", "Ascii"])
+def test_xml_files_of_every_layout_pass(tmp_path, mode, compressor, header):
+    empty = pv.Sphere()
+    empty["none"] = np.zeros((empty.n_points, 3), bool)
+    grid = pv.ImageData(dimensions=(20, 20, 20))
+    grid["v"] = np.arange(8000.0)
+    for mesh, suffix in (
+        (empty, ".vtp"),
+        (grid, ".vti"),
+        (grid.cast_to_unstructured_grid(), ".vtu"),
+        (pv.PolyData(), ".vtp"),
+    ):
+        path = tmp_path / f"layout{suffix}"
+        written(mesh, path, mode=mode, compressor=compressor, header=header)
+        refuse_parts(path)
+
+
+@pytest.mark.parametrize("compressor", ["None", "ZLib"])
+def test_an_array_with_fewer_bytes_than_it_says_is_refused(tmp_path, compressor):
+    """VTK's reader would leave the rest as it was in memory."""
+    path = tmp_path / "short.vtp"
+    written(pv.Sphere(), path, mode="Binary", compressor=compressor, header="UInt32")
+    whole = path.read_bytes()
+    refuse_parts(path)
+    start = whole.index(b'"Points"')
+    middle = start + 3000
+    for damage in (whole[:middle] + whole[middle + 2 :], whole[:middle] + b"=" + whole[middle + 1 :]):
+        path.write_bytes(damage)
+        with pytest.raises(ValueError, match="fewer bytes than it says"):
+            refuse_parts(path)
+
+
+def test_appended_data_with_a_place_beyond_its_end_are_refused(tmp_path):
+    path = tmp_path / "appended.vtp"
+    written(pv.Sphere(), path, mode="Appended", compressor="ZLib", header="UInt32")
+    path.write_bytes(path.read_bytes().replace(b'offset="0"', b'offset="99999"', 1))
+    with pytest.raises(ValueError, match="fewer bytes than it says"):
+        refuse_parts(path)
