@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import re
+import threading
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -26,6 +27,7 @@ BLOCK_FORMATS = (".vtm", ".vtmb", ".vtkhdf")
 """What a lit MultiBlock can be saved as."""
 
 _WITH_FOLDER = (".vtm", ".vtmb")
+_alone = threading.RLock()
 
 _READABLE = "a mesh file that PyVista can read (.vtp, .vtu, .vtk, .ply, .stl, .obj, .vtm and many more)"
 
@@ -178,7 +180,15 @@ def _clear_old_blocks(target: Path) -> None:
 
 @contextmanager
 def _heard(complaints: list[str]) -> Iterator[None]:
-    """Collects VTK's errors, and PyVista's warnings of such errors, instead of letting them be printed."""
+    """Collects VTK's errors, and PyVista's warnings of such errors, instead of letting them be printed.
+
+    One thread at a time: what is changed for that, and put back, is the whole process's.
+    """
+    with _alone:
+        yield from _listened(complaints)
+
+
+def _listened(complaints: list[str]) -> Iterator[None]:
     logged = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
     try:

@@ -15,7 +15,7 @@ _FILE = re.compile(rb"<VTKFile\b[^>]*>")
 _ARRAY = re.compile(rb"<(?:Data)?Array\b[^>]*>")
 _APPENDED = re.compile(rb"<AppendedData\b[^>]*>\s*_")
 _BEGINNING = 4096
-_SPACE = re.compile(rb"\s+")
+_SPACE = b" \t\r\n"
 
 
 def refuse_short(contents: Any) -> None:
@@ -31,7 +31,7 @@ def refuse_short(contents: Any) -> None:
         kind = _attribute(found[0], b"format")
         if kind == b"binary":
             text = contents[found.end() : contents.find(b"<", found.end())]
-            _refuse(_Encoded(_SPACE.sub(b"", text)), order, width, compressed)
+            _refuse(_Encoded(text.translate(None, _SPACE)), order, width, compressed)
         elif kind == b"appended" and appended is not None and b"raw" in appended[0]:
             offset = _attribute(found[0], b"offset")
             if not offset.isdigit():

@@ -1,5 +1,8 @@
+import logging
 import os
+import warnings
 from collections import namedtuple
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -202,3 +205,16 @@ def test_a_table_is_no_mesh(monkeypatch):
     monkeypatch.setattr(mesh_files.pv, "read", lambda _path: pv.Table(np.zeros((2, 2))))
     with pytest.raises(ValueError, match=r"^mesh must be a dataset or a MultiBlock; got a Table in table\.vtt"):
         read_mesh("table.vtt")
+
+
+def test_threads_that_read_and_write_at_once_leave_logging_and_warnings_as_they_were(lit):
+    before = logging.root.manager.disable, list(warnings.filters)
+
+    def work(number):
+        save(lit, f"{number}.vtp")
+        return read_mesh(f"{number}.vtp") == lit
+
+    with ThreadPoolExecutor(20) as threads:
+        assert all(threads.map(work, range(100)))
+    assert (logging.root.manager.disable, list(warnings.filters)) == before
+    assert names() == sorted(f"{number}.vtp" for number in range(100))
