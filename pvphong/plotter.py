@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from types import MappingProxyType
 from typing import Any
@@ -334,6 +334,8 @@ class PlotterPhong:
             If an argument is not allowed.
         """
         pane = self._pane
+        if isinstance(lights, str) or not isinstance(lights, Iterable | None):
+            check.refuse("lights", lights, "a sequence of lights, or None for all", "Put a single light into a list.")
         only = None if lights is None else [pane.rig.find(which) for which in lights]
         options = Options(
             check.flag("in_screenshots", in_screenshots),

@@ -214,6 +214,7 @@ import json, sys
 import pyvista
 before = set(sys.modules)
 import pvphong
+pvphong.evaluate
 print(json.dumps(sorted(set(sys.modules) - before)))
 """
 

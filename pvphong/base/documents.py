@@ -1,14 +1,35 @@
-"""Values from JSON, where an error says at which place of the file it is."""
+"""JSON files, and values from them, where an error says at which place of the file it is."""
 
 from __future__ import annotations
 
+import json
+import os
 from collections.abc import Mapping
 from dataclasses import fields
+from pathlib import Path
 from typing import Any, TypeVar
 
 from pvphong.base import check
 
 Kind = TypeVar("Kind")
+
+
+def read(path: str | os.PathLike[str], what: str) -> Any:
+    """What a JSON file holds.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be read, or is not JSON; `what` says what it should have been.
+    """
+    try:
+        return json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ValueError(f"path must be {what} that can be read; got {os.fspath(path)} ({error}).") from error
+    except ValueError as error:  # not UTF-8, or not JSON
+        raise ValueError(f"path must be {what} in JSON; got {os.fspath(path)} ({error}).") from error
+    except RecursionError:
+        check.refuse("path", Path(path), f"{what} in JSON", "It is nested too deeply.")
 
 
 def entries(place: str, given: Any) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pvphong.base.limits import reading
 from pvphong.cli.inputs import single_meshes
 from pvphong.cli.options import Verbose
 from pvphong.cli.telling import tell
@@ -17,6 +18,7 @@ def diagnose(mesh: str, /, *, verbose: Verbose = False) -> int:
     mesh
         A file of any format that PyVista reads.
     """
-    named = {block: diagnose_mesh(single) for block, single in single_meshes(read_mesh(mesh))}
+    with reading(mesh):
+        named = {block: diagnose_mesh(single) for block, single in single_meshes(read_mesh(mesh))}
     tell(named.items(), verbose)
     return 0 if named and all(diagnosis.ok for diagnosis in named.values()) else 1

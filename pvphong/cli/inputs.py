@@ -10,6 +10,7 @@ from typing import Any
 
 import pyvista as pv
 
+from pvphong.base.limits import reading
 from pvphong.meshes.blocks import datasets, map_blocks
 from pvphong.meshes.default_scene import default_scene, scene_for
 from pvphong.meshes.files import read_mesh
@@ -26,11 +27,10 @@ NOTHING = "nothing to light: no block of the file holds a mesh"
 def surface_and_scene(path: str, rig: Path | None, size: tuple[int, int]) -> tuple[Any, Scene]:
     """What is lit of a mesh file, and the scene: the rig's, or one made for a picture of this size."""
     given = None if rig is None else Scene.load(rig)
-    mesh, aspect = read_mesh(path), size[0] / size[1]
-    outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
-    if given is None:
-        return outside, default_scene(outside, aspect)
-    return outside, scene_for(outside, given)
+    with reading(path):
+        mesh = read_mesh(path)
+        outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
+    return outside, default_scene(outside, size[0] / size[1]) if given is None else scene_for(outside, given)
 
 
 def seeing(scene: Scene, mesh: Any, size: tuple[int, int]) -> Scene:

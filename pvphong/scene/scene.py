@@ -11,7 +11,6 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any, Self
 
 from pvphong.base import check, documents, host
@@ -203,17 +202,15 @@ def load_materials(path: str | os.PathLike[str]) -> dict[str, Material]:
 
 def _document(path: str | os.PathLike[str]) -> dict[str, Any]:
     """What is in a scene file, of which format, version and keys are known to be right."""
-    try:
-        document = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ValueError(f"path must be a scene file that can be read; got {path} ({error}).") from error
-    except ValueError as error:  # not UTF-8, or not JSON
-        raise ValueError(f"path must be a scene file in JSON; got {path} ({error}).") from error
+    document = documents.read(path, "a scene file")
     if not isinstance(document, dict) or document.get("format") != _FORMAT:
         check.refuse("format", document, f'a JSON object with "format": "{_FORMAT}"', "Scene.save writes one.")
-    if document.get("version") not in _VERSIONS:
-        remedy = "A newer pvphong may have written it."
-        check.refuse("version", document.get("version"), " or ".join(map(str, _VERSIONS)), remedy)
+    version = document.get("version")
+    if type(version) is not int or version not in _VERSIONS:
+        remedy = (
+            "A newer pvphong may have written it." if isinstance(version, int) else "It is a number, without quotes."
+        )
+        check.refuse("version", json.dumps(version), " or ".join(map(str, _VERSIONS)), remedy)
     documents.check_keys("scene", document, {"format", "version", "materials", *(f.name for f in fields(Scene))})
     return document
 

@@ -104,6 +104,11 @@ class LiveMesh:
         self._colors.Modified()
         return True
 
+    def blank(self) -> None:
+        """Draw nothing, until it can be refreshed again: an index that no point has would end the process."""
+        self.drawn.Initialize()
+        self._geometry = self._drawn_for = None
+
     @property
     def material(self) -> Material:
         """The surface's material; setting it sets that of all meshes that share it."""

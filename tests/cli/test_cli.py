@@ -12,7 +12,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong import cli
+from pvphong.cli.app import main
 from pvphong.cli.demo import PLASTIC, SCENE
 from pvphong.meshes.default_scene import default_scene
 
@@ -39,7 +39,7 @@ BEYOND = pv.PolyData(np.eye(3), faces=[3, 0, 1, 9])
 
 
 def run(words):
-    return cli.main(words.split())
+    return main(words.split())
 
 
 def in_a_process(words, **environment):

@@ -84,6 +84,24 @@ def test_a_grids_cells_are_checked_each_time():
         refuse_invalid(grid)
 
 
+def test_cells_of_a_type_that_vtk_has_not_are_refused():
+    grid = pv.ImageData(dimensions=(3, 2, 2)).cast_to_unstructured_grid()
+    kinds = grid.celltypes.copy()
+    kinds[1] = 255
+    grid.SetCells(pv.convert_array(kinds), grid.GetCells())
+    assert cells_module.invalid_cells(grid).tolist() == [1]
+    with pytest.raises(ValueError, match=r"^mesh must be .*; got cell 1 of type 255"):
+        refuse_invalid(grid)
+
+
+def test_coordinates_that_do_not_fit_the_dimensions_are_refused():
+    grid = pv.RectilinearGrid([0.0, 1.0], [0.0, 1.0, 2.0], [0.0, 1.0])
+    refuse_invalid(grid)
+    grid.GetYCoordinates().SetNumberOfTuples(2)
+    with pytest.raises(ValueError, match=r"got \(2, 2, 2\) coordinates in dimensions \(2, 3, 2\)"):
+        refuse_invalid(grid)
+
+
 @pytest.mark.parametrize("at", range(1, 8))
 def test_offsets_that_fall_are_refused_wherever_it_is(at, monkeypatch):
     monkeypatch.setattr(cells_module, "_AT_ONCE", 3)

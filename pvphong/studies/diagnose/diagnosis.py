@@ -24,6 +24,7 @@ from pvphong.studies.diagnose.checks import (
     repeated_faces,
 )
 from pvphong.studies.diagnose.report import Diagnosis, Finding
+from pvphong.studies.diagnose.shells import inside_out_faces
 
 __all__ = ["Diagnosis", "Finding", "diagnose"]
 
@@ -108,6 +109,7 @@ def _of_faces(points: FloatArray, faces: Faces, numbers: IntArray) -> dict[str, 
         "duplicate_faces": numbers[repeated],
         "non_manifold_edges": non_manifold,
         "inconsistent_edges": inconsistent,
+        "inside_out_faces": numbers[inside_out_faces(points, faces)],
         "offset": offset_to_origin(points) if len(checks.far) and checks.one_offset_helps else None,
     }
 

@@ -21,7 +21,14 @@ if TYPE_CHECKING:
 _LINES = 5  # of a printed diagnosis
 _SHOWN = 6  # indices that a report lists of each finding
 # Harmless where normals are stored.
-_OF_COMPUTED_NORMALS = ("unlit_points", "duplicate_faces", "degenerate_faces", "far_faces", "inconsistent_edges")
+_OF_COMPUTED_NORMALS = (
+    "unlit_points",
+    "duplicate_faces",
+    "degenerate_faces",
+    "far_faces",
+    "inconsistent_edges",
+    "inside_out_faces",
+)
 
 
 @dataclass(frozen=True)
@@ -92,6 +99,9 @@ class Diagnosis:
         only because they lie far from the origin.
     inconsistent_edges : ndarray
         (m, 2) points of the edges whose two faces have opposite fronts; duplicate faces are left out.
+    inside_out_faces : ndarray
+        Faces of closed parts whose signed volume is negative, but for the walls of cavities within other parts: their
+        fronts look inwards. It spoils nothing where normals are stored.
     singular_matrix : bool
         The matrix flattens space: its determinant is zero.
     non_manifold_edges : ndarray
@@ -131,6 +141,7 @@ class Diagnosis:
     duplicate_faces: IntArray
     far_faces: IntArray
     inconsistent_edges: IntArray
+    inside_out_faces: IntArray
     singular_matrix: bool
     non_manifold_edges: IntArray
     thin_faces: IntArray

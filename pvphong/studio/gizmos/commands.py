@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from typing import Any, NamedTuple
 
@@ -69,8 +69,13 @@ OURS = frozenset(key for command in COMMANDS for key in command.keys) | {"Return
 
 def check_keys(keys: Keys) -> Keys:
     """Raise ValueError for a key that has a meaning already, or has none."""
-    for key, (what, action) in keys.items():
-        if key in TAKEN | OURS:
+    if not isinstance(keys, Mapping):
+        check.refuse("keys", keys, "a mapping: key → (what the help says, function without arguments)")
+    for key, entry in keys.items():
+        if not isinstance(entry, tuple) or len(entry) != 2:
+            check.refuse(f"keys[{key!r}]", entry, "what the help says, and a function without arguments")
+        what, action = entry
+        if check.text("keys", key) in TAKEN | OURS:
             check.refuse("keys", key, "keys that are free", "x, d, 4 and 9 are, for example.")
         check.text(f"keys[{key!r}][0]", what)
         if not callable(action):

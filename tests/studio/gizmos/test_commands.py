@@ -195,9 +195,18 @@ def test_more_keys_can_be_added(plotter, mouse):
         ({"m": ("mine", print)}, r"^keys must be keys that are free; got m"),
         ({"d": ("save", None)}, r"^keys\['d'\]\[1\] must be a function without arguments; got None"),
         ({"d": (7, print)}, r"^keys\['d'\]\[0\] must be a string; got 7"),
+        ({"d": 1}, r"^keys\['d'\] must be what the help says, and a function without arguments; got 1"),
+        ({1: ("one", print)}, r"^keys must be a string; got 1"),
+        (5, r"^keys must be a mapping"),
     ],
 )
 def test_keys_that_cannot_be_added(plotter, keys, message):
     with pytest.raises(ValueError, match=message):
         plotter.phong.add_gizmos(keys=keys)
+
+
+@pytest.mark.parametrize("lights", [5, "sun"])
+def test_lights_that_are_no_sequence(plotter, lights):
+    with pytest.raises(ValueError, match=r"^lights must be a sequence of lights, or None for all"):
+        plotter.phong.add_gizmos(lights)
     assert len(plotter.phong.gizmos) == len(LIGHTS)
