@@ -67,14 +67,15 @@ class Material:
 
     @classmethod
     def named(cls, name: str) -> Self:
-        """One of the classic materials of OpenGL teaching, such as "gold" or "red plastic".
+        """One of the classic materials of OpenGL teaching, such as "gold" or "red plastic"; capitals do not count.
 
         Raises
         ------
         ValueError
             If there is no such material; the message lists all, and suggests close matches.
         """
-        ambient, diffuse, specular, shine = NAMED[check.choice("name", name, NAMED)]
+        known = check.choice("name", name.lower() if isinstance(name, str) else name, NAMED)
+        ambient, diffuse, specular, shine = NAMED[known]
         return cls(ambient=ambient, diffuse=diffuse, specular=specular, shininess=shine * 128.0)
 
     @staticmethod
@@ -175,5 +176,6 @@ def check_material(given: Any) -> None:
 def _remedy(given: Any) -> str:
     """What gives a material, from what was taken for one."""
     if isinstance(given, str):
-        return f"Material.named({given!r})." if given in NAMED else "Material.named knows those in Material.names()."
+        is_one = given.lower() in NAMED
+        return f"Material.named({given!r})." if is_one else "Material.named knows those in Material.names()."
     return "Material.from_property makes one of a pyvista.Property."
