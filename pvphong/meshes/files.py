@@ -19,6 +19,7 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.base.files import written_aside
+from pvphong.scene.scene import is_scene_file
 
 MESH_FORMATS = (".vtp", ".vtk", ".vtkhdf", ".ply")
 """What a lit mesh can be saved as. PyVista's other formats (.stl, .obj, …) have no room for its colours."""
@@ -41,6 +42,8 @@ sys.exit(not writer.Write())
 
 _READABLE = "a mesh file that PyVista can read (.vtp, .vtu, .vtk, .ply, .stl, .obj, .vtm and many more)"
 
+_SCENE = "It is a scene file: use it with --scene."
+
 
 def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
     """The mesh in a file of any format that PyVista reads.
@@ -51,6 +54,8 @@ def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
         If the file is not there, cannot be read to its end, or holds no mesh. A file that VTK's readers
         complain about is refused, because what they make of it is often only its first part.
     """
+    if not Path(path).exists():
+        check.refuse("mesh", Path(path), "a file that exists", _nearest_file(Path(path)))
     complaints: list[str] = []
     mesh = None
     with _heard(complaints):
@@ -59,16 +64,25 @@ def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
         except Exception as error:  # readers, VTK's and others', raise what they like
             complaints.insert(0, str(error))
     if complaints:
-        check.refuse("mesh", Path(path), _READABLE, _first_line(complaints))
+        check.refuse("mesh", Path(path), _READABLE, _SCENE if _is_scene(path) else _first_line(complaints))
     if not isinstance(mesh, (pv.DataSet, pv.MultiBlock)):
         check.refuse("mesh", f"a {type(mesh).__name__} in {path}", "a dataset or a MultiBlock")
     return mesh
 
 
+def _nearest_file(path: Path) -> str:
+    """The remedy for a file that is not there."""
+    if not path.parent.is_dir():
+        return f"There is no folder {path.parent}."
+    return check.meant(path.name, [each.name for each in path.parent.iterdir()])
+
+
+def _is_scene(path: str) -> bool:
+    return Path(path).suffix.lower() == ".json" and is_scene_file(path)
+
+
 def _read_ply(path: str) -> pv.DataSet:
     """A .ply file by way of a child process, because VTK's reader dies of most that are damaged or cut short."""
-    if not Path(path).is_file():
-        raise FileNotFoundError(f"File ({path}) not found")
     with tempfile.TemporaryDirectory() as folder:
         copy = str(Path(folder, "mesh.vtp"))
         child = subprocess.run([sys.executable, "-c", _PLY_TO_VTP, path, copy], capture_output=True, check=False)
@@ -115,7 +129,9 @@ def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str) -> None:
 def refuse_suffix(path: Path, what: str, allowed: tuple[str, ...]) -> None:
     """Raise ``ValueError`` for a path whose suffix is not among those that hold the colours of `what`."""
     if path.suffix.lower() not in allowed:
-        check.refuse("output", path, f"a file that holds the colours of {what}: one of " + ", ".join(allowed))
+        *others, last = allowed
+        listed = ", ".join([*others, f"or {last} for a picture" if others and last == ".png" else last])
+        check.refuse("output", path, f"a file that holds the colours of {what}: one of {listed}")
 
 
 def eight_bit(colors: Any) -> np.ndarray[Any, np.dtype[np.uint8]]:

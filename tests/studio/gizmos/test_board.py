@@ -482,6 +482,7 @@ def test_the_next_light_is_one_with_handles(new_mouse):
     for _ in range(4):
         mouse.key("n")
         selected += [each.light.name for each in mouse.plotter.phong.gizmos if each.is_selected] or [None]
+        assert ("no light selected" in said(mouse.plotter)) == (selected[-1] is None)
     assert selected == ["lamp", "spot", None, "lamp"]
 
 
