@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, Self
 
 from pvphong.base import check, documents
+from pvphong.base.signature import InitSignature
 from pvphong.base.types import ColorLike, rgb
 from pvphong.optics.named_materials import NAMED
 from pvphong.optics.reflectance import Reflectance
@@ -47,6 +48,8 @@ class Material:
     shininess: float = 0.0
     emission: ColorLike = 0.0
     reflectance: Reflectance | None = None
+
+    __signature__ = InitSignature()
 
     def __new__(cls, *given: Any, **_fields: Any) -> Self:
         """Refuse what is given without a field's name: `Material("gold")` would be one of golden ambient light."""
