@@ -35,6 +35,7 @@ from pvphong.shading.kernel import (
     powers,
     prefetch,
     rows,
+    sides,
     sunlight,
     toolkit,
     vectors,
@@ -45,7 +46,22 @@ from pvphong.shading.kernel.records import SETTINGS, TERM
 from pvphong.shading.kernel.store import Store, digest
 
 _SOURCES = (
-    *(ranges, rows, arithmetic, pointers, vectors, loading, ways, powers, caps, adding, colors, prefetch, sunlight),
+    *(
+        ranges,
+        rows,
+        arithmetic,
+        pointers,
+        vectors,
+        loading,
+        ways,
+        powers,
+        caps,
+        sides,
+        adding,
+        colors,
+        prefetch,
+        sunlight,
+    ),
     *(toolkit, driver, extremes),
 )
 
