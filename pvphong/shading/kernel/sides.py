@@ -3,7 +3,7 @@
 In float32. `shape` holds the polygon in float64: its axis (3), whether its back glows, 1/area, its size, how many
 corners and how many nodes there are; then corners' offsets from the middle, nodes' offsets, and nodes' weights, 1 in
 sum. Sides are cut off at the horizon for Lambert's cosine. Where the lobe of a power reaches a polygon that the horizon
-cuts, vertices are declined, and where one is cut that is small.
+cuts, vertices are declined, and where one is small or thin that is to be summed along its sides.
 """
 
 from __future__ import annotations
@@ -35,7 +35,10 @@ _PLACES, _SHARES = tuple(_F(x) for x in _NODES), tuple(_F(x) for x in _WEIGHTS)
 _SINE = tuple(_F(c) for c in (-0.00019503904, 0.0083320355, -0.16666651, 1.0))
 
 # Size over distance below which Lambert's cosine is taken at nodes.
-_SMALL = _F(0.1)
+_SMALL = _F(0.15)
+
+# Area over size and distance below which the sum along sides loses too much.
+_THIN = _F(0.15)
 
 # Where a stage's own rows begin: h of the plane, w (3), whether the lobe reaches the light, the sum.
 _BEHIND, _WX, _WY, _WZ, _REACH, _SUM, _LEAST, _MOST = (at.OWN + k * BLOCK for k in range(8))
@@ -131,7 +134,7 @@ def polygon_cosine(rows: Any, shape: Any, target: int) -> bool:
             a, b, c = _offset(rows, shape, (k + corners - 1) % corners)
             x, y, z = _offset(rows, shape, k)
             if is_cut:
-                _add_cut_side(rows, a, b, c, x - a, y - b, z - c)
+                _add_cut_side(rows, shape, a, b, c, x - a, y - b, z - c)
             else:
                 _add_side(rows, a, b, c, x - a, y - b, z - c)
     if any_small:
@@ -139,8 +142,11 @@ def polygon_cosine(rows: Any, shape: Any, target: int) -> bool:
     per_area = like(rows, shape[_PER_AREA])
     for i in range(BLOCK):
         distance = rows[at.STRENGTH + i]
-        summed = _HALF * abs(rows[_SUM + i]) * per_area * (distance * distance)
         is_small = (size < _SMALL * distance) & (rows[_LEAST + i] >= _ZERO)
+        is_lost = (rows[_BEHIND + i] != _ZERO) & (not is_small) & (_THIN * distance * size * per_area > _ONE)
+        rows[at.DECLINED + i] = _ONE if is_lost else rows[at.DECLINED + i]
+        good = good & (not is_lost)
+        summed = _HALF * abs(rows[_SUM + i]) * per_area * (distance * distance)
         found = rows[target + i] if any_small & is_small else summed
         rows[target + i] = found if rows[_BEHIND + i] != _ZERO else _ZERO
     return good
@@ -155,12 +161,14 @@ def _add_side(rows: Any, a: Any, b: Any, c: Any, x: Any, y: Any, z: Any) -> None
 
 
 @plain
-def _add_cut_side(rows: Any, a: Any, b: Any, c: Any, x: Any, y: Any, z: Any) -> None:
+def _add_cut_side(rows: Any, shape: Any, a: Any, b: Any, c: Any, x: Any, y: Any, z: Any) -> None:
     """What of a side is above the horizon; where it crosses that, its share of the way back along it.
 
-    That is the angle around n from the way to the middle, along the horizon: the light is within 90° of it.
+    That is the angle around n from the way to the polygon's plane, along the horizon: the light is within 90° of it.
     """
+    ax, ay, az = like(rows, shape[_AXIS]), like(rows, shape[_AXIS + 1]), like(rows, shape[_AXIS + 2])
     for i in range(BLOCK):
+        sign = _ONE if rows[_BEHIND + i] > _ZERO else -_ONE
         nx, ny, nz = _normal(rows, i)
         dx, dy, dz = rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i]
         px, py, pz = dx + a, dy + b, dz + c
@@ -174,8 +182,8 @@ def _add_cut_side(rows: Any, a: Any, b: Any, c: Any, x: Any, y: Any, z: Any) -> 
         seen = _lambert_of(sx, sy, sz, part * x, part * y, part * z, nx, ny, nz)
         # the crossing, across n: towards the middle, and sideways
         qx, qy, qz = multiply_add(cross, x, px), multiply_add(cross, y, py), multiply_add(cross, z, pz)
-        up = dot(nx, ny, nz, dx, dy, dz)
-        tx, ty, tz = dx - up * nx, dy - up * ny, dz - up * nz
+        up = dot(nx, ny, nz, ax, ay, az)
+        tx, ty, tz = sign * (ax - up * nx), sign * (ay - up * ny), sign * (az - up * nz)
         ahead = dot(tx, ty, tz, qx, qy, qz)
         aside = dot(ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx, qx, qy, qz)
         around = _turned(aside, ahead)
@@ -214,7 +222,8 @@ def polygon_power(rows: Any, shape: Any, target: int, exponent: float, shown: fl
 
     `shown` is the 1 − z from which zⁿ⁺¹ is nothing, `small` the size over distance below which nodes do.
     """
-    nothing, tiny, size = like(rows, shown), like(rows, small), like(rows, shape[_SIZE])
+    nothing, tiny = like(rows, shown), like(rows, small)
+    size, per_area = like(rows, shape[_SIZE]), like(rows, shape[_PER_AREA])
     good, any_small, any_large = True, False, False
     for i in range(BLOCK):
         nx, ny, nz = _normal(rows, i)
@@ -234,10 +243,12 @@ def polygon_power(rows: Any, shape: Any, target: int, exponent: float, shown: fl
         nearest = off * off / (_ONE + near) if near > _ZERO else _ONE - near
         is_seen = (rows[_BEHIND + i] != _ZERO) & (rows[at.INVERSE + i] > _ZERO)
         reaches = is_seen & ((nearest < nothing) | (off < _ZERO) | (s >= _ONE))
-        is_cut = reaches & (rows[_LEAST + i] <= _ZERO)
+        is_small = size < tiny * distance
+        is_cut = reaches & (
+            (rows[_LEAST + i] <= _ZERO) | ((not is_small) & (_THIN * distance * size * per_area > _ONE))
+        )
         rows[at.DECLINED + i] = _ONE if is_cut else rows[at.DECLINED + i]
         good = good & (not is_cut)
-        is_small = size < tiny * distance
         any_small, any_large = any_small | (reaches & is_small), any_large | (reaches & (not is_small))
         rows[_REACH + i] = (_ONE if is_small else _TWO) if reaches else _ZERO
         rows[_SUM + i] = _ZERO
@@ -249,7 +260,6 @@ def polygon_power(rows: Any, shape: Any, target: int, exponent: float, shown: fl
             a, b, c = _offset(rows, shape, (k + corners - 1) % corners)
             x, y, z = _offset(rows, shape, k)
             _add_arc(rows, a, b, c, x - a, y - b, z - c, power, nothing)
-        per_area = like(rows, shape[_PER_AREA])
         for i in range(BLOCK):
             distance = rows[at.STRENGTH + i]
             turned = rows[_SUM + i] if rows[_BEHIND + i] > _ZERO else -rows[_SUM + i]

@@ -205,7 +205,7 @@ def test_every_light_and_reflectance_has_its_pieces():
     from pvphong.shading.kernel.keeping import Library
 
     names = [piece.name for piece in pieces(Library())]
-    # spots with and without attenuation are of one name; spheres and polygons for each choice of lobes, in float32 alone
+    # spots with and without attenuation are of one name, and in float32 spheres and polygons for each choice of lobes
     assert len(names) - len(set(names)) == 2 + 2 + 2
     assert "sphere, float32" in names
     assert "sphere, float64" not in names
