@@ -3,14 +3,10 @@
 A lit airplane. Each marker of the figure's first row is one way to light it; the front is what one should choose from.
 """
 
-import sys
-from pathlib import Path
-
 import pyvista as pv
+from arguments import FOLDER, WINDOW
 
 import pvphong as ph
-
-folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
 
 mesh = pv.examples.load_airplane()
 scene = ph.Scene(
@@ -32,6 +28,8 @@ for row in report.rows:
     if row.on_front or row.promised:
         print(f"| {row.name} | {1e3 * row.time.median:.3g} ms | {row.error.largest:.2g} ({row.kind}) |")
 
-picture = folder / "accuracy_costs_time.png"
+picture = FOLDER / "accuracy_costs_time.png"
 report.plot(picture)
 print(f"wrote {picture}")
+if WINDOW:
+    pv.read(picture).plot(rgb=True, cpos="xy")

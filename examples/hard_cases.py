@@ -16,16 +16,14 @@ Each column is one mesh, lit twice by one light, from the same stored numbers.
    are then taken; pvphong takes float64 points as they are.
 """
 
-import sys
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pyvista as pv
+from arguments import FOLDER, OFF_SCREEN
 
 import pvphong as ph
 
-folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
 rng = np.random.default_rng(4)
 
 
@@ -144,7 +142,7 @@ cases = {
     "slivers": (slivers, "points rounded to float32"),
 }
 warnings.simplefilter("ignore", ph.SingularMatrixWarning)  # the leaves are meant to be flat
-plotter = pv.Plotter(shape=(2, len(cases)), off_screen=True, window_size=(450 * len(cases), 940), border=False)
+plotter = pv.Plotter(shape=(2, len(cases)), off_screen=OFF_SCREEN, window_size=(320 * len(cases), 680), border=False)
 for column, (title, (case, mistake)) in enumerate(cases.items()):
     mesh, naive, ours = case()
     print(f"{title}: {mistake}, off by up to {np.abs(naive - ours).max():.2f} of full brightness")
@@ -153,11 +151,11 @@ for column, (title, (case, mistake)) in enumerate(cases.items()):
         plotter.set_background("white")
         drawn = contours(colors) if case is needle else colors
         plotter.add_mesh(mesh.copy(), scalars=drawn, rgb=True, lighting=False)
-        plotter.add_text(f"{title}: {caption}" if row == 0 else caption, position=(14, 8), font_size=9, color="black")
+        plotter.add_text(f"{title}: {caption}" if row == 0 else caption, position=(10, 6), font_size=7, color="black")
         plotter.view_xy()
         plotter.camera.zoom(1.2)
 plotter.enable_anti_aliasing("ssaa")
 
-picture = folder / "hard_cases.png"
-plotter.screenshot(picture)
+picture = FOLDER / "hard_cases.png"
+plotter.show(screenshot=picture)
 print(f"wrote {picture}")

@@ -5,15 +5,11 @@ The lit colour is a sum with one term per light, so `components=True` gives each
 Any other mix of the same lights is that sum again. Nothing is evaluated a second time.
 """
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pyvista as pv
+from arguments import FOLDER, OFF_SCREEN
 
 import pvphong as ph
-
-folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
 
 
 def trefoil_knot() -> pv.PolyData:
@@ -55,7 +51,7 @@ mixes = {
     "sun at 20 %": mix(sun=0.2, bulb=1, spot=1),
     "tinted": mix(sun=(1.0, 0.55, 0.25), bulb=(0.1, 0.5, 0.9), spot=(0.9, 0.2, 0.7)),
 }
-plotter = pv.Plotter(shape=(2, 3), off_screen=True, window_size=(1200, 800), border=False)
+plotter = pv.Plotter(shape=(2, 3), off_screen=OFF_SCREEN, window_size=(1200, 800), border=False)
 for pane, (title, colors) in enumerate(mixes.items()):
     plotter.subplot(*divmod(pane, 3))
     plotter.set_background("#20242c")
@@ -64,6 +60,6 @@ for pane, (title, colors) in enumerate(mixes.items()):
     plotter.camera_position = [scene.viewer.position, scene.viewer.focal_point, scene.viewer.up]
 plotter.enable_anti_aliasing("ssaa")
 
-picture = folder / "lights_as_data.png"
-plotter.screenshot(picture)
+picture = FOLDER / "lights_as_data.png"
+plotter.show(screenshot=picture)
 print(f"wrote {picture}")

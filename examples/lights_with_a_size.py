@@ -6,15 +6,11 @@ is computed exactly, per vertex, without a sample: what a matt surface scatters 
 1760, and the highlights are integrals along the edges of the lights.
 """
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pyvista as pv
+from arguments import FOLDER, OFF_SCREEN
 
 import pvphong as ph
-
-folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
 
 PLACE = np.array([-1.5, -3.0, 2.4])
 TO_BALL = -PLACE
@@ -49,7 +45,7 @@ LIGHTS = {
 ball = pv.Sphere(radius=1.0, theta_resolution=240, phi_resolution=180)
 floor = pv.Plane(center=(0, 0, -1), i_size=9, j_size=9, i_resolution=120, j_resolution=120)
 
-plotter = pv.Plotter(shape=(1, len(LIGHTS)), off_screen=True, window_size=(1750, 420), border=False)
+plotter = pv.Plotter(shape=(1, len(LIGHTS)), off_screen=OFF_SCREEN, window_size=(1750, 420), border=False)
 for pane, (title, lights) in enumerate(LIGHTS.items()):
     scene = ph.Scene(lights, EYE, ph.LightModel(ambient=0.12))
     plotter.subplot(0, pane)
@@ -63,6 +59,6 @@ for pane, (title, lights) in enumerate(LIGHTS.items()):
     print(f"{title:10} brightens the floor to {lit['phong'].mean():.3f} on average")
 plotter.enable_anti_aliasing("ssaa")
 
-picture = folder / "lights_with_a_size.png"
-plotter.screenshot(picture)
+picture = FOLDER / "lights_with_a_size.png"
+plotter.show(screenshot=picture)
 print(f"wrote {picture}")

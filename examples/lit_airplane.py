@@ -1,13 +1,9 @@
 """Light a mesh: a sun, a lamp, a plastic airplane. Its colours are an array, and the picture shows just that array."""
 
-import sys
-from pathlib import Path
-
 import pyvista as pv
+from arguments import FOLDER, OFF_SCREEN
 
 import pvphong as ph
-
-folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
 
 mesh = pv.examples.load_airplane()
 scene = ph.Scene(
@@ -32,7 +28,7 @@ lit = mesh.phong.shade(scene, plastic)
 colors = lit["phong"]
 print(f"{len(colors)} colours, {colors.dtype}, from {colors.min(axis=0)} to {colors.max(axis=0)}")
 
-plotter = pv.Plotter(off_screen=True, window_size=(1000, 560))
+plotter = pv.Plotter(off_screen=OFF_SCREEN, window_size=(1000, 560))
 plotter.set_background("#dce6f2")
 plotter.add_mesh(lit, scalars="phong", rgb=True, lighting=False)  # VTK's own light is off: these are our colours
 plotter.camera.position = scene.viewer.position
@@ -42,6 +38,6 @@ plotter.camera.view_angle = scene.viewer.view_angle
 plotter.camera.zoom(1.5)  # a narrower picture; nothing moves
 plotter.enable_anti_aliasing("ssaa")
 
-picture = folder / "lit_airplane.png"
-plotter.screenshot(picture)
+picture = FOLDER / "lit_airplane.png"
+plotter.show(screenshot=picture)
 print(f"wrote {picture}")

@@ -1,21 +1,17 @@
 """Lit meshes in a window follow camera, lights and edits, and are computed again only when they have to be.
 
-Here the window is offscreen and its mouse events are sent by hand. Without `off_screen=True`, and with
-`plotter.show()` at the end instead of the scripted part, it is a window: drag the lights, press h for the keys.
+Here the window is offscreen and its mouse events are sent by hand. With `--window` it is yours: drag the lights, press
+h for the keys.
 """
-
-import sys
-from pathlib import Path
 
 import numpy as np
 import pyvista as pv
+from arguments import FOLDER, OFF_SCREEN, WINDOW
 from PIL import Image
 
 import pvphong as ph
 
-folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
-
-plotter = pv.Plotter(off_screen=True, window_size=(640, 400), lighting="none")
+plotter = pv.Plotter(off_screen=OFF_SCREEN, window_size=(640, 400), lighting="none")
 plotter.set_background("#242830")
 lamp = ph.PointLight(
     position=(0.2, -1.5, 1.4), attenuation=(1, 0, 0.25), diffuse=(1.0, 0.75, 0.45), intensity=1.4, name="lamp"
@@ -32,6 +28,10 @@ cone = plotter.phong.add_mesh(
 plotter.add_mesh(pv.Cube(center=(1.6, 0, 0), x_length=0.7, y_length=0.7, z_length=0.7), color="tan")  # lit by VTK
 plotter.camera_position = [(0.4, -4.6, 2.0), (0.4, 0, 0.3), (0, 0, 1)]
 plotter.phong.add_gizmos(in_screenshots=True)
+picture = FOLDER / "live_window.png"
+if WINDOW:
+    plotter.show(screenshot=picture)
+    raise SystemExit
 plotter.show(auto_close=False)
 
 
@@ -58,6 +58,14 @@ def pixel(point: tuple[float, float, float]) -> np.ndarray:
     return np.array(plotter.renderer.GetDisplayPoint()[:2])
 
 
+def panel(caption: str) -> np.ndarray:
+    """What is seen now, with a caption."""
+    text = plotter.add_text(caption, position=(12, 370), font_size=11, color="white")
+    image = plotter.screenshot(return_img=True)
+    plotter.remove_actor(text)
+    return image
+
+
 report("nothing has changed:")
 plotter.camera.azimuth = 8
 report("the camera moved, the ball has a highlight:")
@@ -70,21 +78,20 @@ report("the sky has another colour:")
 
 gizmo = next(gizmo for gizmo in plotter.phong.gizmos if gizmo.light.name == "lamp")
 colors = ball.mapper.dataset["phong"].copy()
-pictures = [plotter.screenshot(return_img=True)]
+pictures = [panel("as the script set it up")]
 drag(pixel(gizmo.handles["position"]), (-170, -25))
 print("the lamp was dragged to", np.round(gizmo.light.position, 2))
-pictures.append(plotter.screenshot(return_img=True))
+pictures.append(panel("the lamp dragged to the left"))
 highlight = gizmo.highlight
 drag(pixel(highlight), (25, -20))
 print("for the highlight to move, the lamp moved to", np.round(gizmo.light.position, 2))
-pictures.append(plotter.screenshot(return_img=True))
+pictures.append(panel("its highlight dragged: the lamp moved for it"))
 plotter.phong.undo()
 plotter.phong.undo()
 assert gizmo.light == lamp
-assert (ball.mapper.dataset["phong"] == colors).all()  # undone to the bit
-pictures.append(plotter.screenshot(return_img=True))
+assert (ball.mapper.dataset["phong"] == colors).all()
+pictures.append(panel("undone twice: as at first, to the bit"))
 plotter.close()
 
-picture = folder / "live_window.png"
 Image.fromarray(np.vstack([np.hstack(pictures[:2]), np.hstack(pictures[2:])])).save(picture)
 print(f"wrote {picture}")

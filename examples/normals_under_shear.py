@@ -5,15 +5,11 @@ transform by M, normals by the transpose of M's inverse. Left: the inverse-trans
 light comes from the top left; on the right it seems to come from elsewhere, and the normals lean over.
 """
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pyvista as pv
+from arguments import FOLDER, OFF_SCREEN
 
 import pvphong as ph
-
-folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
 
 shear = np.array([[1, 1.2, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])  # x grows with y
 scene = ph.Scene(
@@ -31,7 +27,7 @@ angles = np.degrees(np.arccos(np.clip((right * wrong).sum(axis=1), -1, 1)))
 print(f"transformed by M itself the normals are off by up to {angles.max():.0f}°, {angles.mean():.0f}° on average")
 
 outline = np.flatnonzero(np.abs(sphere.points[:, 2]) < 1e-6)[::3]
-plotter = pv.Plotter(shape=(1, 2), off_screen=True, window_size=(1200, 560), border=False)
+plotter = pv.Plotter(shape=(1, 2), off_screen=OFF_SCREEN, window_size=(1200, 560), border=False)
 for pane, (title, turned) in enumerate({"inverse-transpose of M": right, "M itself: wrong": wrong}.items()):
     mesh = sphere.copy()
     mesh.points = ph.transform_points(sphere.points, shear)
@@ -46,6 +42,6 @@ for pane, (title, turned) in enumerate({"inverse-transpose of M": right, "M itse
     plotter.camera.parallel_scale = scene.viewer.parallel_scale
 plotter.enable_anti_aliasing("ssaa")
 
-picture = folder / "normals_under_shear.png"
-plotter.screenshot(picture)
+picture = FOLDER / "normals_under_shear.png"
+plotter.show(screenshot=picture)
 print(f"wrote {picture}")

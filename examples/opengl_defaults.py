@@ -6,15 +6,11 @@ because OpenGL's (0, 0, 1, 0) shines from the eye and leaves no shadow side. The
 default material.
 """
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pyvista as pv
+from arguments import FOLDER, OFF_SCREEN
 
 import pvphong as ph
-
-folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
 
 COLUMNS, STEP = 6, 1.35
 
@@ -26,7 +22,7 @@ scene = ph.Scene(
 materials = {"default": ph.Material()} | {name: ph.Material.named(name) for name in ph.Material.names()}
 sphere = pv.Sphere(theta_resolution=80, phi_resolution=80)
 
-plotter = pv.Plotter(off_screen=True, window_size=(1200, 1010))
+plotter = pv.Plotter(off_screen=OFF_SCREEN, window_size=(1200, 1010))
 plotter.set_background("#2a2d33")
 places, names = [], []
 for number, (name, material) in enumerate(materials.items()):
@@ -45,6 +41,6 @@ plotter.camera.parallel_projection = True
 plotter.camera.parallel_scale = 0.5 * STEP * len(materials) / COLUMNS
 plotter.enable_anti_aliasing("ssaa")
 
-picture = folder / "opengl_defaults.png"
-plotter.screenshot(picture)
+picture = FOLDER / "opengl_defaults.png"
+plotter.show(screenshot=picture)
 print(f"wrote {picture}")

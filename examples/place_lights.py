@@ -1,26 +1,22 @@
 """Place lights by hand: start from a preset, drag the gizmos, keep the rig as a file.
 
-Here the window is offscreen and the hand is a script. Without `off_screen=True`, and with `plotter.show()` after
-`add_gizmos`, it is a window.
+Here the window is offscreen and the hand is a script. With `--window` it is yours at the end of the script.
 """
 
-import sys
 import tempfile
 from dataclasses import replace
 from pathlib import Path
 
 import pyvista as pv
+from arguments import FOLDER, OFF_SCREEN
 
 import pvphong as ph
-from pvphong.vtk.presets import three_point
-
-folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
 
 airplane = pv.examples.load_airplane()
 x, y, z = airplane.center
 floor = pv.Plane(center=(x, y, -80), i_size=4500, j_size=4500, i_resolution=300, j_resolution=300)
 
-plotter = pv.Plotter(off_screen=True, window_size=(1100, 640), lighting="none")
+plotter = pv.Plotter(off_screen=OFF_SCREEN, window_size=(1100, 640), lighting="none")
 plotter.set_background("#1c1f26")
 plotter.phong.add_mesh(airplane, ph.Material(ambient=0.1, diffuse=(0.75, 0.75, 0.78), specular=0.35, shininess=50))
 plotter.phong.add_mesh(floor, ph.Material(ambient=0.1, diffuse=(0.5, 0.5, 0.52)))
@@ -35,7 +31,7 @@ spot = ph.SpotLight(
     name="spot",
 )
 bulb = ph.PointLight(position=(x - 900, y - 700, 350), attenuation=(1, 0, 4e-6), diffuse=(1.0, 0.6, 0.3), name="bulb")
-for light in (*three_point(airplane, plotter.phong.scene.viewer), bulb, spot):
+for light in (*ph.three_point(airplane, plotter.phong.scene.viewer), bulb, spot):
     plotter.phong.add_light(light)
 for light in plotter.phong.lights[:3]:
     plotter.phong.set_light(light.name, replace(light, intensity=0.6 * light.intensity))
@@ -54,7 +50,8 @@ plotter.phong.redo()
 
 plotter.iren.interactor.SetKeySym("n")  # select the last light: its whole cone is shown
 for _ in gizmos:
-    plotter.iren.interactor.InvokeEvent("KeyPressEvent")
+    for event in ("KeyPressEvent", "CharEvent"):
+        plotter.iren.interactor.InvokeEvent(event)
 
 with tempfile.TemporaryDirectory() as kept:
     rig = Path(kept) / "rig.json"
@@ -62,7 +59,6 @@ with tempfile.TemporaryDirectory() as kept:
     assert ph.Scene.load(rig) == plotter.phong.scene  # to the last bit
     print(f"the rig is {rig.stat().st_size} bytes of JSON")
 
-picture = folder / "place_lights.png"
-plotter.screenshot(picture)
-plotter.close()
+picture = FOLDER / "place_lights.png"
+plotter.show(screenshot=picture)
 print(f"wrote {picture}")

@@ -1,87 +1,104 @@
 """Lighting as data for PyVista and VTK.
 
 `import pvphong as ph` gives the names below; `mesh.phong` and `plotter.phong` are there in PyVista even without it.
-The plotter's part is not imported here: it would load all of PyVista's plotting, which computing colours does not need.
+A name is imported when it is first asked for: the command line's supervisor must stay light, and computing colours
+needs neither what draws nor what measures.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+import sys
 
-from pvphong import accessor as accessor  # registers mesh.phong
-from pvphong.filter import PhongFilter
-from pvphong.geometry.normals import implicit_normals, plane_normal
-from pvphong.geometry.transform import (
-    SingularMatrixWarning,
-    normal_matrix,
-    transform_normals,
-    transform_points,
-    transform_vectors,
-)
-from pvphong.meshes.lit import plan
-from pvphong.meshes.surfaces import face_normals, vertex_normals
-from pvphong.optics.lights import (
-    DirectionalLight,
-    DiskLight,
-    Light,
-    PointLight,
-    PolygonLight,
-    RectangleLight,
-    SphereLight,
-    SpotLight,
-    light_from_homogeneous,
-)
-from pvphong.optics.material import Material
-from pvphong.optics.reflectances import BlinnPhong, OrenNayar, Phong
-from pvphong.scene.light_model import LightModel
-from pvphong.scene.scene import Scene
-from pvphong.scene.viewer import Viewer
-from pvphong.shading.evaluation import evaluate
-from pvphong.shading.plan.draft import Decision
-from pvphong.shading.plan.plan import Plan
-from pvphong.shading.result import Shading
-from pvphong.vtk import host as host  # answers what the core asks of PyVista
-from pvphong.vtk.lights import as_light
-
+TYPE_CHECKING = False  # typing's is the same, and takes milliseconds to import
 if TYPE_CHECKING:
+    from typing import Any
+
+    from pvphong.filter import PhongFilter
+    from pvphong.geometry.normals import implicit_normals, plane_normal
     from pvphong.geometry.projection import frustum, look_at, ortho, perspective, project
+    from pvphong.geometry.transform import (
+        SingularMatrixWarning,
+        normal_matrix,
+        transform_normals,
+        transform_points,
+        transform_vectors,
+    )
     from pvphong.meshes.default_scene import default_scene
+    from pvphong.meshes.guarded import read
+    from pvphong.meshes.lit import plan
+    from pvphong.meshes.surfaces import face_normals, vertex_normals
+    from pvphong.optics.lights import (
+        DirectionalLight,
+        DiskLight,
+        Light,
+        PointLight,
+        PolygonLight,
+        RectangleLight,
+        SphereLight,
+        SpotLight,
+        light_from_homogeneous,
+    )
+    from pvphong.optics.material import Material
+    from pvphong.optics.reflectances import BlinnPhong, OrenNayar, Phong
+    from pvphong.scene.light_model import LightModel
+    from pvphong.scene.scene import Scene, load_materials
+    from pvphong.scene.viewer import Viewer
+    from pvphong.shading.evaluation import evaluate
+    from pvphong.shading.plan.draft import Decision
+    from pvphong.shading.plan.plan import Plan
+    from pvphong.shading.result import Shading
     from pvphong.studies.accuracy import Tradeoff, tradeoff
     from pvphong.studies.diagnose.diagnosis import Diagnosis, diagnose
     from pvphong.studies.validate.comparison import Comparison
     from pvphong.studies.validate.validation import validate
+    from pvphong.vtk.lights import as_light
     from pvphong.vtk.oracle import vtk_shade
     from pvphong.vtk.presets import light_kit, three_lights, three_point
 
-# What colours do not need is imported when it is first asked for: some of it draws with VTK, and all takes time.
-_LATER = {
-    "Comparison": "studies.validate.comparison",
-    "Diagnosis": "studies.diagnose.diagnosis",
-    "Tradeoff": "studies.accuracy",
-    "default_scene": "meshes.default_scene",
-    "diagnose": "studies.diagnose.diagnosis",
-    "frustum": "geometry.projection",
-    "light_kit": "vtk.presets",
-    "look_at": "geometry.projection",
-    "ortho": "geometry.projection",
-    "perspective": "geometry.projection",
-    "project": "geometry.projection",
-    "three_lights": "vtk.presets",
-    "three_point": "vtk.presets",
-    "tradeoff": "studies.accuracy",
-    "validate": "studies.validate.validation",
-    "vtk_shade": "vtk.oracle",
+_PLACES = {
+    "filter": "PhongFilter",
+    "geometry.normals": "implicit_normals plane_normal",
+    "geometry.projection": "frustum look_at ortho perspective project",
+    "geometry.transform": "SingularMatrixWarning normal_matrix transform_normals transform_points transform_vectors",
+    "meshes.default_scene": "default_scene",
+    "meshes.guarded": "read",
+    "meshes.lit": "plan",
+    "meshes.surfaces": "face_normals vertex_normals",
+    "optics.lights": "DirectionalLight DiskLight Light PointLight PolygonLight RectangleLight SphereLight SpotLight "
+    "light_from_homogeneous",
+    "optics.material": "Material",
+    "optics.reflectances": "BlinnPhong OrenNayar Phong",
+    "scene.light_model": "LightModel",
+    "scene.scene": "Scene load_materials",
+    "scene.viewer": "Viewer",
+    "shading.evaluation": "evaluate",
+    "shading.plan.draft": "Decision",
+    "shading.plan.plan": "Plan",
+    "shading.result": "Shading",
+    "studies.accuracy": "Tradeoff tradeoff",
+    "studies.diagnose.diagnosis": "Diagnosis diagnose",
+    "studies.validate.comparison": "Comparison",
+    "studies.validate.validation": "validate",
+    "vtk.lights": "as_light",
+    "vtk.oracle": "vtk_shade",
+    "vtk.presets": "light_kit three_lights three_point",
 }
+_PLACE_OF = {name: place for place, names in _PLACES.items() for name in names.split()}
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _LATER:
+def __getattr__(name: str) -> "Any":
+    if name not in _PLACE_OF:
         raise AttributeError(f"module 'pvphong' has no attribute {name!r}")
-    return getattr(import_module(f"pvphong.{_LATER[name]}"), name)
+    from importlib import import_module
+
+    value = globals()[name] = getattr(import_module(f"pvphong.{_PLACE_OF[name]}"), name)
+    return value
 
 
 def __dir__() -> list[str]:
     return sorted(__all__)
 
+
+if "pyvista" in sys.modules:
+    from pvphong import accessor  # noqa: F401  # registers mesh.phong where PyVista does not find its entry point
 
 __all__ = [
     "BlinnPhong",
@@ -116,6 +133,7 @@ __all__ = [
     "implicit_normals",
     "light_from_homogeneous",
     "light_kit",
+    "load_materials",
     "look_at",
     "normal_matrix",
     "ortho",
@@ -123,6 +141,7 @@ __all__ = [
     "plan",
     "plane_normal",
     "project",
+    "read",
     "three_lights",
     "three_point",
     "tradeoff",

@@ -6,6 +6,7 @@ imported when it is used: it would load PyVista's plotting.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import pyvista as pv
@@ -13,12 +14,14 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.types import Backend, FloatArray, MatrixLike, Precision, Weighting
 from pvphong.geometry.transform import transform_normals
-from pvphong.meshes.blocks import datasets, map_blocks
+from pvphong.meshes.blocks import DEFAULT, datasets, map_blocks, materials_of
+from pvphong.meshes.color_views import ColorSpace, color_view
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.edges import FeatureAngle
 from pvphong.meshes.lit import plan, point_normals, shade_mesh
-from pvphong.meshes.sharing import sharing
+from pvphong.meshes.sharing import in_range, sharing
 from pvphong.meshes.surfaces import surface
+from pvphong.meshes.together import together
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.plan.plan import Plan
@@ -26,6 +29,7 @@ from pvphong.shading.plan.plan import Plan
 if TYPE_CHECKING:
     from pvphong.studies.accuracy import Tradeoff
     from pvphong.studies.diagnose.diagnosis import Diagnosis
+    from pvphong.studies.refine.refinement import Placement
     from pvphong.studies.validate.comparison import Comparison
 
 _DULL = Material()
@@ -39,6 +43,10 @@ class MeshPhong:
 
     def __init__(self, mesh: pv.DataSet) -> None:
         self._mesh = mesh
+
+    def __repr__(self) -> str:
+        mesh = self._mesh
+        return f"<phong of a {type(mesh).__name__}: {mesh.n_points} points, {mesh.n_cells} cells>"
 
     def shade(
         self,
@@ -84,7 +92,7 @@ class MeshPhong:
             Of the arrays and the arithmetic. float32 errs by at most (4√n + 16) · 2⁻²⁴ · (1 + number of lights) for
             colours of size 1, n the largest of the shininess and the spot lights' exponents; see `pvphong.evaluate`.
         backend : {"auto", "numpy", "numba"}
-            Which evaluator computes; see `pvphong.evaluate`.
+            Which evaluator computes, see `pvphong.evaluate`; and normals, see `pvphong.vertex_normals`.
         feature_angle : float, "auto" or None, default None
             Degrees between two faces from which their common edge is sharp: points are duplicated along it, and
             `pvphong_original_point` says which each one was. 0 is flat shading; "auto" takes 30 where the mesh has no
@@ -123,7 +131,9 @@ class MeshPhong:
             feature_angle=feature_angle,
         )
 
-    def normals(self, weighting: Weighting | None = None, *, matrix: MatrixLike | None = None) -> FloatArray:
+    def normals(
+        self, weighting: Weighting | None = None, *, matrix: MatrixLike | None = None, backend: Backend = "auto"
+    ) -> FloatArray:
         """The point normals that `shade` lights the surface with.
 
         Parameters
@@ -133,6 +143,8 @@ class MeshPhong:
             they are, if it has any, else weighting by angle.
         matrix : array_like, optional
             (4, 4) model matrix: the normals are transformed by its inverse-transpose and made unit length.
+        backend : {"auto", "numpy", "numba"}
+            What computes them, where they are computed; see `pvphong.vertex_normals`.
 
         Returns
         -------
@@ -144,7 +156,7 @@ class MeshPhong:
         ValueError
             If the mesh has neither normals nor faces, or the matrix or weighting is not allowed.
         """
-        normals = point_normals(surface(self._mesh), weighting)
+        normals = point_normals(surface(self._mesh), weighting, backend=backend)
         return normals if matrix is None else transform_normals(normals, matrix)
 
     def plan(
@@ -174,25 +186,98 @@ class MeshPhong:
         *,
         tolerance: float,
         max_points: int | None = None,
-        **options: Any,
+        name: str = "phong",
+        placement: Placement = "linear",
+        matrix: MatrixLike | None = None,
+        albedo: Any = None,
+        precision: Precision = "float32",
+        feature_angle: FeatureAngle = None,
     ) -> pv.PolyData:
-        """A new lit mesh, split where interpolated colours miss the evaluated ones; see
-        `pvphong.studies.refine.refinement.refine`.
+        """A new lit mesh, split where colours interpolated across its triangles miss the evaluated ones.
+
+        Triangles are bisected until every error is within the tolerance, or `max_points` are spent; there are no
+        T-junctions, and parts keep the shape of what they come from. The result says how it ended:
+        ``refined["phong_refinement_summary"]`` in words, ``refined["phong_refinement_reached"]`` yes or no.
+
+        Parameters
+        ----------
+        scene, material, name, matrix, albedo, precision, feature_angle
+            As for `shade`.
+        tolerance : float
+            Largest absolute colour error that may be left inside triangles, > 0; 1/255 is one step of a display.
+        max_points : int, optional
+            Points that the result may have, at least those of the mesh; a million more if not given.
+        placement : {"linear", "smooth"}
+            Where new points lie: on the side that they split, or on a curve that meets the normals of its ends at right
+            angles.
+
+        Returns
+        -------
+        pyvista.PolyData
+            Triangles with the lit array, all point and cell arrays carried along, the cell array
+            ``<name>_interpolation_error``, and in the field data ``<name>_refinement_reached``, ``_summary``,
+            ``_error``, ``_stopped`` and ``_points``; see `pvphong.studies.refine.refinement.refine`.
+
+        Raises
+        ------
+        ValueError
+            If an argument has the wrong shape, type or range, or the mesh has no faces.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> refined = pv.Sphere().phong.refine(ph.PointLight(position=(0, 0, 2)), tolerance=0.01)
+        >>> bool(refined["phong_refinement_reached"][0])
+        True
         """
         from pvphong.studies.refine.refinement import refine
 
-        return refine(self._mesh, scene, material, tolerance=tolerance, max_points=max_points, **options)
+        return refine(
+            self._mesh,
+            scene,
+            material,
+            tolerance=tolerance,
+            max_points=max_points,
+            name=name,
+            placement=placement,
+            matrix=matrix,
+            albedo=albedo,
+            precision=precision,
+            feature_angle=feature_angle,
+        )
 
     def interpolation_error(
-        self, scene: SceneLike | None = None, material: Material = _DULL, **options: Any
+        self,
+        scene: SceneLike | None = None,
+        material: Material = _DULL,
+        *,
+        matrix: MatrixLike | None = None,
+        albedo: Any = None,
+        feature_angle: FeatureAngle = None,
     ) -> pv.PolyData:
         """A new mesh that says for each triangle how far interpolated colours are from per-pixel shading.
 
-        See `pvphong.studies.refine.refinement.interpolation_error`.
+        Parameters
+        ----------
+        scene, material, matrix, albedo, feature_angle
+            As for `shade`.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The surface's triangles with the cell array ``phong_interpolation_error``, active: the largest absolute
+            difference of any channel that was found in each. It shares memory as the result of `shade` does.
+
+        Raises
+        ------
+        ValueError
+            If an argument has the wrong shape, type or range, or the mesh has no faces.
         """
         from pvphong.studies.refine.refinement import interpolation_error
 
-        return interpolation_error(self._mesh, scene, material, **options)
+        return interpolation_error(
+            self._mesh, scene, material, matrix=matrix, albedo=albedo, feature_angle=feature_angle
+        )
 
     def tradeoff(
         self,
@@ -209,7 +294,7 @@ class MeshPhong:
         return tradeoff(self._mesh, scene, material, tolerance=tolerance, seconds=seconds, matrix=matrix)
 
     def plot(self, *, name: str = "phong", **options: Any) -> Any:
-        """Show a lit mesh: the colours as they are, by PyVista's `plot` and with its options.
+        """Show a lit mesh: the colours as they are, clipped to [0, 1], by PyVista's `plot` and with its options.
 
         Parameters
         ----------
@@ -224,7 +309,39 @@ class MeshPhong:
             If the mesh has no point array of that name.
         """
         check.choice("name", name, self._mesh.point_data.keys())
-        return self._mesh.plot(**_AS_THEY_ARE, scalars=name, **options)
+        return in_range(self._mesh, name).plot(**_AS_THEY_ARE, scalars=name, **options)
+
+    def color_view(self, space: ColorSpace, *, name: str = "phong") -> pv.PolyData:
+        """A new mesh with its lit colours as hue, saturation and value, or as CIE XYZ.
+
+        Parameters
+        ----------
+        space : {"hsv", "xyz"}
+            "hsv": hue and saturation from 0 to 1, and value, the largest channel, which may be above 1. "xyz": CIE X,
+            Y and Z of the linear colours, of which Y is the relative luminance. See
+            `pvphong.meshes.color_views.color_view`.
+        name : str, default "phong"
+            Name of the array of colours.
+
+        Returns
+        -------
+        pyvista.PolyData
+            It shares everything with this mesh but the point array ``<name>_<space>``, its active scalars.
+
+        Raises
+        ------
+        ValueError
+            If there is no such array, it holds no colours, or Matplotlib, which "hsv" needs, is not installed.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> lit = pv.Sphere().phong.shade(ph.DirectionalLight())
+        >>> luminance = lit.phong.color_view("xyz")["phong_xyz"][:, 1]
+        >>> float(luminance.min().round(2))
+        0.04
+        """
+        return color_view(self._mesh, space, name=name)
 
     def diagnose(self, *, matrix: MatrixLike | None = None) -> Diagnosis:
         """What in the mesh, or in a model matrix for it, will not light as it should; see `pvphong.diagnose`."""
@@ -240,12 +357,22 @@ class BlocksPhong:
     def __init__(self, blocks: pv.MultiBlock) -> None:
         self._blocks = blocks
 
-    def shade(self, scene: SceneLike | None = None, material: Material = _DULL, **options: Any) -> pv.MultiBlock:
+    def __repr__(self) -> str:
+        return f"<phong of a MultiBlock: {self._blocks.n_blocks} blocks>"
+
+    def shade(
+        self, scene: SceneLike | None = None, material: Material | Mapping[str, Material] = _DULL, **options: Any
+    ) -> pv.MultiBlock:
         """A new MultiBlock of lit meshes; an empty block stays empty.
 
         Parameters
         ----------
-        scene, material, **options
+        scene : Scene, light, or sequence of lights, optional
+            As for a single dataset.
+        material : Material or mapping, optional
+            One for all, or block's name → material; of a block inside a block the names with "/" between them. Blocks
+            that are not named have that of the name "default".
+        **options
             As for a single dataset; `albedo` is the name of a point array that every block has.
 
         Raises
@@ -254,13 +381,19 @@ class BlocksPhong:
             As for a single dataset; the message names the block.
         """
         scene = self._scene(scene, options.get("matrix"))
-        return map_blocks(self._blocks, lambda block: block.phong.shade(scene, material, **options))
+        materials = self._materials(material)
+        return map_blocks(self._blocks, lambda block: block.phong.shade(scene, next(materials), **options))
 
     def plot(self, *, name: str = "phong", **options: Any) -> Any:
         """Show lit blocks: the colours as they are; see `MeshPhong.plot`."""
         for _, block in datasets(self._blocks):
             check.choice("name", name, block.point_data.keys())
-        return self._blocks.combine().plot(**_AS_THEY_ARE, scalars=name, **options)  # blocks would ignore `rgb`
+        # blocks would ignore `rgb`
+        return in_range(self._blocks.combine(), name).plot(**_AS_THEY_ARE, scalars=name, **options)
+
+    def color_view(self, space: ColorSpace, *, name: str = "phong") -> pv.MultiBlock:
+        """A new MultiBlock with the blocks' lit colours in other terms; see `MeshPhong.color_view`."""
+        return map_blocks(self._blocks, lambda block: block.phong.color_view(space, name=name))
 
     def normals(self, weighting: Weighting | None = None, *, matrix: MatrixLike | None = None) -> pv.MultiBlock:
         """A new MultiBlock of surfaces that carry their normals as active point normals.
@@ -282,18 +415,116 @@ class BlocksPhong:
     def plan(
         self,
         scene: SceneLike | None = None,
-        material: Material = _DULL,
+        material: Material | Mapping[str, Material] = _DULL,
         *,
         matrix: MatrixLike | None = None,
         tolerance: float = 0.0,
+        feature_angle: FeatureAngle = None,
     ) -> dict[str, Plan]:
-        """A plan for each dataset, by the path of its block's names; None and empty blocks are left out."""
-        scene = self._scene(scene, matrix)
+        """A plan for each dataset, by the path of its block's names; None and empty blocks are left out.
+
+        `material` may be a mapping, as for `shade`.
+        """
+        scene, materials = self._scene(scene, matrix), self._materials(material)
         return {
-            path: block.phong.plan(scene, material, matrix=matrix, tolerance=tolerance)
+            path: block.phong.plan(
+                scene, next(materials), matrix=matrix, tolerance=tolerance, feature_angle=feature_angle
+            )
             for path, block in datasets(self._blocks)
         }
+
+    def refine(
+        self,
+        scene: SceneLike | None = None,
+        material: Material | Mapping[str, Material] = _DULL,
+        *,
+        tolerance: float,
+        max_points: int | None = None,
+        name: str = "phong",
+        placement: Placement = "linear",
+        matrix: MatrixLike | None = None,
+        albedo: str | None = None,
+        precision: Precision = "float32",
+        feature_angle: FeatureAngle = None,
+    ) -> pv.MultiBlock:
+        """A new MultiBlock of refined meshes, each block by itself; see `MeshPhong.refine`.
+
+        `material` may be a mapping, as for `shade`; `max_points` is for each block, `albedo` the name of a point array
+        that every block has.
+        """
+        scene, materials = self._scene(scene, matrix), self._materials(material)
+        return map_blocks(
+            self._blocks,
+            lambda block: block.phong.refine(
+                scene,
+                next(materials),
+                tolerance=tolerance,
+                max_points=max_points,
+                name=name,
+                placement=placement,
+                matrix=matrix,
+                albedo=albedo,
+                precision=precision,
+                feature_angle=feature_angle,
+            ),
+        )
+
+    def interpolation_error(
+        self,
+        scene: SceneLike | None = None,
+        material: Material | Mapping[str, Material] = _DULL,
+        *,
+        matrix: MatrixLike | None = None,
+        albedo: str | None = None,
+        feature_angle: FeatureAngle = None,
+    ) -> pv.MultiBlock:
+        """A new MultiBlock of meshes with the errors inside triangles; see `MeshPhong.interpolation_error`.
+
+        `material` may be a mapping, as for `shade`; `albedo` is the name of a point array that every block has.
+        """
+        scene, materials = self._scene(scene, matrix), self._materials(material)
+        return map_blocks(
+            self._blocks,
+            lambda block: block.phong.interpolation_error(
+                scene, next(materials), matrix=matrix, albedo=albedo, feature_angle=feature_angle
+            ),
+        )
+
+    def validate(
+        self,
+        scene: SceneLike | None = None,
+        material: Material | Mapping[str, Material] = _DULL,
+        *,
+        matrix: MatrixLike | None = None,
+    ) -> dict[str, Comparison]:
+        """A comparison with VTK for each dataset, by the path of its block's names; see `pvphong.validate`.
+
+        `material` may be a mapping, as for `shade`.
+        """
+        scene, materials = self._scene(scene, matrix), self._materials(material)
+        return {
+            path: block.phong.validate(scene, next(materials), matrix=matrix) for path, block in datasets(self._blocks)
+        }
+
+    def tradeoff(
+        self,
+        scene: SceneLike | None = None,
+        material: Material = _DULL,
+        *,
+        tolerance: float = 1.0 / 255.0,
+        seconds: float = 20.0,
+        matrix: MatrixLike | None = None,
+    ) -> Tradeoff:
+        """What accuracy costs in time on all blocks together, as one surface; see `pvphong.tradeoff`."""
+        from pvphong.studies.accuracy import tradeoff
+
+        whole = together(self._blocks)
+        return tradeoff(whole, scene, material, tolerance=tolerance, seconds=seconds, matrix=matrix)
 
     def _scene(self, given: SceneLike | None, matrix: MatrixLike | None) -> Scene:
         """One viewer for all blocks."""
         return scene_for(map_blocks(self._blocks, surface), given, matrix)
+
+    def _materials(self, given: Material | Mapping[str, Material]) -> Iterator[Material]:
+        """Of each block."""
+        return materials_of(self._blocks, given if isinstance(given, Mapping) else {DEFAULT: given})

@@ -36,6 +36,9 @@ class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class 
         self._material = Material()
         self._refusal: ValueError | None = None
 
+    def __repr__(self) -> str:
+        return f"<PhongFilter: {len(tuple(self._scene.lights))} lights, {self._material}>"
+
     def SetScene(self, scene: SceneLike) -> None:
         """Set lights, viewer and light model; an equal scene changes nothing."""
         scene = as_scene(scene)

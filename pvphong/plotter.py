@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from types import MappingProxyType
 from typing import Any
@@ -11,14 +11,19 @@ from typing import Any
 import pyvista as pv
 
 from pvphong.base import check
+from pvphong.meshes.blocks import leaves
+from pvphong.meshes.edges import FeatureAngle
+from pvphong.meshes.sharing import in_range
 from pvphong.optics.lights import Light
-from pvphong.optics.material import Material, check_material
+from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.studies.validate.comparison import Comparison
 from pvphong.studies.validate.validation import validate
+from pvphong.studio.drawn import draw, live_meshes, make_room, names_of, refuse_colouring
 from pvphong.studio.gizmos import Board, Gizmo, History, Options
-from pvphong.studio.gizmos.commands import Keys, check_keys
+from pvphong.studio.gizmos.commands import check_keys
+from pvphong.studio.gizmos.options import Keys
 from pvphong.studio.live import ARRAY, LiveMesh
 from pvphong.studio.outputs import unwrap_outputs, wrap_outputs
 from pvphong.studio.pane import Pane
@@ -26,8 +31,6 @@ from pvphong.studio.rig import LightHandle
 
 _DULL = Material()
 _NO_KEYS: Keys = MappingProxyType({})
-# What `add_mesh` decides itself.
-_OURS = ("scalars", "rgb", "rgba", "lighting", "color", "smooth_shading", "texture", "pbr", "cmap", "copy_mesh")
 
 
 @pv.register_plotter_component("phong")
@@ -41,12 +44,22 @@ class PlotterPhong:
         self._history = History()
         self._evaluations_of_the_past = 0
 
+    def __repr__(self) -> str:
+        meshes = sum(len(pane.meshes) for pane in self._panes)
+        return f"<phong of a plotter: {meshes} lit meshes in {len(self._panes)} subplots, {self._light_model}>"
+
     # -- meshes ------------------------------------------------------------------------------------------
 
     def add_mesh(
-        self, mesh: pv.DataSet, material: Material = _DULL, *, albedo: Any = None, **add_mesh_options: Any
-    ) -> pv.Actor:
-        """Draw a mesh with lit colours, and keep them current.
+        self,
+        mesh: pv.DataSet | pv.MultiBlock,
+        material: Material | Mapping[str, Material] = _DULL,
+        *,
+        albedo: Any = None,
+        feature_angle: FeatureAngle = "auto",
+        **add_mesh_options: Any,
+    ) -> pv.Actor | tuple[pv.Actor, ...]:
+        """Draw a mesh, or all blocks of a MultiBlock, with lit colours, and keep them current.
 
         Before a frame is drawn its colours are computed again if, and only if, something that they depend on
         has changed: a light, the actor's matrix, the material, the albedo, the mesh, the light model; the
@@ -55,41 +68,91 @@ class PlotterPhong:
 
         Parameters
         ----------
-        mesh : pyvista.DataSet
-            A dataset with a surface; edits to it are followed.
-        material : Material, optional
-            The surface's reflectances; OpenGL's default material if not given.
+        mesh : pyvista.DataSet or pyvista.MultiBlock
+            A dataset with a surface, or blocks of such; edits to them are followed, blocks that are put in or taken
+            out are not.
+        material : Material or mapping, optional
+            The surface's reflectances; OpenGL's default material if not given. Blocks share it, or a mapping has one
+            for each, as for `blocks.phong.shade`.
         albedo : str or array_like, optional
-            Colours that multiply the material's ambient and diffuse, as for `mesh.phong.shade`.
+            Colours that multiply the material's ambient and diffuse, as for `mesh.phong.shade`; for blocks the name
+            of a point array that each has.
+        feature_angle : float, "auto" or None, default "auto"
+            Degrees between two faces from which their common edge is sharp, as for `mesh.phong.shade`; "auto" takes
+            30 where the mesh has no point normals of its own.
         **add_mesh_options
-            As for `pyvista.Plotter.add_mesh`, without those that colour the mesh.
+            As for `pyvista.Plotter.add_mesh`, without those that colour the mesh. With a `name` blocks are called
+            "name[block]", and replace those drawn under the name before.
 
         Returns
         -------
-        pyvista.Actor
-            An ordinary actor, drawn with VTK's lighting off.
+        pyvista.Actor or tuple of pyvista.Actor
+            An ordinary actor, drawn with VTK's lighting off; one for each block. `plotter.remove_actor` takes either.
 
         Raises
         ------
         ValueError
             If an argument is not allowed, or the mesh has nothing that can be lit.
         """
-        for option in _OURS:
-            if option in add_mesh_options:
-                allowed = f"an option of add_mesh other than {', '.join(_OURS)}"
-                check.refuse("option", option, allowed, "Colour comes from `material` and `albedo` here.")
-        check_material(material)
-        pane = self._pane
-        live = LiveMesh(mesh, material, albedo)
-        pane.evaluate(live)
-        live.actor = self._plotter.add_mesh(live.drawn, scalars=ARRAY, rgb=True, lighting=False, **add_mesh_options)
-        live.actor.prop.color = "white"  # VTK's exporters write it too, and glTF multiplies colours by it
-        pane.add(live)
+        refuse_colouring(add_mesh_options, "Colour comes from `material` and `albedo` here.")
+        pane, lives = self._pane, live_meshes(mesh, material, albedo, feature_angle)
+        for live in lives.values():
+            pane.evaluate(live)
+        name = add_mesh_options.pop("name", None)
+        make_room(self._plotter, name)
+        for live, named in zip(lives.values(), names_of(name, lives), strict=True):
+            live.actor = draw(self._plotter, live.drawn, ARRAY, add_mesh_options | named)
+            pane.add(live)
         wrap_outputs(self._plotter, self._prepared)
-        return live.actor
+        actors = tuple(live.actor for live in lives.values())
+        return actors if isinstance(mesh, pv.MultiBlock) else actors[0]
+
+    def add_lit(
+        self, lit: pv.DataSet | pv.MultiBlock, name: str = "phong", **add_mesh_options: Any
+    ) -> pv.Actor | tuple[pv.Actor, ...]:
+        """Draw a mesh that is lit already: its colours as they are, clipped to [0, 1], as `lit.phong.plot()` does.
+
+        Nothing is lit again: the colours stay what they are when lights or the camera move.
+
+        Parameters
+        ----------
+        lit : pyvista.DataSet or pyvista.MultiBlock
+            What `mesh.phong.shade` gave, or a file of it that was read back; it is not modified.
+        name : str, default "phong"
+            Name of the point array with the colours.
+        **add_mesh_options
+            As for `pyvista.Plotter.add_mesh`, without those that colour the mesh.
+
+        Returns
+        -------
+        pyvista.Actor or tuple of pyvista.Actor
+            An ordinary actor; one for each block of a MultiBlock.
+
+        Raises
+        ------
+        ValueError
+            If an option is not allowed, or there is no mesh with such an array.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> plotter = pv.Plotter(off_screen=True)
+        >>> actor = plotter.phong.add_lit(pv.Sphere().phong.shade(ph.DirectionalLight()))
+        >>> plotter.close()
+        """
+        refuse_colouring(add_mesh_options, "The colours are those of the array `name`.")
+        if not isinstance(lit, pv.DataSet | pv.MultiBlock):
+            check.refuse("lit", type(lit).__name__, "a pyvista.DataSet or a pyvista.MultiBlock")
+        meshes = leaves(lit)
+        if not meshes:
+            check.refuse("lit", "blocks without any mesh", "a MultiBlock with a mesh in it")
+        for mesh in meshes:
+            check.choice("name", name, mesh.point_data.keys())
+        actors = tuple(draw(self._plotter, in_range(mesh, name), name, add_mesh_options) for mesh in meshes)
+        return actors if isinstance(lit, pv.MultiBlock) else actors[0]
 
     def mesh(self, actor: pv.Actor) -> LiveMesh:
-        """What `add_mesh` drew as this actor: its `.material` and `.albedo` can be set.
+        """What `add_mesh` drew as this actor: its `.material`, which blocks share, and `.albedo` can be set.
 
         Raises
         ------
@@ -257,7 +320,8 @@ class PlotterPhong:
         length_step : float, optional
             What coordinates and lengths snap to; a round twentieth to fiftieth of the scene if not given.
         keys : mapping, optional
-            More keys for the window: key → (what the help says, function without arguments).
+            More keys for the window: key → (what the help says, function without arguments). A text that the function
+            gives is shown in the window.
 
         Returns
         -------
@@ -270,6 +334,8 @@ class PlotterPhong:
             If an argument is not allowed.
         """
         pane = self._pane
+        if isinstance(lights, str) or not isinstance(lights, Iterable | None):
+            check.refuse("lights", lights, "a sequence of lights, or None for all", "Put a single light into a list.")
         only = None if lights is None else [pane.rig.find(which) for which in lights]
         options = Options(
             check.flag("in_screenshots", in_screenshots),

@@ -11,10 +11,12 @@ import vtk
 
 import pvphong as ph
 from pvphong.meshes.blocks import datasets
+from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.lit import shade_mesh
 from pvphong.optics.lights import DirectionalLight, PointLight
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
+from pvphong.studies.refine import refinement
 
 SCENE = Scene(lights=[DirectionalLight(direction=(-1, -2, -3)), PointLight(position=(1, 1, 2))])
 GRID = pv.ImageData(dimensions=(3, 3, 3))
@@ -78,6 +80,53 @@ def test_the_signature_is_the_documented_one():
     assert {p.kind for p in parameters[2:]} == {inspect.Parameter.KEYWORD_ONLY}
 
 
+@pytest.mark.parametrize("name", ["refine", "interpolation_error"])
+def test_what_a_study_takes_is_written_out_for_a_mesh_and_for_blocks(name):
+    """The function's own parameters, all with its defaults but scene and material, which may be left out."""
+    taken = list(inspect.signature(getattr(refinement, name)).parameters.values())[1:]
+    expected = [(p.name, p.kind, p.default) for p in taken]
+    for kind, material in (("scene", None), ("material", Material())):
+        place = [entry[0] for entry in expected].index(kind)
+        expected[place] = (kind, inspect.Parameter.POSITIONAL_OR_KEYWORD, material)
+    for phong in (type(pv.Sphere().phong), type(pv.MultiBlock().phong)):
+        found = list(inspect.signature(getattr(phong, name)).parameters.values())[1:]
+        assert [(p.name, p.kind, p.default) for p in found] == expected, phong
+
+
+def test_blocks_are_refined_by_themselves_in_one_scene():
+    blocks = pv.MultiBlock({"ball": pv.Sphere(theta_resolution=8, phi_resolution=8), "gap": None})
+    blocks["ball"]["tint"] = np.linspace(0.2, 1, 3 * blocks["ball"].n_points).reshape(-1, 3)
+    options = {"tolerance": 0.02, "max_points": 500, "name": "lit", "placement": "smooth", "albedo": "tint"}
+    options |= {"matrix": np.diag([1, 1, 2.0, 1]), "precision": "float64", "feature_angle": 20}
+    found = blocks.phong.refine(SCENE, **options)
+    assert found.keys() == ["ball", "gap"]
+    assert found["gap"] is None
+    framed = scene_for(blocks, SCENE, options["matrix"])
+    expected = refinement.refine(blocks["ball"], framed, Material(), **options)
+    np.testing.assert_array_equal(found["ball"]["lit"], expected["lit"])
+    assert expected["lit"].dtype == np.float64
+    errors = blocks.phong.interpolation_error(SCENE, albedo="tint", matrix=options["matrix"], feature_angle=20)
+    options = {"albedo": "tint", "matrix": options["matrix"], "feature_angle": 20}
+    expected = refinement.interpolation_error(blocks["ball"], framed, Material(), **options)
+    np.testing.assert_array_equal(errors["ball"].active_scalars, expected.active_scalars)
+
+
+def test_every_study_of_blocks_takes_a_material_for_each():
+    ball = pv.Sphere(theta_resolution=8, phi_resolution=8)
+    blocks, mirror = pv.MultiBlock({"a": ball, "gap": None, "b": ball}), Material(diffuse=0.1, specular=0.9)
+    given, plain = {"default": Material(), "b": mirror}, blocks.phong
+    refined = plain.refine(SCENE, given, tolerance=0.2)
+    alone = plain.refine(SCENE, mirror, tolerance=0.2)
+    np.testing.assert_array_equal(refined["b"]["phong"], alone["b"]["phong"])
+    errors = [plain.interpolation_error(SCENE, one)["b"].active_scalars for one in (given, mirror, Material())]
+    np.testing.assert_array_equal(errors[0], errors[1])
+    assert np.abs(errors[0] - errors[2]).max() > 1e-3
+    assert [plan.effects["specular"].on for plan in plain.plan(SCENE, given).values()] == [False, True]
+    compared = plain.validate(SCENE, given)
+    assert [part.passed for part in compared.values()] == [True, True]
+    assert not np.array_equal(compared["a"].pvphong, compared["b"].pvphong)
+
+
 def test_follows_the_mesh_not_a_copy_of_it():
     mesh = pv.Sphere()
     mesh.clear_data()
@@ -112,3 +161,25 @@ def test_every_block_has_its_own_plan_and_diagnosis_where_names_are_shared_or_mi
     diagnoses = pv.MultiBlock({"inner": inner, "box": pv.Box(), "void": pv.PolyData()}).phong.diagnose()
     assert list(diagnoses) == ["inner/ball", "box"]
     assert str(diagnoses["box"]) == str(pv.Box().phong.diagnose())
+
+
+# --- a material for each block ---
+
+
+def blocks_of_three():
+    return pv.MultiBlock(
+        {"one": pv.Sphere(), "gap": None, "deep": pv.MultiBlock({"two": pv.Cube(), "three": pv.Cone()})}
+    )
+
+
+def test_each_block_has_the_material_of_its_name():
+    red, blue, green = (Material(diffuse=name) for name in ("red", "blue", "green"))
+    lit = blocks_of_three().phong.shade(SCENE, {"one": red, "deep/three": blue, "default": green})
+    for block, material in [(lit["one"], red), (lit["deep"]["two"], green), (lit["deep"]["three"], blue)]:
+        np.testing.assert_array_equal(block["phong"], block.phong.shade(SCENE, material)["phong"])
+
+
+@pytest.mark.parametrize("names", [("one",), ("one", "deep/two", "deep/three", "four"), ("default", "two")])
+def test_a_block_without_a_material_and_a_name_without_a_block_are_refused(names):
+    with pytest.raises(ValueError, match=r"^material must be a mapping with the names of all blocks"):
+        blocks_of_three().phong.shade(SCENE, dict.fromkeys(names, Material()))

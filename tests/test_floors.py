@@ -9,6 +9,7 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
+import pyvista as pv
 
 import pvphong
 
@@ -213,6 +214,7 @@ import json, sys
 import pyvista
 before = set(sys.modules)
 import pvphong
+pvphong.evaluate
 print(json.dumps(sorted(set(sys.modules) - before)))
 """
 
@@ -234,3 +236,37 @@ def test_the_face_says_what_it_gives():
     assert sorted(pvphong.__all__) == sorted(set(pvphong.__all__))
     undocumented = [name for name in pvphong.__all__ if not (getattr(pvphong, name).__doc__ or "").strip()]
     assert not undocumented
+
+
+def calls_upward(work):
+    """(caller, callee) of all calls from a module into one on a higher floor; others' code is looked through."""
+    found, ours = set(), {str(path): module for module, path in MODULES.items()}
+
+    def on_event(frame, event, _):
+        if event != "call" or frame.f_code.co_filename not in ours:
+            return
+        caller = frame.f_back
+        while caller is not None and caller.f_code.co_filename not in ours:
+            caller = caller.f_back
+        if caller is not None:
+            pair = [ours[each.f_code.co_filename] for each in (caller, frame)]
+            if floor_of(pair[0]) < floor_of(pair[1]):
+                found.add(tuple(pair))
+
+    sys.setprofile(on_event)
+    try:
+        work()
+    finally:
+        sys.setprofile(None)
+    return found
+
+
+def test_the_way_of_a_scene_goes_down():
+    """Only two functions that a higher floor has handed down are called upward: normals when wanted, and bounds."""
+    lamp = pvphong.SpotLight(position=(1, 1, 3), direction=(-1, -1, -3), cone_angle=25, exponent=8)
+    scene = pvphong.Scene([pvphong.DirectionalLight(), lamp], pvphong.Viewer(position=(3, 2, 4)))
+    shiny, ball = pvphong.Material(specular=0.5, shininess=20), pv.Sphere()
+    assert calls_upward(lambda: ball.phong.shade(scene, shiny, backend="numpy", components=True)) == {
+        ("geometry.extent", "shading.kernel"),
+        ("shading.vertices", "meshes.lit"),
+    }

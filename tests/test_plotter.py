@@ -73,7 +73,8 @@ def evaluations_after(plotter, change=None):
 def assert_current(plotter, actor, mesh, material, **options):
     """What is drawn is what `shade` gives for the scene on the screen, in steps of a display."""
     matrix = actor.GetMatrix()
-    lit = mesh.phong.shade(plotter.phong.scene, material, matrix=matrix, precision="float64", **options)
+    options = {"feature_angle": "auto", "precision": "float64"} | options
+    lit = mesh.phong.shade(plotter.phong.scene, material, matrix=matrix, **options)
     assert np.abs(drawn(actor) - 255.0 * lit["phong"]).max() <= 0.51
     assert drawn(actor).dtype == np.uint8
 
@@ -141,6 +142,140 @@ def test_what_cannot_be_drawn_is_refused_and_changes_nothing(plotter, mesh, mate
         plotter.phong.add_mesh(mesh, material, **options)
     assert not plotter.renderer.actors
     plotter.render()
+
+
+@pytest.mark.parametrize("feature_angle", ["auto", None, 0.0])
+def test_sharp_edges(plotter, feature_angle):
+    box = pv.Cube().clean()
+    box.point_data.clear()
+    options = {} if feature_angle == "auto" else {"feature_angle": feature_angle}
+    actor = draw(plotter, SHINY, box, **options)
+    assert actor.mapper.dataset.n_points == (8 if feature_angle is None else 24)
+    assert_current(plotter, actor, box, SHINY, feature_angle=feature_angle)
+    with pytest.raises(ValueError, match=r"^feature_angle must be"):
+        draw(plotter, SHINY, box, feature_angle="sharp")
+
+
+# --- blocks ---
+
+
+def blocks():
+    """Two meshes and what is none."""
+    left, right = ball(), pv.Cube(center=(1, 0, 0)).triangulate()
+    return left, right, pv.MultiBlock({"left": left, "no": None, "more": pv.MultiBlock({"right": right})})
+
+
+def test_every_block_is_lit_and_followed_and_they_share_the_material(plotter):
+    left, right, both = blocks()
+    actors = draw(plotter, SHINY, both)
+    assert [type(actor) for actor in actors] == [pv.Actor, pv.Actor]
+    for actor, mesh in zip(actors, (left, right), strict=True):
+        assert_current(plotter, actor, mesh, SHINY)
+    assert evaluations_after(plotter, lambda: setattr(right, "points", right.points * 1.5)) == 1
+    assert evaluations_after(plotter, lambda: setattr(plotter.phong.mesh(actors[1]), "material", DULL)) == 2
+    for actor, mesh in zip(actors, (left, right), strict=True):
+        assert_current(plotter, actor, mesh, DULL)
+
+
+def test_blocks_can_have_materials_of_their_own_by_name(plotter):
+    left, right, both = blocks()
+    both["third"] = ball().translate((0, 1, 0))
+    actors = draw(plotter, {"more/right": SHINY, "default": DULL}, both)
+    assert [plotter.phong.mesh(actor).material for actor in actors] == [DULL, SHINY, DULL]
+    plotter.phong.mesh(actors[0]).material = Material.named("jade")
+    assert plotter.phong.mesh(actors[2]).material == Material.named("jade")
+    plotter.render()
+    assert_current(plotter, actors[0], left, Material.named("jade"))
+    assert_current(plotter, actors[1], right, SHINY)
+    with pytest.raises(ValueError, match=r"^material must be a mapping with the names of all blocks"):
+        draw(plotter, {"rigth": SHINY}, both)
+
+
+@pytest.mark.parametrize("remove", ["all", "one"])
+def test_blocks_can_be_removed(plotter, remove):
+    actors = draw(plotter, DULL, blocks()[2])
+    plotter.remove_actor(actors if remove == "all" else actors[0])
+    left = 0 if remove == "all" else 1
+    assert len(plotter.renderer.actors) == left
+    assert evaluations_after(plotter, lambda: plotter.phong.set_light("sun", LAMP)) == left
+
+
+def test_a_name_is_for_all_blocks_and_replaces_what_it_was_for(plotter):
+    def named():
+        return sorted(plotter.renderer.actors)
+
+    draw(plotter, DULL, name="it")
+    draw(plotter, DULL, blocks()[2], name="it")
+    assert named() == ["it[left]", "it[more/right]"]
+    draw(plotter, DULL, pv.MultiBlock({"only": ball()}), name="it")
+    assert named() == ["it[only]"]
+    draw(plotter, DULL, name="it")
+    assert named() == ["it"]
+
+
+def test_an_albedo_of_blocks_is_an_array_that_each_has(plotter):
+    left, right, both = blocks()
+    for mesh in (left, right):
+        mesh["tint"] = np.full((mesh.n_points, 3), 0.4)
+    for actor, mesh in zip(draw(plotter, DULL, both, albedo="tint"), (left, right), strict=True):
+        assert_current(plotter, actor, mesh, DULL, albedo="tint")
+
+
+@pytest.mark.parametrize(
+    ("mesh", "options", "message"),
+    [
+        (pv.MultiBlock([None, pv.PolyData()]), {}, "^mesh must be a MultiBlock with a mesh in it"),
+        (pv.MultiBlock({"dots": pv.PolyData([[0.0, 0, 0]])}), {}, "^block 'dots': mesh must be a mesh with faces"),
+        (blocks()[2], {"albedo": np.ones((3, 3))}, "^albedo must be the name of a point array that every block"),
+        (blocks()[2], {"albedo": "tint"}, "^albedo must be one of"),
+        (blocks()[2], {"color": "red"}, "^option must be"),
+    ],
+)
+def test_blocks_that_cannot_be_drawn_are_refused_and_change_nothing(plotter, mesh, options, message):
+    with pytest.raises(ValueError, match=message):
+        plotter.phong.add_mesh(mesh, DULL, **options)
+    assert not plotter.renderer.actors
+
+
+# --- lit already ---
+
+
+def test_what_is_lit_already_is_drawn_as_it_is_and_stays_so(plotter):
+    lit = pv.Plane(i_size=50, j_size=50).phong.shade(SUN, DULL, name="colours")
+    lit["other"] = np.arange(lit.n_points)
+    state = lit.active_scalars_name, lit.array_names
+    actor = plotter.phong.add_lit(lit, "colours", opacity=1.0)
+    plotter.camera_position = [(0, 0, 5), (0, 0, 0), (0, 1, 0)]
+    plotter.show(auto_close=False)
+    before = plotter.screenshot(return_img=True)
+    assert np.abs(before[24, 24] - 255.0 * lit["colours"].mean(axis=0)).max() <= 2
+    assert (lit.active_scalars_name, lit.array_names) == state
+    assert not plotter.scalar_bars
+    assert evaluations_after(plotter, lambda: plotter.phong.set_light("sun", LAMP)) == 0
+    np.testing.assert_array_equal(plotter.screenshot(return_img=True), before)
+    plotter.remove_actor(actor)
+    assert not plotter.renderer.actors
+
+
+def test_blocks_that_are_lit_already(plotter):
+    actors = plotter.phong.add_lit(blocks()[2].phong.shade(SUN))
+    assert len(actors) == len(plotter.renderer.actors) == 2
+
+
+@pytest.mark.parametrize(
+    ("lit", "options", "message"),
+    [
+        (ball(), {}, r"^name must be one of 'Normals'; got phong"),
+        (ball(), {"name": "Normal"}, r"^name must be one of 'Normals'; got Normal\. Did you mean 'Normals'"),
+        (ball(), {"rgb": False}, r"^option must be .*; got rgb\. The colours are those of the array `name`"),
+        ("ball.vtp", {}, r"^lit must be a pyvista\.DataSet or a pyvista\.MultiBlock; got str"),
+        (pv.MultiBlock(), {}, r"^lit must be a MultiBlock with a mesh in it"),
+    ],
+)
+def test_what_is_not_lit_is_refused(plotter, lit, options, message):
+    with pytest.raises(ValueError, match=message):
+        plotter.phong.add_lit(lit, **options)
+    assert not plotter.renderer.actors
 
 
 # --- kept current, and only then ---

@@ -57,13 +57,20 @@ def example(kind, scale=1.0, **values):
         Falloff: values.pop("falloff", (1.0, 0.3, 0.5)),
     }
     chosen[Up] = (0.2, 1.0, 0.3)
-    chosen[Corners] = np.array([(1.0, -0.5, 1.0), (0.8, 0.2, 1.1), (0.6, -0.6, 0.7)])
+    chosen[Corners] = triangle(chosen[Place], chosen[Aim])
     units = {Place: scale, Corners: scale, Aim: scale, Length: scale, Falloff: scale ** -np.arange(3.0)}
     for field, role in KINDS[kind]().roles.items():
         for of in chosen:
             if isinstance(role, of):
                 values.setdefault(field, np.multiply(chosen[of], units.get(of, 1.0)).tolist())
     return KINDS[kind](**values)
+
+
+def triangle(middle, normal):
+    """Corners around a point, the front towards a direction."""
+    across = np.cross(normal, (0.3, -0.2, 1.0))
+    other = np.cross(normal, across)
+    return middle + 0.3 * np.array([a * across + b * other for a, b in ((1.0, 0.0), (-0.5, 0.4), (-0.5, -0.4))])
 
 
 def view(projection="perspective", scale=1.0, *, position=(4.0, -7.0, 5.0), focal_point=(0.1, 0.2, 0.3), up=(0, 0, 1)):

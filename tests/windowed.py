@@ -27,6 +27,7 @@ class Window:
             text=True,
         )
         self.state = self.ask("state")
+        self._at = None
         self._id = self._xdotool("search", "--name", "pvphong in a window").split()[-1]
 
     def ask(self, command):
@@ -45,8 +46,10 @@ class Window:
 
     def point(self, pixel):
         """Move the pointer to a pixel, counted from below as VTK does."""
-        x, y = round(pixel[0]), SIZE[1] - 1 - round(pixel[1])
-        self._xdotool("mousemove", "--sync", "--window", self._id, str(x), str(y))
+        at = str(round(pixel[0])), str(SIZE[1] - 1 - round(pixel[1]))
+        if at != self._at:  # xdotool would wait for a movement for as long as it can
+            self._xdotool("mousemove", "--sync", "--window", self._id, *at)
+        self._at = at
 
     def do(self, *words, until=None):
         """Something else with mouse or keyboard."""
@@ -133,7 +136,8 @@ def told(plotter, actor, guest):
         "guest": [guest.position, guest.focal_point, guest.cone_angle],
         "colors": hashlib.sha256(np.ascontiguousarray(colors)).hexdigest(),
         "hovered": next((gizmo.hovered for gizmo in gizmos if gizmo.hovered), None),
-        "dragging": board._drag is not None,
+        "dragging": board.hands.drag is not None,
+        "typing": "" if board.hands.entry is None else board.hands.entry.text,
         "selected": [gizmo.is_selected for gizmo in gizmos],
         "camera": list(plotter.camera.position),
     }

@@ -53,6 +53,8 @@ def number(
     remedy: str = "",
 ) -> float:
     """One finite real number within its bounds, as a float."""
+    if type(value) is float and math.isfinite(value) and at_least <= value <= at_most and value > above:
+        return value  # as nearly always: files of many lights have many numbers
     allowed = "a finite number" + _interval(at_least, above, at_most)
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (numbers.Real, np.number)):
         refuse(name, value, allowed, remedy)
@@ -96,7 +98,8 @@ def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
         return value
     close = difflib.get_close_matches(value.lower(), options) if isinstance(value, str) else []
     remedy = f"Did you mean {' or '.join(repr(c) for c in close)}?" if close else ""
-    refuse(name, value, "one of " + ", ".join(repr(o) for o in options), remedy)
+    listed = "one of " + ", ".join(repr(o) for o in options)
+    refuse(name, value, listed if options else "the name of one, and there is none", remedy)
 
 
 def text(name: str, value: Any) -> str:
@@ -122,6 +125,8 @@ def direction(name: str, value: Any) -> Vector:
 
 def numbers_in(name: str, value: Any, count: int) -> tuple[float, ...]:
     """A sequence of `count` finite numbers, as a tuple of floats."""
+    if _are_floats(value, count):
+        return tuple(value)
     allowed = f"{count} finite numbers"
     value = getattr(value, "float_rgb", value)  # a pyvista.Color, which has no length
     if isinstance(value, np.ndarray) and value.ndim != 1:
@@ -133,12 +138,20 @@ def numbers_in(name: str, value: Any, count: int) -> tuple[float, ...]:
     return tuple(number(f"{name}[{index}]", item) for index, item in enumerate(value))
 
 
+def _are_floats(value: Any, count: int) -> bool:
+    """Whether it is a tuple of so many finite floats, which needs no more checks."""
+    return type(value) is tuple and len(value) == count and all(type(v) is float and math.isfinite(v) for v in value)
+
+
 def color(name: str, value: Any) -> Color:
     """A linear colour: a float for grey, three floats, or one of PyVista's colour names or hex strings.
 
     Floats are kept to the bit and may exceed 1 (a bright light). Integer triples with an entry above 1
     are refused: they would be 0-255 values.
     """
+    if _are_floats(value, 3) and min(value) >= 0.0:
+        red, green, blue = value
+        return red, green, blue
     allowed = "a number >= 0, three numbers >= 0 (1.0 = full), or a colour name or hex string"
     if isinstance(value, str):
         try:
@@ -206,7 +219,14 @@ def rows(name: str, value: Any, *, count: int | None = None, allowed: str = _ROW
 
 
 def real_array(name: str, value: Any, allowed: str) -> Any:
-    """An array of integers or floats of any shape; ragged lists, strings, objects and complex numbers are refused."""
+    """An array of integers or floats of any shape.
+
+    Ragged lists, strings, objects, complex numbers and masked entries are refused.
+    """
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        refuse(
+            name, "an array with masked entries", allowed, "Fill them, as with array.filled(0.0), or leave them out."
+        )
     try:
         result = np.asarray(value)
     except ValueError:

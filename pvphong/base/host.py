@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
 from pvphong.base.types import Vector
@@ -43,5 +44,5 @@ def light_placed(light: Any, viewer: Any) -> Any:
 
 def _ask(question: str, *arguments: Any) -> Any:
     if question not in _answers:
-        raise ValueError(f"{question} is answered by PyVista, which is not loaded; `import pvphong` loads it.")
+        import_module("pvphong.vtk.host")  # answers all of them
     return _answers[question](*arguments)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import sys
+import traceback
 from collections.abc import Sequence
 from importlib.metadata import version
+from inspect import signature
 
 from cyclopts import App, CycloptsError
 
@@ -17,23 +19,52 @@ from pvphong.cli.tradeoff import tradeoff
 from pvphong.cli.validate import validate
 from pvphong.cli.view import view
 
+_VERBOSE = "--verbose"
+
 app = App(
     name="pvphong",
     help="Phong lighting of meshes as data: lit colours as arrays, in files and in pictures.",
+    help_epilogue="With --verbose any command shows what libraries print on the error output.",
     version=version("pvphong"),
     suppress_keyboard_interrupt=False,
 )
-for command in (demo, shade, view, plan, validate, tradeoff, diagnose):
-    app.command(command)
-app.command(compile_code, name="compile")
+_COMMANDS = {
+    **{command.__name__: command for command in (demo, shade, view, plan, validate, tradeoff, diagnose)},
+    "compile": compile_code,
+}
+for name, command in _COMMANDS.items():
+    app.command(command, name=name)
 
 
 def main(tokens: Sequence[str] | None = None) -> int:
-    """Run the command line and give the exit status."""
+    """Run the command line in this process and give the exit status."""
+    words = list(sys.argv[1:] if tokens is None else tokens)
+    verbose = _VERBOSE in words
     try:
-        return app(tokens, exit_on_error=False, print_error=False, result_action="return_value") or 0
+        status = app(_for_command(words), exit_on_error=False, print_error=False, result_action="return_value") or 0
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except (CycloptsError, ValueError, OSError) as error:
-        print("error:", " ".join(str(error).split()), file=sys.stderr)
-        return 2
+        return _refused(str(error))
     except KeyboardInterrupt:
         return 130
+    except MemoryError:
+        return _refused("there is not enough memory for this.")
+    except Exception as error:
+        if verbose:
+            traceback.print_exc()
+        return _refused(f"{type(error).__name__}: {error} (this should not happen; --verbose shows where)")
+    return status
+
+
+def _for_command(words: list[str]) -> list[str]:
+    """The words without --verbose, if the command itself has no more to say; the supervisor has seen it."""
+    command = next((_COMMANDS.get(word) for word in words if not word.startswith("-")), None)
+    if command is not None and "verbose" in signature(command).parameters:
+        return words
+    return [word for word in words if word != _VERBOSE]
+
+
+def _refused(why: str) -> int:
+    print("error:", " ".join(why.split()), file=sys.stderr)
+    return 2

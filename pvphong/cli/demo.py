@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import fields
 from pathlib import Path
-from typing import Any
 
 import pyvista as pv
 from pyvista import examples
@@ -13,6 +11,7 @@ from rich.console import Console
 from rich.markdown import Markdown
 
 from pvphong.base.files import written_aside
+from pvphong.base.text import told
 from pvphong.cli.spinner import busy
 from pvphong.meshes.files import save_lit
 from pvphong.meshes.lit import shade_mesh
@@ -119,8 +118,8 @@ def _report(lit: pv.PolyData, seconds: float) -> str:
             "|---|---|",
             f"| mesh | {lit.n_points} points, {lit.n_cells} faces |",
             *(f"| light | {_described(light)} |" for light in SCENE.world_lights),
-            f"| material | {_fields(PLASTIC)} |",
-            f"| light model | {_fields(SCENE.light_model)} |",
+            f"| material | {told(PLASTIC)} |",
+            f"| light model | {told(SCENE.light_model)} |",
             f"| lit in | {1e3 * seconds:.1f} ms, normals included |",
             f"| darkest red, green, blue | {darkest} |",
             f"| brightest red, green, blue | {brightest} |",
@@ -128,7 +127,7 @@ def _report(lit: pv.PolyData, seconds: float) -> str:
             "## Diagnosis of the mesh",
             "",
             "```text",
-            str(diagnose(lit)),
+            diagnose(lit).explain(),
             "```",
             "",
         ]
@@ -136,11 +135,4 @@ def _report(lit: pv.PolyData, seconds: float) -> str:
 
 
 def _described(light: Light) -> str:
-    return f"{light.name}: {type(light).__name__}, {_fields(light, without=('name', 'on', 'frame'))}"
-
-
-def _fields(value: Any, without: tuple[str, ...] = ()) -> str:
-    """The fields that are not at their defaults."""
-    shown = {f.name: getattr(value, f.name) for f in fields(value) if f.name not in without}
-    defaults = {f.name: f.default for f in fields(value)}
-    return ", ".join(f"{name} {entry}" for name, entry in shown.items() if entry != defaults[name])
+    return f"{light.name}: {type(light).__name__}, {told(light, without=('name', 'on', 'frame'))}"

@@ -9,8 +9,10 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from pvphong.base.types import ColorLike
+from pvphong.meshes.blocks import DEFAULT, only
 from pvphong.meshes.edges import FeatureAngle
 from pvphong.optics.material import Material
+from pvphong.scene.scene import load_materials
 
 
 @dataclass(frozen=True)
@@ -20,7 +22,7 @@ class Look:
     Parameters
     ----------
     material
-        A classic material such as "gold" or "red plastic"; a dull grey if not given.
+        A classic material such as "gold" or "red plastic"; the rig's if not given, or else a dull grey.
     ambient
         Reflectance of ambient light, in place of the material's: a number, three as in 1,0.5,0.2, or a colour's name.
     diffuse
@@ -40,14 +42,21 @@ class Look:
     emission: str | None = None
     shininess: float | None = None
 
-    def to_material(self) -> Material:
-        """The material that the options describe."""
-        named = Material() if self.material is None else _named(self.material)
+    def to_materials(self, rig: Path | None) -> dict[str, Material]:
+        """The materials that the options describe, by the names of their blocks: the rig's if none is named."""
+        if self.material is not None:
+            begun = {DEFAULT: _named(self.material)}
+        else:
+            begun = ({} if rig is None else load_materials(rig)) or {DEFAULT: Material()}
         colors = {term: getattr(self, term) for term in ("ambient", "diffuse", "specular", "emission")}
         changes: dict[str, Any] = {term: _color(text) for term, text in colors.items() if text is not None}
         if self.shininess is not None:
             changes["shininess"] = self.shininess
-        return replace(named, **changes)
+        return {name: replace(material, **changes) for name, material in begun.items()}
+
+    def to_material(self, rig: Path | None) -> Material:
+        """The material of a single mesh."""
+        return only(self.to_materials(rig))
 
 
 def _named(name: str) -> Material:
@@ -66,8 +75,13 @@ def _color(text: str) -> ColorLike:
     return numbers[0] if len(numbers) == 1 else numbers
 
 
-Rig = Annotated[Path | None, Parameter(help="Lights, viewer and light model, as Scene.save writes them (JSON).")]
+Rig = Annotated[
+    Path | None, Parameter(help="Lights, viewer, light model, materials, as Scene.save writes them (JSON).")
+]
 LookOptions = Annotated[Look, Parameter(name="*")]
+Verbose = Annotated[
+    bool, Parameter(name=["--verbose", "-v"], negative="", show_default=False, help="Tell all of it, not a few lines.")
+]
 PLAIN = Look()
 """None of its options given."""
 

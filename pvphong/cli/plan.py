@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from pvphong.cli.inputs import NOTHING, SIZE, single_meshes, surface_and_scene
-from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, Rig, feature_angle_of
+from pvphong.cli.inputs import SIZE, surface_and_scene
+from pvphong.cli.lighting import with_materials
+from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, Rig, Verbose, feature_angle_of
+from pvphong.cli.telling import tell
 from pvphong.meshes.lit import plan as plan_mesh
 
 
@@ -17,8 +19,9 @@ def plan(
     look: LookOptions = PLAIN,
     tolerance: float = 0.0,
     feature_angle: FeatureAngleOption = "auto",
+    verbose: Verbose = False,
 ) -> None:
-    """Say which effects a scene calls for on a mesh, which are left out, and why.
+    """Say which effects a scene calls for on a mesh and which are left out; with --verbose, why.
 
     Parameters
     ----------
@@ -31,12 +34,10 @@ def plan(
         normals of its own, and "none" leaves all of it smooth.
     """
     outside, rig = surface_and_scene(mesh, scene, SIZE)
-    material = look.to_material()
+    materials = look.to_materials(scene)
     options: Any = {"tolerance": tolerance, "feature_angle": feature_angle_of(feature_angle)}
-    plans = [(block, plan_mesh(single, rig, material, **options)) for block, single in single_meshes(outside)]
-    for block, found in plans:
-        if block:
-            print(f"{block}:")
-        print(found.explain())
-    if not plans:
-        print(NOTHING)
+    found = (
+        (block, plan_mesh(single, rig, material, **options))
+        for block, single, material in with_materials(outside, materials)
+    )
+    tell(found, verbose)

@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
-import pyvista as pv
 from cyclopts import Parameter
 
+from pvphong.base import check
 from pvphong.base.types import Precision
-from pvphong.cli.inputs import SIZE, surface_and_scene
+from pvphong.cli.inputs import SIZE, seeing, surface_and_scene
+from pvphong.cli.lighting import shaded
 from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, Rig, feature_angle_of
 from pvphong.cli.spinner import busy
 from pvphong.meshes import pictures
-from pvphong.meshes.blocks import map_blocks
 from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, refuse_suffix, save_lit
-from pvphong.meshes.lit import shade_mesh
-from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
 
 _OUTPUTS = (*dict.fromkeys(MESH_FORMATS + BLOCK_FORMATS), ".png")
+_WITHOUT_ARRAYS = (".png", ".ply")
 
 
 def shade(
@@ -31,13 +28,13 @@ def shade(
     scene: Rig = None,
     look: LookOptions = PLAIN,
     albedo: str | None = None,
-    array: str = "phong",
+    array: str | None = None,
     components: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     precision: Precision = "float32",
     tolerance: float = 0.0,
     feature_angle: FeatureAngleOption = "auto",
-    size: Annotated[tuple[int, int], Parameter(negative="", show_default="{} {}".format(*SIZE))] = SIZE,
-    background: str = "white",
+    size: Annotated[tuple[int, int] | None, Parameter(negative="")] = None,
+    background: str | None = None,
 ) -> None:
     """Light a mesh; write it with its colours, or write a picture of it.
 
@@ -53,7 +50,7 @@ def shade(
     albedo
         Name of a point array of colours that multiply the material's ambient and diffuse.
     array
-        Name of the array of lit colours.
+        Name of the array of lit colours, "phong" if not given.
     components
         Add the ambient, diffuse, specular, emission and per-light arrays.
     precision
@@ -64,28 +61,34 @@ def shade(
         Degrees between two faces from which their common edge is sharp; "auto" takes 30 where the mesh has no point
         normals of its own, and "none" leaves all of it smooth.
     size
-        Width and height of a picture in pixels.
+        Width and height of a picture in pixels, 1024 768 if not given.
     background
-        Colour of a picture's background.
+        Colour of a picture's background, white if not given.
     """
-    pictures.refuse_size(size)
     refuse_suffix(output, "a mesh", _OUTPUTS)
+    suffix = output.suffix.lower()
+    draws = suffix == ".png"
+    if not draws:
+        _refuse_given({"--size": size, "--background": background}, "left out, for a mesh has none")
+    if suffix in _WITHOUT_ARRAYS:
+        _refuse_given({"--array": array, "--components": components}, f"left out, for a {suffix} holds no arrays")
+    size, array = size or SIZE, "phong" if array is None else array
+    pictures.refuse_size(size)
     how = {"albedo": albedo, "components": components, "precision": precision, "tolerance": tolerance}
     how["feature_angle"] = feature_angle_of(feature_angle)
     with busy(f"Lighting {mesh}"):
         outside, rig = surface_and_scene(mesh, scene, size)
-        lit = _shaded(outside, rig, look.to_material(), name=array, **how)
-        if output.suffix.lower() == ".png":
-            image = pictures.draw(lit, rig.viewer, name=array, size=size, background=background)
+        rig = seeing(rig, outside, size) if draws else rig
+        lit = shaded(outside, rig, look.to_materials(scene), name=array, **how)
+        if draws:
+            image = pictures.draw(lit, rig.viewer, name=array, size=size, background=background or "white")
             pictures.save_picture(image, output)
-            if (image == image[0, 0]).all():
-                print("note: the scene's viewer sees nothing of the mesh.", file=sys.stderr)
         else:
             save_lit(lit, output, array)
     print(output)
 
 
-def _shaded(mesh: Any, scene: Scene, material: Material, **how: Any) -> Any:
-    if isinstance(mesh, pv.MultiBlock):
-        return map_blocks(mesh, lambda block: shade_mesh(block, scene, material, **how))
-    return shade_mesh(mesh, scene, material, **how)
+def _refuse_given(options: dict[str, Any], allowed: str) -> None:
+    for option, given in options.items():
+        if given not in (None, False):
+            check.refuse(option, given, allowed)

@@ -8,7 +8,9 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.cli.inputs import SIZE, surface_and_scene
-from pvphong.cli.options import PLAIN, LookOptions, Rig
+from pvphong.cli.options import PLAIN, LookOptions, Rig, Verbose
+from pvphong.cli.telling import tell
+from pvphong.meshes.together import together
 from pvphong.studies.accuracy import tradeoff as measure_tradeoff
 from pvphong.studies.accuracy.figure import refuse_format
 
@@ -24,13 +26,14 @@ def tradeoff(
     plot: Path | None = None,
     csv: Path | None = None,
     json: Path | None = None,
+    verbose: Verbose = False,
 ) -> None:
     """Measure what accuracy costs in time on a mesh: evaluators, simpler light models, refined meshes, VTK.
 
     Parameters
     ----------
     mesh
-        A file of any format that PyVista reads.
+        A file of any format that PyVista reads; several blocks are measured together, as one surface.
     tolerance
         Largest absolute colour error that is to be allowed; 1/255 = 0.0039 is one step of a display.
     seconds
@@ -48,10 +51,9 @@ def tradeoff(
         if output is not None and not output.resolve().parent.is_dir():
             check.refuse("path", output, "in a folder that exists", f"Create {output.parent} first.")
     outside, rig = surface_and_scene(mesh, scene, SIZE)
-    if isinstance(outside, pv.MultiBlock):
-        check.refuse("mesh", mesh, "a file with a single mesh", "Save one of its blocks by itself.")
-    result = measure_tradeoff(outside, rig, look.to_material(), tolerance=tolerance, seconds=seconds)
-    print(result)
+    whole = together(outside) if isinstance(outside, pv.MultiBlock) else outside
+    result = measure_tradeoff(whole, rig, look.to_material(scene), tolerance=tolerance, seconds=seconds)
+    tell([("", result)], verbose)
     for path, save in ((plot, result.plot), (csv, result.to_csv), (json, result.to_json)):
         if path is not None:
             save(path)

@@ -4,18 +4,39 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pvphong.cli.inputs import SIZE, surface_and_scene
-from pvphong.cli.options import PLAIN, LookOptions, Rig
-from pvphong.cli.window import show
+from pvphong.cli.inputs import SIZE, seeing, surface_and_scene
+from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, Rig, feature_angle_of
+from pvphong.cli.window import BACKGROUND, show
 
 
-def view(mesh: str, /, *, scene: Rig = None, look: LookOptions = PLAIN) -> None:
+def view(
+    mesh: str,
+    /,
+    *,
+    scene: Rig = None,
+    look: LookOptions = PLAIN,
+    feature_angle: FeatureAngleOption = "auto",
+    background: str = BACKGROUND,
+) -> None:
     """Show a lit mesh in a window, with gizmos to place its lights; the key h lists the keys.
 
     Parameters
     ----------
     mesh
         A file of any format that PyVista reads.
+    feature_angle
+        Degrees between two faces from which their common edge is sharp; "auto" takes 30 where the mesh has no point
+        normals of its own, and "none" leaves all of it smooth.
+    background
+        Colour of the window's background.
     """
     outside, rig = surface_and_scene(mesh, scene, SIZE)
-    show(outside, rig, look.to_material(), title=f"pvphong: {mesh}", stem=Path(mesh).stem)
+    show(
+        outside,
+        seeing(rig, outside, SIZE),
+        look.to_materials(scene),
+        title=f"pvphong: {mesh}",
+        stem=Path(mesh).stem,
+        background=background,
+        feature_angle=feature_angle_of(feature_angle),
+    )

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.meshes.blocks import leaves, map_blocks
+from pvphong.cli.lighting import shaded
+from pvphong.meshes.blocks import DEFAULT, datasets, only
+from pvphong.meshes.edges import FeatureAngle
 from pvphong.meshes.files import save_lit
-from pvphong.meshes.lit import shade_mesh
 from pvphong.meshes.pictures import WITHOUT_DISPLAY, aim, drawing_window, save_picture
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
@@ -21,8 +22,19 @@ from pvphong.studio.live import ARRAY
 _INSTEAD = "A picture needs no window: pvphong shade MESH -o picture.png."
 
 
+BACKGROUND = "#2b2e34"
+"""Dark, so that lights and their gizmos are what is bright."""
+
+
 def show(
-    mesh: pv.PolyData | pv.MultiBlock, scene: Scene, material: Material, *, title: str, stem: str = "pvphong"
+    mesh: pv.PolyData | pv.MultiBlock,
+    scene: Scene,
+    materials: Mapping[str, Material],
+    *,
+    title: str,
+    stem: str = "pvphong",
+    background: str = BACKGROUND,
+    feature_angle: FeatureAngle = "auto",
 ) -> None:
     """Open a window with a lit mesh and gizmos for its lights, and come back when it is closed.
 
@@ -35,52 +47,64 @@ def show(
         A surface, or several.
     scene : Scene
         Its viewer is where the camera stands at first.
-    material : Material
-        The surface's reflectances.
+    materials : mapping
+        Material of each block, or of "default".
     title : str
         Of the window.
     stem : str
         What the names of saved files begin with.
+    background : str
+        A colour name or hex string.
+    feature_angle : float, "auto" or None, default "auto"
+        Degrees from which edges are sharp, as for `shade`.
 
     Raises
     ------
     ValueError
-        If there is no display to open it on.
+        If there is no display to open it on, or an argument is not allowed.
     """
     if pv.OFF_SCREEN:
         check.refuse("PYVISTA_OFF_SCREEN", "true", "unset where a window is to open", _INSTEAD)
     if drawing_window() in WITHOUT_DISPLAY:
         check.refuse("DISPLAY", os.environ.get("DISPLAY", "none"), "a display to open a window on", _INSTEAD)
+    check.color("background", background)
     plotter = pv.Plotter(title=title, lighting="none")
+    plotter.set_background(background)
     aim(plotter, scene.viewer)
     plotter.phong.light_model = scene.light_model
     for light in scene.lights:
         plotter.phong.add_light(light)
-    for part in leaves(mesh):
-        plotter.phong.add_mesh(part, material)
+    several = isinstance(mesh, pv.MultiBlock)
+    drawn = plotter.phong.add_mesh(mesh, materials if several else only(materials), feature_angle=feature_angle)
+    names = [name for name, _ in datasets(mesh)] if several else [DEFAULT]
+    actors = dict(zip(names, drawn if several else [drawn], strict=True))
+
+    def shown() -> dict[str, Material]:
+        found = {name: plotter.phong.mesh(actor).material for name, actor in actors.items()}
+        first = next(iter(found.values()))
+        return {DEFAULT: first} if all(material == first for material in found.values()) else found
+
     plotter.reset_camera_clipping_range()  # PyVista leaves it alone once the camera has been placed
-    plotter.phong.add_gizmos(keys=_keys(plotter, mesh, material, stem))
+    plotter.phong.add_gizmos(keys=_keys(plotter, mesh, shown, feature_angle, stem))
     plotter.show()
 
 
 def _keys(
-    plotter: pv.Plotter, mesh: pv.PolyData | pv.MultiBlock, material: Material, stem: str
-) -> dict[str, tuple[str, Callable[[], None]]]:
+    plotter: pv.Plotter,
+    mesh: pv.PolyData | pv.MultiBlock,
+    materials: Callable[[], dict[str, Material]],
+    feature_angle: FeatureAngle,
+    stem: str,
+) -> dict[str, tuple[str, Callable[[], str]]]:
     """Keys that save what the window shows: key → (what it does, how)."""
     several = isinstance(mesh, pv.MultiBlock)
     rig, lit, picture = Path(f"{stem}-rig.json"), Path(f"{stem}-lit.{'vtm' if several else 'vtp'}"), Path(f"{stem}.png")
 
     def save_lit_mesh() -> None:
-        scene = plotter.phong.scene
-        shaded = (
-            map_blocks(mesh, lambda block: shade_mesh(block, scene, material))
-            if several
-            else shade_mesh(mesh, scene, material)
-        )
-        save_lit(shaded, lit, ARRAY)
+        save_lit(shaded(mesh, plotter.phong.scene, materials(), feature_angle=feature_angle), lit, ARRAY)
 
     def save_rig() -> None:
-        plotter.phong.scene.save(rig)
+        plotter.phong.scene.save(rig, materials=materials())
 
     def save_screenshot() -> None:
         save_picture(plotter.screenshot(return_img=True), picture)
@@ -92,15 +116,16 @@ def _keys(
     }
 
 
-def _told(save: Callable[[], None], path: Path) -> Callable[[], None]:
+def _told(save: Callable[[], None], path: Path) -> Callable[[], str]:
     """The saving function, which says where the file is, or why there is none: a window must outlive an error."""
 
-    def press() -> None:
+    def press() -> str:
         try:
             save()
         except ValueError as error:
             print("error:", error, file=sys.stderr)
-        else:
-            print(path)
+            return f"error: {error}"
+        print(path)
+        return f"saved {path}"
 
     return press

@@ -15,6 +15,9 @@ from pvphong.base.types import BoolArray, Float64Array, IntArray
 # Corners in a block: its arrays then stay in a core's cache.
 _BLOCK_CORNERS = 3 * 8192
 
+# Faces whose sizes are looked at at once.
+_SIZES_AT_ONCE = 2**15
+
 # Faces whose longest edge lies between these are used as they are: edges to the fourth power stay in range
 # even in slivers.
 _LEAST_SPAN, _MOST_SPAN = 2.0**-100, 2.0**100
@@ -59,18 +62,20 @@ class Block:
         subtracts first, so a world offset costs nothing (M. E. Newell, in Sutherland et al. 1974). The last
         triangle takes the edge back to corner 0, so that a triangle's own two edges there are used.
         """
-        sides = np.concatenate([self.edges[:, 1:-2], -self.edges[:, -1:]], axis=1)
+        count = self.spokes.shape[1]
         total = np.zeros((3, len(self.faces)))
         terms = np.zeros_like(total)
-        for spoke in range(self.spokes.shape[1]):
+        for spoke in range(count):
+            side = self.edges[:, spoke + 1] if spoke < count - 1 else -self.edges[:, -1]
             for axis in range(3):
                 one, two = (axis + 1) % 3, (axis + 2) % 3
-                forth = self.spokes[one, spoke] * sides[two, spoke]
-                back = self.spokes[two, spoke] * sides[one, spoke]
+                forth = self.spokes[one, spoke] * side[two]
+                back = self.spokes[two, spoke] * side[one]
                 total[axis] += forth - back
                 terms[axis] += np.abs(forth) + np.abs(back)
         degenerate = np.logical_and.reduce(np.abs(total) <= _NOISE * terms, axis=0)
-        total[:, degenerate] = 0.0
+        if degenerate.any():
+            total[:, degenerate] = 0.0
         return total
 
 
@@ -94,27 +99,38 @@ class Faces:
 
     def __init__(self, points: ArrayLike, connectivity: ArrayLike, offsets: ArrayLike) -> None:
         rows = check.array("points", points)
-        self.offsets = _checked_offsets(offsets, len(np.atleast_1d(connectivity)))
+        self.offsets = _integers("offsets", offsets)
+        self._sizes = _checked_sizes(self.offsets, len(np.atleast_1d(connectivity)))
         self.connectivity = _checked_connectivity(connectivity, self.offsets, len(rows))
         self.count = len(self.offsets) - 1
         self.n_points = len(rows)
-        self._columns = np.ascontiguousarray(rows.T, dtype=np.float64)
+        self._rows = np.ascontiguousarray(rows)  # or each block would have them copied
 
     def blocks(self) -> Iterator[Block]:
         """Blocks of faces with equally many corners; faces with fewer than 3 are in none."""
-        sizes = np.diff(self.offsets)
-        for size in np.unique(sizes[sizes >= 3]).tolist():
-            alike = np.flatnonzero(sizes == size)
-            step = max(_BLOCK_CORNERS // size, 1)
-            for start in range(0, len(alike), step):
-                faces = alike[start : start + step]
-                yield self._block(faces, self.connectivity[self.offsets[faces][:, None] + np.arange(size)])
+        for size in self._sizes:
+            if size < 3:
+                continue
+            alike = None if len(self._sizes) == 1 else np.flatnonzero(np.diff(self.offsets) == size)
+            count, step = self.count if alike is None else len(alike), max(_BLOCK_CORNERS // size, 1)
+            for start in range(0, count, step):
+                stop = min(start + step, count)
+                faces = np.arange(start, stop) if alike is None else alike[start:stop]
+                yield self._block(faces, self._corners(faces, size))
+
+    def _corners(self, faces: IntArray, size: int) -> IntArray:
+        """(m, size) corners of faces of one size; of such as follow one another they are a view."""
+        first, last = faces[0], faces[-1]
+        if last - first == len(faces) - 1:
+            return self.connectivity[self.offsets[first] : self.offsets[last + 1]].reshape(-1, size)
+        return self.connectivity[self.offsets[faces][:, None] + np.arange(size)]
 
     def _block(self, faces: IntArray, corners: IntArray) -> Block:
-        points = np.take(self._columns, np.ascontiguousarray(corners.T), axis=1)
+        gathered = np.take(self._rows, corners, axis=0)  # several times as fast as an index
+        points = np.ascontiguousarray(gathered.transpose(2, 1, 0), dtype=np.float64)
         with np.errstate(over="ignore", invalid="ignore"):
             edges, spokes = _edges_and_spokes(points)
-            span = np.abs(edges).max(axis=(0, 1))
+            span = np.abs(edges).reshape(-1, len(corners)).max(axis=0)
         exponents = np.zeros(len(faces), dtype=np.int32)
         rare = ~((span >= _LEAST_SPAN) & (span <= _MOST_SPAN))  # NaN is rare too
         if rare.any():
@@ -139,18 +155,21 @@ def _rescaled(points: Float64Array) -> tuple[Float64Array, Float64Array, NDArray
     return np.ldexp(edges, -exponents), np.ldexp(spokes, -exponents), exponents - quarters
 
 
-def _checked_offsets(offsets: ArrayLike, end: int) -> IntArray:
-    result = _integers("offsets", offsets)
-    rises = len(result) > 0 and result[0] == 0 and bool((np.diff(result) >= 0).all())
-    if not rises or result[-1] != end:
+def _checked_sizes(offsets: IntArray, end: int) -> list[int]:
+    """Numbers of corners that faces have, in rising order."""
+    found: set[int] = set()
+    for start in range(0, len(offsets) - 1, _SIZES_AT_ONCE):  # an array of all of them costs more than the look at it
+        sizes = np.diff(offsets[start : start + _SIZES_AT_ONCE + 1])
+        found.update({int(sizes[0])} if (sizes == sizes[0]).all() else np.unique(sizes).tolist())
+    if not len(offsets) or offsets[0] != 0 or offsets[-1] != end or min(found, default=0) < 0:
         allowed = f"indices that rise from 0 to the connectivity's length, {end}"
         check.refuse(
             "offsets",
-            np.array2string(result, threshold=9),
+            np.array2string(offsets, threshold=9),
             allowed,
             "One starts each face, and one more ends the last.",
         )
-    return result
+    return sorted(found)
 
 
 def _checked_connectivity(connectivity: ArrayLike, offsets: IntArray, n_points: int) -> IntArray:

@@ -17,7 +17,7 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array, Weighting
 from pvphong.base.wide import common_integers
 from pvphong.geometry.faces import Block, Faces
-from pvphong.geometry.transform import normalize
+from pvphong.geometry.transform import normalize, normalize_columns
 
 # How a weight grows with the size of its face: as length to this power.
 _POWER: dict[str, int] = {"angle": 0, "area": 2, "max": -2}
@@ -27,6 +27,9 @@ _NOISE = 16 * 2.0**-53
 
 # The level of a point that no face touches: below every other, and far from the integers' end.
 _NO_LEVEL = -(2**20)
+
+# Points whose sums are made unit vectors at once.
+_POINTS_AT_ONCE = 2**14
 
 
 def polygon_normals(points: ArrayLike, connectivity: ArrayLike, offsets: ArrayLike) -> Float64Array:
@@ -61,7 +64,9 @@ def polygon_normals(points: ArrayLike, connectivity: ArrayLike, offsets: ArrayLi
     faces = Faces(points, connectivity, offsets)
     result = np.zeros((faces.count, 3))
     for block in faces.blocks():
-        result[block.faces] = normalize(block.area_vectors().T)
+        areas = block.area_vectors()
+        normalize_columns(areas, areas)
+        result[block.faces] = areas.T
     return result
 
 
@@ -76,8 +81,8 @@ def point_normals(
         As for `polygon_normals`.
     weighting : {"angle", "area", "max"}
         A face's weight at a corner: its angle there [1]_, which no other way of cutting the same surface into
-        faces can change; its area; or sine of the angle / product of the two edges' lengths [2]_, which is
-        exact on a sphere.
+        faces can change, 180° at a point that stands where the one before or after it does; its area; or sine of the
+        angle / product of the two edges' lengths [2]_, which is exact on a sphere.
 
     Returns
     -------
@@ -101,19 +106,31 @@ def point_normals(
     check.choice("weighting", weighting, get_args(Weighting))
     faces = Faces(points, connectivity, offsets)
     levels = _levels(faces, _POWER[weighting])
-    sums, total = np.zeros((3, faces.n_points)), np.zeros(faces.n_points)
+    sums, total = np.zeros((faces.n_points, 3)), np.zeros(faces.n_points)
     for block in faces.blocks():
         areas = block.area_vectors()
-        normals = normalize(areas.T).T
-        weights = _weights(block, areas, normals, weighting)
+        weights = _weights(block, areas, weighting)
         if levels is not None:
             weights = np.ldexp(weights, _POWER[weighting] * block.exponents - levels[block.corners].T)
-        index = block.corners.ravel()
-        np.add.at(total, index, np.abs(weights).T.ravel())
+        normalize_columns(areas, areas)
+        index, terms = block.corners.ravel(), np.empty(block.corners.shape)  # face by face, as they are added
+        np.abs(weights, out=terms.T)
+        np.add.at(total, index, terms.ravel())
         for axis in range(3):
-            np.add.at(sums[axis], index, (weights * normals[axis]).T.ravel())
-    sums[:, np.logical_and.reduce(np.abs(sums) <= _NOISE * total, axis=0)] = 0.0
-    return normalize(sums.T)
+            np.multiply(weights, areas[axis], out=terms.T)
+            np.add.at(sums[:, axis], index, terms.ravel())
+    for start in range(0, faces.n_points, _POINTS_AT_ONCE):
+        part = slice(start, start + _POINTS_AT_ONCE)
+        _finish(sums[part].T, total[part])
+    return sums
+
+
+def _finish(sums: Float64Array, total: Float64Array) -> None:
+    """Make the columns of sums unit vectors; those that are made of rounding alone become zero."""
+    noise = np.logical_and.reduce(np.abs(sums) <= _NOISE * total, axis=0)
+    if noise.any():
+        sums[:, noise] = 0.0
+    normalize_columns(sums, sums)
 
 
 def plane_normal(*plane: Any) -> Float64Array:
@@ -176,7 +193,7 @@ def implicit_normals(gradient: Callable[[Float64Array], ArrayLike] | ArrayLike, 
     return normalize(check.array("gradient", gradients, count=len(rows)))
 
 
-def _weights(block: Block, areas: Float64Array, normals: Float64Array, weighting: Weighting) -> Float64Array:
+def _weights(block: Block, areas: Float64Array, weighting: Weighting) -> Float64Array:
     """(k, m) weights of a block's corners, in units of 2**(power * exponents); zero in a face without a normal."""
     if weighting == "area":
         return np.broadcast_to(np.sqrt(_dot(areas, areas)), block.corners.T.shape)
@@ -184,15 +201,20 @@ def _weights(block: Block, areas: Float64Array, normals: Float64Array, weighting
     crosses = _cross(before, block.edges)
     sines = np.sqrt(_dot(crosses, crosses))  # times the two edges' lengths, as are the cosines
     if len(sines) > 3:  # a reflex corner turns against the face's normal; a triangle has none
-        sines = np.where(_dot(crosses, normals[:, None]) < 0.0, -sines, sines)
+        np.negative(sines, out=sines, where=_dot(crosses, areas[:, None]) < 0.0)
     if weighting == "angle":
-        weights = np.arctan2(sines, -_dot(before, block.edges))
-        weights[weights < 0.0] += 2.0 * math.pi
+        cosines = _dot(before, block.edges)
+        cosines += 0.0  # no -0, or a corner on a doubled point would turn by 0° or 180° as its axes' signs have it
+        weights = np.arctan2(sines, np.negative(cosines, out=cosines))
+        if len(sines) > 3:
+            weights[weights < 0.0] += 2.0 * math.pi
     else:
         squares = _dot(block.edges, block.edges)
         products = squares * np.roll(squares, 1, axis=0)
         weights = np.divide(sines, products, out=np.zeros_like(sines), where=products >= np.finfo(np.float64).tiny)
-    weights[:, ~areas.any(axis=0)] = 0.0
+    degenerate = ~areas.any(axis=0)
+    if degenerate.any():
+        weights[:, degenerate] = 0.0
     return weights
 
 
@@ -218,7 +240,8 @@ def _cross(a: Float64Array, b: Float64Array) -> Float64Array:
     result = np.empty_like(a)
     for axis in range(3):
         one, two = (axis + 1) % 3, (axis + 2) % 3
-        result[axis] = a[one] * b[two] - a[two] * b[one]
+        np.multiply(a[one], b[two], out=result[axis])
+        result[axis] -= a[two] * b[one]
     return result
 
 

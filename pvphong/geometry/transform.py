@@ -136,7 +136,9 @@ def transform_normals(normals: ArrayLike, matrix: MatrixLike) -> Float64Array:
     coefficients = scaled_floats(cofactors).reshape(3, 3)
     lengths = [abs(entry).bit_length() for entry in cofactors if entry]
     with np.errstate(all="ignore"):
-        result, rare = _unit(_sums(rows.astype(np.float64, copy=False), coefficients))
+        result = _sums(rows.astype(np.float64, copy=False), coefficients)
+        square, rare = _squares(result.T)
+        _divide(result.T, np.sqrt(square), result.T)
         if max(lengths) - min(lengths) > _WIDEST_COFACTORS:
             rare[:] = True
         if rare.any():
@@ -161,27 +163,35 @@ def normalize(vectors: ArrayLike) -> Float64Array:
         of zeros, or with a NaN or infinity, comes back as zero.
     """
     rows = check.array("vectors", vectors).astype(np.float64, copy=False)
-    with np.errstate(all="ignore"):
-        result, rare = _unit(rows)
-        if rare.any():
-            odd = rows[rare]
-            exponents = np.frexp(np.abs(odd).max(axis=1, keepdims=True))[1]
-            units, lost = _unit(np.ldexp(odd, -exponents))
-            units[lost] = 0.0  # what is still out of range is zero or not finite
-            result[rare] = units
+    result = np.empty(rows.shape)
+    normalize_columns(rows.T, result.T)
     return result
 
 
-def _unit(rows: Float64Array) -> tuple[Float64Array, BoolArray]:
-    """Rows over their lengths, and which of them are out of the range where that is right."""
-    x, y, z = rows[:, 0], rows[:, 1], rows[:, 2]
-    square = x * x
+def normalize_columns(vectors: Float64Array, out: Float64Array) -> None:
+    """`normalize` the columns of a (3, n) array into another, which may be the same."""
+    with np.errstate(all="ignore"):
+        square, rare = _squares(vectors)
+        odd = vectors[:, rare]
+        _divide(vectors, np.sqrt(square), out)
+        if odd.size:
+            odd = np.ldexp(odd, -np.frexp(np.abs(odd).max(axis=0))[1])
+            square, lost = _squares(odd)  # what is still out of range is zero or not finite
+            out[:, rare] = np.where(lost, 0.0, odd / np.sqrt(square))
+
+
+def _squares(columns: Float64Array) -> tuple[Float64Array, BoolArray]:
+    """Squared lengths, and which of them are out of the range where they are right."""
+    x, y, z = columns
+    square: Float64Array = x * x
     square += y * y
     square += z * z
-    rare = ~((square >= _LEAST_SQUARE) & (square <= _MOST_SQUARE))  # NaN is rare too
-    result = np.empty(rows.shape)
-    np.divide(rows, np.sqrt(square)[:, None], out=result)
-    return result, rare
+    return square, ~((square >= _LEAST_SQUARE) & (square <= _MOST_SQUARE))  # NaN is too
+
+
+def _divide(columns: Float64Array, lengths: Float64Array, out: Float64Array) -> None:
+    for axis in range(3):  # one after the other, for columns may be far from each other in memory
+        np.divide(columns[axis], lengths, out=out[axis])
 
 
 def _affine(matrix: MatrixLike) -> Float64Array:

@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, TypeVar
 
 import pyvista as pv
+
+from pvphong.base import check
+
+Surface = TypeVar("Surface")
+"""A material, or what stands for one."""
+
+DEFAULT = "default"
+"""Name of the material of those that have none of their own name."""
 
 
 def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: str = "") -> pv.MultiBlock:
@@ -42,6 +50,45 @@ def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
     counts = Counter(path for path, _, _ in found)
     for path, place, block in found:
         yield (path if counts[path] == 1 else f"{path} {place}"), block
+
+
+def materials_of(blocks: pv.MultiBlock, materials: Mapping[str, Surface]) -> Iterator[Surface]:
+    """The material of each dataset that is not empty, in their order.
+
+    Parameters
+    ----------
+    blocks : pyvista.MultiBlock
+        The blocks.
+    materials : mapping
+        One for each path of names that `datasets` gives; the blocks not named have that of "default".
+
+    Raises
+    ------
+    ValueError
+        If a block has none, or a name is no block's.
+    """
+    paths = [path for path, _ in datasets(blocks)]
+    allowed = "a mapping with the names of all blocks, or with 'default' for those not named"
+    for name in materials:
+        if name not in (*paths, DEFAULT):
+            check.refuse("material", f"a mapping with {name!r}", allowed, f"The blocks are {', '.join(paths)}.")
+    for path in paths:
+        if path not in materials and DEFAULT not in materials:
+            check.refuse("material", f"a mapping without {path!r}", allowed)
+    return (materials[path if path in materials else DEFAULT] for path in paths)
+
+
+def only(materials: Mapping[str, Surface]) -> Surface:
+    """The material of a mesh without blocks: that of "default", or the only one.
+
+    Raises
+    ------
+    ValueError
+        If there are several, and none of that name.
+    """
+    if DEFAULT not in materials and len(materials) != 1:
+        check.refuse("material", f"those of {', '.join(materials)}", "one, or one of them named 'default'")
+    return materials[DEFAULT] if DEFAULT in materials else next(iter(materials.values()))
 
 
 def leaves(mesh: Any) -> list[Any]:

@@ -151,8 +151,7 @@ def _read(label: str, array: Any, first: int = 0, *, once: bool = False) -> Cell
     if edition in _in_order:
         return result
     start, end = array.GetOffset(0), array.GetOffset(count)
-    is_even = hasattr(array, "IsStorageFixedSize") and array.IsStorageFixedSize()  # VTK 9.5 and older have none
-    rises = is_even or _rises(result.offsets)
+    rises = array.IsStorageFixedSize() or _rises(result.offsets)
     if start != 0 or not 0 <= end <= len(connectivity) or not rises:
         allowed = f"a mesh whose {label} offsets rise from 0 to {len(connectivity)}, the length of their connectivity"
         check.refuse("mesh", f"offsets from {result.offsets.min()} to {result.offsets.max()}", allowed)
@@ -197,14 +196,24 @@ def _point_sets(mesh: pv.DataSet) -> IntArray:
     return np.flatnonzero(mesh.celltypes == pv.CellType.CONVEX_POINT_SET)
 
 
+def _unknown(mesh: pv.DataSet) -> IntArray:
+    """Cells of a type that VTK has not: it would leave them out."""
+    if not isinstance(mesh, pv.UnstructuredGrid) or mesh.n_cells == 0:
+        return np.empty(0, dtype=np.intp)
+    kinds = np.unique(mesh.celltypes)
+    unknown = [kind for kind in kinds.tolist() if kind and vtkGenericCell.InstantiateCell(kind) is None]
+    return np.flatnonzero(np.isin(mesh.celltypes, unknown))
+
+
 def invalid_cells(mesh: pv.DataSet) -> IntArray:
     """The mesh's numbers of the cells that would crash VTK, in rising order.
 
-    They refer to points that do not exist, have fewer points than their type, or are convex point sets.
+    They refer to points that do not exist, have fewer points than their type, are of a type that VTK has not, or are
+    convex point sets.
     """
     n_points = mesh.n_points
     found = [array.first + array.out_of_range(n_points) for array in cells(mesh)]
-    found += [_too_small(mesh)[0], _point_sets(mesh)]
+    found += [_too_small(mesh)[0], _unknown(mesh), _point_sets(mesh)]
     polyhedra = _polyhedron_faces(mesh)
     if polyhedra is not None:
         faces, owners = polyhedra
@@ -227,6 +236,10 @@ def refuse_invalid(mesh: pv.DataSet) -> None:
     if len(small):
         got = f"cell {small[0]} with {sizes[0]} points where its type has {needed[0]}"
         check.refuse("mesh", got, "a mesh whose cells have all their points")
+    unknown = _unknown(mesh)
+    if len(unknown):
+        got = f"cell {unknown[0]} of type {mesh.celltypes[unknown[0]]}"
+        check.refuse("mesh", got, "a mesh with cells of VTK's types")
     hulls = _point_sets(mesh)
     if len(hulls):
         allowed = "a mesh without convex point sets, because VTK's triangulation of some ends the process"
@@ -240,6 +253,12 @@ def refuse_misfits(mesh: pv.DataSet) -> None:
     if isinstance(mesh, pv.StructuredGrid) and np.prod(mesh.dimensions) != mesh.n_points:
         got = f"{mesh.n_points} points in dimensions {tuple(mesh.dimensions)}"
         check.refuse("mesh", got, "a grid with a point for each place in its dimensions")
+    if isinstance(mesh, pv.RectilinearGrid):
+        axes = (mesh.GetXCoordinates(), mesh.GetYCoordinates(), mesh.GetZCoordinates())
+        counts = tuple(0 if axis is None else axis.GetNumberOfTuples() for axis in axes)
+        if counts != tuple(mesh.dimensions):
+            got = f"{counts} coordinates in dimensions {tuple(mesh.dimensions)}"
+            check.refuse("mesh", got, "a grid with a coordinate for each place along its axes")
     _refuse_short_arrays(mesh)
 
 

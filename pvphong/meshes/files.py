@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import logging
+import os
 import re
-import shutil
-import subprocess
-import sys
-import tempfile
+import threading
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +16,9 @@ import numpy as np
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.base.files import written_aside
+from pvphong.base.files import PREFIX, reserve, settle, written_aside
+from pvphong.meshes.blocks import leaves
+from pvphong.meshes.whole import refuse_parts
 
 MESH_FORMATS = (".vtp", ".vtk", ".vtkhdf", ".ply")
 """What a lit mesh can be saved as. PyVista's other formats (.stl, .obj, …) have no room for its colours."""
@@ -26,18 +26,8 @@ MESH_FORMATS = (".vtp", ".vtk", ".vtkhdf", ".ply")
 BLOCK_FORMATS = (".vtm", ".vtmb", ".vtkhdf")
 """What a lit MultiBlock can be saved as."""
 
-_PLY_TO_VTP = """
-import sys
-from vtkmodules.vtkIOPLY import vtkPLYReader
-from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
-reader, writer = vtkPLYReader(), vtkXMLPolyDataWriter()
-reader.SetFileName(sys.argv[1])
-writer.SetInputConnection(reader.GetOutputPort())
-writer.SetFileName(sys.argv[2])
-writer.SetCompressorTypeToNone()
-writer.EncodeAppendedDataOff()
-sys.exit(not writer.Write())
-"""
+_WITH_FOLDER = (".vtm", ".vtmb")
+_alone = threading.RLock()
 
 _READABLE = "a mesh file that PyVista can read (.vtp, .vtu, .vtk, .ply, .stl, .obj, .vtm and many more)"
 
@@ -55,26 +45,15 @@ def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
     mesh = None
     with _heard(complaints):
         try:
-            mesh = _read_ply(path) if Path(path).suffix.lower() == ".ply" else pv.read(path)
+            refuse_parts(Path(path))
+            mesh = pv.read(path)
         except Exception as error:  # readers, VTK's and others', raise what they like
-            complaints.insert(0, str(error))
+            complaints.insert(0, str(error) or type(error).__name__)
     if complaints:
         check.refuse("mesh", Path(path), _READABLE, _first_line(complaints))
     if not isinstance(mesh, (pv.DataSet, pv.MultiBlock)):
         check.refuse("mesh", f"a {type(mesh).__name__} in {path}", "a dataset or a MultiBlock")
     return mesh
-
-
-def _read_ply(path: str) -> pv.DataSet:
-    """A .ply file by way of a child process, because VTK's reader dies of most that are damaged or cut short."""
-    if not Path(path).is_file():
-        raise FileNotFoundError(f"File ({path}) not found")
-    with tempfile.TemporaryDirectory() as folder:
-        copy = str(Path(folder, "mesh.vtp"))
-        child = subprocess.run([sys.executable, "-c", _PLY_TO_VTP, path, copy], capture_output=True, check=False)
-        if child.returncode != 0:
-            raise ValueError("VTK's reader fails on it: it is damaged, cut short, or not a .ply file.")
-        return pv.read(copy)
 
 
 def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str) -> None:
@@ -105,11 +84,18 @@ def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str) -> None:
     options: dict[str, Any] = {}
     if path.suffix.lower() == ".ply":
         options = {"texture": eight_bit(lit[name]), "recompute_normals": False}
-        lit = lit.copy(deep=False)  # PyVista adds the texture to the mesh that it saves
-    with written_aside(path) as aside:
-        _refuse_full_disk(lit, aside)
-        _save(lit, aside, options)
-        _move_blocks(aside, path)
+        lit = _for_ply(lit)
+    target = Path(os.path.realpath(path)) if path.suffix.lower() in _WITH_FOLDER else None
+    try:
+        with written_aside(path) as aside:
+            reserve(aside, _room(lit, path.suffix.lower()))
+            if target is None:
+                _save(lit, aside, options)
+            else:
+                _save_with_folder(lit, aside, target)
+    finally:
+        if target is not None:
+            _clear_old_blocks(target)
 
 
 def refuse_suffix(path: Path, what: str, allowed: tuple[str, ...]) -> None:
@@ -123,45 +109,86 @@ def eight_bit(colors: Any) -> np.ndarray[Any, np.dtype[np.uint8]]:
     return np.rint(np.clip(np.asarray(colors), 0.0, 1.0) * 255.0).astype(np.uint8)
 
 
-def _refuse_full_disk(lit: Any, aside: Path) -> None:
-    """VTK's writers do not notice that a disk is full: they crash, or leave half a file and say nothing."""
-    needed = 2048 * lit.actual_memory_size + 2**16  # twice the memory, which is counted in KiB: formats differ
-    free = shutil.disk_usage(aside.parent).free
-    if free < needed:
-        raise ValueError(f"output needs up to {needed / 2**20:.1f} MiB on its disk, and {free / 2**20:.1f} are free.")
+def _room(lit: Any, suffix: str) -> int:
+    """More bytes than a file will have: twice the memory, and in a .vtkhdf a whole chunk for each array, at least."""
+    chunks = sum(len(part.array_names) + 12 for part in leaves(lit)) if suffix == ".vtkhdf" else 0
+    return 2048 * int(lit.actual_memory_size) + 2**16 + 2**20 * chunks
+
+
+def _for_ply(lit: pv.PolyData) -> pv.PolyData:
+    """A copy to which PyVista can add the colours, with texture coordinates as VTK's writer takes them."""
+    copy = lit.copy(deep=False)
+    coordinates = copy.active_texture_coordinates
+    if coordinates is not None and coordinates.dtype != np.float32:
+        copy.active_texture_coordinates = coordinates.astype(np.float32)
+    return copy
 
 
 def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:
+    """Write a file, and look whether all of it is there: some of VTK's writers do not."""
     complaints: list[str] = []
     with _heard(complaints):
         try:
             lit.save(aside, **options)
         except OSError as error:
             complaints.append(str(error))
+    if not complaints and not aside.is_file():
+        complaints.append("there is no file.")
     if complaints:
-        shutil.rmtree(aside.with_suffix(""), ignore_errors=True)
-        raise ValueError(f"output could not be written to {aside.name}: {_first_line(complaints)}")
-
-
-def _move_blocks(aside: Path, path: Path) -> None:
-    """Bring the folder of blocks, if the writer made one, to its place."""
-    written = aside.with_suffix("")
-    if not written.is_dir():
-        return
-    folder = path.with_suffix("")
+        raise ValueError(f"output could not be written: {_first_line(complaints)}")
     try:
-        folder.mkdir(exist_ok=True)
-        for block in written.iterdir():
+        refuse_parts(aside)
+    except ValueError as error:
+        raise ValueError(f"output could not be written. {error}") from error
+
+
+def _save_with_folder(lit: pv.MultiBlock, aside: Path, target: Path) -> None:
+    """Write a file that names others in a folder: these are brought to their place first, under names that are new.
+
+    So the old file and its blocks are whole until the new one takes its place. A name is that of the folder that is
+    written in, behind the stem.
+    """
+    if target.exists() and not target.is_file():
+        check.refuse("path", target, "a file: the blocks need a folder beside it")
+    mark = "-" + aside.parent.name.removeprefix(PREFIX)
+    marked = aside.with_stem(target.stem + mark)
+    _save(lit, marked, {})
+    aside.write_text(marked.read_text(encoding="utf-8").replace(f"{mark}/", "/"), encoding="utf-8")
+    folder, blocks = target.with_suffix(""), sorted(marked.with_suffix("").glob("*"))
+    try:
+        if blocks:
+            folder.mkdir(exist_ok=True)
+        for block in blocks:
+            refuse_parts(block)
+            settle(block)
             block.replace(folder / block.name)
     except OSError as error:
         raise ValueError(f"output needs the folder {folder} for its blocks ({error}).") from error
-    finally:
-        shutil.rmtree(written)
+
+
+def _clear_old_blocks(target: Path) -> None:
+    """Remove the blocks of earlier files of this name, but for those of writers that are still at it."""
+    marked = re.compile(re.escape(target.stem) + r"-([a-z0-9_]{8})_\d+(_\d+)*\.\w+")
+    old = [(block, found[1]) for block in target.with_suffix("").glob("*") if (found := marked.fullmatch(block.name))]
+    left = [(block, mark) for block, mark in old if not target.with_name(PREFIX + mark).exists()]
+    with suppress(OSError):
+        kept = target.read_text(encoding="utf-8")  # read last: a writer that has just ended is in it, or is replaced
+        for block, mark in left:
+            if f"-{mark}_" not in kept:
+                block.unlink(missing_ok=True)
 
 
 @contextmanager
 def _heard(complaints: list[str]) -> Iterator[None]:
-    """Collects VTK's errors, and PyVista's warnings of such errors, instead of letting them be printed."""
+    """Collects VTK's errors, and PyVista's warnings of such errors, instead of letting them be printed.
+
+    One thread at a time: what is changed for that, and put back, is the whole process's.
+    """
+    with _alone:
+        yield from _listened(complaints)
+
+
+def _listened(complaints: list[str]) -> Iterator[None]:
     logged = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
     try:

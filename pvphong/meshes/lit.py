@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
 from pvphong.base import check
-from pvphong.base.types import FloatArray, MatrixLike, Weighting
+from pvphong.base.types import Backend, FloatArray, MatrixLike, Weighting
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
 from pvphong.meshes.sharing import sharing
@@ -37,6 +37,7 @@ def shade_mesh(
     components: bool = False,
     tolerance: float = 0.0,
     feature_angle: FeatureAngle = None,
+    backend: Backend = "auto",
     **how: Any,
 ) -> pv.PolyData:
     """A new mesh with lit colours as the point array `name`.
@@ -63,8 +64,10 @@ def shade_mesh(
         As for `evaluate`.
     feature_angle : float, "auto" or None
         Degrees from which edges are sharp; see `pvphong.meshes.edges.split_sharp_edges`.
+    backend : {"auto", "numpy", "numba"}
+        Which evaluator computes, as for `evaluate`; and which form computes normals, as for `vertex_normals`.
     **how
-        `precision` and `backend` of `evaluate`.
+        `precision` of `evaluate`.
 
     Returns
     -------
@@ -79,12 +82,14 @@ def shade_mesh(
     """
     if not isinstance(name, str) or not name:
         check.refuse("name", name, "a string that is not empty")
-    source, shades = surface_and_albedo(mesh, albedo, feature_angle)
+    # shared first, and then read: what another thread replaces meanwhile is not half seen
+    now = sharing(mesh) if isinstance(mesh, pv.PolyData) else mesh
+    source, shades = surface_and_albedo(now, albedo, feature_angle)
     scene = scene_for(source, scene, matrix)
-    vertices = vertices_of(source, shades)
+    vertices = vertices_of(source, shades, backend=backend)
     planned = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
-    shading = planned.run(vertices, components=components, **how)
-    lit = sharing(source)
+    shading = planned.run(vertices, components=components, backend=backend, **how)
+    lit = source if source is now else sharing(source)
     if shading.per_light is not None:
         for part in ("ambient", "diffuse", "specular", "emission", "base"):
             lit.point_data[f"{name}_{part}"] = getattr(shading, part)
@@ -160,7 +165,7 @@ def _bare_points(given: Any) -> FloatArray:
     return check.array("mesh_or_points", given, allowed=allowed)
 
 
-def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None) -> FloatArray:
+def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None, *, backend: Backend = "auto") -> FloatArray:
     """The normals that a surface is lit with.
 
     Its active point normals as they are, if it has any; else, or where a weighting is asked for, they are
@@ -168,13 +173,13 @@ def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None) -> Floa
     """
     if weighting is None:
         active: FloatArray | None = mesh.point_data.active_normals
-        return vertex_normals(mesh) if active is None else np.asarray(active)
-    return vertex_normals(mesh, weighting)
+        return vertex_normals(mesh, backend=backend) if active is None else np.asarray(active)
+    return vertex_normals(mesh, weighting, backend=backend)
 
 
-def vertices_of(source: pv.PolyData, albedo: Any = None) -> Vertices:
+def vertices_of(source: pv.PolyData, albedo: Any = None, *, backend: Backend = "auto") -> Vertices:
     """A surface's vertices; its normals are computed when they are first read, if it has none."""
-    return Vertices(source.points, lambda: point_normals(source), albedo)
+    return Vertices(source.points, lambda: point_normals(source, backend=backend), albedo)
 
 
 def surface_and_albedo(mesh: pv.DataSet, albedo: Any, feature_angle: FeatureAngle = None) -> tuple[pv.PolyData, Any]:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
 from pvphong.base import check
-from pvphong.base.types import Float64Array, Weighting
+from pvphong.base.types import Backend, Float64Array, Weighting
 from pvphong.geometry import normals
 from pvphong.meshes.cells import Cells, cells, refuse_invalid
+from pvphong.shading import kernel
+
+# Corners of faces from which compiled code is worth the half second that it takes to load. The rule looks at nothing
+# that has been called before, so that equal calls on small meshes give equal bits.
+_WORTH_LOADING = 2**19
 
 
 def surface(mesh: pv.DataSet) -> pv.PolyData:
@@ -38,7 +43,10 @@ def surface(mesh: pv.DataSet) -> pv.PolyData:
         the message names the cell.
     """
     if not isinstance(mesh, pv.DataSet):
-        check.refuse("mesh", type(mesh).__name__, "a pyvista.DataSet", "pyvista.wrap turns VTK's datasets into one.")
+        remedy = "pyvista.wrap turns VTK's datasets into one."
+        if isinstance(mesh, pv.MultiBlock):
+            remedy = "blocks.phong does it for several blocks."
+        check.refuse("mesh", type(mesh).__name__, "a pyvista.DataSet", remedy)
     refuse_invalid(mesh)
     result = outer(mesh)
     if not result.n_points or not (has_faces(result) or has_normals(result)):
@@ -115,11 +123,18 @@ def polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 def unchecked_polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """`polygons` with whatever indices the faces have."""
+    connectivity, offsets = _read_polygons(mesh)
+    return np.array(connectivity, np.int64), np.array(offsets, np.int64)
+
+
+def _read_polygons(mesh: pv.PolyData) -> tuple[NDArray[Any], NDArray[Any]]:
+    """`unchecked_polygons` to be read only: without strips they are VTK's own memory, in the type that it has."""
     _, _, faces, strips = cells(mesh)
+    if not strips.count:
+        return faces.connectivity, faces.offsets
     triangles = _strip_triangles(strips)
-    connectivity = np.concatenate([faces.connectivity, triangles.ravel()]).astype(np.int64, copy=False)
     ends = faces.offsets[-1] + 3 * np.arange(1, len(triangles) + 1)
-    return connectivity, np.concatenate([faces.offsets, ends]).astype(np.int64, copy=False)
+    return np.concatenate([faces.connectivity, triangles.ravel()]), np.concatenate([faces.offsets, ends])
 
 
 def _strip_triangles(strips: Cells) -> NDArray[Any]:
@@ -132,7 +147,7 @@ def _strip_triangles(strips: Cells) -> NDArray[Any]:
     return triangles
 
 
-def vertex_normals(mesh: pv.DataSet, weighting: Weighting = "angle") -> Float64Array:
+def vertex_normals(mesh: pv.DataSet, weighting: Weighting = "angle", *, backend: Backend = "auto") -> Float64Array:
     """Unit normals of a mesh's points: weighted means of the normals of the faces around each.
 
     They are computed from the faces whether the mesh stores normals or not. Points are neither split nor
@@ -144,6 +159,12 @@ def vertex_normals(mesh: pv.DataSet, weighting: Weighting = "angle") -> Float64A
         A dataset with faces. Of another than PolyData they are the normals of its extracted surface.
     weighting : {"angle", "area", "max"}, default "angle"
         A face's weight at a corner; see `pvphong.geometry.normals.point_normals`.
+    backend : {"auto", "numpy", "numba"}
+        What computes them: the readable form in NumPy, or the compiled one, which needs the extra `fast` and is several
+        times as fast. They differ by a few roundings. "auto" takes the compiled one for large meshes where its
+        code is there, and waits for no compiler, so equal calls may differ by those roundings. With a name, equal calls
+        give equal bits, and "numba" waits a few seconds for the compiler once per installation; what the compiled form
+        cannot do (faces of more than 384 corners, or smaller than 2⁻¹⁰⁰ or larger than 2¹⁰⁰) NumPy does.
 
     Returns
     -------
@@ -154,10 +175,18 @@ def vertex_normals(mesh: pv.DataSet, weighting: Weighting = "angle") -> Float64A
     Raises
     ------
     ValueError
-        As `surface`; also for a mesh without faces, or another weighting.
+        As `surface`; also for a mesh without faces, another weighting or backend, or Numba where it is missing.
     """
+    check.choice("weighting", weighting, get_args(Weighting))
+    kernel.check_backend(backend)
     source = _with_faces(mesh)
-    return normals.point_normals(source.points, *polygons(source), weighting)
+    points, (connectivity, offsets) = check.array("points", source.points), _read_polygons(source)
+    waits = backend == "numba"
+    if waits or (backend == "auto" and len(connectivity) >= _WORTH_LOADING):
+        found = kernel.point_normals(points, connectivity, offsets, weighting, waits=waits)
+        if found is not None:
+            return found
+    return normals.point_normals(points, connectivity, offsets, weighting)
 
 
 def face_normals(mesh: pv.DataSet) -> Float64Array:
@@ -180,7 +209,7 @@ def face_normals(mesh: pv.DataSet) -> Float64Array:
         As `surface`; also for a mesh without faces.
     """
     source = _with_faces(mesh)
-    return normals.polygon_normals(source.points, *polygons(source))
+    return normals.polygon_normals(source.points, *_read_polygons(source))
 
 
 def _with_faces(mesh: pv.DataSet) -> pv.PolyData:

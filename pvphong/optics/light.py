@@ -1,9 +1,9 @@
 """What every light is: fields and checks that all share, and the questions that a light answers for itself.
 
-A new light is one file in `pvphong/optics/lights/`, its entry in `LIGHT_TYPES` there, by which scene files know it, and
-its name on the package's face. It declares its fields with roles (`roles.py`) and must say what arrives at a vertex
-(`arrival`), or of which lights without a size it consists (`nodes`); everything else has an answer here that assumes
-nothing of it. Without a `stage` it is evaluated in NumPy.
+A new light is one file in `pvphong/optics/lights/`, its entry in `LIGHT_TYPES` there, by which scene files know it,
+and its name in `__all__` of `pvphong/__init__.py`. It declares its fields with roles (`roles.py`) and must say what
+arrives at a vertex (`arrival`), or of which lights without a size it consists (`nodes`); everything else has an
+answer here that assumes nothing of it. Without a `stage` it is evaluated in NumPy.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class Stage(NamedTuple):
     """(numbers, rows, points) → bool: writes the ways D to the light with 1/|D|, and strengths if it `varies`.
 
     Numbers are what `parameters` gives; points are those of the vertices. It gives whether it could take all
-    vertices; where not, it has put a 1 in the row `DECLINED` for the others, which the reference then lights.
+    vertices; where not, the toolkit's `approach` has marked the others, which the reference then lights.
     What it closes over may be the toolkit and integers."""
 
     varies: bool = True

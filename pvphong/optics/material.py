@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Self
 
-from pvphong.base import check
-from pvphong.base.types import ColorLike
+from pvphong.base import check, documents
+from pvphong.base.types import ColorLike, rgb
 from pvphong.optics.named_materials import NAMED
 from pvphong.optics.reflectance import Reflectance
+from pvphong.optics.reflectances import REFLECTANCES, reflectance_name
+
+# A surface may be made to reflect more than all of the light, but what reflects more than this is 0-255 in disguise.
+_MOST = 16.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,6 +57,10 @@ class Material:
     def __post_init__(self) -> None:
         for field in ("ambient", "diffuse", "specular", "emission"):
             object.__setattr__(self, field, check.color(field, getattr(self, field)))
+        for field in ("ambient", "diffuse", "specular"):
+            if max(rgb(getattr(self, field))) > _MOST:
+                remedy = "These look like 0-255 values: divide them by 255."
+                check.refuse(field, getattr(self, field), "a reflectance, of which 1.0 is all", remedy)
         object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
         if self.reflectance is not None and not isinstance(self.reflectance, Reflectance):
             check.refuse("reflectance", self.reflectance, "a reflectance, or None for the light model's", "ph.Phong().")
@@ -72,6 +81,45 @@ class Material:
     def names() -> tuple[str, ...]:
         """The names that `named` knows."""
         return tuple(NAMED)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Its fields as JSON can hold them; `from_dict` gives the material back to the last bit.
+
+        A reflectance is a dictionary of its own fields and its "type"; it is left out where the light model's counts.
+
+        Raises
+        ------
+        ValueError
+            If the reflectance is of a kind that files do not know.
+        """
+        found = asdict(self)
+        del found["reflectance"]
+        if self.reflectance is not None:
+            found["reflectance"] = {"type": reflectance_name(self.reflectance)} | asdict(self.reflectance)
+        return found
+
+    @classmethod
+    def from_dict(cls, given: Mapping[str, Any], place: str = "material") -> Self:
+        """The material that `to_dict` gave.
+
+        Parameters
+        ----------
+        given : mapping
+            Field → value; fields that are not there have their defaults.
+        place : str, default "material"
+            What an error calls it.
+
+        Raises
+        ------
+        ValueError
+            If a field is unknown or not allowed.
+        """
+        found = documents.entries(place, given)
+        if found.get("reflectance") is not None:
+            inside = f"{place}.reflectance"
+            kind, rest = documents.kind_and_fields(inside, found["reflectance"], REFLECTANCES)
+            found["reflectance"] = documents.value(inside, kind, rest)
+        return documents.value(place, cls, found)
 
     @classmethod
     def from_property(cls, prop: Any) -> Self:

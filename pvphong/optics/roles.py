@@ -209,7 +209,7 @@ def upward(default: Any = (0.0, 1.0, 0.0)) -> Any:
 
 def cornered(default: Any, checked: Check) -> Any:
     """A field that holds the light's corners, checked as a whole."""
-    return _field(default, Corners(checked))
+    return _field(default, Corners(checked, "position"))
 
 
 def switch(default: bool) -> Any:

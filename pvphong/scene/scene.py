@@ -1,20 +1,24 @@
-"""A scene: lights, viewer and light model, as one value that can be saved."""
+"""A scene: lights, viewer and light model, as one value; and the files that keep it, with materials beside it.
+
+Nothing else reads or writes such files, which users call rigs.
+"""
 
 from __future__ import annotations
 
 import json
 import os
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any, Self
 
-from pvphong.base import check, host
-from pvphong.base.files import written_aside
+from pvphong.base import check, documents, host
+from pvphong.base.files import write_json
+from pvphong.base.text import html_table, told
 from pvphong.base.types import VectorLike
 from pvphong.optics.lights import LIGHT_TYPES, Light, type_name
+from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.viewer import Viewer
 
@@ -122,8 +126,23 @@ class Scene:
         lights = tuple(host.light_placed(light, viewer) for light in renderer.GetLights())
         return cls(lights=lights, viewer=viewer)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def _repr_html_(self) -> str:
+        parts = [*zip(light_labels(self, "light "), self.lights, strict=True), ("light model", self.light_model)]
+        rows = [(name, type(part).__name__, told(part, without=("name",))) for name, part in parts]
+        viewer = "framing what is lit" if self.viewer is None else told(self.viewer)
+        title = f"Scene of {len(rows) - 1} lights: what is not at its default"
+        return html_table(title, (), [*rows, ("viewer", "Viewer", viewer)])
+
+    def save(self, path: str | os.PathLike[str], *, materials: Mapping[str, Material] | None = None) -> None:
         """Write the scene to a JSON file; `Scene.load` gives it back to the last bit.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+        materials : mapping, optional
+            Materials to be kept with it, by name: `load_materials` gives them back, and `pvphong shade --scene` takes
+            that of a block's name, or else "default".
 
         Raises
         ------
@@ -134,7 +153,7 @@ class Scene:
         lights = [
             {"type": type_name(f"lights[{index}]", light)} | asdict(light) for index, light in enumerate(self.lights)
         ]
-        is_first = self.viewer is not None and all(light["type"] in _FIRST_LIGHTS for light in lights)
+        is_first = self.viewer is not None and not materials and all(light["type"] in _FIRST_LIGHTS for light in lights)
         document = {
             "format": _FORMAT,
             "version": 1 if is_first else 2,
@@ -142,8 +161,9 @@ class Scene:
             "viewer": None if self.viewer is None else asdict(self.viewer),
             "light_model": asdict(self.light_model),
         }
-        with written_aside(path) as aside:
-            aside.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+        if materials:
+            document["materials"] = {name: material.to_dict() for name, material in materials.items()}
+        write_json(document, path)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:
@@ -154,34 +174,45 @@ class Scene:
         ValueError
             If the file cannot be read, is not JSON, is of a newer version, or has an unknown field.
         """
-        try:
-            document = json.loads(Path(path).read_text(encoding="utf-8"))
-        except OSError as error:
-            raise ValueError(f"path must be a scene file that can be read; got {path} ({error}).") from error
-        except ValueError as error:  # not UTF-8, or not JSON
-            raise ValueError(f"path must be a scene file in JSON; got {path} ({error}).") from error
-        return cls._from_document(document)
-
-    @classmethod
-    def _from_document(cls, document: Any) -> Self:
-        if not isinstance(document, dict) or document.get("format") != _FORMAT:
-            check.refuse("format", document, f'a JSON object with "format": "{_FORMAT}"', "Scene.save writes one.")
-        version = document.get("version")
-        if version not in _VERSIONS:
-            remedy = "A newer pvphong may have written it."
-            check.refuse("version", version, " or ".join(map(str, _VERSIONS)), remedy)
-        _check_keys("scene", document, {"format", "version", *(f.name for f in fields(cls))})
+        document = _document(path)
         lights = document.get("lights", [])
         if not isinstance(lights, list):
             check.refuse("lights", lights, "a list")
-        if version == 1:
+        if document["version"] == 1:
             lights = _renamed(lights)
-        viewer = document.get("viewer", {} if version == 1 else None)
+        viewer = document.get("viewer", {} if document["version"] == 1 else None)
         return cls(
             lights=tuple(_light(f"lights[{index}]", entry) for index, entry in enumerate(lights)),
-            viewer=None if viewer is None else _value("viewer", Viewer, viewer),
-            light_model=_value("light_model", LightModel, document.get("light_model", {})),
+            viewer=None if viewer is None else documents.value("viewer", Viewer, viewer),
+            light_model=documents.value("light_model", LightModel, document.get("light_model", {})),
         )
+
+
+def load_materials(path: str | os.PathLike[str]) -> dict[str, Material]:
+    """The materials that `Scene.save` has kept with a scene: name → material; none if there are none.
+
+    Raises
+    ------
+    ValueError
+        As for `Scene.load`.
+    """
+    kept = documents.entries("materials", _document(path).get("materials", {}))
+    return {name: Material.from_dict(entry, f"materials.{name}") for name, entry in kept.items()}
+
+
+def _document(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """What is in a scene file, of which format, version and keys are known to be right."""
+    document = documents.read(path, "a scene file")
+    if not isinstance(document, dict) or document.get("format") != _FORMAT:
+        check.refuse("format", document, f'a JSON object with "format": "{_FORMAT}"', "Scene.save writes one.")
+    version = document.get("version")
+    if type(version) is not int or version not in _VERSIONS:
+        remedy = (
+            "A newer pvphong may have written it." if isinstance(version, int) else "It is a number, without quotes."
+        )
+        check.refuse("version", json.dumps(version), " or ".join(map(str, _VERSIONS)), remedy)
+    documents.check_keys("scene", document, {"format", "version", "materials", *(f.name for f in fields(Scene))})
+    return document
 
 
 SceneLike = Scene | Light | Iterable[Any]
@@ -233,24 +264,6 @@ def _renamed(lights: list[Any]) -> list[Any]:
     return result
 
 
-def _light(place: str, entry: Any) -> Any:
-    if not isinstance(entry, dict):
-        check.refuse(place, entry, "a JSON object")
-    kind = LIGHT_TYPES[check.choice(f"{place}.type", entry.get("type"), LIGHT_TYPES)]
-    return _value(place, kind, {key: value for key, value in entry.items() if key != "type"})
-
-
-def _value(place: str, kind: Any, entry: Any) -> Any:
-    if not isinstance(entry, dict):
-        check.refuse(place, entry, "a JSON object")
-    _check_keys(place, entry, {f.name for f in fields(kind)})
-    try:
-        return kind(**{key: tuple(value) if isinstance(value, list) else value for key, value in entry.items()})
-    except ValueError as error:
-        raise ValueError(f"{place}.{error}") from error
-
-
-def _check_keys(place: str, entry: dict[str, Any], allowed: set[str]) -> None:
-    for key in entry:
-        if key not in allowed:
-            check.refuse(f"field of {place}", key, "one of " + ", ".join(sorted(allowed)))
+def _light(place: str, entry: Any) -> Light:
+    kind, given = documents.kind_and_fields(place, entry, LIGHT_TYPES)
+    return documents.value(place, kind, given)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pvphong.base.types import FloatArray
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Shading:
     """Lit colours of n vertices; linear RGB, 1.0 = full, in the precision that was asked for.
 
@@ -37,6 +37,10 @@ class Shading:
     emission: FloatArray | None = None
     per_light: FloatArray | None = None
     base: FloatArray | None = None
+
+    def __repr__(self) -> str:
+        parts = "" if self.per_light is None else f", components of {len(self.per_light)} lights"
+        return f"<Shading of {len(self.rgb)} vertices, {self.rgb.dtype}{parts}>"
 
     @classmethod
     def empty(cls, count: int, lights: int, real: np.dtype[Any], *, components: bool) -> Shading:

@@ -39,6 +39,9 @@ class Vertices:
         self._normals = normals if normals is None or callable(normals) else self._checked(normals)
         self.albedo: Any = None if albedo is None else checked_albedo(albedo, len(self.points))
 
+    def __repr__(self) -> str:
+        return f"<{len(self)} vertices, {self.points.dtype}>"
+
     def __len__(self) -> int:
         return len(self.points)
 

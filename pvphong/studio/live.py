@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
+from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong.base import check
 from pvphong.base.types import ByteArray, Float64Array, FloatArray
 from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
 from pvphong.meshes.lit import at_points, point_normals
-from pvphong.meshes.surfaces import surface
-from pvphong.optics.material import Material
+from pvphong.meshes.surfaces import has_normals, surface
+from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.plan.plan import Plan
@@ -22,18 +23,32 @@ ARRAY = "phong"
 """Name of the drawn mesh's colours, uint8 RGB."""
 
 
+class Finish:
+    """A material's place, which meshes may share.
+
+    Parameters
+    ----------
+    material : Material
+        Can be set at any time.
+    """
+
+    def __init__(self, material: Material) -> None:
+        self.material = material
+
+
 class LiveMesh:
     """A surface, its material, and the colours in which it is drawn.
 
     The mesh that is drawn shares points and arrays with the user's mesh and has its own colours, which are
-    written in place for as long as the number of points stays the same.
+    written in place for as long as the number of points stays the same. No view of VTK's memory is kept from one
+    frame to the next: it would dangle where an array is resized.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
         The user's mesh; edits to it are followed, and it is not modified.
-    material : Material
-        Can be set at any time.
+    material : Material or Finish
+        A material of its own, or one that is shared with others.
     albedo : str, array_like or None
         As for `shade`; can be set at any time. A named array is followed when it is edited or replaced; of an
         array that is given, edits are not seen.
@@ -42,41 +57,67 @@ class LiveMesh:
     """
 
     def __init__(
-        self, mesh: pv.DataSet, material: Material, albedo: Any = None, *, feature_angle: FeatureAngle = None
+        self, mesh: pv.DataSet, material: Material | Finish, albedo: Any = None, *, feature_angle: FeatureAngle = None
     ) -> None:
         surface(mesh)  # refuses what has nothing that can be lit
         self.mesh = mesh
         self.feature_angle: FeatureAngle = feature_angle
-        self.material = material
+        self.finish = material if isinstance(material, Finish) else Finish(material)
         self.albedo = albedo
         self.drawn = pv.PolyData()
         self.actor: pv.Actor | None = None
-        self._colors: ByteArray = np.empty((0, 3), np.uint8)
+        self._colors: Any = None
         self._geometry: Any = None
-        self._normals: FloatArray | None = None
+        self._computed_normals: FloatArray | None = None
         self._points: Any = None
         self._n_whole = 0
         self._drawn_for: Any = None
         self._plan: Plan | None = None
         self._viewer = Viewer()
         self._follow_geometry()
+        self._show_colors()
+
+    def __repr__(self) -> str:
+        return f"<LiveMesh of {self.mesh.n_points} points, {self.material}>"
 
     def refresh(self, scene: Scene) -> bool:
         """Bring the colours up to date; returns whether they had to be computed.
 
         They are computed only when something that the plan depends on has changed: the viewer counts only
         where highlights, turned normals or a light that rides along make the colours depend on it.
+
+        Raises
+        ------
+        ValueError
+            If the mesh or an array has been edited into what cannot be lit. What would crash VTK is not drawn any more,
+            until it is put right.
         """
         self._follow_geometry()
+        self._show_colors()
         state = self._state(scene)
         if state == self._drawn_for and not self._viewer_moved(scene):
             return False
         vertices = Vertices(self.drawn.points, lambda: self.normals, self._current_albedo())
         self._plan = Plan.of(scene, self.material, vertices, matrix=self.matrix)
-        self._plan.run_for_display(vertices, self._colors)
+        self._plan.run_for_display(vertices, self.colors)
         self._drawn_for, self._viewer = state, scene.viewer
-        self.drawn.GetPointData().GetArray(ARRAY).Modified()
+        self._colors.Modified()
         return True
+
+    def blank(self) -> None:
+        """Draw nothing, until it can be refreshed again: an index that no point has would end the process."""
+        self.drawn.Initialize()
+        self._geometry = self._drawn_for = None
+
+    @property
+    def material(self) -> Material:
+        """The surface's material; setting it sets that of all meshes that share it."""
+        return self.finish.material
+
+    @material.setter
+    def material(self, material: Material) -> None:
+        check_material(material)
+        self.finish.material = material
 
     @property
     def matrix(self) -> Float64Array | None:
@@ -89,9 +130,16 @@ class LiveMesh:
     @property
     def normals(self) -> FloatArray:
         """The point normals that it is lit with."""
-        if self._normals is None:
-            self._normals = point_normals(self.drawn)
-        return self._normals
+        if has_normals(self.drawn):
+            return point_normals(self.drawn)
+        if self._computed_normals is None:
+            self._computed_normals = point_normals(self.drawn)
+        return self._computed_normals
+
+    @property
+    def colors(self) -> ByteArray:
+        """The colours that are drawn, (n_points, 3), where they are now."""
+        return vtk_to_numpy(self._colors)
 
     def _viewer_moved(self, scene: Scene) -> bool:
         if self._plan is None or not self._plan.view_dependent:
@@ -124,30 +172,36 @@ class LiveMesh:
         geometry = _geometry_of(self.mesh)
         if geometry == self._geometry:
             return
-        whole = surface(self.mesh)
+        try:
+            whole = surface(self.mesh)
+        except ValueError:
+            self.drawn.Initialize()  # VTK goes on to draw it, and might not survive that
+            self._geometry = None
+            raise
         outer, self._points = split_sharp_edges(whole, self.feature_angle)
         self._n_whole = whole.n_points
-        colors = self.drawn.GetPointData().GetArray(ARRAY)
         self.drawn.ShallowCopy(outer)
-        if colors is not None and colors.GetNumberOfTuples() == outer.n_points:
-            self.drawn.GetPointData().AddArray(colors)
-        else:
-            self.drawn.point_data[ARRAY] = np.zeros((outer.n_points, 3), np.uint8)
-            self._colors = np.asarray(self.drawn.point_data[ARRAY])
-        self.drawn.set_active_scalars(ARRAY, preference="point")
-        self._geometry, self._normals = geometry, None
+        self._geometry, self._computed_normals = geometry, None
+
+    def _show_colors(self) -> None:
+        """Have the drawn mesh show its colours; new ones where they are not as many as the points."""
+        data, count = self.drawn.GetPointData(), self.drawn.n_points
+        if self._colors is None or self._colors.GetNumberOfValues() != 3 * count:
+            self._colors, self._drawn_for = pv.convert_array(np.zeros((count, 3), np.uint8), ARRAY), None
+        if data.GetAbstractArray(ARRAY) is not self._colors:
+            data.AddArray(self._colors)
+            self.drawn.set_active_scalars(ARRAY, preference="point")
 
     def _current_albedo(self) -> Any:
-        if isinstance(self.albedo, str):
+        """At the points that are drawn: edges of the user's mesh may have been split."""
+        albedo = self.albedo
+        if isinstance(albedo, str):
             arrays = self._arrays()
-            check.choice("albedo", self.albedo, arrays.keys())
-            return self._at_points(arrays[self.albedo])
-        return self._at_points(self.albedo)
-
-    def _at_points(self, albedo: Any) -> Any:
-        """Of the surface, where its edges were split."""
-        is_drawns = albedo is not None and len(albedo) == self.drawn.n_points
-        return albedo if is_drawns else at_points(albedo, self._points, self._n_whole)
+            check.choice("albedo", albedo, arrays.keys())
+            albedo = arrays[albedo]
+            if not isinstance(self.mesh, pv.PolyData):
+                return albedo
+        return at_points(albedo, self._points, self._n_whole)
 
     def _arrays(self) -> Any:
         """Where a named albedo is looked up: the user's point arrays, which may be replaced at any time."""
@@ -173,7 +227,8 @@ def _geometry_of(mesh: pv.DataSet) -> Any:
         return mesh.GetMTime()
     normals = mesh.GetPointData().GetNormals()
     parts = (mesh.GetPoints(), mesh.GetPolys(), mesh.GetStrips(), normals)
-    return tuple(None if part is None else _edition(part) for part in parts)
+    editions = (None if part is None else _edition(part) for part in parts)
+    return mesh.GetNumberOfPoints(), *editions  # what resizes an array in place need not say that it is modified
 
 
 def _edition(part: Any) -> Any:

@@ -13,6 +13,7 @@ from pvphong.scene.scene import Scene
 from pvphong.studio.gizmos import Board, History, Options
 from pvphong.studio.live import LiveMesh
 from pvphong.studio.rig import LightHandle, Rig
+from pvphong.studio.troubles import Troubles
 
 
 class Pane:
@@ -34,6 +35,7 @@ class Pane:
         self._light_model = light_model
         self._meshes: list[LiveMesh] = []
         self._tag: int | None = None
+        self._troubles = Troubles(renderer)
 
     @property
     def scene(self) -> Scene:
@@ -71,8 +73,7 @@ class Pane:
         """Bring the visible meshes and the gizmos up to date."""
         visible = self.shown
         if visible:
-            scene = self.scene
-            self.evaluations += sum(live.refresh(scene) for live in visible)
+            self.evaluations += self._troubles.refresh(visible, self.scene)
         if self.board is not None:
             self.board.update()
 

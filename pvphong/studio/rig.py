@@ -38,6 +38,10 @@ class LightHandle:
         self._echo = _fields(vtk_light)
         self._converted: tuple[Any, Light] | None = None
 
+    def __repr__(self) -> str:
+        value = type(self.vtk_light if self._own is None else self._own).__name__
+        return f"<LightHandle of a {value}{f' named {self._name!r}' if self._name else ''}>"
+
     def light(self, viewer: Viewer) -> Light:
         """The light's value now."""
         fields = _fields(self.vtk_light)

@@ -15,6 +15,7 @@ from pvphong.base.vectors import unit
 from pvphong.optics.light import Light, VtkValues
 from pvphong.optics.lights import light_from_values
 from pvphong.optics.roles import EyeSpace
+from pvphong.scene.viewer import Viewer
 
 # A focal point this many bits closer than the coordinates are large still tells the direction to 2⁻³².
 _KEPT_BITS = 20
@@ -48,6 +49,7 @@ def as_light(light: Any, viewer: EyeSpace | None = None) -> Light:
     """
     if viewer is None:
         return from_vtk(light, _camera_distance(light))
+    _check_viewer(viewer)
     if _is_moved_headlight(light):
         return _moved_headlight(light, viewer)
     converted = from_vtk(light, viewer.distance)
@@ -55,6 +57,11 @@ def as_light(light: Any, viewer: EyeSpace | None = None) -> Light:
         return converted
     placed = converted.in_world(viewer)
     return placed if converted.frame == "camera" else replace(placed, frame="headlight")
+
+
+def _check_viewer(viewer: Any) -> None:
+    if not isinstance(viewer, Viewer):
+        check.refuse("viewer", viewer, "a Viewer", "Viewer.from_camera(camera) makes one.")
 
 
 def from_vtk(light: Any, distance: float) -> Light:
@@ -136,6 +143,8 @@ def _camera_distance(light: Any) -> float:
 
 def to_pyvista(light: Light, viewer: EyeSpace | None = None) -> pv.Light:
     """`Light.to_pyvista`."""
+    if viewer is not None:
+        _check_viewer(viewer)
     result = pv.Light()
     write_light(light, result, viewer)
     return result

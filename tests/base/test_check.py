@@ -181,6 +181,15 @@ def test_arrays_of_other_reals_are_widened_and_brought_into_this_machines_byte_o
     assert check.array("points", np.empty((0, 3), None if kind is list else kind)).shape == (0, 3)
 
 
+@pytest.mark.parametrize("checked", [check.array, check.rows, check.matrix4])
+def test_masked_entries_are_refused_and_a_mask_of_none_is_not(checked):
+    rows = np.ma.array(np.eye(4)[:, :3] if checked is not check.matrix4 else np.eye(4))
+    np.testing.assert_array_equal(checked("points", rows), rows.data)
+    rows[2, 1] = np.ma.masked
+    with pytest.raises(ValueError, match=r"^points must be .*; got an array with masked entries\. Fill them"):
+        checked("points", rows)
+
+
 def vtk_matrix(rows):
     matrix = vtk.vtkMatrix4x4()
     matrix.DeepCopy(rows.ravel().tolist())

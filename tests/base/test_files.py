@@ -1,10 +1,18 @@
 """A file is there whole or not at all."""
 
 import os
+import socket
+import stat
+import subprocess
+import sys
 import tempfile
+import threading
+import time
+from pathlib import Path
 
 import pytest
 
+from pvphong.base import files
 from pvphong.base.files import written_aside
 
 
@@ -75,3 +83,173 @@ def test_a_place_where_no_file_can_be_is_refused(target, monkeypatch, place, mes
     with pytest.raises(ValueError, match=f"^path must be (in )?{message}"), written_aside(target.parent / place):
         pytest.fail("the path should have been refused")
     assert os.listdir() == []
+
+
+# --- what is kept ---
+
+
+def test_mode_and_links_are_kept(target):
+    target.write_text("old")
+    target.chmod(0o600)
+    Path("link").symlink_to("scene.json")
+    with written_aside("link") as aside:
+        aside.write_text("new")
+    assert Path("link").is_symlink()
+    assert target.read_text() == "new"
+    assert stat.S_IMODE(target.stat().st_mode) == 0o600
+
+
+def test_a_new_file_has_the_mode_that_any_new_file_has(target):
+    Path("any").write_text("")
+    with written_aside(target) as aside:
+        aside.write_text("new")
+    assert target.stat().st_mode == Path("any").stat().st_mode
+
+
+def a_socket(name):
+    with socket.socket(socket.AF_UNIX) as made:
+        made.bind(name)
+
+
+@pytest.mark.parametrize(
+    ("path", "make", "message"),
+    [
+        ("scene.json", lambda name: Path(name).symlink_to(name), "Too many levels"),
+        ("scene.json", a_socket, "a pipe or a character device"),
+        ("x" * 300, lambda _name: None, "File name too long"),
+    ],
+    ids=["a link to itself", "a socket", "a long name"],
+)
+@pytest.mark.usefixtures("target")
+def test_what_can_neither_be_replaced_nor_written_into_is_refused(path, make, message):
+    make(path)
+    before = os.listdir()
+    with pytest.raises(ValueError, match=f"^path must be a file.*{message}"), written_aside(path):
+        pytest.fail("the path should have been refused")
+    assert os.listdir() == before
+
+
+def test_a_pipe_is_written_into_and_stays(target):
+    os.mkfifo(target)
+    received = []
+    reader = threading.Thread(target=lambda: received.append(target.read_text()))
+    reader.start()
+    with written_aside(target) as aside:
+        aside.write_text("poured")
+    reader.join(10)
+    assert received == ["poured"]
+    assert stat.S_ISFIFO(target.stat().st_mode)
+    assert os.listdir() == ["scene.json"]
+
+
+@pytest.mark.parametrize(("device", "message"), [("/dev/null", None), ("/dev/full", "No space left")])
+def test_a_device_is_written_into_and_stays(device, message):
+    def write():
+        with written_aside(device) as aside:
+            aside.write_text("poured")
+
+    before = os.stat(device).st_rdev
+    if message is None:
+        write()
+    else:
+        with pytest.raises(ValueError, match=message):
+            write()
+    assert stat.S_ISCHR(os.stat(device).st_mode)
+    assert os.stat(device).st_rdev == before
+
+
+# --- what killed processes leave ---
+
+WRITER = """
+import signal, sys
+from pvphong.base.files import written_aside
+with written_aside(sys.argv[1]) as aside:
+    aside.write_text("half")
+    print(aside.parent.name, flush=True)
+    signal.pause()
+"""
+
+
+def folders():
+    return [name for name in os.listdir() if name.startswith(files.PREFIX)]
+
+
+def test_what_a_killed_writer_left_is_cleared_by_the_next_and_a_living_writers_folder_is_not(target):
+    target.write_text("old")
+    writers = [
+        subprocess.Popen([sys.executable, "-c", WRITER, str(target)], stdout=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    names = [writer.stdout.readline().strip() for writer in writers]
+    writers[0].kill()
+    writers[0].wait()
+    assert sorted(folders()) == sorted(names)
+    assert target.read_text() == "old"
+    with written_aside(target) as aside:
+        aside.write_text("new")
+        assert sorted(folders()) == sorted([names[1], aside.parent.name])
+    assert target.read_text() == "new"
+    writers[1].kill()
+    writers[1].wait()
+    with written_aside(target) as aside:
+        aside.write_text("newer")
+    assert not folders()
+    for writer in writers:
+        writer.stdout.close()
+
+
+def test_folders_of_others_are_left_alone(target):
+    """Of the same form of name: one with something in it, and one that its maker may be about to lock."""
+    Path(".pvphong-keepsake").mkdir()
+    Path(".pvphong-keepsake/mine").write_text("mine")
+    for name, age in {".pvphong-12345678": 0, ".pvphong-abcdefgh": 120}.items():
+        Path(name).mkdir()
+        os.utime(name, (time.time() - age,) * 2)
+    with written_aside(target) as aside:
+        aside.write_text("new")
+    assert sorted(folders()) == [".pvphong-12345678", ".pvphong-keepsake"]
+
+
+def test_many_writers_at_once_each_write_a_whole_file(target):
+    """Threads here; the lock is the same between processes."""
+
+    def write(letter):
+        for _ in range(20):
+            with written_aside(target) as aside:
+                aside.write_text(letter * 10_000)
+            seen.append(target.read_text())
+
+    seen = []
+    threads = [threading.Thread(target=write, args=[letter]) for letter in "abcdefgh"]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(seen) == 160
+    assert all(len(text) == 10_000 and len(set(text)) == 1 for text in seen)
+    assert os.listdir() == ["scene.json"]
+
+
+LIMITED = """
+import resource, sys
+from pvphong.base.files import reserve, written_aside
+resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+try:
+    with written_aside(sys.argv[1]) as aside:
+        reserve(aside, int(sys.argv[2])) if sys.argv[3] == "reserve" else aside.write_bytes(b"a" * int(sys.argv[2]))
+        aside.write_bytes(b"new")
+except ValueError as error:
+    sys.exit(str(error))
+"""
+
+
+@pytest.mark.parametrize("how", ["reserve", "write"])
+@pytest.mark.parametrize(("size", "fits"), [(1000, True), (1001, False)])
+def test_a_limit_on_the_size_of_files_is_noticed(target, how, size, fits):
+    target.write_text("old")
+    command = [sys.executable, "-c", LIMITED, str(target), str(size), how]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == (0 if fits else 1), done.stderr
+    assert ("File too large" in done.stderr) is not fits
+    assert target.read_text() == ("new" if fits else "old")
+    assert os.listdir() == ["scene.json"]

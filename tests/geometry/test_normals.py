@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from functools import partial
-from itertools import permutations
+from itertools import permutations, product
 
 import numpy as np
 import pytest
 import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from normal_forms import FORMS, every_form
 from soups import bumpy, soup
 from stability import exact_normals as exact
 
@@ -17,7 +18,11 @@ from pvphong.geometry.normals import implicit_normals, plane_normal, point_norma
 
 U = 2.0**-53
 WEIGHTINGS = ["angle", "area", "max"]
-EVALUATORS = {"polygons": polygon_normals} | {w: partial(point_normals, weighting=w) for w in WEIGHTINGS}
+EVALUATORS = {"polygons": polygon_normals} | {
+    f"{name}-{weighting}": partial(form, weighting=weighting)
+    for name, form in FORMS.items()
+    for weighting in WEIGHTINGS
+}
 every_evaluator = pytest.mark.parametrize("evaluator", EVALUATORS.values(), ids=EVALUATORS)
 
 few = settings(max_examples=60, derandomize=True, deadline=None)
@@ -86,14 +91,15 @@ def test_faces_that_look_up_and_their_points_have_that_normal_exactly(points, fa
 # --- points; the definition of the weightings is in stability/test_mesh_normals ---
 
 
-def test_max_weights_are_exact_on_a_sphere():
+@every_form
+def test_max_weights_are_exact_on_a_sphere(form):
     """Of any triangles inscribed in it: here of a globe's, every point moved along the sphere."""
     globe = pv.Sphere(theta_resolution=9, phi_resolution=8)
     points = globe.points + np.random.default_rng(0).uniform(-0.05, 0.05, globe.points.shape)
     points /= np.linalg.norm(points, axis=1, keepdims=True)
     mesh = soup(*globe.regular_faces)
-    assert np.abs(point_normals(points, *mesh, weighting="max") - points).max() < 1e-13
-    assert np.abs(point_normals(points, *mesh, weighting="area") - points).max() > 1e-3
+    assert np.abs(form(points, *mesh, weighting="max") - points).max() < 1e-13
+    assert np.abs(form(points, *mesh, weighting="area") - points).max() > 1e-3
 
 
 CAPS = {
@@ -104,42 +110,61 @@ CAPS = {
 
 
 @pytest.mark.parametrize("tops", CAPS.values(), ids=CAPS)
-def test_angle_weights_ignore_how_a_concave_side_is_cut(tops):
+@every_form
+def test_angle_weights_ignore_how_a_concave_side_is_cut(form, tops):
     """An upright L: at its inner edge the caps turn through 270°, so a reflex angle must count as one."""
     points = np.array([(x, y, z) for z in (0.0, 2.0) for x, y in ELL])
     walls = [(i, (i + 1) % 6, (i + 1) % 6 + 6, i + 6) for i in range(6)]
     bottoms = [tuple(corner - 6 for corner in face[::-1]) for face in tops]
-    observed = point_normals(points, *soup(*walls, *tops, *bottoms))
+    observed = form(points, *soup(*walls, *tops, *bottoms))
     weights = {0: (-1, -1, 1), 3: (1, 1, 3)}  # ±90° of the walls, 90° or 270° of the cap
     for corner, normal in weights.items():
         assert np.allclose(observed[corner + 6], normal / np.linalg.norm(normal), rtol=0, atol=8 * U)
         assert np.allclose(observed[corner], normal * np.array([1, 1, -1]) / np.linalg.norm(normal), atol=8 * U)
 
 
-def test_a_midpoint_collapsed_onto_an_edge_does_not_bend_the_normals_around_it():
+@every_form
+def test_a_midpoint_collapsed_onto_an_edge_does_not_bend_the_normals_around_it(form):
     """A sliver of rounding alone, with 180° at its middle corner, would otherwise outweigh the real faces."""
     rng = np.random.default_rng(5)
     bent = 0
     for a, b, c in rng.normal(size=(50, 3, 3)) * np.array([1e-3, 1.0, 1.0])[:, None]:
         points = np.array([a, b, (a + b) / 2, c])
         plane = polygon_normals(points, [0, 1, 3], [0, 3])[0]
-        observed = point_normals(points, *soup((0, 2, 3), (2, 1, 3), (0, 1, 2)))
+        observed = form(points, *soup((0, 2, 3), (2, 1, 3), (0, 1, 2)))
         assert np.abs(observed - plane).max() < 1e-13
         bent += np.cross(b - a, points[2] - a).any()
     assert bent > 10, "no sliver here has an area that rounding made"
 
 
-def test_a_sliver_of_rounding_alone_adds_no_weight_either():
+@every_form
+def test_a_sliver_of_rounding_alone_adds_no_weight_either(form):
     """By Max's weights a tiny sliver's would make the real face at its corner look like rounding."""
     rng = np.random.default_rng(6)
     for a, b in rng.normal(size=(50, 2, 3)) * np.array([1e-23, 1e-20])[:, None]:
         points = np.array([a, b, (a + b) / 2, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
-        observed = point_normals(points, *soup((0, 2, 1), (0, 3, 4)), weighting="max")
+        observed = form(points, *soup((0, 2, 1), (0, 3, 4)), weighting="max")
         assert np.array_equal(observed[0], polygon_normals(points, [0, 3, 4], [0, 3])[0])
 
 
-def test_angle_is_the_default():
-    assert np.array_equal(point_normals(POINTS, *MESH), point_normals(POINTS, *MESH, weighting="angle"))
+@every_form
+def test_angle_is_the_default(form):
+    assert np.array_equal(form(POINTS, *MESH), form(POINTS, *MESH, weighting="angle"))
+
+
+TURNS = list(product([1.0, -1.0], repeat=3))
+
+
+@every_form
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
+def test_a_mirrored_mesh_has_mirrored_normals(form, weighting):
+    """Also at a pole, where quads have two points in one place, and so an edge without a direction."""
+    pole = np.array([(1.0, 2.0, 3.0), (1.0, 2.0, 3.0), (0.5, 1.0, 4.0), (0.25, 1.5, 3.5), (2.0, 1.0, 1.0)])
+    faces = soup((0, 1, 2, 3), (0, 4, 1))
+    upright = form(pole, *faces, weighting)
+    for turn in TURNS:
+        assert np.array_equal(form(pole * turn, *faces, weighting), upright * turn * np.prod(turn))
+    assert weighting == "max" or upright[:2].any(axis=1).all()
 
 
 # --- what both hold to ---
@@ -162,6 +187,7 @@ def test_renumbering_and_reading_in_blocks_change_no_bit_and_the_order_of_faces_
     shuffled = evaluator(POINTS, *soup(*(FACES[i] for i in order)))
     assert np.abs(shuffled - (expected[order] if per_face else expected)).max() <= (0 if per_face else 8 * U)
     monkeypatch.setattr("pvphong.geometry.faces._BLOCK_CORNERS", 7)
+    monkeypatch.setattr("pvphong.shading.kernel.normals._RANGE", 7)
     assert np.array_equal(evaluator(POINTS, *MESH), expected)
 
 

@@ -5,14 +5,12 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 import pyvista as pv
-import vtk
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong.meshes import cells as cells_module
 from pvphong.meshes.cells import cells, invalid_cells, refuse_invalid
 
 STORAGES = ["Use32BitStorage", "Use64BitStorage", "UseFixedSize32BitStorage", "UseFixedSize64BitStorage"]
-STORAGES = [name for name in STORAGES if hasattr(vtk.vtkCellArray, name)]  # VTK 9.5 and older have two
 every_storage = pytest.mark.parametrize("storage", STORAGES)
 
 
@@ -83,6 +81,24 @@ def test_a_grids_cells_are_checked_each_time():
     refuse_invalid(grid)
     vtk_to_numpy(grid.GetCells().GetConnectivityArray())[1] = 99
     with pytest.raises(ValueError, match="index 99 in cell 0"):
+        refuse_invalid(grid)
+
+
+def test_cells_of_a_type_that_vtk_has_not_are_refused():
+    grid = pv.ImageData(dimensions=(3, 2, 2)).cast_to_unstructured_grid()
+    kinds = grid.celltypes.copy()
+    kinds[1] = 255
+    grid.SetCells(pv.convert_array(kinds), grid.GetCells())
+    assert cells_module.invalid_cells(grid).tolist() == [1]
+    with pytest.raises(ValueError, match=r"^mesh must be .*; got cell 1 of type 255"):
+        refuse_invalid(grid)
+
+
+def test_coordinates_that_do_not_fit_the_dimensions_are_refused():
+    grid = pv.RectilinearGrid([0.0, 1.0], [0.0, 1.0, 2.0], [0.0, 1.0])
+    refuse_invalid(grid)
+    grid.GetYCoordinates().SetNumberOfTuples(2)
+    with pytest.raises(ValueError, match=r"got \(2, 2, 2\) coordinates in dimensions \(2, 3, 2\)"):
         refuse_invalid(grid)
 
 

@@ -1,11 +1,15 @@
+import logging
 import os
+import warnings
 from collections import namedtuple
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
 import pyvista as pv
 
+from pvphong.base import files as base_files
 from pvphong.meshes import files as mesh_files
 from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, eight_bit, read_mesh, save_lit
 
@@ -63,6 +67,43 @@ def test_blocks_come_back_with_their_names(lit, suffix):
     assert not [name for name in names() if name.startswith(".")]
 
 
+def test_blocks_of_older_files_are_removed_and_those_of_a_failure_too(lit, monkeypatch):
+    save(pv.MultiBlock([lit, lit.copy()]), "lit.vtm")
+    save(pv.MultiBlock([lit]), "lit.vtm")
+    (block,) = Path("lit").iterdir()
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "replace", denied_to_the_file_itself(Path.replace))
+        with pytest.raises(ValueError, match="denied"):
+            save(pv.MultiBlock([lit, lit]), "lit.vtm")
+    np.testing.assert_array_equal(read_mesh("lit.vtm")[0]["phong"], lit["phong"])
+    assert list(Path("lit").iterdir()) == [block]
+
+
+def denied_to_the_file_itself(replace):
+    def replace_blocks(path, target):
+        if path.suffix == ".vtm":
+            raise PermissionError("denied")
+        return replace(path, target)
+
+    return replace_blocks
+
+
+def test_a_link_to_a_file_of_blocks_leads_to_whole_ones(lit):
+    Path("there").mkdir()
+    Path("link.vtm").symlink_to("there/lit.vtm")
+    save(pv.MultiBlock([lit]), "link.vtm")
+    assert names() == ["link.vtm", "there"]
+    assert sorted(os.listdir("there")) == ["lit", "lit.vtm"]
+    np.testing.assert_array_equal(read_mesh("link.vtm")[0]["phong"], lit["phong"])
+
+
+def test_texture_coordinates_in_float64_do_not_end_the_process(lit):
+    lit.active_texture_coordinates = np.zeros((lit.n_points, 2))
+    save(lit, "lit.ply")
+    assert read_mesh("lit.ply").n_points == lit.n_points
+    assert lit.active_texture_coordinates.dtype == np.float64
+
+
 def test_files_of_others_in_the_blocks_folder_stay_and_a_file_of_its_name_is_in_the_way(lit):
     notes = Path("lit/notes.txt")
     notes.parent.mkdir()
@@ -95,7 +136,7 @@ def test_a_folder_that_is_not_there_is_refused(lit):
 
 def full_disk(monkeypatch, _):
     usage = namedtuple("usage", "total used free")(2**30, 2**30, 1000)
-    monkeypatch.setattr(mesh_files.shutil, "disk_usage", lambda _path: usage)
+    monkeypatch.setattr(base_files.shutil, "disk_usage", lambda _path: usage)
 
 
 def failing_writer(monkeypatch, kind):
@@ -112,8 +153,8 @@ def failing_writer(monkeypatch, kind):
 @pytest.mark.parametrize(
     ("mishap", "message"),
     [
-        (full_disk, r"^output needs up to .* MiB on its disk, and 0\.0 are free"),
-        (failing_writer, r"^output could not be written to lit\.vt.: VTK writer failed"),
+        (full_disk, r"^path must be .* needs up to .* MiB on its disk, and 0\.0 are free"),
+        (failing_writer, r"^output could not be written: VTK writer failed"),
     ],
 )
 def test_a_mishap_leaves_the_old_file(lit, monkeypatch, suffix, mishap, message):
@@ -164,3 +205,16 @@ def test_a_table_is_no_mesh(monkeypatch):
     monkeypatch.setattr(mesh_files.pv, "read", lambda _path: pv.Table(np.zeros((2, 2))))
     with pytest.raises(ValueError, match=r"^mesh must be a dataset or a MultiBlock; got a Table in table\.vtt"):
         read_mesh("table.vtt")
+
+
+def test_threads_that_read_and_write_at_once_leave_logging_and_warnings_as_they_were(lit):
+    before = logging.root.manager.disable, list(warnings.filters)
+
+    def work(number):
+        save(lit, f"{number}.vtp")
+        return read_mesh(f"{number}.vtp") == lit
+
+    with ThreadPoolExecutor(20) as threads:
+        assert all(threads.map(work, range(100)))
+    assert (logging.root.manager.disable, list(warnings.filters)) == before
+    assert names() == sorted(f"{number}.vtp" for number in range(100))

@@ -4,6 +4,7 @@ That arrays of other types and layouts, empty meshes and clouds are taken or ref
 """
 
 import dataclasses
+import sys
 
 import numpy as np
 import pytest
@@ -228,6 +229,20 @@ def test_without_normals_they_are_weighted_by_angle_and_not_stored():
     assert box.phong.shade(SCENE, MATERIAL).point_data.active_normals is None
 
 
+@pytest.mark.parametrize("backend", ["auto", "numpy"])
+def test_a_backend_goes_for_the_normals_too(monkeypatch, backend):
+    asked = []
+
+    def computed(mesh, *, backend):
+        asked.append(backend)
+        return np.full(mesh.points.shape, (0.0, 0.0, 1.0))
+
+    monkeypatch.setattr("pvphong.meshes.lit.vertex_normals", computed)
+    bare().phong.shade(SCENE, MATERIAL, backend=backend)
+    bare().phong.normals(backend=backend)
+    assert asked == [backend] * 2
+
+
 @pytest.mark.parametrize("weighting", ["angle", "area", "max"])
 def test_normals_of_a_weighting_are_computed_whatever_is_stored(weighting):
     mesh = ball()
@@ -342,3 +357,27 @@ def test_an_error_names_the_block():
         blocks.phong.shade(SCENE)
     with pytest.raises(ValueError, match=r"^block \['grid'\]: albedo must be"):
         pv.MultiBlock({"grid": grid()}).phong.shade(SCENE, albedo="tint")
+
+
+def test_a_mesh_that_another_thread_edits_meanwhile_is_lit_as_it_was_or_refused():
+    """What is edited between any two of the steps is as what is edited within them: so it is edited at all of them."""
+    small, large = pv.Sphere(theta_resolution=8, phi_resolution=8), pv.Sphere(theta_resolution=30, phi_resolution=30)
+    mesh, lit = large.copy(), []
+
+    def edit(frame, event, _argument):
+        if event == "call" and "pvphong" in frame.f_code.co_filename:
+            sys.setprofile(None)
+            mesh.copy_from(small if mesh.n_points == large.n_points else large)
+            sys.setprofile(edit)
+
+    for material in (MATERIAL, Material(specular=0.5, shininess=20)):
+        sys.setprofile(edit)
+        try:
+            lit.append(mesh.phong.shade(SCENE, material))
+        finally:
+            sys.setprofile(None)
+    for result in lit:
+        whole = small if result.n_points == small.n_points else large
+        assert result.faces.tolist() == whole.faces.tolist()
+        assert bits(result.points) == bits(whole.points)
+        assert len(result["phong"]) == whole.n_points

@@ -10,13 +10,10 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong.geometry.normals import point_normals, polygon_normals
 from pvphong.meshes.surfaces import face_normals, polygons, surface, vertex_normals
+from pvphong.shading import kernel
 
 CORNERS = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 0.5, 1)], dtype=float)
-STORAGES = ["Use64BitStorage", "Use32BitStorage"]
-FIXED = ["UseFixedSize32BitStorage", "UseFixedSize64BitStorage"]  # VTK 9.5 and older have none
-STORAGES += [
-    pytest.param(s, marks=pytest.mark.skipif(not hasattr(vtk.vtkCellArray, s), reason="old VTK")) for s in FIXED
-]
+STORAGES = ["Use64BitStorage", "Use32BitStorage", "UseFixedSize32BitStorage", "UseFixedSize64BitStorage"]
 
 
 def full_mesh(*, faces=(), strips=(), verts=(), lines=()):
@@ -181,6 +178,59 @@ def test_normals_are_those_of_the_surfaces_stored_points_and_faces_and_the_mesh_
     assert mesh == before
 
 
+BACKENDS = {"numpy": point_normals} | ({"numba": kernel.point_normals} if kernel.is_available() else {})
+
+
+@pytest.mark.parametrize("mesh", [pv.Sphere(), pv.Sphere().strip(), examples.load_airplane(), *DATASETS])
+@pytest.mark.parametrize(("backend", "form"), BACKENDS.items(), ids=BACKENDS)
+def test_a_named_backend_has_its_bits_and_without_a_name_a_small_mesh_is_numpys(mesh, backend, form):
+    source = surface(mesh)
+    stored = np.asarray(source.points), *polygons(source)
+    for weighting in ("angle", "area", "max"):
+        np.testing.assert_array_equal(vertex_normals(mesh, weighting, backend=backend), form(*stored, weighting))
+        np.testing.assert_array_equal(mesh.phong.normals(weighting, backend=backend), form(*stored, weighting))
+        np.testing.assert_array_equal(vertex_normals(mesh, weighting), point_normals(*stored, weighting))
+
+
+@pytest.mark.parametrize("storage", STORAGES)
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_no_storage_of_vtk_changes_a_bit_of_the_normals(storage, backend):
+    mesh, array = pv.Sphere(theta_resolution=9), vtk.vtkCellArray()
+    getattr(array, storage)(*[3] * ("Fixed" in storage))
+    for face in mesh.regular_faces.tolist():
+        array.InsertNextCell(3, face)
+    expected = vertex_normals(mesh, backend=backend)
+    mesh.SetPolys(array)
+    np.testing.assert_array_equal(vertex_normals(mesh, backend=backend), expected)
+
+
+@pytest.mark.parametrize("has_code", [False, True])
+def test_large_meshes_have_compiled_normals_where_the_code_is_there(monkeypatch, has_code):
+    mesh, asked = pv.Plane(), []
+
+    def compiled(points, _connectivity, _offsets, weighting, *, waits):
+        asked.append((weighting, waits))
+        return np.zeros((len(points), 3)) if has_code else None
+
+    monkeypatch.setattr(kernel, "point_normals", compiled)
+    monkeypatch.setattr("pvphong.meshes.surfaces._WORTH_LOADING", 4 * mesh.n_cells + 1)
+    assert (vertex_normals(mesh) == (0, 0, 1)).all()
+    assert not asked
+    monkeypatch.setattr("pvphong.meshes.surfaces._WORTH_LOADING", 4 * mesh.n_cells)
+    assert (vertex_normals(mesh, "area") == (0, 0, 0 if has_code else 1)).all()
+    assert asked == [("area", False)]
+    assert (vertex_normals(mesh, backend="numpy") == (0, 0, 1)).all()
+    assert len(asked) == 1
+
+
+def test_another_backend_is_refused_and_numba_where_it_is_missing(monkeypatch):
+    with pytest.raises(ValueError, match="backend must be one of 'auto', 'numpy', 'numba'; got cuda"):
+        vertex_normals(pv.Plane(), backend="cuda")
+    monkeypatch.setattr(kernel, "_library", lambda: None)
+    with pytest.raises(ValueError, match="backend must be 'auto' or 'numpy' where Numba "):
+        vertex_normals(pv.Plane(), backend="numba")
+
+
 @pytest.mark.parametrize("mesh", [GRID, examples.load_hexbeam()])
 def test_normals_of_a_volume_point_outwards(mesh):
     outwards = surface(mesh).cell_centers().points - np.array(mesh.center)
@@ -193,3 +243,8 @@ def test_normals_need_faces(call):
     cloud.point_data.active_normals = CORNERS
     with pytest.raises(ValueError, match="a mesh with faces; got 5 points and no faces"):
         call(cloud)
+
+
+def test_several_blocks_are_sent_to_their_accessor():
+    with pytest.raises(ValueError, match=r"mesh must be a pyvista\.DataSet; got MultiBlock\. blocks\.phong does it"):
+        surface(pv.MultiBlock({"a": pv.Sphere()}))

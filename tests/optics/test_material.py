@@ -1,15 +1,18 @@
 """Materials: the table of named ones, conversions from VTK, roughness and Blinn-Phong."""
 
 import dataclasses
+import json
 import math
 
 import numpy as np
 import pytest
 import pyvista as pv
 import vtk
+from strategies import REFLECTANCE_SHAPES, Dice
 
 from pvphong.optics.lights import DirectionalLight
 from pvphong.optics.material import Material
+from pvphong.optics.reflectances import REFLECTANCES, Phong
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
@@ -161,3 +164,56 @@ def test_for_blinn_phong_changes_nothing_but_the_shininess():
     gold = Material.named("gold")
     assert gold.for_blinn_phong() == dataclasses.replace(gold, shininess=4 * gold.shininess)
     assert Material().for_blinn_phong() == Material()
+
+
+@pytest.mark.parametrize("value", [255.0, 128, (255.0, 128.0, 0.0), np.array([17.0, 0.5, 0.0])])
+@pytest.mark.parametrize("field", ["ambient", "diffuse", "specular"])
+def test_floats_that_were_255_are_refused(field, value):
+    with pytest.raises(ValueError, match=rf"^{field} must be a reflectance, .* divide them by 255"):
+        Material(**{field: value})
+
+
+# --- as dictionaries ---
+
+
+@pytest.mark.parametrize("name", REFLECTANCES)
+@pytest.mark.parametrize("seed", range(5))
+def test_dictionaries_give_back_every_bit(name, seed):
+    dice = Dice(seed)
+    reflectance = REFLECTANCES[name](**REFLECTANCE_SHAPES[name](dice))
+    material = Material(ambient=dice.color(), diffuse=0.1 + 0.2, shininess=dice.shininess(), reflectance=reflectance)
+    kept = json.loads(json.dumps(material.to_dict()))
+    assert kept["reflectance"]["type"] == name
+    assert repr(Material.from_dict(kept)) == repr(material)
+
+
+def test_a_dictionary_holds_what_is_set_and_defaults_may_be_left_out():
+    assert Material().to_dict() == dict.fromkeys(("specular", "shininess", "emission"), 0.0) | {
+        "ambient": 0.2, "diffuse": 0.8
+    }  # fmt: skip
+    assert Material.from_dict({}) == Material()
+    assert Material.from_dict({"diffuse": "red", "reflectance": None}) == Material(diffuse="red")
+
+
+def test_a_reflectance_that_files_do_not_know_is_refused():
+    class Own(Phong):
+        pass
+
+    with pytest.raises(ValueError, match=r"^reflectance must be one of phong, .* in a file; got"):
+        Material(reflectance=Own()).to_dict()
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (3, "material must be a JSON object; got 3"),
+        ({"colour": "red"}, "field of material must be one of ambient, .*; got colour"),
+        ({"diffuse": -1}, r"material\.diffuse must be "),
+        ({"reflectance": "phong"}, r"material\.reflectance must be a JSON object"),
+        ({"reflectance": {"type": "fong"}}, r"material\.reflectance\.type must be one of .* Did you mean .*'phong'"),
+        ({"reflectance": {"type": "oren-nayar", "sigma": 91}}, r"material\.reflectance\.sigma must be "),
+    ],
+)
+def test_what_is_no_material_is_refused(given, message):
+    with pytest.raises(ValueError, match=rf"^{message}"):
+        Material.from_dict(given)

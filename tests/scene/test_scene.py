@@ -3,7 +3,9 @@
 import dataclasses
 import json
 import os
+import re
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,8 +16,9 @@ from hypothesis import strategies as st
 
 from pvphong.optics.lights import LIGHT_TYPES, DirectionalLight, PointLight, SphereLight, SpotLight
 from pvphong.optics.material import Material
+from pvphong.optics.reflectances import OrenNayar
 from pvphong.scene.light_model import LightModel
-from pvphong.scene.scene import Scene, light_labels
+from pvphong.scene.scene import Scene, light_labels, load_materials
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.evaluation import evaluate
 
@@ -234,6 +237,39 @@ def test_what_the_first_edition_knew_is_written_as_it_wrote_it(scene, version, t
     assert (document["viewer"] is None) == (scene.viewer is None)
 
 
+FIRST = Path(__file__).with_name("rig_of_version_1.json")
+
+
+def test_a_rig_that_the_first_edition_wrote_is_read_for_ever():
+    lamp = {"attenuation": (1, 0.5, 1 / 3), "specular": 0.25, "ambient": (0.1, 0, 0.05), "intensity": 2.5}
+    assert Scene.load(FIRST) == Scene(
+        lights=[
+            DirectionalLight(direction=(-1, -1, -2), name="sun"),
+            SpotLight((900, 600, 900), (0, 0, -1), 25, 8, (1, 0, 1e-7), diffuse=(1, 0.8, 0.5), name="lamp"),
+            PointLight(position=(0.1, 0.2, 0.3), on=False, frame="camera", name="lamp 2", **lamp),
+            DirectionalLight(frame="headlight"),
+        ],
+        viewer=Viewer(position=(2500, -900, 1200), focal_point=(900, 650, 150), up=(0, 0, 1)),
+        light_model=LightModel(ambient=0.1, reflection="blinn-phong", two_sided=True),
+    )
+    assert load_materials(FIRST) == {}
+
+
+def test_a_scene_of_the_first_edition_is_still_written_to_the_byte(tmp_path):
+    document = json.loads(FIRST.read_text(encoding="utf-8"))
+    document["lights"][2]["name"] = "lamp 2"  # names may not be alike any more
+    Scene.load(FIRST).save(tmp_path / "again.json")
+    assert (tmp_path / "again.json").read_text(encoding="utf-8") == json.dumps(document, indent=2) + "\n"
+
+
+def test_materials_are_kept_with_a_scene(tmp_path):
+    materials = {"default": Material.named("gold"), "lid": Material(diffuse=0.3, reflectance=OrenNayar(30))}
+    Scene(viewer=Viewer()).save(tmp_path / "rig.json", materials=materials)
+    assert load_materials(tmp_path / "rig.json") == materials
+    assert Scene.load(tmp_path / "rig.json") == Scene(viewer=Viewer())
+    assert json.loads((tmp_path / "rig.json").read_text())["version"] == 2
+
+
 def write(folder, document):
     path = folder / "scene.json"
     path.write_text(document if isinstance(document, str) else json.dumps(document), encoding="utf-8")
@@ -268,9 +304,10 @@ def point(**fields):
         ([], 'format must be a JSON object with "format": "pvphong scene"; .*Scene.save writes one'),
         ({"version": 1}, "format must be a JSON object"),
         ({"format": "glTF", "version": 1}, "format must be a JSON object"),
-        ({"format": "pvphong scene"}, "version must be 1 or 2; got None"),
+        ({"format": "pvphong scene"}, "version must be 1 or 2; got null"),
         (head(version=3), r"version must be 1 or 2; got 3\. A newer pvphong"),
-        (head(version="1"), "version must be 1 or 2; got 1"),
+        (head(version="1"), 'version must be 1 or 2; got "1". It is a number'),
+        (head(version=True), "version must be 1 or 2; got true"),
         (head(camera={}), "field of scene must be one of .*viewer.*; got camera"),
         (head(lights={}), "lights must be a list"),
         (head(lights=["sun"]), r"lights\[0\] must be a JSON object; got sun"),
@@ -496,3 +533,15 @@ def test_lights_that_pvphong_does_not_allow_are_refused_by_name(plotter):
     dark.SetAttenuationValues(0, 0, 0)
     with pytest.raises(ValueError, match=r"^attenuation"):
         Scene.from_plotter(plotter(dark))
+
+
+def test_a_notebooks_table_has_every_light_and_what_is_not_at_its_default():
+    lights = [PointLight(position=(1, 2, 3), name="<b>lamp"), DirectionalLight(on=False)]
+    html = Scene(lights, light_model=LightModel(ambient=0.5))._repr_html_()
+    assert re.findall(r">([^<>]*)</td>", html) == [
+        "&lt;b&gt;lamp", "PointLight", "position (1.0, 2.0, 3.0)",
+        "light 1", "DirectionalLight", "on False",
+        "light model", "LightModel", "ambient 0.5",
+        "viewer", "Viewer", "framing what is lit",
+    ]  # fmt: skip
+    assert "position (0.0, 0.0, 5.0)" in Scene(viewer=Viewer(position=(0, 0, 5)))._repr_html_()

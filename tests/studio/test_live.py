@@ -2,6 +2,7 @@
 
 import dataclasses
 import gc
+import sys
 import tracemalloc
 
 import numpy as np
@@ -117,6 +118,88 @@ def test_a_grid_is_followed_when_it_is_warped():
     grid.points[:, 2] += 0.1 * grid.points[:, 0] ** 2
     assert live.refresh(SCENE)
     assert_lit(live, SCENE)
+
+
+def resize(array, rows):
+    """In place, and VTK is not told: memory that was there before is given back."""
+    components = array.GetNumberOfComponents()
+    array.Initialize()
+    array.SetNumberOfComponents(components)
+    array.SetNumberOfTuples(rows)
+
+
+BREAKING = {
+    "points replaced by none": (lambda mesh: setattr(mesh, "points", np.zeros((0, 3))), "refer to its 0 points"),
+    "points resized": (lambda mesh: resize(mesh.GetPoints().GetData(), 5), "refer to its 5 points"),
+    "normals resized": (lambda mesh: resize(mesh.GetPointData().GetNormals(), 3), "normals must be .* got 3 rows"),
+    "normals made more": (lambda mesh: resize(mesh.GetPointData().GetNormals(), 9999), "normals must .* got 9999 rows"),
+    "albedo resized": (lambda mesh: resize(mesh.GetPointData().GetArray("tint"), 3), "albedo must be .* got 3 rows"),
+    "arrays removed": (lambda mesh: mesh.clear_data(), "albedo must be the name of one, and there is none; got tint"),
+    "faces removed": (lambda mesh: (mesh.clear_data(), mesh.GetPolys().Initialize()), "mesh must be a mesh with faces"),
+    "faces cut": (
+        lambda mesh: (resize(mesh.GetPolys().GetConnectivityArray(), 9), mesh.GetPolys().Modified()),
+        "offsets rise",
+    ),
+    "all gone": (lambda mesh: mesh.copy_from(pv.PolyData()), "mesh must be a mesh with faces"),
+}
+
+
+@pytest.mark.parametrize(("edit", "said"), BREAKING.values(), ids=BREAKING)
+def test_an_edit_after_which_a_mesh_cannot_be_lit_is_an_error_until_it_is_put_right(edit, said):
+    mesh = ball()
+    mesh["tint"] = np.full((mesh.n_points, 3), 0.5)
+    live, whole = LiveMesh(mesh, SHINY, "tint"), mesh.copy()
+    live.refresh(SCENE)
+    edit(mesh)
+    for step in (1, 2):
+        with pytest.raises(ValueError, match=said):
+            live.refresh(other_light(step))
+    mesh.copy_from(whole)
+    assert live.refresh(SCENE)
+    live.albedo = None
+    live.refresh(SCENE)
+    assert_lit(live, SCENE)
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        lambda data: resize(data.GetArray(ARRAY), 3),
+        lambda data: resize(data.GetArray(ARRAY), 99999),
+        lambda data: data.RemoveArray(ARRAY),
+        lambda data: data.Initialize(),
+    ],
+    ids=["fewer", "more", "removed", "all arrays removed"],
+)
+def test_colours_that_somebody_resized_or_took_away_are_there_again(edit):
+    live = LiveMesh(ball(), SHINY)
+    live.refresh(SCENE)
+    edit(live.drawn.GetPointData())
+    live.refresh(SCENE)
+    assert_lit(live, SCENE)
+    assert live.drawn.active_scalars_name == ARRAY
+
+
+@pytest.mark.parametrize("edit", ["points replaced by none", "points resized", "all gone"])
+def test_a_window_shows_nothing_of_a_mesh_that_would_crash_vtk_and_all_of_it_when_it_is_put_right(monkeypatch, edit):
+    plotter, mesh, raised = pv.Plotter(off_screen=True, window_size=(90, 90), lighting="none"), ball(), []
+    plotter.phong.add_light(PointLight(position=(2, 2, 2)))
+    actor = plotter.phong.add_mesh(mesh, SHINY)
+    plotter.show(auto_close=False)
+    whole, picture = mesh.copy(), plotter.screenshot(return_img=True)
+    monkeypatch.setattr(sys, "excepthook", lambda _kind, error, _trace: raised.append(error))
+    BREAKING[edit][0](mesh)
+    plotter.render()
+    assert {type(error) for error in raised} == {ValueError}
+    with pytest.raises(ValueError, match=r"^mesh must be"):
+        plotter.screenshot(return_img=True)
+    assert plotter.phong.mesh(actor).drawn.n_points == 0
+    raised.clear()
+    mesh.copy_from(whole)
+    plotter.render()
+    np.testing.assert_array_equal(plotter.screenshot(return_img=True), picture)
+    assert not raised
+    plotter.close()
 
 
 def test_memory_does_not_grow_over_a_thousand_updates():

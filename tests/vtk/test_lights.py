@@ -289,3 +289,9 @@ def test_an_existing_light_can_be_given_the_values(kind, frame):
         write_light(light, other)
         assert as_light(other) == as_light(light.to_pyvista()) == light
         assert other.GetTransformMatrix() is None
+
+
+@pytest.mark.parametrize("call", [as_light, lambda light, viewer: as_light(light).to_pyvista(viewer)])
+def test_what_is_no_viewer_is_refused(call):
+    with pytest.raises(ValueError, match=r"^viewer must be a Viewer; got 5\. Viewer\.from_camera"):
+        call(pv.Light(light_type="camera light"), 5)

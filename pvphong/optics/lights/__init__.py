@@ -1,4 +1,6 @@
-"""The kinds of light. A new kind is its own file beside these and one entry in `LIGHT_TYPES`."""
+"""The kinds of light. A new kind is its own file beside these, one entry in `LIGHT_TYPES`, and its name in `__all__` of
+`pvphong/__init__.py`.
+"""
 
 from __future__ import annotations
 

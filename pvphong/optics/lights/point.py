@@ -140,4 +140,6 @@ def placed_without(light: Any, effect: str, point: Vector) -> tuple[Light, float
         return light, 1.0
     arrival = light.arrival(np.array(point)[:, None])
     x, y, z = (-arrival.direction[:, 0]).tolist()
+    if not (x or y or z):  # it is at that very point, where its light comes from nowhere
+        return light, 1.0
     return DirectionalLight(direction=(x, y, z)), float(np.broadcast_to(arrival.strength, 1)[0])

@@ -1,4 +1,5 @@
-"""The reflectances. A new one is its own file beside these and one entry in `REFLECTANCES`.
+"""The reflectances. A new one is its own file beside these, one entry in `REFLECTANCES`, and its name in `__all__` of
+`pvphong/__init__.py`.
 
 (`vtk.py` has none: VTK's convention chooses it, and nobody else can.)
 """
@@ -7,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from pvphong.base import check
 from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances.blinn_phong import BlinnPhong
 from pvphong.optics.reflectances.oren_nayar import OrenNayar
@@ -20,6 +22,15 @@ REFLECTANCES: dict[str, type[Reflectance]] = {
 """Name → class, for `LightModel.reflection`, one of the first two, and `counterpart`."""
 
 
+def reflectance_name(reflectance: Reflectance) -> str:
+    """The name of a reflectance's kind in a file; ValueError for a kind without one."""
+    for name, kind in REFLECTANCES.items():
+        if kind is type(reflectance):
+            return name
+    remedy = "A kind of your own can be evaluated and planned; files do not know it."
+    return check.refuse("reflectance", reflectance, f"one of {', '.join(REFLECTANCES)} in a file", remedy)
+
+
 def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
     """What is done to get another reflectance that looks much the same, and that one; None where there is none."""
     if reflectance.counterpart is None:
@@ -30,4 +41,4 @@ def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
     return f"{name.title()}, shininess {said}", kind(reflectance.sharpness * factor)
 
 
-__all__ = ["REFLECTANCES", "BlinnPhong", "OrenNayar", "Phong", "Reflectance", "counterpart_of"]
+__all__ = ["REFLECTANCES", "BlinnPhong", "OrenNayar", "Phong", "Reflectance", "counterpart_of", "reflectance_name"]

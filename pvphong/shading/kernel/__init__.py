@@ -14,9 +14,9 @@ highlight errs by at most (4√n + 10) · 2⁻²⁴ for shininess n.
 
 Where to look: `driver` lights block after block and calls the stages, which lights and reflectances write with the
 names in `toolkit`; `caps` and `sides` have what they need for lights with a size; `ways` has what concerns directions
-and distances, attenuation included; `records` is the form in which it takes an equation; `running` calls compiled code,
-on the threads of `pool`; `keeping` compiles, `store` has the code on disk, `compiling` knows all that there is to
-compile, and `background` has another process do it.
+and distances, attenuation included; `records` is the form in which it takes an equation; `facets` sums the normals of
+meshes, which `normals` shares out; `running` calls compiled code, on the threads of `pool`; `keeping` compiles, `store`
+has the code on disk, `compiling` knows all that there is to compile, and `background` has another process do it.
 """
 
 from __future__ import annotations
@@ -25,13 +25,16 @@ import functools
 import importlib.util
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pvphong.base.types import Float64Array, FloatArray
+from pvphong.base import check
+from pvphong.base.types import Backend, Float64Array, FloatArray, Weighting
 from pvphong.shading.albedo import reflectances
 from pvphong.shading.equation import Equation
+from pvphong.shading.kernel import normals as over_faces
 from pvphong.shading.kernel import pool, records
 from pvphong.shading.kernel.background import NotCompiled, Request, ask_for
 from pvphong.shading.kernel.running import Call, Memory, address, is_plain, parts, ready
@@ -60,6 +63,14 @@ def obstacle() -> tuple[str, str] | None:
 def is_available() -> bool:
     """Whether Numba can be imported and used in this process; the first call imports it."""
     return _library() is not None
+
+
+def check_backend(backend: Any) -> None:
+    """Raise ``ValueError`` for another backend, or for Numba where it cannot be used."""
+    reason = obstacle() if check.choice("backend", backend, get_args(Backend)) == "numba" else None
+    if reason is not None:
+        where, remedy = reason
+        check.refuse("backend", backend, f"'auto' or 'numpy' {where}", remedy)
 
 
 def has_run() -> bool:
@@ -250,3 +261,36 @@ def find_bounds(rows: FloatArray) -> tuple[Float64Array, Float64Array] | None:
 
     pool.run(work, len(rows), _SEARCHED)
     return found[:, :3].min(axis=0), found[:, 3:].max(axis=0)
+
+
+def point_normals(
+    points: FloatArray, connectivity: NDArray[Any], offsets: NDArray[Any], weighting: Weighting, *, waits: bool = True
+) -> Float64Array | None:
+    """Unit normals of a mesh's points, as `pvphong.geometry.normals.point_normals` has them; or None.
+
+    They differ from those by rounding alone; renumbering the points changes no bit, nor does the number of threads.
+    None where NumPy is to compute them, or to refuse the mesh.
+
+    Parameters
+    ----------
+    points : ndarray
+        Shape (n, 3), float32 or float64, of any memory layout.
+    connectivity, offsets : ndarray
+        One-dimensional, of integers.
+    weighting : {"angle", "area", "max"}
+        As for the NumPy form.
+    waits : bool, default True
+        As for `shade`.
+    """
+    library = _library()
+    if library is None:
+        return None
+    source = library if waits else library.at_hand
+    try:
+        survey, find = source.survey(), source.normals()
+    except NotCompiled as missing:
+        ask_for(missing.key, None, library.lock)
+        return None
+    result = over_faces.point_normals(points, connectivity, offsets, weighting, survey, find)
+    _Process.has_run = True
+    return result

@@ -57,9 +57,10 @@ class _Compiler:
     lock: ClassVar[threading.Lock] = threading.Lock()
 
 
-def ask_for(missing: Key, request: Request, lock: Path | None) -> None:
+def ask_for(missing: Key, request: Request | None, lock: Path | None) -> None:
     """Start compiling what is missing for a request, unless it was asked for before or a compiler is at work.
 
+    Without a request, what is missing is among all that there is to compile.
     `lock` is held by the process that compiles; None if code cannot be kept.
     """
     with _Compiler.lock:
@@ -74,7 +75,7 @@ def ask_for(missing: Key, request: Request, lock: Path | None) -> None:
             _Compiler.process = _start(request)
 
 
-def _start(request: Request) -> subprocess.Popen[bytes] | None:
+def _start(request: Request | None) -> subprocess.Popen[bytes] | None:
     """A compiler at low priority, apart from this process's terminal; None in a program that only embeds Python."""
     if not Path(sys.executable or "").name.lower().startswith("python"):
         return None

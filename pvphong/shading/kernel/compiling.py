@@ -39,7 +39,7 @@ class Piece(NamedTuple):
 
 def pieces(library: Library) -> list[Piece]:
     """All code for pvphong's own lights and reflectances."""
-    result = []
+    result = [Piece("faces", library.survey), Piece("normals", library.normals)]
     for stored, real in _STORED_AND_REAL:
         types = real if stored == real else f"{stored} to {real}"
         result.append(Piece(f"driver, {types}", partial(library.driver, stored, real)))

@@ -25,11 +25,14 @@ from numba.core.ccallback import CFunc
 from pvphong.base import ranges
 from pvphong.shading.kernel import (
     adding,
+    angles,
     arithmetic,
     caps,
     colors,
     driver,
     extremes,
+    face_rows,
+    facets,
     loading,
     pointers,
     powers,
@@ -46,26 +49,11 @@ from pvphong.shading.kernel.records import SETTINGS, TERM
 from pvphong.shading.kernel.store import Store, digest
 
 _SOURCES = (
-    *(
-        ranges,
-        rows,
-        arithmetic,
-        pointers,
-        vectors,
-        loading,
-        ways,
-        powers,
-        caps,
-        sides,
-        adding,
-        colors,
-        prefetch,
-        sunlight,
-    ),
-    *(toolkit, driver, extremes),
+    *(ranges, rows, arithmetic, pointers, vectors, loading, ways, powers, caps, sides, adding, colors, prefetch),
+    *(sunlight, toolkit, driver, extremes, face_rows, angles, facets),
 )
 
-_BYTES, _FLOATS = types.CPointer(types.uint8), types.CPointer(types.float64)
+_BYTES, _FLOATS, _INDICES = map(types.CPointer, (types.uint8, types.float64, types.int64))
 _REALS = {"float32": types.float32, "float64": types.float64}
 _OPTIONS = {"error_model": "numpy", "nopython": True}
 
@@ -163,6 +151,14 @@ class Library:
         """The search for the least and greatest entries of vectors of a type."""
         return self._code(extremes.find_extremes, _search, stored).call
 
+    def survey(self) -> Callable[..., int]:
+        """The look over a mesh's faces that comes before the search for normals."""
+        return self._code(facets.survey, _survey).call
+
+    def normals(self) -> Callable[..., int]:
+        """The search for normals of points, in float32 or float64."""
+        return self._code(facets.find_normals, _normals).call
+
     def _code(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Code:
         """By what a function does, for lights make theirs anew each time; its signature is made of names of types."""
         key = *what_it_does(function), signature, kinds
@@ -201,3 +197,13 @@ def _driver(stored: Any, real: Any) -> Any:
 def _search(stored: Any) -> Any:
     rows = types.CPointer(stored)
     return types.boolean(rows, types.intp, types.intp, rows, _FLOATS)
+
+
+def _survey() -> Any:
+    return types.boolean(_INDICES, _INDICES, *(types.intp,) * 3, _INDICES)
+
+
+def _normals() -> Any:
+    points = _FLOATS, types.CPointer(types.float32)
+    mesh = *points, _INDICES, _INDICES, types.intp, _INDICES, types.intp
+    return types.boolean(*mesh, types.intp, types.intp, _INDICES, _FLOATS, _FLOATS, _FLOATS)

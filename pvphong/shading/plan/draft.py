@@ -154,6 +154,7 @@ class Effect:
         Finished draft → Decision: whether it is still there.
     without : callable
         Equation, point → the equation without the effect, whatever the error; what varies is taken as it is there.
+        What the accuracy report measures the effect by; no plan does this.
     once, each : float
         About how many nanoseconds per vertex it takes, whatever the lights, and for each light it runs for.
     """

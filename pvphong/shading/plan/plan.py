@@ -1,8 +1,11 @@
-"""Which effects a scene needs: the plan collects what each effect decides."""
+"""Which effects a scene needs: the plan collects what each effect decides.
+
+`Plan.run` carries it out, and chooses who does: the compiled evaluator where that is worth its start and does not
+decline (`kernel.shade`), else the readable one (`reference.shade`).
+"""
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
@@ -12,6 +15,7 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 
 from pvphong.base import check
+from pvphong.base.text import html_table, rendered, wrapped
 from pvphong.base.types import Backend, ByteArray, MatrixLike, Precision
 from pvphong.geometry.extent import ANYWHERE
 from pvphong.geometry.transform import normal_matrix
@@ -37,9 +41,9 @@ _WORTH_STARTING = 2**13
 _DISPLAYED_AT_ONCE = 2**17
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Plan:
-    """What will run for a scene, a material and a mesh; `print(plan.explain())` shows it.
+    """What will run for a scene, a material and a mesh; `print(plan)` says it, `print(plan.explain())` says why.
 
     Attributes
     ----------
@@ -143,13 +147,13 @@ class Plan:
             If an option is not one of those that `pvphong.evaluate` has, or Numba is asked for and missing.
         """
         real = np.dtype(check.choice("precision", precision, get_args(Precision)))
-        _check_backend(backend)
+        kernel.check_backend(backend)
         result = Shading.empty(len(vertices), self.whole.lights, real, components=check.flag("components", components))
         normals = vertices.normals_if(self.equation.needs_normals)
         waits = backend == "numba"
-        compiled = waits or (backend == "auto" and is_worth_loading(len(vertices), self.whole))
+        tries_compiled = waits or (backend == "auto" and is_worth_loading(len(vertices), self.whole))
         arrays = vertices.points, normals, self.equation, vertices.albedo, result
-        if not (compiled and kernel.shade(*arrays, self.whole, waits=waits)):
+        if not (tries_compiled and kernel.shade(*arrays, self.whole, waits=waits)):
             reference.shade(*arrays)
         return result
 
@@ -172,46 +176,77 @@ class Plan:
         """For copies and other processes, which cannot take a view of a mapping."""
         return {name: value for name, value in vars(self).items() if name != "effects"}
 
+    def __str__(self) -> str:
+        running = [name for name, choice in self.effects.items() if choice.on]
+        off = [name for name, choice in self.effects.items() if not choice.on]
+        cost = f"about {sum(self._nanoseconds.values()):.1f} ns a vertex"
+        return "\n".join(
+            [
+                *wrapped(f"Runs: {', '.join(running) or 'nothing'}."),
+                *wrapped(f"Left out: {', '.join(off) or 'nothing'}."),
+                *wrapped(f"{self._accuracy}; {cost}."),
+                *wrapped(self._dependence),
+            ]
+        )
+
+    def __repr__(self) -> str:
+        running = sum(choice.on for choice in self.effects.values())
+        return f"<Plan: {running} of {len(self.effects)} effects run, error bound {self.error_bound:.3g}>"
+
+    def _repr_html_(self) -> str:
+        return html_table(f"Plan: {self._accuracy}", ("effect", "", "why", "reads", "bound", "ns"), self._rows)
+
     def explain(self) -> str:
         """A table of all effects: on or off, why, what they read, at what error, and about what they cost.
 
         Nanoseconds are those of the compiled evaluator in float32 on one core of a server's processor of 2022,
         as estimates; `tradeoff` measures what leaving out an effect saves where you are.
         """
-        from rich.console import Console
+        estimates = "ns: a vertex, estimates for the compiled evaluator in float32 on one core."
+        return rendered([self._table(), estimates, self._dependence]) + "\n"
 
-        text = io.StringIO()
-        Console(file=text, width=100, color_system=None, markup=False, emoji=False).print(self._table())
-        depends = "change" if self.view_dependent else "do not change"
+    @property
+    def _accuracy(self) -> str:
+        error = f"Off by at most {self.error_bound:.3g}" if self.error_bound else "Exact"
+        return f"{error}, tolerance {self.tolerance:.3g}"
+
+    @property
+    def _dependence(self) -> str:
         reads = ", ".join(sorted(self.needs)) or "nothing"
-        lines = [
-            *(line.rstrip() for line in text.getvalue().splitlines()),
-            "ns/vertex: estimates for the compiled evaluator in float32 on one core.",
-            f"It reads {reads}; the colours {depends} when the viewer moves.",
-        ]
-        return "\n".join(lines) + "\n"
+        depends = "change" if self.view_dependent else "do not change"
+        return f"It reads {reads}; the colours {depends} when the viewer moves."
 
-    def _table(self) -> Table:
-        from rich import box
-        from rich.table import Table
+    @property
+    def _nanoseconds(self) -> dict[str, float]:
+        return {effect.name: effect.nanoseconds(self.effects[effect.name]) for effect in EFFECTS}
 
-        spent = {effect.name: effect.nanoseconds(self.effects[effect.name]) for effect in EFFECTS}
-        title = f"error bound {self.error_bound:.3g}, tolerance {self.tolerance:.3g}"
-        title = title if self.tolerance else "exact: tolerance 0"
-        table = Table(title=title, box=box.SIMPLE, padding=(0, 1, 0, 0), show_footer=True, expand=True)
-        table.add_column("effect", "sum", no_wrap=True)
-        table.add_column("", no_wrap=True)
-        table.add_column("why", ratio=1, overflow="fold")
-        table.add_column("reads", no_wrap=True)
-        taken = sum(choice.bound for choice in self.effects.values())
-        table.add_column("bound", f"{taken:.2g}", justify="right", no_wrap=True)
-        table.add_column("ns/vertex", f"{sum(spent.values()):.1f}", justify="right", no_wrap=True)
+    @property
+    def _rows(self) -> list[tuple[str, ...]]:
+        """Of each effect: name, on or off, why, what it reads, bound, nanoseconds."""
+        spent = self._nanoseconds
+        rows: list[tuple[str, ...]] = []
         for effect in EFFECTS:
             choice = self.effects[effect.name]
             reads = ", ".join(effect.inputs) if choice.on else ""
             bound = f"{choice.bound:.2g}" if choice.bound else ""
             cost = f"{spent[effect.name]:.1f}" if spent[effect.name] else ""
-            table.add_row(effect.name, "on" if choice.on else "off", choice.why, reads, bound, cost)
+            rows.append((effect.name, "on" if choice.on else "off", choice.why, reads, bound, cost))
+        return rows
+
+    def _table(self) -> Table:
+        from rich import box
+        from rich.table import Table
+
+        table = Table(title=self._accuracy, box=box.SIMPLE, padding=(0, 1, 0, 0), show_footer=True, expand=True)
+        table.add_column("effect", "sum", no_wrap=True)
+        table.add_column("", no_wrap=True)
+        table.add_column("why", ratio=1, overflow="fold")
+        table.add_column("reads", width=len("normals,"))
+        taken = sum(choice.bound for choice in self.effects.values())
+        table.add_column("bound", f"{taken:.2g}", justify="right", no_wrap=True)
+        table.add_column("ns", f"{sum(self._nanoseconds.values()):.1f}", justify="right", no_wrap=True)
+        for row in self._rows:
+            table.add_row(*row)
         return table
 
 
@@ -227,10 +262,3 @@ def _needs(equation: Equation) -> frozenset[str]:
 def is_worth_loading(count: int, equation: Equation) -> bool:
     """Whether `backend="auto"` takes the compiled evaluator, if its code is there: not for few vertices."""
     return count * len(equation.terms) >= _WORTH_LOADING
-
-
-def _check_backend(backend: Any) -> None:
-    obstacle = kernel.obstacle() if check.choice("backend", backend, get_args(Backend)) == "numba" else None
-    if obstacle is not None:
-        where, remedy = obstacle
-        check.refuse("backend", backend, f"'auto' or 'numpy' {where}", remedy)

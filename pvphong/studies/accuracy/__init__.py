@@ -68,7 +68,7 @@ def tradeoff(
     -------
     Tradeoff
         `.rows`, `.best(tolerance)`, `.ledger`, `.promises`, `.table()`, `.plot(path)`, `.to_csv(path)`,
-        `.to_json(path)`; print it for all of it.
+        `.to_json(path)`; print it for what to choose, and `.explain()` for all of it.
 
     Raises
     ------

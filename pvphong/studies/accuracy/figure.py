@@ -105,21 +105,27 @@ def _draw_histogram(axes: Any, result: Result) -> None:
     at_vertices = np.abs(result.chosen_colors - result.reference_colors).max(axis=1)
     chosen = result.best()
     name = "chosen" if chosen is None else chosen.name
-    shown = [(f"at {len(at_vertices)} vertices: {name}", at_vertices, COLORS["light model"])]
+    each = np.full(len(at_vertices), 1.0 / len(at_vertices))
+    shown = [(f"at {len(at_vertices)} vertices: {name}", at_vertices, each, COLORS["light model"])]
     if len(result.inside_errors):
         label = f"inside {len(result.inside_errors)} triangles of the mesh as it is"
-        shown.append((label, result.inside_errors, COLORS["interpolation"]))
-    some = np.concatenate([values[values > 0.0] for _, values, _ in shown])
+        shown.append((label, result.inside_errors, result.inside_areas, COLORS["interpolation"]))
+    some = np.concatenate([values[values > 0.0] for _, values, _, _ in shown])
     low = max(float(np.percentile(some, 1.0)), 1e-17) if len(some) else 1e-17
     bins = np.geomspace(low, max(float(some.max(initial=1e-2)), result.tolerance) * 1.5, 60)
-    for label, values, color in shown:
-        part = np.mean(values < low)
+    for label, values, parts, color in shown:
+        part = parts[values < low].sum()
         below = f" ({part:.0%} below {number(low)})" if part else ""
-        weights = np.full(len(values), 100.0 / len(values))
-        axes.hist(values, bins=bins, weights=weights, color=color, alpha=0.65, label=label + below)
+        axes.hist(values, bins=bins, weights=100.0 * parts, color=color, alpha=0.65, label=label + below)
     axes.axvline(result.tolerance, color=RED, linestyle="--", linewidth=1.2)
     axes.axvline(1.0 / 255.0, color=GREY, linestyle=":", linewidth=1.0)
-    axes.set(xscale="log", yscale="log", title="How errors are spread", xlabel="colour error", ylabel="% of places")
+    axes.set(
+        xscale="log",
+        yscale="log",
+        title="How errors are spread",
+        xlabel="colour error",
+        ylabel="% of vertices, or of the area",
+    )
     axes.set_ylim(0.05, 100.0)
     axes.legend(fontsize=9, frameon=False)
 

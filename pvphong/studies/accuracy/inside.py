@@ -10,6 +10,7 @@ import numpy as np
 import pyvista as pv
 
 from pvphong.base.types import Float64Array, FloatArray, IntArray
+from pvphong.geometry.transform import transform_points
 from pvphong.meshes.surfaces import has_faces
 from pvphong.studies.accuracy.rows import UNTIMED, Errors, Row, triangle_errors
 from pvphong.studies.accuracy.subject import Subject
@@ -90,12 +91,31 @@ class Refined:
 
 
 class Triangles(NamedTuple):
-    """Some triangles of a mesh, each with corners of its own, and how many of the mesh each stands for."""
+    """Some triangles of a mesh, each with corners of its own, and how much of its area each stands for."""
 
     points: FloatArray
     normals: FloatArray
     corners: IntArray
-    weights: Float64Array
+    areas: Float64Array
+
+
+class Inside(NamedTuple):
+    """What was found inside the triangles of a mesh, and of the meshes that it was refined to.
+
+    Parameters
+    ----------
+    refined : list of Refined
+        The mesh as it is, and refined.
+    errors, areas : ndarray
+        Shape (m,): of the triangles that were searched, the largest error, and their parts of these triangles' area.
+    left_out : dict of str to str
+        What is left out, and why.
+    """
+
+    refined: list[Refined]
+    errors: Float64Array
+    areas: Float64Array
+    left_out: dict[str, str]
 
 
 def least_seconds(mesh: pv.PolyData, exact_seconds: float) -> float:
@@ -103,10 +123,8 @@ def least_seconds(mesh: pv.PolyData, exact_seconds: float) -> float:
     return _EVALUATIONS * exact_seconds * min(mesh.n_cells, _FEWEST_SEARCHED) / mesh.n_points
 
 
-def inside(
-    mesh: pv.PolyData, subject: Subject, tolerance: float, exact_seconds: float, clock: Clock
-) -> tuple[list[Refined], Float64Array, dict[str, str]]:
-    """The meshes to compare, the errors of the triangles that were searched, and what is left out and why.
+def inside(mesh: pv.PolyData, subject: Subject, tolerance: float, exact_seconds: float, clock: Clock) -> Inside:
+    """The meshes to compare, and the errors of the triangles that were searched.
 
     Parameters
     ----------
@@ -122,15 +140,16 @@ def inside(
         Its budget is what this may take.
     """
     if not has_faces(mesh):
-        return [], np.zeros(0), {"inside triangles": "points without faces have no inside"}
+        return Inside([], np.zeros(0), np.zeros(0), {"inside triangles": "points without faces have no inside"})
     triangles = mesh if mesh.is_all_triangles else mesh.triangulate()
     corners = triangles.regular_faces.astype(np.intp, copy=False)
     clock.say("errors inside triangles")
     affordable = _FOR_SEARCH * clock.left * mesh.n_points / (_EVALUATIONS * exact_seconds)
     seconds, searched, errors = _search(subject, corners, int(np.clip(affordable, _FEWEST_SEARCHED, _MOST_SEARCHED)))
-    sample = _stratified(subject, searched, errors, len(corners) / len(searched))
+    areas = _areas(subject, subject.points, searched)
+    sample = _stratified(subject, searched, errors, areas)
     some = "" if len(searched) == len(corners) else f"searched in {len(searched)} of {len(corners)} triangles"
-    found = [Refined(AS_IT_IS, subject.points, subject.normals, _plain(errors), 0.0, some)]
+    found = [Refined(AS_IT_IS, subject.points, subject.normals, triangle_errors(errors, areas), 0.0, some)]
     left_out = {}
     adaptive = _adaptive(mesh, subject, tolerance, seconds / len(searched), len(corners), clock.part(0.5 * clock.left))
     if isinstance(adaptive, Refined):
@@ -142,11 +161,20 @@ def inside(
             found.append(result)
         else:
             left_out[name] = result
-    return found, errors, left_out
+    return Inside(found, errors, areas, left_out)
 
 
-def _plain(errors: Float64Array) -> Errors:
-    return triangle_errors(errors, np.ones(len(errors)))
+def _areas(subject: Subject, points: FloatArray, corners: IntArray) -> Float64Array:
+    """Each triangle's part of the area of all of them in the world; 0 where a point is not finite."""
+    placed = points.astype(np.float64)
+    if subject.assembled.matrix is not None:
+        placed = transform_points(placed, subject.assembled.matrix)
+    scale = np.abs(placed[np.isfinite(placed)]).max(initial=0.0) or 1.0  # squares of far coordinates would overflow
+    a, b, c = (placed / scale)[corners].transpose(1, 0, 2)
+    with np.errstate(invalid="ignore"):
+        double = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    double[~np.isfinite(double)] = 0.0
+    return double / (double.sum() or 1.0)
 
 
 def _search(subject: Subject, corners: IntArray, most: int) -> tuple[float, IntArray, Float64Array]:
@@ -155,24 +183,25 @@ def _search(subject: Subject, corners: IntArray, most: int) -> tuple[float, IntA
     if len(corners) > most:
         rows = np.random.default_rng(0).choice(len(corners), most, replace=False)
         chosen = corners[np.sort(rows)]
-    errors, seconds = timed(lambda: _errors(subject, _soup(subject, chosen, np.ones(len(chosen)))))
+    errors, seconds = timed(lambda: _errors(subject, _soup(subject, chosen, np.zeros(len(chosen)))))
     return seconds, chosen, errors
 
 
-def _soup(subject: Subject, corners: IntArray, weights: Float64Array) -> Triangles:
+def _soup(subject: Subject, corners: IntArray, areas: Float64Array) -> Triangles:
     own = np.arange(corners.size).reshape(-1, 3)
-    return Triangles(subject.points[corners.ravel()], subject.normals[corners.ravel()], own, weights)
+    return Triangles(subject.points[corners.ravel()], subject.normals[corners.ravel()], own, areas)
 
 
-def _stratified(subject: Subject, corners: IntArray, errors: Float64Array, weight: float) -> Triangles:
+def _stratified(subject: Subject, corners: IntArray, errors: Float64Array, areas: Float64Array) -> Triangles:
     """The worst triangles, and some others that stand for all others."""
     order = np.argsort(-errors, kind="stable")
     worst, others = order[:_WORST], order[_WORST:]
     some = others
     if len(others) > _OTHERS:
         some = np.random.default_rng(0).choice(others, _OTHERS, replace=False)
-    weights = np.repeat((weight, weight * len(others) / max(len(some), 1)), (len(worst), len(some)))
-    return _soup(subject, corners[np.concatenate([worst, some])], weights)
+    scale = areas[others].sum() / (areas[some].sum() or 1.0)
+    rows = np.concatenate([worst, some])
+    return _soup(subject, corners[rows], np.concatenate([areas[worst], areas[some] * scale]))
 
 
 def _errors(subject: Subject, some: Triangles) -> Float64Array:
@@ -201,7 +230,7 @@ def _uniform(
         whole = split(whole)
         preparation += clock.spent - start
         sample = split(sample)
-        errors = triangle_errors(_errors(subject, sample), sample.weights)
+        errors = triangle_errors(_errors(subject, sample), sample.areas)
         spent = clock.spent - start
         note = f"{len(whole.points)} points"
         yield name, Refined(name, whole.points, whole.normals, errors, preparation, note)
@@ -224,7 +253,7 @@ def split(triangles: Triangles) -> Triangles:
         np.concatenate([array, array[low] * array.dtype.type(0.5) + array[high] * array.dtype.type(0.5)])
         for array in (triangles.points, triangles.normals)
     )
-    return Triangles(points, normals, four, np.repeat(triangles.weights, 4))
+    return Triangles(points, normals, four, np.repeat(triangles.areas / 4.0, 4))
 
 
 def _adaptive(
@@ -243,5 +272,7 @@ def _adaptive(
     if result.n_points == mesh.n_points:
         return nothing_added
     normals = np.asarray(result.point_data.active_normals)
-    errors = _plain(np.asarray(result.cell_data[_ERROR], np.float64))
-    return Refined(ADAPTIVE, np.asarray(result.points), normals, errors, seconds, note)
+    points = np.asarray(result.points)
+    areas = _areas(subject, points, result.regular_faces)
+    errors = triangle_errors(np.asarray(result.cell_data[_ERROR], np.float64), areas)
+    return Refined(ADAPTIVE, points, normals, errors, seconds, note)

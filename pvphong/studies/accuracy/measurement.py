@@ -14,7 +14,7 @@ from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 from pvphong.studies.accuracy.facts import facts
 from pvphong.studies.accuracy.hillshade import height_field, hillshading
-from pvphong.studies.accuracy.inside import AS_IT_IS, Refined, inside, least_seconds
+from pvphong.studies.accuracy.inside import AS_IT_IS, Inside, Refined, inside, least_seconds
 from pvphong.studies.accuracy.ledger import Without, dropped, ledger, promises, withouts
 from pvphong.studies.accuracy.report import Tradeoff
 from pvphong.studies.accuracy.rows import NO_ERROR, UNTIMED, Errors, Promise, Row, Timing, vertex_errors, with_fronts
@@ -61,7 +61,7 @@ class Measurement:
     missing: list[Without] = field(default_factory=list)
     promised: tuple[Promise, ...] = ()
     left_out: dict[str, str] = field(default_factory=dict)
-    inside_errors: Float64Array = field(default_factory=lambda: np.zeros(0))
+    found_inside: Inside = field(default_factory=lambda: Inside([], np.zeros(0), np.zeros(0), {}))
     exact_seconds: float = 0.0
 
     def __post_init__(self) -> None:
@@ -136,11 +136,9 @@ class Measurement:
         if not self._has_time_for("inside triangles", least_seconds(self.source, self.exact_seconds)):
             return
         clock = self.clock.part(_FOR_INSIDE * self._left())
-        refined, self.inside_errors, reasons = inside(
-            self.source, self.subject, self.tolerance, self.exact_seconds, clock
-        )
-        self.left_out |= reasons
-        for one in refined:
+        self.found_inside = inside(self.source, self.subject, self.tolerance, self.exact_seconds, clock)
+        self.left_out |= self.found_inside.left_out
+        for one in self.found_inside.refined:
             backend = self.subject.backend_for(len(one.points), self.subject.equation)
             run = self._refined_run(one, backend)
             self._add(one.row(backend), run, timed(run)[1])
@@ -245,7 +243,8 @@ class Measurement:
             promises=self.promised,
             left_out=self.left_out,
             facts=told,
-            inside_errors=self.inside_errors,
+            inside_errors=self.found_inside.errors,
+            inside_areas=self.found_inside.areas,
             surface=self.source,
             _subject=s,
         )

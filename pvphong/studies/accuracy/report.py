@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import csv
-import io
-import json
 import os
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
@@ -12,21 +10,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyvista as pv
 
-from pvphong.base.files import written_aside
+from pvphong.base.files import write_json, written_aside
+from pvphong.base.text import html_table, rendered, wrapped
 from pvphong.studies.accuracy.figure import save_figure
 from pvphong.studies.accuracy.result import Result
 from pvphong.studies.accuracy.rows import Errors, Row
-from pvphong.studies.accuracy.tables import conclusions, everything, rows_table
+from pvphong.studies.accuracy.tables import HEADINGS, cells, conclusions, everything, in_order, in_short, rows_table
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-_WIDTH = 150
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Tradeoff(Result):
-    """What accuracy costs in time on one mesh and scene; print it for all of it.
+    """What accuracy costs in time on one mesh and scene.
+
+    `print(report)` says what to choose, `print(report.explain())` all of it.
 
     Attributes
     ----------
@@ -44,8 +43,8 @@ class Tradeoff(Result):
         What was not measured, and why.
     facts : dict of str to str
         Mesh, scene, machine, threads, versions, date, repeats.
-    inside_errors : ndarray
-        Shape (m,): the largest interpolation error of each triangle that was searched.
+    inside_errors, inside_areas : ndarray
+        Shape (m,): the largest interpolation error of each triangle that was searched, and its part of their area.
     surface : pyvista.PolyData
         The mesh whose points were lit.
     """
@@ -77,19 +76,20 @@ class Tradeoff(Result):
         """What to choose, at what price, and what the next step would cost: a sentence or two per question."""
         return conclusions(self)
 
-    def __str__(self) -> str:
-        from rich.console import Console
+    def explain(self) -> str:
+        """All of it: every row, what each effect costs, what was promised, what was left out, where it was measured."""
+        return rendered(everything(self))
 
-        text = io.StringIO()
-        console = Console(file=text, width=_WIDTH, color_system=None)
-        for part in everything(self):
-            console.print(part, highlight=False, markup=False)
-        return text.getvalue()
+    def __str__(self) -> str:
+        return "\n".join(line for sentence in in_short(self) for line in wrapped(sentence))
 
     def __repr__(self) -> str:
         chosen = self.best()
         name = "nothing" if chosen is None else chosen.name
         return f"<Tradeoff of {len(self.rows)} rows: {name} within {self.tolerance:.3g}>"
+
+    def _repr_html_(self) -> str:
+        return html_table(in_short(self)[0], HEADINGS, (cells(self, row) for row in in_order(self)))
 
     def to_dict(self) -> dict[str, Any]:
         """All numbers as plain values."""
@@ -117,8 +117,7 @@ class Tradeoff(Result):
         ValueError
             If the file cannot be written.
         """
-        with written_aside(path) as aside:
-            aside.write_text(json.dumps(self.to_dict(), indent=2) + "\n", encoding="utf-8")
+        write_json(self.to_dict(), path)
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write the rows to a CSV file: one line per row, seconds and absolute colour errors.

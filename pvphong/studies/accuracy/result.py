@@ -34,6 +34,7 @@ class Result:
     left_out: dict[str, str]
     facts: dict[str, str]
     inside_errors: Float64Array
+    inside_areas: Float64Array
     surface: pv.PolyData
     _subject: Subject = field(kw_only=True)
 
@@ -61,6 +62,22 @@ class Result:
         allowed = self.tolerance if tolerance is None else check.number("tolerance", tolerance, at_least=0.0)
         within = [row for row in self._candidates(inside) if row.decisive_error <= allowed]
         return min(within, key=lambda row: row.time.median, default=None)
+
+    def nearest(self, *, inside: bool = False) -> Row:
+        """The row that errs least, for when none is within the tolerance; peers are not chosen."""
+        return min(self._candidates(inside), key=lambda row: row.decisive_error)
+
+    def cheaper_peer(self, *, inside: bool = False) -> Row | None:
+        """The cheapest of others' ways within the tolerance, if it costs less than the row that is chosen."""
+        chosen = self.best(inside=inside)
+        peers = (row for row in self.rows if row.is_peer and (row.kind == "interpolation") is inside)
+        within = (row for row in peers if row.decisive_error <= self.tolerance)
+        peer = min(within, key=lambda row: row.time.median, default=None)
+        return None if peer and chosen and chosen.time.median <= peer.time.median else peer
+
+    def slowest(self, *, inside: bool = False) -> Row:
+        """The row that costs most; peers are not counted."""
+        return max(self._candidates(inside), key=lambda row: row.time.median)
 
     def next_step(self, row: Row) -> Row | None:
         """The cheapest row that errs less than a row and answers the same question; None where there is none."""

@@ -25,9 +25,10 @@ class Errors:
     largest : float
         Of all places and channels.
     rms : float
-        Root of the mean square: over all channels at the vertices, over the worst channels inside triangles.
+        Root of the mean square: over all channels at the vertices; inside triangles over their areas, each with its
+        largest error.
     p99 : float
-        What 99 % of the places stay below, each in its worst channel.
+        What 99 % of the vertices stay below, each in its worst channel, or the triangles that make up 99 % of the area.
     count : int
         How many places were looked at: vertices, or triangles.
     """
@@ -50,12 +51,19 @@ def vertex_errors(colors: FloatArray, truth: FloatArray) -> Errors:
     return Errors(float(worst.max()), rms, float(np.percentile(worst, 99.0)), len(truth))
 
 
-def triangle_errors(errors: Float64Array, weights: Float64Array) -> Errors:
-    """Errors of triangles (m,), each of which stands for `weights` triangles of a mesh."""
+def triangle_errors(errors: Float64Array, areas: Float64Array) -> Errors:
+    """Errors of triangles (m,), each of which stands for so much of a surface, in any unit.
+
+    By area, for what is seen of a triangle is its area: counted one by one, the many small triangles of a mesh that
+    is refined where it errs most would make it look worse than it was.
+    """
+    whole = areas.sum()
+    if not whole:  # triangles without an area have no error either
+        return Errors(0.0, 0.0, 0.0, len(errors))
     order = np.argsort(errors)
-    cumulative = np.cumsum(weights[order])
+    cumulative = np.cumsum(areas[order])
     rank = np.searchsorted(cumulative, 0.99 * cumulative[-1])
-    rms = math.sqrt(float(np.average(errors**2, weights=weights)))
+    rms = math.sqrt(float(np.dot(errors**2, areas / whole)))
     return Errors(float(errors.max()), rms, float(errors[order[min(rank, len(order) - 1)]]), len(errors))
 
 

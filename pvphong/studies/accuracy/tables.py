@@ -6,17 +6,24 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from pvphong.studies.accuracy.result import Result
-from pvphong.studies.accuracy.rows import Entry, Errors, Row, Timing
+from pvphong.studies.accuracy.rows import Entry, Row, Timing
 from pvphong.studies.accuracy.timing import FEWEST_REPEATS
 
 if TYPE_CHECKING:
     from rich.table import Table
 
+# Seconds that a call of `mesh.phong.shade` takes beside the lighting, about; see the whole job's times in the README.
+_CALL = 1e-3
+
+# Columns of a terminal that names take beside what is said of them.
+_NAMES = 24
+
 
 def everything(result: Result) -> Iterator[Any]:
-    """The parts of the printed result."""
+    """The parts of the whole report, tables and sentences."""
     yield rows_table(result)
-    yield from (f"{sentence}\n" for sentence in conclusions(result))
+    yield from conclusions(result)
+    yield ""
     yield ledger_table(result)
     if result.promises:
         yield promises_table(result)
@@ -34,64 +41,67 @@ def everything(result: Result) -> Iterator[Any]:
     yield _plain_table("measured on", [*told, ("worst vertices", worst)])
 
 
+HEADINGS = ("", "way", "time", "spread", "largest", "RMS", "99 %", "points")
+"""Of `cells`."""
+
+
 def rows_table(result: Result) -> Table:
     """All rows, by kind and time; ★ is chosen, ● on its kind's front, a dominated one has no mark."""
-    headings = ("", "rung", "time", "quartiles", "arithmetic", "light model", "interpolation", "RMS", "99 %")
-    table = _table("What accuracy costs in time: largest errors by kind; ★ chosen, ● on the front", *headings)
-    for column in table.columns[2:]:
-        column.no_wrap, column.justify = True, "right"
-    table.add_column("points", justify="right")
-    table.add_column("promised", justify="right")
-    chosen = [result.best(), result.best(inside=True)]
+    title = "What accuracy costs in time: colour errors, each of its row's kind; ★ chosen, ● on the front"
+    table = _table(title, *HEADINGS)
+    table.padding = 0  # so that every name fits
+    for column in table.columns:
+        column.no_wrap, column.justify = column.header != "way", "left" if column.header in ("", "way") else "right"
     last = ""
-    for row in sorted(result.rows, key=lambda row: (_KINDS.index(row.kind), row.time.median)):
+    for row in in_order(result):
         if last != row.kind:
             table.add_section()
             table.add_row("", f"{row.kind}:")
         last = row.kind
-        table.add_row(*_cells(row, any(row is best for best in chosen)))
+        mark, name, *numbers = cells(result, row)
+        table.add_row(mark, f" {name}", *numbers)
     return table
+
+
+def in_order(result: Result) -> list[Row]:
+    """The rows by kind, and by time."""
+    return sorted(result.rows, key=lambda row: (_KINDS.index(row.kind), row.time.median))
 
 
 _KINDS = ("arithmetic", "light model", "interpolation")
 
 
-def _cells(row: Row, is_chosen: bool) -> tuple[str, ...]:
+def cells(result: Result, row: Row) -> tuple[str, ...]:
+    """A row's texts under `HEADINGS`; the spread is from quartile to quartile, as a part of the time."""
+    is_chosen = row in (result.best(), result.best(inside=True))
     return (
         "★" if is_chosen else "●" if row.on_front else "",
-        f"  {row.name}" + (" (peer)" if row.is_peer else ""),
+        f"{row.name} (peer)" if row.is_peer else row.name,
         seconds(row.time.median),
-        f"{seconds(row.time.low)} – {seconds(row.time.high)}",
-        *(_largest(errors) for errors in (row.arithmetic, row.light_model, row.interpolation)),
-        number(row.error.rms),
-        number(row.error.p99),
+        f"{row.time.spread:.0%}",
+        *(f"{error:.2g}" for error in (row.error.largest, row.error.rms, row.error.p99)),
         f"{row.points}",
-        "" if row.promised is None else number(row.promised),
     )
-
-
-def _largest(errors: Errors | None) -> str:
-    return "" if errors is None else number(errors.largest)
 
 
 def ledger_table(result: Result) -> Table:
     """What each effect costs."""
-    headings = ("effect", "", "cost", "quartiles", "error if dropped", "why")
     title = f"What each effect costs: time with it minus time without it, of {result.baseline}"
-    table = _table(title, *headings)
-    for column in table.columns[2:5]:
+    table = _table(title, "effect", "", "cost", "if dropped", "why")
+    for column in table.columns[1:4]:
+        column.no_wrap = True
+    for column in table.columns[2:4]:
         column.justify = "right"
     for entry in result.ledger:
         table.add_row(entry.effect, "on" if entry.runs else "off", *_cost(entry), entry.why)
     return table
 
 
-def _cost(entry: Entry) -> tuple[str, str, str]:
+def _cost(entry: Entry) -> tuple[str, str]:
     error = "" if entry.error is None else number(entry.error)
     if entry.cost is None:
-        return "", "", error
-    spread = f"{seconds(entry.cost.low)} – {seconds(entry.cost.high)}"
-    return ("in the noise" if is_noise(entry.cost) else seconds(entry.cost.median)), spread, error
+        return "", error
+    return "in the noise" if is_noise(entry.cost) else seconds(entry.cost.median), error
 
 
 def is_noise(cost: Timing) -> bool:
@@ -118,6 +128,7 @@ def by_reason(left_out: dict[str, str]) -> list[tuple[str, str]]:
 def _plain_table(title: str, rows: list[tuple[str, str]]) -> Table:
     table = _table(title, "", "")
     table.show_header = False
+    table.columns[0].max_width = _NAMES
     for row in rows:
         table.add_row(*row)
     return table
@@ -127,28 +138,58 @@ def _table(title: str, *headings: str) -> Table:
     from rich import box
     from rich.table import Table
 
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading in headings:
         table.add_column(heading, overflow="fold")
     return table
 
 
+def in_short(result: Result) -> list[str]:
+    """What to choose in plain words: a few lines that fit a terminal."""
+    count = sum(not row.is_peer for row in result.rows)
+    found = [f"Cheapest within {number(result.tolerance)}, of {count} ways to light {result.surface.n_points} points:"]
+    for question, inside in _questions(result):
+        chosen = result.best(inside=inside)
+        row = chosen or result.nearest(inside=inside)
+        error = f"{seconds(row.time.median)}, off by {number(row.decisive_error)}"
+        found.append(f"  {question}: {'' if chosen else 'none; nearest '}{row.name}, {error}")
+    return [*found, *_beside(result)]
+
+
+def _beside(result: Result) -> Iterator[str]:
+    """Whether others do it for less, and whether it matters."""
+    said = []
+    for _, inside in _questions(result):
+        peer = result.cheaper_peer(inside=inside)
+        if peer is not None:
+            less = " for less" if result.best(inside=inside) else ""
+            said.append(f"{peer.name} does it{less}, {seconds(peer.time.median)}")
+    if said:
+        yield f"Of the peers {'; '.join(said)}."
+    slowest = result.slowest()
+    if slowest.time.median <= _CALL:
+        yield f"On so small a mesh everything is cheap: {seconds(slowest.time.median)} at the vertices at most."
+
+
 def conclusions(result: Result) -> list[str]:
     """What to choose, at what price, and what the next step would cost: a sentence or two per question."""
-    questions = [("At the vertices", False)]
-    if any(row.kind == "interpolation" for row in result.rows):
-        questions.append(("Inside triangles", True))
-    return [_conclusion(result, question, inside) for question, inside in questions]
+    found = [_conclusion(result, question.capitalize(), inside) for question, inside in _questions(result)]
+    return [*found, *_beside(result)]
+
+
+def _questions(result: Result) -> list[tuple[str, bool]]:
+    """What is asked, and whether it is about the inside of triangles."""
+    questions = [("at the vertices", False)]
+    if any(row.kind == "interpolation" and not row.is_peer for row in result.rows):
+        questions.append(("inside triangles", True))
+    return questions
 
 
 def _conclusion(result: Result, question: str, inside: bool) -> str:
     """The cheapest row within the tolerance, and the price of the next."""
     chosen = result.best(inside=inside)
     if chosen is None:
-        nearest = min(
-            (row for row in result.rows if (row.kind == "interpolation") is inside and not row.is_peer),
-            key=lambda row: row.decisive_error,
-        )
+        nearest = result.nearest(inside=inside)
         return (
             f"{question} nothing is within {number(result.tolerance)}; nearest is {nearest.name}: "
             f"{number(nearest.decisive_error)} in {seconds(nearest.time.median)}."

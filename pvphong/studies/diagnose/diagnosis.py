@@ -24,6 +24,7 @@ from pvphong.studies.diagnose.checks import (
     repeated_faces,
 )
 from pvphong.studies.diagnose.report import Diagnosis, Finding
+from pvphong.studies.diagnose.shells import inside_out_faces
 
 __all__ = ["Diagnosis", "Finding", "diagnose"]
 
@@ -48,7 +49,8 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
     Returns
     -------
     Diagnosis
-        `.ok`, `.findings`, an array of indices for each kind of fault; printable, `.table()`, `.to_mesh()`.
+        `.ok`, `.findings`, an array of indices for each kind of fault; printable, `.explain()`, `.table()`,
+        `.to_mesh()`.
 
     Raises
     ------
@@ -107,6 +109,7 @@ def _of_faces(points: FloatArray, faces: Faces, numbers: IntArray) -> dict[str, 
         "duplicate_faces": numbers[repeated],
         "non_manifold_edges": non_manifold,
         "inconsistent_edges": inconsistent,
+        "inside_out_faces": numbers[inside_out_faces(points, faces)],
         "offset": offset_to_origin(points) if len(checks.far) and checks.one_offset_helps else None,
     }
 

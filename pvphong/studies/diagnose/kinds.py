@@ -40,7 +40,8 @@ def _note(where: Where, meaning: str, remedy: str) -> Kind:
 KINDS: dict[str, Kind] = {
     "invalid_cells": _spoils(
         "cells",
-        "with an index that no point has, with too few points for their type, or of the type convex point set",
+        "with an index that no point has, with too few points for their type, of a type that VTK has not, or of the "
+        "type convex point set",
         "Repair the file or the code that made them, and make tetrahedra of point sets: VTK would crash, so pvphong "
         "refuses the mesh.",
     ),
@@ -89,6 +90,12 @@ KINDS: dict[str, Kind] = {
         "edges",
         "whose two faces have opposite fronts, so that their normals cancel",
         "Turn the faces: mesh.compute_normals(consistent_normals=True, auto_orient_normals=True).",
+    ),
+    "inside_out_faces": _spoils(
+        "faces",
+        "of closed parts whose fronts look inwards: they are lit as if seen from within",
+        "Turn the faces: mesh.flip_faces(), or mesh.compute_normals(consistent_normals=True, "
+        "auto_orient_normals=True) for some parts of several. Leave them if it is a room that is seen from within.",
     ),
     "singular_matrix": _spoils(
         "matrix",

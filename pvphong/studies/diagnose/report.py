@@ -4,21 +4,31 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from textwrap import shorten
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
+from pvphong.base.text import WIDTH, html_table, wrapped
 from pvphong.base.types import FloatArray, IntArray, Vector
 from pvphong.studies.diagnose.kinds import FLAGS, KINDS
 
 if TYPE_CHECKING:
     from rich.table import Table
 
+_LINES = 5  # of a printed diagnosis
 _SHOWN = 6  # indices that a report lists of each finding
 # Harmless where normals are stored.
-_OF_COMPUTED_NORMALS = ("unlit_points", "duplicate_faces", "degenerate_faces", "far_faces", "inconsistent_edges")
+_OF_COMPUTED_NORMALS = (
+    "unlit_points",
+    "duplicate_faces",
+    "degenerate_faces",
+    "far_faces",
+    "inconsistent_edges",
+    "inside_out_faces",
+)
 
 
 @dataclass(frozen=True)
@@ -52,7 +62,9 @@ class Finding:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
-    """What `diagnose` found. Indices rise, and number the surface's points and faces.
+    """What `diagnose` found: `print(diagnosis)` names it, `print(diagnosis.explain())` has indices and remedies.
+
+    Indices rise, and number the surface's points and faces.
 
     Of a PolyData the surface is the mesh itself; of another dataset the surface's arrays
     ``vtkOriginalPointIds`` and ``vtkOriginalCellIds`` lead back to the whole. Faces are counted as
@@ -87,6 +99,9 @@ class Diagnosis:
         only because they lie far from the origin.
     inconsistent_edges : ndarray
         (m, 2) points of the edges whose two faces have opposite fronts; duplicate faces are left out.
+    inside_out_faces : ndarray
+        Faces of closed parts whose signed volume is negative, but for the walls of cavities within other parts: their
+        fronts look inwards. It spoils nothing where normals are stored.
     singular_matrix : bool
         The matrix flattens space: its determinant is zero.
     non_manifold_edges : ndarray
@@ -126,6 +141,7 @@ class Diagnosis:
     duplicate_faces: IntArray
     far_faces: IntArray
     inconsistent_edges: IntArray
+    inside_out_faces: IntArray
     singular_matrix: bool
     non_manifold_edges: IntArray
     thin_faces: IntArray
@@ -173,18 +189,35 @@ class Diagnosis:
             table.add_row(f"{finding.name}\n{kind}", "\n".join(filter(None, said)))
         return table
 
-    def __str__(self) -> str:
+    def explain(self) -> str:
+        """Every finding with the first of its indices and its remedy."""
         lines = [self._summary()]
         for finding in self.findings:
-            kind = "spoils" if finding.spoils else "note"
-            lines.append(f"  {kind}: {_named(finding)} {finding.meaning} ({finding.name})")
+            lines += wrapped(f"  {_told(finding)}")
             if finding.first:
-                lines.append(f"    {_listed(finding)}")
-            lines.append(f"    {finding.remedy}")
+                lines += wrapped(f"    {_listed(finding)}")
+            lines += wrapped(f"    {finding.remedy}")
+        return "\n".join(lines)
+
+    def __str__(self) -> str:
+        lines, rest = [self._summary()], list(self.findings)
+        while rest and len(lines) + len(told := wrapped(f"  {_told(rest[0])}")) < _LINES:
+            lines += told
+            del rest[0]
+        if rest:
+            names = ", ".join(finding.name for finding in rest)
+            lines.append(f"  {shorten(f'and {names}', WIDTH - 2, placeholder=' …')}")
         return "\n".join(lines)
 
     def __repr__(self) -> str:
         return f"<{self._summary()}>"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            ("spoils" if f.spoils else "note", f.name, f"{_named(f)} {f.meaning}", _listed(f), f.remedy)
+            for f in self.findings
+        ]
+        return html_table(self._summary(), ("", "name", "what", "where", "remedy"), rows)
 
     def _summary(self) -> str:
         spoiled = sum(finding.spoils for finding in self.findings)
@@ -237,6 +270,11 @@ def _named(finding: Finding) -> str:
     if finding.where in ("mesh", "matrix"):
         return f"the {finding.where}"
     return f"{finding.count} {finding.where if finding.count > 1 else finding.where[:-1]}"
+
+
+def _told(finding: Finding) -> str:
+    """A finding in a sentence."""
+    return f"{'spoils' if finding.spoils else 'note'}: {_named(finding)} {finding.meaning} ({finding.name})"
 
 
 def _listed(finding: Finding) -> str:

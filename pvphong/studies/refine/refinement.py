@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Precision
 from pvphong.meshes.default_scene import scene_for
+from pvphong.meshes.edges import ORIGINAL_POINT, FeatureAngle
 from pvphong.meshes.lit import point_normals, surface_and_albedo
 from pvphong.meshes.sharing import sharing
 from pvphong.meshes.surfaces import has_faces
@@ -20,12 +21,19 @@ from pvphong.scene.scene import SceneLike
 from pvphong.shading.albedo import checked_albedo, reflectances
 from pvphong.shading.inside.interpolation import all_errors
 from pvphong.shading.inside.lit_vertices import Lighting, LitVertices, scaled_together
-from pvphong.shading.inside.refining import Refinement
+from pvphong.shading.inside.refining import Refinement, Stopped
 
 Placement = Literal["linear", "smooth"]
 
 # Points that are added at most where no limit is given.
 _MOST_ADDED = 1_000_000
+
+# Where the tolerance is not reached: why.
+_NOT_REACHED: dict[Stopped, str] = {
+    "max_points": "the points that are allowed are spent",
+    "jump": "only where the colour jumps, at the edge of a spot's cone say",
+    "resolution": "only where triangles are as small as the points' type can tell apart",
+}
 
 # After the name of the lit colours, the name of the cell array of errors.
 _ERROR = "_interpolation_error"
@@ -43,6 +51,7 @@ def refine(
     matrix: MatrixLike | None = None,
     albedo: Any = None,
     precision: Precision = "float32",
+    feature_angle: FeatureAngle = None,
 ) -> pv.PolyData:
     """A new mesh with lit colours, split where colours interpolated across its triangles miss the evaluated ones.
 
@@ -80,11 +89,14 @@ def refine(
         (n_points, 3) array, or the name of a point array; it is interpolated like the colours.
     precision : {"float32", "float64"}
         Of the colours in the result. They are evaluated in float64.
+    feature_angle : float, "auto" or None, default None
+        Degrees from which edges are sharp, as for `mesh.phong.shade`; they are split first, and stay where they are.
 
     Returns
     -------
     pyvista.PolyData
-        Triangles only. The original points come first and are not moved. Point arrays are interpolated
+        Triangles only. The original points, or those that sharp edges split them into, come first and are not moved; a
+        new point's ``pvphong_original_point`` is -1. Point arrays are interpolated
         linearly; 3 or 4 channels of uint8 are colours and are rounded; of other integers, booleans and strings,
         which may be labels, a new point takes the value of the end of its side that has the lower number. New
         normals get the mean length of those that they lie between: unit where those are. A mesh without active
@@ -94,6 +106,10 @@ def refine(
         Its cell array ``<name>_interpolation_error`` is the error that is left in each triangle, and its field
         data say how it ended:
 
+        ``<name>_refinement_reached``
+            Whether the tolerance is reached everywhere.
+        ``<name>_refinement_summary``
+            How it ended, in a sentence.
         ``<name>_refinement_error``
             The largest error that is left.
         ``<name>_refinement_stopped``
@@ -127,16 +143,19 @@ def refine(
     _check_name(name)
     smooth = check.choice("placement", placement, get_args(Placement)) == "smooth"
     real = check.choice("precision", precision, get_args(Precision))
-    lit = _lit_triangles(mesh, scene, material, matrix, albedo)
+    lit = _lit_triangles(mesh, scene, material, matrix, albedo, feature_angle)
     limit = _limit(max_points, lit.mesh.n_points)
     with _far_ranges_allowed():
         refinement = Refinement(lit.mesh.points, lit.blended, lit.shades, lit.corners, lit.lighting, smooth)
         stopped = refinement.run(tolerance, limit)
     result = _split_mesh(lit, refinement)
     result.cell_data[name + _ERROR] = refinement.errors
-    result.field_data[f"{name}_refinement_error"] = [refinement.errors.max(initial=0.0)]
+    left, counts = float(refinement.errors.max(initial=0.0)), (lit.mesh.n_points, result.n_points)
+    result.field_data[f"{name}_refinement_reached"] = [stopped == "tolerance"]
+    result.field_data[f"{name}_refinement_summary"] = _summary(stopped, tolerance, left, counts)
+    result.field_data[f"{name}_refinement_error"] = [left]
     result.field_data[f"{name}_refinement_stopped"] = stopped
-    result.field_data[f"{name}_refinement_points"] = [lit.mesh.n_points, result.n_points]
+    result.field_data[f"{name}_refinement_points"] = counts
     result.point_data[name] = lit.lighting.shown(refinement.vertices.colors).astype(real)
     result.set_active_scalars(name, preference="point")
     return result
@@ -149,12 +168,13 @@ def interpolation_error(
     *,
     matrix: MatrixLike | None = None,
     albedo: Any = None,
+    feature_angle: FeatureAngle = None,
 ) -> pv.PolyData:
     """A new mesh that says how far colours interpolated across each triangle are from per-pixel shading.
 
     Parameters
     ----------
-    mesh, scene, material, matrix, albedo
+    mesh, scene, material, matrix, albedo, feature_angle
         As for `refine`.
 
     Returns
@@ -170,7 +190,7 @@ def interpolation_error(
     ValueError
         As `refine`.
     """
-    lit = _lit_triangles(mesh, scene, material, matrix, albedo)
+    lit = _lit_triangles(mesh, scene, material, matrix, albedo, feature_angle)
     points, normals = lit.mesh.points.astype(np.float64), lit.blended
     with _far_ranges_allowed():
         vertices = LitVertices(points, normals, normals, lit.shades, lit.lighting.colors(points, normals, lit.shades))
@@ -194,10 +214,15 @@ class _LitTriangles(NamedTuple):
 
 
 def _lit_triangles(
-    mesh: pv.DataSet, given_scene: SceneLike | None, material: Material, matrix: MatrixLike | None, albedo: Any
+    mesh: pv.DataSet,
+    given_scene: SceneLike | None,
+    material: Material,
+    matrix: MatrixLike | None,
+    albedo: Any,
+    feature_angle: FeatureAngle,
 ) -> _LitTriangles:
     check_material(material)
-    source, given = surface_and_albedo(mesh, albedo)
+    source, given = surface_and_albedo(mesh, albedo, feature_angle)
     scene = scene_for(source, given_scene, matrix)
     if not has_faces(source):
         check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", "A cloud has no inside.")
@@ -208,6 +233,14 @@ def _lit_triangles(
     return _LitTriangles(
         triangles, corners, normals, *scaled_together(normals), shades, Lighting(scene, material, matrix)
     )
+
+
+def _summary(stopped: Stopped, tolerance: float, left: float, counts: tuple[int, int]) -> str:
+    """How the refinement ended, in a sentence."""
+    points = f"{counts[1]} points, {counts[1] - counts[0]} of them new"
+    if stopped == "tolerance":
+        return f"Within {tolerance:.3g} everywhere, off by up to {left:.3g}: {points}."
+    return f"Not within {tolerance:.3g} everywhere, off by up to {left:.3g}: {_NOT_REACHED[stopped]}; {points}."
 
 
 def _faces_alone(mesh: pv.PolyData) -> pv.PolyData:
@@ -235,6 +268,8 @@ def _split_mesh(lit: _LitTriangles, refinement: Refinement) -> pv.PolyData:
     result = pv.PolyData.from_regular_faces(points, triangles.corners)
     for key in source.point_data:
         result.point_data[key] = _interpolated(np.asarray(source.point_data[key]), refinement.parents)
+    if ORIGINAL_POINT in result.point_data:
+        result.point_data[ORIGINAL_POINT][added] = -1
     for key in source.cell_data:
         result.cell_data[key] = np.asarray(source.cell_data[key])[triangles.source]
     result.field_data.update(source.field_data)

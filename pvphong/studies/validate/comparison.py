@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import io
-import json
 import math
 import os
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -13,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyvista as pv
 
-from pvphong.base.files import written_aside
+from pvphong.base.files import write_json
+from pvphong.base.text import html_table, rendered, wrapped
 from pvphong.base.types import Float64Array, FloatArray, IntArray, Vector
 
 if TYPE_CHECKING:
@@ -56,6 +56,8 @@ class Vertex:
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison:
     """pvphong's unclamped colours against VTK's own shader.
+
+    `print(comparison)` gives the verdict in words, `print(comparison.explain())` all numbers.
 
     Errors are pvphong minus VTK: absolute, and relative to the light that arrives where that, times the material's
     reflectances, is more than 1. float32 rounds in proportion to it.
@@ -156,18 +158,20 @@ class Comparison:
         """The comparison as a `rich.table.Table`; print it with a `rich.console.Console`."""
         from rich import box
         from rich.table import Table
+        from rich.text import Text
 
-        color = "green" if self.passed else "red"
-        table = Table(
-            title=f"pvphong against VTK's shader: [{color}]{self._verdict}[/{color}]",
-            box=box.SIMPLE_HEAD,
-            show_header=False,
-        )
+        title = Text("pvphong against VTK's shader: ")
+        title.append(self._verdict, "green" if self.passed else "red")
+        table = Table(title=title, box=box.SIMPLE_HEAD, show_header=False)
         table.add_column(justify="left", no_wrap=True)
         table.add_column(justify="left", overflow="fold")
         for name, value in self._rows():
             table.add_row(name, value)
         return table
+
+    def explain(self) -> str:
+        """All numbers, what was said to VTK in other words, what was left out, and the worst vertices."""
+        return rendered([self.table()])
 
     def _rows(self) -> list[tuple[str, str]]:
         rows = [("vertices compared", f"{self.n} of {self.n + self.n_left_out}")]
@@ -187,15 +191,27 @@ class Comparison:
         return rows
 
     def __str__(self) -> str:
-        from rich.console import Console
+        return "\n".join(line for sentence in self._sentences() for line in wrapped(sentence))
 
-        text = io.StringIO()
-        Console(file=text, width=110, color_system=None).print(self.table())
-        return text.getvalue()
+    def _sentences(self) -> Iterator[str]:
+        if not self.n:
+            yield f"Nothing to compare: none of {self.n_left_out} vertices can be held against VTK."
+            return
+        within = int(np.count_nonzero(self._magnitudes <= self.tolerance))
+        count = f"all {self.n}" if self.passed else f"{within} of {self.n}"
+        yield f"{self._verdict.capitalize()}: {count} vertices are within {self.tolerance:.3g} of VTK's own shader."
+        yield f"The largest error is {self.max_error:.3g}, {self.max_error / self.tolerance:.2f} of that bound."
+        if self.left_out:
+            yield f"{self.n_left_out} vertices are left out: {', '.join(self.left_out)}."
+        if not self.passed:
+            yield f"Worst is vertex {self.worst[0].index} at {_numbers(self.worst[0].position)}."
 
     def __repr__(self) -> str:
         error = f"largest error {self.max_error:.3g} of {self.tolerance:.3g}"
         return f"<Comparison {self._verdict}: {error}, {self.n} vertices>"
+
+    def _repr_html_(self) -> str:
+        return html_table(f"pvphong against VTK's shader: {self._verdict}", (), self._rows())
 
     def to_dict(self) -> dict[str, Any]:
         """The numbers as plain values, without the arrays; NaN as None."""
@@ -220,8 +236,7 @@ class Comparison:
         ValueError
             If the file cannot be written.
         """
-        with written_aside(path) as aside:
-            aside.write_text(json.dumps(self.to_dict(), indent=2) + "\n", encoding="utf-8")
+        write_json(self.to_dict(), path)
 
     def to_mesh(self) -> pv.PolyData:
         """A copy of the surface with the colours and errors, to look at.
@@ -249,10 +264,11 @@ def _triple(row: FloatArray) -> Vector:
 
 
 def _told(vertex: Vertex) -> str:
-    def numbers(triple: Vector) -> str:
-        return "(" + ", ".join(f"{number:.7g}" for number in triple) + ")"
-
     return (
-        f"error {vertex.error:.3g} at {numbers(vertex.position)}, normal {numbers(vertex.normal)}, "
-        f"pvphong {numbers(vertex.pvphong)}, VTK {numbers(vertex.vtk)}"
+        f"error {vertex.error:.3g} at {_numbers(vertex.position)}, normal {_numbers(vertex.normal)}, "
+        f"pvphong {_numbers(vertex.pvphong)}, VTK {_numbers(vertex.vtk)}"
     )
+
+
+def _numbers(triple: Vector) -> str:
+    return "(" + ", ".join(f"{number:.7g}" for number in triple) + ")"

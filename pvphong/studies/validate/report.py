@@ -8,12 +8,14 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from textwrap import shorten
 from typing import TYPE_CHECKING
 
 import pyvista as pv
 
 from pvphong.base import check
 from pvphong.base.files import written_aside
+from pvphong.base.text import WIDTH, rendered, wrapped
 from pvphong.meshes.files import refuse_suffix
 from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
@@ -95,10 +97,26 @@ class VTKReport:
     def summary(self) -> str:
         """The verdict and the largest ratio in a sentence."""
         failed = sum(not row.comparison.passed for row in self.rows)
-        worst = max(self.rows, key=lambda row: row.ratio)
         vertices = sum(row.comparison.n for row in self.rows)
         verdict = f"{failed} of {len(self.rows)} scenes failed" if failed else f"All {len(self.rows)} scenes passed"
-        return f"{verdict}: {vertices} vertices compared, the largest error is {worst.ratio:.2f} of its bound."
+        worst = f"the largest error is {self._worst.ratio:.2f} of its bound"
+        return f"{verdict}: {vertices} vertices compared, {worst}."
+
+    @property
+    def _worst(self) -> Row:
+        return max(self.rows, key=lambda row: row.ratio)
+
+    def __str__(self) -> str:
+        failed = [row.case.title for row in self.rows if not row.comparison.passed]
+        lines = [*wrapped(self.summary()), *wrapped(f"Nearest to its bound: {self._worst.case.title}.")]
+        if failed:
+            lines.append(shorten(f"Failed: {'; '.join(failed)}", WIDTH, placeholder=" …"))
+        return "\n".join(lines)
+
+    def explain(self) -> str:
+        """Every scene, what was compared in it and what came of it."""
+        tiers = ", ".join(f"{number} {tier}" for number, tier in enumerate(TIERS))
+        return rendered([self.table(), f"VTK's tiers: {tiers}. The bound is {_FORMULA}.", self.summary()])
 
     def table(self) -> Table:
         """The rows as a `rich.table.Table`."""
@@ -106,10 +124,14 @@ class VTKReport:
         from rich.table import Table
 
         table = Table(title="pvphong against VTK's shader", title_justify="left", box=box.SIMPLE_HEAD)
-        for heading in _HEADINGS:
-            table.add_column(heading, overflow="fold")
+        table.add_column("scene, mesh, material", ratio=1)
+        for heading in ("tier", "vertices", "error", "of bound", "passed"):
+            table.add_column(heading, justify="right", no_wrap=True)
         for row in self.rows:
-            table.add_row(*row.cells(), style="" if row.comparison.passed else "red")
+            scene, mesh, material, _, _, error, _, ratio, passed = row.cells()
+            counts = f"{row.comparison.tier}", f"{row.comparison.n}"
+            cells = (f"{scene}; {mesh}, {material}", *counts, error, ratio, passed)
+            table.add_row(*cells, style="" if row.comparison.passed else "red")
         return table
 
     def save(self, path: str | os.PathLike[str]) -> None:

@@ -58,7 +58,7 @@ def validate(
     Returns
     -------
     Comparison
-        `.passed`, `.max_error`, `.worst` and more; print it for a table.
+        `.passed`, `.max_error`, `.worst` and more; print it for the verdict, `.explain()` for all of it.
 
     Raises
     ------

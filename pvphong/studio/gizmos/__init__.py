@@ -5,8 +5,9 @@
 what is to be drawn. `grip` and `overlay` are VTK's side, `board` joins the two.
 """
 
-from pvphong.studio.gizmos.board import Board, Options
+from pvphong.studio.gizmos.board import Board
 from pvphong.studio.gizmos.gizmo import Gizmo
 from pvphong.studio.gizmos.history import History
+from pvphong.studio.gizmos.options import Options
 
 __all__ = ["Board", "Gizmo", "History", "Options"]

@@ -6,37 +6,29 @@ import math
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from pvphong.base.types import Float64Array, Vector
 from pvphong.studio.gizmos import commands
-from pvphong.studio.gizmos.drag_start import Cursor, DragStart, vector
-from pvphong.studio.gizmos.dragging import Drag
+from pvphong.studio.gizmos.drag_start import vector
 from pvphong.studio.gizmos.drawing import Drawing
-from pvphong.studio.gizmos.gizmo import HIGHLIGHT, Gizmo
+from pvphong.studio.gizmos.gizmo import Gizmo
 from pvphong.studio.gizmos.grip import Grip
+from pvphong.studio.gizmos.hands import Hands
 from pvphong.studio.gizmos.highlight import SurfacePoint
 from pvphong.studio.gizmos.history import History
+from pvphong.studio.gizmos.options import Options
 from pvphong.studio.gizmos.overlay import Overlay
+from pvphong.studio.gizmos.status import HINT, alone, described
 from pvphong.studio.gizmos.surfaces import Surfaces, find_highlight
 from pvphong.studio.gizmos.view import View
 from pvphong.studio.live import LiveMesh
+from pvphong.studio.materials import Materials
 from pvphong.studio.rig import LightHandle, Rig
 
 _BEFORE_WIDGETS = 1.0  # theirs is 0.5
-
-
-@dataclass(frozen=True)
-class Options:
-    """How gizmos behave; see `plotter.phong.add_gizmos`."""
-
-    in_screenshots: bool = False
-    angle_step: float = 5.0
-    length_step: float | None = None
-    keys: commands.Keys = field(default_factory=dict)
 
 
 class Board:
@@ -51,7 +43,7 @@ class Board:
     rig : Rig
         The renderer's lights.
     history : History
-        Where finished drags go.
+        Where finished drags and edits go.
     meshes : callable
         Gives the renderer's lit meshes.
     only : sequence of LightHandle, optional
@@ -72,22 +64,19 @@ class Board:
         options: Options,
     ) -> None:
         self.rig, self.history, self.options = rig, history, options
-        self.hidden, self.helping = False, False
-        self._renderer, self._interactor, self._meshes, self._only = renderer, interactor, meshes, only
+        self.hidden, self.helping, self.notice = False, False, ""
+        self.materials = Materials(meshes)
+        self._renderer, self._interactor, self._meshes = renderer, interactor, meshes
+        self._only = None if only is None else list(only)
         self.render = draw
         self._overlay = Overlay()
         self._gizmos: list[Gizmo] = []
         self._retired: list[Grip] = []
-        self._drag: Drag | None = None
-        self._readout = ""
         self._hovered: tuple[Gizmo, str] | None = None
-        self._presses = commands.Presses()
+        self.hands = Hands(self, interactor)
         self._tags = [
             self._observe("MouseMoveEvent", Board._resized, _BEFORE_WIDGETS),
             self._observe("MouseMoveEvent", Board._moved_over),
-            self._observe("KeyPressEvent", Board._key_pressed),
-            self._observe("CharEvent", Board._key_ended),
-            self._observe("KeyReleaseEvent", Board._key_ended),
         ]
         self.update()
 
@@ -134,16 +123,28 @@ class Board:
             return vector(self.rig.viewer.focal_point), 0.5 * self.rig.viewer.distance
         return vector(bounds.mean(axis=1)), size
 
+    @property
+    def surfaces(self) -> Surfaces:
+        """The lit meshes as they are now, to be asked what is under a cursor."""
+        return Surfaces(self._renderer, self.view, self._meshes())
+
+    def follow(self, handle: LightHandle) -> None:
+        """Give a light that was just added a gizmo, and select it."""
+        if self._only is not None:
+            self._only.append(handle)
+        self.select(next(gizmo for gizmo in self.gizmos if gizmo.handle is handle))
+
     def new_grip(self, name: str, gizmo: Gizmo) -> Grip:
         """A handle that can be grabbed."""
         return Grip(name, self._renderer, self._interactor, gizmo)
 
     def highlight_of(self, gizmo: Gizmo) -> Vector | None:
         """Where the gizmo's light has its highlight."""
-        found = self._highlight(gizmo, self.view)
+        found = self.held_highlight(gizmo, self.view)
         return None if found is None else found.point
 
-    def _highlight(self, gizmo: Gizmo, view: View) -> SurfacePoint | None:
+    def held_highlight(self, gizmo: Gizmo, view: View) -> SurfacePoint | None:
+        """Where a gizmo's light has its highlight, for an eye."""
         light = gizmo.light_for(view.viewer)
         if light.frame == "headlight":
             return None
@@ -166,17 +167,34 @@ class Board:
         view = self.view
         self._size = view.size
         drawing = Drawing(view)
-        shown = {} if self.hidden else {gizmo: gizmo.highlight for gizmo in self._gizmos}
+        shown = {} if self.hidden else {gizmo: self._ring(gizmo) for gizmo in self._gizmos}
         self._place_grips(view, shown)
         self._hovered = self._under_cursor()
-        active = self._active()
+        active = self.hands.active or self._hovered
+        single = alone(self.rig.handles, view.viewer)
         for gizmo, highlight in shown.items():
-            gizmo.draw(drawing, highlight, active[1] if active and active[0] is gizmo else None)
-        self._overlay.attach(self._renderer)
+            handle = active[1] if active and active[0] is gizmo else None
+            gizmo.draw(drawing, highlight, handle, is_alone=gizmo.handle is single)
         self._overlay.put(drawing)
-        self._overlay.help(commands.help_text(self.options.keys) if self.helping else "", (12.0, view.size[1] - 12.0))
-        x, y = self._cursor()
-        self._overlay.say(self._readout, (x - view.origin[0], y - view.origin[1]), view.size)
+        self._overlay.label(drawing.labels, view.origin)
+        has_room = self._overlay.help(commands.help_text(self.options.keys) if self.helping else "", view.size)
+        self._overlay.status(self._status(single) if has_room else "", view.size)
+        x, y = self.cursor
+        self._overlay.say(self.hands.readout, (x - view.origin[0], y - view.origin[1]), view.size)
+        self._overlay.attach(self._renderer)
+
+    def _ring(self, gizmo: Gizmo) -> Vector | None:
+        """Where its highlight is; while that is dragged, where it was dragged to, which need not be at a vertex."""
+        return self.hands.dragged_highlight(gizmo) or gizmo.highlight
+
+    def _status(self, single: LightHandle | None) -> str:
+        """The last that was done, and the light that keys act on."""
+        chosen = self.selected
+        if chosen is not None:
+            now = described(chosen.light, is_alone=chosen.handle is single)
+        else:
+            now = "" if self.helping else HINT
+        return "\n".join(line for line in (self.notice, now) if line)
 
     def _place_grips(self, view: View, shown: dict[Gizmo, Vector | None]) -> None:
         """Of two close together each is grabbed on its own half of the way."""
@@ -189,24 +207,23 @@ class Board:
             grip.look(self._interactor.GetEventPosition())
 
     def _under_cursor(self) -> tuple[Gizmo, str] | None:
-        over = [(gizmo, gizmo.hovered) for gizmo in self._gizmos] if self._is_here() else []
+        over = [(gizmo, gizmo.hovered) for gizmo in self._gizmos] if self.is_here else []
         return next(((gizmo, name) for gizmo, name in over if name is not None), None)
-
-    def _active(self) -> tuple[Gizmo, str] | None:
-        if self._drag is not None:
-            return self._drag.gizmo, self._drag.start.handle
-        return self._hovered
 
     # -- events ------------------------------------------------------------------------------------------
 
-    def _cursor(self) -> tuple[float, float]:
+    @property
+    def cursor(self) -> tuple[float, float]:
+        """Where the pointer is, in pixels of the window."""
         x, y = self._interactor.GetEventPosition()
         return float(x), float(y)
 
-    def _is_here(self) -> bool:
+    @property
+    def is_here(self) -> bool:
+        """Whether the pointer is in the pane."""
         return bool(self._renderer.IsInViewport(*self._interactor.GetEventPosition()))
 
-    def _release_retired(self) -> None:
+    def release_retired(self) -> None:
         """A light can go while its handle is dragged: its widget must outlive the event that it is dealing with."""
         for grip in self._retired:
             grip.release()
@@ -218,60 +235,21 @@ class Board:
             self.update()
 
     def _moved_over(self) -> None:
-        self._release_retired()
+        self.release_retired()
         if self._under_cursor() != self._hovered:
             self.render()
 
-    def _key_pressed(self) -> None:
-        self._release_retired()
-        key, control = self._interactor.GetKeySym(), self._interactor.GetControlKey()
-        if not self._presses.begin(key):
-            return
-        if self._drag is not None:
-            if key == "Escape":
-                self.cancel()
-        elif self._is_here() and commands.run(self, key, self.options.keys, control=bool(control)):
-            self.render()
-
-    def _key_ended(self) -> None:
-        self._presses.end()
-
     def grabbed(self, gizmo: Gizmo, grip: Grip) -> None:
-        """A handle was grabbed: freeze everything that the drag depends on."""
-        view = self.view
-        self.select(gizmo)
-        held = self._highlight(gizmo, view)
-        point = gizmo.points(view, None if held is None else held.point).get(grip.name)
-        if point is None:
-            return
-        light, steps = gizmo.light_for(view.viewer), (self.options.angle_step, self.options.length_step)
-        world, scenery = light.in_world(view.viewer), gizmo.scenery(view)
-        start = DragStart(world, grip.name, vector(point), self._cursor(), view, scenery, *steps)
-        surfaces = Surfaces(self._renderer, view, self._meshes()) if grip.name == HIGHLIGHT else None
-        self._drag = Drag(gizmo, start, self.rig, self.rig.state, light, held, surfaces)
+        """A handle was grabbed."""
+        self.hands.grabbed(gizmo, grip.name)
 
     def dragged(self) -> None:
-        """The cursor moved with the button down: the light becomes what the cursor asks for."""
-        drag = self._drag
-        if drag is None or not drag.is_possible:
-            self._drag, self._readout = None, ""
-            return
-        at = Cursor(self._cursor(), bool(self._interactor.GetShiftKey()), bool(self._interactor.GetControlKey()))
-        self._readout = drag.move(at)
+        """The cursor moved with the button down."""
+        self.hands.dragged()
 
     def dropped(self) -> None:
-        """The button was let go: the drag becomes one step."""
-        if self._drag is not None and self._drag.is_possible:
-            self.history.record(self.rig, self._drag.before)
-        self._drag, self._readout = None, ""
-        self.render()
-
-    def cancel(self) -> None:
-        """Put back what a running drag has changed."""
-        if self._drag is not None:
-            self._drag.put_back()
-        self._drag, self._readout = None, ""
-        self.render()
+        """The button was let go."""
+        self.hands.dropped()
 
     @contextmanager
     def out_of_sight(self) -> Iterator[None]:
@@ -290,9 +268,9 @@ class Board:
         """Let go of widgets, observers and actors."""
         for tag in self._tags:
             self._interactor.RemoveObserver(tag)
-        self._drag = None
+        self.hands.release()
         for gizmo in self._gizmos:
             self._retired += gizmo.retire()
         self._gizmos.clear()
-        self._release_retired()
+        self.release_retired()
         self._overlay.detach(self._renderer)

@@ -1,141 +1,97 @@
-"""What keys do to lights. None of them is one of PyVista's or VTK's own."""
+"""Keys: which there are, and what each does. None of them is one of PyVista's or VTK's own."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
-from typing import Any, Protocol
+from contextlib import nullcontext
+from typing import Any, NamedTuple
 
 from pvphong.base import check
-from pvphong.optics.roles import Aim
-from pvphong.studio.gizmos.gizmo import Gizmo
-from pvphong.studio.gizmos.history import History
-from pvphong.studio.gizmos.shape import fields
-from pvphong.studio.gizmos.view import View
-from pvphong.studio.rig import Rig
+from pvphong.studio.gizmos import light_commands as lights
+from pvphong.studio.gizmos import material_commands as materials
+from pvphong.studio.gizmos import view_commands as views
+from pvphong.studio.gizmos.options import Keys
+from pvphong.studio.gizmos.surroundings import Board
 
 
-class Board(Protocol):
-    """What keys act on: the gizmos of one renderer, as `board.Board` has them."""
+class Command(NamedTuple):
+    """What one key does, or two that belong together."""
 
-    rig: Rig
-    history: History
-    hidden: bool
-    helping: bool
+    keys: tuple[str, ...]
+    """By VTK's names."""
 
-    @property
-    def gizmos(self) -> tuple[Gizmo, ...]:
-        """A gizmo for each light."""
+    what: str
+    """What the help says."""
 
-    @property
-    def selected(self) -> Gizmo | None:
-        """The gizmo that keys act on."""
-
-    @property
-    def view(self) -> View:
-        """The pane as it is now."""
-
-    def select(self, chosen: Gizmo | None) -> None:
-        """Select a gizmo, or none."""
+    act: tuple[Callable[[Board], None], ...]
+    """What each of the keys does."""
 
 
-def _toggle_help(board: Board) -> None:
-    board.helping = not board.helping
-
-
-def _toggle_hidden(board: Board) -> None:
-    board.hidden = not board.hidden
-
-
-def _select_next(board: Board) -> None:
-    ring = [None, *board.gizmos]
-    board.select(ring[(ring.index(board.selected) + 1) % len(ring)])
-
-
-def _mute(board: Board) -> None:
-    if (gizmo := board.selected) is not None:
-        light = gizmo.light
-        gizmo.handle.set(replace(light, on=not light.on), board.view.viewer)
-
-
-def _solo(board: Board) -> None:
-    """All others off; if they are off already, all on."""
-    if (chosen := board.selected) is None:
-        return
-    viewer = board.view.viewer
-    others = [handle for handle in board.rig.handles if handle is not chosen.handle]
-    alone = chosen.light.on and not any(handle.light(viewer).on for handle in others)
-    for handle in others:
-        handle.set(replace(handle.light(viewer), on=alone), viewer)
-    chosen.handle.set(replace(chosen.light, on=True), viewer)
-
-
-def _to_camera(board: Board) -> None:
-    """The light where the eye is, shining along the view axis."""
-    if (gizmo := board.selected) is None:
-        return
-    viewer, light = board.view.viewer, gizmo.light
-    world = replace(light, frame="headlight").in_world(viewer)
-    aim: Any = tuple(viewer.distance * part for part in viewer.view_direction)
-    aimed = replace(world, **dict.fromkeys(list(fields(world, Aim))[:1], aim))  # the focal point is its target
-    gizmo.handle.set(aimed.in_frame(light.frame, viewer), viewer)
-
-
-def _reset(board: Board) -> None:
-    if (gizmo := board.selected) is not None:
-        gizmo.handle.set(gizmo.first, board.view.viewer)
-
-
-def _undo(board: Board) -> None:
-    board.history.undo()
-
-
-def _redo(board: Board) -> None:
-    board.history.redo()
-
-
-_SHOWING: dict[str, tuple[str, Callable[[Board], None]]] = {
-    "h": ("these keys", _toggle_help),
-    "g": ("hide or show the gizmos", _toggle_hidden),
-    "n": ("select the next light", _select_next),
-    "z": ("undo", _undo),
-    "y": ("redo", _redo),
-}
-_CHANGING: dict[str, tuple[str, Callable[[Board], None]]] = {
-    "m": ("light off or on", _mute),
-    "o": ("this light alone, or all", _solo),
-    "k": ("light to the camera", _to_camera),
-    "0": ("light as it was at first", _reset),
-}
+_SHOWING = (
+    Command(("h",), "these keys", (views.toggle_help,)),
+    Command(("g",), "hide or show the gizmos", (views.toggle_hidden,)),
+    Command(("n",), "select the next light", (views.select_next,)),
+    Command(("z", "y"), "undo, redo", (views.undo, views.redo)),
+)
+_OF_LIGHTS = (
+    Command(("m",), "light off or on", (lights.mute,)),
+    Command(("o",), "this light alone, or all", (lights.solo,)),
+    Command(("k",), "light to the camera", (lights.to_camera,)),
+    Command(("0",), "light as it was at first", (lights.reset,)),
+    Command(("Left", "Right"), "dimmer, brighter by 1/3 stop", (lights.dimmer, lights.brighter)),
+    Command(("comma", "period"), "hue back, on", (lights.hue_back, lights.hue_on)),
+    Command(("1", "2"), "cooler, warmer", (lights.cooler, lights.warmer)),
+    Command(("N",), "new light where the cursor points", (lights.add,)),
+    Command(("D",), "duplicate the light", (lights.duplicate,)),
+    Command(("Delete", "BackSpace"), "delete the light", (lights.delete, lights.delete)),
+)
+_OF_MATERIALS = (
+    Command(("M", "K"), "material: next, previous", (materials.following, materials.preceding)),
+    Command(("5", "6"), "less, more shiny", (materials.duller, materials.shinier)),
+    Command(("7", "8"), "weaker, stronger highlight", (materials.weaker, materials.stronger)),
+)
+COMMANDS = _SHOWING + _OF_LIGHTS + _OF_MATERIALS
+_TYPING = {"Enter": "type a value; in a drag: digits"}
 _MOUSE = {
     "drag": "a handle, or the highlight",
     "Shift": "along one axis",
     "Ctrl": "in steps",
     "Esc": "put back",
 }
+_SHORT = {"comma": ",", "period": ".", "Delete": "Del", "BackSpace": "Backspace"}
 
 TAKEN = frozenset({*"qQeErRwWsSpPbBvVCcfFuUiI3lLjJtTaA+-", "Up", "Down", "plus", "minus"})
 """What vtkInteractorStyle::OnChar, `Plotter.reset_key_events`, PyVista's picking and VTK's widgets listen to."""
 
-Keys = Mapping[str, tuple[str, Callable[[], None]]]
-"""Key → what the help says, and what is done."""
+OURS = frozenset(key for command in COMMANDS for key in command.keys) | {"Return", "KP_Enter"}
+"""The keys that have a meaning here."""
 
 
 def check_keys(keys: Keys) -> Keys:
     """Raise ValueError for a key that has a meaning already, or has none."""
-    for key, (what, action) in keys.items():
-        if key in TAKEN or key in _SHOWING or key in _CHANGING:
-            check.refuse("keys", key, "keys that are free", "x, d and the digits from 4 are, for example.")
+    if not isinstance(keys, Mapping):
+        check.refuse("keys", keys, "a mapping: key → (what the help says, function without arguments)")
+    for key, entry in keys.items():
+        if not isinstance(entry, tuple) or len(entry) != 2:
+            check.refuse(f"keys[{key!r}]", entry, "what the help says, and a function without arguments")
+        what, action = entry
+        if check.text("keys", key) in TAKEN | OURS:
+            check.refuse("keys", key, "keys that are free", "x, d, 4 and 9 are, for example.")
         check.text(f"keys[{key!r}][0]", what)
         if not callable(action):
             check.refuse(f"keys[{key!r}][1]", action, "a function without arguments")
     return keys
 
 
+def entries(more: Keys) -> list[tuple[str, str]]:
+    """All keys as people call them, and what they do."""
+    ours = [(" ".join(_SHORT.get(key, key) for key in command.keys), command.what) for command in COMMANDS]
+    return [*ours, *_TYPING.items(), *((key, what) for key, (what, _) in more.items()), *_MOUSE.items()]
+
+
 def help_text(more: Keys) -> str:
-    """All keys, one a line."""
-    entries = {key: what for table in (_SHOWING, _CHANGING, more) for key, (what, _) in table.items()}
-    return "\n".join(f"{key:6}{what}" for key, what in (entries | _MOUSE).items())
+    """All keys, one or two a line."""
+    return "\n".join(f"{keys:15}{what}" for keys, what in entries(more))
 
 
 class Presses:
@@ -161,13 +117,28 @@ class Presses:
 
 def run(board: Board, key: str, more: Keys, *, control: bool = False) -> bool:
     """Do what a key stands for, here or among the caller's own; False if it stands for nothing."""
-    if key in _SHOWING and (not control or key in "zy"):
-        _SHOWING[key][1](board)
-    elif key in _CHANGING and not control:
-        with board.history.edit(board.rig):
-            _CHANGING[key][1](board)
-    elif key in more and not control:
-        more[key][1]()
-    else:
+    act = _ACTS.get(key)
+    if control and key not in ("z", "y"):
         return False
-    return True
+    if act is not None:
+        board.notice = ""
+        edited = next((edited(board) for table, edited in _EDITED if key in table), None)
+        with nullcontext() if edited is None else board.history.edit(edited):
+            act(board)
+        return True
+    if key in more:
+        board.notice = more[key][1]() or ""
+        return True
+    return False
+
+
+def _acts(commands: tuple[Command, ...]) -> dict[str, Callable[[Board], None]]:
+    return {key: act for command in commands for key, act in zip(command.keys, command.act, strict=True)}
+
+
+_ACTS = _acts(COMMANDS)
+_EDITED: tuple[tuple[Any, Callable[[Board], Any]], ...] = (
+    (_acts(_OF_LIGHTS), lambda board: board.rig),
+    (_acts(_OF_MATERIALS), lambda board: board.materials),
+)
+"""What the commands of a table change: that is one step of undo."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from pvphong.optics.light import Light
+from pvphong.scene.viewer import Viewer
 from pvphong.studio.gizmos.drag_start import Cursor, DragStart
 from pvphong.studio.gizmos.gizmo import HIGHLIGHT, Gizmo
 from pvphong.studio.gizmos.handles import dragged
@@ -14,7 +15,7 @@ from pvphong.studio.gizmos.surfaces import Surfaces
 from pvphong.studio.rig import Rig, RigState
 
 
-@dataclass(frozen=True)
+@dataclass
 class Drag:
     """Who is dragged, and everything as it was before.
 
@@ -34,6 +35,8 @@ class Drag:
         Where the light's highlight was.
     surfaces : Surfaces, optional
         What it can be dragged on, if it is the highlight that was grabbed.
+    over : SurfacePoint, optional
+        Where on them the highlight has been dragged to.
     """
 
     gizmo: Gizmo
@@ -43,6 +46,7 @@ class Drag:
     light: Light
     held: SurfacePoint | None
     surfaces: Surfaces | None
+    over: SurfacePoint | None = None
 
     @property
     def is_possible(self) -> bool:
@@ -56,14 +60,8 @@ class Drag:
         if light == start.light:
             self.put_back()
         else:
-            self.gizmo.handle.set(self._in_its_frame(light), viewer)
+            self.gizmo.handle.set(in_its_frame(light, start.light, self.light, viewer), viewer)
         return readout(light, start.handle, start.scenery)
-
-    def _in_its_frame(self, light: Light) -> Light:
-        """A light of the world; what the drag does not change keeps its bits."""
-        moved = light.in_frame(self.light.frame, self.start.view.viewer)
-        same = (field for field in light.roles if getattr(light, field) == getattr(self.start.light, field))
-        return replace(moved, **{field: getattr(self.light, field) for field in same})
 
     def _mirrored(self, at: Cursor) -> Light:
         x, y = self.start.picture(at).tolist()
@@ -71,8 +69,26 @@ class Drag:
         if self.held is None or target is None:  # off the surface: it waits
             viewer = self.start.view.viewer
             return self.gizmo.light_for(viewer).in_world(viewer)
+        self.over = target
         return mirrored_to_eye(self.start.light, self.start.view, self.held, target)
 
     def put_back(self) -> None:
         """Make all lights what they were, to the bit."""
         self.rig.turn(self.rig.state, self.before)
+
+
+def in_its_frame(changed: Light, before: Light, own: Light, viewer: Viewer) -> Light:
+    """A light that was changed in the world, in its own frame; what has not changed keeps its bits.
+
+    Parameters
+    ----------
+    changed, before : Light
+        As it is to be and as it was, both in the world.
+    own : Light
+        As it was, in its own frame.
+    viewer : Viewer
+        By which the two are the same.
+    """
+    moved = changed.in_frame(own.frame, viewer)
+    same = (field for field in changed.roles if getattr(changed, field) == getattr(before, field))
+    return replace(moved, **{field: getattr(own, field) for field in same})

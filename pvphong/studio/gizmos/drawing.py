@@ -6,13 +6,21 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pvphong.base.types import ByteArray, Float64Array, Vector, rgb
+from pvphong.base.types import BoolArray, ByteArray, Float64Array, Vector, rgb
 from pvphong.optics.lights import Light
 from pvphong.studio.gizmos.view import View
 
 _ROUND = np.linspace(0.0, 2.0 * np.pi, 25)
-_OFF = 0.35
-_DARK = (0.08, 0.08, 0.08)
+_OFF = 0.45
+_WHITE = (1.0, 1.0, 1.0)
+DARK, LIGHT = (0.08, 0.08, 0.08), (0.75, 0.75, 0.75)
+"""Edges of areas: the second where the area itself is dark."""
+
+# Lines of at least this strength are drawn thick.
+_THICK = 0.8
+# Between the edge of the pane and an arrow there, in pixels.
+_MARGIN = 16.0
+_LETTERS_HIGH = 16.0
 # Lines of perspectives end where their depth is this fraction of their farthest point's.
 _NEAR = 1e-3
 
@@ -42,16 +50,20 @@ class Drawing:
     ----------
     view : View
         The pane.
-    color : tuple of float
-        Of what is added next.
+    color, edge : tuple of float
+        Of what is added next, and of the edges of its areas.
     """
 
     view: View
     color: Vector = (1.0, 1.0, 1.0)
+    edge: Vector = DARK
     _lines: list[Float64Array] = field(default_factory=list)
     _line_colors: list[ByteArray] = field(default_factory=list)
+    _thin: list[bool] = field(default_factory=list)
     _areas: list[Float64Array] = field(default_factory=list)
     _area_colors: list[ByteArray] = field(default_factory=list)
+    labels: list[tuple[Float64Array, str]] = field(default_factory=list)
+    """Short texts and their lower left corners, in pixels."""
 
     @property
     def lines(self) -> tuple[Float64Array, ByteArray]:
@@ -59,6 +71,11 @@ class Drawing:
         if not self._lines:
             return np.empty((0, 2, 2)), np.empty((0, 4), np.uint8)
         return np.concatenate(self._lines), np.concatenate(self._line_colors)
+
+    @property
+    def thin(self) -> BoolArray:
+        """Which of the segments are drawn thin, shape (n,)."""
+        return np.repeat(np.array(self._thin, bool), [len(lines) for lines in self._lines])
 
     @property
     def areas(self) -> list[tuple[Float64Array, ByteArray]]:
@@ -78,6 +95,37 @@ class Drawing:
         for turn in (0.45, -0.45):
             wing = 9.0 * back @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
             self._add_lines(np.array([[end, end + wing]]), strength)
+
+    def label(self, point: Float64Array, text: str, right: float = 4.0) -> None:
+        """A short text, so many pixels to the right of a point of the world."""
+        if self.view.edge_towards(point, 0.0) is not None:
+            return
+        place = self.view.project(point) + np.array([right, 4.0])
+        if place[1] + _LETTERS_HIGH <= self.view.origin[1] + self.view.size[1]:
+            self.labels.append((place, text))
+
+    def crossed(self, point: Float64Array) -> None:
+        """A bar across an icon: the light is off."""
+        if self.view.is_ahead(point):
+            along, across = np.array([0.8, 0.6]), np.array([-0.6, 0.8])
+            bar = np.array(
+                [-along - 0.12 * across, along - 0.12 * across, along + 0.12 * across, 0.12 * across - along]
+            )
+            middle = self.view.project(point)
+            self._area(middle + _grown(14.0 * bar, 1.5), DARK)
+            self._area(middle + 14.0 * bar, _WHITE)
+
+    def beyond(self, point: Float64Array) -> None:
+        """Where a point of the world is out of sight, an arrow towards it at the edge of the pane."""
+        found = self.view.edge_towards(point, _MARGIN)
+        if found is None:
+            return
+        (x, y), (along, up) = found
+        ahead, side = np.array([along, up]), np.array([-up, along])
+        tip = np.array([x, y]) + 8.0 * ahead
+        arrow = np.array([tip, tip - 18.0 * ahead + 8.0 * side, tip - 18.0 * ahead - 8.0 * side])
+        self._area(_grown(arrow, 2.0), self.edge)
+        self._area(arrow, self.color)
 
     def icon(self, point: Float64Array, shape: str, along: Float64Array | None = None) -> None:
         """A sun, a bulb, or a lamp that shines along a direction of the world."""
@@ -99,7 +147,7 @@ class Drawing:
         side = np.array([-ahead[1], ahead[0]])
         mouth, back = middle + 10.0 * ahead, middle - 7.0 * ahead
         shade = np.array([back + 4.0 * side, mouth + 9.0 * side, mouth - 9.0 * side, back - 4.0 * side])
-        self._area(_grown(shade, 1.5), _DARK)
+        self._area(_grown(shade, 1.5), self.edge)
         self._area(shade, self.color)
 
     def handle(self, point: Float64Array, *, hovered: bool = False, strength: float = 1.0) -> None:
@@ -108,7 +156,7 @@ class Drawing:
             return
         middle = self.view.project(point)
         if hovered:
-            self._disc(middle, 9.0, (1.0, 1.0, 1.0))
+            self._disc(middle, 9.0, _WHITE)
         red, green, blue = (np.array(self.color) * strength).tolist()
         self._disc(middle, 6.0 if hovered else 5.0, (red, green, blue))
 
@@ -117,10 +165,9 @@ class Drawing:
         if not self.view.is_ahead(point):
             return
         turns = np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=1)
-        for radius, color in ((8.0, self.color), (11.0, (1.0, 1.0, 1.0)))[: 2 if hovered else 1]:
+        for radius, color in ((8.0, self.color), (11.0, _WHITE))[: 2 if hovered else 1]:
             points = self.view.project(point) + radius * turns
-            self._lines.append(np.stack([points[:-1], points[1:]], axis=1))
-            self._line_colors.append(np.tile(_bytes(color, 1.0), (len(points) - 1, 1)))
+            self._add_lines(np.stack([points[:-1], points[1:]], axis=1), 1.0, color)
 
     def _on_screen(self, point: Float64Array, along: Float64Array) -> Float64Array:
         """Unit vector on the screen of a direction; downwards where that points at the eye."""
@@ -131,16 +178,19 @@ class Drawing:
 
     def _disc(self, middle: Float64Array, radius: float, color: Vector) -> None:
         ring = np.stack([np.cos(_ROUND[:-1]), np.sin(_ROUND[:-1])], axis=1)
-        self._area(middle + (radius + 1.5) * ring, _DARK)
+        self._area(middle + (radius + 1.5) * ring, self.edge)
         self._area(middle + radius * ring, color)
 
     def _area(self, corners: Float64Array, color: Vector) -> None:
         self._areas.append(corners)
-        self._area_colors.append(_bytes(color, 1.0))
+        self._area_colors.append(_bytes(color))
 
-    def _add_lines(self, segments: Float64Array, strength: float) -> None:
+    def _add_lines(self, segments: Float64Array, strength: float, color: Vector | None = None) -> None:
+        """Weak lines are darker and thin, not transparent: what is behind them would decide whether they are seen."""
+        red, green, blue = (0.5 + 0.5 * strength) * np.array(self.color if color is None else color)
         self._lines.append(segments)
-        self._line_colors.append(np.tile(_bytes(self.color, strength), (len(segments), 1)))
+        self._line_colors.append(np.tile(_bytes((red, green, blue)), (len(segments), 1)))
+        self._thin.append(strength < _THICK)
 
     def _visible(self, segments: Float64Array) -> Float64Array:
         """Pixels of segments (n, 2, 3), cut off where they come too near to a perspective's eye or behind it."""
@@ -165,5 +215,5 @@ def _grown(corners: Float64Array, by: float) -> Float64Array:
     return corners + by * away / np.linalg.norm(away, axis=1, keepdims=True) * np.sqrt(2.0)
 
 
-def _bytes(color: Vector, opacity: float) -> ByteArray:
-    return np.rint(255.0 * np.clip([*color, opacity], 0.0, 1.0)).astype(np.uint8)
+def _bytes(color: Vector) -> ByteArray:
+    return np.rint(255.0 * np.clip([*color, 1.0], 0.0, 1.0)).astype(np.uint8)

@@ -10,11 +10,12 @@ from pvphong.base.types import Float64Array, Vector
 from pvphong.optics.light import Light
 from pvphong.scene.viewer import Viewer
 from pvphong.studio.gizmos.drag_start import Scenery, vector
-from pvphong.studio.gizmos.drawing import Drawing, hue
+from pvphong.studio.gizmos.drawing import DARK, LIGHT, Drawing, hue
 from pvphong.studio.gizmos.grip import Grip
 from pvphong.studio.gizmos.handles import handles
 from pvphong.studio.gizmos.looks import draw
-from pvphong.studio.gizmos.shape import anchor
+from pvphong.studio.gizmos.shape import anchor, is_movable, origin
+from pvphong.studio.gizmos.status import marks
 from pvphong.studio.gizmos.view import View
 from pvphong.studio.rig import LightHandle
 
@@ -129,14 +130,18 @@ class Gizmo:
             grip.place(there.get(name))
         return [(self._grips[name], view.project(point)) for name, point in there.items()]
 
-    def draw(self, drawing: Drawing, highlight: Vector | None, active: str | None) -> None:
+    def draw(self, drawing: Drawing, highlight: Vector | None, active: str | None, *, is_alone: bool) -> None:
         """Add it to a drawing; `active` is the handle that is hovered or dragged."""
         light = self.light_for(drawing.view.viewer)
         if light.frame == "headlight":
             return
         world = light.in_world(drawing.view.viewer)
-        drawing.color = hue(world)
-        draw(drawing, world, self.scenery(drawing.view), self.is_selected or active is not None)
+        drawing.color, drawing.edge = hue(world), DARK if world.on else LIGHT
+        scenery = self.scenery(drawing.view)
+        draw(drawing, world, scenery, self.is_selected or active is not None)
+        if is_movable(world):
+            for mark in marks(world, is_alone=is_alone):
+                drawing.label(origin(world, scenery), mark, 18.0)
         for name, point in self.points(drawing.view).items():
             if name != "position" or active == name:
                 drawing.handle(point, hovered=name == active)

@@ -17,9 +17,9 @@ import numpy as np
 from pvphong.base.types import Float64Array
 from pvphong.optics.attenuation import distance_of
 from pvphong.optics.light import Light
-from pvphong.optics.roles import Aim, Angle, Falloff, Length, Place, Role
+from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Role
 from pvphong.studio.gizmos.drag_start import Cursor, DragStart, Scenery, vector
-from pvphong.studio.gizmos.shape import axis, fields, handle_names, origin, reach, target
+from pvphong.studio.gizmos.shape import axis, fields, handle_names, middle_of, origin, reach, target
 from pvphong.studio.gizmos.view import View
 
 # An angle stays so many degrees off its limits: a cone of 0° cannot be seen, and one of 90° is none to VTK.
@@ -74,17 +74,37 @@ def _at_place(light: Light, field: str, scenery: Scenery, view: View) -> Float64
 
 
 def _moved(start: DragStart, at: Cursor, field: str) -> Light:
-    """The light in another place, aimed at the same target."""
-    light, position = start.light, start.moved_on_grid(at)
+    return moved_to(start.light, field, start.moved_on_grid(at), start.scenery)
+
+
+def moved_to(light: Light, field: str, position: Float64Array, scenery: Scenery) -> Light:
+    """The light in another place, aimed at the same target; as it is where that is the target itself."""
     if np.array_equal(position, getattr(light, field)):
         return light
     changes: dict[str, Any] = {field: vector(position)}
     for name, direction in fields(light, Aim).items() if field == next(iter(fields(light, Place))) else ():
-        aim = target(light, direction, start.scenery) - position
+        aim = target(light, direction, scenery) - position
         if not aim.any():
             return light
         changes[name] = vector(aim)
     return replace(light, **changes)
+
+
+# -- corners
+
+
+def _at_middle(light: Light, field: str, scenery: Scenery, view: View) -> Float64Array:  # noqa: ARG001 as others
+    return middle_of(light, field)
+
+
+def _carried(start: DragStart, at: Cursor, field: str) -> Light:
+    return carried_to(start.light, field, start.moved_on_grid(at))
+
+
+def carried_to(light: Light, field: str, middle: Float64Array) -> Light:
+    """The light with the middle of its corners in another place."""
+    way = middle - middle_of(light, field)
+    return _with(light, field, tuple(vector(np.add(corner, way)) for corner in getattr(light, field)))
 
 
 # -- an aim
@@ -101,9 +121,12 @@ def _turned(start: DragStart, at: Cursor, field: str) -> Light:
         return light
     aim = goal - origin(light, start.scenery)
     length = float(np.linalg.norm(aim))
-    if length == 0.0:
-        return light
-    return _with(light, field, vector(_in_steps(aim, length, start.angle_step) if at.snapping else aim))
+    return aimed(light, field, _in_steps(aim, length, start.angle_step) if at.snapping and length else aim)
+
+
+def aimed(light: Light, field: str, aim: Float64Array) -> Light:
+    """The light with another aim; as it is where that is none."""
+    return _with(light, field, vector(aim)) if aim.any() else light
 
 
 def _in_steps(aim: Float64Array, length: float, degrees: float) -> Float64Array:
@@ -194,16 +217,23 @@ def _at_half(light: Light, field: str, scenery: Scenery, view: View) -> Float64A
 
 def _weakened(start: DragStart, at: Cursor, field: str) -> Light:
     """Linear and quadratic coefficient scaled so that half the light is left at the cursor's distance."""
-    constant, linear, quadratic = getattr(start.light, field)
-    old, new = distance_of(0.5, (constant, linear, quadratic)), _distance(start, at)
-    if old is None or new is None:
-        return start.light
-    shrink = old / new
-    return _with(start.light, field, (constant, linear * shrink, quadratic * shrink * shrink))
+    distance = _distance(start, at)
+    return start.light if distance is None else fading_at(start.light, field, distance)
+
+
+def fading_at(light: Light, field: str, distance: float) -> Light:
+    """The light of which half is left at another distance > 0."""
+    constant, linear, quadratic = getattr(light, field)
+    old = distance_of(0.5, (constant, linear, quadratic))
+    if old is None:
+        return light
+    shrink = old / distance
+    return _with(light, field, (constant, linear * shrink, quadratic * shrink * shrink))
 
 
 _KINDS: dict[type[Role], _Kind] = {
     Place: _Kind(_at_place, _moved),
+    Corners: _Kind(_at_middle, _carried),
     Aim: _Kind(_at_target, _turned),
     Angle: _Kind(_at_edge, _opened),
     Length: _Kind(_at_size, _stretched),

@@ -10,7 +10,7 @@ import numpy as np
 from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import dot
 from pvphong.optics.light import Light
-from pvphong.optics.roles import Aim, Place
+from pvphong.optics.roles import Aim, Corners, Place
 from pvphong.studio.gizmos.drag_start import vector
 from pvphong.studio.gizmos.shape import fields
 from pvphong.studio.gizmos.view import View
@@ -67,7 +67,8 @@ def mirrored_to_eye(light: Light, view: View, held: SurfacePoint, target: Surfac
     """The light that throws its highlight on a target, mirrored to the eye.
 
     With the normal n and the unit vector v to the eye it shines from l = 2(n·v)n − v, where v is its mirror
-    direction. A light with a place keeps its distance from the surface, one with an aim shines there.
+    direction. A light with a place keeps its distance from the surface, one with an aim shines there, and one with
+    corners is turned as a whole.
 
     Parameters
     ----------
@@ -91,4 +92,20 @@ def mirrored_to_eye(light: Light, view: View, held: SurfacePoint, target: Surfac
     for field, direction in list(fields(light, Aim).items())[:1]:
         length = float(np.linalg.norm(direction)) if distance is None else distance
         changes[field] = vector(-length * to_light)
+    for field, corners in fields(light, Corners).items():
+        turn = _turn(np.mean(corners, axis=0) - held.point, to_light)
+        changes[field] = tuple(vector(target.point + turn @ np.subtract(corner, held.point)) for corner in corners)
     return replace(light, **changes)
+
+
+def _turn(before: Float64Array, after: Float64Array) -> Float64Array:
+    """The smallest rotation, (3, 3), of a direction to a unit vector: two half-turns, the second between the two."""
+    start = before / np.linalg.norm(before)
+    between = start + after
+    if not between @ between > 1e-12:  # opposite: any direction across is between them
+        between = np.cross(start, np.eye(3)[np.argmin(np.abs(start))])
+    return _half_turn(between) @ _half_turn(start)
+
+
+def _half_turn(around: Float64Array) -> Float64Array:
+    return 2.0 * np.outer(around, around) / (around @ around) - np.eye(3)

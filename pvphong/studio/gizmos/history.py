@@ -6,19 +6,29 @@ from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-
-from pvphong.studio.rig import Rig, RigState
+from typing import Any, Protocol
 
 _LONGEST = 256
 
 
+class Turnable(Protocol):
+    """What edits change: the lights of a rig, the materials of a pane."""
+
+    @property
+    def state(self) -> Any:
+        """All of it as a value."""
+
+    def turn(self, now: Any, then: Any) -> None:
+        """Undo what changed from the state `then` to the state `now`, to the bit."""
+
+
 @dataclass(frozen=True)
 class Step:
-    """The lights of a rig before and after an edit."""
+    """What was edited, before and after."""
 
-    rig: Rig
-    before: RigState
-    after: RigState
+    edited: Turnable
+    before: Any
+    after: Any
 
 
 class History:
@@ -28,26 +38,26 @@ class History:
         self._done: deque[Step] = deque(maxlen=_LONGEST)
         self._undone: deque[Step] = deque(maxlen=_LONGEST)
 
-    def record(self, rig: Rig, before: RigState) -> None:
-        """Remember what has been changed in a rig since `before`, if anything."""
-        after = rig.state
+    def record(self, edited: Turnable, before: Any) -> None:
+        """Remember what has been changed since the state `before`, if anything."""
+        after = edited.state
         if after != before:
-            self._done.append(Step(rig, before, after))
+            self._done.append(Step(edited, before, after))
             self._undone.clear()
 
     @contextmanager
-    def edit(self, rig: Rig) -> Iterator[None]:
-        """What is done to a rig inside becomes one step."""
-        before = rig.state
+    def edit(self, edited: Turnable) -> Iterator[None]:
+        """What is done inside becomes one step."""
+        before = edited.state
         yield
-        self.record(rig, before)
+        self.record(edited, before)
 
     def undo(self) -> bool:
         """Take the last step back, to the bit; False if there is none."""
         if not self._done:
             return False
         step = self._done.pop()
-        step.rig.turn(step.after, step.before)
+        step.edited.turn(step.after, step.before)
         self._undone.append(step)
         return True
 
@@ -56,7 +66,7 @@ class History:
         if not self._undone:
             return False
         step = self._undone.pop()
-        step.rig.turn(step.before, step.after)
+        step.edited.turn(step.before, step.after)
         self._done.append(step)
         return True
 

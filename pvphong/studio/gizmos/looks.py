@@ -16,16 +16,19 @@ from pvphong.studio.gizmos.shape import axis, falloffs, is_movable, origin, reac
 
 # Circles are drawn up to this radius, in scene sizes.
 _LARGEST = 1e4
-# At which fractions of its light spheres are drawn around a light that weakens, and how strongly.
-_LEFT = ((0.5, 0.9), (1.0 / 256.0, 0.35))
+# At which fractions of its light spheres are drawn around a light that weakens, how strongly, and what they are called.
+_LEFT = ((0.5, 0.9, "1/2 left"), (1.0 / 256.0, 0.35, "1/256 left"))
 
 
 def draw(drawing: Drawing, light: Light, scenery: Scenery, selected: bool) -> None:
     """Add a light of the world to a drawing; selected: with all that its fields say of its shape."""
     if not is_movable(light):
         return
+    drawing.beyond(origin(light, scenery))
     is_placed, along = bool(light.places), axis(light)
     drawing.icon(origin(light, scenery), ("bulb" if along is None else "lamp") if is_placed else "sun", along)
+    if not light.on:
+        drawing.crossed(origin(light, scenery))
     _lines_to_targets(drawing, light, scenery, selected)
     if along is not None:
         _cones(drawing, light, along, scenery, selected)
@@ -91,10 +94,11 @@ def _sizes(drawing: Drawing, light: Light, scenery: Scenery, selected: bool) -> 
 def _falloffs(drawing: Drawing, light: Light, scenery: Scenery) -> None:
     """Spheres where a half and a 256th of the light is left."""
     for coefficients in falloffs(light).values():
-        for fraction, strength in _LEFT:
+        for fraction, strength, label in _LEFT:
             radius = distance_of(fraction, coefficients)
-            if radius is not None:
+            if radius is not None and radius < _LARGEST * scenery.size:
                 _sphere(drawing, light, scenery, radius, strength)
+                drawing.label(origin(light, scenery) + radius * drawing.view.viewer.axes[1], label)
 
 
 def _sphere(drawing: Drawing, light: Light, scenery: Scenery, radius: float, strength: float) -> None:

@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from pvphong.base.types import Vector
+from pvphong.base.types import Vector, rgb
 from pvphong.optics.light import Light
-from pvphong.optics.roles import Aim, Angle, Length, Place
+from pvphong.optics.roles import Aim, Angle, Corners, Length, Place
+from pvphong.studio.gizmos.colors import luminance
 from pvphong.studio.gizmos.drag_start import Scenery, vector
-from pvphong.studio.gizmos.shape import falloffs, fields, handle_names, target
+from pvphong.studio.gizmos.shape import falloffs, fields, handle_names, middle_of, reach, target
+from pvphong.studio.gizmos.typed import angles_of
 
 
 def readout(light: Light, handle: str, scenery: Scenery) -> str:
@@ -26,13 +28,18 @@ def readout(light: Light, handle: str, scenery: Scenery) -> str:
     scenery : Scenery
         The scene.
     """
-    lines = [f"{light.name}: {handle}" if light.name else handle, *_vectors(light)]
-    if scalars := _scalars(light):
+    lines = [f"{light.name}: {handle}" if light.name else handle, *_vectors(light, scenery)]
+    if scalars := _scalars(light, scenery):
         lines.append(", ".join(scalars))
     lines += [f"{field} {_numbers(value)}" for field, value in falloffs(light).items()]
+    return "\n".join([*lines, arriving_line(light, scenery)])
+
+
+def arriving_line(light: Light, scenery: Scenery) -> str:
+    """How much of a light of the world arrives, as a multiple of its colour, and the luminance of that."""
     where, point = arriving(light, scenery)
-    strength = float(np.ravel(light.arrival(np.array(point)[:, None]).strength)[0]) * light.intensity
-    return "\n".join([*lines, f"{strength if light.on else 0.0:.3g} arriving {where}"])
+    strength = float(np.ravel(light.arrival(np.array(point)[:, None]).strength)[0]) * light.intensity * light.on
+    return f"{strength:.3g} arriving {where}\nluminance {strength * luminance(rgb(light.diffuse)):.3g}"
 
 
 def arriving(light: Light, scenery: Scenery) -> tuple[str, Vector]:
@@ -44,26 +51,26 @@ def arriving(light: Light, scenery: Scenery) -> tuple[str, Vector]:
     return "at the scene's middle", scenery.center
 
 
-def _vectors(light: Light) -> list[str]:
+def _vectors(light: Light, scenery: Scenery) -> list[str]:
     """Its places; its targets, or the directions of a light that is nowhere."""
     lines = [f"{field} {_numbers(place)}" for field, place in fields(light, Place).items()]
+    lines += [f"{_label(light, field)} {_numbers(middle_of(light, field))}" for field in fields(light, Corners)]
     for field, direction in fields(light, Aim).items():
-        if places := light.values(Place):
-            lines.append(f"{_label(light, field)} {_numbers(np.array(places[0]) + direction)}")
+        if light.values(Place):
+            lines.append(f"{_label(light, field)} {_numbers(target(light, direction, scenery))}")
         else:
             lines.append(f"{field} {_numbers(np.array(direction) / math.hypot(*direction))}")
     return lines
 
 
-def _scalars(light: Light) -> list[str]:
+def _scalars(light: Light, scenery: Scenery) -> list[str]:
     """Distances or angles of its aims, its sizes, its angles."""
     found: list[str] = []
     for direction in light.values(Aim):
         if light.values(Place):
-            found.append(f"distance {math.hypot(*direction):.4g}")
+            found.append(f"distance {reach(light, direction, scenery):.4g}")
         else:
-            x, y, z = np.array(direction) / math.hypot(*direction)
-            azimuth, elevation = math.degrees(math.atan2(y, x)), math.degrees(math.asin(z))
+            azimuth, elevation = angles_of(direction)
             found.append(f"azimuth {azimuth:.1f}°, elevation {elevation:.1f}°")
     found += [f"{_label(light, field)} {length:.4g}" for field, length in fields(light, Length).items()]
     return found + [f"{_label(light, field)} {angle:.1f}°" for field, angle in fields(light, Angle).items()]

@@ -61,6 +61,11 @@ def origin(light: Light, scenery: Scenery) -> Float64Array:
     return np.mean(light.places, axis=0) if light.places else np.array(scenery.anchor)
 
 
+def middle_of(light: Light, field: str) -> Float64Array:
+    """Where the middle of its corners is."""
+    return np.mean(getattr(light, field), axis=0)
+
+
 def axis(light: Light) -> Float64Array | None:
     """Unit vector along its aim, the first if it has several."""
     return next((np.array(unit_vector(direction)) for direction in light.values(Aim)), None)

@@ -69,12 +69,18 @@ class Surfaces:
             locator.BuildLocator()
             self._picker.AddLocator(locator)
 
-    def pick(self, cursor: tuple[float, float]) -> SurfacePoint | None:
-        """The place under a cursor, its normal interpolated and turned to the eye."""
+    def mesh(self, cursor: tuple[float, float]) -> LiveMesh | None:
+        """The mesh under a cursor."""
         picker = self._picker
         if not picker.Pick(*cursor, 0.0, self._renderer):
             return None
-        live = next(live for live in self._meshes if live.actor is picker.GetActor())
+        return next(live for live in self._meshes if live.actor is picker.GetActor())
+
+    def pick(self, cursor: tuple[float, float]) -> SurfacePoint | None:
+        """The place under a cursor, its normal interpolated and turned to the eye."""
+        picker, live = self._picker, self.mesh(cursor)
+        if live is None:
+            return None
         cell = live.drawn.GetCell(picker.GetCellId())
         weights = [0.0] * cell.GetNumberOfPoints()
         cell.InterpolateFunctions(picker.GetPCoords(), weights)

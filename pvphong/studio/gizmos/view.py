@@ -21,6 +21,9 @@ _AT_THE_EYE = 1e-3
 _BESIDE = 1e-9
 
 
+Pixel = tuple[float, float]
+
+
 @dataclass(frozen=True)
 class View:
     """A pane of a window and the eye behind it.
@@ -74,6 +77,27 @@ class View:
             depth = np.where(seen[..., 2:] > 0.0, seen[..., 2:], np.nan)
             flat = flat / depth
         return self._middle + self._zoom * flat
+
+    def edge_towards(self, point: VectorLike | Float64Array, margin: float) -> tuple[Pixel, Pixel] | None:
+        """Where, so many pixels inside the pane's edge, a point out of sight is to be looked for; None if it is seen.
+
+        Returns
+        -------
+        place, direction : tuple of float
+            In pixels, and the unit vector on the screen towards it; downwards for what is straight behind.
+        """
+        half = 0.5 * np.array(self.size)
+        if self.is_ahead(point):
+            way = self.project(point) - self._middle
+            if (np.abs(way) <= half).all():
+                return None
+        else:
+            way = self.seen(point)[:2]
+        length = float(np.hypot(*way))
+        way = way / length if length else np.array([0.0, -1.0])
+        steps = np.maximum(half - margin, 1.0) / np.maximum(np.abs(way), 1e-9)
+        x, y = (self._middle + steps.min() * way).tolist()
+        return (x, y), (float(way[0]), float(way[1]))
 
     def unit_per_pixel(self, point: VectorLike | Float64Array) -> float:
         """How long one pixel is in the world at the depth of a point ahead."""

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pvphong.optics.lights import PointLight
+from pvphong.optics.lights import PointLight, SpotLight
 
 U = 2.0**-53
 LARGEST = np.finfo(np.float64).max
@@ -68,3 +68,11 @@ def test_a_distance_beyond_float64_is_taken_for_its_largest():
     arrival = light.arrival(np.array([[-LARGEST], [0.0], [0.0]]))
     assert arrival.direction.tolist() == [[1.0], [0.0], [0.0]]
     assert arrival.strength[0] == 1.0 / LARGEST
+
+
+def test_at_the_very_point_where_it_is_it_has_no_direction_to_be_taken_as():
+    """As in a report on a mesh around it."""
+    for lamp in (PointLight(position=(1, 2, 3)), SpotLight(position=(1, 2, 3))):
+        assert lamp.without("position", (1.0, 2.0, 3.0)) == (lamp, 1.0)
+        other, _ = lamp.without("position", (1.0, 2.0, 2.0))
+        assert other.direction == (0.0, 0.0, -1.0)

@@ -73,6 +73,16 @@ def test_a_window_does_not_wait_either(without_code):
     assert len(without_code) == 1
 
 
+def test_normals_are_numpys_meanwhile(without_code):
+    import pyvista as pv
+
+    mesh = pv.Plane(i_resolution=400, j_resolution=400)
+    assert np.array_equal(ph.vertex_normals(mesh), ph.vertex_normals(mesh, backend="numpy"))
+    ((_, request, _),) = without_code
+    assert request is None  # they are compiled with all the rest
+    assert not kernel.has_run()
+
+
 @pytest.mark.usefixtures("without_code")
 def test_the_search_for_bounds_does_not_wait(monkeypatch):
     monkeypatch.setattr(kernel._Process, "has_run", True)
@@ -205,6 +215,7 @@ def test_every_light_and_reflectance_has_its_pieces():
     from pvphong.shading.kernel.keeping import Library
 
     names = [piece.name for piece in pieces(Library())]
+    assert {"faces", "normals"} <= set(names)
     # spots with and without attenuation are of one name, and in float32 spheres and polygons for each choice of lobes
     assert len(names) - len(set(names)) == 2 + 2 + 2
     assert "sphere, float32" in names

@@ -110,6 +110,30 @@ with mock.patch.object(Path, "write_bytes", side_effect=OSError("no space left o
     assert [path for path in folder.rglob("*") if not path.is_dir()] == []
 
 
+@pytest.mark.parametrize("beyond", ["", "sub"])
+def test_a_file_in_the_place_of_the_folder_is_passed_over(tmp_path, beyond):
+    file = tmp_path / "file"
+    file.write_text("mine")
+    code = f"""
+{EVALUATE}
+from pvphong.shading.kernel import driver, keeping
+store = keeping.store_of(driver.shade)
+assert store is None or store.folder.is_dir()
+assert abs(lit("auto", 300000) - 0.84).max() < 1e-6
+"""
+    run_apart(code, NUMBA_CACHE_DIR=str(file / beyond))
+    assert file.read_text() == "mine"
+
+
+def test_a_folder_in_the_place_of_a_file_is_passed_over(folder):
+    (file,) = folder.rglob("*.pvphong")
+    file.unlink()
+    file.mkdir()
+    for _ in range(2):
+        assert run_apart(STAGE + "print(code().cache_hits)", NUMBA_CACHE_DIR=str(folder)) == "0\n"
+    assert [path.name for path in folder.rglob("*.pvphong")] == [file.name]
+
+
 def test_what_cannot_be_compiled_is_an_error():
     from numba.core import types
     from numba.core.errors import TypingError

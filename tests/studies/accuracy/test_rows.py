@@ -26,11 +26,27 @@ def test_vertex_errors_are_largest_rms_and_percentile():
     assert errors.count == 100
 
 
-def test_triangle_errors_count_each_for_those_it_stands_for():
+def test_triangle_errors_count_by_area():
     errors = triangle_errors(np.array([0.5, 0.1]), np.array([1.0, 199.0]))
     assert errors.largest == 0.5
-    assert errors.p99 == 0.1  # the large one is one in two hundred
+    assert errors.p99 == 0.1  # the large one is one part in two hundred
     assert errors.rms == pytest.approx(np.sqrt((0.25 + 199 * 0.01) / 200))
+    assert errors.count == 2
+
+
+def test_splitting_triangles_without_changing_an_error_changes_no_number():
+    random = np.random.default_rng(1)
+    errors, areas = random.random(50), random.random(50)
+    whole = triangle_errors(errors, areas)
+    parts = np.where(errors > 0.8, 9, 1)  # those that refinement would split
+    split = triangle_errors(np.repeat(errors, parts), np.repeat(areas / parts, parts))
+    assert (split.largest, split.p99) == (whole.largest, whole.p99)
+    assert split.rms == pytest.approx(whole.rms)
+    assert triangle_errors(errors, 1e3 * areas).rms == pytest.approx(whole.rms)
+
+
+def test_triangles_without_an_area_have_no_error():
+    assert triangle_errors(np.zeros(3), np.zeros(3)) == Errors(0.0, 0.0, 0.0, 3)
 
 
 def test_timing_has_quartiles():

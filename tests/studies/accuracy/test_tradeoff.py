@@ -130,7 +130,8 @@ def test_a_cloud_has_no_inside():
     cloud.point_data.active_normals = np.eye(3, dtype=np.float32)
     found = tradeoff(cloud, SCENE, SHINY, seconds=1)
     assert "no inside" in found.left_out["inside triangles"]
-    assert "At the vertices" in str(found)
+    assert "at the vertices" in str(found)
+    assert "inside" not in str(found)
     assert not any(row.kind == "interpolation" and not row.is_peer for row in found.rows)
 
 
@@ -199,18 +200,39 @@ def test_what_there_is_no_time_for_is_said(mesh):
     found = tradeoff(mesh, SCENE, SHINY, seconds=0.05)
     assert "there was no time for it" in found.left_out.values()
     assert {"float64 reference", "float32 NumPy", "plan at 1/255"} <= {row.name for row in found.rows}
-    assert "left out" in str(found)
+    assert "left out" in found.explain()
 
 
 # -- what comes out
 
 
-def test_the_printed_report_names_everything(report):
-    shown = str(report)
+def test_the_whole_report_names_everything_in_80_columns_without_breaking_a_word(report, monkeypatch):
+    shown = report.explain()
+    assert max(map(len, (*shown.splitlines(), *str(report).splitlines()))) <= 80
     parts = ("What each effect costs", "What the plan promised", "measured on", "noise", "cores")
     for text in ("float64 reference", "plan at 1/255", "VTK per pixel", "At the vertices", "Inside triangles", *parts):
         assert text in shown
+    monkeypatch.setattr("pvphong.base.text.WIDTH", 1000)
+    assert sorted(shown.replace("─", "").split()) == sorted(report.explain().replace("─", "").split())
     assert repr(report).startswith("<Tradeoff of ")
+
+
+def test_the_printed_report_is_a_few_lines_with_what_to_choose(mesh, report):
+    lines = str(report).splitlines()
+    assert len(lines) <= 5
+    own = [row for row in report.rows if not row.is_peer]
+    assert lines[0] == f"Cheapest within 0.00392, of {len(own)} ways to light {mesh.n_points} points:"
+    assert lines[1].startswith(f"  at the vertices: {report.best().name}, ")
+    inside = report.best(inside=True)
+    name = f"none; nearest {report.nearest(inside=True).name}" if inside is None else inside.name
+    assert lines[2].startswith(f"  inside triangles: {name}, ")
+
+
+def test_a_notebooks_table_has_every_row(report):
+    html = report._repr_html_()
+    for found in report.rows:
+        assert f">{found.name}{' (peer)' if found.is_peer else ''}</td>" in html
+    assert html.count("<tr>") == len(report.rows) + 1
 
 
 def test_csv_has_a_line_per_row(report, tmp_path):

@@ -64,7 +64,16 @@ def left(mesh, name="phong"):
 
 
 def stopped(mesh, name="phong"):
-    return mesh.field_data[f"{name}_refinement_stopped"]
+    """Why it ended; whether the tolerance is reached, and the sentence, agree with it."""
+    why = mesh.field_data[f"{name}_refinement_stopped"]
+    reached = mesh.field_data[f"{name}_refinement_reached"]
+    assert (reached.shape, reached.dtype) == ((1,), bool)
+    assert reached[0] == (why == "tolerance")
+    said = mesh.field_data[f"{name}_refinement_summary"]
+    assert said.startswith("Within" if reached[0] else "Not within")
+    assert f"off by up to {left(mesh, name):.3g}" in said
+    assert f" {mesh.n_points} points" in said
+    return why
 
 
 def coarse_sphere():
@@ -176,6 +185,34 @@ def test_what_is_already_fine_is_not_split():
     lit = refine(mesh, SUNNY, MATT, tolerance=0.05)
     assert np.array_equal(lit.regular_faces, mesh.regular_faces)
     assert np.array_equal(lit.field_data["phong_refinement_points"], [mesh.n_points, mesh.n_points])
+
+
+# Sharp edges
+
+
+def test_sharp_edges_are_split_before_triangles_and_stay_where_they_are():
+    cube, lamp = pv.Cube(clean=True).triangulate(), lamp_at(0.8, 0.6, 0.9)
+    cube.clear_data()
+    fine = refine(cube, lamp, MATT, tolerance=0.02, feature_angle=30)
+    assert stopped(fine) == "tolerance"
+    flat = np.abs(fine.point_data.active_normals)
+    np.testing.assert_array_equal(np.sort(flat, axis=1), np.tile((0.0, 0.0, 1.0), (len(flat), 1)))
+    first = fine["pvphong_original_point"]
+    assert set(first[:24]) == set(range(8))
+    np.testing.assert_array_equal(fine.points[:24], cube.points[first[:24]])
+    assert (first[24:] == -1).all()
+    assert fine.n_points > 24
+    rows = fine.points, fine.point_data.active_normals
+    np.testing.assert_array_equal(fine["phong"], ph.evaluate(*rows, lamp, MATT, precision="float64").rgb.astype("f4"))
+
+
+def test_interpolation_error_is_that_of_the_mesh_that_is_split_at_its_sharp_edges():
+    cube, lamp = pv.Cube(clean=True).triangulate(), lamp_at(0.8, 0.6, 0.9)
+    cube.clear_data()
+    sharp = cube.phong.shade(lamp, MATT, feature_angle="auto")
+    errors = interpolation_error(cube, lamp, MATT, feature_angle="auto")["phong_interpolation_error"]
+    np.testing.assert_allclose(errors, interpolation_error(sharp, lamp, MATT)["phong_interpolation_error"])
+    assert np.abs(errors - interpolation_error(cube, lamp, MATT)["phong_interpolation_error"]).max() > 0.01
 
 
 # Needles: what falls between all corners
@@ -585,7 +622,7 @@ CLOUD.point_data.active_normals = np.eye(3)
         ({"placement": "Smooth"}, r"placement must be one of 'linear', 'smooth'; got Smooth\. Did you mean 'smooth'"),
         ({"precision": "float16"}, "precision must be one of 'float32', 'float64'"),
         ({"name": ""}, "name must be a string that is not empty"),
-        ({"albedo": "paint"}, "albedo must be one of"),
+        ({"albedo": "paint"}, "albedo must be"),
         ({"albedo": np.ones((3, 3))}, r"albedo must be an array with one row per point, 42 rows; got 3 rows"),
         ({"matrix": np.eye(3)}, "matrix must be a 4x4 matrix"),
         ({"scene": SHARP}, "scene must be a Scene"),

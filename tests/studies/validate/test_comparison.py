@@ -69,21 +69,44 @@ def test_nothing_compared_has_not_passed():
     assert not found.passed
     assert found.worst == ()
     assert all(math.isnan(number) for number in (found.max_error, found.rms, found.p50, found.p99))
-    assert "nothing to compare" in str(found)
+    assert "Nothing to compare" in str(found)
+    assert "nothing to compare" in found.explain()
     assert found.to_dict()["max_error"] is None
 
 
-def test_it_prints_verdict_numbers_and_reasons():
-    text = str(comparison(ramp(), **{"edge of a cone": [11, 12]}))
+def test_it_explains_verdict_numbers_and_reasons():
+    text = " ".join(comparison(ramp(), **{"edge of a cone": [11, 12]}).explain().split())
     for part in ("passed", "10 of 20", "0.0009, 0.90 of the bound", "2 (directional lights)", "2: edge of a cone"):
         assert part in text
     assert "emission as a part of VTK's ambient" in text
     assert text.count("worst:") == 1
     failed = comparison(10.0 * ramp())
-    assert "failed" in str(failed)
-    assert str(failed).count("worst:") == 8
+    assert "failed" in failed.explain()
+    assert failed.explain().count("worst:") == 8
     assert repr(failed) == "<Comparison failed: largest error 0.009 of 0.001, 10 vertices>"
     assert isinstance(failed.table(), Table)
+
+
+def test_printed_it_is_a_few_plain_lines():
+    assert str(comparison(ramp(), **{"edge of a cone": [11, 12]})).splitlines() == [
+        "Passed: all 10 vertices are within 0.001 of VTK's own shader.",
+        "The largest error is 0.0009, 0.90 of that bound.",
+        "10 vertices are left out: edge of a cone.",
+    ]
+    failed = comparison(10.0 * ramp())
+    x, y, z = failed.worst[0].position
+    assert str(failed).splitlines()[::2] == [
+        "Failed: 2 of 10 vertices are within 0.001 of VTK's own shader.",
+        f"Worst is vertex 9 at ({x:.7g}, {y:.7g}, {z:.7g}).",
+    ]
+
+
+def test_a_notebooks_table_has_all_numbers_and_escapes_what_others_wrote():
+    found = comparison(ramp(), **{"<b>left": [11, 12]})
+    html = found._repr_html_()
+    assert "pvphong against VTK&#x27;s shader: passed" in html
+    assert '<td style="text-align: left">2: &lt;b&gt;left</td>' in html
+    assert f"{found.rms:.3g}" in html
 
 
 def test_json_holds_the_numbers(tmp_path):

@@ -86,6 +86,24 @@ def test_the_report_says_what_was_compared_with_what(report, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["told-pictures", "told.md"]
 
 
+def test_it_fits_80_columns_and_breaks_no_word(report, monkeypatch):
+    shown = report.explain()
+    assert max(map(len, (*shown.splitlines(), *str(report).splitlines()))) <= 80
+    assert len(str(report).splitlines()) <= 5
+    assert str(report).startswith(f"All {len(CASES)} scenes passed")
+    monkeypatch.setattr("pvphong.base.text.WIDTH", 1000)
+    assert sorted(shown.replace("─", "").split()) == sorted(report.explain().replace("─", "").split())
+
+
+def test_scenes_that_failed_are_named(report, monkeypatch):
+    monkeypatch.setattr(type(report.rows[0].comparison), "passed", False)
+    lines = str(report).splitlines()
+    assert lines[0].startswith(f"{len(CASES)} of {len(CASES)} scenes failed")
+    assert lines[-1].startswith(f"Failed: {CASES[0].title}; ")
+    assert len(lines) <= 5
+    assert max(map(len, lines)) <= 80
+
+
 def test_a_report_is_written_again_and_leaves_nothing_where_it_cannot_be(report, tmp_path):
     report.save(tmp_path / "told.md")
     report.save(tmp_path / "told.md")

@@ -75,6 +75,17 @@ def picture(plotter):
     return plotter.image.astype(int)
 
 
+def texts(plotter):
+    """VTK's texts on the screen."""
+    plotter.render()
+    return [prop for prop in plotter.renderer.GetViewProps() if prop.IsA("vtkTextActor") and prop.GetVisibility()]
+
+
+def said(plotter):
+    """What stands in the lower right corner."""
+    return next((text.GetInput() for text in texts(plotter) if text.GetTextProperty().GetJustification() == 2), "")
+
+
 def names(plotter):
     return [each.light.name for each in plotter.phong.gizmos]
 
@@ -140,7 +151,7 @@ def test_a_light_without_place_and_aim_stands_in_the_window_without_handles(new_
     without = picture(mouse.plotter)
     only.is_selected = True
     assert (only.handles, only.highlight) == ({}, None)
-    np.testing.assert_array_equal(picture(mouse.plotter), without)
+    np.testing.assert_array_equal(picture(mouse.plotter)[:-40], without[:-40])  # below it is said what is selected
     mouse.key("m")
     assert not mouse.plotter.phong.lights[0].on
 
@@ -284,7 +295,9 @@ def test_the_highlight_is_dragged_on_the_surface_and_waits_off_it(new_mouse, kin
     mouse.move(start)
     assert only.hovered == "highlight"
     end = mouse.pull(start, (12, -15))
-    np.testing.assert_allclose(mouse.at(only.highlight), end, atol=5)  # to the nearest vertex
+    ring = mouse.plotter.phong._pane.board._ring(only)
+    np.testing.assert_allclose(mouse.at(ring), end, atol=1.01)  # under the cursor
+    np.testing.assert_allclose(mouse.at(only.highlight), end, atol=5)  # of the vertices, the nearest
     on_surface = only.light
     assert on_surface != light
     mouse.move((399, 299))
@@ -347,7 +360,7 @@ def test_a_handle_that_is_taken_away_from_under_the_cursor_is_not_hovered_any_mo
 
 def test_numbers_stand_beside_the_cursor_during_a_drag(mouse, plotter):
     def shown():
-        return [prop for prop in plotter.renderer.GetViewProps() if prop.IsA("vtkTextActor") and prop.GetVisibility()]
+        return [text for text in texts(plotter) if "arriving" in text.GetInput()]
 
     start = mouse.at("lamp", "position")
     mouse.move(start)
@@ -407,6 +420,66 @@ def test_gizmos_are_no_part_of_the_scene(new_mouse):
     assert scene() == before
     assert not vtk.vtkPropPicker().Pick(*mouse.at("lamp", "position"), 0, shown.renderer)
     assert shown.phong.evaluations - evaluations <= 1
+
+
+# --- what is said ---
+
+
+def test_the_selected_light_and_its_state_are_said(mouse, plotter):
+    assert said(plotter) == "h: keys"
+    mouse.key("n")
+    assert said(plotter).split() == ["lamp:", "PointLight,", "intensity", "1,", "luminance", "0.585"]
+    mouse.key("m")
+    assert said(plotter).split()[-1] == "off"
+    mouse.key("o")
+    assert said(plotter).split()[-1] == "solo"
+    marks = [text.GetInput() for text in texts(plotter) if text.GetInput() in ("off", "solo")]
+    assert sorted(marks) == ["off", "off", "solo"]
+    mouse.key("o")
+    assert "solo" not in said(plotter)
+
+
+def test_what_was_done_is_said_until_something_else_is(mouse, plotter):
+    mouse.key("n")
+    mouse.key("Right")
+    assert said(plotter).startswith("lamp: intensity 1.26")
+    mouse.key("z")
+    assert said(plotter).startswith("undone")
+    mouse.key("z")
+    assert said(plotter).startswith("nothing to undo")
+    mouse.click(mouse.at("spot", "target"))
+    assert said(plotter).startswith("spot: SpotLight")
+
+
+def test_what_a_users_own_key_gives_is_said(mouse, plotter):
+    plotter.phong.add_gizmos(keys={"d": ("save", lambda: "saved as rig.json"), "x": ("beep", lambda: None)})
+    mouse.key("d")
+    assert said(plotter).startswith("saved as rig.json")
+    mouse.key("x")
+    assert said(plotter) == "h: keys"
+
+
+def test_the_next_light_is_one_with_handles(new_mouse):
+    mouse = new_mouse(replace(LAMP, frame="headlight", name="head"), LAMP, Glow(name="glow"), SPOT)
+    selected = []
+    for _ in range(4):
+        mouse.key("n")
+        selected += [each.light.name for each in mouse.plotter.phong.gizmos if each.is_selected] or [None]
+    assert selected == ["lamp", "spot", None, "lamp"]
+
+
+@pytest.mark.parametrize("length", [1e-3, 2.0, 1e4])
+def test_the_numbers_of_a_target_are_where_it_is_drawn(new_mouse, length):
+    """Of an aim that is too short or too long to be seen, the target is drawn elsewhere along it."""
+    direction = length * np.array((0.7, -0.2, -1.0)) / np.linalg.norm((0.7, -0.2, -1.0))
+    mouse = new_mouse(replace(SPOT, direction=direction))
+    spot = mouse.gizmo("spot")
+    mouse.pull(mouse.at("spot", "cone"), (3, 3))
+    lines = mouse.plotter.phong._pane.board.hands.readout.splitlines()
+    x, y, z = spot.handles["target"]
+    assert f"target ({x:.4g}, {y:.4g}, {z:.4g})" in lines
+    distance = np.linalg.norm(np.array(spot.handles["target"]) - SPOT.position)
+    assert any(line.startswith(f"distance {distance:.4g}, cone ") for line in lines)
 
 
 # --- which, and where ---

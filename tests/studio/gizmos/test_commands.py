@@ -13,7 +13,6 @@ from pvphong.optics.roles import Aim, Place
 from pvphong.studio.gizmos import commands
 
 FROM = [(0, -5, 2.5), (0, 0, 0.2), (0, 0, 1)]
-KEYS = {**commands._SHOWING, **commands._CHANGING}
 LIGHTS = tuple(example(kind, 0.7, name=kind) for kind in KINDS)
 FIRST, SECOND, *REST = LIGHTS
 
@@ -49,16 +48,24 @@ def image(plotter):
 
 
 def test_no_key_is_taken_and_pyvistas_own_are(plotter):
-    assert not commands.TAKEN & set(KEYS)
+    assert not commands.TAKEN & commands.OURS
+    assert len(commands._ACTS) == sum(len(command.keys) for command in commands.COMMANDS)
     assert set(plotter.iren._key_press_event_callbacks) <= commands.TAKEN
 
 
 def test_the_help_lists_them_all(plotter, mouse):
-    for key, (what, _) in KEYS.items():
-        assert f"{key:6}{what}" in commands.help_text({}).splitlines()
+    lines = commands.help_text({}).splitlines()
+    for command in commands.COMMANDS:
+        assert any(line.endswith(command.what) and len(line.split(command.what)[0].split()) >= 1 for line in lines)
     before = image(plotter)
     mouse.key("h")
     assert (image(plotter)[:120, :120] != before[:120, :120]).mean() > 0.2
+    help_texts = [each for each in plotter.renderer.GetViewProps() if each.IsA("vtkTextActor") and each.GetVisibility()]
+    (shown,) = (each for each in help_texts if "these keys" in each.GetInput())
+    box = [0.0, 0.0]
+    shown.GetSize(plotter.renderer, box)
+    assert box[0] <= 300  # all of it, however small the window
+    assert box[1] <= 200
     mouse.key("h")
     np.testing.assert_array_equal(image(plotter), before)
 
@@ -154,7 +161,7 @@ def test_of_two_keys_that_are_held_each_counts(plotter):
     assert [gizmo.is_selected for gizmo in plotter.phong.gizmos] == [False, True, *(False for _ in REST)]
 
 
-@pytest.mark.parametrize("key", ["m", "o", "k", "0"])
+@pytest.mark.parametrize("key", [key for command in commands._OF_LIGHTS for key in command.keys])
 def test_without_a_selected_light_nothing_changes(plotter, mouse, key):
     select(plotter, None)
     mouse.key(key)
@@ -178,19 +185,28 @@ def test_more_keys_can_be_added(plotter, mouse):
     plotter.phong.add_gizmos(keys={"d": ("save the rig", lambda: saved.append(plotter.phong.scene))})
     mouse.key("d")
     assert saved == [plotter.phong.scene]
-    assert "d     save the rig" in commands.help_text(plotter.phong._pane.board.options.keys)
+    assert ("d", "save the rig") in commands.entries(plotter.phong._pane.board.options.keys)
 
 
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"q": ("quit", print)}, r"^keys must be keys that are free; got q\. x, d and"),
+        ({"q": ("quit", print)}, r"^keys must be keys that are free; got q\. x, d, 4 and"),
         ({"m": ("mine", print)}, r"^keys must be keys that are free; got m"),
         ({"d": ("save", None)}, r"^keys\['d'\]\[1\] must be a function without arguments; got None"),
         ({"d": (7, print)}, r"^keys\['d'\]\[0\] must be a string; got 7"),
+        ({"d": 1}, r"^keys\['d'\] must be what the help says, and a function without arguments; got 1"),
+        ({1: ("one", print)}, r"^keys must be a string; got 1"),
+        (5, r"^keys must be a mapping"),
     ],
 )
 def test_keys_that_cannot_be_added(plotter, keys, message):
     with pytest.raises(ValueError, match=message):
         plotter.phong.add_gizmos(keys=keys)
+
+
+@pytest.mark.parametrize("lights", [5, "sun"])
+def test_lights_that_are_no_sequence(plotter, lights):
+    with pytest.raises(ValueError, match=r"^lights must be a sequence of lights, or None for all"):
+        plotter.phong.add_gizmos(lights)
     assert len(plotter.phong.gizmos) == len(LIGHTS)

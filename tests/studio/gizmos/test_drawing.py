@@ -8,6 +8,7 @@ import pytest
 from views import EVERYWHERE, KINDS, PROJECTIONS, Globe, Glow, example, scenery, view
 
 from pvphong.optics.lights import PointLight, SpotLight
+from pvphong.optics.roles import Place
 from pvphong.studio.gizmos.drawing import Drawing, circle, hue
 from pvphong.studio.gizmos.looks import draw
 
@@ -32,7 +33,7 @@ def drawn(light, seen_from, *, selected=False, scale=1.0):
 def test_the_hue_is_the_lights_at_full_value(diffuse, expected):
     light = PointLight(diffuse=diffuse)
     np.testing.assert_allclose(hue(light), expected)
-    np.testing.assert_allclose(hue(dataclasses.replace(light, on=False)), 0.35 * np.array(expected))
+    np.testing.assert_allclose(hue(dataclasses.replace(light, on=False)), 0.45 * np.array(expected))
     np.testing.assert_allclose(hue(dataclasses.replace(light, intensity=0.0)), expected)
 
 
@@ -55,11 +56,65 @@ def test_all_of_it_is_finite_and_coloured_and_selected_shows_more(kind, projecti
 
 
 @each_kind
-def test_behind_the_camera_no_icon_is_drawn(kind):
+def test_behind_the_camera_no_icon_is_drawn_but_an_arrow_towards_it(kind):
     away = view(position=(0, 0, 50), focal_point=(0, 0, 99), up=(0, 1, 0))
-    drawing = drawn(example(kind), away, selected=True)
-    assert not drawing.areas
+    light = example(kind, place=(-3.0, 0.0, 0.0))
+    drawing = drawn(light, away, selected=True)
+    edge, arrow = (corners for corners, _ in drawing.areas)
+    assert not drawing.labels
+    if light.values(Place):  # it looks along +z with y up: −x is to the right
+        np.testing.assert_allclose(arrow[0], (100 + 640 - 8, 30 + 240))
+    for corners in (edge, arrow):
+        assert (corners >= (100, 30)).all()
+        assert (corners <= (740, 510)).all()
     assert np.isfinite(drawing.lines[0]).all()
+
+
+@pytest.mark.parametrize("projection", PROJECTIONS)
+@pytest.mark.parametrize(("right", "up"), [(1, 0), (-1, 0.3), (0.1, 1), (0, -1), (-1, -1)])
+def test_an_arrow_at_the_edge_points_to_where_a_light_is(projection, right, up):
+    seen_from = view(projection, position=(0, -9, 0), focal_point=(0, 0, 0))
+    point = np.array([20.0 * right, 0.0, 20.0 * up])
+    drawing = Drawing(seen_from)
+    drawing.beyond(point)
+    tip, *rest = drawing.areas[1][0]
+    way, ahead = seen_from.project(point) - tip, tip - np.mean(rest, axis=0)
+    assert way @ ahead == pytest.approx(np.hypot(*way) * np.hypot(*ahead), rel=1e-6)
+    beside = np.abs(tip - (420, 270)) - (320, 240)
+    assert -16 <= beside.max() <= 0
+
+
+def test_what_is_seen_has_no_arrow_and_what_is_straight_behind_has_one_below():
+    drawing = Drawing(view())
+    drawing.beyond(np.array([0.0, 0, 0]))
+    assert drawing.areas == []
+    behind = view(position=(0, -9, 0), focal_point=(0, 0, 0))
+    drawing = Drawing(behind)
+    drawing.beyond(np.array([0.0, -20, 0]))
+    np.testing.assert_allclose(drawing.areas[1][0][0], (420, 30 + 8))
+
+
+@each_kind
+def test_a_light_that_is_off_is_crossed_out(kind):
+    on, off = (drawn(example(kind, on=is_on), view()).areas for is_on in (True, False))
+    assert len(off) == len(on) + 2
+    assert off[-1][1].tolist() == [255, 255, 255, 255]
+
+
+def test_spheres_are_labelled_where_they_are_seen():
+    light = PointLight(attenuation=(1, 0, 1))
+    assert [text for _, text in drawn(light, view(), selected=True).labels] == ["1/2 left"]
+    far = view(position=(0, -90, 0), focal_point=(0, 0, 0))
+    assert [text for _, text in drawn(light, far, selected=True).labels] == ["1/2 left", "1/256 left"]
+    assert not drawn(light, far).labels
+
+
+def test_nothing_is_transparent_and_what_is_weak_is_thin():
+    drawing = drawn(SpotLight(exponent=40, position=(0, 0, 2)), view(), selected=True)
+    _, colors = drawing.lines
+    assert (colors[:, 3] == 255).all()
+    assert drawing.thin.shape == (len(colors),)
+    assert 0 < drawing.thin.sum() < len(colors)
 
 
 @pytest.mark.parametrize("drawing", [Drawing(view()), drawn(Glow(), view()), drawn(Glow(), view(), selected=True)])

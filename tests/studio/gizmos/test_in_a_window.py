@@ -125,6 +125,55 @@ def test_keys_of_a_real_keyboard(window):
     window.do("key", "ctrl+z", until=lambda state: essence(state) == essence(before))
 
 
+@pytest.fixture
+def chosen(window):
+    """The window with the spot light selected, and what it was."""
+    while not window.ask("state")["selected"][SPOT]:
+        window.do("key", "n")
+    return window, window.ask("state")
+
+
+def assert_undone(window, before):
+    """By the keyboard, to the bit."""
+    after = window.ask("state")
+    assert after["colors"] != before["colors"]
+    window.do("key", "z", until=lambda state: essence(state) == essence(before))
+
+
+def test_a_brighter_light(chosen):
+    window, before = chosen
+    window.do("key", "Right", until=lambda state: "intensity=1.2599" in state["lights"][SPOT])
+    assert_undone(window, before)
+
+
+def test_a_light_is_added_where_the_mouse_points(chosen):
+    window, before = chosen
+    window.point(before["ball"])
+    window.do("key", "N", until=lambda state: len(state["lights"]) == len(before["lights"]) + 1)
+    assert "name='point'" in window.state["lights"][-1]
+    assert_undone(window, before)
+
+
+def test_a_light_is_deleted(chosen):
+    window, before = chosen
+    window.do("key", "Delete", until=lambda state: len(state["lights"]) == len(before["lights"]) - 1)
+    assert_undone(window, before)
+
+
+def test_a_value_is_typed(window):
+    before = window.ask("state")
+    window.point(before["handles"][SPOT]["cone"])
+    window.wait(lambda state: state["hovered"])
+    window.do("mousedown", "1")
+    window.do("mouseup", "1")
+    window.do("key", "Return")
+    window.do("key", "3", "1", "period", "5", until=lambda state: state["typing"] == "31.5")
+    window.do("key", "Escape", until=lambda state: essence(state) == essence(before))
+    window.do("key", "Return", "3", "1", "period", "5", "Return", until=lambda state: state["cones"][SPOT] == 31.5)
+    assert window.state["typing"] == ""
+    assert_undone(window, before)
+
+
 def test_beside_the_handles_the_camera_moves(window):
     before = window.ask("state")
     window.point((30, 30))

@@ -1,0 +1,67 @@
+"""JSON files, and values from them, where an error says at which place of the file it is."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pvphong.base import check
+
+Kind = TypeVar("Kind")
+
+
+def read(path: str | os.PathLike[str], what: str) -> Any:
+    """What a JSON file holds.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be read, or is not JSON; `what` says what it should have been.
+    """
+    try:
+        return json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ValueError(f"path must be {what} that can be read; got {os.fspath(path)} ({error}).") from error
+    except ValueError as error:  # not UTF-8, or not JSON
+        raise ValueError(f"path must be {what} in JSON; got {os.fspath(path)} ({error}).") from error
+    except RecursionError:
+        check.refuse("path", Path(path), f"{what} in JSON", "It is nested too deeply.")
+
+
+def entries(place: str, given: Any) -> dict[str, Any]:
+    """A JSON object; ValueError that names the place if it is something else."""
+    return dict(given) if isinstance(given, Mapping) else check.refuse(place, given, "a JSON object")
+
+
+def check_keys(place: str, given: Mapping[str, Any], allowed: set[str]) -> None:
+    """Raise ValueError for a key that is not allowed."""
+    for key in given:
+        if key not in allowed:
+            check.refuse(f"field of {place}", key, "one of " + ", ".join(sorted(allowed)))
+
+
+def value(place: str, kind: type[Kind], given: Any) -> Kind:
+    """A dataclass from a JSON object of its fields; fields that are not there have their defaults.
+
+    Raises
+    ------
+    ValueError
+        If it is no object, or a field is unknown or not allowed; the message begins with the place.
+    """
+    found = entries(place, given)
+    check_keys(place, found, {field.name for field in fields(kind)})  # type: ignore[arg-type] # any dataclass
+    try:
+        return kind(**{key: tuple(item) if isinstance(item, list) else item for key, item in found.items()})
+    except ValueError as error:
+        raise ValueError(f"{place}.{error}") from error
+
+
+def kind_and_fields(place: str, given: Any, kinds: Mapping[str, type[Kind]]) -> tuple[type[Kind], dict[str, Any]]:
+    """The class that an object names by its "type", and its other entries."""
+    found = entries(place, given)
+    kind = kinds[check.choice(f"{place}.type", found.pop("type", None), kinds)]
+    return kind, found

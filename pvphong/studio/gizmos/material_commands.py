@@ -1,0 +1,84 @@
+"""What keys do to materials: of the mesh under the cursor, or of all where there is none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+from pvphong.base.types import rgb
+from pvphong.optics.material import Material
+from pvphong.studio.gizmos.surroundings import Board
+
+_HIGHLIGHT_STEP = 0.1
+
+
+def _change(board: Board, change: Callable[[Material], Material], what: Callable[[Material], str]) -> None:
+    pointed = board.surfaces.mesh(board.cursor)
+    finishes = board.materials.finishes if pointed is None else (pointed.finish,)
+    for finish in finishes:
+        finish.material = change(finish.material)
+    if finishes:
+        which = "all meshes" if pointed is None and len(finishes) > 1 else "material"
+        board.notice = f"{which}: {what(finishes[-1].material)}"
+    else:
+        board.notice = "no lit mesh"
+
+
+def following(board: Board) -> None:
+    """The next of the named materials, the first after one that has no name."""
+    _change(board, lambda material: _neighbour(material, 1), _name)
+
+
+def preceding(board: Board) -> None:
+    """The named material before, the last before one that has no name."""
+    _change(board, lambda material: _neighbour(material, -1), _name)
+
+
+def _neighbour(material: Material, step: int) -> Material:
+    names = Material.names()
+    at = names.index(_name(material)) if _name(material) in names else min(-step, 0)
+    return replace(Material.named(names[(at + step) % len(names)]), reflectance=material.reflectance)
+
+
+def _name(material: Material) -> str:
+    plain = replace(material, reflectance=None)
+    return next((name for name in Material.names() if Material.named(name) == plain), "no name")
+
+
+def shinier(board: Board) -> None:
+    """A narrower highlight: √2 times the exponent, at least 1."""
+    _change(board, lambda material: replace(material, shininess=_stepped(material.shininess, 1)), _shine)
+
+
+def duller(board: Board) -> None:
+    """A wider highlight."""
+    _change(board, lambda material: replace(material, shininess=_stepped(material.shininess, -1)), _shine)
+
+
+def _stepped(shininess: float, step: int) -> float:
+    """On the scale of powers of √2, below 1 is 0."""
+    at = 2.0 * math.log2(shininess) if shininess > 0.0 else -1.0
+    nearest = round(at) if abs(at - round(at)) < 1e-9 else at
+    return 2.0 ** ((nearest + step) / 2.0) if nearest + step >= 0.0 else 0.0
+
+
+def stronger(board: Board) -> None:
+    """A tenth more of specular reflectance, at most 1 in any channel."""
+    _change(board, lambda material: _mirroring(material, _HIGHLIGHT_STEP), _shine)
+
+
+def weaker(board: Board) -> None:
+    """A tenth less of specular reflectance."""
+    _change(board, lambda material: _mirroring(material, -_HIGHLIGHT_STEP), _shine)
+
+
+def _mirroring(material: Material, step: float) -> Material:
+    colors = rgb(material.specular)
+    largest = max(colors)
+    level = round(min(max(largest + step, 0.0), max(1.0, largest)), 10)
+    return replace(material, specular=[level * c / largest for c in colors] if largest else level)
+
+
+def _shine(material: Material) -> str:
+    return f"specular {max(rgb(material.specular)):.3g}, shininess {material.shininess:.4g}"

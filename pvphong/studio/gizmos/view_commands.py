@@ -1,0 +1,33 @@
+"""What keys do to the view of the lights: help, gizmos, selection, undo."""
+
+from __future__ import annotations
+
+from pvphong.studio.gizmos.surroundings import Board
+
+
+def toggle_help(board: Board) -> None:
+    """Show all keys, or hide them."""
+    board.helping = not board.helping
+
+
+def toggle_hidden(board: Board) -> None:
+    """Hide all gizmos, or show them."""
+    board.hidden = not board.hidden
+    board.notice = "gizmos hidden: g shows them" if board.hidden else ""
+
+
+def select_next(board: Board) -> None:
+    """Select the next light that has handles; after the last none."""
+    ring = [None, *(gizmo for gizmo in board.gizmos if gizmo.handles)]
+    at = ring.index(board.selected) if board.selected in ring else 0
+    board.select(ring[(at + 1) % len(ring)])
+
+
+def undo(board: Board) -> None:
+    """Take the last step back."""
+    board.notice = "undone" if board.history.undo() else "nothing to undo"
+
+
+def redo(board: Board) -> None:
+    """Take the last step that was undone again."""
+    board.notice = "done again" if board.history.redo() else "nothing to redo"

@@ -1,0 +1,53 @@
+"""Lines and tables of reports."""
+
+from html.parser import HTMLParser
+
+import pytest
+from rich.table import Table
+
+from pvphong.base import text
+
+WORDS = "in all of these lines there is no word longer than the line, nor any that-is-broken-at-its-hyphens"
+
+
+@pytest.mark.parametrize("width", [50, 80])
+def test_sentences_and_tables_fit_and_break_no_word(monkeypatch, width):
+    monkeypatch.setattr(text, "WIDTH", width)
+    table = Table("a", "b", box=None)
+    table.add_row("[b]x :sun:", WORDS)
+    shown = text.rendered([WORDS, table, "end"])
+    assert max(map(len, shown.splitlines())) <= width
+    assert sorted(shown.split()) == sorted([*WORDS.split() * 2, "a", "b", "[b]x", ":sun:", "end"])
+    assert shown.endswith("\n\nend")
+    assert not any(line.endswith(" ") for line in shown.splitlines())
+
+
+def test_a_long_sentence_goes_on_indented():
+    lines = text.wrapped(f"  {WORDS} {WORDS}")
+    assert [len(line) - len(line.lstrip()) for line in lines] == [2] + [4] * (len(lines) - 1)
+
+
+class Cells(HTMLParser):
+    def __init__(self):
+        super().__init__()
+        self.found = []
+
+    def handle_starttag(self, tag, _attrs):
+        self.found.append([tag, ""])
+
+    def handle_data(self, data):
+        if data.strip():
+            self.found[-1][1] += data
+
+
+def test_html_is_escaped_and_has_every_cell():
+    html = text.html_table("<b>a & b", ("x", "<i>"), [("1", "<script>alert(1)</script>"), ('"2"', "")])
+    parser = Cells()
+    parser.feed(html)
+    assert parser.found == [
+        ["table", ""], ["caption", "<b>a & b"],
+        ["tr", ""], ["th", "x"], ["th", "<i>"],
+        ["tr", ""], ["td", "1"], ["td", "<script>alert(1)</script>"],
+        ["tr", ""], ["td", '"2"'], ["td", ""],
+    ]  # fmt: skip
+    assert "<th" not in text.html_table("t", (), [("a",)])

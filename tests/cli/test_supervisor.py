@@ -1,0 +1,182 @@
+"""The command line's parent: whatever becomes of the work, one line at most, the right status, and nothing left.
+
+The work here is a line of Python in the place of the commands, so that a test takes a fraction of a second.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="nothing is supervised there")
+
+DRIVER = """
+import os, signal, sys, time, types
+from pvphong.base import processes
+from pvphong.cli import supervisor
+processes.SECONDS = 0.5
+supervisor.FORKS = {forks}
+commands = types.ModuleType("pvphong.cli.app")
+def main():
+    exec(sys.argv[1], dict(globals()))
+    return int(sys.argv[2])
+commands.main = main
+sys.modules["pvphong.cli.app"] = commands
+sys.exit(supervisor.main())
+"""
+READING = "from pvphong.base.limits import reading\nwith reading('mesh.vtk'): "
+WRITING = """
+from pvphong.base.files import written_aside
+with written_aside("scene.json") as aside:
+    aside.write_text("half")
+    print(flush=True)
+    """
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def start(work, *more, forks=True, status=0):
+    driver = ["-W", "ignore", "-c", DRIVER.format(forks=forks), work, str(status), *more]
+    return subprocess.Popen(
+        [sys.executable, *driver], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+
+
+def run(work, *more, **how):
+    process = start(work, *more, **how)
+    out, err = process.communicate(timeout=60)
+    return process.returncode, out, err
+
+
+def alive(process):
+    """Whether a process is there and no zombie."""
+    try:
+        with open(f"/proc/{process}/stat") as stat:
+            return stat.read().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def test_the_parent_is_light():
+    code = (
+        "import sys, pvphong.cli; sys.exit(bool({'numpy', 'pyvista', 'vtkmodules', 'typing', 're'} & set(sys.modules)))"
+    )
+    assert subprocess.run([sys.executable, "-S", "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize("forks", [True, False])
+@pytest.mark.parametrize("status", [0, 1])
+def test_the_works_output_and_status_are_the_commands(forks, status):
+    work = "print('out'); print('err', file=sys.stderr)"
+    assert run(work, forks=forks, status=status) == (status, "out\n", "err\n")
+
+
+CRASHES = [(name, True) for name in ("SIGSEGV", "SIGABRT", "SIGBUS", "SIGFPE", "SIGILL", "SIGXCPU")]
+
+
+@pytest.mark.parametrize(("name", "forks"), [*CRASHES, ("SIGSEGV", False)])
+def test_a_crash_is_one_line_and_status_2(name, forks):
+    status, out, err = run(f"os.kill(os.getpid(), signal.{name})", forks=forks)
+    assert (status, out) == (2, "")
+    assert err == (
+        f"error: A library has ended the process ({name}), as damaged files make them. --verbose shows what it says.\n"
+    )
+
+
+def test_a_crash_while_a_file_is_read_names_the_file():
+    status, _, err = run(READING + "os.abort()")
+    assert status == 2
+    assert err.startswith("error: mesh must be a mesh file that PyVista can read; got mesh.vtk. A library")
+    assert err.count("\n") == 1
+
+
+def test_a_crash_after_the_work_is_none():
+    """Libraries may fall over when they are unloaded."""
+    assert run("import atexit; atexit.register(os.abort); print('done')", status=1) == (1, "done\n", "")
+
+
+def test_a_reader_that_comes_to_no_end_is_ended():
+    status, _, err = run(READING + "time.sleep(60)")
+    assert status == 2
+    assert err.startswith(
+        "error: mesh must be a mesh file that PyVista can read; got mesh.vtk. Reading it has come to no"
+    )
+    assert err.count("\n") == 1
+
+
+def test_a_reader_that_is_slow_but_reads_on_is_waited_for():
+    slow = "[(time.sleep(0.3), open('big', 'rb').read()) for _ in range(5)]; print('read')"
+    with open("big", "wb") as file:
+        file.write(bytes(10_000))
+    assert run(READING + slow) == (0, "read\n", "")
+
+
+def test_memory_is_limited_while_a_file_is_read():
+    work = "import resource\nlimit = lambda: resource.getrlimit(resource.RLIMIT_DATA)[0]\nold = limit()\n"
+    work += READING + "new = limit()\nprint(old == limit(), 0 < new < 2**50)"
+    assert run(work) == (0, "True True\n", "")
+
+
+def test_what_runs_out_of_memory_and_is_killed_is_one_line():
+    status, _, err = run("os.kill(os.getpid(), 9)")
+    assert (status, err) == (2, "error: The process was killed, as the system does where memory runs out.\n")
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+def test_an_interruption_ends_quietly_and_leaves_nothing(number, status):
+    """Even where C code would not let Python's own handlers run."""
+    process = start(WRITING + "import ctypes; ctypes.CDLL(None).sleep(60)")
+    process.stdout.readline()
+    assert len(os.listdir()) == 1
+    process.send_signal(number)
+    assert process.communicate(timeout=20) == ("", "")
+    assert process.returncode == status
+    assert os.listdir() == []
+
+
+def test_a_worker_that_is_killed_in_mid_write_leaves_nothing():
+    status, _, err = run(WRITING + "os.kill(os.getpid(), 9)")
+    assert (status, err.count("\n")) == (2, 1)
+    assert os.listdir() == []
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the system does not tell the child")
+def test_a_parent_that_is_killed_takes_the_worker_with_it():
+    process = start("print(os.getpid(), flush=True); time.sleep(60)")
+    worker = int(process.stdout.readline())
+    assert alive(worker)
+    process.kill()
+    process.communicate()
+    for _ in range(100):
+        if not alive(worker):
+            return
+        time.sleep(0.05)
+    pytest.fail("it goes on")
+
+
+def test_a_pipe_that_nobody_reads_ends_the_work_quietly():
+    process = start("for _ in range(100_000): print('a line')")
+    assert process.stdout.readline() == "a line\n"
+    process.stdout.close()
+    assert process.stderr.read() == ""
+    process.stderr.close()
+    assert process.wait(20) == 141
+
+
+NOISE = "os.write(2, b'library\\n'); print('command', file=sys.stderr)"
+
+
+@pytest.mark.parametrize(("more", "said"), [([], "command\n"), (["--verbose"], "library\ncommand\n")])
+def test_what_libraries_print_is_kept_for_verbose(more, said):
+    assert run(NOISE, *more) == (0, "", said)
+
+
+def test_names_that_are_no_text_can_be_printed():
+    work = "name = os.fsdecode(bytes([0xff])); print(name); print(name, file=sys.stderr)"
+    assert run(work) == (0, "\\udcff\n", "\\udcff\n")

@@ -1,0 +1,356 @@
+"""Damaged mesh files of every format that PyVista writes here, through the command line.
+
+`python tests/fuzzing.py 10000` does what the tests do with few: each file is read by `shade`, `diagnose` or `plan`,
+in a process that is forked from this one, which has loaded everything and run nothing. What must not be seen is a
+signal, a traceback, a second line of error, a file that is written all the same or left, or no end.
+
+A file that is accepted is read twice, in memory that is filled with different bytes beforehand: if the colours differ,
+they were made of garbage. And a file that was only cut short, of a format that says how long it is, must not be
+accepted with other colours than the whole.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import functools
+import json
+import os
+import random
+import re
+import resource
+import shutil
+import signal
+import sys
+import tempfile
+import time
+from collections import Counter
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+COMMANDS = ("shade", "diagnose", "plan")
+LIMIT = 5.0
+"""Seconds that reading may take here, in place of a minute."""
+
+_SLOWEST = 4 * LIMIT  # what a command may take altogether, on a machine that does other things
+_MEMORY = 6 * 2**30
+_PERTURB = -6  # of mallopt: malloc fills memory with a byte
+_EXTREMES = [
+    b"-1",
+    b"0",
+    b"1",
+    b"99999999",
+    b"-2147483648",
+    b"4294967295",
+    b"1e999",
+    b"nan",
+    b"inf",
+    b"x",
+    b"",
+    b"1e-320",
+]
+_TELLS_ITS_LENGTH = {".vtp", ".vtu", ".vts", ".vtr", ".vti", ".vtm", ".vtmb", ".vtkhdf", ".ply", ".stl", ".vtk"}
+
+
+# --- whole files ---
+
+
+def write_formats(folder):
+    """A file of every format, and of some in several forms; gives their names."""
+    import numpy as np
+    import pyvista as pv
+
+    ball = pv.Sphere(theta_resolution=8, phi_resolution=8)
+    ball["tint"] = np.linspace(0, 1, 3 * ball.n_points).reshape(-1, 3)
+    bare = ball.copy()
+    bare.clear_data()
+    grid = pv.ImageData(dimensions=(4, 3, 3))
+    grid["v"] = np.arange(36.0)
+    axes = [np.array([0.0, 1.0, 1.5, 4.0])[:n] for n in (4, 3, 3)]
+    datasets = {
+        "ball": (ball, ("vtp", "vtk", "vtkhdf", "ply", "stl", "obj")),  # .geo and .iv it writes, but does not read
+        "bare": (bare, ("vtp", "vtk", "ply")),
+        "cells": (grid.cast_to_unstructured_grid(), ("vtu", "vtk", "vtkhdf")),
+        "curved": (grid.cast_to_structured_grid(), ("vts", "vtk")),
+        "axes": (pv.RectilinearGrid(*axes), ("vtr", "vtk")),
+        "image": (grid, ("vti", "vtk")),
+        "blocks": (pv.MultiBlock({"one": ball, "two": grid, "none": None}), ("vtm", "vtmb")),
+        "blocks-two": (pv.MultiBlock({"one": ball, "two": bare}), ("vtkhdf",)),
+    }
+    for name, (mesh, suffixes) in datasets.items():
+        for suffix in suffixes:
+            for form in (True, False) if suffix not in ("vtkhdf", "obj") else (True,):
+                with suppress(ValueError, OSError):  # a format that this PyVista does not write
+                    mesh.save(folder / f"{name}{'' if form else '-text'}.{suffix}", binary=form)
+    with suppress(Exception):
+        plotter = pv.Plotter(off_screen=True)
+        plotter.add_mesh(ball)
+        plotter.export_gltf(folder / "blocks.gltf")
+        plotter.close()
+    return sorted(path.name for path in folder.iterdir() if path.is_file())
+
+
+# --- damage ---
+
+
+def damaged(contents, dice):
+    """What was done to a file, and what came of it."""
+    kind = dice.choice(("cut", "bytes", "digits", "number", "repeat", "remove", "swap", "tag"))
+    return kind, _DAMAGES[kind](contents, dice)
+
+
+def _cut(contents, dice):
+    return contents[: dice.randrange(len(contents))]
+
+
+def _bytes(contents, dice):
+    result = bytearray(contents)
+    span = min(len(result), dice.choice((64, 1024, len(result))))
+    for _ in range(dice.choice((1, 3, 20))):
+        result[dice.randrange(span)] = dice.randrange(256)
+    return bytes(result)
+
+
+def _digits(contents, dice):
+    result = bytearray(contents)
+    places = [place for place, byte in enumerate(result[:4096]) if 48 <= byte < 58]
+    for place in dice.sample(places, min(len(places), dice.choice((1, 3)))):
+        result[place] = 48 + dice.randrange(10)
+    return bytes(result)
+
+
+def _number(contents, dice):
+    found = list(re.finditer(rb"-?\d+(\.\d+)?", contents[:4096]))
+    if not found:
+        return _cut(contents, dice)
+    place = dice.choice(found)
+    return contents[: place.start()] + dice.choice(_EXTREMES) + contents[place.end() :]
+
+
+def _spans(contents, dice, count):
+    return sorted(dice.randrange(len(contents) + 1) for _ in range(count))
+
+
+def _repeat(contents, dice):
+    a, b = _spans(contents, dice, 2)
+    return contents[:b] + contents[a:]
+
+
+def _remove(contents, dice):
+    a = dice.randrange(len(contents))
+    return contents[:a] + contents[a + dice.choice((1, 8, 100)) :]
+
+
+def _swap(contents, dice):
+    a, b, c = _spans(contents, dice, 3)
+    return contents[:a] + contents[b:c] + contents[a:b] + contents[c:]
+
+
+def _tag(contents, dice):
+    """A word in place of another of the same file."""
+    words = list(re.finditer(rb"[A-Za-z_]{3,}", contents[:8192]))
+    if len(words) < 2:
+        return _bytes(contents, dice)
+    one, other = dice.sample(words, 2)
+    return contents[: one.start()] + other[0] + contents[one.end() :]
+
+
+_DAMAGES = {
+    "cut": _cut,
+    "bytes": _bytes,
+    "digits": _digits,
+    "number": _number,
+    "repeat": _repeat,
+    "remove": _remove,
+    "swap": _swap,
+    "tag": _tag,
+}
+
+
+# --- runs ---
+
+
+@dataclass
+class Run:
+    """What came of one command."""
+
+    status: int
+    out: str
+    err: str
+    seconds: float
+
+
+def load_all():
+    """Load what the commands load, without running any of VTK's code here: a fork must not inherit its threads."""
+    from pvphong.base import processes
+    from pvphong.cli import app  # noqa: F401
+
+    processes.SECONDS = LIMIT
+    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def command(words, folder, fill=0):
+    """Run the command line, with its parent and child, in a folder; `fill` is the byte that new memory holds."""
+    out, err = folder.parent / "out", folder.parent / "err"
+    began = time.monotonic()
+    process = os.fork()
+    if process == 0:
+        _become(words, folder, out, err, fill)
+    status = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
+    said = (path.read_bytes().decode(errors="replace") for path in (out, err))
+    return Run(status, *said, time.monotonic() - began)
+
+
+def _become(words, folder, out, err, fill):
+    from pvphong.cli import supervisor
+
+    status = 99
+    try:
+        os.chdir(folder)
+        for number, path in ((1, out), (2, err)):
+            file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+            os.dup2(file, number)
+            os.close(file)
+        sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w", 1)
+        sys.argv = ["pvphong", *words]
+        ctypes.CDLL(None).mallopt(_PERTURB, fill)
+        status = supervisor.main()
+    finally:
+        sys.stdout.flush()
+        os._exit(status)
+
+
+@dataclass
+class Report:
+    """What came of all runs."""
+
+    files: int = 0
+    slowest: float = 0.0
+    statuses: Counter = field(default_factory=Counter)
+    endings: Counter = field(default_factory=Counter)
+    faults: list = field(default_factory=list)
+    cut_and_accepted: Counter = field(default_factory=Counter)
+
+    def add(self, name, kind, verb, run, *, left):
+        """Note a run, and what is wrong with it."""
+        self.slowest = max(self.slowest, run.seconds)
+        self.statuses[f"{verb} {run.status}"] += 1
+        for ending in re.findall(r"SIG[A-Z]+|come to no end|was killed|not enough memory|should not happen", run.err):
+            self.endings[ending] += 1
+        allowed = (0, 1, 2) if verb == "diagnose" else (0, 2)
+        wrong = []
+        if run.status not in allowed:
+            wrong.append(f"status {run.status}")
+        if run.status == 2 and not re.fullmatch(r"error: [^\n]+\n", run.err):
+            wrong.append(f"said {run.err[-300:]!r}")
+        if run.status != 2 and run.err:
+            wrong.append(f"said {run.err[-300:]!r}")
+        if "should not happen" in run.err:
+            wrong.append(run.err)
+        if run.seconds > _SLOWEST:
+            wrong.append(f"took {run.seconds:.0f} s")
+        if left:
+            wrong.append(f"left {left}")
+        self.faults += [(name, kind, verb, fault) for fault in wrong]
+
+
+def hunt(count, seed=0, *, keep=None):
+    """Damage `count` files and run the commands on each; files at which something was wrong are kept in a folder."""
+    report = Report()
+    with tempfile.TemporaryDirectory(dir="/dev/shm" if os.access("/dev/shm", os.W_OK) else None) as place:
+        whole, folder = Path(place, "whole"), Path(place, "work")
+        whole.mkdir()
+        names = _in_a_fork(lambda: write_formats(whole))
+        colors = functools.cache(lambda name: _colors(whole, name, 0))
+        with suppress(KeyboardInterrupt):  # then what has been found so far is told
+            for number in range(count):
+                dice = random.Random(f"{seed} {number}")
+                _hunt_one(report, dice, whole, folder, dice.choice(names), colors, keep)
+    return report
+
+
+def _hunt_one(report, dice, whole, folder, name, colors, keep):
+    faults = len(report.faults)
+    folder.mkdir()
+    victim = folder / name
+    shutil.copy(whole / name, victim)
+    if victim.suffix in (".vtm", ".vtmb"):
+        shutil.copytree(whole / victim.stem, folder / victim.stem)
+    blocks = sorted(path for path in (folder / victim.stem).glob("*") if path.is_file())
+    hurt = dice.choice([victim, *blocks])
+    kind, contents = damaged(hurt.read_bytes(), dice)
+    hurt.write_bytes(contents)
+    before = sorted(os.listdir(folder))
+    lit = folder / f"lit.{_output(name)}"
+    verb = dice.choice(COMMANDS)
+    run = command([verb, name, *(["-o", lit.name] if verb == "shade" else [])], folder, fill=0x55)
+    expected = {path.name for path in (lit, lit.with_suffix("")) if not run.status}
+    report.files += 1
+    report.add(name, kind, verb, run, left=sorted({*os.listdir(folder)} - {*before} - expected))
+    if verb == "shade" and run.status == 0:
+        _judge(report, name, kind, folder, lit, colors)
+    if keep and len(report.faults) > faults:
+        shutil.copytree(folder, Path(keep, f"{report.files}-{kind}-{name}"), dirs_exist_ok=True)
+    shutil.rmtree(folder)
+
+
+def _judge(report, name, kind, folder, lit, colors):
+    """Whether the colours of a damaged file that was accepted are those of the file."""
+    first = _contents(lit)
+    again = _colors(folder, name, 0xAA)
+    if again != first:
+        report.faults.append((name, kind, "shade", "its colours are made of what was in memory"))
+    elif kind == "cut" and again != colors(name) and Path(name).suffix in _TELLS_ITS_LENGTH:
+        report.cut_and_accepted[name] += 1
+
+
+def _output(name):
+    return "vtm" if name.startswith("blocks") else "ply"
+
+
+def _contents(lit):
+    """Of a file with colours, whatever its name and those of its blocks."""
+    files = [lit] if lit.suffix == ".ply" else sorted(lit.with_suffix("").glob("*"), key=lambda path: path.name[13:])
+    return [path.read_bytes() for path in files if path.exists()]
+
+
+def _colors(folder, name, fill):
+    lit = folder / f"again.{_output(name)}"
+    command(["shade", name, "-o", lit.name], folder, fill)
+    result = _contents(lit)
+    lit.unlink(missing_ok=True)
+    shutil.rmtree(lit.with_suffix(""), ignore_errors=True)
+    return result
+
+
+def _in_a_fork(work):
+    """What a function gives, in a process that may start threads."""
+    reading, writing = os.pipe()
+    process = os.fork()
+    if process == 0:
+        os.write(writing, json.dumps(work()).encode())
+        os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading) as end:
+        result = json.loads(end.read())
+    os.waitpid(process, 0)
+    return result
+
+
+def main():
+    """Hunt, and print what was found as JSON."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("count", type=int)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--keep", help="a folder for the files at which something was wrong")
+    given = parser.parse_args()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    load_all()
+    report = hunt(given.count, given.seed, keep=given.keep)
+    print(json.dumps({key: getattr(report, key) for key in Report.__dataclass_fields__}, indent=1))
+
+
+if __name__ == "__main__":
+    main()

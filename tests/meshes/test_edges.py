@@ -1,0 +1,194 @@
+"""Sharp edges: beside PyVista's own pictures, and against what a cube and a prism are known to be."""
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong.meshes.edges import ORIGINAL_POINT, split_sharp_edges
+from pvphong.studio.live import LiveMesh
+
+SUN = ph.Scene([ph.DirectionalLight(direction=(-1.0, -2.0, -3.0))], ph.Viewer(position=(2.0, 3.0, 4.0)))
+DULL = ph.Material(ambient=0.1)
+TINT = np.linspace(0.0, 1.0, 24).reshape(8, 3)
+
+
+def bare(mesh):
+    mesh = mesh.clean()
+    mesh.clear_data()
+    return mesh
+
+
+def cube():
+    """Eight points and six squares, with arrays."""
+    mesh = bare(pv.Cube())
+    mesh["number"], mesh["tint"] = np.arange(8.0), TINT
+    return mesh
+
+
+def nut():
+    """A prism of six sides, as a first CAD model is, one point a corner."""
+    return bare(pv.Cylinder(resolution=6, height=0.5, direction=(0, 0, 1)).triangulate())
+
+
+# --- what is split ---
+
+
+@pytest.mark.parametrize(
+    ("angle", "count"), [(None, 8), ("auto", 24), (0, 24), (89.9, 24), (90.1, 8), (180, 8)], ids=str
+)
+def test_a_cubes_edges_are_sharp_below_90_degrees(angle, count):
+    assert cube().phong.shade(SUN, DULL, feature_angle=angle).n_points == count
+
+
+def test_arrays_are_carried_and_points_know_which_they_were():
+    mesh = cube()
+    mesh.cell_data["face"] = np.arange(6)
+    lit = mesh.phong.shade(SUN, DULL, feature_angle="auto")
+    np.testing.assert_array_equal(lit[ORIGINAL_POINT], lit["number"])
+    np.testing.assert_array_equal(lit.points, mesh.points[lit[ORIGINAL_POINT]])
+    np.testing.assert_array_equal(lit.cell_data["face"], np.arange(6))
+    assert mesh.array_names == ["number", "tint", "face"]  # and the input is as it was
+    assert mesh.n_points == 8
+
+
+def test_what_was_split_before_still_knows_its_first_points():
+    once = cube().phong.shade(SUN, DULL, feature_angle="auto")
+    twice = once.phong.shade(SUN, DULL, feature_angle=10)
+    np.testing.assert_array_equal(twice[ORIGINAL_POINT], twice["number"])
+
+
+def test_each_side_of_a_cube_has_one_colour():
+    lit = cube().phong.shade(SUN, DULL, feature_angle="auto")
+    for face in range(6):
+        square = lit.get_cell(face)
+        assert np.ptp(lit["phong"][square.point_ids], axis=0).max() == 0
+    normals = {tuple(np.round(normal).astype(int)) for normal in lit.phong.normals()}
+    assert len(normals) == 6
+
+
+def test_an_angle_of_0_is_flat_shading():
+    mesh = bare(pv.Sphere(theta_resolution=9, phi_resolution=7))
+    lit = mesh.phong.shade(SUN, DULL, feature_angle=0)
+    flat = mesh.compute_normals(point_normals=False)["Normals"]
+    normals = lit.phong.normals()
+    for index, triangle in enumerate(lit.regular_faces):
+        np.testing.assert_allclose(normals[triangle], np.tile(flat[index], (3, 1)), atol=1e-5)
+
+
+def test_auto_leaves_the_normals_that_a_mesh_brings():
+    mesh = cube().compute_normals(cell_normals=False, split_vertices=False)
+    assert split_sharp_edges(mesh, "auto")[0] is mesh
+    named = mesh.phong.shade(SUN, DULL, feature_angle=30)
+    assert named.n_points == 24
+    assert "Normals" not in named.point_data  # those of the points that were not split
+
+
+def test_an_array_that_is_called_normals_and_is_none_is_carried():
+    mesh = cube()
+    mesh["Normals"] = np.arange(8)
+    lit = mesh.phong.shade(SUN, DULL, feature_angle="auto")
+    np.testing.assert_array_equal(lit["Normals"], lit["number"])
+
+
+def test_nothing_sharp_nothing_new():
+    mesh = bare(pv.Sphere(theta_resolution=40, phi_resolution=40))
+    lit = mesh.phong.shade(SUN, DULL, feature_angle="auto")
+    assert lit.n_points == mesh.n_points
+    assert ORIGINAL_POINT not in lit.point_data
+    np.testing.assert_array_equal(lit["phong"], mesh.phong.shade(SUN, DULL)["phong"])
+
+
+def test_faces_keep_their_sides():
+    """VTK's filter would turn a face round so that it agrees with its neighbours."""
+    mesh = nut()
+    mesh.regular_faces = np.vstack([mesh.regular_faces[:1, ::-1], mesh.regular_faces[1:]])
+    split, _ = split_sharp_edges(mesh, "auto")
+    np.testing.assert_array_equal(split.points[split.regular_faces], mesh.points[mesh.regular_faces])
+
+
+def test_strips_lines_and_vertices():
+    strips = nut().strip()
+    lit = strips.phong.shade(SUN, DULL, feature_angle="auto")
+    assert lit.n_strips == 0
+    assert lit.n_points == nut().phong.shade(SUN, DULL, feature_angle="auto").n_points
+    cloud = pv.PolyData(np.eye(3))
+    cloud.point_data.active_normals = np.eye(3)
+    assert cloud.phong.shade(SUN, DULL, feature_angle=30).n_points == 3
+
+
+@pytest.mark.parametrize("albedo", ["tint", TINT], ids=["name", "array"])
+def test_an_albedo_goes_with_its_points(albedo):
+    lit = cube().phong.shade(SUN, ph.Material(ambient=1, diffuse=0), albedo=albedo, feature_angle="auto")
+    np.testing.assert_allclose(lit["phong"], 0.2 * TINT[lit[ORIGINAL_POINT]], atol=1e-6)
+
+
+def test_a_plan_is_that_of_the_split_surface():
+    lit = cube().phong.shade(SUN, DULL, feature_angle="auto")
+    assert cube().phong.plan(SUN, DULL, feature_angle="auto").explain() == lit.phong.plan(SUN, DULL).explain()
+
+
+@pytest.mark.parametrize("angle", ["sharp", -1, 181, np.nan, [30]], ids=str)
+def test_what_is_no_angle_is_refused(angle):
+    with pytest.raises(ValueError, match=r"^feature_angle must be "):
+        cube().phong.shade(SUN, DULL, feature_angle=angle)
+
+
+# --- live ---
+
+
+def drawn_in(live):
+    live.refresh(SUN)
+    return live.drawn
+
+
+def test_live_meshes_follow_what_becomes_sharp():
+    folded = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, 1], [1, 1, 1]], float)
+    hinge = pv.PolyData(folded, faces=[4, 0, 1, 2, 3, 4, 1, 4, 5, 2])
+    hinge["tint"] = TINT[:6]
+    live = LiveMesh(hinge, ph.Material(ambient=1, diffuse=0), "tint", feature_angle="auto")
+    assert drawn_in(live).n_points == 8
+    np.testing.assert_array_equal(live.drawn["phong"], np.round(0.2 * 255 * TINT[live.drawn[ORIGINAL_POINT]]))
+    hinge.points = np.where(hinge.points[:, 2:] > 0, np.add(hinge.points, (1, 0, -1)), hinge.points)
+    assert drawn_in(live).n_points == 6
+    hinge.points = folded
+    assert drawn_in(live).n_points == 8
+
+
+# --- beside PyVista's pictures ---
+
+
+def picture(draw):
+    plotter = pv.Plotter(off_screen=True, window_size=(200, 200), lighting="none")
+    draw(plotter)
+    plotter.add_light(pv.Light(position=(1, 2, 3), focal_point=(0, 0, 0), light_type="scene light"))
+    plotter.camera_position = [(2, 3, 4), (0, 0, 0), (0, 0, 1)]
+    plotter.camera.zoom(1.2)
+    image = plotter.screenshot(return_img=True).astype(int)
+    plotter.close()
+    return image
+
+
+@pytest.mark.parametrize("mesh", [nut, cube])
+def test_looks_as_pyvistas_split_sharp_edges(mesh):
+    """Flat sides, a far light and no highlight: PyVista's colour a pixel is ours a vertex, to a step of the display."""
+    phong = ph.Material(ambient=0.0, diffuse=1.0)
+    scene = ph.Scene(SUN.lights, SUN.viewer, ph.LightModel(ambient=0.0))
+
+    def lit(feature_angle):
+        shaded = mesh().phong.shade(scene, phong, feature_angle=feature_angle)
+        return picture(lambda plotter: plotter.add_mesh(shaded, scalars="phong", rgb=True, lighting=False))
+
+    theirs = picture(
+        lambda plotter: plotter.add_mesh(
+            mesh(), color="white", smooth_shading=True, split_sharp_edges=True, feature_angle=30.0, ambient=0.0,
+            diffuse=1.0, specular=0.0, show_scalar_bar=False,
+        )
+    )  # fmt: skip
+    assert np.ptp(theirs) > 150  # neither empty nor black
+
+    def off(feature_angle):
+        return np.count_nonzero(np.abs(lit(feature_angle) - theirs).max(axis=-1) > 1)
+
+    assert off("auto") <= 3  # on an edge itself a pixel may be given to either side
+    assert off(None) > 5000

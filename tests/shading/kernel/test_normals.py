@@ -1,0 +1,112 @@
+"""Normals by compiled code: what threads and ranges may not change, and what is left to NumPy.
+
+That they are right is in geometry/test_normals and stability/test_mesh_normals, for both forms.
+"""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+from soups import bumpy, soup
+
+from pvphong.geometry.normals import point_normals
+from pvphong.shading import kernel
+from pvphong.shading.kernel import pool
+from pvphong.shading.kernel.face_rows import CHUNK, CORNERS
+
+pytest.importorskip("numba", reason="the extra `fast` is not installed")
+pytestmark = pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
+
+WEIGHTINGS = ["angle", "area", "max"]
+POINTS, FACES = bumpy(110, quads=True)
+ORDERS = {
+    "in order": np.arange(len(POINTS)),
+    "backwards": np.arange(len(POINTS))[::-1],
+    "shuffled": np.random.default_rng(1).permutation(len(POINTS)),
+}
+
+
+def test_there_are_several_chunks():
+    assert len(FACES) > 3 * CHUNK
+
+
+@pytest.mark.parametrize("order", ORDERS.values(), ids=ORDERS)
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
+def test_ranges_and_threads_change_no_bit(order, weighting, monkeypatch):
+    """Nor does it matter which points stand beside each other."""
+    mesh = soup(*(order[list(face)] for face in FACES))
+    points = np.empty_like(POINTS)
+    points[order] = POINTS
+    expected = kernel.point_normals(POINTS, *soup(*FACES), weighting)
+    assert np.abs(expected - point_normals(POINTS, *soup(*FACES), weighting)).max() <= 8 * 2.0**-53
+    for length, threads in ((10**6, 1), (100, 1), (333, 2), (4096, 2)):
+        monkeypatch.setattr("pvphong.shading.kernel.normals._RANGE", length)
+        monkeypatch.setattr("pvphong.shading.kernel.normals._MOST_POINTS", 2 * length)
+        with pool.limited(threads):
+            assert np.array_equal(kernel.point_normals(points, *mesh, weighting)[order], expected), (length, threads)
+
+
+def ring(count):
+    turn = 2 * np.pi * np.arange(count) / count
+    return np.stack([np.cos(turn), np.sin(turn), 0.1 * np.cos(9 * turn)], axis=1), np.arange(count), [0, count]
+
+
+@pytest.mark.parametrize("count", [CORNERS // 2 + 1, CORNERS, CORNERS + 1])
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
+def test_a_face_has_as_many_corners_as_a_block_or_is_left_to_numpy(count, weighting):
+    points, connectivity, offsets = ring(count)
+    found = kernel.point_normals(points, connectivity, np.array(offsets), weighting)
+    if count > CORNERS:
+        assert found is None
+    else:
+        assert np.abs(found - point_normals(points, connectivity, offsets, weighting)).max() <= 8 * 2.0**-53
+
+
+SMALL = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+TWO = np.arange(6), np.array([0, 3, 6])
+
+
+@pytest.mark.parametrize("sizes", [(1.0, 2.0**-200), (1.0, 2.0**200), (2.0**-1060, 2.0**900)])
+def test_faces_of_sizes_far_apart_are_left_to_numpy(sizes):
+    points = np.concatenate([SMALL * size for size in sizes])
+    assert kernel.point_normals(points, *TWO, "angle") is None
+
+
+@pytest.mark.parametrize("size", [2.0**-1060, 2.0**-300, 1.0, 2.0**300, 2.0**1020])
+def test_a_mesh_of_one_size_is_not(size):
+    points = np.concatenate([SMALL * size, [(np.nan, 0.0, 0.0)] * 3])
+    assert np.array_equal(kernel.point_normals(points, *TWO, "angle"), [(0.0, 0.0, 1.0)] * 3 + [(0.0, 0.0, 0.0)] * 3)
+
+
+BAD = {
+    "beyond the points": ([0, 1, 3], [0, 3]),
+    "negative": ([0, 1, -1], [0, 3]),
+    "too large for int64": (np.array([0, 1, 2**63 + 1], np.uint64), [0, 3]),
+    "offsets that fall": ([0, 1, 2], [0, 2, 1, 3]),
+    "offsets that leave and come back": ([0, 1, 2], [0, 2**62, 3]),
+    "offsets that wrap around": ([0, 1, 2], [0, 2**63 - 1, -(2**63), 3]),
+    "offsets that begin late": ([0, 1, 2], [1, 3]),
+    "offsets that end early": ([0, 1, 2], [0, 2]),
+    "no offsets": ([0, 1, 2], np.empty(0, int)),
+    "real numbers": ([0.0, 1.0, 2.0], [0, 3]),
+    "rows": ([[0, 1, 2]], [0, 3]),
+}
+
+
+@pytest.mark.parametrize(("connectivity", "offsets"), BAD.values(), ids=BAD)
+def test_nothing_outside_of_the_arrays_is_read(connectivity, offsets):
+    assert kernel.point_normals(SMALL, np.asarray(connectivity), np.asarray(offsets), "angle") is None
+
+
+def test_angles_are_those_of_mpmath():
+    from pvphong.shading.kernel.angles import angle_of
+
+    rng = np.random.default_rng(2)
+    sizes = 10.0 ** rng.integers(-300, 300, 1000)
+    ys, xs = rng.normal(size=(2, 1000)) * sizes * 10.0 ** rng.integers(-9, 9, (2, 1000))
+    ys[:200], xs[:200] = rng.uniform(0.41, 0.43, 200), 1.0  # where the reduction changes, it errs most
+    with mpmath.workprec(200):
+        for y, x in zip(ys.tolist(), xs.tolist(), strict=True):
+            exact = mpmath.atan2(y, x)
+            assert abs(angle_of(y, x) - exact) <= 3 * 2.0**-53 * abs(exact), (y, x)

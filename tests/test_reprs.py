@@ -1,0 +1,118 @@
+"""What a console and a notebook show of public objects: no addresses, and tables that are HTML."""
+
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong.optics.lights import LIGHT_TYPES
+from pvphong.optics.reflectances import REFLECTANCES
+from pvphong.shading.vertices import Vertices
+from pvphong.studies.validate.images import compare_images
+
+LAMP = ph.PointLight(position=(0, 0, 2), name="<i>lamp & co</i>")
+SCENE = ph.Scene([LAMP], ph.Viewer(position=(0, 0, 3)))
+MESH = pv.Sphere(theta_resolution=8, phi_resolution=8)
+FAULTY = {"matrix": np.diag([1, 1, -1, 1])}
+SHORT = 120
+
+
+@pytest.fixture(scope="module")
+def report():
+    return MESH.phong.tradeoff(SCENE, seconds=1)
+
+
+def evaluated(**options):
+    return ph.evaluate(MESH.points, MESH.point_normals, SCENE, ph.Material(), **options)
+
+
+BY_THEMSELVES = {
+    "accessor": lambda: MESH.phong,
+    "blocks": lambda: pv.MultiBlock({"a": MESH}).phong,
+    "filter": ph.PhongFilter,
+    "plan": lambda: MESH.phong.plan(SCENE),
+    "shading": evaluated,
+    "components": lambda: evaluated(components=True),
+    "vertices": lambda: Vertices(MESH.points, None),
+    "diagnosis": lambda: MESH.phong.diagnose(**FAULTY),
+    "comparison": lambda: MESH.phong.validate(SCENE),
+    "images": lambda: compare_images(MESH, SCENE, ph.Material()),
+}
+"""Objects that hold arrays, or refer to others: their representations are short."""
+
+VALUES = {
+    type(value).__name__: value
+    for value in (
+        *(kind() for kind in LIGHT_TYPES.values()), SCENE, SCENE.viewer, SCENE.light_model,
+        *(kind(20.0) for kind in REFLECTANCES.values()), ph.Material(), MESH.phong.plan(SCENE).effects["lights"],
+    )
+}  # fmt: skip
+"""These show their fields."""
+
+
+def test_every_public_class_is_looked_at():
+    classes = {name for name in ph.__all__ if isinstance(getattr(ph, name), type)}
+    made = {"Comparison", "Diagnosis", "PhongFilter", "Plan", "Shading", "Tradeoff"}
+    assert classes == set(VALUES) | made | {"Light", "SingularMatrixWarning"}  # abstract, and an exception
+
+
+@pytest.mark.parametrize("name", BY_THEMSELVES)
+def test_a_representation_is_a_short_line_without_an_address(name):
+    shown = repr(BY_THEMSELVES[name]())
+    assert not re.search(r"0x[0-9a-f]{6}", shown)
+    assert "\n" not in shown
+    assert len(shown) <= SHORT
+    assert shown.startswith("<")
+
+
+def test_those_of_a_report_are_lines_without_an_address(report):
+    finding, worst = MESH.phong.diagnose(**FAULTY).findings[0], MESH.phong.validate(SCENE).worst[0]
+    for value in (report, *report.rows, *report.ledger, *report.promises, finding, worst):
+        assert not re.search(r"0x[0-9a-f]{6}|\n", repr(value))
+
+
+@pytest.mark.parametrize("name", VALUES)
+def test_values_show_their_fields(name):
+    shown = repr(VALUES[name])
+    assert shown.startswith(f"{name}(")
+    assert not re.search(r"0x[0-9a-f]{6}|\n", shown)
+
+
+def test_what_a_plotter_gives_has_no_address():
+    plotter = pv.Plotter(off_screen=True, lighting="none")
+    phong = plotter.phong
+    light, actor = phong.add_light(LAMP), phong.add_mesh(MESH)
+    gizmos = phong.add_gizmos()
+    for shown in map(repr, (phong, light, phong.mesh(actor), *gizmos)):
+        assert not re.search(r"0x[0-9a-f]{6}|\n", shown)
+    assert "1 lit meshes in 1 subplots" in repr(phong)
+    plotter.close()
+
+
+class Tags(HTMLParser):
+    def __init__(self):
+        super().__init__()
+        self.open, self.seen = [], set()
+
+    def handle_starttag(self, tag, _attrs):
+        self.open.append(tag)
+        self.seen.add(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+@pytest.mark.parametrize("name", ["scene", "plan", "diagnosis", "comparison", "tradeoff"])
+def test_a_notebook_shows_a_small_table_whose_text_is_escaped(name, report):
+    made = {"scene": lambda: SCENE, "tradeoff": lambda: report} | BY_THEMSELVES
+    html = made[name]()._repr_html_()
+    tags = Tags()
+    tags.feed(html)
+    assert tags.open == []
+    assert {"table", "caption", "tr", "td"} <= tags.seen <= {"table", "caption", "tr", "th", "td"}
+    assert len(html) < 20_000
+    if name in ("scene", "plan"):
+        assert "&lt;i&gt;lamp &amp; co&lt;/i&gt;" in html
