@@ -19,7 +19,7 @@ from pvphong.meshes.color_views import ColorSpace, color_view
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.edges import FeatureAngle
 from pvphong.meshes.lit import plan, point_normals, shade_mesh
-from pvphong.meshes.sharing import sharing
+from pvphong.meshes.sharing import in_range, sharing
 from pvphong.meshes.surfaces import surface
 from pvphong.meshes.together import together
 from pvphong.optics.material import Material
@@ -294,7 +294,7 @@ class MeshPhong:
         return tradeoff(self._mesh, scene, material, tolerance=tolerance, seconds=seconds, matrix=matrix)
 
     def plot(self, *, name: str = "phong", **options: Any) -> Any:
-        """Show a lit mesh: the colours as they are, by PyVista's `plot` and with its options.
+        """Show a lit mesh: the colours as they are, clipped to [0, 1], by PyVista's `plot` and with its options.
 
         Parameters
         ----------
@@ -309,7 +309,7 @@ class MeshPhong:
             If the mesh has no point array of that name.
         """
         check.choice("name", name, self._mesh.point_data.keys())
-        return self._mesh.plot(**_AS_THEY_ARE, scalars=name, **options)
+        return in_range(self._mesh, name).plot(**_AS_THEY_ARE, scalars=name, **options)
 
     def color_view(self, space: ColorSpace, *, name: str = "phong") -> pv.PolyData:
         """A new mesh with its lit colours as hue, saturation and value, or as CIE XYZ.
@@ -388,7 +388,8 @@ class BlocksPhong:
         """Show lit blocks: the colours as they are; see `MeshPhong.plot`."""
         for _, block in datasets(self._blocks):
             check.choice("name", name, block.point_data.keys())
-        return self._blocks.combine().plot(**_AS_THEY_ARE, scalars=name, **options)  # blocks would ignore `rgb`
+        # blocks would ignore `rgb`
+        return in_range(self._blocks.combine(), name).plot(**_AS_THEY_ARE, scalars=name, **options)
 
     def color_view(self, space: ColorSpace, *, name: str = "phong") -> pv.MultiBlock:
         """A new MultiBlock with the blocks' lit colours in other terms; see `MeshPhong.color_view`."""

@@ -13,6 +13,7 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.edges import FeatureAngle
+from pvphong.meshes.sharing import in_range
 from pvphong.optics.lights import Light
 from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
@@ -109,7 +110,7 @@ class PlotterPhong:
     def add_lit(
         self, lit: pv.DataSet | pv.MultiBlock, name: str = "phong", **add_mesh_options: Any
     ) -> pv.Actor | tuple[pv.Actor, ...]:
-        """Draw a mesh that is lit already: its colours as they are, as `lit.phong.plot()` shows them.
+        """Draw a mesh that is lit already: its colours as they are, clipped to [0, 1], as `lit.phong.plot()` does.
 
         Nothing is lit again: the colours stay what they are when lights or the camera move.
 
@@ -147,7 +148,7 @@ class PlotterPhong:
             check.refuse("lit", "blocks without any mesh", "a MultiBlock with a mesh in it")
         for mesh in meshes:
             check.choice("name", name, mesh.point_data.keys())
-        actors = tuple(draw(self._plotter, mesh.copy(deep=False), name, add_mesh_options) for mesh in meshes)
+        actors = tuple(draw(self._plotter, in_range(mesh, name), name, add_mesh_options) for mesh in meshes)
         return actors if isinstance(lit, pv.MultiBlock) else actors[0]
 
     def mesh(self, actor: pv.Actor) -> LiveMesh:

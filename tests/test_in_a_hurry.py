@@ -183,3 +183,21 @@ def test_a_colours_name_is_the_colour_that_is_seen(tmp_path):
     in_file = pv.read(tmp_path / "lit.ply")["RGB"][0]
     for seen in (window[20, 20], drawn[20, 20], in_file):
         assert tuple(seen) == orange
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_sums_above_1_are_drawn_as_full_brightness(precision):
+    """VTK itself would begin again at black."""
+    lit = pv.Plane().phong.shade(SUN, ph.Material(ambient=0), precision=precision)
+    lit["sum"] = np.full((lit.n_points, 3), (1.65, 0.5, -0.2), lit["phong"].dtype)
+    plotter = pv.Plotter(off_screen=True, window_size=(40, 40))
+    plotter.phong.add_lit(lit, "sum")
+    pictures = [plotter.screenshot(return_img=True)]
+    plotter.close()
+    for what in (lit, pv.MultiBlock([lit])):
+        pictures.append(
+            what.phong.plot(name="sum", off_screen=True, return_img=True, screenshot=True, window_size=(40, 40))
+        )
+    for picture in pictures:
+        np.testing.assert_allclose(picture[20, 20], (255, 127.5, 0), atol=1)
+    np.testing.assert_array_equal(lit["sum"][0], np.array((1.65, 0.5, -0.2), lit["phong"].dtype))

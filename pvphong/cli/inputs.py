@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,11 +26,21 @@ NOTHING = "nothing to light: no block of the file holds a mesh"
 
 def surface_and_scene(path: str, rig: Path | None, size: tuple[int, int]) -> tuple[Any, Scene]:
     """What is lit of a mesh file, and the scene: the rig's, or one made for a picture of this size."""
-    scene = None if rig is None else Scene.load(rig)
+    given = None if rig is None else Scene.load(rig)
     with reading(path):
         mesh = read_mesh(path)
         outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
-    return outside, default_scene(outside, size[0] / size[1]) if scene is None else scene_for(outside, scene)
+    if given is None:
+        return outside, default_scene(outside, size[0] / size[1])
+    return outside, scene_for(outside, given)
+
+
+def seeing(scene: Scene, mesh: Any, size: tuple[int, int]) -> Scene:
+    """The scene for a picture of a mesh: a rig's viewer that sees nothing of it is moved, and that is said."""
+    if scene.viewer.sees(mesh.bounds, size[0] / size[1]):
+        return scene
+    print("note: the scene's viewer sees nothing of this mesh, and was moved to see all of it.", file=sys.stderr)
+    return replace(scene, viewer=scene.viewer.moved_to_see(mesh.bounds))
 
 
 def single_meshes(mesh: Any) -> Iterator[tuple[str, pv.DataSet]]:

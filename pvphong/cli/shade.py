@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,7 +9,7 @@ from cyclopts import Parameter
 
 from pvphong.base import check
 from pvphong.base.types import Precision
-from pvphong.cli.inputs import SIZE, surface_and_scene
+from pvphong.cli.inputs import SIZE, seeing, surface_and_scene
 from pvphong.cli.lighting import shaded
 from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, Rig, feature_angle_of
 from pvphong.cli.spinner import busy
@@ -79,12 +78,11 @@ def shade(
     how["feature_angle"] = feature_angle_of(feature_angle)
     with busy(f"Lighting {mesh}"):
         outside, rig = surface_and_scene(mesh, scene, size)
+        rig = seeing(rig, outside, size) if draws else rig
         lit = shaded(outside, rig, look.to_materials(scene), name=array, **how)
         if draws:
             image = pictures.draw(lit, rig.viewer, name=array, size=size, background=background or "white")
             pictures.save_picture(image, output)
-            if (image == image[0, 0]).all():
-                print("note: the scene's viewer sees nothing of the mesh.", file=sys.stderr)
         else:
             save_lit(lit, output, array)
     print(output)

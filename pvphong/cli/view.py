@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pvphong.cli.inputs import SIZE, surface_and_scene
+from pvphong.cli.inputs import SIZE, seeing, surface_and_scene
 from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, Rig, feature_angle_of
 from pvphong.cli.window import BACKGROUND, show
 
@@ -33,7 +33,7 @@ def view(
     outside, rig = surface_and_scene(mesh, scene, SIZE)
     show(
         outside,
-        rig,
+        seeing(rig, outside, SIZE),
         look.to_materials(scene),
         title=f"pvphong: {mesh}",
         stem=Path(mesh).stem,

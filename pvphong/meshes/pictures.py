@@ -18,6 +18,7 @@ from PIL import Image
 from pvphong.base import check
 from pvphong.base.files import written_aside
 from pvphong.meshes.blocks import leaves
+from pvphong.meshes.sharing import in_range
 from pvphong.scene.viewer import Viewer
 
 HEADLESS_PACKAGES = "libegl1 libgl1-mesa-dri libx11-6"
@@ -87,7 +88,7 @@ def draw(
             plotter.set_background(background)
             aim(plotter, viewer)
             for mesh in leaves(lit):
-                plotter.add_mesh(mesh, scalars=name, rgb=True, lighting=False, copy_mesh=False)
+                plotter.add_mesh(in_range(mesh, name), scalars=name, rgb=True, lighting=False, copy_mesh=False)
             plotter.enable_anti_aliasing("ssaa")
             plotter.renderer.ResetCameraClippingRange()
             return np.asarray(plotter.screenshot(return_img=True))

@@ -10,6 +10,22 @@ import pyvista as pv
 _Mesh = TypeVar("_Mesh", bound=pv.PolyData)
 
 
+def in_range(mesh: pv.DataSet, name: str) -> pv.DataSet:
+    """A mesh whose colours can be drawn: VTK draws what is above 1 as something else altogether, so that is clipped.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        It has colours as the point array `name`; it is not modified, and shares all else with the result.
+    name : str
+        Of floats, or of uint8, which stay as they are.
+    """
+    result, colors = mesh.copy(deep=False), np.asarray(mesh.point_data[name])
+    if colors.dtype != np.uint8:
+        result.point_data[name] = np.clip(np.nan_to_num(colors), 0.0, 1.0)
+    return result
+
+
 def sharing(mesh: _Mesh) -> _Mesh:
     """A new mesh with the points, cells and arrays of another, none of them copied.
 

@@ -30,6 +30,9 @@ from pvphong.optics.spherical import (
 # Nodes in a piece of the rim; so many lobe's widths long it is at most; fewest and most pieces.
 _NODES, _WIDTHS, _FEWEST, _MOST = 12, 1.5, 8, 4096
 
+# From here on the way to the middle has a direction across the axis.
+_ASIDE = 1e-14
+
 
 def over_disk(form: CosinePower, axis: Any, n: Any, middle: Any, facing: Any, radius: Any) -> Any:
     """1/(π R²) · ∫ max(a·u, 0)ᵏ du over the part of a disk above the horizon, as it is seen from either side.
@@ -77,7 +80,10 @@ def _frame(middle: Any, facing: Any) -> tuple[Any, Any, Any, Any, Any]:
     rho = np.sqrt(dot(inside, inside))
     any_way = np.cross(facing, np.eye(3)[:, [int(np.argmin(np.abs(facing)))]], axis=0)
     any_way = any_way / np.sqrt(dot(any_way, any_way))
-    e1 = np.where(rho > 0.0, inside / np.where(rho > 0.0, rho, 1.0), any_way)
+    is_aside = rho > _ASIDE * np.abs(along)
+    e1 = np.where(is_aside, inside / np.where(is_aside, rho, 1.0), any_way)
+    e1 = e1 - dot(e1, e3) * e3  # nearly overhead it has been rounded
+    e1 = e1 / np.sqrt(dot(e1, e1))
     return rho, np.abs(along), e1, np.cross(e3, e1, axis=0), e3
 
 

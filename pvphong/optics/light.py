@@ -8,7 +8,7 @@ answer here that assumes nothing of it. Without a `stage` it is evaluated in Num
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, get_args
@@ -327,6 +327,24 @@ class Light:
         """What compiled code runs for it, written with the names of `pvphong.shading.kernel.toolkit`.
 
         None where the readable evaluator is to light a scene with it. A light that is the same everywhere needs none.
+        """
+        return None
+
+    def closed_parameters(self, forms: Sequence[CosinePower | None]) -> tuple[float, ...]:  # noqa: ARG002 no stage
+        """The numbers that its closed stage reads, as `parameters`."""
+        return ()
+
+    def closed_stage(self, toolkit: Any, forms: Sequence[CosinePower | None]) -> Stage | None:  # noqa: ARG002
+        """What compiled code runs in float32 for what it has closed forms of; None for the readable evaluator.
+
+        Other than that of a light without a size it writes the factors of the lobes too, into `FIRST` and so on.
+
+        Parameters
+        ----------
+        toolkit : module
+            What it is written with.
+        forms : sequence of CosinePower
+            One for each lobe, None for those that are not wanted.
         """
         return None
 

@@ -7,10 +7,13 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, Self
 
 from pvphong.base import check, documents
-from pvphong.base.types import ColorLike
+from pvphong.base.types import ColorLike, rgb
 from pvphong.optics.named_materials import NAMED
 from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances import REFLECTANCES, reflectance_name
+
+# A surface may be made to reflect more than all of the light, but what reflects more than this is 0-255 in disguise.
+_MOST = 16.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +57,10 @@ class Material:
     def __post_init__(self) -> None:
         for field in ("ambient", "diffuse", "specular", "emission"):
             object.__setattr__(self, field, check.color(field, getattr(self, field)))
+        for field in ("ambient", "diffuse", "specular"):
+            if max(rgb(getattr(self, field))) > _MOST:
+                remedy = "These look like 0-255 values: divide them by 255."
+                check.refuse(field, getattr(self, field), "a reflectance, of which 1.0 is all", remedy)
         object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
         if self.reflectance is not None and not isinstance(self.reflectance, Reflectance):
             check.refuse("reflectance", self.reflectance, "a reflectance, or None for the light model's", "ph.Phong().")

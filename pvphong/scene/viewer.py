@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Self
 
@@ -109,9 +110,7 @@ class Viewer:
         ValueError
             If `bounds` is not six numbers.
         """
-        low, high = _box(bounds)
-        center, radius = 0.5 * low + 0.5 * high, float(np.linalg.norm(0.5 * high - 0.5 * low))
-        radius = max(radius or _POINT_RADIUS, _LEAST_RADIUS * float(np.abs(center).max()))
+        center, radius = _ball(bounds)
         distance = radius / math.sin(math.radians(0.5 * cls.view_angle))
         return cls(
             position=center + distance / math.sqrt(3.0),
@@ -120,6 +119,41 @@ class Viewer:
             parallel_scale=radius,
             clipping_range=(distance - radius, distance + radius),
         )
+
+    def moved_to_see(self, bounds: VectorLike) -> Self:
+        """This viewer, moved so that it sees all of a box, in the same direction.
+
+        Parameters
+        ----------
+        bounds : sequence of float
+            As for `framing`.
+        """
+        center, radius = _ball(bounds)
+        distance = radius / math.sin(math.radians(0.5 * self.view_angle))
+        return replace(
+            self,
+            position=center - distance * np.array(self.view_direction),
+            focal_point=center,
+            parallel_scale=radius,
+            clipping_range=(distance - radius, distance + radius),
+        )
+
+    def sees(self, bounds: VectorLike, aspect: float) -> bool:
+        """Whether something of a box may be in a picture: its corners are not all behind, or all beyond one edge.
+
+        Parameters
+        ----------
+        bounds : sequence of float
+            As for `framing`.
+        aspect : float
+            Width of the picture over its height.
+        """
+        low, high = _box(bounds)
+        corners = np.array(list(itertools.product(*zip(low, high, strict=True)))) - self.position
+        x, y, back = self.axes @ corners.T
+        half = self.parallel_scale if self.parallel else -back * math.tan(math.radians(0.5 * self.view_angle))
+        beyond = [back >= 0.0, *(side > limit for v, limit in ((x, aspect * half), (y, half)) for side in (v, -v))]
+        return not any(side.all() for side in beyond)
 
     @cached_property
     def _line_of_sight(self) -> tuple[Vector, float]:
@@ -171,6 +205,13 @@ class Viewer:
     def point_to_eye(self, point: Vector) -> Vector:
         """A point of the world in eye space."""
         return _vector(self.axes @ (np.array(point) - np.array(self.position)))
+
+
+def _ball(bounds: VectorLike) -> tuple[Float64Array, float]:
+    """Middle and radius > 0 of what is to be seen."""
+    low, high = _box(bounds)
+    center, radius = 0.5 * low + 0.5 * high, float(np.linalg.norm(0.5 * high - 0.5 * low))
+    return center, max(radius or _POINT_RADIUS, _LEAST_RADIUS * float(np.abs(center).max()))
 
 
 def _box(bounds: VectorLike) -> tuple[Float64Array, Float64Array]:

@@ -266,7 +266,14 @@ def in_parts(equation: Equation) -> Equation:
     return replace(equation, terms=terms)
 
 
-def _parts(term: LightTerm, forms: Sequence[CosinePower | None]) -> Iterator[LightTerm]:
+def as_nodes(equation: Equation, count: int) -> Equation:
+    """The equation with every light that has a size as the sum of so many nodes, whatever it has a closed form for."""
+    nothing = (None,) * len(equation.reflectance.lobes)
+    terms = tuple(part for term in equation.terms for part in _parts(term, nothing, count))
+    return replace(equation, terms=terms)
+
+
+def _parts(term: LightTerm, forms: Sequence[CosinePower | None], most: int = NODES) -> Iterator[LightTerm]:
     light = term.light
     if not light.has_size:
         yield term
@@ -279,7 +286,7 @@ def _parts(term: LightTerm, forms: Sequence[CosinePower | None]) -> Iterator[Lig
     if any(map(any, exact)):
         yield replace(term, ambient=BLACK, colors=exact)
     black = (BLACK,) * len(forms)
-    for ambient, colors, count in ((term.ambient, black, 1), (BLACK, summed, NODES)):
+    for ambient, colors, count in ((term.ambient, black, 1), (BLACK, summed, most)):
         if any(ambient) or any(map(any, colors)):
             for node in light.nodes(count):
                 yield replace(term, light=node, ambient=ambient, colors=colors, gain=term.gain * node.intensity)

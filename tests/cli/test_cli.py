@@ -226,10 +226,18 @@ def test_a_picture_of_the_size_and_background_asked_for():
 
 
 @pytest.mark.usefixtures("sphere")
-def test_a_viewer_that_looks_elsewhere_gets_its_picture_and_a_note(capsys):
-    ph.Scene(viewer=ph.Viewer(position=(0, 0, 5), focal_point=(0, 0, 9))).save("away.json")
-    assert run("shade sphere.vtp -o lit.png --scene away.json") == 0
-    assert capsys.readouterr() == ("lit.png\n", "note: the scene's viewer sees nothing of the mesh.\n")
+def test_a_viewer_that_looks_elsewhere_is_moved_to_see_the_mesh_and_that_is_said(capsys):
+    light = ph.DirectionalLight(frame="headlight")
+    for name, position in {"away.json": (0, 0, 5), "before.json": (0, 0, -5)}.items():
+        ph.Scene([light], ph.Viewer(position=position, focal_point=(0, 0, 9))).save(name)
+    note = "note: the scene's viewer sees nothing of this mesh, and was moved to see all of it.\n"
+    pictures = []
+    for name, said in (("away.json", note), ("before.json", "")):
+        assert run(f"shade sphere.vtp -o lit.png --scene {name} --size 90 60") == 0
+        assert capsys.readouterr() == ("lit.png\n", said)
+        pictures.append(pv.read("lit.png").active_scalars.reshape(60, 90, 3))
+    assert (pictures[0] != 255).mean() > (pictures[1] != 255).mean() > 0.01
+    np.testing.assert_allclose(*(picture[30, 45].astype(int) for picture in pictures), atol=4)  # from the same side
 
 
 def test_materials_of_a_rig_are_applied_and_options_change_them(sphere):
@@ -294,11 +302,12 @@ def test_view_without_a_display_is_an_error_and_no_crash(environment, message):
 def test_view_shows_the_surface_in_the_rig(sphere, monkeypatch):
     calls = []
     monkeypatch.setattr("pvphong.cli.view.show", lambda *args, **options: calls.append((args, options)))
-    SCENE.save("rig.json")
+    scene = replace(SCENE, viewer=ph.Viewer(position=(3, 2, 1)))
+    scene.save("rig.json")
     assert run("view sphere.vtp --scene rig.json --material ruby") == 0
     (((mesh, *rest), options),) = calls
     assert mesh.n_points == sphere.n_points
-    assert rest == [SCENE, {"default": ph.Material.named("ruby")}]
+    assert rest == [scene, {"default": ph.Material.named("ruby")}]
     assert options["title"] == "pvphong: sphere.vtp"
     assert (options["stem"], options["feature_angle"]) == ("sphere", "auto")
     assert run("view sphere.vtp --feature-angle none --background navy") == 0

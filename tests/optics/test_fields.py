@@ -113,6 +113,8 @@ def test_canonical_form(kind, field, given, kept):
 @QUICK
 def test_colours_are_kept_to_the_bit(kind, color):
     for _, field in having(COLOURS, [kind]):
+        if kind is Material and field != "emission":
+            color = tuple(min(c, 16.0) for c in color)  # what reflects more is refused
         assert [c.hex() for c in getattr(kind(**{field: color}), field)] == [c.hex() for c in color]
         assert getattr(kind(**{field: color[0]}), field).hex() == color[0].hex()
 

@@ -208,3 +208,21 @@ def test_a_disk_overhead_and_one_seen_from_its_middle():
     for height in (1e-3, 0.5, 3.0, 1e6):
         lit = on_disk(CosinePower("normal", 1.0), up, up, height * up, up)
         assert lit == pytest.approx(1.0 / (1.0 + height**2), rel=1e-13)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-4])
+@pytest.mark.parametrize("tilt", [0.0, 1e-17, 1e-15, 1e-12, 1e-6])
+def test_a_disk_that_faces_the_vertex_has_no_direction_of_its_own(size, tilt):
+    middle = np.array([0.3, -0.2, 1.0])
+    facing, w = unit(middle + tilt * np.array([1.0, 0.0, 0.0])), unit(np.array([0.31, -0.2, 1.0]))
+    n = np.array([0.0, 0.0, 1.0])
+    for form in (CosinePower("mirror", 20.0), CosinePower("normal", 1.0)):
+        axis = w if form.around == "mirror" else n
+        across = unit(np.cross(facing, [0.0, 1.0, 0.0]))
+        got = on_disk(form, axis, n, middle, -facing, size)
+        offsets = [
+            size * math.sqrt(x / math.sin(x)) * (math.cos(k * x) * across + math.sin(k * x) * np.cross(facing, across))
+            for x in [2 * math.pi / 200]
+            for k in range(200)
+        ]
+        assert got == pytest.approx(of_polygon(form, axis, n, middle, offsets), rel=1e-7)

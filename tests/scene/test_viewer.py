@@ -127,3 +127,34 @@ def test_up_along_the_view_axis_is_refused_where_it_is_needed(position, factor):
     assert viewer.distance > 0
     with pytest.raises(ValueError, match=r"^up must be off the view axis; got "):
         _ = viewer.axes
+
+
+# --- what it sees ---
+
+BOX = (1.0, 3.0, -1.0, 1.0, 4.0, 5.0)
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+@pytest.mark.parametrize("position", [(9.0, 1.0, 3.0), (-4.0, 6.0, 8.0), (2.0, 0.0, -30.0)])
+def test_moved_to_see_a_box_it_looks_the_same_way_and_sees_every_corner(position, parallel):
+    before = Viewer(position=position, focal_point=(100.0, 50.0, -70.0), up=(0, 1, 0), parallel=parallel, view_angle=40)
+    assert not before.sees((1e4, 1e4 + 1, 0, 1, 0, 1), 1.5)
+    after = before.moved_to_see(BOX)
+    np.testing.assert_allclose(after.view_direction, before.view_direction, atol=1e-12)
+    assert after.sees(BOX, 1.0)
+    for corner in np.array(np.meshgrid(BOX[:2], BOX[2:4], BOX[4:])).reshape(3, -1).T:
+        x, y, z = after.point_to_eye(tuple(corner))
+        half = after.parallel_scale if parallel else -z * np.tan(np.radians(20.0))
+        assert max(abs(x), abs(y)) <= half * (1 + 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("away", "seen"),
+    [((0, 0, 0), True), ((0, 0, 20), False), ((11, 0, 0), True), ((14, 0, 0), False), ((-14, 0, 0), False),
+     ((0, 7, 0), True), ((0, 10, 0), False), ((0, -10, 0), False)],
+)  # fmt: skip
+def test_a_box_beside_the_picture_is_not_seen(away, seen):
+    """An eye 10 off that looks down z with 80° in a picture 3 : 2; the box's nearest face is 9 off."""
+    viewer = Viewer(position=(0, 0, 10), focal_point=(0, 0, 0), view_angle=80.0)
+    low = np.array(away) - 0.5
+    assert viewer.sees(np.stack([low, low + 1], axis=1).ravel(), 1.5) == seen

@@ -25,8 +25,8 @@ def test_row_21_diagnose_warns_with_the_offset_that_cures(offset):
     found = diagnose(mesh_of(world.astype(np.float32), *faces))
     assert not found.ok
     assert len(found.far_faces)
-    assert "Subtract an offset" in str(found)
-    assert "({:.17g}, {:.17g}, {:.17g})".format(*found.offset) in str(found)
+    assert "Subtract an offset" in found.explain()
+    assert "({:.17g}, {:.17g}, {:.17g})".format(*found.offset) in found.explain()
     true = face_normals(airplane)
     here = np.linalg.norm(face_normals(mesh_of(world.astype(np.float32), *faces)) - true, axis=1).max()
     moved = mesh_of((world - found.offset).astype(np.float32), *faces)

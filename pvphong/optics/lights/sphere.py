@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -12,12 +14,15 @@ from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
 from pvphong.base.vectors import dot, ways_to
 from pvphong.geometry.extent import Extent
 from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate
-from pvphong.optics.light import Integral, Light, Reach, Simpler
+from pvphong.optics.light import Integral, Light, Reach, Simpler, Stage
 from pvphong.optics.lights.point import PointLight, placed_without
 from pvphong.optics.roles import length, place
 from pvphong.optics.sized import EFFECTS, SIZE, as_point, reach_within
 from pvphong.optics.spherical import CosinePower, cap_cosine, cap_power
 from pvphong.optics.surface import Surface
+
+# What compiled code takes for nothing; powers below which it leaves a highlight to the readable evaluator.
+_NOTHING, _LOW = 1e-7, 4.0
 
 
 @dataclass(frozen=True)
@@ -81,6 +86,23 @@ class SphereLight(Light):
             C = np.sqrt(np.where(is_outside, (distance - self.radius) / distance, 1.0) * (1.0 + s))
         return s, C
 
+    def closed_parameters(self, forms: Sequence[CosinePower | None]) -> tuple[float, ...]:
+        """Position, coefficients of 1/d², radius; the power, from where on it shows, and what is small against it."""
+        numbers = (*self.position, *INVERSE_SQUARE, self.radius)
+        powers = [form.power for form in forms if form is not None and form.around == "mirror"]
+        for power in powers:
+            numbers += power, -math.expm1(math.log(_NOTHING) / (power + 1.0)), 0.3 / math.sqrt(power + 1.0)
+        return numbers
+
+    def closed_stage(self, toolkit: Any, forms: Sequence[CosinePower | None]) -> Stage | None:
+        """As it is seen: a cap. Low powers, which are rough on the equator, are left to the readable evaluator."""
+        if any(form is not None and form.around == "mirror" and form.power < _LOW for form in forms):
+            return None
+        rows = [toolkit.FIRST, toolkit.SECOND, toolkit.THIRD]
+        around = [None if form is None else form.around for form in forms]
+        found = [rows[around.index(name)] if name in around else -1 for name in ("normal", "mirror")]
+        return Stage(_stage(toolkit, *found), divisors=slice(3, 6), most_gain=math.inf)
+
     @property
     def effects(self) -> frozenset[str]:
         """Its position, and its size."""
@@ -107,6 +129,22 @@ class SphereLight(Light):
     def _center(self) -> Vector:
         x, y, z = self.position
         return x, y, z
+
+
+def _stage(toolkit: Any, cosine: int, power: int) -> Any:
+    """Writes the factors of Lambert's cosine and of the power into two rows; −1 for one that is not wanted."""
+
+    def sphere(numbers: Any, rows: Any, points: Any) -> bool:
+        good = toolkit.approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
+        toolkit.see_cap(rows, numbers[6])
+        toolkit.attenuate(rows, numbers[3], numbers[4], numbers[5])
+        if power >= 0:
+            good = toolkit.cap_power(rows, power, numbers[7], numbers[8], numbers[9]) & good
+        if cosine >= 0:
+            toolkit.cap_cosine(rows, cosine)
+        return good
+
+    return sphere
 
 
 @lru_cache(maxsize=32)

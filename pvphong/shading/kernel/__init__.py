@@ -188,9 +188,9 @@ def shade(
     library = _library()
     if result.base is not None or not rgb.flags.c_contiguous or library is None:
         return False
-    if not records.fits(whole, library.toolkit):
-        return False
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
+    if not records.fits(whole, library.toolkit, real.name):
+        return False
     read = [points] * whole.needs_points + [normals] * whole.needs_normals
     stored = np.result_type(real, *read)
     request = Request(equation, stored.name, real.name)

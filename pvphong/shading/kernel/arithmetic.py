@@ -97,6 +97,7 @@ _EXP64 = (
 # Bits of √½: numbers from there up to √2 have the power of two 0.
 _ROOT32, _ROOT64 = np.float32(0.5**0.5).view(np.int32), np.float64(0.5**0.5).view(np.int64)
 _MANTISSA32, _MANTISSA64 = np.int32(23), np.int64(52)
+_ONE32 = np.float32(1.0).view(np.int32)
 
 # Adding it rounds to an integer, which then stands in the last bits of the mantissa.
 WHOLE32, _WHOLE64 = np.float32(1.5 * 2**23), 1.5 * 2**52
@@ -145,6 +146,16 @@ def _exp2_32(y: Any) -> Any:
     whole = y + WHOLE32
     significand = np.float32(_horner(y - (whole - WHOLE32), _EXP32)).view(np.int32)
     return np.int32(significand + np.int32(np.float32(whole).view(np.int32) << _MANTISSA32)).view(np.float32)
+
+
+@contracted
+def exp2_less_one32(y: Any) -> Any:
+    """2^y − 1 in float32, right to the last bits near 0 too, for y as for `exp2`."""
+    whole = y + WHOLE32
+    r = y - (whole - WHOLE32)
+    rest = r * _horner(r, _EXP32[:-1])
+    scale = np.int32((np.int32(np.float32(whole).view(np.int32) << _MANTISSA32)) + _ONE32).view(np.float32)
+    return rest * scale + (scale - np.float32(1.0))
 
 
 @contracted

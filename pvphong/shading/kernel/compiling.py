@@ -19,6 +19,7 @@ from pvphong.base.lock import alone
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.vtk import VtkHeadlight
+from pvphong.optics.spherical import CosinePower
 from pvphong.shading.kernel import records
 from pvphong.shading.kernel.background import NotCompiled, Request
 from pvphong.shading.kernel.keeping import Library, what_it_does
@@ -44,7 +45,12 @@ def pieces(library: Library) -> list[Piece]:
         result.append(Piece(f"driver, {types}", partial(library.driver, stored, real)))
     for real in _REALS:
         result.append(Piece(f"bounds, {real}", partial(library.extremes, real)))
-        for kind, functions in (("light", _of_lights(library)), ("reflectance", _of_reflectances(library))):
+        whole = _of_lights_with_a_size(library) if real == "float32" else ()
+        lights, reflectances = (
+            (*_of_lights(library), *whole),
+            (*_of_reflectances(library), library.toolkit.already_there),
+        )
+        for kind, functions in (("light", lights), ("reflectance", reflectances)):
             made = getattr(library, kind)
             for function in functions:
                 name = f"{function.__name__.replace('_', ' ')}, {real}"
@@ -68,6 +74,15 @@ def _of_lights(library: Library) -> Iterable[Callable[..., Any]]:
         light = _sample(kind)
         weakening = [replace(light, attenuation=_WEAKENING)] if "attenuation" in vars(light) else []
         stages = [each.stage(library.toolkit) for each in (light, *weakening)]
+        yield from _distinct(stage.function for stage in stages if stage is not None)
+
+
+def _of_lights_with_a_size(library: Library) -> Iterable[Callable[..., Any]]:
+    """Closed stages of all kinds of light, for each choice of what Phong's reflectance has lobes for."""
+    diffuse, highlight = CosinePower("normal", 1.0), CosinePower("mirror", 20.0)
+    for kind in LIGHT_TYPES.values():
+        choices = (diffuse, highlight), (diffuse, None), (None, highlight)
+        stages = [_sample(kind).closed_stage(library.toolkit, forms) for forms in choices]
         yield from _distinct(stage.function for stage in stages if stage is not None)
 
 

@@ -27,6 +27,7 @@ from pvphong.shading.kernel import (
     adding,
     angles,
     arithmetic,
+    caps,
     colors,
     driver,
     extremes,
@@ -47,7 +48,7 @@ from pvphong.shading.kernel.records import SETTINGS, TERM
 from pvphong.shading.kernel.store import Store, digest
 
 _SOURCES = (
-    *(ranges, rows, arithmetic, pointers, vectors, loading, ways, powers, adding, colors, prefetch, sunlight),
+    *(ranges, rows, arithmetic, pointers, vectors, loading, ways, powers, caps, adding, colors, prefetch, sunlight),
     *(toolkit, driver, extremes, face_rows, angles, facets),
 )
 

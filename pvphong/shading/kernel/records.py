@@ -14,7 +14,7 @@ from pvphong.base.ranges import BRIGHTEST
 from pvphong.base.types import Float64Array, Vector
 from pvphong.geometry.extent import ANYWHERE
 from pvphong.geometry.transform import normal_matrix
-from pvphong.optics.light import Light
+from pvphong.optics.light import Light, Stage
 from pvphong.shading.equation import Equation, LightTerm
 
 SETTINGS = np.dtype(
@@ -110,7 +110,7 @@ class Records(NamedTuple):
     """Of the reflectance's stage, then of each light's; a row each."""
 
 
-def fits(equation: Equation, toolkit: Any) -> bool:
+def fits(equation: Equation, toolkit: Any, real: str) -> bool:
     """Whether compiled code can take the equation: all have stages, and numbers are within its range."""
     lobes = equation.reflectance.lobes
     if len(lobes) > _MOST_LOBES or equation.reflectance.stage(toolkit, (True,) * len(lobes)) is None:
@@ -121,18 +121,27 @@ def fits(equation: Equation, toolkit: Any) -> bool:
             return False  # the reference says what is wrong with it
         if not toolkit.holds(np.abs(matrix).ravel().tolist()):
             return False
-    return _are_in_range(equation.eye or ()) and all(_fits(term, toolkit) for term in equation.terms)
+    return _are_in_range(equation.eye or ()) and all(_fits(term, equation, toolkit, real) for term in equation.terms)
 
 
-def _fits(term: LightTerm, toolkit: Any) -> bool:
+def _fits(term: LightTerm, equation: Equation, toolkit: Any, real: str) -> bool:
     if term.light.is_even:
         return True
     if term.is_whole:
-        return False
-    stage = term.light.stage(toolkit)
-    if stage is None or not _are_in_range(term.light.parameters()):
+        stage, numbers = _of_whole(term, equation, toolkit) if real == "float32" else (None, ())
+    else:
+        stage, numbers = term.light.stage(toolkit), term.light.parameters()
+    if stage is None or not _are_in_range(numbers):
         return False
     return not stage.varies or term.gain <= stage.most_gain
+
+
+def _of_whole(term: LightTerm, equation: Equation, toolkit: Any) -> tuple[Stage | None, tuple[float, ...]]:
+    """Stage and numbers of a light with a size, for the lobes that are wanted of it."""
+    forms = tuple(
+        form if any(color) else None for form, color in zip(equation.reflectance.forms, term.colors, strict=True)
+    )
+    return term.light.closed_stage(toolkit, forms), term.light.closed_parameters(forms)
 
 
 def _are_in_range(numbers: Iterable[float]) -> bool:
@@ -202,7 +211,9 @@ def _term(
 ) -> tuple[dict[str, Any], tuple[float, ...], Vector]:
     """Record and numbers of a light, and what it adds everywhere."""
     wanted = tuple(map(any, term.colors))
-    function = equation.reflectance.stage(stages.toolkit, wanted) if any(wanted) else None
+    function = stages.toolkit.already_there
+    if not term.is_whole:
+        function = equation.reflectance.stage(stages.toolkit, wanted) if any(wanted) else None
     is_lambert = function is stages.toolkit.only_lambert
     record: dict[str, Any] = {
         "is_even": term.light.is_even,
@@ -221,10 +232,13 @@ def _term(
         colors = _colors(term, strength * inverse_length if is_lambert else strength)
         return record | {"way": way, "colors": colors}, (), _times(term.ambient, strength)
     light, factor = _simplest(term.light)
-    stage, strength = light.stage(stages.toolkit), term.gain * factor
+    if term.is_whole:
+        stage, numbers = _of_whole(term, equation, stages.toolkit)
+    else:
+        stage, numbers = light.stage(stages.toolkit), light.parameters()
+    strength = term.gain * factor
     assert stage is not None
     record |= {"arrives": stages.light(stage.function, real), "has_ambient": any(term.ambient)}
-    numbers = light.parameters()
     if stage.varies:
         strength, exponent = _parted(strength)
         kept = min(exponent, _IN_FLOAT32)

@@ -33,5 +33,11 @@ PX, PY, PZ = range(25 * BLOCK, 28 * BLOCK, BLOCK)
 # Not 0 for a vertex that is left to the reference.
 DECLINED = 28 * BLOCK
 
-# Albedo; and the length of all rows.
-ALBEDO_R, ALBEDO_G, ALBEDO_B, ROWS = range(29 * BLOCK, 33 * BLOCK, BLOCK)
+# Albedo.
+ALBEDO_R, ALBEDO_G, ALBEDO_B = range(29 * BLOCK, 32 * BLOCK, BLOCK)
+
+# How a light with a size is seen: sine and cosine of its angular radius, n·l; for its stage's own use.
+SINE, COSINE, TILT, OWN = range(32 * BLOCK, 36 * BLOCK, BLOCK)
+
+# The length of all rows.
+ROWS = OWN + 8 * BLOCK

@@ -15,6 +15,7 @@ import numpy as np
 
 from pvphong.shading.kernel.adding import lambert
 from pvphong.shading.kernel.arithmetic import multiply_add, plain
+from pvphong.shading.kernel.caps import cap_cosine, cap_power, see_cap
 from pvphong.shading.kernel.pointers import like
 from pvphong.shading.kernel.powers import raise_second
 from pvphong.shading.kernel.rows import (
@@ -58,6 +59,11 @@ def only_lambert(numbers: Any, rows: Any, _points: Any) -> int:  # noqa: ARG001 
     return 1
 
 
+def already_there(_numbers: Any, _rows: Any, _points: Any) -> int:
+    """In place of a reflectance's stage, where that of a light with a size has written the factors."""
+    return 7
+
+
 __all__ = [
     "BLOCK",
     "DX",
@@ -82,9 +88,12 @@ __all__ = [
     "VZ",
     "ZERO",
     "ZERO_SQUARE",
+    "already_there",
     "approach",
     "approach_measured",
     "attenuate",
+    "cap_cosine",
+    "cap_power",
     "dot",
     "holds",
     "inverse_root",
@@ -93,5 +102,6 @@ __all__ = [
     "normal_dot",
     "only_lambert",
     "raise_second",
+    "see_cap",
     "square_of",
 ]

@@ -12,11 +12,24 @@ from pvphong.base.ranges import BRIGHTEST
 from pvphong.base.types import Vector
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.light import Simpler
-from pvphong.shading.equation import Equation, LightTerm
+from pvphong.optics.reflectance import Component
+from pvphong.optics.spherical import CosinePower
+from pvphong.shading.equation import NODES, Equation, LightTerm
 from pvphong.shading.plan.bounds import Seen, most_color, turned
-from pvphong.shading.plan.draft import NO_LIGHT, Change, Draft, Effect, Note, decision, every_term, for_each_term
+from pvphong.shading.plan.draft import (
+    NO_LIGHT,
+    Change,
+    Decision,
+    Draft,
+    Effect,
+    Note,
+    decision,
+    every_term,
+    for_each_term,
+)
 
 _LIGHTS = "lights"
+_COMPONENTS: tuple[Component, ...] = "diffuse", "specular"
 
 
 def light_effect(name: str, nobody: str, *, once: float = 0.0, each: float = 0.0) -> Effect:
@@ -101,7 +114,28 @@ LIGHTS = Effect(
     lambda draft: decision(draft, _LIGHTS, lambda _: True, NO_LIGHT),
     _dark,
 )
-SIZE = light_effect("size", "no light has a size")
+
+
+def _decide_size(draft: Draft) -> Decision:
+    """With how lobes are integrated over the lights: exactly, or by nodes."""
+    decided = _ANY_SIZE.decide(draft)
+    found: dict[str, list[str]] = {"exact": [], f"by {NODES} nodes": []}
+    for component in _COMPONENTS if decided.on else ():
+        lobes = [draft.equation.reflectance.forms[k] for k in draft.equation.lobes_of(component)]
+        terms = [t for t in draft.equation.terms if t.light.has_size and draft.equation.has(t, component)]
+        for how, is_exact in zip(found, (True, False), strict=True):
+            if any(all(_is_closed(t, form) for form in lobes) is is_exact for t in terms):
+                found[how].append(component)
+    said = ", ".join(f"{' and '.join(components)} {how}" for how, components in found.items() if components)
+    return replace(decided, why=f"{decided.why}: {said}") if said else decided
+
+
+def _is_closed(term: LightTerm, form: CosinePower | None) -> bool:
+    return form is not None and term.light.closed(form) is not None
+
+
+_ANY_SIZE = light_effect("size", "no light has a size")
+SIZE = replace(_ANY_SIZE, decide=_decide_size)
 CONE = light_effect("cone", "no spot light", each=1.6)
 ATTENUATION = light_effect("attenuation", "no light weakens with distance", each=0.7)
 POSITION = light_effect("position", "every light is directional", once=0.5, each=0.2)

@@ -7,13 +7,16 @@ from dataclasses import dataclass, replace
 
 from pvphong.base.types import Backend, FloatArray, Precision
 from pvphong.optics.reflectances import counterpart_of
-from pvphong.shading.equation import Equation
+from pvphong.shading.equation import Equation, as_nodes
 from pvphong.studies.accuracy import simplifications
 from pvphong.studies.accuracy.rows import UNTIMED, Errors, Kind, Row
 from pvphong.studies.accuracy.subject import Subject
 from pvphong.studies.accuracy.textbook import refuse_unknown, textbook_colors
 
 REFERENCE = "float64 reference"
+
+_NODES = 1, 4, 16, 64
+"""As so many lights without a size one that has it is tried."""
 
 _FAR = 2.0
 """In radii of the mesh: from here the plan asks whether a light may be taken as directional."""
@@ -135,6 +138,10 @@ def _simplified(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
         simplifications.far_lights_directional(whole, middle, _FAR * radius),
         "" if far else "no light with a position is farther away than the mesh's diameter",
     )
+    has_size = any(term.light.has_size for term in whole.terms)
+    for count in _NODES:
+        name = f"lights with a size as {count} nodes" if count > 1 else "lights with a size as points"
+        yield name, as_nodes(whole, count), "" if has_size else "no light has a size"
     shiny = any(needed.has(term, "specular") for term in needed.terms)
     yield "no highlights", simplifications.WITHOUT["specular"](whole, middle), "" if shiny else "there are none"
 

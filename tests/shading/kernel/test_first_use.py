@@ -216,7 +216,10 @@ def test_every_light_and_reflectance_has_its_pieces():
 
     names = [piece.name for piece in pieces(Library())]
     assert {"faces", "normals"} <= set(names)
-    assert len(names) - len(set(names)) == 2  # spots with and without attenuation are of one name
+    # spots with and without attenuation are of one name, and spheres for each choice of lobes, in float32 alone
+    assert len(names) - len(set(names)) == 2 + 2
+    assert "sphere, float32" in names
+    assert "sphere, float64" not in names
     for real in ("float32", "float64"):
         for name in ("point", "weakening point", "spot", "phong", "blinn phong", "oren nayar", "headlight", "driver,"):
             assert any(each.startswith(name) and each.endswith(real) for each in names), (name, real)

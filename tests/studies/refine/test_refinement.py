@@ -622,7 +622,7 @@ CLOUD.point_data.active_normals = np.eye(3)
         ({"placement": "Smooth"}, r"placement must be one of 'linear', 'smooth'; got Smooth\. Did you mean 'smooth'"),
         ({"precision": "float16"}, "precision must be one of 'float32', 'float64'"),
         ({"name": ""}, "name must be a string that is not empty"),
-        ({"albedo": "paint"}, "albedo must be one of"),
+        ({"albedo": "paint"}, "albedo must be"),
         ({"albedo": np.ones((3, 3))}, r"albedo must be an array with one row per point, 42 rows; got 3 rows"),
         ({"matrix": np.eye(3)}, "matrix must be a 4x4 matrix"),
         ({"scene": SHARP}, "scene must be a Scene"),

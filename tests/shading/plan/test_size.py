@@ -1,0 +1,94 @@
+"""The plan's effect "size": what a point in place of a light with a size is promised not to change."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import pvphong as ph
+
+VIEWERS = {"phong": 30.0, "blinn-phong": 60.0}
+
+
+def direction(random):
+    vector = random.normal(size=3)
+    return vector / np.linalg.norm(vector)
+
+
+def thrown(seed):
+    """A light far from or near to a cluster of vertices, whose normals are thrown around the way to it."""
+    random = np.random.default_rng(seed)
+    points = 0.5 * random.uniform(-1, 1, (40, 3)) * random.choice([1.0, 0.1])
+    away, size = direction(random), 10.0 ** random.uniform(-4, 0)
+    place = away * max(10.0 ** random.uniform(0, 3), 2.5 * size)
+    aim = -away + random.choice([0.0, 0.5, 3.0]) * direction(random)
+    two_sided, square = bool(random.integers(2)), float(place @ place)
+    light = random.choice(
+        [
+            ph.SphereLight(place, size, intensity=square),
+            ph.DiskLight(place, aim, size, two_sided, intensity=square),
+            ph.RectangleLight(place, aim, direction(random), size, 0.3 * size, two_sided, intensity=square),
+        ]
+    )
+    normals = away + random.choice([0.1, 1.0, 3.0]) * random.normal(size=(40, 3))
+    scene = ph.Scene(
+        [light], ph.Viewer(4 * direction(random)), ph.LightModel(reflection=random.choice(list(VIEWERS)), clamp=False)
+    )
+    material = ph.Material(diffuse=0.5, specular=0.5, shininess=random.choice([0.0, 1.0, 20.0]))
+    return points, normals, scene, material
+
+
+@pytest.mark.parametrize("tolerance", [1 / 255, 0.05, 0.3])
+def test_no_scene_exceeds_the_bound(tolerance):
+    left_out = 0
+    for seed in range(120):
+        arguments = thrown(seed)
+        plan = ph.plan(arguments[0], *arguments[2:], tolerance=tolerance)
+        exact = ph.evaluate(*arguments, precision="float64", backend="numpy").rgb
+        got = ph.evaluate(*arguments, precision="float64", backend="numpy", tolerance=tolerance).rgb
+        assert np.abs(got - exact).max() <= plan.error_bound + 1e-9 <= tolerance + 1e-9, seed
+        left_out += not plan.effects["size"].on
+    assert left_out > 20
+
+
+def test_what_lies_behind_a_light_is_dark_exactly():
+    mesh = np.random.default_rng(1).uniform(-0.5, 0.5, (20, 3))
+    for light in (ph.RectangleLight((0, 0, 2), (0, 0, 1)), ph.DiskLight((0, 0, 2), (0, 0, 1))):
+        plan = ph.plan(mesh, [light], ph.Material(specular=0.5))
+        assert (plan.effects["size"].why, plan.error_bound) == ("light 0: mesh lies behind it", 0.0)
+        assert not plan.effects["lights"].on
+
+
+def test_it_says_which_lobes_are_exact():
+    mesh, lights = np.zeros((1, 3)), [ph.SphereLight((0, 0, 2), name="lamp"), ph.PointLight((0, 0, 3))]
+    shiny = ph.Material(specular=0.5, shininess=20)
+    for reflection, said in (
+        ("phong", "diffuse and specular exact"),
+        ("blinn-phong", "diffuse exact, specular by 64 nodes"),
+    ):
+        scene = ph.Scene(lights, light_model=ph.LightModel(reflection=reflection))
+        assert ph.plan(mesh, scene, shiny).effects["size"].why == f"lamp: {said}"
+    assert ph.plan(mesh, lights, ph.Material()).effects["size"].why == "lamp: diffuse exact"
+    assert ph.plan(mesh, lights, ph.Material(reflectance=ph.OrenNayar(20))).effects["size"].why == (
+        "lamp: diffuse by 64 nodes"
+    )
+    assert ph.plan(mesh, lights[1:], shiny).effects["size"].why == "no light has a size"
+
+
+def test_as_many_nodes_come_near_the_closed_form():
+    """The report's rows: the more nodes, the nearer."""
+    mesh = np.zeros((1, 3))
+    normals = np.array([[0.3, 0.1, 1.0]])
+    material = ph.Material(specular=0.5, shininess=20)
+    light = ph.RectangleLight((0.5, 0, 1.5), (0, 0, -1), width=1.2, height=0.8)
+    exact = ph.evaluate(mesh, normals, [light], material, precision="float64").rgb
+    errors = []
+    for count in (1, 4, 16, 64, 1024):
+        nodes = light.nodes(count)
+        assert len(nodes) == count
+        assert math.isclose(sum(node.intensity for node in nodes), 1.0)
+        errors.append(float(np.abs(ph.evaluate(mesh, normals, nodes, material, precision="float64").rgb - exact).max()))
+    assert errors[4] < 1e-3 < errors[0]
+    assert errors[3] < 0.1 * errors[0]

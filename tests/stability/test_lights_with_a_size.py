@@ -1,0 +1,245 @@
+"""Section E again, for lights with a size: hard places for them, their evaluators, and what naive formulas give there.
+
+The oracle takes integrals over caps and convex polygons by mpmath (`area_oracle`). Bounds are absolute, in units of the
+light's intensity over the square of the distance to its middle, or of 1 where that is less: 1e-9 in float64, and that
+of `evaluate` in float32. A light of the angular size s whose horizon cuts it is known to the rounding of a cosine over
+s.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import partial
+from itertools import product
+from typing import Any
+
+import area_oracle as oracle
+import mpmath as mp
+import numpy as np
+import pytest
+from stability.evaluators import EVALUATORS, STEPS, UNLIT, Declined, Evaluator
+from stability.ledger import held
+
+from pvphong import DiskLight, Material, PointLight, PolygonLight, RectangleLight, Scene, SphereLight, Viewer, evaluate
+
+EYE = (0.3, -0.4, 5.0)
+LOOKS = {"diffuse": (1.0, 0.0, 0.0), "highlight": (0.0, 1.0, 20.0), "mirror": (0.0, 1.0, 1e6), "flat": (0.0, 1.0, 0.0)}
+
+
+def material_of(look: str) -> Material:
+    diffuse, specular, shininess = LOOKS[look]
+    return Material(ambient=0.0, diffuse=diffuse, specular=specular, shininess=shininess)
+
+
+def lit(evaluator: Evaluator, points: Any, normals: Any, light: Any, look: str, eye: Any = EYE) -> Any:
+    scene = Scene([light], Viewer(eye, np.add(eye, (0.0, 0.0, -1.0))), UNLIT)
+    stored = np.asarray(points, evaluator.real), np.asarray(normals, evaluator.real)
+    try:
+        return evaluator(*stored, scene, material_of(look)).rgb[:, 0].astype(float)
+    except Declined:  # the kernel leaves this light, or these vertices, to the reference
+        return evaluate(*stored, scene, material_of(look), precision=evaluator.precision).rgb[:, 0].astype(float)
+
+
+def caps_of(light: Any, point: Any) -> tuple[list[Any], Any]:
+    """What a light covers as it is seen from a point, and its radiance over π."""
+    if isinstance(light, SphereLight):
+        way = oracle.minus(oracle.exact_vector(light.position), point)
+        ratio = mp.mpf(light.radius) ** 2 / oracle.dot(way, way)
+        return [(oracle.unit(way), mp.sqrt(1 - ratio))], 1 / (mp.pi * mp.mpf(light.radius) ** 2)
+    ways = [oracle.minus(oracle.exact_vector(corner), point) for corner in light.outline]
+    sides = list(zip(ways, [*ways[1:], ways[0]], strict=True))
+    total = [mp.mpf(0)] * 3
+    for a, b in sides:
+        part = oracle.cross(oracle.minus(a, ways[0]), oracle.minus(b, ways[0]))
+        total = [x + y / 2 for x, y in zip(total, part, strict=True)]
+    return [(oracle.unit(oracle.cross(b, a)), mp.mpf(0)) for a, b in sides], 1 / mp.sqrt(oracle.dot(total, total))
+
+
+def exactly(evaluator: Evaluator, point: Any, normal: Any, light: Any, look: str, eye: Any = EYE) -> float:
+    """What arrives at a stored vertex."""
+    with mp.workdps(30):
+        p, n = (oracle.exact_vector(np.asarray(x, evaluator.real)) for x in (point, normal))
+        n, v = oracle.unit(n), oracle.unit(oracle.minus(oracle.exact_vector(eye), p))
+        caps, radiance = caps_of(light, p)
+        _, specular, shininess = LOOKS[look]
+        axis, power = (oracle.mirrored(n, v), shininess) if specular else (n, 1.0)
+        return float(light.intensity * radiance * oracle.power_over(axis, power, [(n, mp.mpf(0)), *caps]))
+
+
+def bound(evaluator: Evaluator, look: str, seen: float = math.inf) -> float:
+    rounding = (4 * math.sqrt(LOOKS[look][2]) + 16) * evaluator.step * 2
+    return max(rounding, 1e-9) + 4 * evaluator.step / seen
+
+
+SPHERE = SphereLight((0.4, 0.2, 1.5), 0.6)
+SQUARE = RectangleLight((0.4, 0.2, 1.5), (-0.2, -0.1, -1.0), (0.3, 1.0, 0.0), 1.0, 0.7)
+POLYGON = PolygonLight([(-1, -1, 1.2), (-1, 1, 1.2), (0.5, 1, 1.2), (1, 0.2, 1.2), (0.2, -1, 1.2)])
+
+
+def cut_by_the_horizon(evaluator: Evaluator, light: Any, look: str) -> None:
+    for tilt in (1.2, 1.5, 1.7):
+        normal = (math.sin(tilt), 0.1, math.cos(tilt))
+        got = lit(evaluator, [(0, 0, 0)], [normal], light, look)[0]
+        evaluator.record(
+            f"E size {look}", abs(got - exactly(evaluator, (0, 0, 0), normal, light, look)), bound(evaluator, look, 0.5)
+        )
+
+
+def far_and_small(evaluator: Evaluator, kind: Any, look: str, size: float) -> None:
+    """It joins the point light: their colours differ by less than twice the size."""
+    place, direction = np.array([0.3, -0.2, 1.0]), (-0.3, 0.2, -1.0)
+    square = float(place @ place)
+    fields = {"radius": size} if kind in (SphereLight, DiskLight) else {"width": size, "height": size}
+    light = kind(place, **fields, intensity=square, **({} if kind is SphereLight else {"direction": direction}))
+    point = PointLight(place, (0, 0, 1), intensity=square)
+    eye = (-0.31, 0.2, 1.0)
+    got, near = (lit(evaluator, [(0, 0, 0)], [(0, 0, 1)], each, look, eye)[0] for each in (light, point))
+    slope = 2 * size * max(1.0, math.sqrt(LOOKS[look][2]))
+    evaluator.record(f"E tiny {look}", abs(got - near), bound(evaluator, look) + slope)
+
+
+def in_another_unit(evaluator: Evaluator, light: Any, look: str, power: int) -> None:
+    """Scaled by a power of two nothing changes but 1/d²."""
+    unit, scaled = 2.0**power, {}
+    for field in light.roles:
+        value = getattr(light, field)
+        scaled[field] = (
+            value
+            if isinstance(value, bool)
+            else tuple(map(tuple, np.multiply(value, unit)))
+            if field == "corners"
+            else np.multiply(value, unit).tolist()
+        )
+    there = replace(light, **scaled, intensity=unit**2)
+    points, normals = np.array([(0.1, 0.2, 0.0), (-0.5, 0.3, 0.1)]), [(0.1, 0, 1), (1, 0.3, 0.2)]
+    got = lit(evaluator, points * unit, normals, there, look, tuple(np.multiply(EYE, unit)))
+    evaluator.record(f"E scale {look}", abs(got - lit(evaluator, points, normals, light, look)), 4 * evaluator.step)
+
+
+def far_from_the_origin(evaluator: Evaluator, light: Any, look: str, offset: float) -> None:
+    shift = np.round(np.array([1.0, -0.7, 0.4]) * offset)
+    points, normals = np.array([(0.125, 0.25, 0.0), (-0.5, 0.375, 0.125)]), [(0.1, 0, 1), (1, 0.3, 0.2)]
+    there = replace(
+        light.moved(lambda place: tuple(float(x) for x in np.add(np.round(np.multiply(place, 16)) / 16, shift)))
+    )
+    here = light.moved(lambda place: tuple(float(x) for x in np.round(np.multiply(place, 16)) / 16))
+    eye = np.add((0.25, -0.5, 5.0), shift)
+    scene = [Scene([x], Viewer(e, np.add(e, (0, 0, -1))), UNLIT) for x, e in ((there, eye), (here, (0.25, -0.5, 5.0)))]
+    options = {"precision": evaluator.precision, "backend": evaluator.backend}
+    a, b = (
+        evaluate(p, normals, s, material_of(look), **options).rgb[:, 0].astype(float)
+        for p, s in zip((points + shift, points), scene, strict=True)
+    )
+    evaluator.record(f"E far out {look}", abs(a - b), bound(evaluator, look))
+
+
+def nowhere_to_be_seen(evaluator: Evaluator, light: Any, look: str) -> None:
+    """On it, inside it, in its plane, behind it, without a normal, not finite: dark, and never NaN."""
+    places = [*map(np.array, light.places), np.array([math.nan, 0, 0]), np.array([0, math.inf, 0])]
+    if not isinstance(light, SphereLight):
+        middle, normal = np.array(light.center), np.array(light.normal)
+        across = light.outline[0] - middle
+        places += [middle - 1e-9 * normal, middle - 2.0 * normal]
+        edge = lit(evaluator, [middle, middle + 0.25 * across, middle + 3.0 * across], [(0, 0, 1)] * 3, light, look)
+        assert np.isfinite(edge).all()
+    got = lit(evaluator, np.array(places), [(0.1, 0.2, 1.0)] * len(places), light, look)
+    evaluator.record(f"E dark {look}", abs(np.where(np.isfinite(np.array(places)).all(axis=1), 0.0, got)), 0.0)
+    assert np.isfinite(got).all()
+    bad = lit(evaluator, [(0, 0, 0)] * 3, [(0, 0, 0), (math.nan, 0, 1), (0, 0, math.inf)], light, look)
+    evaluator.record(f"E no normal {look}", abs(bad), 0.0)
+
+
+def grazing_mirror(evaluator: Evaluator) -> None:
+    """N from 0 to 1e6, w on the edge, beside it, and far off."""
+    for shininess, x in product((0.0, 0.5, 3.0, 50.0, 1e4, 1e6), (-0.5, 0.0, 0.5, 0.5000001, 2.0)):
+        light = RectangleLight((0, 0, 2.0), (0, 0, -1), (0, 1, 0), 1.0, 1.0)
+        eye = (-x, 0.0, 2.0)
+        scene = Scene([light], Viewer(eye, (0, 0, 0)), UNLIT)
+        material = Material(ambient=0.0, diffuse=0.0, specular=1.0, shininess=shininess)
+        got = evaluate([(0, 0, 0)], [(0, 0, 1)], scene, material, precision=evaluator.precision).rgb[0, 0]
+        with mp.workdps(20):
+            point = oracle.exact_vector((0, 0, 0))
+            caps, radiance = caps_of(light, point)
+            w = oracle.unit(oracle.exact_vector((x, 0, 2)))
+            exact = radiance * oracle.power_over(w, shininess, [(oracle.exact_vector((0, 0, 1)), mp.mpf(0)), *caps])
+        rounding = (4 * math.sqrt(shininess) + 16) * evaluator.step * 2
+        evaluator.record("E n and w", abs(float(got) - float(exact)), max(rounding, 1e-9))
+
+
+SIZES = (1e-8, 1e-4, 1e-2)
+ROWS = {
+    " ".join(map(str, (name, *labels, evaluator))): partial(check, evaluator, *arguments)
+    for name, check, labels, arguments in [
+        *(
+            ("horizon", cut_by_the_horizon, (type(light).__name__, look), (light, look))
+            for light, look in product((SPHERE, SQUARE, POLYGON), ("diffuse", "highlight"))
+        ),
+        *(
+            ("tiny", far_and_small, (kind.__name__, look, size), (kind, look, size))
+            for kind, look, size in product((SphereLight, DiskLight, RectangleLight), ("diffuse", "highlight"), SIZES)
+        ),
+        *(
+            ("scale", in_another_unit, (type(light).__name__, look, power), (light, look, power))
+            for light, look, power in product((SPHERE, SQUARE, POLYGON), ("diffuse", "highlight"), (-60, 40))
+        ),
+        *(
+            ("far out", far_from_the_origin, (type(light).__name__, look, offset), (light, look, offset))
+            for light, look, offset in product((SPHERE, SQUARE, POLYGON), ("diffuse", "highlight"), (1e3, 1e9))
+        ),
+        *(
+            ("dark", nowhere_to_be_seen, (type(light).__name__, look), (light, look))
+            for light, look in product((SPHERE, SQUARE, POLYGON, DiskLight((0, 0, 1))), LOOKS)
+        ),
+        ("w and n", grazing_mirror, (), ()),
+    ]
+    for evaluator in EVALUATORS
+}
+
+
+@pytest.mark.parametrize("case", ROWS)
+def test_row(case: str) -> None:
+    ROWS[case]()
+
+
+BOWTIE = [(0, 0, 0), (1, 1, 0), (1, 0, 0), (0, 1.5, 0)]
+BENT = [(0, 0, 0), (1, 0, 0), (1, 1, 0.1), (0, 1, 0)]
+REFUSED = [
+    (SphereLight, {"radius": 0.0}, "radius must be a finite number > 0"),
+    (DiskLight, {"radius": -1.0}, "radius must be a finite number > 0"),
+    (RectangleLight, {"width": 0.0}, "width must be a finite number > 0"),
+    (RectangleLight, {"height": math.nan}, "height must be a finite number > 0"),
+    (RectangleLight, {"up": (0, 0, 0)}, "up must be a direction"),
+    (DiskLight, {"two_sided": 1}, "two_sided must be True or False"),
+    (PolygonLight, {"corners": BOWTIE}, "corners must be .*Sides cross"),
+    (PolygonLight, {"corners": BENT}, "corners must be .*not in one plane"),
+    (PolygonLight, {"corners": [(0, 0, 0), (1, 1, 1), (2, 2, 2)]}, "corners must be .*no area"),
+    (PolygonLight, {"corners": [(0, 0, 0), (1, 0, 0)]}, "corners must be three or more"),
+    (PolygonLight, {"corners": [(0, 0, 0), (1, 0, 0), (0, math.nan, 0)]}, "corners must be three or more"),
+    (PolygonLight, {"corners": "square"}, "corners must be"),
+]
+
+
+@pytest.mark.parametrize(("kind", "fields", "message"), REFUSED)
+def test_there_is_no_such_light(kind: Any, fields: dict[str, Any], message: str) -> None:
+    with held("raises ValueError", "E", kind.__name__), pytest.raises(ValueError, match=f"^{message}"):
+        kind(**fields)
+
+
+@pytest.mark.parametrize("precision", STEPS)
+def test_a_box_of_panels_lights_a_patch_to_their_colour_wherever_it_is(precision: Any) -> None:
+    """The furnace: a flat light of area A shows itself in π · I/A, and so does a white patch inside."""
+    sides = [(a, s) for a in range(3) for s in (-1.0, 1.0)]
+    size = np.array([2.0, 3.0, 1.5])
+    panels = []
+    for axis, sign in sides:
+        direction, position, up = np.zeros(3), np.zeros(3), np.zeros(3)
+        direction[axis], position[axis], up[(axis + 1) % 3] = -sign, sign * size[axis] / 2, 1.0
+        height, width = size[(axis + 1) % 3], size[(axis + 2) % 3]
+        area = height * width
+        panels.append(RectangleLight(position, direction, up, width, height, intensity=0.7 * area / math.pi))
+    rng = np.random.default_rng(3)
+    points, normals = rng.uniform(-0.49, 0.49, (200, 3)) * size, rng.normal(size=(200, 3))
+    scene = Scene(panels, Viewer((0, 0, 0.1), (0, 0, 0)), UNLIT)
+    got = evaluate(points, normals, scene, Material(diffuse=1.0, ambient=0.0), precision=precision).rgb
+    np.testing.assert_allclose(got, 0.7, atol=1e-6 if precision == "float32" else 1e-12)
