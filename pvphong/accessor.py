@@ -308,7 +308,7 @@ class MeshPhong:
         ValueError
             If the mesh has no point array of that name.
         """
-        check.choice("name", name, self._mesh.point_data.keys())
+        _refuse_unlit(self._mesh, name)
         return in_range(self._mesh, name).plot(**_AS_THEY_ARE, scalars=name, **options)
 
     def color_view(self, space: ColorSpace, *, name: str = "phong") -> pv.PolyData:
@@ -387,7 +387,7 @@ class BlocksPhong:
     def plot(self, *, name: str = "phong", **options: Any) -> Any:
         """Show lit blocks: the colours as they are; see `MeshPhong.plot`."""
         for _, block in datasets(self._blocks):
-            check.choice("name", name, block.point_data.keys())
+            _refuse_unlit(block, name)
         # blocks would ignore `rgb`
         return in_range(self._blocks.combine(), name).plot(**_AS_THEY_ARE, scalars=name, **options)
 
@@ -528,3 +528,12 @@ class BlocksPhong:
     def _materials(self, given: Material | Mapping[str, Material]) -> Iterator[Material]:
         """Of each block."""
         return materials_of(self._blocks, given if isinstance(given, Mapping) else {DEFAULT: given})
+
+
+def _refuse_unlit(mesh: pv.DataSet, name: str) -> None:
+    """Raise ``ValueError`` for a mesh that has no array of lit colours."""
+    if name == "phong" and name not in mesh.point_data:
+        allowed = "lit, with colours in its point array 'phong' or that of `name`"
+        remedy = "mesh.phong.shade(...).phong.plot() lights it first."
+        check.refuse("mesh", "one that has no colours yet", allowed, remedy)
+    check.choice("name", name, mesh.point_data.keys())

@@ -167,6 +167,9 @@ def test_lit_meshes_are_drawn_in_their_colours():
         np.testing.assert_allclose(picture[30, 30], 255 * lit["phong"][0], atol=1.5, rtol=0)
     with pytest.raises(ValueError, match=r"^name must be one of"):
         lit.phong.plot(name="fong")
+    for what in (pv.Plane(), pv.MultiBlock([lit, pv.Plane()])):
+        with pytest.raises(ValueError, match=r"no colours yet\. mesh\.phong\.shade\(\.\.\.\)\.phong\.plot\(\)"):
+            what.phong.plot()
 
 
 def test_a_colours_name_is_the_colour_that_is_seen(tmp_path):

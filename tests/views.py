@@ -12,6 +12,7 @@ from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Po
 from pvphong.scene.viewer import Viewer
 from pvphong.studio.gizmos.drag_start import Scenery
 from pvphong.studio.gizmos.handles import handles
+from pvphong.studio.gizmos.shape import ORIGIN
 from pvphong.studio.gizmos.view import View
 
 SCALES = (1e-6, 1.0, 1e6)
@@ -97,4 +98,6 @@ EACH = [(kind, handle) for kind in KINDS for handle in handles(example(kind), sc
 def role_of(kind, handle):
     """The role, and the field, that a handle of a kind stands for."""
     found = {role.handle: (type(role), field) for field, role in KINDS[kind]().roles.items() if role.handle}
+    if handle == ORIGIN:  # the other handle of the only aim
+        return found["target"]
     return found[handle]

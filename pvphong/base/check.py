@@ -15,10 +15,11 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from pvphong.base.host import color_by_name
+from pvphong.base.host import color_by_name, color_names
 from pvphong.base.types import Color, Float64Array, FloatArray, Vector
 
 _LONGEST_SHOWN = 80
+_MANY = 9  # options: of more, the nearest are listed first
 _ROWS = "an (n, 3) array of real numbers"
 
 
@@ -96,10 +97,21 @@ def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
     options = list(allowed)
     if isinstance(value, str) and value in options:
         return value
-    close = difflib.get_close_matches(value.lower(), options) if isinstance(value, str) else []
-    remedy = f"Did you mean {' or '.join(repr(c) for c in close)}?" if close else ""
+    close = _close(value, options)
+    if len(options) > _MANY:
+        options = [*close, *(option for option in options if option not in close)]
     listed = "one of " + ", ".join(repr(o) for o in options)
-    refuse(name, value, listed if options else "the name of one, and there is none", remedy)
+    refuse(name, value, listed if options else "the name of one, and there is none", meant(value, options))
+
+
+def meant(value: Any, options: Iterable[str]) -> str:
+    """A remedy that suggests the nearest of several strings; "" where none is near."""
+    close = _close(value, options)
+    return f"Did you mean {' or '.join(repr(c) for c in close)}?" if close else ""
+
+
+def _close(value: Any, options: Iterable[str]) -> list[str]:
+    return difflib.get_close_matches(value.lower(), options) if isinstance(value, str) else []
 
 
 def text(name: str, value: Any) -> str:
@@ -157,7 +169,8 @@ def color(name: str, value: Any) -> Color:
         try:
             return color_by_name(value)
         except ValueError:
-            refuse(name, value, allowed, "PyVista's colour names are listed in pyvista.hexcolors.")
+            listed = "PyVista's colour names are listed in pyvista.hex_colors."
+            refuse(name, value, allowed, meant(value, color_names()) or listed)
     value = getattr(value, "float_rgb", value)  # a pyvista.Color, which has no length
     if isinstance(value, np.ndarray) and value.ndim != 1:
         refuse(name, f"an array of shape {value.shape}", allowed)

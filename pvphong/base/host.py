@@ -27,6 +27,11 @@ def color_by_name(name: str) -> Vector:
     return _ask("color_by_name", name)
 
 
+def color_names() -> list[str]:
+    """PyVista's colour names, without their other spellings."""
+    return _ask("color_names")
+
+
 def light_to_pyvista(light: Any, viewer: Any) -> Any:
     """A light of pvphong's as a new `pyvista.Light`."""
     return _ask("light_to_pyvista", light, viewer)

@@ -30,9 +30,7 @@ def surface_and_scene(path: str, rig: Path | None, size: tuple[int, int]) -> tup
     with reading(path):
         mesh = read_mesh(path)
         outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
-    if given is None:
-        return outside, default_scene(outside, size[0] / size[1])
-    return outside, scene_for(outside, given)
+    return outside, default_scene(outside, size[0] / size[1]) if given is None else scene_for(outside, given)
 
 
 def seeing(scene: Scene, mesh: Any, size: tuple[int, int]) -> Scene:

@@ -66,7 +66,7 @@ def show(
     if pv.OFF_SCREEN:
         check.refuse("PYVISTA_OFF_SCREEN", "true", "unset where a window is to open", _INSTEAD)
     if drawing_window() in WITHOUT_DISPLAY:
-        check.refuse("DISPLAY", os.environ.get("DISPLAY", "none"), "a display to open a window on", _INSTEAD)
+        check.refuse("DISPLAY", os.environ.get("DISPLAY") or "none", "a display to open a window on", _INSTEAD)
     check.color("background", background)
     plotter = pv.Plotter(title=title, lighting="none")
     plotter.set_background(background)

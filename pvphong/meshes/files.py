@@ -19,6 +19,7 @@ from pvphong.base import check
 from pvphong.base.files import PREFIX, reserve, settle, written_aside
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.whole import refuse_parts
+from pvphong.scene.scene import is_scene_file
 
 MESH_FORMATS = (".vtp", ".vtk", ".vtkhdf", ".ply")
 """What a lit mesh can be saved as. PyVista's other formats (.stl, .obj, …) have no room for its colours."""
@@ -31,6 +32,8 @@ _alone = threading.RLock()
 
 _READABLE = "a mesh file that PyVista can read (.vtp, .vtu, .vtk, .ply, .stl, .obj, .vtm and many more)"
 
+_SCENE = "It is a scene file: use it with --scene."
+
 
 def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
     """The mesh in a file of any format that PyVista reads.
@@ -41,6 +44,8 @@ def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
         If the file is not there, cannot be read to its end, or holds no mesh. A file that VTK's readers
         complain about is refused, because what they make of it is often only its first part.
     """
+    if not Path(path).exists():
+        check.refuse("mesh", Path(path), "a file that exists", _nearest_file(Path(path)))
     complaints: list[str] = []
     mesh = None
     with _heard(complaints):
@@ -50,10 +55,21 @@ def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
         except Exception as error:  # readers, VTK's and others', raise what they like
             complaints.insert(0, str(error) or type(error).__name__)
     if complaints:
-        check.refuse("mesh", Path(path), _READABLE, _first_line(complaints))
+        check.refuse("mesh", Path(path), _READABLE, _SCENE if _is_scene(path) else _first_line(complaints))
     if not isinstance(mesh, (pv.DataSet, pv.MultiBlock)):
         check.refuse("mesh", f"a {type(mesh).__name__} in {path}", "a dataset or a MultiBlock")
     return mesh
+
+
+def _nearest_file(path: Path) -> str:
+    """The remedy for a file that is not there."""
+    if not path.parent.is_dir():
+        return f"There is no folder {path.parent}."
+    return check.meant(path.name, [each.name for each in path.parent.iterdir()])
+
+
+def _is_scene(path: str) -> bool:
+    return Path(path).suffix.lower() == ".json" and is_scene_file(path)
 
 
 def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str) -> None:
@@ -101,7 +117,9 @@ def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str) -> None:
 def refuse_suffix(path: Path, what: str, allowed: tuple[str, ...]) -> None:
     """Raise ``ValueError`` for a path whose suffix is not among those that hold the colours of `what`."""
     if path.suffix.lower() not in allowed:
-        check.refuse("output", path, f"a file that holds the colours of {what}: one of " + ", ".join(allowed))
+        *others, last = allowed
+        listed = ", ".join([*others, f"or {last} for a picture" if others and last == ".png" else last])
+        check.refuse("output", path, f"a file that holds the colours of {what}: one of {listed}")
 
 
 def eight_bit(colors: Any) -> np.ndarray[Any, np.dtype[np.uint8]]:

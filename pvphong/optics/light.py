@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, get_args
 import numpy as np
 
 from pvphong.base import check, host
+from pvphong.base.signature import InitSignature
 from pvphong.base.types import ColorLike, Float64Array, FloatArray, Frame, Vector, rgb
 from pvphong.geometry.extent import Extent
 from pvphong.optics.roles import Corners, EyeSpace, Place, Role, roles_of
@@ -160,6 +161,14 @@ class Light:
 
     is_even: ClassVar[bool] = False
     """Whether it arrives at every vertex alike."""
+
+    __signature__ = InitSignature()
+
+    def __new__(cls, *_given: Any, **fields: Any) -> Self:
+        """Refuse a colour by the name that PyVista's lights have for it."""
+        if "color" in fields and "color" not in cls.__dataclass_fields__:
+            check.refuse("color", fields["color"], "given as diffuse=", f"{cls.__name__}(diffuse={fields['color']!r}).")
+        return super().__new__(cls)
 
     def __init_subclass__(cls, **options: Any) -> None:
         """Refuse kinds of kinds: what one says of itself need not hold for another whose arrival differs."""

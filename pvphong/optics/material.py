@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, Self
 
 from pvphong.base import check, documents
+from pvphong.base.signature import InitSignature
 from pvphong.base.types import ColorLike, rgb
 from pvphong.optics.named_materials import NAMED
 from pvphong.optics.reflectance import Reflectance
@@ -48,6 +49,8 @@ class Material:
     emission: ColorLike = 0.0
     reflectance: Reflectance | None = None
 
+    __signature__ = InitSignature()
+
     def __new__(cls, *given: Any, **_fields: Any) -> Self:
         """Refuse what is given without a field's name: `Material("gold")` would be one of golden ambient light."""
         if given:
@@ -67,14 +70,15 @@ class Material:
 
     @classmethod
     def named(cls, name: str) -> Self:
-        """One of the classic materials of OpenGL teaching, such as "gold" or "red plastic".
+        """One of the classic materials of OpenGL teaching, such as "gold" or "red plastic"; capitals do not count.
 
         Raises
         ------
         ValueError
             If there is no such material; the message lists all, and suggests close matches.
         """
-        ambient, diffuse, specular, shine = NAMED[check.choice("name", name, NAMED)]
+        known = check.choice("name", name.lower() if isinstance(name, str) else name, NAMED)
+        ambient, diffuse, specular, shine = NAMED[known]
         return cls(ambient=ambient, diffuse=diffuse, specular=specular, shininess=shine * 128.0)
 
     @staticmethod
@@ -175,5 +179,6 @@ def check_material(given: Any) -> None:
 def _remedy(given: Any) -> str:
     """What gives a material, from what was taken for one."""
     if isinstance(given, str):
-        return f"Material.named({given!r})." if given in NAMED else "Material.named knows those in Material.names()."
+        is_one = given.lower() in NAMED
+        return f"Material.named({given!r})." if is_one else "Material.named knows those in Material.names()."
     return "Material.from_property makes one of a pyvista.Property."

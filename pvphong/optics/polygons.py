@@ -21,12 +21,12 @@ from pvphong.base.types import Float64Array
 from pvphong.base.vectors import dot, square_of_cross
 from pvphong.optics.spherical import CosinePower, great_arc, is_tiny, whole
 
-# Radon's rule of the fifth degree for triangles: barycentric coordinate of one corner, that of the others, weight.
-_TRIANGLE = (
+TRIANGLE = (
     (1.0 / 3.0, 1.0 / 3.0, 0.225 / 3.0),
     (0.059715871789769820, 0.470142064105115090, 0.132394152788506181),
     (0.797426985353087322, 0.101286507323456339, 0.125939180544827153),
 )
+"""Radon's rule of the fifth degree: barycentric coordinate of one corner in turn, that of the others, weight."""
 
 Offsets = Sequence[Float64Array]
 """Of the corners one after the other, each (3, m)."""
@@ -123,7 +123,7 @@ def _by_triangles(form: CosinePower, axis: Any, middle: Any, offsets: Offsets, a
     first = offsets[0]
     for second, third in pairwise(offsets):
         facing = np.cross(second - first, third - first, axis=0)
-        for one, others, weight in _TRIANGLE:
+        for one, others, weight in TRIANGLE:
             for a, b, c in ((first, second, third), (second, third, first), (third, first, second)):
                 x = middle + one * a + others * (b + c)
                 square = dot(x, x)

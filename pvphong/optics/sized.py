@@ -16,7 +16,7 @@ from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import dot, ways_to
 from pvphong.geometry.extent import ROUNDED_UP, Extent, Sight
 from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate, strength_at
-from pvphong.optics.light import NOTHING_KNOWN, Arrival, Integral, Light, Reach, Simpler
+from pvphong.optics.light import NOTHING_KNOWN, Arrival, Integral, Light, Reach, Simpler, Stage
 from pvphong.optics.lights.point import placed_without
 from pvphong.optics.lights.spot import SpotLight
 from pvphong.optics.spherical import CosinePower
@@ -28,6 +28,10 @@ EFFECTS = frozenset({"position", SIZE})
 
 # VTK has no cone of 90°.
 _NEARLY_90 = 89.999
+
+# For compiled code: what it takes for nothing, powers that it leaves to the readable evaluator, what is small against
+# a lobe's width, and sizes for whose squares it has room.
+_NOTHING, _LOW, _FRACTION, _LEAST_SIZE = 1e-7, 4.0, 0.3, 1e-6
 
 
 def reach_within(center: Vector, radius: float, extent: Extent) -> Reach:
@@ -131,6 +135,45 @@ class Flat:
 
         return integral
 
+    def cubature(self) -> tuple[Float64Array, Float64Array] | None:
+        """Offsets from its middle to its corners and then to nodes of the fifth degree, (k, 3), and the nodes' weights.
+
+        None if it has no corners.
+        """
+        return None
+
+    def closed_parameters(self, forms: Sequence[CosinePower | None]) -> tuple[float, ...]:
+        """Its middle, coefficients of 1/d², a power with where it shows and what is small against it; its shape.
+
+        The shape is what `pvphong.shading.kernel.sides` has of it.
+        """
+        parts = self.cubature()
+        if parts is None:
+            return ()
+        offsets, weights = parts
+        power = next((form.power for form in forms if form is not None and form.around == "mirror"), _LOW)
+        shown, small = -math.expm1(math.log(_NOTHING) / (power + 1.0)), _FRACTION / math.sqrt(power + 1.0)
+        shape = (*self.normal, float(self.two_sided), 1.0 / self.area, self.reach_radius)
+        counts = len(offsets) - len(weights), len(weights)
+        numbers = (*shape, *counts, *offsets.ravel().tolist(), *weights.tolist())
+        return (*self.center, *INVERSE_SQUARE, power, shown, small, *numbers)
+
+    def closed_stage(self, toolkit: Any, forms: Sequence[CosinePower | None]) -> Stage | None:
+        """Along its sides, where it has some. Low powers, which are rough, are left to the readable evaluator."""
+        if self.cubature() is None or not _LEAST_SIZE < self.reach_radius < 1.0 / _LEAST_SIZE:
+            return None
+        if any(form is not None and form.around == "mirror" and form.power < _LOW for form in forms):
+            return None
+        rows = [toolkit.FIRST, toolkit.SECOND, toolkit.THIRD]
+        around = [None if form is None else form.around for form in forms]
+        found = [rows[around.index(name)] if name in around else -1 for name in ("normal", "mirror")]
+        return Stage(_sides(toolkit, *found), divisors=slice(3, 6), most_gain=math.inf)
+
+    @property
+    def area(self) -> float:
+        """Its own."""
+        raise NotImplementedError  # pragma: no cover
+
     @property
     def effects(self) -> frozenset[str]:
         """Its position, and its size."""
@@ -169,6 +212,23 @@ class Flat:
             height = sum(n * (p - c) for n, p, c in zip(self.normal, point, self.center, strict=True))
             return _part(self.center, -1.0 if self.two_sided and height < 0.0 else 1.0, self.normal, 1.0), 1.0
         return placed_without(self, effect, point)
+
+
+def _sides(toolkit: Any, cosine: int, power: int) -> Any:
+    """Writes the factors of Lambert's cosine and of the power into two rows; −1 for one that is not wanted."""
+
+    def polygon(numbers: Any, rows: Any, points: Any) -> bool:
+        good = toolkit.approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
+        shape = toolkit.shifted(numbers, 9)
+        good = toolkit.see_polygon(rows, shape) & good
+        if cosine >= 0:
+            good = toolkit.polygon_cosine(rows, shape, cosine) & good
+        if power >= 0:
+            good = toolkit.polygon_power(rows, shape, power, numbers[6], numbers[7], numbers[8]) & good
+        toolkit.attenuate(rows, numbers[3], numbers[4], numbers[5])
+        return good
+
+    return polygon
 
 
 def _part(place: Sequence[float], sign: float, normal: Vector, intensity: float) -> SpotLight:

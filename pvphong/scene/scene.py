@@ -200,6 +200,15 @@ def load_materials(path: str | os.PathLike[str]) -> dict[str, Material]:
     return {name: Material.from_dict(entry, f"materials.{name}") for name, entry in kept.items()}
 
 
+def is_scene_file(path: str | os.PathLike[str]) -> bool:
+    """Whether a file is one that `Scene.save` wrote."""
+    try:
+        _document(path)
+    except ValueError:
+        return False
+    return True
+
+
 def _document(path: str | os.PathLike[str]) -> dict[str, Any]:
     """What is in a scene file, of which format, version and keys are known to be right."""
     document = documents.read(path, "a scene file")
@@ -233,7 +242,14 @@ def as_scene(given: SceneLike | None) -> Scene:
         return Scene([given])
     if isinstance(given, Iterable) and not isinstance(given, (str, dict)):
         return Scene(given)
-    return check.refuse("scene", given, "a Scene, a light, or a sequence of lights")
+    return check.refuse("scene", given, "a Scene, a light, or a sequence of lights", _in_its_place(given))
+
+
+def _in_its_place(given: Any) -> str:
+    """The remedy for what was taken for a scene."""
+    if isinstance(given, Material):
+        return "Did you mean material=?"
+    return "Did you mean material=Material.named(...), or Scene.load(...)?" if isinstance(given, str) else ""
 
 
 def light_labels(scene: Scene, numbered: str = "") -> tuple[str, ...]:

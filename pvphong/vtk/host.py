@@ -16,4 +16,10 @@ def _color_by_name(name: str) -> Vector:
     return float(red), float(green), float(blue)
 
 
-host.answer(color_by_name=_color_by_name, light_to_pyvista=to_pyvista, light_from_vtk=from_vtk, light_placed=as_light)
+host.answer(
+    color_by_name=_color_by_name,
+    color_names=lambda: list(pv.hex_colors),
+    light_to_pyvista=to_pyvista,
+    light_from_vtk=from_vtk,
+    light_placed=as_light,
+)

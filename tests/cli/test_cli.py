@@ -87,7 +87,7 @@ def test_importing_the_package_loads_no_command_line():
 
 # --- what is refused ---
 
-NO_FILE, NO_FACES = "mesh must be a mesh file that PyVista can read", "mesh must be a mesh with faces, or points with"
+NO_MESH, NO_FACES = "mesh must be a mesh file that PyVista can read", "mesh must be a mesh with faces, or points with"
 NO_FOLDER, NO_OUTPUT = "path must be in a folder that exists", "output must be a file that holds the colours of "
 REFUSED = {
     "shado": 'Unknown command "shado". Did you mean "shade"?',
@@ -96,12 +96,17 @@ REFUSED = {
     "shade m.vtp -o o.vtp --colour red": "Unknown option: --colour",
     "shade m.vtp -o o.vtp --precision half": 'Choose from: "float32", "float64"',
     "shade m.vtp -o o.vtp --size ten 10": "--size",
-    "shade missing.vtp -o o.vtp": NO_FILE,
-    "shade half.ply -o o.vtp": NO_FILE,  # VTK's reader would end the process
+    "shade missing.vtp -o o.vtp": "mesh must be a file that exists; got missing.vtp.",
+    "shade spere.vtp -o o.vtp": "got spere.vtp. Did you mean 'sphere.vtp'?",
+    "shade no/sphere.vtp -o o.vtp": "got no/sphere.vtp. There is no folder no.",
+    "shade parts.json -o o.vtp": "got parts.json. It is a scene file: use it with --scene.",
+    "shade other.json -o o.vtp": NO_MESH,
+    "shade half.ply -o o.vtp": NO_MESH,  # VTK's reader would end the process
     "shade cloud.vtp -o o.vtp": NO_FACES,
     "shade beyond.vtp -o o.vtp": "index 9 in face 0",
     "shade blocks.vtm -o o.vtm": f"block ['cloud']: {NO_FACES}",
     "shade sphere.vtp -o o.stl": NO_OUTPUT + "a mesh: one of .vtp,",
+    "shade sphere.vtp -o o.jpg": ", .vtmb, or .png for a picture; got o.jpg.",
     "shade sphere.vtp -o o": NO_OUTPUT + "a mesh: one of .vtp,",
     "shade sphere.vtp -o o.vtm": NO_OUTPUT + "a single mesh",
     "shade sphere.vtp -o no/o.vtp": NO_FOLDER,
@@ -123,7 +128,7 @@ REFUSED = {
     "shade sphere.vtp -o o.ply --array lit": "--array must be left out, for a .ply holds no arrays",
     "shade sphere.vtp -o o.vtp --scene parts.json": "material must be one, or one of them named 'default'",
     "plan blocks.vtm --scene parts.json": "material must be a mapping with the names of all blocks",
-    "diagnose half.ply": NO_FILE,
+    "diagnose half.ply": NO_MESH,
     "plan sphere.vtp --tolerance=-1": "tolerance must be a finite number >= 0",
     "validate": "MESH must be given, or --all in its place",
     "validate sphere.vtp --output errors.ply": NO_OUTPUT + "signed errors",

@@ -68,11 +68,12 @@ def test_edges_are_sharp_and_the_background_is_dark_unless_others_are_asked_for(
 
 
 @pytest.mark.parametrize("off_screen", [False, True])
-def test_where_no_window_can_open_a_picture_is_offered(shown, monkeypatch, off_screen):
+@pytest.mark.parametrize(("display", "got"), [(":99", ":99"), ("", "none")])
+def test_where_no_window_can_open_a_picture_is_offered(shown, monkeypatch, off_screen, display, got):
     monkeypatch.setattr(pv, "OFF_SCREEN", off_screen)
     monkeypatch.setattr(window, "drawing_window", lambda: "vtkEGLRenderWindow")
-    monkeypatch.setenv("DISPLAY", ":99")
-    refused = "PYVISTA_OFF_SCREEN must be unset" if off_screen else r"DISPLAY must be a display to open .* got :99\."
+    monkeypatch.setenv("DISPLAY", display)
+    refused = "PYVISTA_OFF_SCREEN must be unset" if off_screen else rf"DISPLAY must be a display to open .* got {got}\."
     with pytest.raises(ValueError, match=rf"^{refused}.* A picture needs .*pvphong shade MESH -o picture\.png"):
         show(pv.Sphere(), SCENE, DULL, title="a sphere")
     assert not shown

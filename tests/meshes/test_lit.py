@@ -158,7 +158,8 @@ NO_ALBEDOS += [np.ones((120, 3), complex), np.ones((120, 3), object)]
 @pytest.mark.parametrize(
     ("mesh", "options", "message"),
     [
-        (ball(), {"scene": "sun"}, "^scene must be a Scene, a light, or a sequence of lights; got sun"),
+        (ball(), {"scene": "sun"}, "^scene must be a Scene, a light, or a sequence of lights; got sun.*material="),
+        (ball(), {"scene": Material()}, r"^scene must be a Scene, .* Did you mean material=\?"),
         (ball(), {"material": "gold"}, "^material must be a Material"),
         (ball(), {"name": ""}, "^name must be a string that is not empty"),
         (ball(), {"name": 3}, "^name must be a string that is not empty"),

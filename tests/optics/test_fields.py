@@ -4,6 +4,7 @@ A field is tested in every kind that has one of its name, so that a new kind is 
 """
 
 import dataclasses
+import inspect
 import math
 
 import numpy as np
@@ -149,6 +150,19 @@ def test_highlights_have_the_diffuse_colour_unless_told(kind):
 
 
 # --- what is refused ---
+
+
+@every_light
+def test_a_lights_colour_by_pyvistas_name_is_refused_with_its_own(kind):
+    message = rf"^color must be given as diffuse=; got red\. {kind.__name__}\(diffuse='red'\)\.$"
+    with pytest.raises(ValueError, match=message):
+        kind(color="red")
+
+
+@every_coloured
+def test_a_signature_names_the_fields(kind):
+    assert set(inspect.signature(kind).parameters) == {field.name for field in dataclasses.fields(kind)}
+
 
 COLOUR_MIX_UPS = [(255, 128, 0), (200, 100, 50), np.array([0, 0, 200], np.uint8)]
 NO_COLOURS = [-0.1, (0.5, -0.1, 0), math.nan, (0.1, math.nan, 0.1), math.inf, "colourless", (1.0, 1.0), True]

@@ -14,7 +14,7 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.light import Light
-from pvphong.optics.polygons import over_polygon
+from pvphong.optics.polygons import TRIANGLE, over_polygon
 from pvphong.optics.roles import cornered, switch
 from pvphong.optics.sized import Flat, lattice
 from pvphong.optics.spherical import CosinePower
@@ -106,6 +106,19 @@ class PolygonLight(Flat, Light):
         """The distance of its farthest corner."""
         return float(np.linalg.norm(self._offsets, axis=1).max())
 
+    @cached_property
+    def area(self) -> float:
+        """The sum of its triangles'."""
+        return float(_areas(self.triangles).sum())
+
+    def cubature(self) -> tuple[Float64Array, Float64Array]:
+        """Its corners, and nodes on its triangles."""
+        mixes = np.array([np.roll([one, others, others], k) for one, others, _ in TRIANGLE for k in range(3)])
+        weights = np.repeat([weight for *_, weight in TRIANGLE], 3)
+        nodes = np.einsum("ki,tix->tkx", mixes, self.triangles).reshape(-1, 3) + self._offsets[0]
+        shares = _areas(self.triangles) / self.area
+        return np.concatenate([self._offsets, nodes]), np.outer(shares, weights).ravel()
+
     @property
     def outline(self) -> Float64Array:
         """Its corners."""
@@ -127,7 +140,7 @@ class PolygonLight(Flat, Light):
     def over(self, form: CosinePower, axis: Any, n: Any, middle: Any, exponents: Any) -> Any:
         """By Lambert's formula and its like along its sides."""
         corners = [np.ldexp(corner[:, None], -exponents) for corner in self._offsets]
-        length = math.sqrt(float(_areas(self.triangles).sum()))
+        length = math.sqrt(self.area)
         return over_polygon(
             form, axis, n, middle, corners, np.ldexp(self.reach_radius, -exponents), np.ldexp(length, -exponents) ** 2
         )

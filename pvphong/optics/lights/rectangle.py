@@ -15,7 +15,7 @@ from pvphong.optics.light import Light
 from pvphong.optics.polygons import over_polygon
 from pvphong.optics.roles import aim, length, place, switch, upward
 from pvphong.optics.sized import Flat, lattice
-from pvphong.optics.spherical import CosinePower
+from pvphong.optics.spherical import CosinePower, gauss_legendre
 
 # Sine of the least angle between `up` and the normal for which it counts.
 _LEAST = 1e-9
@@ -88,6 +88,18 @@ class RectangleLight(Flat, Light):
     def reach_radius(self) -> float:
         """Half its diagonal."""
         return 0.5 * math.hypot(self.width, self.height)
+
+    @property
+    def area(self) -> float:
+        """Width times height."""
+        return self.width * self.height
+
+    def cubature(self) -> tuple[Float64Array, Float64Array]:
+        """Its corners, and Gauss's nodes."""
+        places, weights = gauss_legendre(3)
+        x, y = np.meshgrid(places, places, indexing="ij")
+        nodes = np.stack([x.ravel(), y.ravel()], axis=1) @ self.sides
+        return np.concatenate([self.corners, nodes]), np.outer(weights, weights).ravel() / 4.0
 
     @property
     def outline(self) -> Float64Array:

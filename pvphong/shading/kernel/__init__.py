@@ -13,10 +13,10 @@ included: differences of positions have full relative precision however far the 
 highlight errs by at most (4√n + 10) · 2⁻²⁴ for shininess n.
 
 Where to look: `driver` lights block after block and calls the stages, which lights and reflectances write with the
-names in `toolkit`; `ways` has what concerns directions and distances, attenuation included; `records` is the form in
-which it takes an equation; `facets` sums the normals of meshes, which `normals` shares out; `running` calls compiled
-code, on the threads of `pool`; `keeping` compiles, `store` has the code on disk, `compiling` knows all that there is to
-compile, and `background` has another process do it.
+names in `toolkit`; `caps` and `sides` have what they need for lights with a size; `ways` has what concerns directions
+and distances, attenuation included; `records` is the form in which it takes an equation; `facets` sums the normals of
+meshes, which `normals` shares out; `running` calls compiled code, on the threads of `pool`; `keeping` compiles, `store`
+has the code on disk, `compiling` knows all that there is to compile, and `background` has another process do it.
 """
 
 from __future__ import annotations

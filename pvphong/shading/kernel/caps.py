@@ -58,7 +58,7 @@ def _horner(q: Any) -> Any:
 
 
 @inlined
-def _angle(y: Any, x: Any) -> Any:
+def angle_of(y: Any, x: Any) -> Any:
     """Of a point with y >= 0, in [0, π]."""
     size = abs(x)
     t = min(y, size) / max(max(y, size), _TINY)
@@ -102,7 +102,7 @@ def cap_cosine(rows: Any, target: int) -> None:
         ratio = w / (least * cosine)
         small = t * (_ONE - p * (ratio * ratio))
         large = (_HALF_PI - turned - cosine * w) / (least * least)
-        cut = (multiply_add(c, _angle(w, -cosine * c), small if w <= cosine else large)) * _F(1.0 / math.pi)
+        cut = (multiply_add(c, angle_of(w, -cosine * c), small if w <= cosine else large)) * _F(1.0 / math.pi)
         has_normal = rows[at.INVERSE + i] > _ZERO
         is_lit = square_of(rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i]) > _ZERO
         cut = cut if has_normal & is_lit else _ZERO
@@ -181,7 +181,7 @@ def _around(rows: Any, power: Any, nothing: Any) -> None:
         root = np.sqrt(q)
         outward = -rows[at.OWN + 3 * BLOCK + i] - _TWO * s * (_ONE - less) * q
         sideways = _TWO * s * root * np.sqrt(max(_ONE - q, _ZERO))
-        rest = _angle(sideways, -outward) if q < _ONE else _ZERO
+        rest = angle_of(sideways, -outward) if q < _ONE else _ZERO
         turned = multiply_add(_TWO * root, rows[at.OWN + 6 * BLOCK + i], rest)
         rows[at.OWN + 6 * BLOCK + i] = turned * (_TWO / _PI) / (power * max(s * s, _TINY))
 

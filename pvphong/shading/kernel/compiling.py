@@ -80,10 +80,10 @@ def _of_lights(library: Library) -> Iterable[Callable[..., Any]]:
 def _of_lights_with_a_size(library: Library) -> Iterable[Callable[..., Any]]:
     """Closed stages of all kinds of light, for each choice of what Phong's reflectance has lobes for."""
     diffuse, highlight = CosinePower("normal", 1.0), CosinePower("mirror", 20.0)
-    for kind in LIGHT_TYPES.values():
-        choices = (diffuse, highlight), (diffuse, None), (None, highlight)
-        stages = [_sample(kind).closed_stage(library.toolkit, forms) for forms in choices]
-        yield from _distinct(stage.function for stage in stages if stage is not None)
+    choices = (diffuse, highlight), (diffuse, None), (None, highlight)
+    lights = [_sample(kind) for kind in LIGHT_TYPES.values()]
+    stages = [light.closed_stage(library.toolkit, forms) for light in lights for forms in choices]
+    return _distinct(stage.function for stage in stages if stage is not None)
 
 
 def _of_reflectances(library: Library) -> Iterator[Callable[..., Any]]:

@@ -38,6 +38,7 @@ from pvphong.shading.kernel import (
     powers,
     prefetch,
     rows,
+    sides,
     sunlight,
     toolkit,
     vectors,
@@ -48,8 +49,8 @@ from pvphong.shading.kernel.records import SETTINGS, TERM
 from pvphong.shading.kernel.store import Store, digest
 
 _SOURCES = (
-    *(ranges, rows, arithmetic, pointers, vectors, loading, ways, powers, caps, adding, colors, prefetch, sunlight),
-    *(toolkit, driver, extremes, face_rows, angles, facets),
+    *(ranges, rows, arithmetic, pointers, vectors, loading, ways, powers, caps, sides, adding, colors, prefetch),
+    *(sunlight, toolkit, driver, extremes, face_rows, angles, facets),
 )
 
 _BYTES, _FLOATS, _INDICES = map(types.CPointer, (types.uint8, types.float64, types.int64))

@@ -16,7 +16,7 @@ import numpy as np
 from pvphong.shading.kernel.adding import lambert
 from pvphong.shading.kernel.arithmetic import multiply_add, plain
 from pvphong.shading.kernel.caps import cap_cosine, cap_power, see_cap
-from pvphong.shading.kernel.pointers import like
+from pvphong.shading.kernel.pointers import like, shifted
 from pvphong.shading.kernel.powers import raise_second
 from pvphong.shading.kernel.rows import (
     BLOCK,
@@ -37,6 +37,7 @@ from pvphong.shading.kernel.rows import (
     VY,
     VZ,
 )
+from pvphong.shading.kernel.sides import polygon_cosine, polygon_power, see_polygon
 from pvphong.shading.kernel.vectors import ZERO_SQUARE, dot, inverse_root, square_of
 from pvphong.shading.kernel.ways import approach, approach_measured, attenuate, normal_dot
 
@@ -101,7 +102,11 @@ __all__ = [
     "multiply_add",
     "normal_dot",
     "only_lambert",
+    "polygon_cosine",
+    "polygon_power",
     "raise_second",
     "see_cap",
+    "see_polygon",
+    "shifted",
     "square_of",
 ]

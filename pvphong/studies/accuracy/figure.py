@@ -119,6 +119,7 @@ def _draw_histogram(axes: Any, result: Result) -> None:
         axes.hist(values, bins=bins, weights=100.0 * parts, color=color, alpha=0.65, label=label + below)
     axes.axvline(result.tolerance, color=RED, linestyle="--", linewidth=1.2)
     axes.axvline(1.0 / 255.0, color=GREY, linestyle=":", linewidth=1.0)
+    axes.set_ylim(0.05, 100.0)  # before the scale, which finds no limits where all errors are 0
     axes.set(
         xscale="log",
         yscale="log",
@@ -126,7 +127,6 @@ def _draw_histogram(axes: Any, result: Result) -> None:
         xlabel="colour error",
         ylabel="% of vertices, or of the area",
     )
-    axes.set_ylim(0.05, 100.0)
     axes.legend(fontsize=9, frameon=False)
 
 

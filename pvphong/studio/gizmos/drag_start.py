@@ -23,12 +23,15 @@ class Scenery:
     size : float
         Half the diagonal of what is drawn, > 0.
     anchor : tuple of float
-        Where the icon of a light without a place stands.
+        What stays where it is while a light without a place is turned.
+    behind : float, default 0
+        How far from there, against its aim, the icon of such a light stands.
     """
 
     center: Vector
     size: float
     anchor: Vector
+    behind: float = 0.0
 
 
 @dataclass(frozen=True)

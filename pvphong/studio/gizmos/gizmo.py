@@ -14,7 +14,7 @@ from pvphong.studio.gizmos.drawing import DARK, LIGHT, Drawing, hue
 from pvphong.studio.gizmos.grip import Grip
 from pvphong.studio.gizmos.handles import handles
 from pvphong.studio.gizmos.looks import draw
-from pvphong.studio.gizmos.shape import anchor, is_movable, origin
+from pvphong.studio.gizmos.shape import ORIGIN, around_middle, held, is_movable, origin
 from pvphong.studio.gizmos.status import marks
 from pvphong.studio.gizmos.view import View
 from pvphong.studio.rig import LightHandle
@@ -66,7 +66,7 @@ class Gizmo:
         self.is_selected = False
         self._board = board
         self._grips: dict[str, Grip] = {}
-        self._anchor: tuple[Any, Vector] | None = None
+        self._held: tuple[Any, Scenery] | None = None
 
     def __repr__(self) -> str:
         return f"Gizmo({self.light!r})"
@@ -80,9 +80,9 @@ class Gizmo:
     def handles(self) -> dict[str, Vector]:
         """Name of each handle that the light has → where it is in the world.
 
-        A directional light has "target"; a point light "position", and "radius" if it weakens; a spot light
-        "position", "target" and "cone"; any other those of its fields' roles. A headlight has none: it is where
-        the viewer is.
+        A directional light has "target" and, at its icon, "origin"; a point light "position", and "radius" if it
+        weakens; a spot light "position", "target" and "cone"; any other those of its fields' roles. A headlight has
+        none: it is where the viewer is.
         """
         return {name: vector(point) for name, point in self.points(self._board.view).items()}
 
@@ -101,15 +101,18 @@ class Gizmo:
         return self.handle.light(viewer)
 
     def scenery(self, view: View) -> Scenery:
-        """The scene around it; the icon of a light without a place stays where it is while the scene does."""
-        center, size = self._board.extent
-        light = self.light_for(view.viewer)
-        if light.places:
-            return Scenery(center, size, center)
-        known = (center, size, view.viewer if light.frame == "camera" else None)
-        if self._anchor is None or self._anchor[0] != known:
-            self._anchor = known, anchor(light.in_world(view.viewer), center, size)
-        return Scenery(center, size, self._anchor[1])
+        """The scene around it; the icon of a light without a place stands in front of it, or where hands left it."""
+        known = self._known(view)
+        return self._held[1] if self._held is not None and self._held[0] == known else around_middle(*known[:2])
+
+    def hold(self, handle: str, view: View) -> None:
+        """Let a light without a place turn around the end that is not grabbed, for as long as the scene stays."""
+        world = self.light_for(view.viewer).in_world(view.viewer)
+        self._held = self._known(view), held(world, handle, self.scenery(view))
+
+    def _known(self, view: View) -> tuple[Vector, float, Viewer | None]:
+        """Middle and size of the scene, and the eye if the light goes along with it."""
+        return *self._board.extent, view.viewer if self.light_for(view.viewer).frame == "camera" else None
 
     def points(self, view: View, highlight: Vector | None = None) -> dict[str, Float64Array]:
         """The handles' positions, as arrays; with that of a highlight, if there is one."""
@@ -143,7 +146,7 @@ class Gizmo:
             for mark in marks(world, is_alone=is_alone):
                 drawing.label(origin(world, scenery), mark, 18.0)
         for name, point in self.points(drawing.view).items():
-            if name != "position" or active == name:
+            if name not in ("position", ORIGIN) or active == name:  # an icon is there
                 drawing.handle(point, hovered=name == active)
         if highlight is not None:
             drawing.ring(np.array(highlight), hovered=active == HIGHLIGHT)

@@ -1,8 +1,8 @@
 """Handles by role: where the handle of a light's field is, and what a drag of it makes of the light.
 
-A place has its handle where it is, an aim at the target, an angle at the edge as far away as the target and at the
-side seen best. A length has it to the right or above, at its share of this distance; a falloff to the right where half
-the light is left, if the light has no aim.
+A place has its handle where it is, an aim at the target, and at the icon if the light has no place; an angle at the
+edge as far away as the target and at the side seen best. A length has it to the right or above, at its share of this
+distance; a falloff to the right where half the light is left, if the light has no aim.
 """
 
 from __future__ import annotations
@@ -19,7 +19,17 @@ from pvphong.optics.attenuation import distance_of
 from pvphong.optics.light import Light
 from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Role
 from pvphong.studio.gizmos.drag_start import Cursor, DragStart, Scenery, vector
-from pvphong.studio.gizmos.shape import axis, fields, handle_names, middle_of, origin, reach, target
+from pvphong.studio.gizmos.shape import (
+    ORIGIN,
+    axis,
+    fields,
+    handle_names,
+    middle_of,
+    origin,
+    reach,
+    target,
+    turned_by_icon,
+)
 from pvphong.studio.gizmos.view import View
 
 # An angle stays so many degrees off its limits: a cone of 0° cannot be seen, and one of 90° is none to VTK.
@@ -54,12 +64,14 @@ def dragged(start: DragStart, at: Cursor) -> Light:
 
 def _kinds(light: Light) -> dict[str, tuple[str, _Kind]]:
     """Name of each handle → its field, and what holds for it."""
-    return {
+    kinds = {
         name: (field, kind)
         for field, name in handle_names(light).items()
         for role, kind in _KINDS.items()
         if isinstance(light.roles[field], role)
     }
+    field = turned_by_icon(light)
+    return kinds if field is None else kinds | {ORIGIN: (field, _ICON)}
 
 
 def _with(light: Light, field: str, value: Any) -> Light:
@@ -119,9 +131,13 @@ def _turned(start: DragStart, at: Cursor, field: str) -> Light:
     light, goal = start.light, start.moved(at)
     if np.array_equal(goal, start.point):
         return light
-    aim = goal - origin(light, start.scenery)
+    return _towards(start, at, field, goal - origin(light, start.scenery))
+
+
+def _towards(start: DragStart, at: Cursor, field: str, aim: Float64Array) -> Light:
+    """The light with an aim; snapping: with the nearest step of it."""
     length = float(np.linalg.norm(aim))
-    return aimed(light, field, _in_steps(aim, length, start.angle_step) if at.snapping and length else aim)
+    return aimed(start.light, field, _in_steps(aim, length, start.angle_step) if at.snapping and length else aim)
 
 
 def aimed(light: Light, field: str, aim: Float64Array) -> Light:
@@ -137,6 +153,21 @@ def _in_steps(aim: Float64Array, length: float, degrees: float) -> Float64Array:
     aim = np.array([level * math.cos(azimuth), level * math.sin(azimuth), length * math.sin(elevation)])
     aim[np.abs(aim) < 1e-15 * length] = 0.0
     return aim
+
+
+# -- an aim, by the icon
+
+
+def _at_icon(light: Light, field: str, scenery: Scenery, view: View) -> Float64Array:  # noqa: ARG001 as others
+    return origin(light, scenery)
+
+
+def _swung(start: DragStart, at: Cursor, field: str) -> Light:
+    """The light that comes from the icon's new place, as seen from what it turns around; snapping as a target does."""
+    goal = start.moved(at)
+    if np.array_equal(goal, start.point):
+        return start.light
+    return _towards(start, at, field, np.array(start.scenery.anchor) - goal)
 
 
 # -- an angle
@@ -240,3 +271,6 @@ _KINDS: dict[type[Role], _Kind] = {
     Falloff: _Kind(_at_half, _weakened),
 }
 """Role → its handles; a role that is not here has none."""
+
+_ICON = _Kind(_at_icon, _swung)
+"""The other handle of the aim of a light without a place."""

@@ -97,6 +97,7 @@ class Hands:
         point = gizmo.points(view, None if held is None else held.point).get(handle)
         if point is None:
             return
+        gizmo.hold(handle, view)
         light, options = gizmo.light_for(view.viewer), board.options
         world, scenery = light.in_world(view.viewer), gizmo.scenery(view)
         steps = options.angle_step, options.length_step
@@ -139,6 +140,7 @@ class Hands:
 
     def _enter(self, gizmo: Gizmo, handle: str) -> None:
         board, view = self._board, self._board.view
+        gizmo.hold(handle, view)
         light, before = gizmo.light_for(view.viewer), board.rig.state
         self.entry = Entry(gizmo, handle, board.rig, before, light, gizmo.scenery(view), view.viewer)
         self.grabbed_last = handle

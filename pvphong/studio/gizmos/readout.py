@@ -12,7 +12,7 @@ from pvphong.optics.light import Light
 from pvphong.optics.roles import Aim, Angle, Corners, Length, Place
 from pvphong.studio.gizmos.colors import luminance
 from pvphong.studio.gizmos.drag_start import Scenery, vector
-from pvphong.studio.gizmos.shape import falloffs, fields, handle_names, middle_of, reach, target
+from pvphong.studio.gizmos.shape import ORIGIN, falloffs, fields, handle_names, middle_of, reach, target
 from pvphong.studio.gizmos.typed import angles_of
 
 
@@ -29,7 +29,7 @@ def readout(light: Light, handle: str, scenery: Scenery) -> str:
         The scene.
     """
     lines = [f"{light.name}: {handle}" if light.name else handle, *_vectors(light, scenery)]
-    if scalars := _scalars(light, scenery):
+    if scalars := _scalars(light, handle, scenery):
         lines.append(", ".join(scalars))
     lines += [f"{field} {_numbers(value)}" for field, value in falloffs(light).items()]
     return "\n".join([*lines, arriving_line(light, scenery)])
@@ -63,14 +63,14 @@ def _vectors(light: Light, scenery: Scenery) -> list[str]:
     return lines
 
 
-def _scalars(light: Light, scenery: Scenery) -> list[str]:
-    """Distances or angles of its aims, its sizes, its angles."""
+def _scalars(light: Light, handle: str, scenery: Scenery) -> list[str]:
+    """Distances or angles of its aims, at the icon of where it comes from; its sizes, its angles."""
     found: list[str] = []
     for direction in light.values(Aim):
         if light.values(Place):
             found.append(f"distance {reach(light, direction, scenery):.4g}")
         else:
-            azimuth, elevation = angles_of(direction)
+            azimuth, elevation = angles_of(np.negative(direction) if handle == ORIGIN else direction)
             found.append(f"azimuth {azimuth:.1f}°, elevation {elevation:.1f}°")
     found += [f"{_label(light, field)} {length:.4g}" for field, length in fields(light, Length).items()]
     return found + [f"{_label(light, field)} {angle:.1f}°" for field, angle in fields(light, Angle).items()]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,9 @@ from pvphong.base.vectors import unit_vector
 from pvphong.optics.light import Light
 from pvphong.optics.roles import Aim, Falloff, Place, Role
 from pvphong.studio.gizmos.drag_start import Scenery, vector
+
+ORIGIN = "origin"
+"""The handle of a light without a place at its icon; its aim has another one at the target."""
 
 # Of a light without a place, in scene sizes: how far off the scene's middle its icon stands; how long its arrow is.
 _STANDS_OFF = 0.95
@@ -49,16 +53,34 @@ def falloffs(light: Light) -> dict[str, Vector]:
     return {field: value for field, value in fields(light, Falloff).items() if light.roles[field].handle}
 
 
-def anchor(light: Light, center: Vector, size: float) -> Vector:
-    """Where the icon of a light without a place stands at first: in front of the scene, where the light comes from."""
-    for direction in light.values(Aim):
-        return vector(np.array(center) - _STANDS_OFF * size * np.array(unit_vector(direction)))
-    return center
+def turned_by_icon(light: Light) -> str | None:
+    """The field that a drag of its icon changes: the aim of a light without a place; None of any other light."""
+    return None if light.places or not is_movable(light) else next(iter(fields(light, Aim)))
+
+
+def around_middle(center: Vector, size: float) -> Scenery:
+    """A scene in front of whose middle a light without a place stands, where it comes from; it turns around that."""
+    return Scenery(center, size, center, _STANDS_OFF * size)
+
+
+def held(light: Light, handle: str, scenery: Scenery) -> Scenery:
+    """The scenery while a handle is dragged: a light without a place turns around its icon, or its icon around it.
+
+    An icon that stood in front of the scene's middle turns around that.
+    """
+    field = turned_by_icon(light)
+    if field is None or handle not in (ORIGIN, handle_names(light)[field]):
+        return scenery
+    icon, behind = origin(light, scenery), _STANDS_OFF * scenery.size if handle == ORIGIN else 0.0
+    return replace(scenery, anchor=vector(icon + behind * np.array(unit_vector(getattr(light, field)))), behind=behind)
 
 
 def origin(light: Light, scenery: Scenery) -> Float64Array:
     """Where its icon stands."""
-    return np.mean(light.places, axis=0) if light.places else np.array(scenery.anchor)
+    if light.places:
+        return np.mean(light.places, axis=0)
+    along = axis(light)
+    return np.array(scenery.anchor) - (0.0 if along is None else scenery.behind * along)
 
 
 def middle_of(light: Light, field: str) -> Float64Array:

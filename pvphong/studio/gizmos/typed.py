@@ -1,7 +1,8 @@
 """Values that can be typed, by role: what a handle's numbers are called, and what they make of the light.
 
 All in the world, as readouts show them: a place and a target by their coordinates, the aim of a light without a place
-by azimuth and elevation, an angle, a length, and the distance at which half the light is left.
+by azimuth and elevation, at its icon by those of where it comes from, an angle, a length, and the distance at which
+half the light is left.
 """
 
 from __future__ import annotations
@@ -15,14 +16,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.types import Vector
+from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.attenuation import distance_of
 from pvphong.optics.light import Light
 from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Role
 from pvphong.studio.gizmos.drag_start import Scenery, vector
 from pvphong.studio.gizmos.handles import aimed, carried_to, fading_at, moved_to
-from pvphong.studio.gizmos.shape import handle_names, middle_of, origin, target
+from pvphong.studio.gizmos.shape import ORIGIN, handle_names, middle_of, origin, target, turned_by_icon
 
 INTENSITY = "intensity"
 """What is typed for a light as a whole, beside its handles."""
@@ -99,6 +100,9 @@ def _number(label: str, text: str) -> float:
 
 
 def _of(light: Light, handle: str) -> tuple[str, _Kind]:
+    turned = turned_by_icon(light) if handle == ORIGIN else None
+    if turned is not None:
+        return turned, _ICON
     field = next(field for field, name in handle_names(light).items() if name == handle)
     return field, next(kind for role, kind in _KINDS.items() if isinstance(light.roles[field], role))
 
@@ -141,15 +145,24 @@ def _aim(light: Light, field: str, scenery: Scenery) -> dict[str, float]:
     direction = getattr(light, field)
     if light.values(Place):
         return _coordinates(target(light, direction, scenery))
-    azimuth, elevation = angles_of(direction)
-    return {"azimuth": azimuth, "elevation": elevation}
+    return _angles(direction)
 
 
 def _aimed(light: Light, field: str, given: dict[str, float], scenery: Scenery) -> Light:
     if light.values(Place):
         return aimed(light, field, np.array(_point(given)) - origin(light, scenery))
+    return aimed(light, field, _along(light, field, given))
+
+
+def _angles(direction: Any) -> dict[str, float]:
+    azimuth, elevation = angles_of(direction)
+    return {"azimuth": azimuth, "elevation": elevation}
+
+
+def _along(light: Light, field: str, given: dict[str, float]) -> Float64Array:
+    """The vector with these angles, as long as the field's."""
     check.number("elevation", given["elevation"], at_least=-90.0, at_most=90.0)
-    return aimed(light, field, math.hypot(*getattr(light, field)) * np.array(direction_of(*given.values())))
+    return math.hypot(*getattr(light, field)) * np.array(direction_of(*given.values()))
 
 
 def angles_of(direction: Any) -> tuple[float, float]:
@@ -164,6 +177,17 @@ def direction_of(azimuth: float, elevation: float) -> Vector:
     parts = math.cos(up) * math.cos(around), math.cos(up) * math.sin(around), math.sin(up)
     x, y, z = (0.0 if abs(part) < 1e-15 else part for part in parts)
     return x, y, z
+
+
+# -- an aim, by the icon
+
+
+def _from(light: Light, field: str, scenery: Scenery) -> dict[str, float]:  # noqa: ARG001 as others
+    return _angles(np.negative(getattr(light, field)))
+
+
+def _coming_from(light: Light, field: str, given: dict[str, float], scenery: Scenery) -> Light:  # noqa: ARG001 as others
+    return aimed(light, field, 0.0 - _along(light, field, given))  # and no −0
 
 
 # -- an angle, a length
@@ -200,3 +224,6 @@ _KINDS: dict[type[Role], _Kind] = {
     Falloff: _Kind(_half, _faded),
 }
 """Role → its numbers, for every role that `handles.py` has handles for."""
+
+_ICON = _Kind(_from, _coming_from)
+"""Of the aim of a light without a place at its icon."""

@@ -20,7 +20,9 @@ def select_next(board: Board) -> None:
     """Select the next light that has handles; after the last none."""
     ring = [None, *(gizmo for gizmo in board.gizmos if gizmo.handles)]
     at = ring.index(board.selected) if board.selected in ring else 0
-    board.select(ring[(at + 1) % len(ring)])
+    chosen = ring[(at + 1) % len(ring)]
+    board.select(chosen)
+    board.notice = "" if chosen else "no light selected"
 
 
 def undo(board: Board) -> None:

@@ -216,8 +216,8 @@ def test_every_light_and_reflectance_has_its_pieces():
 
     names = [piece.name for piece in pieces(Library())]
     assert {"faces", "normals"} <= set(names)
-    # spots with and without attenuation are of one name, and spheres for each choice of lobes, in float32 alone
-    assert len(names) - len(set(names)) == 2 + 2
+    # spots with and without attenuation are of one name, and in float32 spheres and polygons for each choice of lobes
+    assert len(names) - len(set(names)) == 2 + 2 + 2
     assert "sphere, float32" in names
     assert "sphere, float64" not in names
     for real in ("float32", "float64"):

@@ -170,6 +170,23 @@ def test_the_icon_of_a_directional_light_stays_where_it_is(mouse):
     assert np.cross([*(tip - start), 0], [*(end - start), 0])[2] / np.hypot(*(end - start)) == pytest.approx(0, abs=1)
 
 
+def test_a_sun_is_dragged_by_its_icon_around_the_scenes_middle(mouse, plotter):
+    camera, before = plotter.camera.position, seen(plotter)
+    icon = np.array(mouse.gizmo("sun").handles["origin"])
+    end = mouse.drag(mouse.at(icon), (-35, 20))
+    assert (plotter.camera.position, mouse.gizmo("sun").is_selected) == (camera, True)
+    swung = np.array(mouse.gizmo("sun").handles["origin"])
+    np.testing.assert_allclose(np.cross(swung, mouse.gizmo("sun").light.direction), 0, atol=1e-3)  # the ball is at 0
+    assert np.linalg.norm(swung) == pytest.approx(np.linalg.norm(icon))
+    middle, now = mouse.at((0, 0, 0)), mouse.at(swung)
+    off = np.cross([*(now - middle), 0], [*(end - middle), 0])[2] / np.hypot(*(end - middle))
+    assert off == pytest.approx(0, abs=1)
+    assert plotter.phong.undo()
+    assert seen(plotter) == before
+    np.testing.assert_allclose(mouse.gizmo("sun").handles["origin"], icon)
+    assert not plotter.phong.undo()
+
+
 def test_the_mesh_follows_while_the_button_is_down(mouse, plotter):
     before, start = seen(plotter), mouse.at("lamp", "position")
     mouse.press(start)
@@ -465,6 +482,7 @@ def test_the_next_light_is_one_with_handles(new_mouse):
     for _ in range(4):
         mouse.key("n")
         selected += [each.light.name for each in mouse.plotter.phong.gizmos if each.is_selected] or [None]
+        assert ("no light selected" in said(mouse.plotter)) == (selected[-1] is None)
     assert selected == ["lamp", "spot", None, "lamp"]
 
 

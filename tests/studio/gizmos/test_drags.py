@@ -14,6 +14,7 @@ from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.roles import Aim, Angle, Falloff, Length, Place, length, place
 from pvphong.studio.gizmos.drag_start import Cursor, DragStart, round_step, vector
 from pvphong.studio.gizmos.handles import dragged, handles
+from pvphong.studio.gizmos.shape import around_middle, held
 
 everywhere = pytest.mark.parametrize(("projection", "scale"), EVERYWHERE)
 each = pytest.mark.parametrize(("kind", "handle"), EACH)
@@ -26,10 +27,10 @@ def handles_with(*roles):
 
 
 def grabbed(light, handle, projection="perspective", scale=1.0, offset=(0.0, 0.0), seen_from=None, **steps):
-    seen_from = seen_from or view(projection, scale)
-    point = handles(light, scenery(scale), seen_from)[handle]
+    seen_from, around = seen_from or view(projection, scale), held(light, handle, scenery(scale))
+    point = handles(light, around, seen_from)[handle]
     x, y = seen_from.project(point) + offset
-    return DragStart(light, handle, vector(point), (float(x), float(y)), seen_from, scenery(scale), **steps)
+    return DragStart(light, handle, vector(point), (float(x), float(y)), seen_from, around, **steps)
 
 
 def grab(kind, handle, projection="perspective", scale=1.0, **options):
@@ -49,7 +50,7 @@ def moved(start, by, **modifiers):
 @pytest.mark.parametrize(
     ("light", "expected"),
     [
-        (DirectionalLight(), ["target"]),
+        (DirectionalLight(), ["target", "origin"]),
         (PointLight(), ["position"]),
         (PointLight(attenuation=(3, 0, 0)), ["position"]),
         (PointLight(attenuation=(1, 0, 1)), ["position", "radius"]),
@@ -150,7 +151,7 @@ def test_behind_the_camera_nothing_moves(kind, handle):
     away = view(position=(0, 0, 3), focal_point=(0, 0, 9), up=(0, 1, 0))
     light = example(kind)
     point = vector(handles(light, scenery(), away)[handle])
-    start = DragStart(light, handle, point, (300.0, 200.0), away, scenery())
+    start = DragStart(light, handle, point, (300.0, 200.0), away, held(light, handle, scenery()))
     for modifiers in MODIFIERS:
         assert moved(start, (15, 15), **modifiers)[0] == light
 
@@ -167,9 +168,9 @@ def test_the_handle_follows_the_cursor(kind, handle, projection, scale):
         wanted, got = where + by, start.view.project(moved(start, by)[1])
         if start.light.values(Place):
             np.testing.assert_allclose(got, wanted, atol=1e-6)
-        else:  # its arrow keeps its length: the tip lies on the line to the cursor
-            icon = start.view.project(start.scenery.anchor)
-            run, way = wanted - icon, got - icon
+        else:  # it keeps its distance from what it turns around: it lies on the line from there to the cursor
+            middle = start.view.project(start.scenery.anchor)
+            run, way = wanted - middle, got - middle
             assert abs(run[0] * way[1] - run[1] * way[0]) <= 1e-6 * np.hypot(*run) * np.hypot(*way) + 1e-6
             assert run @ way > 0
 
@@ -213,6 +214,34 @@ def test_a_light_that_is_moved_keeps_its_target():
     np.testing.assert_allclose(np.add(after.position, after.direction), target, atol=1e-12)
     onto = start.view.project(target) - start.view.project(start.point)
     assert any(moved(start, onto)[0].direction)
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_a_sun_stands_in_front_of_the_scenes_middle_and_is_swung_around_it(scale):
+    light, around, center = example("directional", scale), scenery(scale), np.array((0.3, -0.2, 0.1)) * scale
+    around = around_middle(vector(center), around.size)
+    for _ in range(3):
+        points = handles(light, around, view(scale=scale))
+        np.testing.assert_allclose(np.cross(center - points["origin"], light.direction), 0, atol=1e-12 * scale**2)
+        assert math.dist(center, points["origin"]) == pytest.approx(0.95 * around.size)
+        around = held(light, "origin", around)
+        x, y = view(scale=scale).project(points["origin"])
+        start = DragStart(light, "origin", vector(points["origin"]), (x, y), view(scale=scale), around)
+        light, _ = moved(start, (60.0, -35.0))
+
+
+def test_a_sun_turns_around_its_icon_where_its_target_is_dragged_and_else_around_what_is_in_front_of_it():
+    light, around, seen_from = example("directional"), around_middle((0.0, 0.0, 0.0), 2.0), view()
+    for handle in ("target", "origin", "target", "target", "origin"):
+        before, around = handles(light, around, seen_from), held(light, handle, around)
+        np.testing.assert_allclose(handles(light, around, seen_from)[handle], before[handle], atol=1e-12)  # no jump
+        along = np.divide(light.direction, np.linalg.norm(light.direction))
+        stays = before["origin"] + (1.9 * along if handle == "origin" else 0.0)
+        x, y = seen_from.project(before[handle])
+        light, point = moved(DragStart(light, handle, vector(before[handle]), (x, y), seen_from, around), (40.0, 15.0))
+        np.testing.assert_allclose(around.anchor, stays, atol=1e-12)
+        assert math.dist(point, stays) == pytest.approx(math.dist(before[handle], stays))
+        assert not np.allclose(point, before[handle])
 
 
 def test_a_target_cannot_be_put_on_the_light():

@@ -3,7 +3,7 @@
 import dataclasses
 
 import pytest
-from views import KINDS, Globe, example, scenery, view
+from views import KINDS, Globe, example, role_of, scenery, view
 
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.studio.gizmos.handles import handles
@@ -48,6 +48,17 @@ from pvphong.studio.gizmos.readout import readout
             ],
         ),
         (
+            DirectionalLight(direction=(0, 2, -2), name="sun"),
+            "origin",
+            [
+                "sun: origin",
+                "direction (0, 0.7071, -0.7071)",
+                "azimuth -90.0°, elevation 45.0°",
+                "1 arriving everywhere",
+                "luminance 1",
+            ],
+        ),
+        (
             Globe(position=(1, 0, 2), radius=0.25, on=False),
             "radius",
             ["radius", "position (1, 0, 2)", "radius 0.25", "0 arriving at the scene's middle", "luminance 0"],
@@ -64,7 +75,7 @@ def test_every_field_with_a_handle_is_named(kind):
     for handle in handles(light, scenery(), view()):
         first, *lines, last, _ = readout(light, handle, scenery()).splitlines()
         assert first == handle
-        field = next(field for field, role in light.roles.items() if role.handle == handle)
+        _, field = role_of(kind, handle)
         assert any(f"{name} " in line for line in lines for name in (handle, field))
         off = readout(dataclasses.replace(light, on=False), handle, scenery())
         assert off.splitlines()[-2].startswith("0 arriving")

@@ -91,3 +91,5 @@ def test_azimuth_and_elevation_are_exact_along_the_axes():
     sun = with_numbers(example("directional"), "target", {"azimuth": 90.0, "elevation": 0.0}, scenery())
     length = math.hypot(*example("directional").direction)
     assert sun.direction == pytest.approx((0, length, 0), abs=0)
+    sun = with_numbers(example("directional"), "origin", {"azimuth": 90.0, "elevation": 0.0}, scenery())
+    assert sun.direction == pytest.approx((0, -length, 0), abs=0)

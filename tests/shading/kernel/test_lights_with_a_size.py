@@ -1,0 +1,76 @@
+"""Lights with a size in compiled code: within a bound of the float64 reference, near and far, cut and thin."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from strategies import LIGHT_SHAPES, Dice, triple
+
+import pvphong as ph
+from pvphong.optics.lights import LIGHT_TYPES
+from pvphong.shading import kernel, reference
+
+pytest.importorskip("numba", reason="the extra `fast` is not installed")
+pytestmark = pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
+
+COUNT = 300
+
+
+def thrown(kind, seed):
+    """A light at any distance of vertices, which it may be among."""
+    dice, random = Dice(f"{kind} {seed}"), np.random.default_rng(seed)
+    aim, place = (
+        triple(-dice.unit_vector() + 0.5 * dice.vector()),
+        triple(dice.unit_vector() * dice.choice((0.3, 0.7, 1.5, 3.0, 30.0, 1e3))),
+    )
+    shape = LIGHT_SHAPES[kind](dice, place, aim, 60.0)
+    light = LIGHT_TYPES[kind](**shape, intensity=max(float(np.dot(place, place)), 0.05))
+    points = random.uniform(-1, 1, (COUNT, 3)) * dice.choice((1.0, 0.3))
+    normals = dice.unit_vector() * dice.choice((0.0, 1.0, 3.0)) + random.normal(size=(COUNT, 3))
+    power, specular = dice.choice((4.0, 5.5, 20.0, 300.0, 1e4, 1e6)), dice.choice((0.0, 0.5))
+    material = ph.Material(ambient=0.0, diffuse=0.5, specular=specular, shininess=power)
+    scene = ph.Scene([light], ph.Viewer(triple(3 * dice.unit_vector())), ph.LightModel(ambient=0, clamp=False))
+    brightest = np.maximum(1.0, light.intensity / np.maximum(((points - place) ** 2).sum(axis=1), 1e-9))
+    bound = (4 * math.sqrt(power if specular else 0.0) + 16) * 2.0**-24 * 2 * brightest
+    return (points, normals, scene, material), bound[:, None]
+
+
+def left_to_the_reference(monkeypatch, arguments):
+    """How many vertices compiled code declines; COUNT if all of them."""
+    rows, original = [], reference.shade
+
+    def counted(points, *others):
+        rows.append(len(points))
+        return original(points, *others)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(kernel, "light_by_reference", counted)
+        patch.setattr("pvphong.shading.plan.plan.reference.shade", counted)
+        ph.evaluate(*arguments, backend="numba")
+    return sum(rows)
+
+
+@pytest.mark.parametrize("kind", ["sphere", "rectangle", "polygon"])
+def test_it_is_within_the_bound_of_the_reference(kind, monkeypatch):
+    left = 0
+    for seed in range(60):
+        arguments, bound = thrown(kind, seed)
+        exact = ph.evaluate(*arguments, precision="float64", backend="numpy").rgb
+        got = ph.evaluate(*arguments, precision="float32", backend="numba").rgb
+        assert (np.abs(got - exact) <= 2 * bound).all(), seed
+        left += left_to_the_reference(monkeypatch, arguments)
+    assert left < 0.4 * 60 * COUNT
+
+
+@pytest.mark.parametrize("kind", ["sphere", "rectangle", "polygon"])
+def test_float64_and_low_powers_are_the_references(kind):
+    (points, normals, scene, material), _ = thrown(kind, 1)
+    low = ph.Material(diffuse=0.5, specular=0.5, shininess=0.5)
+    for chosen, precision in ((material, "float64"), (low, "float32")):
+        a, b = (
+            ph.evaluate(points, normals, scene, chosen, precision=precision, backend=backend).rgb
+            for backend in ("numba", "numpy")
+        )
+        np.testing.assert_array_equal(a, b)
