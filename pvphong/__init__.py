@@ -22,6 +22,7 @@ from pvphong.meshes.surfaces import face_normals, vertex_normals
 from pvphong.optics.lights import DirectionalLight, Light, PointLight, SphereLight, SpotLight, light_from_homogeneous
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import BlinnPhong, OrenNayar, Phong
+from pvphong.rays.visibility import Visibility
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene, load_materials
 from pvphong.scene.viewer import Viewer
@@ -94,6 +95,7 @@ __all__ = [
     "SpotLight",
     "Tradeoff",
     "Viewer",
+    "Visibility",
     "as_light",
     "default_scene",
     "diagnose",

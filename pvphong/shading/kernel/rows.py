@@ -33,5 +33,8 @@ PX, PY, PZ = range(25 * BLOCK, 28 * BLOCK, BLOCK)
 # Not 0 for a vertex that is left to the reference.
 DECLINED = 28 * BLOCK
 
-# Albedo; and the length of all rows.
-ALBEDO_R, ALBEDO_G, ALBEDO_B, ROWS = range(29 * BLOCK, 33 * BLOCK, BLOCK)
+# Albedo.
+ALBEDO_R, ALBEDO_G, ALBEDO_B = range(29 * BLOCK, 32 * BLOCK, BLOCK)
+
+# Parts of one light, and of the ambient light, that nothing blocks; and the length of all rows.
+VISIBLE, SKY, ROWS = range(32 * BLOCK, 35 * BLOCK, BLOCK)

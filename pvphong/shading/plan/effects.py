@@ -12,6 +12,7 @@ from __future__ import annotations
 from pvphong.shading.plan.draft import Effect
 from pvphong.shading.plan.lights import ATTENUATION, CONE, LIGHTS, POSITION
 from pvphong.shading.plan.reflection import DIFFUSE, SPECULAR
+from pvphong.shading.plan.screens import OCCLUSION, SHADOW
 from pvphong.shading.plan.surface import AMBIENT, EMISSION, NORMAL_TRANSFORM
 from pvphong.shading.plan.viewer import LOCAL_VIEWER, TWO_SIDED
 
@@ -27,4 +28,6 @@ EFFECTS: tuple[Effect, ...] = (
     POSITION,
     LOCAL_VIEWER,
     DIFFUSE,
+    SHADOW,
+    OCCLUSION,
 )

@@ -1,0 +1,132 @@
+"""What vertices see of lights and sky: meshes become triangles that block rays, and vertices that look."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from pvphong.base import check
+from pvphong.base.types import Float64Array, FloatArray, MatrixLike
+from pvphong.geometry.transform import transform_normals, transform_points
+from pvphong.meshes.blocks import leaves
+from pvphong.meshes.cells import refuse_invalid
+from pvphong.meshes.surfaces import has_faces, outer, polygons
+from pvphong.rays.occluders import Occluders
+from pvphong.rays.receiver import Receiver
+from pvphong.rays.visibility import Visibility
+from pvphong.scene.scene import Scene, light_labels
+
+_AS_FINE_AS_A_DISPLAY = 1.0 / 255.0
+
+
+def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
+    """The corners of a surface's faces cut into triangles, shape (m, 3)."""
+    connectivity, offsets = polygons(mesh)
+    sizes = np.diff(offsets)
+    if (sizes == 3).all():
+        return connectivity.reshape(-1, 3)
+    if sizes.max(initial=0) > 4:  # only these may be so far from convex that a fan is not inside of them
+        bare = pv.PolyData()
+        bare.points, bare.faces = mesh.points, pv.CellArray.from_arrays(offsets, connectivity)
+        return polygons(bare.triangulate())[0].reshape(-1, 3)
+    first, quads = offsets[:-1][sizes >= 3], offsets[:-1][sizes == 4]
+    fans = np.concatenate([first[:, None] + [0, 1, 2], quads[:, None] + [0, 2, 3]])
+    return connectivity[fans]
+
+
+class Among(NamedTuple):
+    """A mesh among occluders that are known already."""
+
+    occluders: Occluders
+    part: int | None
+    """Which of them it is itself, if it is one."""
+
+
+def world_triangles(source: pv.PolyData, matrix: MatrixLike | None = None) -> Float64Array:
+    """The corners of a surface's triangles in the world, shape (m, 3, 3)."""
+    return world_points(source, matrix)[triangles_of(source)]
+
+
+def world_points(source: pv.PolyData, matrix: MatrixLike | None = None) -> Float64Array:
+    """A surface's points in the world, shape (n, 3)."""
+    points = source.points
+    return points.astype(np.float64) if matrix is None else transform_points(points, matrix)
+
+
+def checked_occluders(given: Any) -> list[Float64Array]:
+    """The triangles of what a user names as occluders: meshes, or pairs of a mesh and a matrix.
+
+    Raises
+    ------
+    ValueError
+        If one is neither, or broken.
+    """
+    allowed = "a sequence of meshes, or of pairs of a mesh and a 4x4 matrix"
+    if isinstance(given, (pv.DataSet, pv.MultiBlock)):
+        check.refuse("occluders", f"a {type(given).__name__}", allowed, "Put a single one into a list.")
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        check.refuse("occluders", given, allowed)
+    return [part for index, one in enumerate(given) for part in _parts(f"occluders[{index}]", one)]
+
+
+def _parts(name: str, given: Any) -> list[Float64Array]:
+    mesh, matrix = given if isinstance(given, tuple) and len(given) == 2 else (given, None)
+    if not isinstance(mesh, (pv.DataSet, pv.MultiBlock)):
+        check.refuse(name, given, "a mesh, or a pair of a mesh and a 4x4 matrix", "pyvista.wrap makes a mesh of VTK's.")
+    if matrix is not None:
+        matrix = check.matrix4(f"{name}[1]", matrix)
+    found = leaves(mesh) if isinstance(mesh, pv.MultiBlock) else [mesh]
+    return [triangles for each in found if len(triangles := _triangles(name, each, matrix))]
+
+
+def _triangles(name: str, mesh: pv.DataSet, matrix: Any) -> Float64Array:
+    """None of what has no faces: it blocks nothing."""
+    if not mesh.n_points:
+        return np.zeros((0, 3, 3))
+    try:
+        refuse_invalid(mesh)
+        source = outer(mesh)
+        return world_triangles(source, matrix) if has_faces(source) else np.zeros((0, 3, 3))
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from error
+
+
+def visibility_of(
+    source: pv.PolyData,
+    normals: Callable[[], FloatArray],
+    scene: Scene,
+    *,
+    occluders: Any = (),
+    samples: int | None = None,
+    tolerance: float = _AS_FINE_AS_A_DISPLAY,
+    matrix: MatrixLike | None = None,
+) -> Visibility:
+    """What the vertices of a surface see; see `mesh.phong.visibility`."""
+    if samples is not None:
+        samples = int(check.number("samples", samples, at_least=1.0, at_most=8192.0))
+    tolerance = check.number("tolerance", tolerance, at_least=0.0) or _AS_FINE_AS_A_DISPLAY
+    model = scene.light_model
+    among = occluders if isinstance(occluders, Among) else _among(source, matrix, checked_occluders(occluders))
+
+    def world_normals() -> FloatArray:
+        return normals() if matrix is None else transform_normals(normals(), matrix)
+
+    return Visibility(
+        Receiver(world_points(source, matrix), world_normals, triangles_of(source), among.part),
+        scene.world_lights,
+        light_labels(scene),
+        among.occluders,
+        two_sided=model.two_sided,
+        distance=model.occlusion_distance,
+        tolerance=tolerance,
+        samples=samples,
+    )
+
+
+def _among(source: pv.PolyData, matrix: MatrixLike | None, others: list[Float64Array]) -> Among:
+    own = [world_triangles(source, matrix)] if has_faces(source) else []
+    return Among(Occluders([*own, *others]), 0 if own else None)

@@ -1,0 +1,36 @@
+"""Rays cast by VTK's static cell locator: slower, and always there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+from vtkmodules.vtkCommonCore import mutable, vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkStaticCellLocator
+
+from pvphong.base.types import BoolArray, Float64Array, FloatArray
+
+
+class Locator:
+    """A `Backend`."""
+
+    def __init__(self, triangles: Float64Array) -> None:
+        points, cells, mesh = vtkPoints(), vtkCellArray(), vtkPolyData()
+        points.SetData(numpy_to_vtk(np.ascontiguousarray(triangles.reshape(-1, 3)), deep=True))
+        corners = np.arange(3 * len(triangles), dtype=np.int64)
+        offsets = numpy_to_vtkIdTypeArray(np.arange(0, 3 * len(triangles) + 1, 3, dtype=np.int64), deep=True)
+        cells.SetData(offsets, numpy_to_vtkIdTypeArray(corners, deep=True))
+        mesh.SetPoints(points)
+        mesh.SetPolys(cells)
+        self._locator = vtkStaticCellLocator()
+        self._locator.SetDataSet(mesh)
+        self._locator.BuildLocator()
+
+    def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
+        """Whether a triangle is met."""
+        ends = origins + lengths[:, None] * directions
+        meet: Any = self._locator.IntersectWithLine  # VTK's annotations have no numbers that it changes
+        t, cell, where, inside = mutable(0.0), mutable(0), [0.0] * 3, [0.0] * 3
+        pairs = zip(origins.tolist(), ends.tolist(), strict=True)
+        return np.array([meet(a, b, 0.0, t, where, inside, cell) != 0 for a, b in pairs], np.bool_)
