@@ -165,7 +165,7 @@ class MeshPhong:
         occluders : sequence, optional
             Meshes, or pairs of a mesh and a 4x4 matrix, that are in the way like this mesh itself.
         samples : int, optional
-            So many rays for every vertex, light with a size, and the sky; rounded up to a multiple of 8.
+            So many rays for every vertex to each light with a size, and into the sky: the next power of two, at most 4096.
         tolerance : float, default 1/255
             Else, rays are cast until the standard error of the colour of a white surface is at most that; 0 is the
             default.

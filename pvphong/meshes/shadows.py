@@ -10,13 +10,15 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from pvphong.base import check
-from pvphong.base.types import Float64Array, FloatArray, MatrixLike
+from pvphong.base.types import FloatArray, MatrixLike
 from pvphong.geometry.transform import transform_normals, transform_points
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.cells import refuse_invalid
 from pvphong.meshes.surfaces import has_faces, outer, polygons
+from pvphong.rays.faces import Faces
 from pvphong.rays.occluders import Occluders
 from pvphong.rays.receiver import Receiver
+from pvphong.rays.sampling import NODES
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, light_labels
 
@@ -46,18 +48,15 @@ class Among(NamedTuple):
     """Which of them it is itself, if it is one."""
 
 
-def world_triangles(source: pv.PolyData, matrix: MatrixLike | None = None) -> Float64Array:
-    """The corners of a surface's triangles in the world, shape (m, 3, 3)."""
-    return world_points(source, matrix)[triangles_of(source)]
-
-
-def world_points(source: pv.PolyData, matrix: MatrixLike | None = None) -> Float64Array:
-    """A surface's points in the world, shape (n, 3)."""
+def world_faces(source: pv.PolyData, matrix: MatrixLike | None = None) -> Faces:
+    """A surface's triangles in the world; its points are copied."""
     points = source.points
-    return points.astype(np.float64) if matrix is None else transform_points(points, matrix)
+    return Faces(
+        points.astype(np.float64) if matrix is None else transform_points(points, matrix), triangles_of(source)
+    )
 
 
-def checked_occluders(given: Any) -> list[Float64Array]:
+def checked_occluders(given: Any) -> list[Faces]:
     """The triangles of what a user names as occluders: meshes, or pairs of a mesh and a matrix.
 
     Raises
@@ -73,26 +72,23 @@ def checked_occluders(given: Any) -> list[Float64Array]:
     return [part for index, one in enumerate(given) for part in _parts(f"occluders[{index}]", one)]
 
 
-def _parts(name: str, given: Any) -> list[Float64Array]:
+def _parts(name: str, given: Any) -> list[Faces]:
     mesh, matrix = given if isinstance(given, tuple) and len(given) == 2 else (given, None)
     if not isinstance(mesh, (pv.DataSet, pv.MultiBlock)):
         check.refuse(name, given, "a mesh, or a pair of a mesh and a 4x4 matrix", "pyvista.wrap makes a mesh of VTK's.")
     if matrix is not None:
         matrix = check.matrix4(f"{name}[1]", matrix)
     found = leaves(mesh) if isinstance(mesh, pv.MultiBlock) else [mesh]
-    return [triangles for each in found if len(triangles := _triangles(name, each, matrix))]
+    return [world_faces(source, matrix) for each in found if has_faces(source := _outer(name, each))]
 
 
-def _triangles(name: str, mesh: pv.DataSet, matrix: Any) -> Float64Array:
-    """None of what has no faces: it blocks nothing."""
-    if not mesh.n_points:
-        return np.zeros((0, 3, 3))
+def _outer(name: str, mesh: pv.DataSet) -> pv.PolyData:
+    """What has no faces blocks nothing."""
     try:
         refuse_invalid(mesh)
-        source = outer(mesh)
-        return world_triangles(source, matrix) if has_faces(source) else np.zeros((0, 3, 3))
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from error
+    return outer(mesh) if mesh.n_points else pv.PolyData()
 
 
 def visibility_of(
@@ -107,16 +103,17 @@ def visibility_of(
 ) -> Visibility:
     """What the vertices of a surface see; see `mesh.phong.visibility`."""
     if samples is not None:
-        samples = int(check.number("samples", samples, at_least=1.0, at_most=8192.0))
+        samples = int(check.number("samples", samples, at_least=1.0, at_most=float(NODES)))
     tolerance = check.number("tolerance", tolerance, at_least=0.0) or _AS_FINE_AS_A_DISPLAY
     model = scene.light_model
-    among = occluders if isinstance(occluders, Among) else _among(source, matrix, checked_occluders(occluders))
+    faces = world_faces(source, matrix)
+    among = occluders if isinstance(occluders, Among) else _among(faces, checked_occluders(occluders))
 
     def world_normals() -> FloatArray:
         return normals() if matrix is None else transform_normals(normals(), matrix)
 
     return Visibility(
-        Receiver(world_points(source, matrix), world_normals, triangles_of(source), among.part),
+        Receiver(faces, world_normals, among.part),
         scene.world_lights,
         light_labels(scene),
         among.occluders,
@@ -127,6 +124,5 @@ def visibility_of(
     )
 
 
-def _among(source: pv.PolyData, matrix: MatrixLike | None, others: list[Float64Array]) -> Among:
-    own = [world_triangles(source, matrix)] if has_faces(source) else []
-    return Among(Occluders([*own, *others]), 0 if own else None)
+def _among(own: Faces, others: list[Faces]) -> Among:
+    return Among(Occluders([own, *others]), 0) if len(own) else Among(Occluders(others), None)

@@ -10,7 +10,7 @@ from pvphong.base.types import Float64Array
 from pvphong.geometry.extent import ROUNDED_UP, Sphere
 from pvphong.optics.light import Light
 from pvphong.optics.roles import Place
-from pvphong.rays.occluders import Ball
+from pvphong.rays.faces import Ball
 
 _NODES = 64
 

@@ -15,6 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from pvphong.base.types import BoolArray, Float64Array, FloatArray
+from pvphong.rays.faces import Faces
 
 RESOLUTION = 2.0**-18
 """In parts of the size of a caster's triangles: what is nearer to a ray's begin or end than that may be passed over."""
@@ -27,8 +28,8 @@ _RAYS_AT_ONCE = 2**15
 class Backend(Protocol):
     """What casts rays at triangles."""
 
-    def __init__(self, triangles: Float64Array) -> None:
-        """Triangles of shape (m, 3, 3) with coordinates from -1 to 1, m > 0."""
+    def __init__(self, faces: Faces) -> None:
+        """At least one triangle, of finite coordinates from -1 to 1."""
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
         """Whether a triangle is met: origins and unit vectors (n, 3), lengths (n,), all of moderate size."""
@@ -39,21 +40,18 @@ class Caster:
 
     Parameters
     ----------
-    triangles : ndarray
-        Shape (m, 3, 3), the corners. Those without an area, or with a corner that is not finite, block nothing.
+    faces : Faces
+        Triangles without an area, or with a corner that is not finite, block nothing.
     """
 
-    def __init__(self, triangles: FloatArray) -> None:
-        given = np.asarray(triangles, np.float64)
-        sound = given[np.isfinite(given).all(axis=(1, 2))]
-        self.middle, self._exponent = _middle_and_exponent(sound.reshape(-1, 3))
-        scaled = np.ldexp(sound - self.middle, -self._exponent)
-        scaled = scaled[(np.cross(scaled[:, 1] - scaled[:, 0], scaled[:, 2] - scaled[:, 0]) != 0.0).any(axis=1)]
-        self.count = len(scaled)
-        """Of the triangles that can block."""
-        self.dropped = len(given) - self.count
-        """How many cannot."""
-        self._backend = _backend()(scaled) if len(scaled) else None
+    def __init__(self, faces: Faces) -> None:
+        sound = faces.sound
+        low, high = sound.box
+        half = high / 2 - low / 2
+        self.middle: Float64Array = low + half
+        self._exponent = int(np.frexp(half.max())[1])
+        scaled = np.ldexp(sound.points - self.middle, -self._exponent)
+        self._backend = _backend()(Faces(scaled, sound.corners)) if len(sound) else None
 
     @property
     def resolution(self) -> float:
@@ -119,12 +117,3 @@ def _backend() -> type[Backend]:
     from pvphong.rays.locator import Locator
 
     return Locator
-
-
-def _middle_and_exponent(points: Float64Array) -> tuple[Float64Array, int]:
-    """The middle of points' box, and the power of two that is at least half its longest edge."""
-    if not len(points):
-        return np.zeros(3), 0
-    low, high = points.min(axis=0), points.max(axis=0)
-    half = high / 2 - low / 2
-    return low + half, int(np.frexp(half.max())[1])

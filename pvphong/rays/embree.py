@@ -7,14 +7,15 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
 from pvphong.base.types import BoolArray, Float64Array, FloatArray
+from pvphong.rays.faces import Faces
 
 
 class Embree:
     """A `Backend`; several threads may cast at once."""
 
-    def __init__(self, triangles: Float64Array) -> None:
+    def __init__(self, faces: Faces) -> None:
         self._scene = EmbreeScene(robust=True)
-        self._mesh = TriangleMesh(self._scene, np.ascontiguousarray(triangles, np.float32))
+        self._mesh = TriangleMesh(self._scene, faces.points.astype(np.float32), faces.corners.astype(np.int32))
         self.blocked(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.ones(1))  # the first ray builds the tree
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:

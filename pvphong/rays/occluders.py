@@ -1,26 +1,19 @@
-"""What can block light: parts, each the triangles of one mesh in the world."""
+"""What can block light: parts, each the triangles of one mesh."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
-from pvphong.base.types import BoolArray, Float64Array, FloatArray
+from pvphong.base.types import BoolArray, FloatArray
 from pvphong.rays.casting import Caster
+from pvphong.rays.faces import Ball, Faces
 
 # A part so many times smaller than the others is not put into one caster with them, whose resolution is too coarse for
 # it: single precision tells 2⁻²⁴ of the whole apart.
 _ALIKE = 2.0**8
-
-
-class Ball(NamedTuple):
-    """A sphere around a part."""
-
-    center: Float64Array
-    radius: float
 
 
 class Occluders:
@@ -28,12 +21,12 @@ class Occluders:
 
     Parameters
     ----------
-    parts : sequence of ndarray
-        Shape (m, 3, 3) each: the corners of triangles, in the world.
+    parts : sequence of Faces
+        In the world.
     """
 
-    def __init__(self, parts: Sequence[FloatArray]) -> None:
-        self._parts = [np.asarray(part) for part in parts]
+    def __init__(self, parts: Sequence[Faces]) -> None:
+        self._parts = tuple(parts)
 
     def __len__(self) -> int:
         return len(self._parts)
@@ -41,7 +34,7 @@ class Occluders:
     @cached_property
     def balls(self) -> list[Ball | None]:
         """Around each part; None for one without a triangle."""
-        return [_ball(part) for part in self._parts]
+        return [part.ball for part in self._parts]
 
     @cached_property
     def _groups(self) -> list[list[int]]:
@@ -58,7 +51,7 @@ class Occluders:
     @cached_property
     def casters(self) -> list[Caster]:
         """Built when rays are first cast."""
-        return [Caster(np.concatenate([self._parts[index] for index in group])) for group in self._groups]
+        return [Caster(Faces.joined([self._parts[index] for index in group])) for group in self._groups]
 
     def resolution(self, part: int | None) -> float:
         """The length below which nothing is told apart at a part; at the finest one for None, and 0 without any."""
@@ -74,13 +67,3 @@ class Occluders:
             free = np.flatnonzero(~found) if found.any() else slice(None)
             found[free] = caster.blocked(origins[free], directions[free], distances[free])
         return found
-
-
-def _ball(triangles: FloatArray) -> Ball | None:
-    corners = triangles.reshape(-1, 3)
-    corners = corners[np.isfinite(corners).all(axis=1)]
-    if not len(corners):
-        return None
-    low, high = corners.min(axis=0).astype(np.float64), corners.max(axis=0).astype(np.float64)
-    half = high / 2 - low / 2
-    return Ball(low + half, float(np.linalg.norm(half)) * (1.0 + 1e-9))

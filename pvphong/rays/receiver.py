@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pvphong.base.types import Float64Array, FloatArray
 from pvphong.base.vectors import unit
 from pvphong.geometry.convex import is_convex
 from pvphong.geometry.extent import Extent
+from pvphong.rays.faces import Faces
 from pvphong.rays.starts import into_faces
 
 # Finding out whether a mesh of more faces is convex would take longer than its rays.
@@ -25,20 +25,22 @@ class Receiver:
 
     Parameters
     ----------
-    points : ndarray
-        Shape (n, 3), float64.
+    faces : Faces
+        Its points, float64, and its triangles.
     normals : callable
         Gives their normals, shape (n, 3), of any length.
-    triangles : ndarray
-        Shape (m, 3): its faces.
     part : int or None
         Which of the occluders' parts its faces are; None where they block nothing.
     """
 
-    points: Float64Array
+    faces: Faces
     normals: Callable[[], FloatArray]
-    triangles: NDArray[np.int64]
     part: int | None
+
+    @property
+    def points(self) -> FloatArray:
+        """Shape (n, 3)."""
+        return self.faces.points
 
     @cached_property
     def unit_normals(self) -> Float64Array:
@@ -53,9 +55,9 @@ class Receiver:
     @cached_property
     def is_convex(self) -> bool:
         """Whether no ray that leaves it meets it again."""
-        return len(self.triangles) <= _MOST_FACES and is_convex(self.points, self.unit_normals, self.triangles)
+        return len(self.faces) <= _MOST_FACES and is_convex(self.points, self.unit_normals, self.faces.corners)
 
     @cached_property
     def beside(self) -> Float64Array:
         """The points, a little way into their faces."""
-        return self.points + into_faces(self.points, self.unit_normals, self.triangles)
+        return self.points + into_faces(self.points, self.unit_normals, self.faces.corners)

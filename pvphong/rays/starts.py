@@ -5,8 +5,8 @@ and rises above the tangent plane meets no face of a convex surface, however coa
 ends to reach it, which rays from inside of faces make (Hanika, "Hacking the shadow terminator", 2021).
 
 A begin is above the tangent plane by the resolution of the triangles. It is also a thousandth of the way into the
-vertex's own faces, along that plane: a vertex at the foot of a wall is in the plane of the wall, and on that side of it
-on which its faces are.
+vertex's own faces, as far as they are not below that plane: a vertex at the foot of a wall is in the plane of the wall,
+and belongs on that side of it on which its faces are.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _CORNERS_AT_ONCE = 2**20
 
 
 def into_faces(points: Float64Array, normals: Float64Array, triangles: NDArray[np.int64]) -> Float64Array:
-    """The ways along tangent planes into the faces of each vertex; zero where these lie evenly around it.
+    """The ways into the faces of each vertex, not below its tangent plane; zero where these lie evenly around it.
 
     Parameters
     ----------
@@ -33,8 +33,8 @@ def into_faces(points: Float64Array, normals: Float64Array, triangles: NDArray[n
     Returns
     -------
     ndarray
-        Shape (n, 3): a thousandth of the way to the mean of the middles of its faces, without its part along the
-        normal.
+        Shape (n, 3): a thousandth of the way to the mean of the middles of its faces, without what of it is against
+        the normal.
     """
     sums, counts = np.zeros_like(points), np.zeros(len(points))
     for start in range(0, len(triangles), _CORNERS_AT_ONCE):
@@ -49,5 +49,5 @@ def into_faces(points: Float64Array, normals: Float64Array, triangles: NDArray[n
     ways = np.zeros_like(points)
     touched = counts > 0
     ways[touched] = sums[touched] / counts[touched, None] - points[touched]
-    ways -= (ways * normals).sum(axis=1, keepdims=True) * normals
+    ways -= np.minimum((ways * normals).sum(axis=1, keepdims=True), 0.0) * normals
     return np.where(np.isfinite(ways), ways, 0.0) * _INTO_FACES

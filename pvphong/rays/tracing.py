@@ -12,11 +12,13 @@ from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.optics.light import Light
 from pvphong.rays.occluders import Occluders
 from pvphong.rays.receiver import Receiver
-from pvphong.rays.sampling import NODES, Ask, Seen, in_tree_order, look
+from pvphong.rays.sampling import NODES, Ask, Effort, Seen, in_tree_order, look
 from pvphong.rays.targets import Target, strengths, ways_to
 from pvphong.shading.kernel import pool
 
 _RAYS_AT_ONCE = 2**15
+# Into so many lights without a size one with a size is divided.
+_LIGHTS = 1024
 # In units of the resolution: rays end so far before a light, for it may stand on a face.
 _BEFORE_LIGHT = 2.0
 
@@ -69,13 +71,13 @@ class Tracer:
         return Seen(part, np.zeros(len(part)), len(rows) * bool(self.occluders.casters))
 
     def _see_part(self, light: Light) -> Seen:
-        nodes = list(light.nodes(NODES))
+        nodes = list(light.nodes(_LIGHTS))
         targets = [Target.of(node) for node in nodes]
         order = in_tree_order(np.array([target.place_or_way for target in targets]))
         nodes, targets = [nodes[k] for k in order], [targets[k] for k in order]
         sides = self._sides(light.nodes(1)[0]) if self.two_sided else np.ones(len(self.receiver.points))
         sides[sides == 0.0] = 1.0
-        brightness = NODES * light.intensity * max(np.ravel(light.diffuse).tolist())
+        brightness = len(nodes) * light.intensity * max(np.ravel(light.diffuse).tolist())
         goals, are_ways = np.array([t.place_or_way for t in targets]), np.array([t.place is None for t in targets])
 
         def ask(vertices: IntArray, chosen: IntArray) -> tuple[FloatArray, BoolArray]:
@@ -108,13 +110,15 @@ class Tracer:
             seen = ~self.occluders.blocked(begins, toward, np.full(len(rows), self.distance))
             return has_normal[rows].astype(np.float64).reshape(chosen.shape), seen.reshape(chosen.shape)
 
-        seen = self._look(ask, 1.0)
+        seen = self._look(ask, least=64)
         return seen._replace(part=np.where(has_normal, seen.part, 1.0))
 
-    def _look(self, ask: Ask, brightness: float) -> Seen:
+    def _look(self, ask: Ask, brightness: float = 1.0, least: int = 16) -> Seen:
         receiver = self.receiver
         receiver.beside.shape, self.occluders.casters  # noqa: B018 computed before threads share them
-        return look(len(receiver.points), ask, self.tolerance, self.samples, receiver.triangles, brightness)
+        return look(
+            len(receiver.points), ask, Effort(self.tolerance, self.samples, brightness, least), receiver.faces.corners
+        )
 
 
 def _sky_ways() -> Float64Array:

@@ -15,7 +15,8 @@ from pvphong.base import check
 from pvphong.base.types import FloatArray
 from pvphong.optics.light import Light
 from pvphong.rays.between import may_block
-from pvphong.rays.occluders import Ball, Occluders
+from pvphong.rays.faces import Ball
+from pvphong.rays.occluders import Occluders
 from pvphong.rays.receiver import Receiver
 from pvphong.rays.targets import Target
 from pvphong.rays.tracing import Tracer
