@@ -19,7 +19,7 @@ from pvphong.meshes.blocks import datasets, map_blocks, materials_of
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
 from pvphong.meshes.lit import plan, point_normals, shade_mesh
-from pvphong.meshes.shadows import visibility_of
+from pvphong.meshes.shadows import mutual, rays_of, visibility_of
 from pvphong.meshes.sharing import sharing
 from pvphong.meshes.surfaces import surface
 from pvphong.optics.material import Material
@@ -165,7 +165,8 @@ class MeshPhong:
         occluders : sequence, optional
             Meshes, or pairs of a mesh and a 4x4 matrix, that are in the way like this mesh itself.
         samples : int, optional
-            So many rays for every vertex to each light with a size, and into the sky: the next power of two, at most 4096.
+            So many rays for every vertex to each light with a size, and into the sky: the next power of two, at most
+            4096.
         tolerance : float, default 1/255
             Else, rays are cast until the standard error of the colour of a white surface is at most that; 0 is the
             default.
@@ -343,7 +344,8 @@ class BlocksPhong:
             One for all, or block's name → material; of a block inside a block the names with "/" between them. Blocks
             that are not named have that of the name "default".
         **options
-            As for a single dataset; `albedo` is the name of a point array that every block has.
+            As for a single dataset; `albedo` is the name of a point array that every block has, and `visibility` is
+            what `visibility` gives. Blocks shadow each other.
 
         Raises
         ------
@@ -351,8 +353,20 @@ class BlocksPhong:
             As for a single dataset; the message names the block.
         """
         scene = self._scene(scene, options.get("matrix"))
-        materials = materials_of(self._blocks, material)
-        return map_blocks(self._blocks, lambda block: block.phong.shade(scene, next(materials), **options))
+        materials, rays = materials_of(self._blocks, material), rays_of(self._blocks, scene, options)
+        return map_blocks(self._blocks, lambda block: block.phong.shade(scene, next(materials), **next(rays)))
+
+    def visibility(self, scene: SceneLike | None = None, **options: Any) -> dict[str, Visibility]:
+        """What the vertices of each dataset see, by the path of its block's names; blocks are in each other's way.
+
+        `options` are those for a single dataset. `shade` and `plan` take the result as `visibility`.
+        """
+        scene = self._scene(scene, options.get("matrix"))
+        among = mutual(self._blocks, options.get("matrix"), options.pop("occluders", ()))
+        return {
+            path: block.phong.visibility(scene, occluders=next(among), **options)
+            for path, block in datasets(self._blocks)
+        }
 
     def plot(self, *, name: str = "phong", **options: Any) -> Any:
         """Show lit blocks: the colours as they are; see `MeshPhong.plot`."""
@@ -384,13 +398,14 @@ class BlocksPhong:
         *,
         matrix: MatrixLike | None = None,
         tolerance: float = 0.0,
+        occluders: Any = (),
+        visibility: Mapping[str, Visibility] | None = None,
     ) -> dict[str, Plan]:
         """A plan for each dataset, by the path of its block's names; None and empty blocks are left out."""
         scene = self._scene(scene, matrix)
-        return {
-            path: block.phong.plan(scene, material, matrix=matrix, tolerance=tolerance)
-            for path, block in datasets(self._blocks)
-        }
+        options = {"matrix": matrix, "tolerance": tolerance, "occluders": occluders, "visibility": visibility}
+        rays = rays_of(self._blocks, scene, options)
+        return {path: block.phong.plan(scene, material, **next(rays)) for path, block in datasets(self._blocks)}
 
     def _scene(self, given: SceneLike | None, matrix: MatrixLike | None) -> Scene:
         """One viewer for all blocks."""

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+import pyvista as pv
+
 from pvphong.cli.inputs import NOTHING, SIZE, surface_and_scene
 from pvphong.cli.lighting import with_materials
-from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, Rig, feature_angle_of
+from pvphong.cli.options import NONE, PLAIN, BlockerOptions, FeatureAngleOption, LookOptions, Rig, feature_angle_of
 from pvphong.meshes.lit import plan as plan_mesh
+from pvphong.meshes.shadows import rays_of
 
 
 def plan(
@@ -18,6 +21,7 @@ def plan(
     look: LookOptions = PLAIN,
     tolerance: float = 0.0,
     feature_angle: FeatureAngleOption = "auto",
+    blockers: BlockerOptions = NONE,
 ) -> None:
     """Say which effects a scene calls for on a mesh, which are left out, and why.
 
@@ -32,10 +36,13 @@ def plan(
         normals of its own, and "none" leaves all of it smooth.
     """
     outside, rig = surface_and_scene(mesh, scene, SIZE)
+    rig = blockers.to_scene(rig)
     materials = look.to_materials(scene)
     options: Any = {"tolerance": tolerance, "feature_angle": feature_angle_of(feature_angle)}
+    options["occluders"] = blockers.to_meshes()
+    rays = rays_of(outside, rig, options) if isinstance(outside, pv.MultiBlock) else iter([options])
     plans = [
-        (block, plan_mesh(single, rig, material, **options))
+        (block, plan_mesh(single, rig, material, **next(rays)))
         for block, single, material in with_materials(outside, materials)
     ]
     for block, found in plans:

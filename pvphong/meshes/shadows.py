@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import repeat
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,9 +13,9 @@ from numpy.typing import NDArray
 from pvphong.base import check
 from pvphong.base.types import FloatArray, MatrixLike
 from pvphong.geometry.transform import transform_normals, transform_points
-from pvphong.meshes.blocks import leaves
+from pvphong.meshes.blocks import datasets, leaves
 from pvphong.meshes.cells import refuse_invalid
-from pvphong.meshes.surfaces import has_faces, outer, polygons
+from pvphong.meshes.surfaces import has_faces, outer, polygons, surface
 from pvphong.rays.faces import Faces
 from pvphong.rays.occluders import Occluders
 from pvphong.rays.receiver import Receiver
@@ -89,6 +90,34 @@ def _outer(name: str, mesh: pv.DataSet) -> pv.PolyData:
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from error
     return outer(mesh) if mesh.n_points else pv.PolyData()
+
+
+def mutual(blocks: pv.MultiBlock, matrix: MatrixLike | None = None, occluders: Any = ()) -> Iterator[Among]:
+    """Each dataset that is not empty, in their order, among all of them and other occluders."""
+    parts = [world_faces(surface(block), matrix) for _, block in datasets(blocks)]
+    together = Occluders([*parts, *checked_occluders(occluders)])
+    return (Among(together, index) for index in range(len(parts)))
+
+
+def rays_of(blocks: pv.MultiBlock, scene: Scene, options: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Options for each dataset that is not empty: occluders or visibility are its own.
+
+    Raises
+    ------
+    ValueError
+        If the visibility is none for each of them.
+    """
+    given = options.get("visibility")
+    if given is None:
+        if not scene.light_model.needs_rays:
+            return repeat(options)
+        among = mutual(blocks, options.get("matrix"), options.get("occluders", ()))
+        return (options | {"occluders": each} for each in among)
+    paths = [path for path, _ in datasets(blocks)]
+    if not isinstance(given, Mapping) or not given.keys() >= set(paths):
+        remedy = "blocks.phong.visibility(scene) makes one."
+        check.refuse("visibility", type(given).__name__, f"a mapping with {', '.join(paths)}", remedy)
+    return (options | {"visibility": given[path]} for path in paths)
 
 
 def visibility_of(

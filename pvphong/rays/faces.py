@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +52,7 @@ class Faces:
         """Those without a corner that is not finite."""
         if not len(self) or not len(self.points) or np.isfinite(_extremes(self.points)).all():
             return self
-        finite = np.isfinite(self.points).all(axis=1)
+        finite: Any = np.isfinite(self.points).all(axis=1)
         left = self.corners[finite[self.corners].all(axis=1)]
         used, corners = np.unique(left, return_inverse=True)
         return Faces(self.points[used], corners.reshape(-1, 3))

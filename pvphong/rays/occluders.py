@@ -54,11 +54,11 @@ class Occluders:
         return [Caster(Faces.joined([self._parts[index] for index in group])) for group in self._groups]
 
     def resolution(self, part: int | None) -> float:
-        """The length below which nothing is told apart at a part; at the finest one for None, and 0 without any."""
-        for group, caster in zip(reversed(self._groups), reversed(self.casters), strict=True):
-            if part is None or part in group:
-                return caster.resolution
-        return 0.0
+        """The length below which nothing is told apart at a part, or else at the finest one; 0 without any."""
+        if not self.casters:
+            return 0.0
+        own = [caster for group, caster in zip(self._groups, self.casters, strict=True) if part in group]
+        return (own or self.casters)[-1].resolution
 
     def blocked(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
         """As `Caster.blocked`, by any part."""

@@ -38,9 +38,9 @@ class Receiver:
     part: int | None
 
     @property
-    def points(self) -> FloatArray:
+    def points(self) -> Float64Array:
         """Shape (n, 3)."""
-        return self.faces.points
+        return self.faces.points.astype(np.float64, copy=False)
 
     @cached_property
     def unit_normals(self) -> Float64Array:

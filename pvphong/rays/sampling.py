@@ -1,9 +1,9 @@
 """How much of a light or of the sky is seen: as many rays for each vertex as its own error asks for.
 
 What is looked at is divided into nodes, which stand in the order of a tree that halves them by place. Each vertex takes
-them in an order of its own, in which the first 2^k nodes are one of each 2^k-th of the tree: van der Corput's, scrambled
-as Owen does it ("Randomly permuted (t,m,s)-nets", 1995) by a hash of the vertex's number, the way of S. Laine and
-T. Karras ("Stratified sampling for stochastic transparency", 2011). So a vertex's rays depend on nothing else: not on
+them in an order of its own, in which the first 2^k nodes are one from each 2^k-th part of the tree: van der Corput's,
+scrambled as Owen does it ("Randomly permuted (t,m,s)-nets", 1995) by a hash of the vertex's number, in the way of Laine
+and Karras ("Stratified sampling for stochastic transparency", 2011). So a vertex's rays depend on nothing else: not on
 the order of vertices, on threads or on chunks; and no node is taken twice.
 
 Two nodes from neighbouring parts of the tree see the same, except at the edge of a shadow. Their differences are

@@ -63,6 +63,13 @@ def channels_for(equation: Equation, screen: Screen | None) -> FloatArray | None
     return _refuse_unknown() if screen is None else screen.channels(equation.shadowed, sky=equation.is_occluded)
 
 
+def refuse_rays(scene: Scene, where: str) -> None:
+    """Raise ValueError for a scene with shadows or ambient occlusion, where nobody casts rays."""
+    if scene.light_model.needs_rays:
+        remedy = "scene.light_model.without_rays() is the same without them."
+        check.refuse("light_model", "one with them", f"without shadows and ambient occlusion {where}", remedy)
+
+
 def _refuse_unknown() -> NoReturn:
     allowed = "without shadows and ambient occlusion where only points are known"
     remedy = "mesh.phong.shade casts the rays itself; evaluate takes visibility=mesh.phong.visibility(scene)."

@@ -91,7 +91,7 @@ def test_what_is_behind_the_light_or_the_vertex_casts_none():
 @pytest.mark.parametrize("resolution", [6, 8, 20])
 @pytest.mark.parametrize("light", [SUN, ph.DirectionalLight(direction=(-3, 1, -0.2)), LAMP])
 def test_a_coarse_ball_has_no_staircase(resolution, light):
-    """Where the light ends to reach it its own normals say, vertex by vertex; rays from inside faces would be blocked."""
+    """Its own normals say where light ends to reach it, vertex by vertex; rays from inside faces would be blocked."""
     ball = pv.Sphere(theta_resolution=resolution, phi_resolution=resolution)
     joined = pv.merge([ball, pv.Sphere(radius=0.01, center=(0, 0, -9))])  # not convex: the rays are cast
     seen = joined.phong.visibility([light]).per_light[0][: ball.n_points]
@@ -427,3 +427,68 @@ def test_a_small_mesh_on_a_wide_plain():
     alone = bumpy.phong.visibility([replace(SUN, direction=(1, 0, -1))])
     beside = bumpy.phong.visibility([replace(SUN, direction=(1, 0, -1))], occluders=[plain])
     np.testing.assert_array_equal(beside.per_light, alone.per_light)
+
+
+# --- blocks
+
+
+def blocks():
+    return pv.MultiBlock(
+        {"ground": floor(), "more": pv.MultiBlock({"hat": disk(2.0)}), "none": None, "empty": pv.PolyData()}
+    )
+
+
+def test_blocks_shadow_each_other():
+    rig, colors = scene(SUN, LAMP, BALL), {"ground": WHITE, "default": ph.Material(diffuse=(1, 0, 0))}
+    lit = blocks().phong.shade(rig, colors)
+    alone = floor().phong.shade(rig, WHITE, occluders=[disk(2.0)])
+    np.testing.assert_array_equal(lit["ground"]["phong"], alone["phong"])
+    hat = disk(2.0).phong.shade(rig, colors["default"], occluders=[floor()])
+    np.testing.assert_array_equal(lit["more"]["hat"]["phong"], hat["phong"])
+    assert lit["none"] is None
+    more = blocks().phong.shade(rig, colors, occluders=[disk(3.0, radius=2.0)])
+    assert more["ground"]["phong"].mean() < lit["ground"]["phong"].mean()
+
+
+def test_what_blocks_see_is_kept_by_their_names():
+    rig = scene(SUN, LAMP)
+    seen = blocks().phong.visibility(rig)
+    assert list(seen) == ["ground", "more/hat"]
+    lit, again = blocks().phong.shade(rig, WHITE), blocks().phong.shade(rig, WHITE, visibility=seen)
+    np.testing.assert_array_equal(again["ground"]["phong"], lit["ground"]["phong"])
+    plans = blocks().phong.plan(rig, WHITE)
+    assert plans["ground"].effects["shadow"].on
+    assert blocks().phong.plan(rig, WHITE, visibility=seen)["ground"].effects["shadow"].on
+    with pytest.raises(ValueError, match="visibility must be a mapping with ground, more/hat"):
+        blocks().phong.shade(rig, WHITE, visibility=seen["ground"])
+
+
+# --- where no rays are cast
+
+
+def test_studies_say_that_they_cast_no_rays():
+    ball, rig = pv.Sphere(), scene(SUN)
+    for study in (
+        ball.phong.tradeoff,
+        ball.phong.interpolation_error,
+        lambda s, m: ball.phong.refine(s, m, tolerance=1),
+    ):
+        with pytest.raises(ValueError, match=r"light_model must be without shadows .*without_rays\(\)"):
+            study(rig, WHITE)
+    from pvphong.vtk.obstacles import InexpressibleError
+
+    with pytest.raises(InexpressibleError, match="shadows or ambient occlusion") as caught:
+        ph.validate(ball, rig, WHITE)
+    assert caught.value.scene.light_model == rig.light_model.without_rays()
+
+
+def test_the_filter_casts_shadows():
+    source = pv.ParametricTorus()
+    rig = scene(replace(SUN, direction=(1, 0, -1)))
+    phong = ph.PhongFilter()
+    phong.SetInputData(source)
+    phong.SetScene(rig)
+    phong.SetMaterial(WHITE)
+    phong.Update()
+    expected = source.phong.shade(rig, WHITE)["phong"]
+    np.testing.assert_array_equal(pv.wrap(phong.GetOutput())["phong"], expected)
