@@ -44,7 +44,13 @@ class PlotterPhong:
     # -- meshes ------------------------------------------------------------------------------------------
 
     def add_mesh(
-        self, mesh: pv.DataSet, material: Material = _DULL, *, albedo: Any = None, **add_mesh_options: Any
+        self,
+        mesh: pv.DataSet,
+        material: Material = _DULL,
+        *,
+        albedo: Any = None,
+        casts_shadows: bool = True,
+        **add_mesh_options: Any,
     ) -> pv.Actor:
         """Draw a mesh with lit colours, and keep them current.
 
@@ -61,6 +67,9 @@ class PlotterPhong:
             The surface's reflectances; OpenGL's default material if not given.
         albedo : str or array_like, optional
             Colours that multiply the material's ambient and diffuse, as for `mesh.phong.shade`.
+        casts_shadows : bool, default True
+            Whether it is in the way of light where `light_model` has shadows or ambient occlusion: all such meshes of a
+            subplot that are visible shadow each other and themselves.
         **add_mesh_options
             As for `pyvista.Plotter.add_mesh`, without those that colour the mesh.
 
@@ -80,7 +89,7 @@ class PlotterPhong:
                 check.refuse("option", option, allowed, "Colour comes from `material` and `albedo` here.")
         check_material(material)
         pane = self._pane
-        live = LiveMesh(mesh, material, albedo)
+        live = LiveMesh(mesh, material, albedo, casts_shadows=check.flag("casts_shadows", casts_shadows))
         pane.evaluate(live)
         live.actor = self._plotter.add_mesh(live.drawn, scalars=ARRAY, rgb=True, lighting=False, **add_mesh_options)
         live.actor.prop.color = "white"  # VTK's exporters write it too, and glTF multiplies colours by it

@@ -110,6 +110,41 @@ class Visibility:
         self.channels(range(len(self.lights)), sky=True)
         return StandardError(self._errors[:-1], self._errors[-1])
 
+    def for_lights(self, lights: Sequence[Light], labels: Sequence[str], samples: int | None = None) -> Visibility:
+        """Of the same vertices for a scene's lights now: what is known of those that have not moved is kept.
+
+        Parameters
+        ----------
+        lights, labels
+            As for the class.
+        samples : int, optional
+            Of what is not known yet.
+        """
+        tracer = self._tracer
+        result = Visibility(
+            self._receiver,
+            lights,
+            labels,
+            self._occluders,
+            two_sided=tracer.two_sided,
+            distance=tracer.distance,
+            tolerance=tracer.tolerance,
+            samples=samples,
+        )
+        as_good = tracer.samples in (None, samples)
+        known = {_light_stamp(light): index for index, light in enumerate(self._lights) if index in self._done}
+        for index, light in enumerate(result._lights):
+            before = known.get(_light_stamp(light))
+            if before is not None and (as_good or not light.has_size):
+                result._keep(index, self._parts[before], self._errors[before])
+        if len(self._lights) in self._done and as_good:
+            result._keep(len(result._lights), self._parts[-1], self._errors[-1])
+        return result
+
+    def _keep(self, row: int, part: FloatArray, error: FloatArray) -> None:
+        self._parts[row], self._errors[row] = part, error
+        self._done.add(row)
+
     # -- what plans and evaluators ask
 
     def why_clear(self, light: int) -> str:
@@ -139,10 +174,9 @@ class Visibility:
             if index not in self._done:
                 start = time.perf_counter()
                 seen = self._tracer.sky() if index == len(self.lights) else self._tracer.light(self._lights[index])
-                self._parts[index], self._errors[index] = seen.part, seen.error
+                self._keep(index, seen.part, seen.error)
                 self.rays += seen.rays
                 self.seconds += time.perf_counter() - start
-                self._done.add(index)
         result = self._parts.view()
         result.flags.writeable = False
         return result
@@ -191,5 +225,10 @@ class Visibility:
 def _stamp(points: FloatArray, lights: Sequence[Light]) -> tuple[int, ...]:
     """Numbers that tell apart points, and each light's place, direction and size."""
     world = np.ascontiguousarray(points, np.float64)
-    nodes = [[Target.of(node).place_or_way.tolist() for node in light.nodes(4)] for light in lights]
-    return (zlib.crc32(world.tobytes()), *(zlib.crc32(repr(each).encode()) for each in nodes))
+    return (zlib.crc32(world.tobytes()), *map(_light_stamp, lights))
+
+
+def _light_stamp(light: Light) -> int:
+    """A number that tells a light's place, direction and size from others."""
+    nodes = [Target.of(node).place_or_way.tolist() for node in light.nodes(4)]
+    return zlib.crc32(repr((nodes, light.is_even)).encode())

@@ -13,6 +13,10 @@ from pvphong.scene.scene import Scene
 from pvphong.studio.gizmos import Board, History, Options
 from pvphong.studio.live import LiveMesh
 from pvphong.studio.rig import LightHandle, Rig
+from pvphong.studio.shadows import Casting
+
+# Rays of each vertex to a light with a size while something is dragged.
+_WHILE_DRAGGING = 16
 
 
 class Pane:
@@ -33,6 +37,7 @@ class Pane:
         self.evaluations = 0
         self._light_model = light_model
         self._meshes: list[LiveMesh] = []
+        self._casting = Casting()
         self._tag: int | None = None
 
     @property
@@ -52,8 +57,8 @@ class Pane:
         self.watch()
 
     def evaluate(self, live: LiveMesh) -> None:
-        """Bring one mesh up to date, and count it."""
-        self.evaluations += live.refresh(self.scene)
+        """Bring one mesh, which may not be drawn yet, up to date, and count it."""
+        self._refresh([live], [*self.shown, live])
 
     def watch(self) -> None:
         """Bring everything up to date before each frame."""
@@ -71,10 +76,25 @@ class Pane:
         """Bring the visible meshes and the gizmos up to date."""
         visible = self.shown
         if visible:
-            scene = self.scene
-            self.evaluations += sum(live.refresh(scene) for live in visible)
+            self._refresh(visible, visible)
         if self.board is not None:
             self.board.update()
+
+    def _refresh(self, meshes: Sequence[LiveMesh], visible: Sequence[LiveMesh]) -> None:
+        """Bring some of the visible meshes up to date.
+
+        During a drag lights with a size get few rays, and as many as they take when it has ended.
+        """
+        scene = self.scene
+        if not scene.light_model.needs_rays:
+            self.evaluations += sum(live.refresh(scene) for live in meshes)
+            return
+        is_rough = self.board is not None and self.board.is_dragging and any(light.has_size for light in scene.lights)
+        if self.board is not None:
+            self.board.note = f"shadows by {_WHILE_DRAGGING} rays until let go" if is_rough else ""
+        samples = _WHILE_DRAGGING if is_rough else None
+        among = dict(zip(visible, self._casting.among(visible), strict=True))
+        self.evaluations += sum(live.refresh(scene, among[live], samples=samples) for live in meshes)
 
     def put_up(
         self,

@@ -80,6 +80,8 @@ class Board:
         self._retired: list[Grip] = []
         self._drag: Drag | None = None
         self._readout = ""
+        self.note = ""
+        """What else the readout says."""
         self._hovered: tuple[Gizmo, str] | None = None
         self._presses = commands.Presses()
         self._tags = [
@@ -99,6 +101,11 @@ class Board:
                 react(alive)
 
         return int(self._interactor.AddObserver(event, happened, priority))
+
+    @property
+    def is_dragging(self) -> bool:
+        """Whether a handle is held."""
+        return self._drag is not None
 
     # -- what is there -----------------------------------------------------------------------------------
 
@@ -176,7 +183,8 @@ class Board:
         self._overlay.put(drawing)
         self._overlay.help(commands.help_text(self.options.keys) if self.helping else "", (12.0, view.size[1] - 12.0))
         x, y = self._cursor()
-        self._overlay.say(self._readout, (x - view.origin[0], y - view.origin[1]), view.size)
+        said = "\n".join([self._readout, self.note]) if self._readout and self.note else self._readout
+        self._overlay.say(said, (x - view.origin[0], y - view.origin[1]), view.size)
 
     def _place_grips(self, view: View, shown: dict[Gizmo, Vector | None]) -> None:
         """Of two close together each is grabbed on its own half of the way."""
