@@ -168,8 +168,8 @@ class MeshPhong:
             So many rays for every vertex to each light with a size, and into the sky: the next power of two, at most
             4096.
         tolerance : float, default 1/255
-            Else, rays are cast until the standard error of the colour of a white surface is at most that; 0 is the
-            default.
+            Else, rays are cast until the standard error of the colour that the light, or the scene's ambient light,
+            gives a white surface is at most that; 0 is the default. So what is dim is known less exactly.
         matrix : array_like, optional
             (4, 4) model matrix, as for `shade`.
         feature_angle : float, "auto" or None, default None

@@ -11,7 +11,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from pvphong.base import check
-from pvphong.base.types import FloatArray, MatrixLike
+from pvphong.base.types import FloatArray, MatrixLike, rgb
 from pvphong.geometry.transform import transform_normals, transform_points
 from pvphong.meshes.blocks import datasets, leaves
 from pvphong.meshes.cells import refuse_invalid
@@ -150,6 +150,7 @@ def visibility_of(
         distance=model.occlusion_distance,
         tolerance=tolerance,
         samples=samples,
+        ambient=max(rgb(model.ambient)) + sum(light.intensity * max(rgb(light.ambient)) for light in scene.lights),
     )
 
 

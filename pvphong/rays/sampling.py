@@ -34,7 +34,7 @@ _MOST = 1024
 # Rays of vertices that agree beside others that do not.
 _NEAR_OTHERS = 64
 _RAYS_AT_ONCE = 2**18
-_GOING_ON_AT_ONCE = 2**11
+_GOING_ON_AT_ONCE = 2**13
 
 Ask = Callable[[IntArray, IntArray], tuple[FloatArray, BoolArray]]
 """(vertices (m,), nodes (m, k)) → what each node sends there, and whether it is seen, (m, k) each."""

@@ -33,6 +33,7 @@ class Tracer:
     distance: float
     tolerance: float
     samples: int | None
+    ambient: float
 
     def _begins(self, rows: Any, sides: Any) -> Float64Array:
         above = self.occluders.resolution(self.receiver.part)
@@ -110,10 +111,10 @@ class Tracer:
             seen = ~self.occluders.blocked(begins, toward, np.full(len(rows), self.distance))
             return has_normal[rows].astype(np.float64).reshape(chosen.shape), seen.reshape(chosen.shape)
 
-        seen = self._look(ask, least=64)
+        seen = self._look(ask, self.ambient, least=64)
         return seen._replace(part=np.where(has_normal, seen.part, 1.0))
 
-    def _look(self, ask: Ask, brightness: float = 1.0, least: int = 16) -> Seen:
+    def _look(self, ask: Ask, brightness: float, least: int = 16) -> Seen:
         receiver = self.receiver
         receiver.beside.shape, self.occluders.casters  # noqa: B018 computed before threads share them
         return look(

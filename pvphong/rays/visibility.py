@@ -56,6 +56,8 @@ class Visibility:
         Largest standard error of the colours of a white surface.
     samples : int or None
         So many rays for each vertex in place of that.
+    ambient : float
+        The sky's brightness, which that tolerance counts with.
     """
 
     def __init__(
@@ -69,11 +71,12 @@ class Visibility:
         distance: float = math.inf,
         tolerance: float = 1.0 / 255.0,
         samples: int | None = None,
+        ambient: float = 1.0,
     ) -> None:
         self._receiver, self._lights, self._occluders = receiver, tuple(lights), occluders
         self.lights = tuple(labels)
         """Names of the lights, in the order of `per_light`."""
-        self._tracer = Tracer(receiver, occluders, two_sided, distance, tolerance, samples)
+        self._tracer = Tracer(receiver, occluders, two_sided, distance, tolerance, samples, ambient)
         self._parts = np.ones((len(self.lights) + 1, len(receiver.points)), np.float32)
         self._errors = np.zeros_like(self._parts)
         self._done: set[int] = set()
@@ -130,6 +133,7 @@ class Visibility:
             distance=tracer.distance,
             tolerance=tracer.tolerance,
             samples=samples,
+            ambient=tracer.ambient,
         )
         as_good = tracer.samples in (None, samples)
         known = {_light_stamp(light): index for index, light in enumerate(self._lights) if index in self._done}

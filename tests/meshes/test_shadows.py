@@ -108,7 +108,8 @@ def test_a_wall_hides_the_part_of_the_sky_that_is_known(height):
     seen = patch(*[(x, 0, 0) for x in distances]).phong.visibility([], occluders=[wall(height)], samples=4096)
     exact = 1 - (1 - 1 / np.sqrt(1 + (height / distances) ** 2)) / 2
     assert (np.abs(seen.sky - exact) < 3 * seen.standard_error.sky + 1e-3).all()
-    adaptive = patch(*[(x, 0, 0) for x in distances]).phong.visibility([], occluders=[wall(height)])
+    bright = scene(ambient=1.0)
+    adaptive = patch(*[(x, 0, 0) for x in distances]).phong.visibility(bright, occluders=[wall(height)])
     np.testing.assert_allclose(adaptive.sky, exact, atol=4 / 255)
 
 
