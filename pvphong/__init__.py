@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     )
     from pvphong.optics.material import Material
     from pvphong.optics.reflectances import BlinnPhong, OrenNayar, Phong
+    from pvphong.rays.visibility import Visibility
     from pvphong.scene.light_model import LightModel
     from pvphong.scene.scene import Scene, load_materials
     from pvphong.scene.viewer import Viewer
@@ -66,6 +67,7 @@ _PLACES = {
     "light_from_homogeneous",
     "optics.material": "Material",
     "optics.reflectances": "BlinnPhong OrenNayar Phong",
+    "rays.visibility": "Visibility",
     "scene.light_model": "LightModel",
     "scene.scene": "Scene load_materials",
     "scene.viewer": "Viewer",
@@ -124,6 +126,7 @@ __all__ = [
     "SpotLight",
     "Tradeoff",
     "Viewer",
+    "Visibility",
     "as_light",
     "default_scene",
     "diagnose",

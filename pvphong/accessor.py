@@ -7,6 +7,7 @@ imported when it is used: it would load PyVista's plotting.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import pyvista as pv
@@ -17,12 +18,14 @@ from pvphong.geometry.transform import transform_normals
 from pvphong.meshes.blocks import DEFAULT, datasets, map_blocks, materials_of
 from pvphong.meshes.color_views import ColorSpace, color_view
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.edges import FeatureAngle
+from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
 from pvphong.meshes.lit import plan, point_normals, shade_mesh
+from pvphong.meshes.shadows import mutual, rays_of, visibility_of
 from pvphong.meshes.sharing import in_range, sharing
 from pvphong.meshes.surfaces import surface
 from pvphong.meshes.together import together
 from pvphong.optics.material import Material
+from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.plan.plan import Plan
 
@@ -61,6 +64,8 @@ class MeshPhong:
         precision: Precision = "float32",
         backend: Backend = "auto",
         feature_angle: FeatureAngle = None,
+        occluders: Any = (),
+        visibility: Visibility | None = None,
     ) -> pv.PolyData:
         """A new mesh with its lit colours as a point array.
 
@@ -97,6 +102,12 @@ class MeshPhong:
             Degrees between two faces from which their common edge is sharp: points are duplicated along it, and
             `pvphong_original_point` says which each one was. 0 is flat shading; "auto" takes 30 where the mesh has no
             point normals of its own. None splits nothing.
+        occluders : sequence, optional
+            Meshes, or pairs of a mesh and a 4x4 matrix, that shadow this one, where the scene's light model has shadows
+            or ambient occlusion; it always shadows itself.
+        visibility : Visibility, optional
+            What `visibility` gave for this mesh and these lights, in place of new rays. With `components=True` the
+            result has it as arrays, `<name>_visibility_<name or index>` and `<name>_sky`, where it was needed.
 
         Returns
         -------
@@ -129,6 +140,74 @@ class MeshPhong:
             precision=precision,
             backend=backend,
             feature_angle=feature_angle,
+            occluders=occluders,
+            visibility=visibility,
+        )
+
+    def visibility(
+        self,
+        scene: SceneLike | None = None,
+        *,
+        occluders: Any = (),
+        samples: int | None = None,
+        tolerance: float = 1.0 / 255.0,
+        matrix: MatrixLike | None = None,
+        feature_angle: FeatureAngle = None,
+    ) -> Visibility:
+        """What each vertex sees of each light, and of the sky: arrays to keep, which `shade` takes again.
+
+        Rays are cast when an array is first read. A point, spot or directional light takes one ray for each vertex
+        that faces it. A light with a size, and the sky, take 16 where these agree, and more where a shadow's edge is.
+        Their nodes are chosen by the vertex's number alone, so that equal calls give equal bits.
+
+        With the extra `rays`, Intel's Embree casts them; without, VTK does, which takes some ten to fifty times as
+        long. Faces without an area, or with a corner that is not finite, block nothing. What is nearer to a vertex
+        than 2⁻¹⁸ of the size of all meshes of its size together may be missed.
+
+        Parameters
+        ----------
+        scene : Scene, light, or sequence of lights, optional
+            As for `shade`. Its light model need not ask for shadows; its `ambient_occlusion` says up to which distance
+            something hides the sky.
+        occluders : sequence, optional
+            Meshes, or pairs of a mesh and a 4x4 matrix, that are in the way like this mesh itself.
+        samples : int, optional
+            So many rays for every vertex to each light with a size, and into the sky: the next power of two, at most
+            4096.
+        tolerance : float, default 1/255
+            Else, rays are cast until the standard error of the colour that the light, or the scene's ambient light,
+            gives a white surface is at most that; 0 is the default. So what is dim is known less exactly.
+        matrix : array_like, optional
+            (4, 4) model matrix, as for `shade`.
+        feature_angle : float, "auto" or None, default None
+            As for `shade`.
+
+        Returns
+        -------
+        Visibility
+            `.per_light` (lights, n), `.sky` (n,), `.standard_error` of both, `.rays` and `.seconds`.
+
+        Raises
+        ------
+        ValueError
+            If an argument is not allowed, or the mesh has nothing that can be lit.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> seen = pv.Sphere().phong.visibility([ph.DirectionalLight(name="sun")])
+        >>> seen.per_light.shape
+        (1, 842)
+        """
+        source, _ = split_sharp_edges(surface(self._mesh), feature_angle)
+        return visibility_of(
+            source,
+            cache(lambda: point_normals(source)),
+            scene_for(source, scene, matrix),
+            occluders=occluders,
+            samples=samples,
+            tolerance=tolerance,
+            matrix=matrix,
         )
 
     def normals(
@@ -167,9 +246,20 @@ class MeshPhong:
         matrix: MatrixLike | None = None,
         tolerance: float = 0.0,
         feature_angle: FeatureAngle = None,
+        occluders: Any = (),
+        visibility: Visibility | None = None,
     ) -> Plan:
         """Which effects `shade` will run, which it leaves out, and why; see `pvphong.plan`."""
-        return plan(self._mesh, scene, material, matrix=matrix, tolerance=tolerance, feature_angle=feature_angle)
+        return plan(
+            self._mesh,
+            scene,
+            material,
+            matrix=matrix,
+            tolerance=tolerance,
+            feature_angle=feature_angle,
+            occluders=occluders,
+            visibility=visibility,
+        )
 
     def validate(
         self, scene: SceneLike | None = None, material: Material = _DULL, *, matrix: MatrixLike | None = None
@@ -373,7 +463,8 @@ class BlocksPhong:
             One for all, or block's name → material; of a block inside a block the names with "/" between them. Blocks
             that are not named have that of the name "default".
         **options
-            As for a single dataset; `albedo` is the name of a point array that every block has.
+            As for a single dataset; `albedo` is the name of a point array that every block has, and `visibility` is
+            what `visibility` gives. Blocks shadow each other.
 
         Raises
         ------
@@ -381,8 +472,20 @@ class BlocksPhong:
             As for a single dataset; the message names the block.
         """
         scene = self._scene(scene, options.get("matrix"))
-        materials = self._materials(material)
-        return map_blocks(self._blocks, lambda block: block.phong.shade(scene, next(materials), **options))
+        materials, rays = self._materials(material), rays_of(self._blocks, scene, options)
+        return map_blocks(self._blocks, lambda block: block.phong.shade(scene, next(materials), **next(rays)))
+
+    def visibility(self, scene: SceneLike | None = None, **options: Any) -> dict[str, Visibility]:
+        """What the vertices of each dataset see, by the path of its block's names; blocks are in each other's way.
+
+        `options` are those for a single dataset. `shade` and `plan` take the result as `visibility`.
+        """
+        scene = self._scene(scene, options.get("matrix"))
+        among = mutual(self._blocks, options.get("matrix"), options.pop("occluders", ()))
+        return {
+            path: block.phong.visibility(scene, occluders=next(among), **options)
+            for path, block in datasets(self._blocks)
+        }
 
     def plot(self, *, name: str = "phong", **options: Any) -> Any:
         """Show lit blocks: the colours as they are; see `MeshPhong.plot`."""
@@ -420,16 +523,18 @@ class BlocksPhong:
         matrix: MatrixLike | None = None,
         tolerance: float = 0.0,
         feature_angle: FeatureAngle = None,
+        occluders: Any = (),
+        visibility: Mapping[str, Visibility] | None = None,
     ) -> dict[str, Plan]:
         """A plan for each dataset, by the path of its block's names; None and empty blocks are left out.
 
         `material` may be a mapping, as for `shade`.
         """
         scene, materials = self._scene(scene, matrix), self._materials(material)
+        options = {"matrix": matrix, "tolerance": tolerance, "occluders": occluders, "visibility": visibility}
+        rays = rays_of(self._blocks, scene, options)
         return {
-            path: block.phong.plan(
-                scene, next(materials), matrix=matrix, tolerance=tolerance, feature_angle=feature_angle
-            )
+            path: block.phong.plan(scene, next(materials), feature_angle=feature_angle, **next(rays))
             for path, block in datasets(self._blocks)
         }
 

@@ -57,6 +57,7 @@ class PlotterPhong:
         *,
         albedo: Any = None,
         feature_angle: FeatureAngle = "auto",
+        casts_shadows: bool = True,
         **add_mesh_options: Any,
     ) -> pv.Actor | tuple[pv.Actor, ...]:
         """Draw a mesh, or all blocks of a MultiBlock, with lit colours, and keep them current.
@@ -80,6 +81,9 @@ class PlotterPhong:
         feature_angle : float, "auto" or None, default "auto"
             Degrees between two faces from which their common edge is sharp, as for `mesh.phong.shade`; "auto" takes
             30 where the mesh has no point normals of its own.
+        casts_shadows : bool, default True
+            Whether it is in the way of light where `light_model` has shadows or ambient occlusion: all such meshes of a
+            subplot that are visible shadow each other and themselves.
         **add_mesh_options
             As for `pyvista.Plotter.add_mesh`, without those that colour the mesh. With a `name` blocks are called
             "name[block]", and replace those drawn under the name before.
@@ -95,8 +99,10 @@ class PlotterPhong:
             If an argument is not allowed, or the mesh has nothing that can be lit.
         """
         refuse_colouring(add_mesh_options, "Colour comes from `material` and `albedo` here.")
+        check.flag("casts_shadows", casts_shadows)
         pane, lives = self._pane, live_meshes(mesh, material, albedo, feature_angle)
         for live in lives.values():
+            live.casts_shadows = casts_shadows
             pane.evaluate(live)
         name = add_mesh_options.pop("name", None)
         make_room(self._plotter, name)

@@ -75,7 +75,7 @@ def test_the_signature_is_the_documented_one():
     assert [(p.name, p.default) for p in parameters] == [
         ("scene", None), ("material", Material()), ("name", "phong"), ("matrix", None),
         ("albedo", None), ("components", False), ("tolerance", 0.0), ("precision", "float32"), ("backend", "auto"),
-        ("feature_angle", None),
+        ("feature_angle", None), ("occluders", ()), ("visibility", None),
     ]  # fmt: skip
     assert {p.kind for p in parameters[2:]} == {inspect.Parameter.KEYWORD_ONLY}
 

@@ -19,6 +19,7 @@ FLOORS = (
     {"optics"},
     {"scene"},
     {"shading"},
+    {"rays"},
     {"meshes"},
     {"vtk"},
     {"studies.validate", "studies.diagnose", "studies.refine"},

@@ -8,11 +8,13 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from pvphong.base import check
 from pvphong.base.types import ColorLike
 from pvphong.meshes.blocks import DEFAULT, only
 from pvphong.meshes.edges import FeatureAngle
+from pvphong.meshes.files import read_mesh
 from pvphong.optics.material import Material
-from pvphong.scene.scene import load_materials
+from pvphong.scene.scene import Scene, load_materials
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,46 @@ Verbose = Annotated[
     bool, Parameter(name=["--verbose", "-v"], negative="", show_default=False, help="Tell all of it, not a few lines.")
 ]
 PLAIN = Look()
+"""None of its options given."""
+
+
+@dataclass(frozen=True)
+class Blockers:
+    """What stands before lights and sky.
+
+    Parameters
+    ----------
+    shadows
+        Multiply what lights add by the part of them that each vertex sees; blocks shadow each other.
+    ambient_occlusion
+        Multiply ambient light by the open part of the sky.
+    occluder
+        A file with a mesh that casts shadows too; may be given several times.
+    """
+
+    shadows: Annotated[bool, Parameter(negative="", show_default=False)] = False
+    ambient_occlusion: Annotated[bool, Parameter(negative="", show_default=False)] = False
+    occluder: Annotated[tuple[str, ...], Parameter(negative="", show_default=False)] = ()
+
+    def to_scene(self, scene: Scene) -> Scene:
+        """A scene with what is asked for beside its own."""
+        model = scene.light_model
+        if self.shadows:
+            model = replace(model, shadows=True)
+        if self.ambient_occlusion and not model.ambient_occlusion:
+            model = replace(model, ambient_occlusion=True)
+        if self.occluder and not model.needs_rays:
+            remedy = "Give --shadows, --ambient-occlusion or a rig with them too."
+            check.refuse("--occluder", self.occluder[0], "left out where nothing casts shadows", remedy)
+        return replace(scene, light_model=model)
+
+    def to_meshes(self) -> list[Any]:
+        """The meshes that cast shadows too."""
+        return [read_mesh(path) for path in self.occluder]
+
+
+BlockerOptions = Annotated[Blockers, Parameter(name="*")]
+NONE = Blockers()
 """None of its options given."""
 
 

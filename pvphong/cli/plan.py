@@ -4,11 +4,23 @@ from __future__ import annotations
 
 from typing import Any
 
+import pyvista as pv
+
 from pvphong.cli.inputs import SIZE, surface_and_scene
 from pvphong.cli.lighting import with_materials
-from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, Rig, Verbose, feature_angle_of
+from pvphong.cli.options import (
+    NONE,
+    PLAIN,
+    BlockerOptions,
+    FeatureAngleOption,
+    LookOptions,
+    Rig,
+    Verbose,
+    feature_angle_of,
+)
 from pvphong.cli.telling import tell
 from pvphong.meshes.lit import plan as plan_mesh
+from pvphong.meshes.shadows import rays_of
 
 
 def plan(
@@ -19,6 +31,7 @@ def plan(
     look: LookOptions = PLAIN,
     tolerance: float = 0.0,
     feature_angle: FeatureAngleOption = "auto",
+    blockers: BlockerOptions = NONE,
     verbose: Verbose = False,
 ) -> None:
     """Say which effects a scene calls for on a mesh and which are left out; with --verbose, why.
@@ -34,10 +47,13 @@ def plan(
         normals of its own, and "none" leaves all of it smooth.
     """
     outside, rig = surface_and_scene(mesh, scene, SIZE)
+    rig = blockers.to_scene(rig)
     materials = look.to_materials(scene)
     options: Any = {"tolerance": tolerance, "feature_angle": feature_angle_of(feature_angle)}
+    options["occluders"] = blockers.to_meshes()
+    rays = rays_of(outside, rig, options) if isinstance(outside, pv.MultiBlock) else iter([options])
     found = (
-        (block, plan_mesh(single, rig, material, **options))
+        (block, plan_mesh(single, rig, material, **next(rays)))
         for block, single, material in with_materials(outside, materials)
     )
     tell(found, verbose)

@@ -11,7 +11,7 @@ from pvphong.base import check
 from pvphong.base.types import Precision
 from pvphong.cli.inputs import SIZE, seeing, surface_and_scene
 from pvphong.cli.lighting import shaded
-from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, Rig, feature_angle_of
+from pvphong.cli.options import NONE, PLAIN, BlockerOptions, FeatureAngleOption, LookOptions, Rig, feature_angle_of
 from pvphong.cli.spinner import busy
 from pvphong.meshes import pictures
 from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, refuse_suffix, save_lit
@@ -33,6 +33,7 @@ def shade(
     precision: Precision = "float32",
     tolerance: float = 0.0,
     feature_angle: FeatureAngleOption = "auto",
+    blockers: BlockerOptions = NONE,
     size: Annotated[tuple[int, int] | None, Parameter(negative="")] = None,
     background: str | None = None,
 ) -> None:
@@ -74,11 +75,12 @@ def shade(
         _refuse_given({"--array": array, "--components": components}, f"left out, for a {suffix} holds no arrays")
     size, array = size or SIZE, "phong" if array is None else array
     pictures.refuse_size(size)
-    how = {"albedo": albedo, "components": components, "precision": precision, "tolerance": tolerance}
+    how: dict[str, Any] = {"albedo": albedo, "components": components, "precision": precision, "tolerance": tolerance}
     how["feature_angle"] = feature_angle_of(feature_angle)
     with busy(f"Lighting {mesh}"):
         outside, rig = surface_and_scene(mesh, scene, size)
-        rig = seeing(rig, outside, size) if draws else rig
+        rig = blockers.to_scene(seeing(rig, outside, size) if draws else rig)
+        how["occluders"] = blockers.to_meshes()
         lit = shaded(outside, rig, look.to_materials(scene), name=array, **how)
         if draws:
             image = pictures.draw(lit, rig.viewer, name=array, size=size, background=background or "white")

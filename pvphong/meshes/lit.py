@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,12 +16,16 @@ from pvphong.base import check
 from pvphong.base.types import Backend, FloatArray, MatrixLike, Weighting
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
+from pvphong.meshes.shadows import visibility_of
 from pvphong.meshes.sharing import sharing
 from pvphong.meshes.surfaces import surface, vertex_normals
 from pvphong.optics.material import Material
-from pvphong.scene.scene import SceneLike, as_scene, light_labels
+from pvphong.rays.visibility import Visibility
+from pvphong.scene.scene import Scene, SceneLike, as_scene, light_labels
 from pvphong.shading.albedo import checked_albedo
+from pvphong.shading.equation import Equation
 from pvphong.shading.plan.plan import Plan
+from pvphong.shading.screen import Screen, checked_screen
 from pvphong.shading.vertices import Vertices
 
 _CARRIED = "_pvphong_albedo"
@@ -38,6 +44,8 @@ def shade_mesh(
     tolerance: float = 0.0,
     feature_angle: FeatureAngle = None,
     backend: Backend = "auto",
+    occluders: Any = (),
+    visibility: Visibility | None = None,
     **how: Any,
 ) -> pv.PolyData:
     """A new mesh with lit colours as the point array `name`.
@@ -66,6 +74,10 @@ def shade_mesh(
         Degrees from which edges are sharp; see `pvphong.meshes.edges.split_sharp_edges`.
     backend : {"auto", "numpy", "numba"}
         Which evaluator computes, as for `evaluate`; and which form computes normals, as for `vertex_normals`.
+    occluders : sequence
+        Meshes, or pairs of a mesh and a matrix, that shadow this one as it does itself; see `mesh.phong.shade`.
+    visibility : Visibility, optional
+        What the vertices see, if that is known.
     **how
         `precision` of `evaluate`.
 
@@ -86,10 +98,13 @@ def shade_mesh(
     now = sharing(mesh) if isinstance(mesh, pv.PolyData) else mesh
     source, shades = surface_and_albedo(now, albedo, feature_angle)
     scene = scene_for(source, scene, matrix)
-    vertices = vertices_of(source, shades, backend=backend)
+    rays = {"occluders": occluders, "visibility": visibility, "tolerance": tolerance, "matrix": matrix}
+    vertices = vertices_of(source, shades, scene=scene, backend=backend, **rays)
     planned = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     shading = planned.run(vertices, components=components, backend=backend, **how)
     lit = source if source is now else sharing(source)
+    if shading.per_light is not None and vertices.screen is not None:
+        add_visibility(lit, name, planned.equation, vertices.screen, light_labels(scene))
     if shading.per_light is not None:
         for part in ("ambient", "diffuse", "specular", "emission", "base"):
             lit.point_data[f"{name}_{part}"] = getattr(shading, part)
@@ -108,6 +123,8 @@ def plan(
     matrix: MatrixLike | None = None,
     tolerance: float = 0.0,
     feature_angle: FeatureAngle = None,
+    occluders: Any = (),
+    visibility: Visibility | None = None,
 ) -> Plan:
     """Which effects will run for a scene, which are left out, and why.
 
@@ -132,6 +149,8 @@ def plan(
         Largest absolute colour error that may be taken; 1/255 is one step of a display.
     feature_angle : float, "auto" or None
         Of a mesh, as for `mesh.phong.shade`.
+    occluders, visibility
+        Of a mesh, as for `mesh.phong.shade`. No ray is cast: of bare points, what stands before them is not known.
 
     Returns
     -------
@@ -146,7 +165,9 @@ def plan(
     if isinstance(mesh_or_points, pv.DataSet):
         source, _ = split_sharp_edges(surface(mesh_or_points), feature_angle)
         scene = scene_for(source, scene, matrix)
-        return Plan.of(scene, material, vertices_of(source), matrix=matrix, tolerance=tolerance)
+        rays: dict[str, Any] = {"occluders": occluders, "visibility": visibility, "matrix": matrix}
+        vertices = vertices_of(source, scene=scene, **rays)
+        return Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     vertices = Vertices(_bare_points(mesh_or_points), None)
     result = Plan.of(as_scene(scene), material, vertices, matrix=matrix, tolerance=tolerance)
     is_open = bool(tolerance) and any(result.equation.has(term, "specular") for term in result.equation.terms)
@@ -177,9 +198,34 @@ def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None, *, back
     return vertex_normals(mesh, weighting, backend=backend)
 
 
-def vertices_of(source: pv.PolyData, albedo: Any = None, *, backend: Backend = "auto") -> Vertices:
-    """A surface's vertices; its normals are computed when they are first read, if it has none."""
-    return Vertices(source.points, lambda: point_normals(source, backend=backend), albedo)
+def vertices_of(
+    source: pv.PolyData,
+    albedo: Any = None,
+    *,
+    scene: Scene,
+    occluders: Any = (),
+    visibility: Visibility | None = None,
+    matrix: MatrixLike | None = None,
+    tolerance: float = 0.0,
+    backend: Backend = "auto",
+) -> Vertices:
+    """A surface's vertices for a scene; what takes time is done when it is first asked for: normals, and rays."""
+    normals = functools.cache(lambda: point_normals(source, backend=backend))
+    screen: Screen | None = None
+    if visibility is not None:
+        screen = checked_screen("visibility", visibility, source.points, matrix, scene)
+    elif scene.light_model.needs_rays:
+        screen = visibility_of(source, normals, scene, occluders=occluders, tolerance=tolerance, matrix=matrix)
+    return Vertices(source.points, normals, albedo, screen)
+
+
+def add_visibility(lit: pv.PolyData, name: str, equation: Equation, screen: Screen, labels: Sequence[str]) -> None:
+    """Arrays of what the vertices see of each light that something may block, and of the sky if that counts."""
+    parts = screen.channels(equation.shadowed, sky=equation.is_occluded)
+    for index in equation.shadowed:
+        lit.point_data[f"{name}_visibility_{labels[index]}"] = parts[index].copy()
+    if equation.is_occluded:
+        lit.point_data[f"{name}_sky"] = parts[-1].copy()
 
 
 def surface_and_albedo(mesh: pv.DataSet, albedo: Any, feature_angle: FeatureAngle = None) -> tuple[pv.PolyData, Any]:

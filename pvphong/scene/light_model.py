@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Any, Self, get_args
+
+import numpy as np
 
 from pvphong.base import check
 from pvphong.base.types import ColorLike, Convention, Reflection
@@ -32,6 +35,13 @@ class LightModel:
         highlight's cosine, material ambient not multiplied by any light, ambient and specular colours of
         lights ignored, a local viewer even in parallel projection, exponents of at most 128, and a scene
         without any light drawn unlit. `ambient` has no effect in it.
+    shadows : bool, default False
+        What a light adds by diffuse and specular reflection is multiplied by the part of it that a vertex sees past
+        the mesh itself and other meshes. Of a light without a size that is 0 or 1.
+    ambient_occlusion : bool or float, default False
+        Ambient light, `ambient` above and that of lights, is multiplied by the open part of the sky: of the hemisphere
+        around the normal, weighted with the cosine. A number > 0 is the distance, in the mesh's unit, up to which
+        something is in the way; True is any distance.
 
     Raises
     ------
@@ -45,6 +55,8 @@ class LightModel:
     reflection: Reflection = "phong"
     clamp: bool = True
     convention: Convention = "standard"
+    shadows: bool = False
+    ambient_occlusion: bool | float = False
 
     def __post_init__(self) -> None:
         canonical: dict[str, Any] = {
@@ -54,6 +66,8 @@ class LightModel:
             "reflection": check.choice("reflection", self.reflection, get_args(Reflection)),
             "clamp": check.flag("clamp", self.clamp),
             "convention": check.choice("convention", self.convention, get_args(Convention)),
+            "shadows": check.flag("shadows", self.shadows),
+            "ambient_occlusion": _occlusion(self.ambient_occlusion),
         }
         for name, value in canonical.items():
             object.__setattr__(self, name, value)
@@ -61,6 +75,20 @@ class LightModel:
             check.refuse("local_viewer", False, "True in VTK's convention", "VTK's viewer is always local.")
         if self.convention == "vtk" and self.reflection != "phong":
             check.refuse("reflection", self.reflection, "'phong' in VTK's convention", "VTK knows no other.")
+
+    @property
+    def needs_rays(self) -> bool:
+        """Whether it asks what stands between vertices and lights, or the sky."""
+        return self.shadows or self.ambient_occlusion is not False
+
+    @property
+    def occlusion_distance(self) -> float:
+        """Up to where something hides the sky."""
+        return math.inf if isinstance(self.ambient_occlusion, bool) else self.ambient_occlusion
+
+    def without_rays(self) -> Self:
+        """The same without shadows and occlusion."""
+        return replace(self, shadows=False, ambient_occlusion=False)
 
     @classmethod
     def opengl(cls) -> Self:
@@ -77,3 +105,11 @@ class LightModel:
         Source: VTK's vtkOpenGLPolyDataMapper.cxx (ReplaceShaderLight).
         """
         return cls(ambient=1.0, two_sided=two_sided, convention="vtk")
+
+
+def _occlusion(value: Any) -> bool | float:
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, (int, float, np.number)):
+        return check.number("ambient_occlusion", value, above=0.0, remedy="True is any distance.")
+    return check.refuse("ambient_occlusion", value, "True, False, or a distance > 0")

@@ -26,6 +26,7 @@ _FORMAT = "pvphong scene"
 _VERSIONS = 1, 2
 # What was there when files of version 1 were written; a scene with no more is still written as one.
 _FIRST_LIGHTS = {"directional", "point", "spot"}
+_NOT_IN_FIRST = {"shadows", "ambient_occlusion"}
 
 
 @dataclass(frozen=True)
@@ -153,13 +154,17 @@ class Scene:
         lights = [
             {"type": type_name(f"lights[{index}]", light)} | asdict(light) for index, light in enumerate(self.lights)
         ]
-        is_first = self.viewer is not None and not materials and all(light["type"] in _FIRST_LIGHTS for light in lights)
+        model = asdict(self.light_model)
+        for name in [name for name in _NOT_IN_FIRST if model[name] is False]:
+            del model[name]
+        has_first_lights = all(light["type"] in _FIRST_LIGHTS for light in lights)
+        is_first = self.viewer is not None and not materials and has_first_lights and not _NOT_IN_FIRST & model.keys()
         document = {
             "format": _FORMAT,
             "version": 1 if is_first else 2,
             "lights": lights,
             "viewer": None if self.viewer is None else asdict(self.viewer),
-            "light_model": asdict(self.light_model),
+            "light_model": model,
         }
         if materials:
             document["materials"] = {name: material.to_dict() for name, material in materials.items()}

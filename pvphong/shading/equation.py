@@ -57,6 +57,8 @@ class LightTerm:
     gain : float
         What the colours are to be multiplied by; it may be beyond float32's range, as where a light is bright because
         it is far away.
+    is_shadowed : bool
+        Whether what its lobes add is multiplied by the part of it that a vertex sees.
     """
 
     light: Light
@@ -66,6 +68,7 @@ class LightTerm:
     ambient: Vector
     colors: tuple[Vector, ...]
     gain: float
+    is_shadowed: bool = False
 
     @cached_property
     def shines(self) -> tuple[bool, ...]:
@@ -118,6 +121,8 @@ class Equation:
         (4, 4) model matrix, float64 and read-only; None for the identity.
     turns_normals : bool
         Whether the matrix changes the directions of normals.
+    is_occluded : bool
+        Whether ambient light, the light model's and the lights', is multiplied by the open part of the sky.
     """
 
     terms: tuple[LightTerm, ...]
@@ -133,6 +138,7 @@ class Equation:
     clamp: bool
     matrix: Float64Array | None
     turns_normals: bool
+    is_occluded: bool = False
 
     @cached_property
     def needs_normals(self) -> bool:
@@ -177,6 +183,16 @@ class Equation:
         return self.two_sided and self.needs_normals
 
     @cached_property
+    def shadowed(self) -> tuple[int, ...]:
+        """Places among the scene's lights of those that a vertex may not see all of."""
+        return tuple(sorted({term.index for term in self.terms if term.is_shadowed}))
+
+    @property
+    def has_screen(self) -> bool:
+        """Whether any share depends on what stands before a vertex."""
+        return self.is_occluded or bool(self.shadowed)
+
+    @cached_property
     def needs_eye(self) -> bool:
         """Whether v is taken at each vertex, for highlights or for turning normals."""
         return self.eye is not None and (self.has_highlights or (self.is_flipped and self.local_facing))
@@ -211,6 +227,7 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
                 labels[index],
                 frames[index] != "world",
                 *reflectances.times(light, rgb(light.ambient), rgb(light.diffuse), light.specular_color),
+                is_shadowed=model.shadows,
             )
             for index, light in enumerate(scene.world_lights)
             if light.on
@@ -227,6 +244,7 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
         clamp=model.clamp,
         matrix=matrix,
         turns_normals=matrix is not None,
+        is_occluded=model.ambient_occlusion is not False,
     )
 
 

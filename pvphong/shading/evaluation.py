@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from pvphong.base import check
 from pvphong.base.types import Backend, MatrixLike, Precision
 from pvphong.optics.material import Material
-from pvphong.scene.scene import SceneLike
+from pvphong.scene.scene import SceneLike, as_scene
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.result import Shading
+from pvphong.shading.screen import Screen, checked_screen
 from pvphong.shading.vertices import Vertices
 
 
@@ -24,6 +26,7 @@ def evaluate(
     backend: Backend = "auto",
     tolerance: float = 0.0,
     components: bool = False,
+    visibility: Screen | None = None,
 ) -> Shading:
     """Lit colours of vertices by the equation of Phong or Blinn-Phong, or the material's own reflectance.
 
@@ -70,6 +73,9 @@ def evaluate(
         Largest absolute colour error that may be traded for time; 0 allows no approximation.
     components : bool, default False
         Whether the result has its ambient, diffuse, specular, emission, base and per-light arrays too.
+    visibility : Visibility, optional
+        What the vertices see of the lights and the sky, where the light model has shadows or ambient occlusion:
+        `mesh.phong.visibility(scene)` of a mesh with these points.
 
     Returns
     -------
@@ -83,5 +89,8 @@ def evaluate(
         names it.
     """
     vertices = Vertices(points, normals, albedo)
+    if visibility is not None:
+        scene = as_scene(scene).framed(vertices.bounds(None if matrix is None else check.matrix4("matrix", matrix)))
+        vertices.screen = checked_screen("visibility", visibility, vertices.points, matrix, scene)
     plan = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     return plan.run(vertices, precision=precision, backend=backend, components=components)

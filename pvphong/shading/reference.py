@@ -39,10 +39,17 @@ class Block(NamedTuple):
     unseen: Any
     """Where v does not exist (the eye on the vertex, or a vertex that is not finite); False for nowhere."""
     albedo: FloatArray | None
+    seen: FloatArray | None
+    """Parts of each light, and in the last row of the sky, that nothing blocks."""
 
 
 def shade(
-    points: FloatArray, normals: FloatArray, equation: Equation, albedo: FloatArray | None, result: Shading
+    points: FloatArray,
+    normals: FloatArray,
+    equation: Equation,
+    albedo: FloatArray | None,
+    result: Shading,
+    channels: FloatArray | None = None,
 ) -> None:
     """Evaluate the equation at every vertex, block by block, into the arrays of `result`.
 
@@ -58,16 +65,19 @@ def shade(
         Shape (n, 3), as `checked_albedo` gives it; multiplies the material's ambient and diffuse.
     result : Shading
         `rgb` is filled in, the others are added to; their type is the precision.
+    channels : ndarray, optional
+        Shape (lights + 1, n): what each vertex sees of each light, and of the sky, where the equation asks for it.
     """
-    is_even = not (equation.needs_points or equation.needs_normals or albedo is not None)
+    is_even = not (equation.needs_points or equation.needs_normals or equation.is_occluded or albedo is not None)
     for start in range(0, len(points), BLOCK):
         part = slice(start, start + BLOCK)
         if start and is_even:
             _repeat(result, part)
             continue
         shades = None if albedo is None else albedo[part]
+        seen = None if channels is None else channels[:, part].astype(result.rgb.dtype, copy=False)
         with np.errstate(divide="ignore", under="ignore", over="ignore"):
-            block = _block(points[part], normals[part], shades, equation, result.rgb.dtype.type)
+            block = _block(points[part], normals[part], shades, seen, equation, result.rgb.dtype.type)
             _shade_block(block, equation, _part(result, part))
 
 
@@ -86,7 +96,14 @@ def _part(result: Shading, part: slice) -> Shading:
     return Shading(**views)
 
 
-def _block(points: FloatArray, normals: FloatArray, albedo: FloatArray | None, equation: Equation, real: Any) -> Block:
+def _block(
+    points: FloatArray,
+    normals: FloatArray,
+    albedo: FloatArray | None,
+    seen: FloatArray | None,
+    equation: Equation,
+    real: Any,
+) -> Block:
     p = _points(points, equation) if equation.needs_points else np.zeros((3, 0))
     v, unseen = _column(equation.to_eye), False
     raw = inverse_length = np.zeros((3, 0), real)
@@ -98,7 +115,7 @@ def _block(points: FloatArray, normals: FloatArray, albedo: FloatArray | None, e
         facing = v if equation.local_facing else _column(equation.to_eye)
         raw = np.where(dot(raw, facing) < 0.0, -raw, raw)
     shades = None if albedo is None else reflectances(albedo).T.astype(real)
-    return Block(p, Surface(raw, inverse_length, v.astype(real, copy=False)), unseen, shades)
+    return Block(p, Surface(raw, inverse_length, v.astype(real, copy=False)), unseen, shades, seen)
 
 
 def _points(points: FloatArray, equation: Equation) -> Float64Array:
@@ -124,11 +141,12 @@ def _to_viewer(p: Float64Array, eye: Vector, real: Any) -> tuple[Any, Any]:
 def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
     color = np.zeros((3, len(result.rgb)), result.rgb.dtype)
     _add(equation.emission, 1.0, None, color, result.emission, result.base)
-    _add(equation.ambient, 1.0, block.albedo, color, result.ambient, result.base)
+    sky = block.seen[-1] if equation.is_occluded and block.seen is not None else None
+    _add(equation.ambient, 1.0 if sky is None else sky, block.albedo, color, result.ambient, result.base)
     for term in equation.terms:
         share = None if result.per_light is None else result.per_light[term.index]
         strength, factors = _factors(block, equation.reflectance, term)
-        _add(term.ambient, strength, block.albedo, color, result.ambient, share)
+        _add(term.ambient, strength if sky is None else strength * sky, block.albedo, color, result.ambient, share)
         for lobe, coefficients, factor in zip(equation.reflectance.lobes, term.colors, factors, strict=True):
             albedo = block.albedo if lobe.takes_albedo else None
             _add(coefficients, factor, albedo, color, getattr(result, lobe.component), share)
@@ -157,8 +175,9 @@ def _add(
 
 def _factors(block: Block, reflectance: Reflectance, term: LightTerm) -> tuple[Any, tuple[Any, ...]]:
     """What a light's ambient colour and its lobes' colours are multiplied by: a·s, and a·s times their factors."""
+    seen = block.seen[term.index] if term.is_shadowed and block.seen is not None else None
     if term.is_whole:
-        return 0.0, tuple(_integrals(block, reflectance, term))
+        return 0.0, tuple(_integrals(block, reflectance, term, seen))
     real = block.surface.raw.dtype.type
     arrival = term.light.arrival(block.points, real)
     strength = np.minimum(arrival.strength * term.gain, BRIGHTEST).astype(real, copy=False)
@@ -166,9 +185,10 @@ def _factors(block: Block, reflectance: Reflectance, term: LightTerm) -> tuple[A
     if not any(wanted):
         return strength, (0.0,) * len(wanted)
     factors = list(reflectance.factors(block.surface, arrival, wanted))
+    reaching = strength if seen is None else strength * seen
     for k, lobe in enumerate(reflectance.lobes):
         if wanted[k]:
-            factors[k] *= strength
+            factors[k] *= reaching
             _hide(block, lobe, factors[k])
     return strength, tuple(factors)
 
@@ -178,8 +198,11 @@ def _hide(block: Block, lobe: Lobe, factors: FloatArray) -> None:
         factors[block.unseen] = 0.0
 
 
-def _integrals(block: Block, reflectance: Reflectance, term: LightTerm) -> Iterator[Any]:
-    """Of each lobe over all of a light with a size, times its strength; in float64, for they have differences."""
+def _integrals(block: Block, reflectance: Reflectance, term: LightTerm, seen: FloatArray | None) -> Iterator[Any]:
+    """Of each lobe over all of a light with a size, times its strength; in float64, for they have differences.
+
+    Where a part of the light is seen, that is the same part of all that it sends.
+    """
     real = block.surface.raw.dtype.type
     for lobe, form, color in zip(reflectance.lobes, reflectance.forms, term.colors, strict=True):
         integral = term.light.closed(form) if form is not None and any(color) else None
@@ -189,4 +212,4 @@ def _integrals(block: Block, reflectance: Reflectance, term: LightTerm) -> Itera
         factors = np.minimum(integral(block.points, block.surface) * term.gain, BRIGHTEST).astype(real, copy=False)
         factors[block.surface.inverse_length == 0.0] = 0.0
         _hide(block, lobe, factors)
-        yield factors
+        yield factors if seen is None else factors * seen

@@ -13,6 +13,8 @@ from pvphong.base.types import Float64Array, FloatArray
 from pvphong.geometry.extent import Extent
 from pvphong.shading import kernel
 from pvphong.shading.albedo import checked_albedo
+from pvphong.shading.equation import Equation
+from pvphong.shading.screen import Screen, channels_for
 
 
 class Vertices:
@@ -27,6 +29,8 @@ class Vertices:
         than lighting. None: they are not known, and the vertices can only be planned for.
     albedo : array_like, optional
         Shape (n, 3): multiplies the material's ambient and diffuse.
+    screen : Screen, optional
+        What stands before them, for scenes with shadows or ambient occlusion.
 
     Raises
     ------
@@ -34,10 +38,17 @@ class Vertices:
         If an array has the wrong shape, type or length; the message names it.
     """
 
-    def __init__(self, points: Any, normals: Any | Callable[[], Any] | None, albedo: Any = None) -> None:
+    def __init__(
+        self,
+        points: Any,
+        normals: Any | Callable[[], Any] | None,
+        albedo: Any = None,
+        screen: Screen | None = None,
+    ) -> None:
         self.points: FloatArray = check.array("points", points)
         self._normals = normals if normals is None or callable(normals) else self._checked(normals)
         self.albedo: Any = None if albedo is None else checked_albedo(albedo, len(self.points))
+        self.screen = screen
 
     def __repr__(self) -> str:
         return f"<{len(self)} vertices, {self.points.dtype}>"
@@ -60,6 +71,10 @@ class Vertices:
             if needed or not callable(self._normals)
             else np.broadcast_to(np.zeros(3, np.float32), self.points.shape)
         )
+
+    def channels(self, equation: Equation) -> FloatArray | None:
+        """What an equation asks of `screen`, as `Screen.channels` gives it; None where it asks nothing."""
+        return channels_for(equation, self.screen)
 
     def bounds(self, matrix: Float64Array | None) -> Float64Array:
         """x_min, x_max, y_min, y_max, z_min, z_max in the world, of those that are finite; NaN where none is."""

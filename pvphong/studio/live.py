@@ -12,9 +12,11 @@ from pvphong.base import check
 from pvphong.base.types import ByteArray, Float64Array, FloatArray
 from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
 from pvphong.meshes.lit import at_points, point_normals
+from pvphong.meshes.shadows import Among, visibility_of
 from pvphong.meshes.surfaces import has_normals, surface
 from pvphong.optics.material import Material, check_material
-from pvphong.scene.scene import Scene
+from pvphong.rays.visibility import Visibility
+from pvphong.scene.scene import Scene, light_labels
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
@@ -54,16 +56,25 @@ class LiveMesh:
         array that is given, edits are not seen.
     feature_angle : float, "auto" or None, default None
         Degrees from which edges are sharp, as for `shade`.
+    casts_shadows : bool, default True
+        Whether it is in the way of light, where the light model has shadows or ambient occlusion.
     """
 
     def __init__(
-        self, mesh: pv.DataSet, material: Material | Finish, albedo: Any = None, *, feature_angle: FeatureAngle = None
+        self,
+        mesh: pv.DataSet,
+        material: Material | Finish,
+        albedo: Any = None,
+        *,
+        feature_angle: FeatureAngle = None,
+        casts_shadows: bool = True,
     ) -> None:
         surface(mesh)  # refuses what has nothing that can be lit
         self.mesh = mesh
         self.feature_angle: FeatureAngle = feature_angle
         self.finish = material if isinstance(material, Finish) else Finish(material)
         self.albedo = albedo
+        self.casts_shadows = casts_shadows
         self.drawn = pv.PolyData()
         self.actor: pv.Actor | None = None
         self._colors: Any = None
@@ -73,6 +84,7 @@ class LiveMesh:
         self._n_whole = 0
         self._drawn_for: Any = None
         self._plan: Plan | None = None
+        self._seen: tuple[Any, Visibility] | None = None
         self._viewer = Viewer()
         self._follow_geometry()
         self._show_colors()
@@ -80,11 +92,21 @@ class LiveMesh:
     def __repr__(self) -> str:
         return f"<LiveMesh of {self.mesh.n_points} points, {self.material}>"
 
-    def refresh(self, scene: Scene) -> bool:
+    def refresh(self, scene: Scene, among: Among | None = None, *, samples: int | None = None) -> bool:
         """Bring the colours up to date; returns whether they had to be computed.
 
         They are computed only when something that the plan depends on has changed: the viewer counts only
-        where highlights, turned normals or a light that rides along make the colours depend on it.
+        where highlights, turned normals or a light that rides along make the colours depend on it. Only lights that
+        have moved are traced again.
+
+        Parameters
+        ----------
+        scene : Scene
+            What lights it.
+        among : Among, optional
+            What casts shadows on it, where the light model has shadows or ambient occlusion; by itself if not given.
+        samples : int, optional
+            So many rays for each vertex to a light with a size, in place of as many as it takes.
 
         Raises
         ------
@@ -94,10 +116,11 @@ class LiveMesh:
         """
         self._follow_geometry()
         self._show_colors()
-        state = self._state(scene)
+        state = *self._state(scene), among and _Same(among.occluders), samples
         if state == self._drawn_for and not self._viewer_moved(scene):
             return False
-        vertices = Vertices(self.drawn.points, lambda: self.normals, self._current_albedo())
+        screen = self._screen(scene, among, samples) if scene.light_model.needs_rays else None
+        vertices = Vertices(self.drawn.points, lambda: self.normals, self._current_albedo(), screen)
         self._plan = Plan.of(scene, self.material, vertices, matrix=self.matrix)
         self._plan.run_for_display(vertices, self.colors)
         self._drawn_for, self._viewer = state, scene.viewer
@@ -118,6 +141,25 @@ class LiveMesh:
     def material(self, material: Material) -> None:
         check_material(material)
         self.finish.material = material
+
+    def _screen(self, scene: Scene, among: Among | None, samples: int | None) -> Visibility:
+        """What the vertices see, with what is known of lights that stayed where they were."""
+        model = scene.light_model
+        key = self.shape(), among and _Same(among.occluders), model.two_sided, model.occlusion_distance
+        if self._seen is not None and self._seen[0] == key:
+            made = self._seen[1].for_lights(scene.world_lights, light_labels(scene), samples)
+        else:
+            made = visibility_of(
+                self.drawn, lambda: self.normals, scene, occluders=among or (), samples=samples, matrix=self.matrix
+            )
+        self._seen = key, made
+        return made
+
+    def shape(self) -> Any:
+        """What tells points, faces, normals and place apart from all before, cheap to compare."""
+        self._follow_geometry()
+        matrix = self.matrix
+        return self._geometry, None if matrix is None else matrix.tobytes()
 
     @property
     def matrix(self) -> Float64Array | None:

@@ -13,7 +13,11 @@ from pvphong.scene.scene import Scene
 from pvphong.studio.gizmos import Board, History, Options
 from pvphong.studio.live import LiveMesh
 from pvphong.studio.rig import LightHandle, Rig
+from pvphong.studio.shadows import Casting
 from pvphong.studio.troubles import Troubles
+
+# Rays of each vertex to a light with a size while something is dragged.
+_WHILE_DRAGGING = 16
 
 
 class Pane:
@@ -34,6 +38,7 @@ class Pane:
         self.evaluations = 0
         self._light_model = light_model
         self._meshes: list[LiveMesh] = []
+        self._casting = Casting()
         self._tag: int | None = None
         self._troubles = Troubles(renderer)
 
@@ -54,8 +59,8 @@ class Pane:
         self.watch()
 
     def evaluate(self, live: LiveMesh) -> None:
-        """Bring one mesh up to date, and count it."""
-        self.evaluations += live.refresh(self.scene)
+        """Bring one mesh, which may not be drawn yet, up to date, and count it."""
+        self.evaluations += self._refreshing([*self.shown, live])(live)
 
     def watch(self) -> None:
         """Bring everything up to date before each frame."""
@@ -73,9 +78,24 @@ class Pane:
         """Bring the visible meshes and the gizmos up to date."""
         visible = self.shown
         if visible:
-            self.evaluations += self._troubles.refresh(visible, self.scene)
+            self.evaluations += self._troubles.refresh(visible, self._refreshing(visible))
         if self.board is not None:
             self.board.update()
+
+    def _refreshing(self, visible: Sequence[LiveMesh]) -> Callable[[LiveMesh], bool]:
+        """What brings one of the visible meshes up to date.
+
+        During a drag lights with a size get few rays, and as many as they take when it has ended.
+        """
+        scene = self.scene
+        if not scene.light_model.needs_rays:
+            return lambda live: live.refresh(scene)
+        is_rough = self.board is not None and self.board.is_dragging and any(light.has_size for light in scene.lights)
+        if self.board is not None:
+            self.board.note = f"shadows by {_WHILE_DRAGGING} rays until let go" if is_rough else ""
+        samples = _WHILE_DRAGGING if is_rough else None
+        among = dict(zip(visible, self._casting.among(visible), strict=True))
+        return lambda live: live.refresh(scene, among[live], samples=samples)
 
     def put_up(
         self,

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import textwrap
 import warnings
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from vtkmodules.vtkRenderingCore import vtkTextActor
 
-from pvphong.scene.scene import Scene
 from pvphong.studio.live import LiveMesh
 
 _WIDTH = 60  # letters of a line
@@ -42,8 +41,8 @@ class Troubles:
         style.SetBackgroundColor(0.1, 0.1, 0.1)
         style.SetBackgroundOpacity(0.75)
 
-    def refresh(self, meshes: Iterable[LiveMesh], scene: Scene) -> int:
-        """Bring meshes up to date, and give how many had to be computed.
+    def refresh(self, meshes: Iterable[LiveMesh], refresh: Callable[[LiveMesh], bool]) -> int:
+        """Bring meshes up to date, each by `refresh`, and give how many had to be computed.
 
         A mesh that cannot be lit is not drawn, for its last colours would not be true, until it can be lit again.
 
@@ -56,7 +55,7 @@ class Troubles:
         computed = 0
         for live in meshes:
             try:
-                computed += live.refresh(scene)
+                computed += refresh(live)
             except Exception as error:  # of a light or an array of the user's, too
                 live.blank()
                 found[live] = f"{self._named(live)} is not lit: {error}"

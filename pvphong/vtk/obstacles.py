@@ -74,7 +74,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
     What has no effect is no obstacle: the specular colour of a light on a material without specular, say.
     """
     _refuse_unknown(scene, material)
-    obstacles = [*_of_matrix(scene, matrix)]
+    obstacles = [*_of_matrix(scene, matrix), *_of_rays(scene)]
     if scene.light_model.convention == "standard":
         obstacles += [*_of_colors(scene, material), *_of_highlights(scene, material)]
     obstacles += _of_powers(scene, material)
@@ -89,6 +89,16 @@ def _refuse_unknown(scene: Scene, material: Material) -> None:
     if material.reflectance is not None:
         remedy = "Leave it out: VTK's is Phong's."
         check.refuse("reflectance", material.reflectance, "None where VTK is to draw it", remedy)
+
+
+def _of_rays(scene: Scene) -> Iterator[Obstacle]:
+    model = scene.light_model
+    if model.needs_rays:
+
+        def without(scene: Scene, material: Material) -> tuple[Scene, Material]:
+            return replace(scene, light_model=model.without_rays()), material
+
+        yield Obstacle("shadows or ambient occlusion", "the same without them", without)
 
 
 def shining(scene: Scene) -> list[Light]:

@@ -77,7 +77,7 @@ def test_every_parameter_has_a_help_text(command, capsys, monkeypatch):
     parameters = [line for line in capsys.readouterr().out.splitlines() if re.match(r"│ (\* )? *(--|MESH)", line)]
     assert parameters
     for line in parameters:
-        assert re.match(r"│ (\* )? *(--[a-z-]+|MESH)( -[a-z])?( [A-Z|]+)*  +\S", line), line
+        assert re.match(r"│ (\* )? *(--[a-z-]+|MESH)( -[a-z])?( [A-Z|]+(\.\.\.)?)*  +\S", line), line
 
 
 def test_importing_the_package_loads_no_command_line():
@@ -496,3 +496,46 @@ def test_demo_leaves_a_lit_mesh_a_picture_the_rig_and_a_report_and_can_be_repeat
     assert run("demo --folder new/demo") == 0
     assert run("demo") == 0
     assert files() == ["new", "pvphong-demo"]
+
+
+# --- shadows ---
+
+
+@pytest.fixture
+def hat():
+    """A file with a roof over the sphere, and a rig with a light above."""
+    pv.Plane(center=(0, 0, 2), i_size=9, j_size=9).save("hat.vtp")
+    viewer = ph.Viewer(position=(0, -3, 1))
+    ph.Scene([ph.DirectionalLight(name="sun")], viewer).save("rig.json")
+
+
+@pytest.mark.usefixtures("hat")
+def test_shadows_of_other_files(sphere, capsys):
+    assert run("shade sphere.vtp -o lit.vtp --scene rig.json --shadows --occluder hat.vtp --components") == 0
+    lit = pv.read("lit.vtp")
+    assert not lit["phong_visibility_sun"].any()
+    rig = ph.Scene.load("rig.json")
+    dark = replace(rig, light_model=ph.LightModel(shadows=True))
+    expected = sphere.phong.shade(dark, occluders=[pv.read("hat.vtp")])["phong"]
+    np.testing.assert_allclose(lit["phong"], expected, atol=1e-6)
+    assert run("shade sphere.vtp -o lit.vtp --scene rig.json --ambient-occlusion --occluder hat.vtp --components") == 0
+    assert pv.read("lit.vtp")["phong_sky"].min() < 0.5
+    capsys.readouterr()
+    assert run("plan sphere.vtp --scene rig.json --shadows --occluder hat.vtp") == 0
+    assert re.search(r"shadow +on +sun", capsys.readouterr().out)
+    assert run("plan sphere.vtp --scene rig.json --shadows") == 0
+    assert re.search(r"shadow +off +sun: the mesh is convex, and alone", capsys.readouterr().out)
+
+
+@pytest.mark.usefixtures("sphere", "hat")
+def test_a_rigs_own_shadows_are_kept(capsys):
+    model = ph.LightModel(shadows=True, ambient_occlusion=0.5)
+    replace(ph.Scene.load("rig.json"), light_model=model).save("dark.json")
+    assert run("plan sphere.vtp --scene dark.json --occluder hat.vtp --ambient-occlusion") == 0
+    assert re.search(r"shadow +on", capsys.readouterr().out)
+
+
+@pytest.mark.usefixtures("sphere", "hat")
+def test_an_occluder_that_does_nothing_is_refused(capsys):
+    assert run("shade sphere.vtp -o lit.vtp --occluder hat.vtp") != 0
+    assert "--occluder must be left out where nothing casts shadows" in one_line(capsys.readouterr().err)

@@ -33,6 +33,8 @@ def test_defaults():
         "reflection": "phong",
         "clamp": True,
         "convention": "standard",
+        "shadows": False,
+        "ambient_occlusion": False,
     }
     assert Scene() == Scene(lights=(), viewer=None, light_model=LightModel())
     assert [field.name for field in dataclasses.fields(Scene)] == ["lights", "viewer", "light_model"]

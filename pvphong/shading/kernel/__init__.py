@@ -153,6 +153,7 @@ def shade(
     result: Shading,
     whole: Equation | None = None,
     *,
+    channels: FloatArray | None = None,
     waits: bool = True,
 ) -> bool:
     """Evaluate the equation at every vertex into `result.rgb`, or decline.
@@ -175,6 +176,8 @@ def shade(
         The equation before a plan left out what does not reach these vertices; the same if not given. It decides
         whether the kernel declines and the type in which vertices are read, for these are not to hang on where the
         other vertices are.
+    channels : ndarray, optional
+        Shape (lights + 1, n): what each vertex sees of each light, and of the sky, where the equation asks for it.
     waits : bool, default True
         Whether code that is missing is compiled now, which takes seconds. If not, the equation is declined, and another
         process compiles it for later calls.
@@ -194,7 +197,16 @@ def shade(
     read = [points] * whole.needs_points + [normals] * whole.needs_normals
     stored = np.result_type(real, *read)
     request = Request(equation, stored.name, real.name)
-    call = _prepared(request, library, waits, has_albedo=albedo is not None, is_display=rgb.dtype == np.uint8)
+    if channels is not None:
+        channels = np.ascontiguousarray(channels, real)
+    call = _prepared(
+        request,
+        library,
+        waits,
+        has_albedo=albedo is not None,
+        is_display=rgb.dtype == np.uint8,
+        channel_length=len(rgb),
+    )
     if call is None:
         return False
     vertices = [
@@ -207,13 +219,14 @@ def shade(
             shades = reflectances(shades)  # the kernel clips what it gets, but this may not even fit its type
         arrays = [*(None if array is None else array[part] for array, _ in vertices), shades]
         plain = [ready(array, dtype) for array, dtype in zip(arrays, (stored, stored, real), strict=True)]
-        for rows in call.light([*plain, rgb[part]]):
-            _light_declined(points[part], normals[part], shades, equation, rgb[part], rows)
+        seen = None if channels is None else channels[:, part]
+        for rows in call.light([*plain, seen, rgb[part]]):
+            _light_declined(points[part], normals[part], shades, equation, rgb[part], rows, seen)
     _Process.has_run = True
     return True
 
 
-def _prepared(request: Request, library: Library, waits: bool, **flags: bool) -> Call | None:
+def _prepared(request: Request, library: Library, waits: bool, **flags: Any) -> Call | None:
     """Driver and records for a request; None if there is no code, which another process then compiles."""
     source = library if waits else library.at_hand
     equation, stored, real = request
@@ -232,11 +245,13 @@ def _light_declined(
     equation: Equation,
     rgb: Any,
     rows: Any,
+    channels: FloatArray | None,
 ) -> None:
     """Colours of some vertices by the reference."""
     shades = None if albedo is None else albedo[rows]
     lit = Shading(np.empty((len(rows), 3), np.float32 if rgb.dtype == np.uint8 else rgb.dtype))
-    light_by_reference(points[rows], normals[rows], equation, shades, lit)
+    seen = None if channels is None else channels[:, rows]
+    light_by_reference(points[rows], normals[rows], equation, shades, lit, seen)
     rgb[rows] = np.rint(np.clip(lit.rgb, 0.0, 1.0) * 255.0) if rgb.dtype == np.uint8 else lit.rgb
 
 

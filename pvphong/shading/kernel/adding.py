@@ -56,6 +56,44 @@ def add_strength(rows: Any, gain: Any, red: Any, green: Any, blue: Any) -> None:
         _add(rows, i, _strength(rows, i, gain), red, green, blue)
 
 
+# --- what blocks light
+
+
+@plain
+def fill_under_sky(rows: Any, red: Any, green: Any, blue: Any, own_red: Any, own_green: Any, own_blue: Any) -> None:
+    """A colour times the sky's open part, plus another colour, in place of what is there."""
+    for i in range(BLOCK):
+        sky = rows[at.SKY + i]
+        rows[at.R + i] = multiply_add(red, sky, own_red)
+        rows[at.G + i] = multiply_add(green, sky, own_green)
+        rows[at.B + i] = multiply_add(blue, sky, own_blue)
+
+
+@plain
+def add_sky(rows: Any, red: Any, green: Any, blue: Any) -> None:
+    """Add a colour times the sky's open part."""
+    for i in range(BLOCK):
+        _add(rows, i, rows[at.SKY + i], red, green, blue)
+
+
+@plain
+def add_strength_under_sky(rows: Any, gain: Any, red: Any, green: Any, blue: Any) -> None:
+    """`add_strength`, times the sky's open part."""
+    for i in range(BLOCK):
+        _add(rows, i, _strength(rows, i, gain) * rows[at.SKY + i], red, green, blue)
+
+
+@plain
+def block(rows: Any, gain: Any, varies: bool) -> None:
+    """Strengths, gain included, times the light's visible part; the visible part alone where it has no strengths."""
+    if varies:
+        for i in range(BLOCK):
+            rows[at.STRENGTH + i] = _strength(rows, i, gain) * rows[at.VISIBLE + i]
+    else:
+        for i in range(BLOCK):
+            rows[at.STRENGTH + i] = rows[at.VISIBLE + i]
+
+
 # --- Lambert's factor alone, straight from normals and ways
 
 
@@ -86,6 +124,14 @@ def add_parallel(rows: Any, red: Any, green: Any, blue: Any, x: Any, y: Any, z: 
     for i in range(BLOCK):
         n_l = max(normal_dot(rows, i, x, y, z) * rows[at.INVERSE + i], _ZERO)
         _add(rows, i, n_l, red, green, blue)
+
+
+@plain
+def add_parallel_weakened(rows: Any, red: Any, green: Any, blue: Any, x: Any, y: Any, z: Any) -> None:
+    """`add_parallel`, times the strength."""
+    for i in range(BLOCK):
+        n_l = max(normal_dot(rows, i, x, y, z) * rows[at.INVERSE + i], _ZERO)
+        _add(rows, i, n_l * rows[at.STRENGTH + i], red, green, blue)
 
 
 # --- factors of lobes, as a reflectance's stage leaves them

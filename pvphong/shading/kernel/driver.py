@@ -51,24 +51,26 @@ def _look(s: Any, rows: Any, points: Any) -> bool:
 
 
 @inlined
-def _add_lambert(t: Any, rows: Any) -> None:
+def _add_lambert(t: Any, varies: bool, gain: Any, rows: Any) -> None:
     """Add the light of one of which Lambert's factor alone is wanted."""
     red, green, blue = in_type(t.colors[0], rows)
-    if t.is_even:
+    if t.is_even and varies:
+        adding.add_parallel_weakened(rows, red, green, blue, *in_type(t.way, rows))
+    elif t.is_even:
         adding.add_parallel(rows, red, green, blue, *in_type(t.way, rows))
-    elif t.varies:
-        adding.add_weakened(rows, like(rows, t.gain), red, green, blue)
+    elif varies:
+        adding.add_weakened(rows, gain, red, green, blue)
     else:
         adding.add_lambert(rows, red, green, blue)
 
 
 @inlined
-def _add_lobes(t: Any, s: Any, reflected: int, rows: Any) -> None:
+def _add_lobes(t: Any, s: Any, reflected: int, varies: bool, gain: Any, rows: Any) -> None:
     """Add the light of one whose lobes' factors stand in their rows; those that are 0 everywhere are left out."""
-    if t.varies:
+    if varies:
         for lobe in range(3):
             if reflected & (1 << lobe):
-                adding.weaken(rows, at.FIRST + lobe * BLOCK, like(rows, t.gain))
+                adding.weaken(rows, at.FIRST + lobe * BLOCK, gain)
     if not s.has_albedo and reflected & 3 == 3:
         adding.add_two(rows, *in_type(t.colors[0], rows), *in_type(t.colors[1], rows))
         reflected &= ~3
@@ -79,25 +81,44 @@ def _add_lobes(t: Any, s: Any, reflected: int, rows: Any) -> None:
 
 
 @inlined
-def _add_light(t: Any, s: Any, numbers: Any, own: Any, rows: Any, points: Any) -> bool:
+def _add_ambient(t: Any, s: Any, rows: Any) -> None:
+    """Add what a light adds whatever the normal."""
+    color, gain = in_type(t.ambient, rows), like(rows, t.gain)
+    if s.sky < 0:
+        if t.varies:
+            adding.add_strength(rows, gain, *color)
+        else:
+            adding.add_evenly(rows, *color)
+    elif t.varies:
+        adding.add_strength_under_sky(rows, gain, *color)
+    else:
+        adding.add_sky(rows, *color)
+
+
+@inlined
+def _add_light(
+    first: int, count: int, channels: Any, t: Any, s: Any, numbers: Any, own: Any, rows: Any, points: Any
+) -> bool:
     """Add one light; whether no vertex is declined."""
     good = True
     if not t.is_even:
         good = call_light(t.arrives, own, rows, points)
         if t.has_ambient:
-            if t.varies:
-                adding.add_strength(rows, like(rows, t.gain), *in_type(t.ambient, rows))
-            else:
-                adding.add_evenly(rows, *in_type(t.ambient, rows))
+            _add_ambient(t, s, rows)
     if not t.wanted:
         return good
+    varies, gain = t.varies, like(rows, t.gain)
+    if t.visible >= 0:
+        loading.take(shifted(channels, t.visible * s.channel_length), first, count, shifted(rows, at.VISIBLE))
+        adding.block(rows, gain, varies)
+        varies, gain = True, like(rows, 1.0)
     if not t.reflects:
-        _add_lambert(t, rows)
+        _add_lambert(t, varies, gain, rows)
         return good
     if t.is_even:
         adding.fill(rows, at.DX, *in_type(t.way, rows))
         ways.measure_ways(rows)
-    _add_lobes(t, s, t.wanted & call_reflectance(t.reflects, numbers, rows, points), rows)
+    _add_lobes(t, s, t.wanted & call_reflectance(t.reflects, numbers, rows, points), varies, gain, rows)
     return good
 
 
@@ -108,6 +129,7 @@ def _light(
     points: Any,
     normals: Any,
     albedo: Any,
+    channels: Any,
     rgb: Any,
     display: Any,
     s: Any,
@@ -131,12 +153,17 @@ def _light(
     elif s.needs_points:
         loading.split(points, first, count, shifted(rows, at.PX))
     good = _look(s, rows, places) & good
-    adding.fill(rows, at.R, *in_type(s.base, rows))
+    if s.sky >= 0:
+        loading.take(shifted(channels, s.sky * s.channel_length), first, count, shifted(rows, at.SKY))
+        adding.fill_under_sky(rows, *in_type(s.base, rows), *in_type(s.own, rows))
+    else:
+        adding.fill(rows, at.R, *in_type(s.base, rows))
     if s.has_albedo:
         adding.fill(rows, at.HR, *in_type(s.emission, rows))
     for turn in range(len(terms)):
         prefetch.ask(turn, first + BLOCK, points, normals, rgb, display, s)
-        good = _add_light(terms[turn], s, numbers, shifted(numbers, (turn + 1) * s.stride), rows, places) & good
+        own = shifted(numbers, (turn + 1) * s.stride)
+        good = _add_light(first, count, channels, terms[turn], s, numbers, own, rows, places) & good
     if s.has_albedo:
         loading.split(albedo, first, count, shifted(rows, at.ALBEDO_R))
         colors.tint(rows)
@@ -156,6 +183,7 @@ def shade(
     points: Any,
     normals: Any,
     albedo: Any,
+    channels: Any,
     rgb: Any,
     display: Any,
     settings: Any,
@@ -173,6 +201,8 @@ def shade(
     ----------
     points, normals, albedo
         Vectors of all vertices one after the other; what is not needed may be anything.
+    channels
+        Single numbers of all vertices, channel after channel: what of lights and of the sky they see.
     rgb, display
         Where the colours go: floats, or bytes if `is_display`.
     settings, terms, numbers
@@ -194,7 +224,9 @@ def shade(
         if s.is_sunlit and count == BLOCK and sunlight.shine_on(normals, first, s, lights[0], rgb):
             continue
         is_like_first = s.is_even and first != start
-        if is_like_first or _light(first, count, points, normals, albedo, rgb, display, s, lights, numbers, rows, wide):
+        if is_like_first or _light(
+            first, count, points, normals, albedo, channels, rgb, display, s, lights, numbers, rows, wide
+        ):
             _store(first, count, rgb, display, s, rows)
             continue
         none = False

@@ -188,7 +188,7 @@ def _stage_of_reflectance(real: Any) -> Any:
 
 def _driver(stored: Any, real: Any) -> Any:
     vertices, reals = types.CPointer(stored), types.CPointer(real)
-    arrays = vertices, vertices, reals, reals, _BYTES
+    arrays = vertices, vertices, reals, reals, reals, _BYTES
     equation = types.CPointer(numba.from_dtype(SETTINGS)), types.CPointer(numba.from_dtype(TERM)), _FLOATS
     scratch = reals, _FLOATS, _BYTES
     return types.boolean(*arrays, *equation, types.intp, types.intp, *scratch)

@@ -43,6 +43,16 @@ def split(array: Any, start: int, count: int, rows: Any) -> None:
 
 
 @plain
+def take(channel: Any, start: int, count: int, rows: Any) -> None:
+    """Numbers of one channel into the first row; the block is filled up with 0."""
+    part = shifted(channel, start)
+    for i in range(count):
+        rows[i] = part[i]
+    for i in range(count, BLOCK):
+        rows[i] = 0.0
+
+
+@plain
 def transform(matrix: Any, w: float, points: Any) -> None:
     """(L p + t) / w for float64 points and a (3, 4) matrix (L | t)."""
     for i in range(BLOCK):

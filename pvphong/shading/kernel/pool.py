@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import os
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -19,12 +20,10 @@ class _Limit:
     threads: ClassVar[int | None] = None
 
 
-@functools.cache
 def _most() -> int:
     """Numba's setting, NUMBA_NUM_THREADS, which is by default the processors that this process may use."""
-    from numba import config
-
-    return int(config.NUMBA_NUM_THREADS)
+    numba = sys.modules.get("numba")  # rays are cast without it
+    return int(os.environ.get("NUMBA_NUM_THREADS", sys.maxsize) if numba is None else numba.config.NUMBA_NUM_THREADS)
 
 
 def count() -> int:

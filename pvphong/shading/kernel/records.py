@@ -34,6 +34,8 @@ SETTINGS = np.dtype(
         ("is_even", "?"),
         ("count", "i8"),
         ("stride", "i8"),
+        ("sky", "i8"),
+        ("channel_length", "i8"),
         ("takes_albedo", "i8"),
         ("eye", "3f8"),
         ("to_eye", "3f8"),
@@ -41,6 +43,7 @@ SETTINGS = np.dtype(
         ("w", "f8"),
         ("normal_matrix", "(3,3)f8"),
         ("base", "3f8"),
+        ("own", "3f8"),
         ("emission", "3f8"),
         ("low", "f8"),
         ("high", "f8"),
@@ -49,7 +52,8 @@ SETTINGS = np.dtype(
 )
 """What all lights share. `is_sunlit`: there is just one light, even and with Lambert's factor alone, no albedo, and
 normals are used as they come. `is_even`: every vertex has the same colour. `count`: of lights. `stride`: how many
-numbers each stage has. `is_wide`: points are float64 beside rows of
+numbers each stage has. `sky`: the channel with the open part of the sky, or -1. `channel_length`: from one channel to
+the next. `own`: a colour beside `base` that the sky has no part in. `is_wide`: points are float64 beside rows of
 float32. `takes_albedo`: lobes that do, as the sum of 1, 2 and 4."""
 
 TERM = np.dtype(
@@ -58,6 +62,7 @@ TERM = np.dtype(
         ("varies", "?"),
         ("has_ambient", "?"),
         ("wanted", "i8"),
+        ("visible", "i8"),
         ("arrives", "i8"),
         ("reflects", "i8"),
         ("gain", "f8"),
@@ -70,7 +75,8 @@ TERM = np.dtype(
 """One light. `is_even`: the same everywhere, from the direction `way`, whose inverse length is in the colours where
 Lambert's factor is added straight. `varies`: whether its strength is taken at each vertex; what of it is the same
 everywhere is in the colours, and `gain`, a power of two, goes with the strength. `wanted`: lobes that are not black,
-as the sum of 1, 2 and 4. `arrives`, `reflects`: addresses of the stages, 0 for those that the driver has."""
+as the sum of 1, 2 and 4. `visible`: the channel with its visible part, or -1. `arrives`, `reflects`: addresses of
+the stages, 0 for those that the driver has."""
 
 _LARGEST = 2.0**100
 """Scene coordinates further out are left to the reference: float32 could not hold squares of sums with them.
@@ -149,7 +155,14 @@ def _are_in_range(numbers: Iterable[float]) -> bool:
 
 
 def records_of(
-    equation: Equation, stages: Stages, real: str, *, is_wide: bool, has_albedo: bool, is_display: bool
+    equation: Equation,
+    stages: Stages,
+    real: str,
+    *,
+    is_wide: bool,
+    has_albedo: bool,
+    is_display: bool,
+    channel_length: int = 0,
 ) -> Records:
     """An equation that `fits`, for rows of a type; `is_wide` if vertices are stored in a wider one."""
     matrix, w, normals_matrix = _NO_MATRIX
@@ -179,19 +192,23 @@ def records_of(
         "has_albedo": has_albedo,
         "is_display": is_display,
         "is_sunlit": (
-            [(record["is_even"], record["wanted"], record["reflects"]) for record in terms] == [(True, 1, 0)]
-            and not (turns_normals or equation.is_flipped or has_albedo or is_display)
+            [(record["is_even"], record["wanted"], record["reflects"], record["visible"]) for record in terms]
+            == [(True, 1, 0, -1)]
+            and not (turns_normals or equation.is_flipped or equation.is_occluded or has_albedo or is_display)
         ),
-        "is_even": not (equation.needs_normals or equation.needs_points or has_albedo),
+        "is_even": not (equation.needs_normals or equation.needs_points or equation.is_occluded or has_albedo),
         "count": len(terms),
         "stride": stride,
+        "sky": equation.lights if equation.is_occluded else -1,
+        "channel_length": channel_length,
         "takes_albedo": _sum_of(lobe.takes_albedo for lobe in equation.reflectance.lobes),
         "eye": equation.eye or _ORIGIN,
         "to_eye": equation.to_eye,
         "matrix": matrix,
         "w": w,
         "normal_matrix": normals_matrix,
-        "base": base if has_albedo else _plus(base, equation.emission),
+        "base": base if has_albedo or equation.is_occluded else _plus(base, equation.emission),
+        "own": _ORIGIN if has_albedo else equation.emission,
         "emission": equation.emission,
         "low": 0.0 if equation.clamp else -math.inf,
         "high": 1.0 if equation.clamp else math.inf,
@@ -220,6 +237,7 @@ def _term(
         "varies": False,
         "has_ambient": False,
         "wanted": _sum_of(wanted),
+        "visible": term.index if term.is_shadowed else -1,
         "arrives": 0,
         "reflects": 0 if function is None or is_lambert else stages.reflectance(function, real),
         "gain": 1.0,

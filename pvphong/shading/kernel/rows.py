@@ -39,5 +39,5 @@ ALBEDO_R, ALBEDO_G, ALBEDO_B = range(29 * BLOCK, 32 * BLOCK, BLOCK)
 # How a light with a size is seen: sine and cosine of its angular radius, n·l; for its stage's own use.
 SINE, COSINE, TILT, OWN = range(32 * BLOCK, 36 * BLOCK, BLOCK)
 
-# The length of all rows.
-ROWS = OWN + 8 * BLOCK
+# Parts of one light, and of the ambient light, that nothing blocks; and the length of all rows.
+VISIBLE, SKY, ROWS = range(OWN + 8 * BLOCK, OWN + 11 * BLOCK, BLOCK)

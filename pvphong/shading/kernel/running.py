@@ -25,7 +25,7 @@ class Call:
         self._driver, self._equation = driver, equation
 
     def light(self, arrays: list[Any]) -> list[Any]:
-        """Fill in colours, the last of the arrays after points, normals and albedo where these are read.
+        """Fill in colours, the last of the arrays after points, normals, albedo and channels where these are read.
 
         Gives indices of vertices that are left to the reference.
         """

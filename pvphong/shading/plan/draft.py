@@ -18,6 +18,7 @@ from pvphong.base.types import Vector
 from pvphong.geometry.extent import ROUNDED_UP, Extent
 from pvphong.optics.light import NOTHING_KNOWN, Light, Reach
 from pvphong.shading.equation import Equation, LightTerm, in_parts
+from pvphong.shading.screen import Screen
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,8 @@ class Draft:
         The colour error that may be taken in all.
     notes : tuple of Note
         What has been left out so far.
+    screen : Screen or None
+        What stands before the vertices, where that is known.
     """
 
     equation: Equation
@@ -78,14 +81,15 @@ class Draft:
     extent: Extent
     tolerance: float
     notes: tuple[Note, ...] = ()
+    screen: Screen | None = None
     _reaches: dict[int, tuple[Light, Reach]] = field(default_factory=dict)
 
     @classmethod
-    def first(cls, equation: Equation, extent: Extent, tolerance: float) -> Draft:
+    def first(cls, equation: Equation, extent: Extent, tolerance: float, screen: Screen | None = None) -> Draft:
         """Of an equation as it was assembled."""
         shining = sum(not term.is_black for term in equation.terms)
         notes = tuple(Note("lights", label, "switched off") for label in equation.off)
-        return cls(equation, shining, extent, tolerance, notes)
+        return cls(equation, shining, extent, tolerance, notes, screen)
 
     def reach(self, term: LightTerm) -> Reach:
         """What of a light can reach the vertices; several effects ask."""

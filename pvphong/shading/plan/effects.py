@@ -12,6 +12,7 @@ from __future__ import annotations
 from pvphong.shading.plan.draft import Effect
 from pvphong.shading.plan.lights import ATTENUATION, CONE, LIGHTS, POSITION, SIZE
 from pvphong.shading.plan.reflection import DIFFUSE, SPECULAR
+from pvphong.shading.plan.screens import OCCLUSION, SHADOW
 from pvphong.shading.plan.surface import AMBIENT, EMISSION, NORMAL_TRANSFORM
 from pvphong.shading.plan.viewer import LOCAL_VIEWER, TWO_SIDED
 
@@ -28,4 +29,6 @@ EFFECTS: tuple[Effect, ...] = (
     POSITION,
     LOCAL_VIEWER,
     DIFFUSE,
+    SHADOW,
+    OCCLUSION,
 )

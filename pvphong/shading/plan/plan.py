@@ -112,7 +112,7 @@ class Plan:
     @classmethod
     def of_equation(cls, whole: Equation, vertices: Vertices, tolerance: float = 0.0) -> Plan:
         """What will run of the equation of a scene, or of one that was rewritten from it."""
-        draft = Draft.first(whole, vertices.extent(whole.matrix), tolerance)
+        draft = Draft.first(whole, vertices.extent(whole.matrix), tolerance, vertices.screen)
         draft = reduce(lambda so_far, effect: effect.simplify(so_far), EFFECTS, draft)
         left = draft.equation
         return cls(
@@ -126,7 +126,7 @@ class Plan:
             error_bound=draft.error_bound,
             equation=in_parts(left),
             whole=in_parts(whole),
-            _draft=replace(draft, extent=ANYWHERE),  # a plan that is kept does not keep the vertices
+            _draft=replace(draft, extent=ANYWHERE, screen=None),  # a plan that is kept does not keep the vertices
         )
 
     def run(
@@ -144,32 +144,34 @@ class Plan:
         Raises
         ------
         ValueError
-            If an option is not one of those that `pvphong.evaluate` has, or Numba is asked for and missing.
+            If an option is not one of those that `pvphong.evaluate` has, or Numba is asked for and missing; or for
+            shadows on vertices of which nobody knows what stands before them.
         """
         real = np.dtype(check.choice("precision", precision, get_args(Precision)))
         kernel.check_backend(backend)
         result = Shading.empty(len(vertices), self.whole.lights, real, components=check.flag("components", components))
-        normals = vertices.normals_if(self.equation.needs_normals)
+        normals, channels = vertices.normals_if(self.equation.needs_normals), vertices.channels(self.equation)
         waits = backend == "numba"
         tries_compiled = waits or (backend == "auto" and is_worth_loading(len(vertices), self.whole))
         arrays = vertices.points, normals, self.equation, vertices.albedo, result
-        if not (tries_compiled and kernel.shade(*arrays, self.whole, waits=waits)):
-            reference.shade(*arrays)
+        if not (tries_compiled and kernel.shade(*arrays, self.whole, channels=channels, waits=waits)):
+            reference.shade(*arrays, channels)
         return result
 
     def run_for_display(self, vertices: Vertices, out: ByteArray) -> None:
         """Lit colours of the vertices, computed in float32 and written as 0-255 into `out`, shape (n, 3), uint8."""
         points, normals = vertices.points, vertices.normals_if(self.equation.needs_normals)
-        albedo, count = vertices.albedo, len(out)
+        albedo, count, channels = vertices.albedo, len(out), vertices.channels(self.equation)
         arrays = points, normals, self.equation, albedo, Shading(out), self.whole
         is_worth_it = count * len(self.whole.terms) >= (_WORTH_STARTING if kernel.has_run() else _WORTH_LOADING)
-        if is_worth_it and kernel.shade(*arrays, waits=False):
+        if is_worth_it and kernel.shade(*arrays, channels=channels, waits=False):
             return
         for start in range(0, count, _DISPLAYED_AT_ONCE):
             part = slice(start, start + _DISPLAYED_AT_ONCE)
             shading = Shading(np.empty((len(points[part]), 3), np.float32))
             shades = None if albedo is None else albedo[part]
-            reference.shade(points[part], normals[part], self.equation, shades, shading)
+            seen = None if channels is None else channels[:, part]
+            reference.shade(points[part], normals[part], self.equation, shades, shading, seen)
             np.rint(np.clip(shading.rgb, 0.0, 1.0) * 255.0, out=out[part], casting="unsafe")
 
     def __getstate__(self) -> dict[str, Any]:
@@ -252,8 +254,8 @@ class Plan:
 
 def _needs(equation: Equation) -> frozenset[str]:
     needs = {
-        "points": equation.needs_points,
-        "normals": equation.needs_normals,
+        "points": equation.needs_points or equation.has_screen,
+        "normals": equation.needs_normals or equation.has_screen,
         "viewer": equation.has_highlights or equation.is_flipped,
     }
     return frozenset(name for name, needed in needs.items() if needed)

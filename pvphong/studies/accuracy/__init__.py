@@ -19,6 +19,7 @@ from pvphong.meshes.surfaces import surface
 from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import SceneLike
 from pvphong.shading import kernel
+from pvphong.shading.screen import refuse_rays
 from pvphong.studies.accuracy.measurement import Measurement
 from pvphong.studies.accuracy.progress import progress
 from pvphong.studies.accuracy.report import Tradeoff
@@ -80,6 +81,7 @@ def tradeoff(
     clock = Clock((1.0 - _SPARE) * check.number("seconds", seconds, above=0.0))
     source = surface(mesh)
     scene = scene_for(source, scene, matrix)
+    refuse_rays(scene, "where accuracy is measured against time")
     placed = None if matrix is None else check.matrix4("matrix", matrix)
     points, normals = check.array("points", source.points), check.array("normals", point_normals(source))
     subject = Subject(points, normals, scene, material, placed)

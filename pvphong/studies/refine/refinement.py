@@ -22,6 +22,7 @@ from pvphong.shading.albedo import checked_albedo, reflectances
 from pvphong.shading.inside.interpolation import all_errors
 from pvphong.shading.inside.lit_vertices import Lighting, LitVertices, scaled_together
 from pvphong.shading.inside.refining import Refinement, Stopped
+from pvphong.shading.screen import refuse_rays
 
 Placement = Literal["linear", "smooth"]
 
@@ -224,6 +225,7 @@ def _lit_triangles(
     check_material(material)
     source, given = surface_and_albedo(mesh, albedo, feature_angle)
     scene = scene_for(source, given_scene, matrix)
+    refuse_rays(scene, "where colours inside of triangles count")
     if not has_faces(source):
         check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", "A cloud has no inside.")
     shades = None if given is None else reflectances(checked_albedo(given, source.n_points)).astype(np.float64)

@@ -72,6 +72,8 @@ class Board:
         self._overlay = Overlay()
         self._gizmos: list[Gizmo] = []
         self._retired: list[Grip] = []
+        self.note = ""
+        """What else the readout says."""
         self._hovered: tuple[Gizmo, str] | None = None
         self.hands = Hands(self, interactor)
         self._tags = [
@@ -88,6 +90,11 @@ class Board:
                 react(alive)
 
         return int(self._interactor.AddObserver(event, happened, priority))
+
+    @property
+    def is_dragging(self) -> bool:
+        """Whether a handle is held."""
+        return self.hands.drag is not None
 
     # -- what is there -----------------------------------------------------------------------------------
 
@@ -180,7 +187,8 @@ class Board:
         has_room = self._overlay.help(commands.help_text(self.options.keys) if self.helping else "", view.size)
         self._overlay.status(self._status(single) if has_room else "", view.size)
         x, y = self.cursor
-        self._overlay.say(self.hands.readout, (x - view.origin[0], y - view.origin[1]), view.size)
+        said = "\n".join(line for line in (self.hands.readout, self.hands.readout and self.note) if line)
+        self._overlay.say(said, (x - view.origin[0], y - view.origin[1]), view.size)
         self._overlay.attach(self._renderer)
 
     def _ring(self, gizmo: Gizmo) -> Vector | None:

@@ -239,7 +239,7 @@ def test_what_reaches_the_vertices_does_not_choose_the_evaluator():
 def test_what_reaches_the_vertices_does_not_choose_the_evaluator_of_a_window(has_run, count, monkeypatch):
     """The points are too few for the kernel by the lights that a plan leaves, and enough by those of the scene."""
     asked = []
-    monkeypatch.setattr(kernel, "shade", lambda *arguments, waits: asked.append((*arguments, waits)) or True)
+    monkeypatch.setattr(kernel, "shade", lambda *given, waits, **_: asked.append((*given, waits)) or True)
     monkeypatch.setattr(kernel._Process, "has_run", has_run)
     away = ph.SpotLight(position=(0, 0, 50), direction=(0, 0, 1), cone_angle=30)
     scene, points = ph.Scene([away, LAMP]), np.random.default_rng(8).normal(size=(count, 3)).astype(np.float32)

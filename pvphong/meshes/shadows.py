@@ -1,0 +1,158 @@
+"""What vertices see of lights and sky: meshes become triangles that block rays, and vertices that look."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import repeat
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from pvphong.base import check
+from pvphong.base.types import FloatArray, MatrixLike, rgb
+from pvphong.geometry.transform import transform_normals, transform_points
+from pvphong.meshes.blocks import datasets, leaves
+from pvphong.meshes.cells import refuse_invalid
+from pvphong.meshes.surfaces import has_faces, outer, polygons, surface
+from pvphong.rays.faces import Faces
+from pvphong.rays.occluders import Occluders
+from pvphong.rays.receiver import Receiver
+from pvphong.rays.sampling import NODES
+from pvphong.rays.visibility import Visibility
+from pvphong.scene.scene import Scene, light_labels
+
+_AS_FINE_AS_A_DISPLAY = 1.0 / 255.0
+
+
+def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
+    """The corners of a surface's faces cut into triangles, shape (m, 3)."""
+    connectivity, offsets = polygons(mesh)
+    sizes = np.diff(offsets)
+    if (sizes == 3).all():
+        return connectivity.reshape(-1, 3)
+    if sizes.max(initial=0) > 4:  # only these may be so far from convex that a fan is not inside of them
+        bare = pv.PolyData()
+        bare.points, bare.faces = mesh.points, pv.CellArray.from_arrays(offsets, connectivity)
+        return polygons(bare.triangulate())[0].reshape(-1, 3)
+    first, quads = offsets[:-1][sizes >= 3], offsets[:-1][sizes == 4]
+    fans = np.concatenate([first[:, None] + [0, 1, 2], quads[:, None] + [0, 2, 3]])
+    return connectivity[fans]
+
+
+class Among(NamedTuple):
+    """A mesh among occluders that are known already."""
+
+    occluders: Occluders
+    part: int | None
+    """Which of them it is itself, if it is one."""
+
+
+def world_faces(source: pv.PolyData, matrix: MatrixLike | None = None) -> Faces:
+    """A surface's triangles in the world; its points are copied."""
+    points = source.points
+    return Faces(
+        points.astype(np.float64) if matrix is None else transform_points(points, matrix), triangles_of(source)
+    )
+
+
+def checked_occluders(given: Any) -> list[Faces]:
+    """The triangles of what a user names as occluders: meshes, or pairs of a mesh and a matrix.
+
+    Raises
+    ------
+    ValueError
+        If one is neither, or broken.
+    """
+    allowed = "a sequence of meshes, or of pairs of a mesh and a 4x4 matrix"
+    if isinstance(given, (pv.DataSet, pv.MultiBlock)):
+        check.refuse("occluders", f"a {type(given).__name__}", allowed, "Put a single one into a list.")
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        check.refuse("occluders", given, allowed)
+    return [part for index, one in enumerate(given) for part in _parts(f"occluders[{index}]", one)]
+
+
+def _parts(name: str, given: Any) -> list[Faces]:
+    mesh, matrix = given if isinstance(given, tuple) and len(given) == 2 else (given, None)
+    if not isinstance(mesh, (pv.DataSet, pv.MultiBlock)):
+        check.refuse(name, given, "a mesh, or a pair of a mesh and a 4x4 matrix", "pyvista.wrap makes a mesh of VTK's.")
+    if matrix is not None:
+        matrix = check.matrix4(f"{name}[1]", matrix)
+    found = leaves(mesh) if isinstance(mesh, pv.MultiBlock) else [mesh]
+    return [world_faces(source, matrix) for each in found if has_faces(source := _outer(name, each))]
+
+
+def _outer(name: str, mesh: pv.DataSet) -> pv.PolyData:
+    """What has no faces blocks nothing."""
+    try:
+        refuse_invalid(mesh)
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from error
+    return outer(mesh) if mesh.n_points else pv.PolyData()
+
+
+def mutual(blocks: pv.MultiBlock, matrix: MatrixLike | None = None, occluders: Any = ()) -> Iterator[Among]:
+    """Each dataset that is not empty, in their order, among all of them and other occluders."""
+    parts = [world_faces(surface(block), matrix) for _, block in datasets(blocks)]
+    together = Occluders([*parts, *checked_occluders(occluders)])
+    return (Among(together, index) for index in range(len(parts)))
+
+
+def rays_of(blocks: pv.MultiBlock, scene: Scene, options: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Options for each dataset that is not empty: occluders or visibility are its own.
+
+    Raises
+    ------
+    ValueError
+        If the visibility is none for each of them.
+    """
+    given = options.get("visibility")
+    if given is None:
+        if not scene.light_model.needs_rays:
+            return repeat(options)
+        among = mutual(blocks, options.get("matrix"), options.get("occluders", ()))
+        return (options | {"occluders": each} for each in among)
+    paths = [path for path, _ in datasets(blocks)]
+    if not isinstance(given, Mapping) or not given.keys() >= set(paths):
+        remedy = "blocks.phong.visibility(scene) makes one."
+        check.refuse("visibility", type(given).__name__, f"a mapping with {', '.join(paths)}", remedy)
+    return (options | {"visibility": given[path]} for path in paths)
+
+
+def visibility_of(
+    source: pv.PolyData,
+    normals: Callable[[], FloatArray],
+    scene: Scene,
+    *,
+    occluders: Any = (),
+    samples: int | None = None,
+    tolerance: float = _AS_FINE_AS_A_DISPLAY,
+    matrix: MatrixLike | None = None,
+) -> Visibility:
+    """What the vertices of a surface see; see `mesh.phong.visibility`."""
+    if samples is not None:
+        samples = int(check.number("samples", samples, at_least=1.0, at_most=float(NODES)))
+    tolerance = check.number("tolerance", tolerance, at_least=0.0) or _AS_FINE_AS_A_DISPLAY
+    model = scene.light_model
+    faces = world_faces(source, matrix)
+    among = occluders if isinstance(occluders, Among) else _among(faces, checked_occluders(occluders))
+
+    def world_normals() -> FloatArray:
+        return normals() if matrix is None else transform_normals(normals(), matrix)
+
+    return Visibility(
+        Receiver(faces, world_normals, among.part),
+        scene.world_lights,
+        light_labels(scene),
+        among.occluders,
+        two_sided=model.two_sided,
+        distance=model.occlusion_distance,
+        tolerance=tolerance,
+        samples=samples,
+        ambient=max(rgb(model.ambient)) + sum(light.intensity * max(rgb(light.ambient)) for light in scene.lights),
+    )
+
+
+def _among(own: Faces, others: list[Faces]) -> Among:
+    return Among(Occluders([own, *others]), 0) if len(own) else Among(Occluders(others), None)

@@ -1,0 +1,119 @@
+"""Whether rays are blocked by triangles, in coordinates of any size, by one of two backends of one behaviour.
+
+Backends see triangles about their middle, scaled by a power of two so that none is further than 1 from it, and rays
+that begin no further than a few such units away: so single precision has the same resolution whatever the unit of
+length and however far from the origin all of it is.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib.util
+import math
+from typing import Protocol
+
+import numpy as np
+
+from pvphong.base.types import BoolArray, Float64Array, FloatArray
+from pvphong.rays.faces import Faces
+
+RESOLUTION = 2.0**-18
+"""In parts of the size of a caster's triangles: what is nearer to a ray's begin or end than that may be passed over."""
+
+# Rays begin at most so far from the middle; those from further away are begun where they come as near.
+_NEAR = 4.0
+_RAYS_AT_ONCE = 2**15
+
+
+class Backend(Protocol):
+    """What casts rays at triangles."""
+
+    def __init__(self, faces: Faces) -> None:
+        """At least one triangle, of finite coordinates from -1 to 1."""
+
+    def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
+        """Whether a triangle is met: origins and unit vectors (n, 3), lengths (n,), all of moderate size."""
+
+
+class Caster:
+    """Triangles that block rays.
+
+    Parameters
+    ----------
+    faces : Faces
+        Triangles without an area, or with a corner that is not finite, block nothing.
+    """
+
+    def __init__(self, faces: Faces) -> None:
+        sound = faces.sound
+        low, high = sound.box
+        half = high / 2 - low / 2
+        self.middle: Float64Array = low + half
+        self._exponent = int(np.frexp(half.max())[1])
+        scaled = np.ldexp(sound.points - self.middle, -self._exponent)
+        self._backend = _backend()(Faces(scaled, sound.corners)) if len(sound) else None
+
+    @property
+    def resolution(self) -> float:
+        """The length below which this caster tells nothing apart."""
+        return math.ldexp(RESOLUTION, self._exponent)
+
+    def blocked(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
+        """Whether anything is met between a ray's origin and a point at a distance from it.
+
+        Parameters
+        ----------
+        origins : ndarray
+            Shape (n, 3). A ray that begins at a point that is not finite is not blocked.
+        directions : ndarray
+            Shape (n, 3), unit vectors.
+        distances : ndarray
+            Shape (n,), in the unit of the triangles; infinity for a ray without an end.
+
+        Returns
+        -------
+        ndarray
+            Shape (n,), bool.
+        """
+        result = np.zeros(len(origins), bool)
+        if self._backend is None:
+            return result
+        for start in range(0, len(origins), _RAYS_AT_ONCE):
+            part = slice(start, start + _RAYS_AT_ONCE)
+            result[part] = self._cast(origins[part], directions[part], distances[part])
+        return result
+
+    def _cast(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
+        assert self._backend is not None
+        with np.errstate(over="ignore", invalid="ignore"):
+            begins = np.ldexp(origins - self.middle, -self._exponent)
+            lengths = np.ldexp(np.asarray(distances, np.float64), -self._exponent)
+            ahead = np.zeros(len(begins))
+            far = ~(np.abs(begins) <= _NEAR).all(axis=1)
+            if far.any():  # begun where the ray is nearest to the middle, less than what triangles reach
+                along = -(begins[far] * directions[far]).sum(axis=1)
+                ahead[far] = np.maximum(along - _NEAR / 2, 0.0)
+                begins[far] += ahead[far, None] * directions[far]
+            lengths = np.minimum(lengths - ahead, 4 * _NEAR)
+            meets = (np.abs(begins) <= 2 * _NEAR).all(axis=1) & (lengths > 0.0) & np.isfinite(directions).all(axis=1)
+        if meets.all():
+            return self._backend.blocked(begins, directions, lengths)
+        result = np.zeros(len(begins), bool)
+        result[meets] = self._backend.blocked(begins[meets], directions[meets], lengths[meets])
+        return result
+
+
+def has_embree() -> bool:
+    """Whether embreex is installed, which casts rays some fifty times as fast."""
+    return importlib.util.find_spec("embreex") is not None
+
+
+@functools.cache
+def _backend() -> type[Backend]:
+    if has_embree():
+        from pvphong.rays.embree import Embree
+
+        return Embree
+    from pvphong.rays.locator import Locator
+
+    return Locator

@@ -1,0 +1,69 @@
+"""What can block light: parts, each the triangles of one mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from pvphong.base.types import BoolArray, FloatArray
+from pvphong.rays.casting import Caster
+from pvphong.rays.faces import Ball, Faces
+
+# A part so many times smaller than the others is not put into one caster with them, whose resolution is too coarse for
+# it: single precision tells 2⁻²⁴ of the whole apart.
+_ALIKE = 2.0**8
+
+
+class Occluders:
+    """Parts that block light together.
+
+    Parameters
+    ----------
+    parts : sequence of Faces
+        In the world.
+    """
+
+    def __init__(self, parts: Sequence[Faces]) -> None:
+        self._parts = tuple(parts)
+
+    def __len__(self) -> int:
+        return len(self._parts)
+
+    @cached_property
+    def balls(self) -> list[Ball | None]:
+        """Around each part; None for one without a triangle."""
+        return [part.ball for part in self._parts]
+
+    @cached_property
+    def _groups(self) -> list[list[int]]:
+        """Parts that share a caster: those of nearly the size of the largest, then those of the next sizes."""
+        left = [(ball.radius, index) for index, ball in enumerate(self.balls) if ball is not None]
+        left.sort(reverse=True)
+        groups: list[list[int]] = []
+        while left:
+            alike = [index for radius, index in left if radius * _ALIKE >= left[0][0]]
+            groups.append(alike)
+            left = left[len(alike) :]
+        return groups
+
+    @cached_property
+    def casters(self) -> list[Caster]:
+        """Built when rays are first cast."""
+        return [Caster(Faces.joined([self._parts[index] for index in group])) for group in self._groups]
+
+    def resolution(self, part: int | None) -> float:
+        """The length below which nothing is told apart at a part, or else at the finest one; 0 without any."""
+        if not self.casters:
+            return 0.0
+        own = [caster for group, caster in zip(self._groups, self.casters, strict=True) if part in group]
+        return (own or self.casters)[-1].resolution
+
+    def blocked(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
+        """As `Caster.blocked`, by any part."""
+        found = np.zeros(len(origins), bool)
+        for caster in self.casters:
+            free = np.flatnonzero(~found) if found.any() else slice(None)
+            found[free] = caster.blocked(origins[free], directions[free], distances[free])
+        return found

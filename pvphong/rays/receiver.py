@@ -1,0 +1,63 @@
+"""The vertices of one mesh that look at lights and at the sky."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pvphong.base.types import Float64Array, FloatArray
+from pvphong.base.vectors import unit
+from pvphong.geometry.convex import is_convex
+from pvphong.geometry.extent import Extent
+from pvphong.rays.faces import Faces
+from pvphong.rays.starts import into_faces
+
+# Finding out whether a mesh of more faces is convex would take longer than its rays.
+_MOST_FACES = 2**15
+
+
+@dataclass(frozen=True, eq=False)
+class Receiver:
+    """The vertices of one mesh, in the world.
+
+    Parameters
+    ----------
+    faces : Faces
+        Its points, float64, and its triangles.
+    normals : callable
+        Gives their normals, shape (n, 3), of any length.
+    part : int or None
+        Which of the occluders' parts its faces are; None where they block nothing.
+    """
+
+    faces: Faces
+    normals: Callable[[], FloatArray]
+    part: int | None
+
+    @property
+    def points(self) -> Float64Array:
+        """Shape (n, 3)."""
+        return self.faces.points.astype(np.float64, copy=False)
+
+    @cached_property
+    def unit_normals(self) -> Float64Array:
+        """Shape (n, 3); zero where there is none."""
+        return np.ascontiguousarray(unit(self.normals().T.astype(np.float64))[0].T)
+
+    @cached_property
+    def extent(self) -> Extent:
+        """Where the vertices are."""
+        return Extent(self.points, None, None)
+
+    @cached_property
+    def is_convex(self) -> bool:
+        """Whether no ray that leaves it meets it again."""
+        return len(self.faces) <= _MOST_FACES and is_convex(self.points, self.unit_normals, self.faces.corners)
+
+    @cached_property
+    def beside(self) -> Float64Array:
+        """The points, a little way into their faces."""
+        return self.points + into_faces(self.points, self.unit_normals, self.faces.corners)

@@ -1,0 +1,211 @@
+"""How much of a light or of the sky is seen: as many rays for each vertex as its own error asks for.
+
+What is looked at is divided into nodes, which stand in the order of a tree that halves them by place. Each vertex takes
+them in an order of its own, in which the first 2^k nodes are one from each 2^k-th part of the tree: van der Corput's,
+scrambled as Owen does it ("Randomly permuted (t,m,s)-nets", 1995) by a hash of the vertex's number, in the way of Laine
+and Karras ("Stratified sampling for stochastic transparency", 2011). So a vertex's rays depend on nothing else: not on
+the order of vertices, on threads or on chunks; and no node is taken twice.
+
+Two nodes from neighbouring parts of the tree see the same, except at the edge of a shadow. Their differences are
+the standard error; it is on the large side (W. G. Cochran, "Sampling techniques", 1977, 5A.12, collapsed strata).
+
+Most vertices see all of a light or nothing. They stop after 16 rays that agree, unless a vertex with which they share a
+face saw something else: then a penumbra is near. Of the sky most see a part, be it a small one that is hidden: for it,
+and where there are no faces, they stop after 64.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
+from pvphong.shading.kernel import pool
+
+NODES = 4096
+"""Into so many parts what is looked at is divided: a power of two."""
+
+_MOST = 1024
+
+# Rays of vertices that agree beside others that do not.
+_NEAR_OTHERS = 64
+_RAYS_AT_ONCE = 2**18
+_GOING_ON_AT_ONCE = 2**13
+
+Ask = Callable[[IntArray, IntArray], tuple[FloatArray, BoolArray]]
+"""(vertices (m,), nodes (m, k)) → what each node sends there, and whether it is seen, (m, k) each."""
+
+
+class Seen(NamedTuple):
+    """What n vertices see."""
+
+    part: Float64Array
+    """Shape (n,), in [0, 1]: of what is sent."""
+    error: Float64Array
+    """Shape (n,): its standard error; 0 where all rays agree."""
+    rays: int
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How many rays are worth it.
+
+    Parameters
+    ----------
+    tolerance : float
+        Rays are cast until the standard error of what is seen is at most that.
+    samples : int or None
+        So many rays for every vertex in place of that: the next power of two, at most `NODES`.
+    brightness : float
+        What is seen of all that nodes send, over the mean of it.
+    least : int
+        Rays that every vertex gets, a power of two.
+    """
+
+    tolerance: float
+    samples: int | None = None
+    brightness: float = 1.0
+    least: int = 16
+
+    @property
+    def first(self) -> int:
+        """Rays that every vertex gets."""
+        return self.least if self.samples is None else min(1 << (self.samples - 1).bit_length(), NODES)
+
+
+class _Looks(NamedTuple):
+    """What the nodes taken so far send to some vertices, and what of it is seen: (m, k) each."""
+
+    sent: FloatArray
+    seen: FloatArray
+
+    def followed_by(self, more: _Looks) -> _Looks:
+        return _Looks(*(np.concatenate(pair, axis=1) for pair in zip(self, more, strict=True)))
+
+    def of(self, rows: BoolArray) -> _Looks:
+        return _Looks(self.sent[rows], self.seen[rows])
+
+    def estimate(self) -> tuple[Float64Array, Float64Array]:
+        """The part that is seen, a ratio of means, and its standard error."""
+        count = self.sent.shape[1]
+        sent, seen = self.sent.sum(axis=1, dtype=np.float64), self.seen.sum(axis=1, dtype=np.float64)
+        whole = np.where(sent > 0.0, sent, 1.0)
+        part = np.clip(seen / whole, 0.0, 1.0)
+        if count == 1:
+            return part, np.zeros(len(part))
+        off = self.seen - part[:, None] * self.sent
+        apart = off[:, : count // 2] - off[:, count // 2 :]  # halves the tree's parts, so pairs them with neighbours
+        least = 0.25 * (sent / count) ** 2  # where pairs happen to agree, though not all do
+        error = np.sqrt(np.maximum((apart * apart).sum(axis=1), least)) / whole
+        return part, np.where((part > 0.0) & (part < 1.0), error, 0.0)
+
+
+def look(count: int, ask: Ask, effort: Effort, triangles: NDArray[np.int64]) -> Seen:
+    """The part that each of `count` vertices sees.
+
+    Parameters
+    ----------
+    count : int
+        Of vertices.
+    ask : callable
+        Casts rays.
+    effort : Effort
+        How many.
+    triangles : ndarray
+        Shape (m, 3): which vertices share a face.
+    """
+    part, error = np.zeros(count), np.zeros(count)
+    rays, first = np.zeros(count, np.int64), effort.first
+
+    def begin(start: int, stop: int) -> None:
+        looks = _looked(np.arange(start, stop), ask, 0, first)
+        part[start:stop], error[start:stop] = looks.estimate()
+        rays[start:stop] = np.count_nonzero(looks.sent, axis=1)
+
+    pool.run(begin, count, max(_RAYS_AT_ONCE // first, 1))
+    if effort.samples is not None:
+        return Seen(part, error, int(rays.sum()))
+    unclear = np.flatnonzero((error > 0.0) | _is_near_others(part, triangles))
+
+    def go_on(start: int, stop: int) -> None:
+        vertices, done = unclear[start:stop], first
+        looks = _looked(vertices, ask, 0, first)
+        while len(vertices) and done < _MOST:
+            more = _looked(vertices, ask, done, 2 * done)
+            rays[vertices] += np.count_nonzero(more.sent, axis=1)
+            looks, done = looks.followed_by(more), 2 * done
+            part[vertices], error[vertices] = looks.estimate()
+            bright = effort.brightness * looks.sent.mean(axis=1)
+            is_unsure = (done < _NEAR_OTHERS) | (error[vertices] * bright > effort.tolerance)
+            vertices, looks = vertices[is_unsure], looks.of(is_unsure)
+
+    pool.run(go_on, len(unclear), _GOING_ON_AT_ONCE)
+    return Seen(part, error, int(rays.sum()) + first * len(unclear))
+
+
+def _looked(vertices: IntArray, ask: Ask, begin: int, end: int) -> _Looks:
+    """The nodes from one turn to another."""
+    step = max(_RAYS_AT_ONCE // max(len(vertices), 1), 1)
+    parts = []
+    for first in range(begin, end, step):
+        sent, are_seen = ask(vertices, _nodes(vertices, np.arange(first, min(first + step, end))))
+        parts.append(_Looks(sent, np.where(are_seen, sent, 0.0)))
+    return _Looks(*(np.concatenate(each, axis=1) for each in zip(*parts, strict=True)))
+
+
+def _nodes(vertices: IntArray, turns: IntArray) -> NDArray[np.int64]:
+    """Which nodes vertices (m,) take in their turns (k,), shape (m, k)."""
+    seed = _hashed(vertices)[:, None]
+    x = np.broadcast_to(turns.astype(np.uint32), (len(vertices), len(turns))) + np.uint32(0)
+    x ^= x * np.uint32(0x3D20ADEA)
+    x += seed
+    x *= (seed >> np.uint32(16)) | np.uint32(1)
+    x ^= x * np.uint32(0x05526C56)
+    x ^= x * np.uint32(0x53A22864)
+    return _REVERSED[x & np.uint32(NODES - 1)]
+
+
+def _hashed(numbers: IntArray) -> NDArray[np.uint32]:
+    """Numbers without any pattern, for numbers in any order (the mixing of splitmix64; Steele et al. 2014)."""
+    z = (numbers.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return ((z ^ (z >> np.uint64(31))) >> np.uint64(32)).astype(np.uint32)
+
+
+def _reversed_bits() -> NDArray[np.int64]:
+    """For each number below `NODES` that whose bits are its own, the last one first."""
+    result = np.zeros(1, np.int64)
+    while len(result) < NODES:
+        result = np.concatenate([2 * result, 2 * result + 1])
+    return result
+
+
+_REVERSED = _reversed_bits()
+
+
+def _is_near_others(part: Float64Array, triangles: NDArray[np.int64]) -> BoolArray:
+    """Whether vertices share a triangle with one that saw something else, or are in none."""
+    result = np.ones(len(part), bool)
+    result[triangles] = False
+    if len(triangles):
+        corners = part[triangles]
+        result[triangles[corners.min(axis=1) != corners.max(axis=1)]] = True
+    return result
+
+
+def in_tree_order(places: FloatArray) -> IntArray:
+    """The order in which places stand in a tree that halves them across their longest side, again and again."""
+    order = np.arange(len(places))
+    size = len(places)
+    while size > 1:
+        for begin in range(0, len(places), size):
+            some = order[begin : begin + size]
+            spans = np.ptp(places[some], axis=0)
+            order[begin : begin + size] = some[np.argsort(places[some, np.argmax(spans)], kind="stable")]
+        size = -(-size // 2)
+    return order

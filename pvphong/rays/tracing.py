@@ -1,0 +1,143 @@
+"""Rays from the vertices of a mesh to lights, and into the sky."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
+from pvphong.optics.light import Light
+from pvphong.rays.occluders import Occluders
+from pvphong.rays.receiver import Receiver
+from pvphong.rays.sampling import NODES, Ask, Effort, Seen, in_tree_order, look
+from pvphong.rays.targets import Target, strengths, ways_to
+from pvphong.shading.kernel import pool
+
+_RAYS_AT_ONCE = 2**15
+# Into so many lights without a size one with a size is divided.
+_LIGHTS = 1024
+# In units of the resolution: rays end so far before a light, for it may stand on a face.
+_BEFORE_LIGHT = 2.0
+
+
+@dataclass(frozen=True)
+class Tracer:
+    """Casts a receiver's rays; the arguments are those of `Visibility`."""
+
+    receiver: Receiver
+    occluders: Occluders
+    two_sided: bool
+    distance: float
+    tolerance: float
+    samples: int | None
+    ambient: float
+
+    def _begins(self, rows: Any, sides: Any) -> Float64Array:
+        above = self.occluders.resolution(self.receiver.part)
+        return self.receiver.beside[rows] + above * sides * self.receiver.unit_normals[rows]
+
+    def _sides(self, light: Light) -> Float64Array:
+        """1 where vertices face a light, -1 where they see it from their other side, 0 where not at all."""
+        normals, points = self.receiver.unit_normals, self.receiver.points
+        with np.errstate(all="ignore"):
+            ways = light.arrival(np.ascontiguousarray(points.T)).direction
+            facing = np.nan_to_num((normals * ways.T).sum(axis=1))
+        return np.sign(facing) if self.two_sided else (facing > 0.0).astype(np.float64)
+
+    def light(self, light: Light) -> Seen:
+        """What the vertices see of a light in the world."""
+        return self._see_part(light) if light.has_size else self._see_or_not(light)
+
+    def _see_or_not(self, light: Light) -> Seen:
+        """A light without a size: one ray for each vertex."""
+        sides = self._sides(light)
+        rows = np.flatnonzero(sides)
+        part, target = np.zeros(len(sides)), Target.of(light)
+
+        def work(first: int, last: int) -> None:
+            some = rows[first:last]
+            begins = self._begins(some, sides[some, None])
+            ways, distances = target.seen_from(begins)
+            end = distances - _BEFORE_LIGHT * self.occluders.resolution(self.receiver.part)
+            part[some] = ~self.occluders.blocked(begins, ways, end)
+
+        if self.occluders.casters:
+            self.receiver.beside.shape  # noqa: B018 computed before threads share it
+            pool.run(work, len(rows), _RAYS_AT_ONCE)
+        else:
+            part[rows] = 1.0
+        return Seen(part, np.zeros(len(part)), len(rows) * bool(self.occluders.casters))
+
+    def _see_part(self, light: Light) -> Seen:
+        nodes = list(light.nodes(_LIGHTS))
+        targets = [Target.of(node) for node in nodes]
+        order = in_tree_order(np.array([target.place_or_way for target in targets]))
+        nodes, targets = [nodes[k] for k in order], [targets[k] for k in order]
+        sides = self._sides(light.nodes(1)[0]) if self.two_sided else np.ones(len(self.receiver.points))
+        sides[sides == 0.0] = 1.0
+        brightness = len(nodes) * light.intensity * max(np.ravel(light.diffuse).tolist())
+        goals, are_ways = np.array([t.place_or_way for t in targets]), np.array([t.place is None for t in targets])
+
+        def ask(vertices: IntArray, chosen: IntArray) -> tuple[FloatArray, BoolArray]:
+            picked = chosen.ravel() * len(nodes) // NODES
+            rows = np.repeat(vertices, chosen.shape[1])
+            normals = self.receiver.unit_normals[rows] * sides[rows, None]
+            begins = self._begins(vertices, sides[vertices, None]).repeat(chosen.shape[1], axis=0)
+            ways, distances = ways_to(goals[picked], are_ways[picked], begins)
+            weights = np.maximum((ways * normals).sum(axis=1), 0.0) * strengths(nodes, picked, begins)
+            weights[~np.isfinite(weights)] = 0.0
+            sent = np.flatnonzero(weights)
+            seen = np.zeros(len(weights), bool)
+            end = distances[sent] - _BEFORE_LIGHT * self.occluders.resolution(self.receiver.part)
+            seen[sent] = ~self.occluders.blocked(begins[sent], ways[sent], end)
+            return weights.reshape(chosen.shape), seen.reshape(chosen.shape)
+
+        return self._look(ask, brightness)
+
+    def sky(self) -> Seen:
+        """What the vertices see of the hemispheres around their normals."""
+        ways = _sky_ways()
+        normals = self.receiver.unit_normals
+        first, second = _frame(normals)
+        has_normal: BoolArray = (normals != 0.0).any(axis=1)
+
+        def ask(vertices: IntArray, chosen: IntArray) -> tuple[FloatArray, BoolArray]:
+            rows, local = np.repeat(vertices, chosen.shape[1]), ways[chosen.ravel()]
+            toward = local[:, :1] * first[rows] + local[:, 1:2] * second[rows] + local[:, 2:] * normals[rows]
+            begins = self._begins(vertices, 1.0).repeat(chosen.shape[1], axis=0)
+            seen = ~self.occluders.blocked(begins, toward, np.full(len(rows), self.distance))
+            return has_normal[rows].astype(np.float64).reshape(chosen.shape), seen.reshape(chosen.shape)
+
+        seen = self._look(ask, self.ambient, least=64)
+        return seen._replace(part=np.where(has_normal, seen.part, 1.0))
+
+    def _look(self, ask: Ask, brightness: float, least: int = 16) -> Seen:
+        receiver = self.receiver
+        receiver.beside.shape, self.occluders.casters  # noqa: B018 computed before threads share them
+        return look(
+            len(receiver.points), ask, Effort(self.tolerance, self.samples, brightness, least), receiver.faces.corners
+        )
+
+
+def _sky_ways() -> Float64Array:
+    """Unit vectors about (0, 0, 1), as many as nodes, with the density of the cosine: a sunflower's seeds, projected.
+
+    Sources: H. Vogel, "A better way to construct the sunflower head" (1979); Nusselt's analogon.
+    """
+    k = np.arange(NODES)
+    radius, around = np.sqrt((k + 0.5) / NODES), k * math.pi * (3.0 - math.sqrt(5.0))
+    ways = np.stack([radius * np.cos(around), radius * np.sin(around), np.sqrt(1.0 - radius * radius)], axis=1)
+    return ways[in_tree_order(ways[:, :2])]
+
+
+def _frame(normals: Float64Array) -> tuple[Float64Array, Float64Array]:
+    """Two unit vectors across each normal (T. Duff et al., "Building an orthonormal basis, revisited", 2017)."""
+    x, y, z = normals.T
+    sign = np.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    first = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=1)
+    return first, np.stack([b, sign + y * y * a, -y], axis=1)

@@ -1,0 +1,87 @@
+"""Which meshes bound a convex body."""
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong.geometry.convex import is_convex
+
+
+def judged(mesh, normals=None):
+    mesh = mesh.triangulate()
+    normals = ph.vertex_normals(mesh) if normals is None else normals
+    return is_convex(mesh.points, normals, mesh.faces.reshape(-1, 4)[:, 1:])
+
+
+def dented():
+    mesh = pv.Sphere()
+    mesh.points[300] *= 0.99
+    return mesh
+
+
+def great_dodecahedron():
+    """Twelve pentagons that go through each other."""
+    body = pv.PlatonicSolid("icosahedron").triangulate()
+    triangles, pentagons = body.faces.reshape(-1, 4)[:, 1:], []
+    for apex in range(12):
+        edges = {face[k - 2]: face[k - 1] for face in triangles.tolist() for k in range(3) if face[k] == apex}
+        around = [next(iter(edges))]
+        while len(around) < 5:
+            around.append(edges[around[-1]])
+        pentagons.append([5, *around])
+    return pv.PolyData(body.points, np.ravel(pentagons))
+
+
+CONVEX = {
+    "ball": pv.Sphere,
+    "cube": pv.Cube,
+    "cube of flat parts": lambda: pv.Box(level=5),
+    "cone": pv.Cone,
+    "cylinder": pv.Cylinder,
+    "tetrahedron": pv.Tetrahedron,
+    "ellipsoid": lambda: pv.Sphere().scale((1, 2, 3)),
+}
+OTHERS = {
+    "torus": pv.ParametricTorus,
+    "half a ball": lambda: pv.Sphere(end_theta=180),
+    "plane": pv.Plane,
+    "dented": dented,
+    "inside out": lambda: pv.Sphere().flip_faces(),
+    "two": lambda: pv.merge([pv.Sphere(), pv.Sphere(center=(3, 0, 0))]),
+    "one inside the other": lambda: pv.merge([pv.Sphere(), pv.Sphere(radius=0.2)]),
+    "twice the same": lambda: pv.merge([pv.Sphere(), pv.Sphere()], merge_points=False),
+    "through each other": great_dodecahedron,
+    "ant": pv.examples.load_ant,
+}
+
+
+@pytest.mark.parametrize("name", CONVEX)
+@pytest.mark.parametrize("place", [(0, 0, 0), (1e3, -2e3, 5e3)])
+def test_convex_bodies_are_known(name, place):
+    mesh = CONVEX[name]()
+    mesh.points = mesh.points.astype(np.float64) * 1e-3 + place
+    assert judged(mesh)
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_nothing_else_is_taken_for_one(name):
+    assert not judged(OTHERS[name]())
+
+
+def test_normals_that_do_not_point_out_of_it_are_not_taken():
+    ball = pv.Sphere()
+    normals = ph.vertex_normals(ball)
+    assert not judged(ball, -normals)
+    normals[7] = normals[400]
+    assert not judged(ball, normals)
+    normals[7] = 0.0
+    assert not judged(ball, normals)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_spoiled_point_is_not_taken(value):
+    ball = pv.Sphere()
+    normals = ph.vertex_normals(ball)
+    ball.points[5] = value
+    assert not judged(ball, normals)

@@ -1,0 +1,495 @@
+"""Shadows of meshes, judged by scenes whose shadows are known, and by what must not break them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong.rays import casting, sampling
+from pvphong.rays.locator import Locator
+from pvphong.shading.kernel import pool
+
+SUN = ph.DirectionalLight(direction=(0, 0, -1), name="sun")
+LAMP = ph.PointLight(position=(0, 0, 4), name="lamp")
+BALL = ph.SphereLight(position=(0, 0, 4), radius=0.5, intensity=16, name="ball")
+WHITE = ph.Material(ambient=1.0, diffuse=1.0)
+MODEL = ph.LightModel(shadows=True, ambient_occlusion=True)
+
+
+def floor(size=4.0, cells=40, **options):
+    return pv.Plane(i_size=size, j_size=size, i_resolution=cells, j_resolution=cells, **options)
+
+
+def disk(height, radius=1.0, sides=200):
+    around = 2 * np.pi * np.arange(sides) / sides
+    points = np.column_stack([radius * np.cos(around), radius * np.sin(around), np.full(sides, height)])
+    return pv.PolyData(points, [sides, *range(sides)])
+
+
+def wall(height, length=100.0):
+    """Along y, at x = 0, from the floor up."""
+    corners = [(0, -length, 0), (0, length, 0), (0, length, height), (0, -length, height)]
+    return pv.PolyData(np.array(corners, float), [4, 0, 1, 2, 3])
+
+
+def patch(*points, normal=(0.0, 0.0, 1.0)):
+    """Points with a normal and no faces."""
+    cloud = pv.PolyData(np.array(points, float))
+    cloud.point_data.active_normals = np.tile(normal, (len(points), 1))
+    return cloud
+
+
+def scene(*lights, **model):
+    return ph.Scene(lights, ph.Viewer(position=(0, -5, 5)), replace(MODEL, **model))
+
+
+@pytest.fixture(params=["vtk", *["embree"] * casting.has_embree()])
+def backend(request, monkeypatch):
+    if request.param == "vtk":
+        monkeypatch.setattr(casting, "_backend", lambda: Locator)
+    return request.param
+
+
+# --- known shadows
+
+
+@pytest.mark.usefixtures("backend")
+@pytest.mark.parametrize(("light", "edge"), [(SUN, 1.0), (LAMP, 2.0), (replace(LAMP, position=(0, 0, 3)), 3.0)])
+def test_a_disk_casts_a_round_shadow(light, edge):
+    """At height 2; a lamp at height h throws its edge to h / (h − 2)."""
+    ground = floor(size=8.0)
+    seen = ground.phong.visibility([light], occluders=[disk(2.0)])
+    distance = np.hypot(*ground.points[:, :2].T)
+    clear = np.abs(distance - edge) > 0.01
+    np.testing.assert_array_equal(seen.per_light[0][clear], distance[clear] > edge)
+    assert seen.per_light.dtype == np.float32
+    assert seen.rays == ground.n_points
+    assert not seen.standard_error.per_light.any()
+
+
+def test_a_spot_and_a_riding_light_cast_shadows_as_others_do():
+    ground = floor()
+    spot = ph.SpotLight(position=LAMP.position, cone_angle=60)
+    head = ph.PointLight(frame="headlight")
+    rig = ph.Scene([LAMP, spot, head], ph.Viewer(position=LAMP.position), MODEL)
+    lamp, *others = ground.phong.visibility(rig, occluders=[disk(2.0)]).per_light
+    for other in others:
+        np.testing.assert_array_equal(other, lamp)
+
+
+def test_what_is_behind_the_light_or_the_vertex_casts_none():
+    ground, lamp = floor(), replace(LAMP, position=(0, 0, 1.5))
+    assert ground.phong.visibility([lamp], occluders=[disk(2.0), disk(-0.5)]).per_light.all()
+
+
+@pytest.mark.usefixtures("backend")
+@pytest.mark.parametrize("resolution", [6, 8, 20])
+@pytest.mark.parametrize("light", [SUN, ph.DirectionalLight(direction=(-3, 1, -0.2)), LAMP])
+def test_a_coarse_ball_has_no_staircase(resolution, light):
+    """Its own normals say where light ends to reach it, vertex by vertex; rays from inside faces would be blocked."""
+    ball = pv.Sphere(theta_resolution=resolution, phi_resolution=resolution)
+    joined = pv.merge([ball, pv.Sphere(radius=0.01, center=(0, 0, -9))])  # not convex: the rays are cast
+    seen = joined.phong.visibility([light]).per_light[0][: ball.n_points]
+    way = -np.array(light.direction) if hasattr(light, "direction") else np.array(light.position) - ball.points
+    facing = (ball.phong.normals() * way).sum(axis=1)
+    clear = np.abs(facing) > 1e-6
+    np.testing.assert_array_equal(seen[clear], facing[clear] > 0)
+
+
+@pytest.mark.parametrize("height", [0.5, 1.0, 3.0])
+def test_a_wall_hides_the_part_of_the_sky_that_is_known(height):
+    """½ (1 − 1/√(1 + k²)) of it, k the wall's height over the distance."""
+    distances = np.array([0.25, 0.5, 1.0, 2.0, 4.0])
+    seen = patch(*[(x, 0, 0) for x in distances]).phong.visibility([], occluders=[wall(height)], samples=4096)
+    exact = 1 - (1 - 1 / np.sqrt(1 + (height / distances) ** 2)) / 2
+    assert (np.abs(seen.sky - exact) < 3 * seen.standard_error.sky + 1e-3).all()
+    bright = scene(ambient=1.0)
+    adaptive = patch(*[(x, 0, 0) for x in distances]).phong.visibility(bright, occluders=[wall(height)])
+    np.testing.assert_allclose(adaptive.sky, exact, atol=4 / 255)
+
+
+def test_a_ball_hides_the_part_of_the_sky_that_is_known():
+    """Of a ball over the point, sin² of its angular radius."""
+    for distance in (1.5, 3.0, 10.0):
+        ball = pv.Sphere(radius=1.0, center=(0, 0, distance), theta_resolution=200, phi_resolution=200)
+        seen = patch((0, 0, 0)).phong.visibility([], occluders=[ball], samples=4096)
+        assert abs(seen.sky[0] - (1 - 1 / distance**2)) < 3 * seen.standard_error.sky[0] + 1e-3
+
+
+def test_what_is_further_away_than_the_length_hides_no_sky():
+    ground, near = floor(), scene(ambient_occlusion=1.9)
+    assert (ground.phong.visibility(near, occluders=[disk(2.0)]).sky == 1.0).all()
+    assert ground.phong.visibility(scene(ambient_occlusion=2.5), occluders=[disk(2.0)]).sky.min() < 0.9
+    assert ground.phong.plan(near, WHITE, occluders=[disk(2.0)]).effects["occlusion"].on  # the floor may hide itself
+
+
+@pytest.mark.parametrize("offset", [-0.4, -0.2, 0.0, 0.1, 0.3])
+def test_a_half_plane_hides_a_part_of_a_ball_by_its_area(offset):
+    """Half way up: its edge cuts the disk that is seen at twice the offset from the middle, in units of its radius."""
+    screen = pv.PolyData(np.array([[offset / 2, -9, 2], [9, -9, 2], [9, 9, 2], [offset / 2, 9, 2.0]]), [4, 0, 1, 2, 3])
+    ball = replace(BALL, position=(0, 0, 4), radius=0.05)
+    x = offset  # radii of the ball from its middle, as seen through height 2 of 4
+    screen.points[[0, 3], 0] = x * ball.radius / 2
+    exact = (x * math.sqrt(1 - x * x) + math.asin(x)) / math.pi + 0.5
+    seen = patch((0, 0, 0)).phong.visibility([ball], occluders=[screen])
+    assert abs(seen.per_light[0, 0] - exact) < max(3 * seen.standard_error.per_light[0, 0], 1 / 255)
+
+
+def test_umbra_and_penumbra_of_a_ball_before_a_ball():
+    """Of radius ½ half way to one of radius 1 at distance 8: the rims' lines cross the axis there, and 1½ and ½ out."""
+    light = ph.SphereLight(position=(0, 0, 8), radius=1.0, intensity=64)
+    blocker = pv.Sphere(radius=0.75, center=(0, 0, 4), theta_resolution=120, phi_resolution=120)
+    ground = floor(size=8.0, cells=64)
+    seen = ground.phong.visibility([light], occluders=[blocker]).per_light[0]
+    distance = np.hypot(*ground.points[:, :2].T)
+    assert (seen[distance < 0.4] == 0.0).all()
+    assert (seen[distance > 2.9] == 1.0).all()
+    between = seen[(distance > 0.8) & (distance < 2.2)]
+    assert ((between > 0.0) & (between < 1.0)).all()
+    rings = [seen[np.abs(distance - r) < 0.1].mean() for r in np.arange(0.6, 2.5, 0.2)]
+    assert (np.diff(rings) > 0).all()
+
+
+# --- sampling
+
+
+def soft():
+    return floor(cells=24), scene(BALL, ambient=0.0), {"occluders": [disk(2.0)]}
+
+
+def test_equal_calls_give_equal_bits_whatever_the_chunks_and_threads(monkeypatch):
+    ground, rig, blockers = soft()
+    usual = ground.phong.visibility(rig, **blockers)
+    with pool.limited(1):
+        monkeypatch.setattr(sampling, "_RAYS_AT_ONCE", 1000)
+        other = ground.phong.visibility(rig, **blockers)
+        np.testing.assert_array_equal(other.per_light, usual.per_light)
+        np.testing.assert_array_equal(other.sky, usual.sky)
+    np.testing.assert_array_equal(other.standard_error.per_light, usual.standard_error.per_light)
+
+
+def test_the_tolerance_is_kept():
+    ground, rig, blockers = soft()
+    truth = ground.phong.visibility(rig, samples=4096, **blockers).per_light[0]
+    few = ground.phong.visibility(rig, samples=16, **blockers)
+    rays, errors = [], []
+    for tolerance in (0.05, 1 / 255):
+        seen = ground.phong.visibility(rig, tolerance=tolerance, **blockers)
+        errors.append(np.sqrt(np.mean((seen.per_light[0] - truth) ** 2)))
+        rays.append(seen.rays)
+        assert errors[-1] < tolerance
+    assert errors[1] < errors[0] < np.sqrt(np.mean((few.per_light[0] - truth) ** 2)) * 2
+    assert rays[1] > rays[0] > few.rays
+
+
+def test_its_standard_error_is_honest():
+    """Off the truth by it on the average, over many vertices of one fraction: where a screen hides a third."""
+    screen = pv.PolyData(np.array([[0.02, -99, 2], [99, -99, 2], [99, 99, 2], [0.02, 99, 2.0]]), [4, 0, 1, 2, 3])
+    same = patch(*[(0, 0, 0)] * 400)
+    whole = same.phong.visibility([BALL], occluders=[screen], samples=4096)
+    for count in (16, 64, 256):
+        seen = same.phong.visibility([BALL], occluders=[screen], samples=count)
+        for what in ("per_light", "sky"):
+            off = np.ravel(getattr(seen, what)) - np.ravel(getattr(whole, what)).mean()
+            stated = np.ravel(getattr(seen.standard_error, what))
+            assert abs(off.mean()) < 4 * stated.mean() / np.sqrt(len(off))
+            assert 0.4 < np.sqrt((off**2).mean() / (stated**2).mean()) < 1.1
+            assert np.mean(np.abs(off) < 3 * stated) > 0.9
+
+
+def test_a_small_ball_casts_the_shadow_of_a_lamp():
+    ground = floor()
+    hard = ground.phong.visibility([LAMP], occluders=[disk(2.0)]).per_light[0]
+    point = replace(BALL, radius=1e-9)
+    np.testing.assert_array_equal(ground.phong.visibility([point], occluders=[disk(2.0)]).per_light[0], hard)
+
+
+# --- shading with it
+
+
+def test_shade_multiplies_and_keeps_the_arrays():
+    ground, rig = floor(), scene(SUN, LAMP)
+    lit = ground.phong.shade(rig, WHITE, occluders=[disk(2.0)], components=True)
+    free = ground.phong.shade(scene(SUN, LAMP, shadows=False, ambient_occlusion=False), WHITE, components=True)
+    for name in ("sun", "lamp"):
+        expected = free[f"phong_light_{name}"] * lit[f"phong_visibility_{name}"][:, None]
+        np.testing.assert_allclose(lit[f"phong_light_{name}"], expected, atol=1e-6)
+    np.testing.assert_allclose(lit["phong_base"], free["phong_base"] * lit["phong_sky"][:, None], atol=1e-6)
+    assert not [name for name in free.array_names if "visib" in name or "sky" in name]
+    assert 0 < np.count_nonzero(lit["phong_visibility_sun"] == 0) < ground.n_points
+
+
+def test_what_was_seen_is_used_again():
+    ground, rig, blockers = soft()
+    seen = ground.phong.visibility(rig, **blockers)
+    expected = ground.phong.shade(rig, WHITE, **blockers)["phong"]
+    rays = seen.rays
+    np.testing.assert_array_equal(ground.phong.shade(rig, WHITE, visibility=seen)["phong"], expected)
+    again = seen.rays
+    red = replace(rig, lights=[replace(BALL, diffuse=(1, 0, 0), intensity=3)])
+    assert not ground.phong.shade(red, WHITE, visibility=seen)["phong"][:, 1].any() or rig.light_model.ambient
+    assert seen.rays == again > rays
+    points = ph.evaluate(ground.points, ground.phong.normals(), rig, WHITE, visibility=seen).rgb
+    np.testing.assert_array_equal(points, expected)
+
+
+def test_of_another_mesh_or_other_lights_it_is_refused():
+    ground, rig = floor(cells=10), scene(SUN, LAMP)
+    seen = ground.phong.visibility(rig)
+    moved = ground.translate((1, 0, 0))
+    rest = [SUN, replace(LAMP, position=(0, 1, 4))]
+    for mesh, lights, options, says in (
+        (floor(cells=9), rig.lights, {}, "one of the mesh's 100"),
+        (moved, rig.lights, {}, "one of the mesh where it is now"),
+        (ground, rig.lights, {"matrix": np.diag([2.0, 1, 1, 1])}, "one of the mesh where it is now"),
+        (ground, [SUN], {}, "one of .*sun"),
+        (ground, [SUN, replace(LAMP, name="bulb")], {}, "one of .*bulb"),
+        (ground, rest, {}, "one of the lights where they are; got one from before lamp moved"),
+    ):
+        with pytest.raises(ValueError, match=f"visibility must be {says}"):
+            mesh.phong.shade(replace(rig, lights=lights), WHITE, visibility=seen, **options)
+    for model in ({"two_sided": True}, {"ambient_occlusion": 1.0}):
+        with pytest.raises(ValueError, match="visibility must be one"):
+            ground.phong.shade(scene(*rig.lights, **model), WHITE, visibility=seen)
+    with pytest.raises(ValueError, match=r"visibility must be what mesh\.phong\.visibility"):
+        ground.phong.shade(rig, WHITE, visibility=np.ones((2, 121)))
+
+
+@pytest.mark.parametrize(
+    "given", ["mesh", 3, floor(), [3], ["a"], [(floor(), 3)], [(floor(), np.zeros((4, 4)) * np.nan)]]
+)
+def test_occluders_of_wrong_types_are_refused(given):
+    with pytest.raises(ValueError, match=r"^occluders"):
+        floor().phong.shade(scene(SUN), WHITE, occluders=given)
+
+
+def test_matrices_move_meshes_and_occluders():
+    ground, rig = floor(), scene(SUN, LAMP)
+    expected = ground.phong.visibility(rig, occluders=[disk(2.0)])
+    lower, mirrored = np.eye(4), np.diag([1.0, 1.0, -1.0, 1.0])
+    lower[2, 3] = -1.0
+    same = (
+        ground.translate((0, 0, 1)).phong.visibility(rig, matrix=lower, occluders=[(disk(3.0), lower)]),
+        ground.phong.visibility(rig, occluders=[(disk(-2.0), mirrored)]),
+        ground.phong.visibility(rig, occluders=[pv.MultiBlock([None, pv.PolyData(), disk(2.0)])]),
+    )
+    for other in same:
+        np.testing.assert_array_equal(other.per_light, expected.per_light)
+        np.testing.assert_array_equal(other.sky, expected.sky)
+
+
+# --- plans
+
+
+def plan_of(mesh, *lights, occluders=(), **model):
+    return mesh.phong.plan(scene(*lights, **model), WHITE, occluders=occluders)
+
+
+def test_plans_leave_out_what_nothing_can_block():
+    ball = pv.Sphere()
+    assert plan_of(ball, SUN, LAMP).effects["shadow"].why == "sun, lamp: the mesh is convex, and alone"
+    assert plan_of(ball, SUN).effects["occlusion"].why == "the mesh is convex, and alone"
+    above, below = disk(4.0), disk(-4.0)
+    behind = plan_of(ball, SUN, LAMP, occluders=[below])
+    assert behind.effects["shadow"].why == "sun, lamp: nothing stands between, and the mesh is convex"
+    assert behind.effects["occlusion"].on
+    some = plan_of(ball, SUN, replace(LAMP, position=(9, 0, 0)), occluders=[above]).effects["shadow"]
+    assert some.on
+    assert some.why == "sun (left out: lamp: nothing stands between, and the mesh is convex)"
+    assert plan_of(patch((0, 0, 0)), SUN, occluders=[below]).effects["shadow"].why == "sun: nothing stands between"
+    for mesh, model in ((pv.ParametricTorus(), {}), (ball, {"two_sided": True}), (floor(), {})):
+        assert plan_of(mesh, SUN, **model).effects["shadow"].on
+
+
+def test_what_a_plan_leaves_out_changes_no_colour(monkeypatch):
+    from pvphong.rays.visibility import Visibility
+
+    ball, rig = pv.Sphere(), scene(SUN, LAMP, BALL)
+    left_out = ball.phong.shade(rig, WHITE, occluders=[disk(-4.0)])["phong"]
+    monkeypatch.setattr(Visibility, "why_clear", lambda *_: "")
+    np.testing.assert_allclose(ball.phong.shade(rig, WHITE, occluders=[disk(-4.0)])["phong"], left_out, atol=1e-6)
+
+
+def test_no_ray_is_cast_for_a_plan():
+    seen = floor().phong.visibility(scene(SUN))
+    floor().phong.plan(scene(SUN), WHITE, visibility=seen)
+    assert seen.rays == 0
+
+
+# --- what is hard
+
+
+def spoiled(mesh):
+    mesh = mesh.triangulate()
+    points, faces = mesh.points.copy(), mesh.faces.copy()
+    points[3], points[50] = np.nan, (np.inf, 0, 0)
+    faces[1:4] = faces[1]
+    return pv.PolyData(points, faces)
+
+
+@pytest.mark.usefixtures("backend")
+def test_spoiled_faces_and_points_harm_no_other_vertex():
+    ground, rig, hat = floor(cells=12), scene(SUN, BALL), disk(2.0, radius=0.9)
+    broken = spoiled(ground)
+    lost = [*ground.triangulate().faces[1:4]]
+    used = np.unique(
+        broken.faces.reshape(-1, 4)[:, 1:][[3 in f or 50 in f for f in broken.faces.reshape(-1, 4)[:, 1:]]]
+    )
+    seen = broken.phong.visibility(rig, occluders=[hat, spoiled(floor(center=(0, 0, -3)))])
+    for part in (*seen.per_light, seen.sky):
+        assert ((part >= 0) & (part <= 1)).all()
+    sound = np.setdiff1d(np.arange(ground.n_points), [*used, *lost])
+    expected = ground.triangulate().phong.visibility(rig, occluders=[hat])
+    np.testing.assert_array_equal(seen.per_light[0][sound], expected.per_light[0][sound])
+    assert np.isfinite(broken.phong.shade(rig, WHITE, occluders=[hat])["phong"]).all()
+
+
+@pytest.mark.parametrize(
+    "nothing", [pv.PolyData(), pv.PolyData([(0, 0, 2.0)]), pv.Line(), pv.MultiBlock(), pv.UnstructuredGrid()]
+)
+def test_what_has_no_faces_blocks_nothing(nothing):
+    ground = floor(cells=4)
+    assert ground.phong.visibility([SUN], occluders=[nothing]).per_light.all()
+
+
+@pytest.mark.usefixtures("backend")
+@pytest.mark.parametrize(("unit", "offset"), [(1e-20, 0.0), (1e15, 0.0), (1.0, 1e7), (1e-3, -1e4)])
+def test_units_and_places_far_away_change_nothing(unit, offset):
+    def put(mesh):
+        mesh = mesh.copy()
+        mesh.points = mesh.points.astype(np.float64) * unit + offset
+        return mesh
+
+    lamp = replace(LAMP, position=tuple(np.array(LAMP.position) * unit + offset))
+    bumps = pv.merge([floor(), pv.Sphere(center=(0.5, 0.5, 0.6))])
+    expected = bumps.phong.visibility([SUN, LAMP], occluders=[disk(2.0)]).per_light
+    found = put(bumps).phong.visibility([SUN, lamp], occluders=[put(disk(2.0))]).per_light
+    assert np.count_nonzero(found != expected) <= 0.002 * expected.size
+
+
+@pytest.mark.usefixtures("backend")
+def test_touching_and_coplanar_meshes():
+    """A cube on the floor, which is dark below it and lit beside it; of the cube, all that faces the sun is lit."""
+    ground, cube = floor(cells=36), pv.Cube(center=(0, 0, 0.5), clean=False)
+    seen = ground.phong.visibility([SUN], occluders=[cube]).per_light[0]
+    inside = (np.abs(ground.points[:, :2]) < 0.49).all(axis=1)
+    outside = (np.abs(ground.points[:, :2]) > 0.51).any(axis=1)
+    assert not seen[inside].any()
+    assert seen[outside].all()
+    slanted = ph.DirectionalLight(direction=(-1, -2, -3))
+    lit = cube.phong.visibility([slanted], occluders=[ground]).per_light[0]
+    np.testing.assert_array_equal(lit, cube.phong.normals() @ (1, 2, 3) > 0)
+
+
+@pytest.mark.usefixtures("backend")
+def test_a_closed_room_has_no_leaks():
+    """Also at its edges, where vertices of the floor are in the plane of the walls."""
+    room = pv.Box(bounds=(-1, 1, -1, 1, 0, 2), level=6).flip_faces()
+    for angle in (None, 30):
+        seen = room.phong.visibility([SUN, ph.DirectionalLight(direction=(1, 2, -3)), LAMP], feature_angle=angle)
+        assert not seen.per_light.any()
+        assert not seen.sky.any()
+        inside = room.phong.visibility([ph.PointLight(position=(0.1, 0.2, 1.1))], feature_angle=angle)
+        assert inside.per_light.all()
+
+
+def test_thin_walls_stop_light():
+    ground, roof = floor(), floor(center=(0, 0, 1e-3))
+    assert not ground.phong.visibility([SUN, LAMP], occluders=[roof]).per_light.any()
+
+
+def test_lights_at_awkward_places():
+    ball = pv.Sphere(radius=1.0)
+    on, inside = ph.PointLight(tuple(map(float, ball.points[10]))), ph.PointLight((0, 0, 0))
+    within = ph.SphereLight((0, 0, 0), radius=3.0)
+    seen = pv.merge([ball, floor(center=(0, 0, -2))]).phong.visibility([on, inside, within])
+    assert ((seen.per_light >= 0) & (seen.per_light <= 1)).all()
+    assert not seen.per_light[1].any()
+
+
+def test_two_sided_models_look_from_the_side_of_the_light():
+    sheet = floor(cells=8)
+    below = ph.DirectionalLight(direction=(0, 0, 1))
+    assert not sheet.phong.visibility([below]).per_light.any()
+    assert sheet.phong.visibility(scene(below, two_sided=True)).per_light.all()
+    blocked = sheet.phong.visibility(scene(below, SUN, two_sided=True), occluders=[disk(-2.0, radius=9.0)])
+    np.testing.assert_array_equal(blocked.per_light.all(axis=1), [False, True])
+
+
+def test_a_small_mesh_on_a_wide_plain():
+    """Ten thousand times as wide: what blocks is told apart as finely as on the small mesh alone."""
+    bumpy = pv.ParametricTorus(ringradius=1.0, crosssectionradius=0.4)
+    plain = floor(size=30_000.0, cells=1, center=(0, 0, -0.5))
+    alone = bumpy.phong.visibility([replace(SUN, direction=(1, 0, -1))])
+    beside = bumpy.phong.visibility([replace(SUN, direction=(1, 0, -1))], occluders=[plain])
+    np.testing.assert_array_equal(beside.per_light, alone.per_light)
+
+
+# --- blocks
+
+
+def blocks():
+    return pv.MultiBlock(
+        {"ground": floor(), "more": pv.MultiBlock({"hat": disk(2.0)}), "none": None, "empty": pv.PolyData()}
+    )
+
+
+def test_blocks_shadow_each_other():
+    rig, colors = scene(SUN, LAMP, BALL), {"ground": WHITE, "default": ph.Material(diffuse=(1, 0, 0))}
+    lit = blocks().phong.shade(rig, colors)
+    alone = floor().phong.shade(rig, WHITE, occluders=[disk(2.0)])
+    np.testing.assert_array_equal(lit["ground"]["phong"], alone["phong"])
+    hat = disk(2.0).phong.shade(rig, colors["default"], occluders=[floor()])
+    np.testing.assert_array_equal(lit["more"]["hat"]["phong"], hat["phong"])
+    assert lit["none"] is None
+    more = blocks().phong.shade(rig, colors, occluders=[disk(3.0, radius=2.0)])
+    assert more["ground"]["phong"].mean() < lit["ground"]["phong"].mean()
+
+
+def test_what_blocks_see_is_kept_by_their_names():
+    rig = scene(SUN, LAMP)
+    seen = blocks().phong.visibility(rig)
+    assert list(seen) == ["ground", "more/hat"]
+    lit, again = blocks().phong.shade(rig, WHITE), blocks().phong.shade(rig, WHITE, visibility=seen)
+    np.testing.assert_array_equal(again["ground"]["phong"], lit["ground"]["phong"])
+    plans = blocks().phong.plan(rig, WHITE)
+    assert plans["ground"].effects["shadow"].on
+    assert blocks().phong.plan(rig, WHITE, visibility=seen)["ground"].effects["shadow"].on
+    with pytest.raises(ValueError, match="visibility must be a mapping with ground, more/hat"):
+        blocks().phong.shade(rig, WHITE, visibility=seen["ground"])
+
+
+# --- where no rays are cast
+
+
+def test_studies_say_that_they_cast_no_rays():
+    ball, rig = pv.Sphere(), scene(SUN)
+    for study in (
+        ball.phong.tradeoff,
+        ball.phong.interpolation_error,
+        lambda s, m: ball.phong.refine(s, m, tolerance=1),
+    ):
+        with pytest.raises(ValueError, match=r"light_model must be without shadows .*without_rays\(\)"):
+            study(rig, WHITE)
+    from pvphong.vtk.obstacles import InexpressibleError
+
+    with pytest.raises(InexpressibleError, match="shadows or ambient occlusion") as caught:
+        ph.validate(ball, rig, WHITE)
+    assert caught.value.scene.light_model == rig.light_model.without_rays()
+
+
+def test_the_filter_casts_shadows():
+    source = pv.ParametricTorus()
+    rig = scene(replace(SUN, direction=(1, 0, -1)))
+    phong = ph.PhongFilter()
+    phong.SetInputData(source)
+    phong.SetScene(rig)
+    phong.SetMaterial(WHITE)
+    phong.Update()
+    expected = source.phong.shade(rig, WHITE)["phong"]
+    np.testing.assert_array_equal(pv.wrap(phong.GetOutput())["phong"], expected)

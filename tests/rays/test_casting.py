@@ -1,0 +1,127 @@
+"""Both backends give the answers of exact geometry, in any unit and anywhere, and bear what is broken."""
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from pvphong.rays import casting
+from pvphong.rays.casting import Caster, has_embree
+from pvphong.rays.faces import Faces
+from pvphong.rays.locator import Locator
+
+BACKENDS = ["vtk", *["embree"] * has_embree()]
+
+
+@pytest.fixture(params=BACKENDS, autouse=True)
+def backend(request, monkeypatch):
+    if request.param == "vtk":
+        monkeypatch.setattr(casting, "_backend", lambda: Locator)
+    return request.param
+
+
+def caster(triangles):
+    return Caster(Faces(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)))
+
+
+def ball():
+    mesh = pv.Sphere(theta_resolution=12, phi_resolution=12)
+    return mesh.points[mesh.faces.reshape(-1, 4)[:, 1:]].astype(np.float64)
+
+
+def rays(count=2000, seed=3):
+    random = np.random.default_rng(seed)
+    directions = random.normal(size=(count, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    return random.uniform(-1, 1, size=(count, 3)), directions, random.uniform(0, 2, count)
+
+
+def met(triangles, origins, directions, distances):
+    """The first crossing by Möller and Trumbore's formula, and how far rays pass from edges and ends."""
+    a, b, c = triangles.transpose(1, 0, 2)
+    across = np.cross(directions[:, None], c - a)
+    det = (across * (b - a)).sum(axis=2)
+    to = origins[:, None] - a
+    u = (to * across).sum(axis=2) / det
+    q = np.cross(to, b - a)
+    v = (directions[:, None] * q).sum(axis=2) / det
+    t = (q * (c - a)).sum(axis=2) / det
+    margin = np.minimum.reduce([u, v, 1 - u - v, t, distances[:, None] - t])
+    return margin.max(axis=1) > 0.0, np.abs(margin).min(axis=1)
+
+
+def test_rays_meet_what_exact_geometry_says():
+    triangles, given = ball(), rays()
+    expected, margin = met(triangles, *given)
+    clear = margin > 1e-5
+    assert clear.mean() > 0.9
+    assert 0.1 < expected.mean() < 0.9
+    np.testing.assert_array_equal(caster(triangles).blocked(*given)[clear], expected[clear])
+
+
+@pytest.mark.parametrize("exponent", [-1000, -120, 40, 1000])
+def test_the_unit_of_length_changes_nothing(exponent):
+    origins, directions, distances = rays(300)
+    expected = caster(ball()).blocked(origins, directions, distances)
+    scaled = caster(np.ldexp(ball(), exponent))
+    found = scaled.blocked(np.ldexp(origins, exponent), directions, np.ldexp(distances, exponent))
+    np.testing.assert_array_equal(found, expected)
+    assert scaled.resolution == np.ldexp(caster(ball()).resolution, exponent)
+
+
+@pytest.mark.parametrize("offset", [1e4, -1e7, 1e9])
+def test_nor_does_a_place_far_from_the_origin(offset):
+    triangles, (origins, directions, distances) = ball(), rays(300)
+    _, margin = met(triangles, origins, directions, distances)
+    clear = margin > 1e-5
+    expected = caster(triangles).blocked(origins, directions, distances)
+    found = caster(triangles + offset).blocked(origins + offset, directions, distances)
+    np.testing.assert_array_equal(found[clear], expected[clear])
+
+
+@pytest.mark.parametrize("away", [10.0, 1e5, 1e12])
+def test_rays_from_far_away_are_as_exact(away):
+    triangles, (origins, directions, _) = ball(), rays(300)
+    infinite = np.full(300, np.inf)
+    begins = origins - 4.0 * directions
+    _, margin = met(triangles, begins, directions, infinite)
+    clear = margin > max(1e-5, 1e-14 * away)
+    expected = caster(triangles).blocked(begins, directions, infinite)
+    found = caster(triangles).blocked(begins - away * directions, directions, infinite)
+    np.testing.assert_array_equal(found[clear], expected[clear])
+    assert expected.any()
+    assert not caster(triangles).blocked(begins - away * directions, directions, np.full(300, away)).any()
+
+
+def test_spoiled_triangles_block_nothing_and_harm_no_other():
+    triangles, given = ball(), rays(300)
+    spoiled = np.repeat(triangles[:4], 2, axis=0)
+    spoiled[0, 1, 2], spoiled[1, 0], spoiled[2, 2, 0] = np.nan, np.inf, -np.inf
+    spoiled[3:6, 2] = spoiled[3:6, 0]
+    spoiled[6:, 2] = (spoiled[6:, 0] + spoiled[6:, 1]) / 2
+    spoiled = caster(np.concatenate([spoiled, triangles]))
+    np.testing.assert_array_equal(spoiled.blocked(*given), caster(triangles).blocked(*given))
+
+
+def test_spoiled_rays_meet_nothing_and_harm_no_other():
+    triangles, (origins, directions, distances) = ball(), rays(300)
+    expected = caster(triangles).blocked(origins, directions, distances)
+    origins[3], origins[5, 1], directions[7], distances[9] = np.nan, np.inf, np.nan, np.nan
+    distances[11], directions[13] = -1.0, 0.0
+    found = caster(triangles).blocked(origins, directions, distances)
+    assert not found[[3, 5, 7, 9, 11, 13]].any()
+    sound = np.setdiff1d(np.arange(300), [3, 5, 7, 9, 11, 13])
+    np.testing.assert_array_equal(found[sound], expected[sound])
+
+
+@pytest.mark.parametrize("triangles", [np.zeros((0, 3, 3)), np.zeros((4, 3, 3)), np.full((2, 3, 3), np.nan)])
+def test_nothing_blocks_nothing(triangles):
+    empty = caster(triangles)
+    assert not empty.blocked(*rays(10)).any()
+    assert empty.blocked(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)).shape == (0,)
+
+
+def test_rays_in_pieces_are_the_same_rays(monkeypatch):
+    given = rays(500)
+    whole = caster(ball()).blocked(*given)
+    monkeypatch.setattr(casting, "_RAYS_AT_ONCE", 7)
+    np.testing.assert_array_equal(caster(ball()).blocked(*given), whole)

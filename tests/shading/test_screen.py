@@ -1,0 +1,248 @@
+"""What vertices see of lights and sky multiplies what the equation says, in both evaluators alike."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import pvphong as ph
+from pvphong.shading import kernel
+from pvphong.shading.equation import assemble
+from pvphong.shading.plan.plan import Plan
+from pvphong.shading.vertices import Vertices
+
+COUNT = 700
+SUN = ph.DirectionalLight(direction=(-1, -1, -2), diffuse=(1, 0.9, 0.7), ambient=0.1, name="sun")
+LAMP = ph.PointLight(position=(2, -1, 3), attenuation=(1, 0.1, 0.02), ambient=0.2, name="lamp")
+SPOT = ph.SpotLight(position=(1, 1, 4), direction=(-1, -1, -4), cone_angle=40, exponent=9, ambient=0.1, name="spot")
+BULB = ph.PointLight(position=(-2, 1, 2), ambient=0.3, name="bulb")
+BALL = ph.SphereLight(position=(0, 2, 4), radius=0.5, intensity=9, ambient=0.1, name="ball")
+LIGHTS = [SUN, LAMP, replace(SUN, name="off", on=False), SPOT, BULB, BALL]
+SHINY = ph.Material(ambient=0.3, diffuse=(0.4, 0.5, 0.6), specular=(0.5, 0.4, 0.3), shininess=25, emission=0.05)
+MATERIALS = {
+    "shiny": SHINY,
+    "dull": replace(SHINY, specular=0.0),
+    "mirror": replace(SHINY, diffuse=0.0),
+    "oren-nayar": replace(SHINY, reflectance=ph.OrenNayar(20)),
+}
+MODELS = [{"shadows": True}, {"ambient_occlusion": True}, {"shadows": True, "ambient_occlusion": 2.0}]
+BACKENDS = ["numpy", *["numba"] * kernel.is_available()]
+
+
+class Screen:
+    """Known parts."""
+
+    def __init__(self, parts, why=""):
+        self.parts, self.why = parts, why
+        self.asked = []
+
+    def why_clear(self, light):
+        return self.why if light == 0 else ""
+
+    def why_open(self):
+        return self.why
+
+    def channels(self, lights, *, sky):
+        self.asked.append((tuple(lights), sky))
+        unknown = [index for index in range(len(self.parts) - 1) if index not in lights]
+        parts = self.parts.copy()
+        parts[[*unknown, *[-1] * (not sky)]] = 7.0  # nobody is to read these
+        return parts
+
+
+@pytest.fixture(scope="module")
+def given():
+    random = np.random.default_rng(5)
+    points = random.normal(size=(COUNT, 3))
+    parts = random.random((len(LIGHTS) + 1, COUNT)).astype(np.float32)
+    parts[:, ::7], parts[:, ::5] = 0.0, 1.0
+    return points, points + 0.3 * random.normal(size=(COUNT, 3)), parts
+
+
+def scene(lights=LIGHTS, **model):
+    return ph.Scene(lights, ph.Viewer(position=(0, -3, 4)), ph.LightModel(clamp=False, **model))
+
+
+def run(given, scene, material, backend="numpy", precision="float64", albedo=None, screen=None, **options):
+    points, normals, parts = given
+    vertices = Vertices(points, normals, albedo, Screen(parts) if screen is None else screen)
+    return Plan.of(scene, material, vertices).run(vertices, backend=backend, precision=precision, **options)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("name", MATERIALS)
+@pytest.mark.parametrize("albedo", [False, True])
+def test_each_light_and_the_ambient_light_are_multiplied_by_what_is_seen_of_them(given, model, name, albedo):
+    """The shares of an unshadowed evaluation, put together by hand."""
+    points, _, parts = given
+    shades = np.abs(points) / np.abs(points).max() if albedo else None
+    free = run(given, scene(), MATERIALS[name], albedo=shades, components=True)
+    sky = parts[-1][:, None] if "ambient_occlusion" in model else 1.0
+    expected = free.emission + sky * free.ambient
+    for index, light in enumerate(LIGHTS):
+        alone = run(given, scene([replace(light, ambient=0.0)], ambient=0.0), MATERIALS[name], albedo=shades)
+        seen = parts[index][:, None] if "shadows" in model else 1.0
+        expected = expected + seen * (alone.rgb - free.emission)
+    for backend in BACKENDS:
+        for precision, within in (("float64", 1e-12), ("float32", 3e-5)):
+            got = run(given, scene(**model), MATERIALS[name], backend, precision, shades)
+            np.testing.assert_allclose(got.rgb, expected, atol=within)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_components_still_add_up(given, model):
+    shading = run(given, scene(**model), SHINY, components=True)
+    parts = shading.ambient + shading.diffuse + shading.specular + shading.emission
+    np.testing.assert_allclose(parts, shading.rgb, atol=1e-12)
+    np.testing.assert_allclose(shading.base + shading.per_light.sum(axis=0), shading.rgb, atol=1e-12)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("lights", [[SUN], [replace(SUN, ambient=0.0)], [LAMP], []])
+def test_few_lights_take_no_shortcut_past_it(given, backend, lights):
+    """One sun on a dull surface, or no light at all, have fast ways of their own where nothing is in the way."""
+    points, normals, parts = given
+    some = points, normals, parts[[0] * len(lights) + [-1]]
+    whole = scene(lights, shadows=True, ambient_occlusion=True)
+    got = run(some, whole, MATERIALS["dull"], backend, "float32").rgb
+    np.testing.assert_allclose(got, run(some, whole, MATERIALS["dull"]).rgb, atol=1e-6)
+    assert np.ptp(got[:, 0]) > 0.05
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_part_of_the_vertices_has_the_bits_of_all(given, backend):
+    points, normals, parts = given
+    whole = run(given, scene(shadows=True, ambient_occlusion=True), SHINY, backend, "float32").rgb
+    for rows in (slice(0, 100), slice(100, 101), slice(101, None)):
+        some = points[rows], normals[rows], parts[:, rows]
+        np.testing.assert_array_equal(
+            run(some, scene(shadows=True, ambient_occlusion=True), SHINY, backend, "float32").rgb, whole[rows]
+        )
+
+
+@pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
+def test_vertices_that_the_kernel_declines_are_shadowed_too(given):
+    points, normals, parts = (array.copy() for array in given)
+    points[::3] *= 1e200
+    points[4], points[7] = LAMP.position, np.nan
+    got = run((points, normals, parts), scene(shadows=True, ambient_occlusion=True), SHINY, "numba", "float64").rgb
+    exact = run((points, normals, parts), scene(shadows=True, ambient_occlusion=True), SHINY).rgb
+    np.testing.assert_allclose(got, exact, atol=1e-9)
+
+
+def test_pieces_are_shadowed_by_their_own_parts(given, monkeypatch):
+    from pvphong.shading import reference
+    from pvphong.shading.kernel import running
+
+    full = scene(shadows=True, ambient_occlusion=True)
+    whole = {backend: run(given, full, SHINY, backend).rgb for backend in BACKENDS}
+    monkeypatch.setattr(reference, "BLOCK", 100)
+    monkeypatch.setattr(running, "COPIED", 256)
+    columns = np.asfortranarray(given[0]), np.asfortranarray(given[1]), given[2]
+    for backend in BACKENDS:
+        np.testing.assert_array_equal(run(columns, full, SHINY, backend).rgb, whole[backend])
+
+
+def test_windows_are_shadowed_too(given):
+    points, normals, parts = given
+    vertices = Vertices(points, normals, screen=Screen(parts))
+    full = scene(shadows=True, ambient_occlusion=True)
+    shown = np.empty((COUNT, 3), np.uint8)
+    Plan.of(full, SHINY, vertices).run_for_display(vertices, shown)
+    np.testing.assert_array_equal(shown, np.rint(255 * np.clip(run(given, full, SHINY).rgb, 0, 1)))
+
+
+# --- plans
+
+
+def planned(given, why="", material=SHINY, lights=LIGHTS, **model):
+    points, normals, parts = given
+    screen = Screen(parts, why)
+    vertices = Vertices(points, normals, screen=screen)
+    return Plan.of(scene(lights, **model), material, vertices), vertices, screen
+
+
+def test_without_shadows_nobody_is_asked(given):
+    plan, vertices, screen = planned(given)
+    assert (plan.effects["shadow"].on, plan.effects["occlusion"].on) == (False, False)
+    assert plan.effects["shadow"].why == "the light model has no shadows"
+    assert plan.effects["occlusion"].why == "the light model has no ambient occlusion"
+    plan.run(vertices)
+    assert screen.asked == []
+
+
+def test_what_nothing_can_block_is_left_out(given):
+    plan, vertices, screen = planned(given, "it is noon", shadows=True, ambient_occlusion=True)
+    assert plan.effects["shadow"].on
+    assert "sun: it is noon" in plan.effects["shadow"].why
+    assert "lamp" in plan.effects["shadow"].why
+    assert plan.effects["occlusion"] == ph.Decision(False, "it is noon")
+    plan.run(vertices)
+    assert screen.asked == [((1, 3, 4, 5), False)]
+    assert plan.error_bound == 0.0
+
+
+def test_only_what_is_read_is_asked_for(given):
+    dark = replace(SHINY, diffuse=0.0, specular=0.0)
+    plan, vertices, screen = planned(given, material=dark, shadows=True, ambient_occlusion=True)
+    assert plan.effects["shadow"].why.endswith("adds ambient light alone")
+    assert plan.effects["occlusion"].on
+    plan.run(vertices)
+    assert screen.asked == [((), True)]
+    black = replace(SHINY, ambient=0.0)
+    assert (
+        planned(given, material=black, ambient_occlusion=True)[0].effects["occlusion"].why
+        == "there is no ambient light"
+    )
+    assert planned(given, lights=[], shadows=True)[0].effects["shadow"].why == "no light reaches the mesh"
+
+
+def test_shadows_read_points_and_normals(given):
+    sun = [replace(SUN, ambient=0.0)]
+    assert planned(given, material=MATERIALS["dull"], lights=sun)[0].needs == {"normals"}
+    assert planned(given, material=MATERIALS["dull"], lights=sun, shadows=True)[0].needs == {"points", "normals"}
+
+
+def test_the_effects_can_be_dropped():
+    from pvphong.shading.plan.effects import EFFECTS
+
+    drops = {effect.name: effect.without for effect in EFFECTS}
+    equation = assemble(scene(shadows=True, ambient_occlusion=True), SHINY, None)
+    assert equation.has_screen
+    left = drops["occlusion"](drops["shadow"](equation, (0, 0, 0)), (0, 0, 0))
+    assert left == assemble(scene(), SHINY, None)
+
+
+def test_bare_points_can_be_planned_and_not_lit(given):
+    points, normals, _ = given
+    dim = scene(shadows=True)
+    assert ph.plan(points, dim, SHINY).effects["shadow"].on
+    with pytest.raises(ValueError, match=r"light_model must be without shadows .* visibility=mesh\.phong\.visibility"):
+        ph.evaluate(points, normals, dim, SHINY)
+
+
+# --- the light model
+
+
+@pytest.mark.parametrize(("field", "value"), [("shadows", 1), ("shadows", "yes"), ("ambient_occlusion", 0.0),
+    ("ambient_occlusion", -1), ("ambient_occlusion", float("nan")), ("ambient_occlusion", None)])  # fmt: skip
+def test_bad_values_are_refused(field, value):
+    with pytest.raises(ValueError, match=f"^{field} must be"):
+        ph.LightModel(**{field: value})
+
+
+@pytest.mark.parametrize(("model", "version"), [({}, 1), ({"shadows": True}, 2), ({"ambient_occlusion": 2.5}, 2),
+    ({"shadows": True, "ambient_occlusion": True}, 2)])  # fmt: skip
+def test_files_keep_it_and_stay_of_the_first_version_without_it(model, version, tmp_path):
+    import json
+
+    before = ph.Scene([SUN], ph.Viewer(), ph.LightModel(**model))
+    before.save(tmp_path / "rig.json")
+    document = json.loads((tmp_path / "rig.json").read_text())
+    assert document["version"] == version
+    assert {"shadows", "ambient_occlusion"} & document["light_model"].keys() == model.keys()
+    after = ph.Scene.load(tmp_path / "rig.json")
+    assert after == before
+    assert type(after.light_model.ambient_occlusion) is type(before.light_model.ambient_occlusion)

@@ -1,0 +1,202 @@
+"""Shadows in windows follow lights, meshes and their places; what has not moved is not traced again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import pyvista as pv
+from mouse import Mouse
+
+import pvphong as ph
+from pvphong.rays import tracing
+from pvphong.rays.casting import Caster
+from pvphong.rays.tracing import Tracer
+
+SUN = ph.DirectionalLight(direction=(0, 0, -1), name="sun")
+LAMP = ph.PointLight(position=(1, 0, 4), name="lamp")
+BALL = ph.SphereLight(position=(0, 1, 4), radius=0.6, intensity=16, name="ball")
+WHITE = ph.Material(ambient=0.5, diffuse=0.9)
+
+
+def floor():
+    return pv.Plane(i_size=4, j_size=4, i_resolution=30, j_resolution=30)
+
+
+def hat():
+    return pv.Disc(center=(0, 0, 2), inner=0, outer=0.7, r_res=2, c_res=30)
+
+
+class Window:
+    """A floor, and something over it."""
+
+    def __init__(self, *lights, **model):
+        self.plotter = pv.Plotter(off_screen=True, lighting="none", window_size=(200, 200))
+        self.phong = self.plotter.phong
+        self.phong.light_model = ph.LightModel(**({"shadows": True} | model))
+        for light in lights:
+            self.phong.add_light(light)
+        self.ground, self.over = floor(), hat()
+        self.floor = self.phong.add_mesh(self.ground, WHITE)
+        self.hat = self.phong.add_mesh(self.over, WHITE)
+        self.plotter.camera_position = [(0, -8, 5), (0, 0, 0), (0, 0, 1)]
+        self.plotter.show(auto_close=False)
+
+    @property
+    def shown(self):
+        return np.asarray(self.phong.mesh(self.floor).drawn["phong"])
+
+    def expected(self, *occluders):
+        return 255.0 * self.ground.phong.shade(self.phong.scene, WHITE, occluders=occluders)["phong"]
+
+    def check(self, *occluders):
+        self.plotter.render()
+        assert np.abs(self.shown - self.expected(*occluders)).max() <= 0.51
+
+
+@pytest.fixture
+def window():
+    made = []
+
+    def make(*lights, **model):
+        made.append(Window(*lights, **model))
+        return made[-1]
+
+    yield make
+    for each in made:
+        each.plotter.close()
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """How many lights have been traced, skies looked at, and casters built."""
+    counts = {"lights": [], "skies": 0, "casters": 0}
+    light, sky, caster = Tracer.light, Tracer.sky, Caster.__init__
+
+    def traced(self, which):
+        counts["lights"].append(which.name)
+        return light(self, which)
+
+    def looked(self):
+        counts["skies"] += 1
+        return sky(self)
+
+    def built(self, faces):
+        counts["casters"] += 1
+        caster(self, faces)
+
+    monkeypatch.setattr(Tracer, "light", traced)
+    monkeypatch.setattr(Tracer, "sky", looked)
+    monkeypatch.setattr(Caster, "__init__", built)
+    return counts
+
+
+def moved(x):
+    matrix = np.eye(4)
+    matrix[0, 3] = x
+    return matrix
+
+
+def test_meshes_shadow_each_other(window):
+    w = window(SUN, LAMP, ambient_occlusion=True)
+    w.check(hat())
+    assert np.ptp(w.shown[:, 0]) > 100
+
+
+def test_shadows_follow_lights_meshes_and_matrices(window):
+    w = window(SUN, LAMP)
+    w.phong.set_light("lamp", replace(LAMP, position=(-1, 1, 3)))
+    w.check(hat())
+    w.hat.user_matrix = moved(0.5)
+    w.check((hat(), moved(0.5)))
+    w.floor.user_matrix = moved(0.2)
+    w.plotter.render()
+    lit = w.ground.phong.shade(w.phong.scene, WHITE, occluders=[(hat(), moved(0.5))], matrix=moved(0.2))
+    assert np.abs(w.shown - 255.0 * lit["phong"]).max() <= 0.51
+    w.floor.user_matrix = np.eye(4)
+    w.over.points = w.over.points * [2, 2, 1]
+    bigger = hat()
+    bigger.points = bigger.points * [2, 2, 1]
+    w.check((bigger, moved(0.5)))
+
+
+def test_hidden_and_removed_meshes_cast_none(window):
+    w = window(SUN)
+    w.hat.visibility = False
+    w.check()
+    w.hat.visibility = True
+    w.check(hat())
+    w.plotter.remove_actor(w.hat)
+    w.check()
+
+
+def test_a_mesh_that_is_to_cast_none_casts_none(window):
+    w = window(SUN)
+    w.plotter.remove_actor(w.hat)
+    w.phong.add_mesh(hat(), WHITE, casts_shadows=False)
+    w.check()
+    with pytest.raises(ValueError, match="casts_shadows must be True or False"):
+        w.phong.add_mesh(hat(), WHITE, casts_shadows="no")
+
+
+def test_without_shadows_no_ray_is_cast(window, counted):
+    w = window(SUN, LAMP, shadows=False)
+    w.check()
+    w.phong.light_model = ph.LightModel(shadows=True)
+    w.plotter.render()
+    assert counted["lights"]
+    w.check(hat())
+
+
+def test_only_what_moved_is_traced_again(window, counted):
+    w = window(SUN, LAMP, ambient_occlusion=1.0)
+    assert set(counted["lights"]) == {"lamp", "sun"}
+    casters, skies = counted["casters"], counted["skies"]
+    counted["lights"].clear()
+    for step in range(3):
+        w.phong.set_light("lamp", replace(LAMP, position=(step, 1, 3)))
+        w.plotter.render()
+    assert counted["lights"] == ["lamp"] * 6
+    counted["lights"].clear()
+    w.phong.set_light("sun", replace(SUN, diffuse="red", intensity=0.4))
+    w.phong.mesh(w.floor).material = replace(WHITE, diffuse=0.2)
+    w.plotter.render()
+    w.plotter.camera.azimuth = 30
+    w.plotter.render()
+    assert counted["lights"] == []
+    assert (counted["casters"], counted["skies"]) == (casters, skies)
+
+
+def test_a_frame_where_nothing_changed_computes_nothing(window, counted):
+    w = window(SUN, BALL, ambient_occlusion=True)
+    before, evaluations = len(counted["lights"]), w.phong.evaluations
+    w.plotter.render()
+    assert (len(counted["lights"]), w.phong.evaluations) == (before, evaluations)
+
+
+def test_a_light_that_rides_along_takes_its_shadows_with_it(window):
+    w = window(ph.PointLight(frame="headlight", name="head"))
+    w.check(hat())
+    w.plotter.camera_position = [(2, -3, 9), (0, 0, 0), (0, 0, 1)]
+    w.check(hat())
+
+
+def test_a_drag_takes_few_rays_and_its_end_as_many_as_it_takes(window, monkeypatch):
+    w = window(BALL, SUN)
+    efforts, look = [], tracing.look
+    monkeypatch.setattr(tracing, "look", lambda count, ask, effort, faces: (
+        efforts.append(effort.samples) or look(count, ask, effort, faces)))  # fmt: skip
+    w.phong.add_gizmos()
+    mouse = Mouse(w.plotter)
+    end = mouse.pull(mouse.at("ball", "position"), (3, 1))
+    w.plotter.render()
+    assert set(efforts) == {16}
+    assert "16 rays until let go" in w.phong._boards[0].note
+    rough = w.shown.copy()
+    efforts.clear()
+    mouse.release(end)
+    assert set(efforts) == {None}
+    assert w.phong._boards[0].note == ""
+    w.check(hat())
+    assert (rough != w.shown).any()
