@@ -13,7 +13,7 @@ from pvphong.optics.named_materials import NAMED
 from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances import REFLECTANCES, reflectance_name
 
-# A surface may be made to reflect more than all of the light, but what reflects more than this is 0-255 in disguise.
+# A surface may be made to reflect more than all of the light, but whole numbers above this are 0-255 in disguise.
 _MOST = 16.0
 
 
@@ -61,7 +61,8 @@ class Material:
         for field in ("ambient", "diffuse", "specular", "emission"):
             object.__setattr__(self, field, check.color(field, getattr(self, field)))
         for field in ("ambient", "diffuse", "specular"):
-            if max(rgb(getattr(self, field))) > _MOST:
+            color = rgb(getattr(self, field))
+            if _MOST < max(color) <= 255.0 and all(channel.is_integer() for channel in color):
                 remedy = "These look like 0-255 values: divide them by 255."
                 check.refuse(field, getattr(self, field), "a reflectance, of which 1.0 is all", remedy)
         object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
