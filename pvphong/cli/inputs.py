@@ -24,9 +24,9 @@ NOTHING = "nothing to light: no block of the file holds a mesh"
 """Printed where a file of blocks has none to work on."""
 
 
-def surface_and_scene(path: str, rig: Path | None, size: tuple[int, int]) -> tuple[Any, Scene]:
-    """What is lit of a mesh file, and the scene: the rig's, or one made for a picture of this size."""
-    given = None if rig is None else Scene.load(rig)
+def surface_and_scene(path: str, file: Path | None, size: tuple[int, int]) -> tuple[Any, Scene]:
+    """What is lit of a mesh file, and the scene: that of a file, or one made for a picture of this size."""
+    given = None if file is None else Scene.load(file)
     with reading(path):
         mesh = read_mesh(path)
         outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)

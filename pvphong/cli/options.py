@@ -44,21 +44,21 @@ class Look:
     emission: str | None = None
     shininess: float | None = None
 
-    def to_materials(self, rig: Path | None) -> dict[str, Material]:
+    def to_materials(self, file: Path | None) -> dict[str, Material]:
         """The materials that the options describe, by the names of their blocks: the rig's if none is named."""
         if self.material is not None:
             begun = {DEFAULT: _named(self.material)}
         else:
-            begun = ({} if rig is None else load_materials(rig)) or {DEFAULT: Material()}
+            begun = ({} if file is None else load_materials(file)) or {DEFAULT: Material()}
         colors = {term: getattr(self, term) for term in ("ambient", "diffuse", "specular", "emission")}
         changes: dict[str, Any] = {term: _color(text) for term, text in colors.items() if text is not None}
         if self.shininess is not None:
             changes["shininess"] = self.shininess
         return {name: replace(material, **changes) for name, material in begun.items()}
 
-    def to_material(self, rig: Path | None) -> Material:
+    def to_material(self, file: Path | None) -> Material:
         """The material of a single mesh."""
-        return only(self.to_materials(rig))
+        return only(self.to_materials(file))
 
 
 def _named(name: str) -> Material:
@@ -77,7 +77,7 @@ def _color(text: str) -> ColorLike:
     return numbers[0] if len(numbers) == 1 else numbers
 
 
-Rig = Annotated[
+SceneFile = Annotated[
     Path | None, Parameter(help="Lights, viewer, light model, materials, as Scene.save writes them (JSON).")
 ]
 LookOptions = Annotated[Look, Parameter(name="*")]

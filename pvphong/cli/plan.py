@@ -14,7 +14,7 @@ from pvphong.cli.options import (
     BlockerOptions,
     FeatureAngleOption,
     LookOptions,
-    Rig,
+    SceneFile,
     Verbose,
     feature_angle_of,
 )
@@ -27,7 +27,7 @@ def plan(
     mesh: str,
     /,
     *,
-    scene: Rig = None,
+    scene: SceneFile = None,
     look: LookOptions = PLAIN,
     tolerance: float = 0.0,
     feature_angle: FeatureAngleOption = "auto",
@@ -46,14 +46,14 @@ def plan(
         Degrees between two faces from which their common edge is sharp; "auto" takes 30 where the mesh has no point
         normals of its own, and "none" leaves all of it smooth.
     """
-    outside, rig = surface_and_scene(mesh, scene, SIZE)
-    rig = blockers.to_scene(rig)
+    outside, lighting = surface_and_scene(mesh, scene, SIZE)
+    lighting = blockers.to_scene(lighting)
     materials = look.to_materials(scene)
     options: Any = {"tolerance": tolerance, "feature_angle": feature_angle_of(feature_angle)}
     options["occluders"] = blockers.to_meshes()
-    rays = rays_of(outside, rig, options) if isinstance(outside, pv.MultiBlock) else iter([options])
+    rays = rays_of(outside, lighting, options) if isinstance(outside, pv.MultiBlock) else iter([options])
     found = (
-        (block, plan_mesh(single, rig, material, **next(rays)))
+        (block, plan_mesh(single, lighting, material, **next(rays)))
         for block, single, material in with_materials(outside, materials)
     )
     tell(found, verbose)

@@ -11,7 +11,15 @@ from pvphong.base import check
 from pvphong.base.types import Precision
 from pvphong.cli.inputs import SIZE, seeing, surface_and_scene
 from pvphong.cli.lighting import shaded
-from pvphong.cli.options import NONE, PLAIN, BlockerOptions, FeatureAngleOption, LookOptions, Rig, feature_angle_of
+from pvphong.cli.options import (
+    NONE,
+    PLAIN,
+    BlockerOptions,
+    FeatureAngleOption,
+    LookOptions,
+    SceneFile,
+    feature_angle_of,
+)
 from pvphong.cli.spinner import busy
 from pvphong.meshes import pictures
 from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, refuse_suffix, save_lit
@@ -25,7 +33,7 @@ def shade(
     /,
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
-    scene: Rig = None,
+    scene: SceneFile = None,
     look: LookOptions = PLAIN,
     albedo: str | None = None,
     array: str | None = None,
@@ -78,12 +86,12 @@ def shade(
     how: dict[str, Any] = {"albedo": albedo, "components": components, "precision": precision, "tolerance": tolerance}
     how["feature_angle"] = feature_angle_of(feature_angle)
     with busy(f"Lighting {mesh}"):
-        outside, rig = surface_and_scene(mesh, scene, size)
-        rig = blockers.to_scene(seeing(rig, outside, size) if draws else rig)
+        outside, lighting = surface_and_scene(mesh, scene, size)
+        lighting = blockers.to_scene(seeing(lighting, outside, size) if draws else lighting)
         how["occluders"] = blockers.to_meshes()
-        lit = shaded(outside, rig, look.to_materials(scene), name=array, **how)
+        lit = shaded(outside, lighting, look.to_materials(scene), name=array, **how)
         if draws:
-            image = pictures.draw(lit, rig.viewer, name=array, size=size, background=background or "white")
+            image = pictures.draw(lit, lighting.viewer, name=array, size=size, background=background or "white")
             pictures.save_picture(image, output)
         else:
             save_lit(lit, output, array)

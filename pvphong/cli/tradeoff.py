@@ -8,7 +8,7 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.cli.inputs import SIZE, surface_and_scene
-from pvphong.cli.options import PLAIN, LookOptions, Rig, Verbose
+from pvphong.cli.options import PLAIN, LookOptions, SceneFile, Verbose
 from pvphong.cli.telling import tell
 from pvphong.meshes.together import together
 from pvphong.studies.accuracy import tradeoff as measure_tradeoff
@@ -19,7 +19,7 @@ def tradeoff(
     mesh: str,
     /,
     *,
-    scene: Rig = None,
+    scene: SceneFile = None,
     look: LookOptions = PLAIN,
     tolerance: float = 1.0 / 255.0,
     seconds: float = 20.0,
@@ -50,9 +50,9 @@ def tradeoff(
     for output in (plot, csv, json):
         if output is not None and not output.resolve().parent.is_dir():
             check.refuse("path", output, "in a folder that exists", f"Create {output.parent} first.")
-    outside, rig = surface_and_scene(mesh, scene, SIZE)
+    outside, lighting = surface_and_scene(mesh, scene, SIZE)
     whole = together(outside) if isinstance(outside, pv.MultiBlock) else outside
-    result = measure_tradeoff(whole, rig, look.to_material(scene), tolerance=tolerance, seconds=seconds)
+    result = measure_tradeoff(whole, lighting, look.to_material(scene), tolerance=tolerance, seconds=seconds)
     tell([("", result)], verbose)
     for path, save in ((plot, result.plot), (csv, result.to_csv), (json, result.to_json)):
         if path is not None:

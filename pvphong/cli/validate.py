@@ -13,7 +13,7 @@ from pvphong.base import check
 from pvphong.base.files import write_json
 from pvphong.cli.inputs import SIZE, surface_and_scene
 from pvphong.cli.lighting import with_materials
-from pvphong.cli.options import PLAIN, LookOptions, Rig, Verbose
+from pvphong.cli.options import PLAIN, LookOptions, SceneFile, Verbose
 from pvphong.cli.spinner import busy
 from pvphong.cli.telling import tell
 from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, refuse_suffix, save_lit
@@ -24,7 +24,7 @@ def validate(
     mesh: str | None = None,
     /,
     *,
-    scene: Rig = None,
+    scene: SceneFile = None,
     look: LookOptions = PLAIN,
     json: Path | None = None,
     output: Path | None = None,
@@ -80,7 +80,7 @@ def _validate_mesh(
     output: Path | None,
     verbose: bool,
 ) -> int:
-    outside, rig = surface_and_scene(mesh, scene, SIZE)
+    outside, lighting = surface_and_scene(mesh, scene, SIZE)
     has_blocks = isinstance(outside, pv.MultiBlock)
     if output is not None:
         formats = BLOCK_FORMATS if has_blocks else tuple(suffix for suffix in MESH_FORMATS if suffix != ".ply")
@@ -89,7 +89,7 @@ def _validate_mesh(
         from pvphong.studies.validate.validation import validate as validate_mesh  # it loads VTK's rendering
 
         found = {
-            block: validate_mesh(single, rig, material)
+            block: validate_mesh(single, lighting, material)
             for block, single, material in with_materials(outside, materials)
         }
     tell(found.items(), verbose)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from pvphong.cli.inputs import SIZE, seeing, surface_and_scene
-from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, Rig, feature_angle_of
+from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, SceneFile, feature_angle_of
 from pvphong.cli.window import BACKGROUND, show
 
 
@@ -13,7 +13,7 @@ def view(
     mesh: str,
     /,
     *,
-    scene: Rig = None,
+    scene: SceneFile = None,
     look: LookOptions = PLAIN,
     feature_angle: FeatureAngleOption = "auto",
     background: str = BACKGROUND,
@@ -30,10 +30,10 @@ def view(
     background
         Colour of the window's background.
     """
-    outside, rig = surface_and_scene(mesh, scene, SIZE)
+    outside, lighting = surface_and_scene(mesh, scene, SIZE)
     show(
         outside,
-        seeing(rig, outside, SIZE),
+        seeing(lighting, outside, SIZE),
         look.to_materials(scene),
         title=f"pvphong: {mesh}",
         stem=Path(mesh).stem,

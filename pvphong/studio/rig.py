@@ -1,4 +1,7 @@
-"""The lights of one renderer as pvphong's values: VTK's light objects followed in both directions."""
+"""The lights of one renderer as pvphong's values: VTK's light objects followed in both directions.
+
+Not a file: what users call a rig is read in `pvphong/scene/scene.py`.
+"""
 
 from __future__ import annotations
 
