@@ -39,6 +39,7 @@ BY_THEMSELVES = {
     "vertices": lambda: Vertices(MESH.points, None),
     "diagnosis": lambda: MESH.phong.diagnose(**FAULTY),
     "comparison": lambda: MESH.phong.validate(SCENE),
+    "visibility": lambda: MESH.phong.visibility(SCENE),
     "images": lambda: compare_images(MESH, SCENE, ph.Material()),
 }
 """Objects that hold arrays, or refer to others: their representations are short."""
@@ -55,7 +56,7 @@ VALUES = {
 
 def test_every_public_class_is_looked_at():
     classes = {name for name in ph.__all__ if isinstance(getattr(ph, name), type)}
-    made = {"Comparison", "Diagnosis", "PhongFilter", "Plan", "Shading", "Tradeoff"}
+    made = {"Comparison", "Diagnosis", "PhongFilter", "Plan", "Shading", "Tradeoff", "Visibility"}
     assert classes == set(VALUES) | made | {"Light", "SingularMatrixWarning"}  # abstract, and an exception
 
 
@@ -105,7 +106,7 @@ class Tags(HTMLParser):
         assert self.open.pop() == tag
 
 
-@pytest.mark.parametrize("name", ["scene", "plan", "diagnosis", "comparison", "tradeoff"])
+@pytest.mark.parametrize("name", ["scene", "plan", "diagnosis", "comparison", "visibility", "tradeoff"])
 def test_a_notebook_shows_a_small_table_whose_text_is_escaped(name, report):
     made = {"scene": lambda: SCENE, "tradeoff": lambda: report} | BY_THEMSELVES
     html = made[name]()._repr_html_()
@@ -114,5 +115,5 @@ def test_a_notebook_shows_a_small_table_whose_text_is_escaped(name, report):
     assert tags.open == []
     assert {"table", "caption", "tr", "td"} <= tags.seen <= {"table", "caption", "tr", "th", "td"}
     assert len(html) < 20_000
-    if name in ("scene", "plan"):
+    if name in ("scene", "plan", "visibility"):
         assert "&lt;i&gt;lamp &amp; co&lt;/i&gt;" in html

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pvphong.base import check
+from pvphong.base.text import html_table
 from pvphong.base.types import FloatArray
 from pvphong.optics.light import Light
 from pvphong.rays.between import may_block
@@ -90,6 +91,17 @@ class Visibility:
             f"<Visibility of {len(self.lights)} lights from {self._parts.shape[1]} vertices: "
             f"{self.rays} rays in {self.seconds:.3g} s>"
         )
+
+    def _repr_html_(self) -> str:
+        headings = ("seen", "mean part", "largest standard error")
+        rows = [(name, *self._summary(row)) for row, name in enumerate((*self.lights, "the sky"))]
+        return html_table(repr(self)[1:-1], headings, rows)
+
+    def _summary(self, row: int) -> tuple[str, str]:
+        """Of one array, if it has been computed: showing something casts no ray."""
+        if row not in self._done:
+            return "not asked for yet", ""
+        return f"{self._parts[row].mean(dtype=np.float64):.3f}", f"{self._errors[row].max(initial=0.0):.4f}"
 
     @property
     def per_light(self) -> FloatArray:
