@@ -138,7 +138,7 @@ def _draw_ledger(axes: Any, result: Result) -> None:
         cost = entry.cost
         assert cost is not None
         color = GREY if is_noise(cost) else COLORS["arithmetic"]
-        spread = np.array([[cost.median - cost.low], [cost.high - cost.median]]) * 1e3
+        spread = [[(cost.median - cost.low) * 1e3], [(cost.high - cost.median) * 1e3]]
         axes.barh(place, cost.median * 1e3, xerr=spread, color=color, ecolor=INK, capsize=2, height=0.6)
         error = "" if entry.error is None else f"error {number(entry.error)}"
         spent = "in the noise" if is_noise(cost) else seconds(cost.median)
