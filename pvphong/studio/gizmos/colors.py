@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from pvphong.base.colorimetry import XYZ_OF_RGB
 from pvphong.base.types import ColorLike, Vector, rgb
 from pvphong.optics.light import Light
 
-# Of linear red, green and blue in the relative luminance (ITU-R BT.709-6, section 3.2).
-_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
+_WEIGHTS = XYZ_OF_RGB[1]  # of linear red, green and blue in the relative luminance
 # Below this saturation a colour has no hue to be turned, and gets one this strong.
 _GREY, _TINTED = 0.01, 0.4
 # Of red in one step warmer; blue is divided by it.
@@ -21,7 +21,7 @@ _WARMER = 2.0**0.25
 
 
 def luminance(color: ColorLike) -> float:
-    """Relative luminance of a linear colour: 1 for white, ITU-R BT.709's Y."""
+    """Relative luminance of a linear colour: 1 for white, the Y of CIE XYZ."""
     return float(_WEIGHTS @ rgb(color))
 
 
