@@ -85,10 +85,10 @@ class PointLight(Light):
 
     def stage(self, toolkit: Any) -> Stage | None:
         """Ways to its position, and strength if it weakens."""
-        if not toolkit.holds(self.attenuation):
-            return None
         if tuple(self.attenuation) == weakening.NONE:
             return Stage(_evenly_strong(toolkit), varies=False)
+        if not toolkit.holds(self.attenuation):
+            return None
         return Stage(_weakening(toolkit), divisors=slice(3, 6), most_gain=math.inf)
 
     def as_vtk(self) -> VtkValues:

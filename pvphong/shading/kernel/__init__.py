@@ -192,11 +192,11 @@ def shade(
     if result.base is not None or not rgb.flags.c_contiguous or library is None:
         return False
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
-    if not records.fits(whole, library.toolkit, real.name):
+    if not records.fits(whole, library.toolkit, _name_of(real)):
         return False
     read = [points] * whole.needs_points + [normals] * whole.needs_normals
     stored = np.result_type(real, *read)
-    request = Request(equation, stored.name, real.name)
+    request = Request(equation, _name_of(stored), _name_of(real))
     if channels is not None:
         channels = np.ascontiguousarray(channels, real)
     call = _prepared(
@@ -224,6 +224,11 @@ def shade(
             _light_declined(points[part], normals[part], shades, equation, rgb[part], rows, seen)
     _Process.has_run = True
     return True
+
+
+@functools.cache
+def _name_of(kind: np.dtype[Any]) -> str:
+    return kind.name  # NumPy takes microseconds to put it together
 
 
 def _prepared(request: Request, library: Library, waits: bool, **flags: Any) -> Call | None:
@@ -264,8 +269,9 @@ def find_bounds(rows: FloatArray) -> tuple[Float64Array, Float64Array] | None:
     if library is None or rows.dtype not in (np.float32, np.float64) or not is_plain(rows, rows.dtype):
         return None
     try:
-        search = library.at_hand.extremes(rows.dtype.name)
-    except NotCompiled:
+        search = library.at_hand.extremes(_name_of(rows.dtype))
+    except NotCompiled as missing:
+        ask_for(missing.key, None, library.lock)
         return None
     found = np.full((-(-len(rows) // _SEARCHED), 6), np.nan)
 

@@ -15,8 +15,8 @@ from numba import carray
 from pvphong.shading.kernel import adding, colors, loading, prefetch, sunlight, ways
 from pvphong.shading.kernel import rows as at
 from pvphong.shading.kernel.arithmetic import inlined, plain
-from pvphong.shading.kernel.pointers import call_light, call_reflectance, like, nowhere, shifted
-from pvphong.shading.kernel.rows import BLOCK
+from pvphong.shading.kernel.pointers import call_light, call_reflectance, like, nowhere, shifted, taken
+from pvphong.shading.kernel.rows import BLOCK, GROUP
 from pvphong.shading.kernel.vectors import in_type
 
 
@@ -140,8 +140,6 @@ def _light(
 ) -> bool:
     """Colours of one block's vertices, in its rows; whether no vertex is declined."""
     good = True
-    if s.needs_normals or s.needs_points:
-        loading.unmark(rows)
     if s.needs_normals:
         good = _load_normals(normals, first, count, s, rows, wide) & good
     places = nowhere(wide)
@@ -179,6 +177,43 @@ def _store(first: int, count: int, rgb: Any, display: Any, s: Any, rows: Any) ->
         colors.join(rows, like(rows, s.low), like(rows, s.high), rgb, first, count)
 
 
+@inlined
+def _light_group(
+    start: int,
+    stop: int,
+    points: Any,
+    normals: Any,
+    albedo: Any,
+    channels: Any,
+    rgb: Any,
+    display: Any,
+    s: Any,
+    terms: Any,
+    numbers: Any,
+    rows: Any,
+    wide: Any,
+    declined: Any,
+) -> bool:
+    """Light vertices from `start` up to `stop`; whether none is declined, else each one is noted."""
+    none = True
+    for first in range(start, stop, BLOCK):
+        count = min(stop - first, BLOCK)
+        if s.is_sunlit and count == BLOCK and sunlight.shine_on(normals, first, s, terms[0], rgb):
+            continue
+        is_like_first = s.is_even and first != start
+        if is_like_first or _light(
+            first, count, points, normals, albedo, channels, rgb, display, s, terms, numbers, rows, wide
+        ):
+            _store(first, count, rgb, display, s, rows)
+            continue
+        none = False
+        for i in range(count):
+            declined[first - start + i] = rows[at.DECLINED + i] != 0.0
+        loading.unmark(rows)
+        _store(first, count, rgb, display, s, rows)
+    return none
+
+
 def shade(
     points: Any,
     normals: Any,
@@ -189,13 +224,15 @@ def shade(
     settings: Any,
     terms: Any,
     numbers: Any,
-    start: int,
-    stop: int,
+    begun: Any,
+    count: int,
     rows: Any,
     wide: Any,
     declined: Any,
-) -> bool:
-    """Light vertices from `start` up to `stop`; whether none is declined, else each one is noted.
+) -> int:
+    """Light group after group until none is left, or a vertex is declined: then gives its group's first, else -1.
+
+    Several threads may do so at once with one `begun`.
 
     Parameters
     ----------
@@ -207,30 +244,26 @@ def shade(
         Where the colours go: floats, or bytes if `is_display`.
     settings, terms, numbers
         The equation, as `records` has it.
-    start, stop : int
-        Indices of vertices.
+    begun
+        How many vertices some thread has begun with, all from the first on: one number.
+    count : int
+        Of vertices.
     rows, wide
         Scratch memory: `ROWS` numbers, and 3 · `BLOCK` of float64.
     declined
-        A byte for each vertex from `start` on, 0; becomes 1 for those that the reference has to light.
+        A byte for each vertex of a group, 0; becomes 1 for those that the reference has to light.
     """
     s = carray(settings, (1,))[0]
     lights = carray(terms, (s.count,))
+    loading.unmark(rows)
     adding.fill(rows, at.VX, *in_type(s.to_eye, rows))
     adding.fill(rows, at.AX, *in_type(s.to_eye, rows))
-    none = True
-    for first in range(start, stop, BLOCK):
-        count = min(stop - first, BLOCK)
-        if s.is_sunlit and count == BLOCK and sunlight.shine_on(normals, first, s, lights[0], rgb):
-            continue
-        is_like_first = s.is_even and first != start
-        if is_like_first or _light(
-            first, count, points, normals, albedo, channels, rgb, display, s, lights, numbers, rows, wide
+    start = taken(begun, GROUP)
+    while start < count:
+        stop = min(start + GROUP, count)
+        if not _light_group(
+            start, stop, points, normals, albedo, channels, rgb, display, s, lights, numbers, rows, wide, declined
         ):
-            _store(first, count, rgb, display, s, rows)
-            continue
-        none = False
-        for i in range(count):
-            declined[first - start + i] = rows[at.DECLINED + i] != 0.0
-        _store(first, count, rgb, display, s, rows)
-    return none
+            return start
+        start = taken(begun, GROUP)
+    return -1

@@ -12,6 +12,7 @@ import functools
 import inspect
 import sys
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 from types import CodeType
@@ -54,6 +55,9 @@ _SOURCES = (
 )
 
 _BYTES, _FLOATS, _INDICES = map(types.CPointer, (types.uint8, types.float64, types.int64))
+# Seconds until the disk is asked again for what was not there.
+_PATIENCE = 0.5
+
 _REALS = {"float32": types.float32, "float64": types.float64}
 _OPTIONS = {"error_model": "numpy", "nopython": True}
 
@@ -74,7 +78,8 @@ class Code(CFunc):
         self.compile()
         self.where = int(self.address or 0)
         pointers = [ctypes.c_size_t] * len(signature.args)
-        self.call: Callable[..., int] = ctypes.CFUNCTYPE(ctypes.c_bool, *pointers)(self.where)
+        result = ctypes.c_bool if signature.return_type == types.boolean else ctypes.c_ssize_t
+        self.call: Callable[..., int] = ctypes.CFUNCTYPE(result, *pointers)(self.where)
         """It with addresses and integers, without the interpreter's lock."""
 
     def _compile_uncached(self) -> Any:
@@ -112,6 +117,7 @@ class Library:
     def __init__(self) -> None:
         self._lock = threading.RLock()
         self._codes: dict[Key, Code] = {}
+        self._looks_again: dict[Key, float] = {}
         self._compiles = True
 
     def __len__(self) -> int:
@@ -165,6 +171,8 @@ class Library:
         code = self._codes.get(key)
         if code is not None:
             return code
+        if not self._compiles and time.monotonic() < self._looks_again.get(key, 0.0):
+            raise NotCompiled(key)
         if not self._lock.acquire(blocking=self._compiles):
             raise NotCompiled(key)  # another thread compiles, maybe for seconds
         try:
@@ -173,6 +181,7 @@ class Library:
                 self._codes[key] = Code(function, types_of_arguments, compiles=self._compiles)
             return self._codes[key]
         except _Absent:
+            self._looks_again[key] = time.monotonic() + _PATIENCE
             raise NotCompiled(key) from None
         finally:
             self._lock.release()
@@ -191,7 +200,7 @@ def _driver(stored: Any, real: Any) -> Any:
     arrays = vertices, vertices, reals, reals, reals, _BYTES
     equation = types.CPointer(numba.from_dtype(SETTINGS)), types.CPointer(numba.from_dtype(TERM)), _FLOATS
     scratch = reals, _FLOATS, _BYTES
-    return types.boolean(*arrays, *equation, types.intp, types.intp, *scratch)
+    return types.intp(*arrays, *equation, _INDICES, types.intp, *scratch)
 
 
 def _search(stored: Any) -> Any:

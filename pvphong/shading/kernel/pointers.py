@@ -53,6 +53,16 @@ def is_nowhere(_typing: Any, pointer: Any) -> Any:
     return types.boolean(pointer), generate
 
 
+@intrinsic
+def taken(_typing: Any, counter: Any, count: Any) -> Any:  # noqa: ARG001 Numba wants it by name
+    """A counter's value before so much was added to it, at once, whatever other threads do."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.atomic_rmw("add", *arguments, "monotonic")
+
+    return types.intp(counter, types.intp), generate
+
+
 def _call(result: Any) -> Any:
     """Compiled code that calls a function at an address with three pointers."""
 

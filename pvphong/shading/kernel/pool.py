@@ -48,16 +48,23 @@ def _helpers(_process: int, threads: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, thread_name_prefix="pvphong")
 
 
-def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
-    """Call `work(first, last)` for all ranges of a length from 0 to `stop`, by the calling thread if there is one.
+def together(work: Callable[[], Any], most: int) -> None:
+    """Let threads do one piece of work at once, the calling one among them; `most` of them if there are as many.
 
-    An exception in any of them is raised here, when all threads are done.
+    An exception in any of them is raised here, when all are done.
     """
-    threads = min(count(), -(-stop // step))
-    if threads < 2:
-        for first in range(0, stop, step):
-            work(first, min(first + step, stop))
-        return
+    helpers = min(count(), most) - 1
+    futures = [_helpers(os.getpid(), helpers).submit(work) for _ in range(helpers)]
+    try:
+        work()
+    finally:
+        for future in futures:
+            if not future.cancel():  # those that have not begun have nothing left to do
+                future.result()
+
+
+def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
+    """Call `work(first, last)` for all ranges of a length from 0 to `stop`."""
     ranges, lock = iter(range(0, stop, step)), threading.Lock()
 
     def help_out() -> None:
@@ -68,10 +75,4 @@ def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
                 return
             work(first, min(first + step, stop))
 
-    futures = [_helpers(os.getpid(), threads - 1).submit(help_out) for _ in range(threads - 1)]
-    try:
-        help_out()
-    finally:
-        for future in futures:
-            if not future.cancel():  # those that have not begun have nothing left to do
-                future.result()
+    together(help_out, -(-stop // step))

@@ -1,4 +1,4 @@
-"""Compiled code run over arrays: by several threads, piece by piece where arrays have to be copied."""
+"""Compiled code run over arrays: by several threads, piece by piece where there are many vertices or copies."""
 
 from __future__ import annotations
 
@@ -14,8 +14,10 @@ from pvphong.shading.kernel.rows import BLOCK, GROUP, LINE, ROWS
 
 # Vertices that are copied at a time where arrays are not in the form that compiled code takes: 24 MiB at most.
 COPIED = 2**18
-# Vertices that a thread lights at a time.
-_LIT = 16 * GROUP
+# Vertices that are lit at a time: between two pieces a program can be interrupted.
+_LIT = 2**23
+# Vertices for which it is worth waking another thread.
+_WORTH_HELP = 4 * GROUP
 
 
 class Call:
@@ -30,15 +32,16 @@ class Call:
         Gives indices of vertices that are left to the reference.
         """
         colors = arrays[-1]
-        addresses = [address(array) for array in (*arrays, colors, *self._equation)]
+        begun = np.zeros(1, np.int64)
+        addresses = [address(array) for array in (*arrays, colors, *self._equation, begun)]
         left: list[Any] = []
 
-        def work(first: int, last: int) -> None:
+        def work() -> None:
             memory = Memory.of_thread()
-            if not self._driver(*addresses, first, last, *memory.addresses):
+            while (first := self._driver(*addresses, len(colors), *memory.addresses)) >= 0:
                 left.append(first + memory.declined())
 
-        pool.run(work, len(colors), _LIT)
+        pool.together(work, -(-len(colors) // _WORTH_HELP))
         return left
 
 
@@ -48,7 +51,7 @@ class Memory:
     _all = threading.local()
 
     def __init__(self) -> None:
-        self._arrays = _aligned(ROWS, np.float64), _aligned(3 * BLOCK, np.float64), np.zeros(_LIT, np.uint8)
+        self._arrays = _aligned(ROWS, np.float64), _aligned(3 * BLOCK, np.float64), np.zeros(GROUP, np.uint8)
         self.addresses = tuple(map(address, self._arrays))
         """Of rows, points in float64, and marks of vertices that are declined."""
 
@@ -82,9 +85,9 @@ def _aligned(length: int, dtype: Any) -> Any:
 
 
 def parts(inputs: list[tuple[FloatArray | None, np.dtype[Any]]], count: int) -> Iterator[slice]:
-    """All vertices at once where no array has to be copied, else pieces."""
+    """Long pieces where no array has to be copied, else shorter ones."""
     are_ready = all(array is None or is_plain(array, dtype) for array, dtype in inputs)
-    step = max(count, 1) if are_ready else COPIED
+    step = _LIT if are_ready else COPIED
     return (slice(start, min(start + step, count)) for start in range(0, count, step))
 
 
