@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -38,11 +38,13 @@ class OrenNayar(Reflectance):
 
     sigma: float
 
-    # A + B is at most 1.125, where sigma is 22°.
-    lobes: ClassVar[tuple[Lobe, ...]] = (Lobe("diffuse", takes_albedo=True, needs_viewer=True, largest=1.13),)
-
     def __post_init__(self) -> None:
         object.__setattr__(self, "sigma", check.number("sigma", self.sigma, at_least=0.0, at_most=90.0))
+
+    @property
+    def lobes(self) -> tuple[Lobe, ...]:
+        """A + B is at most 1.125, where sigma is 22°."""
+        return (Lobe("diffuse", takes_albedo=True, needs_viewer=True, largest=1.13),)
 
     @property
     def coefficients(self) -> tuple[float, float]:

@@ -38,9 +38,12 @@ from pvphong.shading.kernel.rows import (
     VZ,
 )
 from pvphong.shading.kernel.sides import polygon_cosine, polygon_power, see_polygon
-from pvphong.shading.kernel.vectors import ZERO_SQUARE, dot, inverse_root, square_of
+from pvphong.shading.kernel.halfway import halfway_sines, mirror_chord
+from pvphong.shading.kernel.vectors import ZERO_SQUARE, dot, inverse_root, root, square_of
 from pvphong.shading.kernel.ways import approach, approach_measured, attenuate, normal_dot
 
+# The inverse length of a normal that is not there is more.
+NO_LENGTH = np.float32(2.0**62)
 ZERO, ONE, TWO = np.float32(0.0), np.float32(1.0), np.float32(2.0)
 
 # Numbers further from 1 are left to the reference: float32 could not hold their products.
@@ -75,6 +78,7 @@ __all__ = [
     "INVERSE",
     "LARGEST",
     "NEARNESS",
+    "NO_LENGTH",
     "NX",
     "NY",
     "NZ",
@@ -98,13 +102,16 @@ __all__ = [
     "dot",
     "holds",
     "inverse_root",
+    "halfway_sines",
     "like",
+    "mirror_chord",
     "multiply_add",
     "normal_dot",
     "only_lambert",
     "polygon_cosine",
     "polygon_power",
     "raise_second",
+    "root",
     "see_cap",
     "see_polygon",
     "shifted",
