@@ -22,8 +22,8 @@ class OrenNayar(Reflectance):
 
     The qualitative model of Oren and Nayar, "Generalization of Lambert's reflectance model" (1994), equation 30. With
     α the greater and β the smaller of the angles from n to l and to v, and φ the angle between l and v around n, it is
-    cos θ · (A + B · max(cos φ, 0) · sin α · tan β). It is reciprocal but for the cosine that every reflectance has. A
-    vertex that cannot see the viewer gets nothing.
+    cos θ · (A + B · max(cos φ, 0) · sin α · tan β). It is reciprocal but for the cosine that every reflectance has. At
+    a sigma of 10 and grazing angles a white surface reflects up to 1.5 % more than all light; more than that never.
 
     Parameters
     ----------
