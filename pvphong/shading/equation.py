@@ -270,8 +270,10 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
         terms = tuple(replace(term, light=PointLight(scene.viewer.position)) for term in terms)
     ambient, diffuse = rgb(material.ambient), rgb(material.diffuse)
     unlit = ambient[0] + diffuse[0], ambient[1] + diffuse[1], ambient[2] + diffuse[2]
-    if terms:
-        unlit = BLACK if reflectance.is_physical else ambient
+    if reflectance.is_physical:  # a light with a position that is off leaves it black
+        unlit = BLACK if terms or any(not light.is_even for light in scene.lights) else unlit
+    elif terms:
+        unlit = ambient
     return replace(
         standard,
         terms=terms,

@@ -49,7 +49,7 @@ class PBR(Microfacets):
     -----
     Source: VTK 9.7's vtkOpenGLPolyDataMapper.cxx (ReplaceShaderLight). Its anisotropy, clear coat, edge tint, index of
     refraction other than 1.5, emissive and other textures, and light from environment textures are not here;
-    `Material.from_property` refuses them by name.
+    `Material.from_property` and `Scene.from_plotter` refuse them by name.
     """
 
     metallic: float = 0.0
