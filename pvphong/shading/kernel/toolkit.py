@@ -16,6 +16,7 @@ import numpy as np
 from pvphong.shading.kernel.adding import lambert
 from pvphong.shading.kernel.arithmetic import multiply_add, plain
 from pvphong.shading.kernel.caps import cap_cosine, cap_power, see_cap
+from pvphong.shading.kernel.halfway import halfway_sines, mirror_chord
 from pvphong.shading.kernel.pointers import like, shifted
 from pvphong.shading.kernel.powers import raise_second
 from pvphong.shading.kernel.rows import (
@@ -38,7 +39,6 @@ from pvphong.shading.kernel.rows import (
     VZ,
 )
 from pvphong.shading.kernel.sides import polygon_cosine, polygon_power, see_polygon
-from pvphong.shading.kernel.halfway import halfway_sines, mirror_chord
 from pvphong.shading.kernel.vectors import ZERO_SQUARE, dot, inverse_root, root, square_of
 from pvphong.shading.kernel.ways import approach, approach_measured, attenuate, normal_dot
 
@@ -100,9 +100,9 @@ __all__ = [
     "cap_cosine",
     "cap_power",
     "dot",
+    "halfway_sines",
     "holds",
     "inverse_root",
-    "halfway_sines",
     "like",
     "mirror_chord",
     "multiply_add",
