@@ -59,6 +59,7 @@ class MeshPhong:
         name: str = "phong",
         matrix: MatrixLike | None = None,
         albedo: Any = None,
+        tangents: Any = None,
         components: bool = False,
         tolerance: float = 0.0,
         precision: Precision = "float32",
@@ -87,6 +88,9 @@ class MeshPhong:
         albedo : array_like or str, optional
             (n_points, 3) colours, or the name of a point array, that multiply the material's ambient and
             diffuse. uint8 counts as 0-255; floats are clipped to [0, 1], a NaN counts as 0.
+        tangents : array_like or str, optional
+            (n_points, 3) vectors along the surface, or the name of a point array, for reflectances that are not the
+            same in all directions; from the mesh's texture coordinates, where u grows, if not given.
         components : bool, default False
             Adds `<name>_ambient`, `<name>_diffuse`, `<name>_specular`, `<name>_emission`, which add up to
             the unclamped colour, `<name>_base` (emission and the light model's ambient) and one
@@ -135,6 +139,7 @@ class MeshPhong:
             name=name,
             matrix=matrix,
             albedo=albedo,
+            tangents=tangents,
             components=components,
             tolerance=tolerance,
             precision=precision,

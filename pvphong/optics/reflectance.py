@@ -57,6 +57,9 @@ class Reflectance(ABC):
 
     lobes: ClassVar[tuple[Lobe, ...]]
 
+    needs: ClassVar[frozenset[str]] = frozenset()
+    """What it reads beside normals and the viewer: "tangents", in `Surface.tangents` and the rows `TX`, `TY`, `TZ`."""
+
     counterpart: ClassVar[tuple[str, float] | None] = None
     """Name of another one that looks much the same, and how many times the shininess it needs for that."""
 

@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import accumulate
 from typing import NamedTuple
 
 from pvphong.base import check
@@ -186,6 +187,22 @@ class Equation:
     def shadowed(self) -> tuple[int, ...]:
         """Places among the scene's lights of those that a vertex may not see all of."""
         return tuple(sorted({term.index for term in self.terms if term.is_shadowed}))
+
+    @cached_property
+    def needs_tangents(self) -> bool:
+        """Whether any light's share depends on the tangent."""
+        return self.needs_normals and "tangents" in self.reflectance.needs
+
+    @cached_property
+    def channels(self) -> dict[str, slice]:
+        """Which rows of `Vertices.channels` hold what, of what is read of them.
+
+        Of "screen" there is one for what is seen of each of the scene's lights, and one for the sky; "tangents" are x,
+        y and z.
+        """
+        sizes = {"screen": self.has_screen * (self.lights + 1), "tangents": self.needs_tangents * 3}
+        ends = accumulate(sizes.values())
+        return {kind: slice(end - size, end) for (kind, size), end in zip(sizes.items(), ends, strict=True) if size}
 
     @property
     def has_screen(self) -> bool:

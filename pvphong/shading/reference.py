@@ -40,7 +40,7 @@ class Block(NamedTuple):
     """Where v does not exist (the eye on the vertex, or a vertex that is not finite); False for nowhere."""
     albedo: FloatArray | None
     seen: FloatArray | None
-    """Parts of each light, and in the last row of the sky, that nothing blocks."""
+    """Parts of each light, and in the last row of the sky, that nothing blocks; None where that is not asked for."""
 
 
 def shade(
@@ -66,7 +66,7 @@ def shade(
     result : Shading
         `rgb` is filled in, the others are added to; their type is the precision.
     channels : ndarray, optional
-        Shape (lights + 1, n): what each vertex sees of each light, and of the sky, where the equation asks for it.
+        Shape (k, n): what `equation.channels` says.
     """
     is_even = not (equation.needs_points or equation.needs_normals or equation.is_occluded or albedo is not None)
     for start in range(0, len(points), BLOCK):
@@ -75,9 +75,9 @@ def shade(
             _repeat(result, part)
             continue
         shades = None if albedo is None else albedo[part]
-        seen = None if channels is None else channels[:, part].astype(result.rgb.dtype, copy=False)
+        own = None if channels is None else channels[:, part].astype(result.rgb.dtype, copy=False)
         with np.errstate(divide="ignore", under="ignore", over="ignore"):
-            block = _block(points[part], normals[part], shades, seen, equation, result.rgb.dtype.type)
+            block = _block(points[part], normals[part], shades, own, equation, result.rgb.dtype.type)
             _shade_block(block, equation, _part(result, part))
 
 
@@ -100,7 +100,7 @@ def _block(
     points: FloatArray,
     normals: FloatArray,
     albedo: FloatArray | None,
-    seen: FloatArray | None,
+    channels: FloatArray | None,
     equation: Equation,
     real: Any,
 ) -> Block:
@@ -115,7 +115,13 @@ def _block(
         facing = v if equation.local_facing else _column(equation.to_eye)
         raw = np.where(dot(raw, facing) < 0.0, -raw, raw)
     shades = None if albedo is None else reflectances(albedo).T.astype(real)
-    return Block(p, Surface(raw, inverse_length, v.astype(real, copy=False)), unseen, shades, seen)
+    surface = Surface(raw, inverse_length, v.astype(real, copy=False), _channels(channels, equation, "tangents"))
+    return Block(p, surface, unseen, shades, _channels(channels, equation, "screen"))
+
+
+def _channels(channels: FloatArray | None, equation: Equation, kind: str) -> FloatArray | None:
+    """Those of a kind; None where they are not asked for."""
+    return None if channels is None or kind not in equation.channels else channels[equation.channels[kind]]
 
 
 def _points(points: FloatArray, equation: Equation) -> Float64Array:

@@ -11,9 +11,11 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from pvphong.base import check
 from pvphong.base.types import ByteArray, Float64Array, FloatArray
 from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
-from pvphong.meshes.lit import at_points, point_normals
+from pvphong.meshes.lit import point_normals
+from pvphong.meshes.per_point import at_points
 from pvphong.meshes.shadows import Among, visibility_of
 from pvphong.meshes.surfaces import has_normals, surface
+from pvphong.meshes.textures import tangents_from
 from pvphong.optics.material import Material, check_material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, light_labels
@@ -120,7 +122,8 @@ class LiveMesh:
         if state == self._drawn_for and not self._viewer_moved(scene):
             return False
         screen = self._screen(scene, among, samples) if scene.light_model.needs_rays else None
-        vertices = Vertices(self.drawn.points, lambda: self.normals, self._current_albedo(), screen)
+        tangents = tangents_from(self.drawn, None, lambda: self.normals)
+        vertices = Vertices(self.drawn.points, lambda: self.normals, self._current_albedo(), screen, tangents=tangents)
         self._plan = Plan.of(scene, self.material, vertices, matrix=self.matrix)
         self._plan.run_for_display(vertices, self.colors)
         self._drawn_for, self._viewer = state, scene.viewer
@@ -243,7 +246,7 @@ class LiveMesh:
             albedo = arrays[albedo]
             if not isinstance(self.mesh, pv.PolyData):
                 return albedo
-        return at_points(albedo, self._points, self._n_whole)
+        return at_points("albedo", albedo, self._points, self._n_whole)
 
     def _arrays(self) -> Any:
         """Where a named albedo is looked up: the user's point arrays, which may be replaced at any time."""
@@ -264,11 +267,11 @@ class _Same:
 
 
 def _geometry_of(mesh: pv.DataSet) -> Any:
-    """What identifies a mesh's points, faces and normals, and their last edit."""
+    """What identifies a mesh's points, faces, normals and texture coordinates, and their last edit."""
     if not isinstance(mesh, pv.PolyData):
         return mesh.GetMTime()
-    normals = mesh.GetPointData().GetNormals()
-    parts = (mesh.GetPoints(), mesh.GetPolys(), mesh.GetStrips(), normals)
+    data = mesh.GetPointData()
+    parts = (mesh.GetPoints(), mesh.GetPolys(), mesh.GetStrips(), data.GetNormals(), data.GetTCoords())
     editions = (None if part is None else _edition(part) for part in parts)
     return mesh.GetNumberOfPoints(), *editions  # what resizes an array in place need not say that it is modified
 

@@ -50,7 +50,7 @@ class Plan:
     effects : mapping of str to Decision
         Every effect that exists, in the order in which they are left out: whether it is on, and why.
     needs : frozenset of str
-        What will be read, of "points", "normals" and "viewer".
+        What will be read, of "points", "normals", "tangents" and "viewer".
     view_dependent : bool
         Whether the colours change when the viewer moves.
     tolerance : float
@@ -256,6 +256,7 @@ def _needs(equation: Equation) -> frozenset[str]:
     needs = {
         "points": equation.needs_points or equation.has_screen,
         "normals": equation.needs_normals or equation.has_screen,
+        "tangents": equation.needs_tangents,
         "viewer": equation.has_highlights or equation.is_flipped,
     }
     return frozenset(name for name, needed in needs.items() if needed)

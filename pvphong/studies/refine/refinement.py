@@ -13,7 +13,8 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Precision
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.edges import ORIGINAL_POINT, FeatureAngle
-from pvphong.meshes.lit import point_normals, surface_and_albedo
+from pvphong.meshes.lit import point_normals
+from pvphong.meshes.per_point import surface_with
 from pvphong.meshes.sharing import sharing
 from pvphong.meshes.surfaces import has_faces
 from pvphong.optics.material import Material, check_material
@@ -223,7 +224,8 @@ def _lit_triangles(
     feature_angle: FeatureAngle,
 ) -> _LitTriangles:
     check_material(material)
-    source, given = surface_and_albedo(mesh, albedo, feature_angle)
+    source, found = surface_with(mesh, {"albedo": albedo}, feature_angle)
+    given = found["albedo"]
     scene = scene_for(source, given_scene, matrix)
     refuse_rays(scene, "where colours inside of triangles count")
     if not has_faces(source):

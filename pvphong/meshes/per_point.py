@@ -1,0 +1,73 @@
+"""What is given for each point of a mesh, as an array or by its name, at the points of the surface that is lit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from pvphong.base import check
+from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
+from pvphong.meshes.surfaces import surface
+from pvphong.shading.albedo import checked_albedo
+
+_TO_POINTS = "mesh.cell_data_to_point_data() turns cell arrays into point arrays."
+
+
+def surface_with(
+    mesh: pv.DataSet, given: Mapping[str, Any], feature_angle: FeatureAngle = None
+) -> tuple[pv.PolyData, dict[str, Any]]:
+    """The surface, split along its sharp edges, and what was given, at its points.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        It is not modified.
+    given : mapping
+        Argument's name → array with a row for each point of the mesh, or the name of a point array, or None.
+    feature_angle : float, "auto" or None
+        As for `split_sharp_edges`.
+
+    Raises
+    ------
+    ValueError
+        If the mesh has no surface, or no array of a name, or an array has not a row for each point.
+    """
+    arrays = {name: value for name, value in given.items() if not isinstance(value, str | None)}
+    for name, value in arrays.items():
+        if isinstance(value, np.ndarray) and len(value) == mesh.n_cells != mesh.n_points:
+            got = f"{len(value)} rows, one per cell"
+            check.refuse(name, got, f"one per point, {mesh.n_points} rows", _TO_POINTS)
+    whole, found = (surface(mesh), arrays) if isinstance(mesh, pv.PolyData) or not arrays else _carry(mesh, arrays)
+    source, points = split_sharp_edges(whole, feature_angle)
+    found = {name: at_points(name, value, points, whole.n_points) for name, value in found.items()}
+    return source, {name: _named(name, value, mesh, source) for name, value in given.items()} | found
+
+
+def at_points(name: str, given: Any, points: NDArray[Any] | None, count: int) -> Any:
+    """What was given for so many points, at those that `split_sharp_edges` gives."""
+    return given if given is None or points is None else _checked(name, given, count)[points]
+
+
+def _named(name: str, array: str | None, mesh: pv.DataSet, source: pv.PolyData) -> Any:
+    if not isinstance(array, str):
+        return None
+    if array in mesh.cell_data and array not in source.point_data:
+        check.refuse(name, f"{array!r}, a cell array", "a point array", _TO_POINTS)
+    return source.point_data[check.choice(name, array, source.point_data.keys())]
+
+
+def _carry(mesh: pv.DataSet, arrays: Mapping[str, Any]) -> tuple[pv.PolyData, dict[str, Any]]:
+    """Arrays for a mesh with points inside, carried along to its surface."""
+    carrier = mesh.copy(deep=False)
+    for name, value in arrays.items():
+        carrier.point_data[f"_pvphong_{name}"] = _checked(name, value, mesh.n_points)
+    source = surface(carrier)
+    return source, {name: source.point_data.pop(f"_pvphong_{name}") for name in arrays}
+
+
+def _checked(name: str, given: Any, count: int) -> Any:
+    return checked_albedo(given, count) if name == "albedo" else check.array(name, given, count=count)
