@@ -85,9 +85,11 @@ class MeshPhong:
             Name of the array, shape (n_points, 3), linear RGB in [0, 1]; it becomes the active scalars.
         matrix : array_like, optional
             (4, 4) model matrix, as on an actor. It takes part in the lighting; the points stay as they are.
-        albedo : array_like or str, optional
+        albedo : array_like, str or pyvista.Texture, optional
             (n_points, 3) colours, or the name of a point array, that multiply the material's ambient and
-            diffuse. uint8 counts as 0-255; floats are clipped to [0, 1], a NaN counts as 0.
+            diffuse. uint8 counts as 0-255; floats are clipped to [0, 1], a NaN counts as 0. Of a texture, the colours
+            at the mesh's texture coordinates: bilinear, with its `wrap`, and as linear light where it says that they
+            are sRGB; see `pvphong.meshes.textures.texture_colors`.
         tangents : array_like or str, optional
             (n_points, 3) vectors along the surface, or the name of a point array, for reflectances that are not the
             same in all directions; from the mesh's texture coordinates, where u grows, if not given.
@@ -468,8 +470,8 @@ class BlocksPhong:
             One for all, or block's name → material; of a block inside a block the names with "/" between them. Blocks
             that are not named have that of the name "default".
         **options
-            As for a single dataset; `albedo` is the name of a point array that every block has, and `visibility` is
-            what `visibility` gives. Blocks shadow each other.
+            As for a single dataset; `albedo` is a texture, or the name of a point array that every block has, and
+            `visibility` is what `visibility` gives. Blocks shadow each other.
 
         Raises
         ------
@@ -553,14 +555,14 @@ class BlocksPhong:
         name: str = "phong",
         placement: Placement = "linear",
         matrix: MatrixLike | None = None,
-        albedo: str | None = None,
+        albedo: Any = None,
         precision: Precision = "float32",
         feature_angle: FeatureAngle = None,
     ) -> pv.MultiBlock:
         """A new MultiBlock of refined meshes, each block by itself; see `MeshPhong.refine`.
 
-        `material` may be a mapping, as for `shade`; `max_points` is for each block, `albedo` the name of a point array
-        that every block has.
+        `material` may be a mapping, as for `shade`; `max_points` is for each block, `albedo` a texture, or the name of
+        a point array that every block has.
         """
         scene, materials = self._scene(scene, matrix), self._materials(material)
         return map_blocks(
@@ -585,12 +587,13 @@ class BlocksPhong:
         material: Material | Mapping[str, Material] = _DULL,
         *,
         matrix: MatrixLike | None = None,
-        albedo: str | None = None,
+        albedo: Any = None,
         feature_angle: FeatureAngle = None,
     ) -> pv.MultiBlock:
         """A new MultiBlock of meshes with the errors inside triangles; see `MeshPhong.interpolation_error`.
 
-        `material` may be a mapping, as for `shade`; `albedo` is the name of a point array that every block has.
+        `material` may be a mapping, as for `shade`; `albedo` is a texture, or the name of a point array that every
+        block has.
         """
         scene, materials = self._scene(scene, matrix), self._materials(material)
         return map_blocks(

@@ -61,8 +61,9 @@ def shade_mesh(
         Name of the (n_points, 3) array, and first part of the names of all others.
     matrix : array_like, optional
         (4, 4) model matrix. It takes part in the lighting only: the mesh's points stay where they are.
-    albedo : array_like or str, optional
-        (n_points, 3) array, or the name of a point array.
+    albedo : array_like, str or pyvista.Texture, optional
+        (n_points, 3) array, or the name of a point array, or a texture, as `pvphong.meshes.textures.texture_colors`
+        takes it.
     tangents : array_like or str, optional
         As `albedo`: vectors along the surface. From the texture coordinates if not given.
     components : bool, default False

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pvphong.base import check
 from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
 from pvphong.meshes.surfaces import surface
+from pvphong.meshes.textures import is_texture, texture_colors
 from pvphong.shading.albedo import checked_albedo
 
 _TO_POINTS = "mesh.cell_data_to_point_data() turns cell arrays into point arrays."
@@ -27,16 +28,17 @@ def surface_with(
     mesh : pyvista.DataSet
         It is not modified.
     given : mapping
-        Argument's name → array with a row for each point of the mesh, or the name of a point array, or None.
+        Argument's name → array with a row for each point of the mesh, the name of a point array, a texture, or None.
     feature_angle : float, "auto" or None
         As for `split_sharp_edges`.
 
     Raises
     ------
     ValueError
-        If the mesh has no surface, or no array of a name, or an array has not a row for each point.
+        If the mesh has no surface, or no array of a name, or an array has not a row for each point; or for a texture
+        without texture coordinates.
     """
-    arrays = {name: value for name, value in given.items() if not isinstance(value, str | None)}
+    arrays = {k: value for k, value in given.items() if not (isinstance(value, str | None) or is_texture(value))}
     for name, value in arrays.items():
         if isinstance(value, np.ndarray) and len(value) == mesh.n_cells != mesh.n_points:
             got = f"{len(value)} rows, one per cell"
@@ -44,7 +46,7 @@ def surface_with(
     whole, found = (surface(mesh), arrays) if isinstance(mesh, pv.PolyData) or not arrays else _carry(mesh, arrays)
     source, points = split_sharp_edges(whole, feature_angle)
     found = {name: at_points(name, value, points, whole.n_points) for name, value in found.items()}
-    return source, {name: _named(name, value, mesh, source) for name, value in given.items()} | found
+    return source, {name: _found(name, value, mesh, source) for name, value in given.items()} | found
 
 
 def at_points(name: str, given: Any, points: NDArray[Any] | None, count: int) -> Any:
@@ -52,12 +54,15 @@ def at_points(name: str, given: Any, points: NDArray[Any] | None, count: int) ->
     return given if given is None or points is None else _checked(name, given, count)[points]
 
 
-def _named(name: str, array: str | None, mesh: pv.DataSet, source: pv.PolyData) -> Any:
-    if not isinstance(array, str):
+def _found(name: str, given: Any, mesh: pv.DataSet, source: pv.PolyData) -> Any:
+    """What the surface has itself: of an array's name the array, of a texture its colours."""
+    if is_texture(given):
+        return texture_colors(given, source)
+    if not isinstance(given, str):
         return None
-    if array in mesh.cell_data and array not in source.point_data:
-        check.refuse(name, f"{array!r}, a cell array", "a point array", _TO_POINTS)
-    return source.point_data[check.choice(name, array, source.point_data.keys())]
+    if given in mesh.cell_data and given not in source.point_data:
+        check.refuse(name, f"{given!r}, a cell array", "a point array", _TO_POINTS)
+    return source.point_data[check.choice(name, given, source.point_data.keys())]
 
 
 def _carry(mesh: pv.DataSet, arrays: Mapping[str, Any]) -> tuple[pv.PolyData, dict[str, Any]]:

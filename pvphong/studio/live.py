@@ -15,7 +15,7 @@ from pvphong.meshes.lit import point_normals
 from pvphong.meshes.per_point import at_points
 from pvphong.meshes.shadows import Among, visibility_of
 from pvphong.meshes.surfaces import has_normals, surface
-from pvphong.meshes.textures import tangents_from
+from pvphong.meshes.textures import is_texture, tangents_from, texture_colors, texture_edition
 from pvphong.optics.material import Material, check_material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, light_labels
@@ -53,9 +53,9 @@ class LiveMesh:
         The user's mesh; edits to it are followed, and it is not modified.
     material : Material or Finish
         A material of its own, or one that is shared with others.
-    albedo : str, array_like or None
-        As for `shade`; can be set at any time. A named array is followed when it is edited or replaced; of an
-        array that is given, edits are not seen.
+    albedo : str, array_like, texture or None
+        As for `shade`; can be set at any time. A named array or a texture is followed when it is edited or replaced; of
+        an array that is given, edits are not seen.
     feature_angle : float, "auto" or None, default None
         Degrees from which edges are sharp, as for `shade`.
     casts_shadows : bool, default True
@@ -209,8 +209,14 @@ class LiveMesh:
             None if matrix is None else matrix.tobytes(),
             self._geometry,
             self.albedo if isinstance(self.albedo, str) else None,
-            _edition(named) if hasattr(named, "GetMTime") else _Same(named),
+            self._edition_of(named),
         )
+
+    @staticmethod
+    def _edition_of(albedo: Any) -> Any:
+        if is_texture(albedo):
+            return texture_edition(albedo)
+        return _edition(albedo) if hasattr(albedo, "GetMTime") else _Same(albedo)
 
     def _follow_geometry(self) -> None:
         """Share the user's points, faces and arrays again where they have been replaced or edited."""
@@ -240,6 +246,8 @@ class LiveMesh:
     def _current_albedo(self) -> Any:
         """At the points that are drawn: edges of the user's mesh may have been split."""
         albedo = self.albedo
+        if is_texture(albedo):
+            return texture_colors(albedo, self.drawn)
         if isinstance(albedo, str):
             arrays = self._arrays()
             check.choice("albedo", albedo, arrays.keys())

@@ -87,8 +87,8 @@ def refine(
         stays straight, so that cracks cannot open and creases with points of their own stay sharp.
     matrix : array_like, optional
         (4, 4) model matrix. It takes part in the lighting only: the mesh's points stay where they are.
-    albedo : array_like or str, optional
-        (n_points, 3) array, or the name of a point array; it is interpolated like the colours.
+    albedo : array_like, str or pyvista.Texture, optional
+        As for `mesh.phong.shade`, at the mesh's own points; it is interpolated like the colours.
     precision : {"float32", "float64"}
         Of the colours in the result. They are evaluated in float64.
     feature_angle : float, "auto" or None, default None
