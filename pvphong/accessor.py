@@ -59,6 +59,9 @@ class MeshPhong:
         name: str = "phong",
         matrix: MatrixLike | None = None,
         albedo: Any = None,
+        specular: Any = None,
+        shininess: Any = None,
+        roughness: Any = None,
         tangents: Any = None,
         components: bool = False,
         tolerance: float = 0.0,
@@ -90,6 +93,9 @@ class MeshPhong:
             diffuse. uint8 counts as 0-255; floats are clipped to [0, 1], a NaN counts as 0. Of a texture, the colours
             at the mesh's texture coordinates: bilinear, with its `wrap`, and as linear light where it says that they
             are sRGB; see `pvphong.meshes.textures.texture_colors`.
+        specular, shininess, roughness : array_like or str, optional
+            (n_points,) numbers, of specular (n_points, 3) colours too, or the name of a point array, in place of the
+            material's or its reflectance's, which are the same at all points; see `pvphong.evaluate`.
         tangents : array_like or str, optional
             (n_points, 3) vectors along the surface, or the name of a point array, for reflectances that are not the
             same in all directions; from the mesh's texture coordinates, where u grows, if not given.
@@ -142,6 +148,7 @@ class MeshPhong:
             matrix=matrix,
             albedo=albedo,
             tangents=tangents,
+            maps={"specular": specular, "shininess": shininess, "roughness": roughness},
             components=components,
             tolerance=tolerance,
             precision=precision,
@@ -253,6 +260,9 @@ class MeshPhong:
         matrix: MatrixLike | None = None,
         tolerance: float = 0.0,
         feature_angle: FeatureAngle = None,
+        specular: Any = None,
+        shininess: Any = None,
+        roughness: Any = None,
         occluders: Any = (),
         visibility: Visibility | None = None,
     ) -> Plan:
@@ -266,6 +276,7 @@ class MeshPhong:
             feature_angle=feature_angle,
             occluders=occluders,
             visibility=visibility,
+            maps={"specular": specular, "shininess": shininess, "roughness": roughness},
         )
 
     def validate(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,16 +14,16 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject
 from pvphong.base import check
 from pvphong.base.types import Backend, FloatArray, MatrixLike, Weighting
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
+from pvphong.meshes.edges import FeatureAngle
 from pvphong.meshes.per_point import surface_with
 from pvphong.meshes.shadows import visibility_of
 from pvphong.meshes.sharing import sharing
-from pvphong.meshes.surfaces import surface, vertex_normals
+from pvphong.meshes.surfaces import vertex_normals
 from pvphong.meshes.textures import tangents_from
 from pvphong.optics.material import Material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, SceneLike, as_scene, light_labels
-from pvphong.shading.equation import Equation
+from pvphong.shading.equation import NO_MAPS, Equation
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.screen import Screen, checked_screen
 from pvphong.shading.vertices import Vertices
@@ -38,6 +38,7 @@ def shade_mesh(
     matrix: MatrixLike | None = None,
     albedo: Any = None,
     tangents: Any = None,
+    maps: Mapping[str, Any] = NO_MAPS,
     components: bool = False,
     tolerance: float = 0.0,
     feature_angle: FeatureAngle = None,
@@ -66,6 +67,8 @@ def shade_mesh(
         takes it.
     tangents : array_like or str, optional
         As `albedo`: vectors along the surface. From the texture coordinates if not given.
+    maps : mapping
+        "specular", "shininess" or "roughness" → array, or the name of a point array, as for `evaluate`; or None.
     components : bool, default False
         Adds arrays `<name>_ambient`, `_diffuse`, `_specular`, `_emission`, `_base`, and one
         `<name>_light_<light's name or index>` for each light.
@@ -97,7 +100,7 @@ def shade_mesh(
         check.refuse("name", name, "a string that is not empty")
     # shared first, and then read: what another thread replaces meanwhile is not half seen
     now = sharing(mesh) if isinstance(mesh, pv.PolyData) else mesh
-    source, given = surface_with(now, {"albedo": albedo, "tangents": tangents}, feature_angle)
+    source, given = surface_with(now, {"albedo": albedo, "tangents": tangents, **maps}, feature_angle)
     scene = scene_for(source, scene, matrix)
     rays = {"occluders": occluders, "visibility": visibility, "tolerance": tolerance, "matrix": matrix}
     vertices = vertices_of(source, **given, scene=scene, backend=backend, **rays)
@@ -126,6 +129,7 @@ def plan(
     feature_angle: FeatureAngle = None,
     occluders: Any = (),
     visibility: Visibility | None = None,
+    maps: Mapping[str, Any] = NO_MAPS,
 ) -> Plan:
     """Which effects will run for a scene, which are left out, and why.
 
@@ -152,6 +156,8 @@ def plan(
         Of a mesh, as for `mesh.phong.shade`.
     occluders, visibility
         Of a mesh, as for `mesh.phong.shade`. No ray is cast: of bare points, what stands before them is not known.
+    maps : mapping
+        Of a mesh, as for `shade_mesh`.
 
     Returns
     -------
@@ -164,10 +170,10 @@ def plan(
         If an argument has the wrong shape, type or range; the message names it.
     """
     if isinstance(mesh_or_points, pv.DataSet):
-        source, _ = split_sharp_edges(surface(mesh_or_points), feature_angle)
+        source, given = surface_with(mesh_or_points, maps, feature_angle)
         scene = scene_for(source, scene, matrix)
         rays: dict[str, Any] = {"occluders": occluders, "visibility": visibility, "matrix": matrix}
-        vertices = vertices_of(source, scene=scene, **rays)
+        vertices = vertices_of(source, scene=scene, **rays, **given)
         return Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     vertices = Vertices(_bare_points(mesh_or_points), None)
     result = Plan.of(as_scene(scene), material, vertices, matrix=matrix, tolerance=tolerance)
@@ -210,6 +216,7 @@ def vertices_of(
     matrix: MatrixLike | None = None,
     tolerance: float = 0.0,
     backend: Backend = "auto",
+    **maps: Any,
 ) -> Vertices:
     """A surface's vertices for a scene; normals, tangents and rays are found when they are first asked for."""
     normals = functools.cache(lambda: point_normals(source, backend=backend))
@@ -218,7 +225,8 @@ def vertices_of(
         screen = checked_screen("visibility", visibility, source.points, matrix, scene)
     elif scene.light_model.needs_rays:
         screen = visibility_of(source, normals, scene, occluders=occluders, tolerance=tolerance, matrix=matrix)
-    return Vertices(source.points, normals, albedo, screen, tangents=tangents_from(source, tangents, normals))
+    tangents = tangents_from(source, tangents, normals)
+    return Vertices(source.points, normals, albedo, screen, tangents=tangents, maps=maps)
 
 
 def add_visibility(lit: pv.PolyData, name: str, equation: Equation, screen: Screen, labels: Sequence[str]) -> None:

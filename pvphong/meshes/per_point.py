@@ -14,6 +14,7 @@ from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
 from pvphong.meshes.surfaces import surface
 from pvphong.meshes.textures import is_texture, texture_colors
 from pvphong.shading.albedo import checked_albedo
+from pvphong.shading.maps import checked_map
 
 _TO_POINTS = "mesh.cell_data_to_point_data() turns cell arrays into point arrays."
 
@@ -75,4 +76,7 @@ def _carry(mesh: pv.DataSet, arrays: Mapping[str, Any]) -> tuple[pv.PolyData, di
 
 
 def _checked(name: str, given: Any, count: int) -> Any:
-    return checked_albedo(given, count) if name == "albedo" else check.array(name, given, count=count)
+    """An array with a row for each point."""
+    if name == "albedo":
+        return checked_albedo(given, count)
+    return check.array(name, given, count=count) if name == "tangents" else checked_map(name, given, count)

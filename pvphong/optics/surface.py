@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -32,12 +33,19 @@ class Surface:
     raw_tangents : ndarray or None
         Unit vectors along the surface, not quite across its normals; zero where there is none. Only where the
         reflectance needs them.
+    maps : mapping
+        Field of the reflectance → numbers, shape (n,), that stand in its place.
     """
 
     raw: FloatArray
     inverse_length: FloatArray
     to_viewer: FloatArray
     raw_tangents: FloatArray | None = None
+    maps: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    def given(self, name: str, usual: float) -> Any:
+        """A reflectance's field vertex by vertex, if it is given so, else its usual value."""
+        return self.maps.get(name, usual)
 
     @cached_property
     def normals(self) -> FloatArray:

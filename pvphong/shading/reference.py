@@ -13,6 +13,7 @@ follows is computed in the precision asked for.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -41,6 +42,8 @@ class Block(NamedTuple):
     albedo: FloatArray | None
     seen: FloatArray | None
     """Parts of each light, and in the last row of the sky, that nothing blocks; None where that is not asked for."""
+    specular: FloatArray | None
+    """What specular colours are multiplied by, (3, block)."""
 
 
 def shade(
@@ -115,8 +118,10 @@ def _block(
         facing = v if equation.local_facing else _column(equation.to_eye)
         raw = np.where(dot(raw, facing) < 0.0, -raw, raw)
     shades = None if albedo is None else reflectances(albedo).T.astype(real)
-    surface = Surface(raw, inverse_length, v.astype(real, copy=False), _channels(channels, equation, "tangents"))
-    return Block(p, surface, unseen, shades, _channels(channels, equation, "screen"))
+    of = partial(_channels, channels, equation)
+    maps = {name: rows[0] for name in equation.fields_with_maps if (rows := of(name)) is not None}
+    surface = Surface(raw, inverse_length, v.astype(real, copy=False), of("tangents"), maps)
+    return Block(p, surface, unseen, shades, of("screen"), of("specular"))
 
 
 def _channels(channels: FloatArray | None, equation: Equation, kind: str) -> FloatArray | None:
@@ -154,8 +159,10 @@ def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
         strength, factors = _factors(block, equation.reflectance, term)
         _add(term.ambient, strength if sky is None else strength * sky, block.albedo, color, result.ambient, share)
         for lobe, coefficients, factor in zip(equation.reflectance.lobes, term.colors, factors, strict=True):
-            albedo = block.albedo if lobe.takes_albedo else None
-            _add(coefficients, factor, albedo, color, getattr(result, lobe.component), share)
+            tint = block.albedo if lobe.takes_albedo else None
+            if block.specular is not None and lobe.component == "specular":
+                tint = block.specular if tint is None else tint * block.specular
+            _add(coefficients, factor, tint, color, getattr(result, lobe.component), share)
     if equation.clamp:
         np.clip(color, 0.0, 1.0, out=color)
     result.rgb[:] = color.T

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from pvphong.geometry.transform import transform_vectors
 from pvphong.shading import kernel
 from pvphong.shading.albedo import checked_albedo
 from pvphong.shading.equation import Equation
+from pvphong.shading.maps import Maps
 from pvphong.shading.screen import Screen, channels_for
 
 _TO_TANGENTS = (
@@ -43,6 +45,8 @@ class Vertices:
     tangents : array_like or callable, optional
         Shape (n, 3), of any length but 0: directions along the surface, for reflectances that are not the same in all
         of them; or what gives them, as for normals.
+    maps : mapping, optional
+        What of the material is given vertex by vertex, as `Maps` takes it.
     screen : Screen, optional
         What stands before them, for scenes with shadows or ambient occlusion.
 
@@ -60,11 +64,13 @@ class Vertices:
         screen: Screen | None = None,
         *,
         tangents: Any | Callable[[], Any] | None = None,
+        maps: Mapping[str, Any] = MappingProxyType({}),
     ) -> None:
         self.points: FloatArray = check.array("points", points)
         self._normals = normals if callable(normals) else self._checked("normals", normals)
         self.albedo: Any = None if albedo is None else checked_albedo(albedo, len(self.points))
         self.screen = screen
+        self.maps = Maps(maps, len(self.points))
         self._tangents = tangents if callable(tangents) else self._checked("tangents", tangents)
 
     def __repr__(self) -> str:
@@ -115,7 +121,7 @@ class Vertices:
             "screen": lambda equation: channels_for(equation, self.screen),
             "tangents": self._turned_tangents,
         }
-        kinds = [of[kind](equation) for kind in equation.channels]
+        kinds = [of[kind](equation) if kind in of else self.maps.rows(kind) for kind in equation.channels]
         return np.concatenate(kinds) if len(kinds) > 1 else next(iter(kinds), None)
 
     def _turned_tangents(self, equation: Equation) -> FloatArray:

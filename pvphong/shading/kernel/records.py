@@ -120,6 +120,8 @@ class Records(NamedTuple):
 def fits(equation: Equation, toolkit: Any, real: str) -> bool:
     """Whether compiled code can take the equation: all have stages, and numbers are within its range."""
     lobes = equation.reflectance.lobes
+    if equation.maps:
+        return False
     if len(lobes) > _MOST_LOBES or equation.reflectance.stage(toolkit, (True,) * len(lobes)) is None:
         return False
     if equation.matrix is not None:

@@ -107,7 +107,8 @@ class Plan:
             normal_matrix(matrix)  # refuses what cannot light, also where the scene does not need it
         if scene.viewer is None:
             scene = scene.framed(vertices.bounds(None if matrix is None else check.matrix4("matrix", matrix)))
-        return cls.of_equation(beside_the_mesh(assemble(scene, material, matrix)), vertices, tolerance)
+        whole = assemble(scene, vertices.maps.brightest(material), matrix, vertices.maps.ranges)
+        return cls.of_equation(beside_the_mesh(whole), vertices, tolerance)
 
     @classmethod
     def of_equation(cls, whole: Equation, vertices: Vertices, tolerance: float = 0.0) -> Plan:
