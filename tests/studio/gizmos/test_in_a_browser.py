@@ -35,7 +35,7 @@ def opened(request, browser):
 
 @pytest.fixture
 def page(opened):
-    """The page, its lights as at first, the pointer away from them, where a click has told the browser who gets keys."""
+    """The page, its lights as at first, the pointer away from them. A click tells the browser where keys are to go."""
     opened.click((3, 3))
     return opened
 
