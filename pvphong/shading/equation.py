@@ -8,10 +8,12 @@ both, and the evaluators know nothing of conventions.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from itertools import accumulate
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from pvphong.base import check
 from pvphong.base.ranges import BRIGHTEST, FARTHEST
@@ -27,6 +29,8 @@ from pvphong.scene.scene import Scene, light_labels
 
 BLACK: Vector = (0.0, 0.0, 0.0)
 _WHITE = (1.0, 1.0, 1.0)
+
+NO_MAPS: Mapping[str, tuple[float, float]] = MappingProxyType({})
 
 NODES = 64
 """As so many lights a light with a size is evaluated where there is no closed form."""
@@ -123,6 +127,9 @@ class Equation:
         Whether the matrix changes the directions of normals.
     is_occluded : bool
         Whether ambient light, the light model's and the lights', is multiplied by the open part of the sky.
+    maps : mapping
+        What stands vertex by vertex in place of the reflectance's field of that name, or is multiplied with specular
+        colours → its least and its greatest.
     """
 
     terms: tuple[LightTerm, ...]
@@ -139,6 +146,30 @@ class Equation:
     matrix: Float64Array | None
     turns_normals: bool
     is_occluded: bool = False
+    maps: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    @cached_property
+    def extremes(self) -> tuple[Reflectance, ...]:
+        """What the reflectance may be at a vertex: those with the greatest bounds; see `Reflectance.extremes`."""
+        found: tuple[Reflectance, ...] = (self.reflectance,)
+        for name, (low, high) in self.fields_with_maps.items():
+            found = tuple(extreme for each in found for extreme in each.extremes(name, low, high))
+        return found
+
+    @property
+    def fields_with_maps(self) -> dict[str, tuple[float, float]]:
+        """Fields of the reflectance that are given vertex by vertex, as in `maps`."""
+        return {name: ends for name, ends in self.maps.items() if name != "specular"}
+
+    def largest(self, lobe: int) -> float:
+        """The largest factor of a lobe at any vertex."""
+        return max([reflectance.lobes[lobe].largest for reflectance in self.extremes])
+
+    @property
+    def forms(self) -> tuple[CosinePower | None, ...]:
+        """As the reflectance's; None where they are not the same at all vertices."""
+        forms, diffuse = self.reflectance.forms, self.lobes_of("diffuse")
+        return tuple(form if k in diffuse else None for k, form in enumerate(forms)) if self.fields_with_maps else forms
 
     @cached_property
     def needs_normals(self) -> bool:
@@ -187,6 +218,24 @@ class Equation:
         """Places among the scene's lights of those that a vertex may not see all of."""
         return tuple(sorted({term.index for term in self.terms if term.is_shadowed}))
 
+    @cached_property
+    def needs_tangents(self) -> bool:
+        """Whether any light's share depends on the tangent."""
+        return self.needs_normals and "tangents" in self.reflectance.needs
+
+    @cached_property
+    def channels(self) -> dict[str, slice]:
+        """Which rows of `Vertices.channels` hold what, of what is read of them.
+
+        Of "screen" there is one for what is seen of each of the scene's lights, and one for the sky; "tangents" are x,
+        y and z, and the maps have their names.
+        """
+        sizes = {"screen": self.has_screen * (self.lights + 1), "tangents": self.needs_tangents * 3}
+        if self.needs_normals:
+            sizes |= {name: 3 if name == "specular" else 1 for name in self.maps}
+        ends = accumulate(sizes.values())
+        return {kind: slice(end - size, end) for (kind, size), end in zip(sizes.items(), ends, strict=True) if size}
+
     @property
     def has_screen(self) -> bool:
         """Whether any share depends on what stands before a vertex."""
@@ -203,12 +252,22 @@ class Equation:
         return self.needs_eye or any(not term.light.is_even for term in self.terms)
 
 
-def assemble(scene: Scene, material: Material, matrix: MatrixLike | None) -> Equation:
-    """The equation of a scene and a material, in the scene's convention; the matrix is copied."""
+def assemble(
+    scene: Scene, material: Material, matrix: MatrixLike | None, maps: Mapping[str, tuple[float, float]] = NO_MAPS
+) -> Equation:
+    """The equation of a scene and a material, in the scene's convention; the matrix is copied.
+
+    Raises
+    ------
+    ValueError
+        If the reflectance does not read one of the maps, or in VTK's convention, which has none.
+    """
     copied = None if matrix is None else check.matrix4("matrix", matrix)
     if copied is not None:
         copied.flags.writeable = False
-    standard = _standard(scene, material, copied)
+    standard = (
+        _with_maps(_standard(scene, material, copied), scene, maps) if maps else _standard(scene, material, copied)
+    )
     return standard if scene.light_model.convention == "standard" else _as_vtk(standard, scene, material)
 
 
@@ -248,6 +307,22 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
     )
 
 
+def _with_maps(standard: Equation, scene: Scene, maps: Mapping[str, tuple[float, float]]) -> Equation:
+    """The reflectance has the greatest of the numbers that are given for its fields."""
+    reflectance = standard.reflectance
+    for name in maps:
+        if scene.light_model.convention == "vtk":
+            remedy = "VTK's shader knows but one for all vertices: give it to the Material, or take LightModel()."
+            check.refuse(name, "an array", "None in VTK's convention", remedy)
+        if name not in reflectance.maps:
+            others = ", ".join(sorted(reflectance.maps))
+            remedy = f"It reads {others} of each vertex." if others else "It reads nothing of each vertex but albedo."
+            check.refuse(name, "an array", f"None for {type(reflectance).__name__}", remedy)
+    equation = replace(standard, maps=maps)
+    greatest: dict[str, Any] = {name: high for name, (_, high) in equation.fields_with_maps.items()}
+    return replace(equation, reflectance=replace(reflectance, **greatest))
+
+
 def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     """VTK's reading of the same scene.
 
@@ -280,7 +355,7 @@ def in_parts(equation: Equation) -> Equation:
     """
     if not any(term.light.has_size for term in equation.terms):
         return equation
-    terms = tuple(part for term in equation.terms for part in _parts(term, equation.reflectance.forms))
+    terms = tuple(part for term in equation.terms for part in _parts(term, equation.forms))
     return replace(equation, terms=terms)
 
 

@@ -50,16 +50,14 @@ def checked_screen(name: str, given: Any, points: FloatArray, matrix: MatrixLike
     return cast(Screen, given)
 
 
-def channels_for(equation: Equation, screen: Screen | None) -> FloatArray | None:
-    """What an equation reads; None where it reads nothing.
+def channels_for(equation: Equation, screen: Screen | None) -> FloatArray:
+    """What an equation that has a screen reads of it.
 
     Raises
     ------
     ValueError
-        If it reads something, and there is no screen.
+        If there is none.
     """
-    if not equation.has_screen:
-        return None
     return _refuse_unknown() if screen is None else screen.channels(equation.shadowed, sky=equation.is_occluded)
 
 

@@ -39,6 +39,8 @@ class Shiny(Reflectance):
         Lobe("specular", takes_albedo=False, needs_viewer=True),
     )
 
+    maps: ClassVar[frozenset[str]] = frozenset({"specular", "shininess"})
+
     def __post_init__(self) -> None:
         if self.shininess is not None:
             object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
@@ -46,6 +48,11 @@ class Shiny(Reflectance):
     def of(self, shininess: float) -> Self:
         """With the material's shininess, where it has none of its own."""
         return replace(self, shininess=shininess) if self.shininess is None else self
+
+    def extremes(self, field: str, low: float, high: float) -> tuple[Self, ...]:
+        """With an exponent between 0 and 1, infinitely steep, where there may be one that neither is."""
+        ends = super().extremes(field, low, high)
+        return (*ends, replace(self, shininess=0.5)) if low == 0.0 < high else ends
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
