@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pvphong.base.types import Float64Array, FloatArray
+from pvphong.base.types import Float64Array, FloatArray, IntArray
 from pvphong.base.vectors import unit
 from pvphong.geometry.convex import is_convex
 from pvphong.geometry.extent import Extent
@@ -31,11 +31,19 @@ class Receiver:
         Gives their normals, shape (n, 3), of any length.
     part : int or None
         Which of the occluders' parts its faces are; None where they block nothing.
+    starts : ndarray, optional
+        Shape (n, 3): `beside`, where that is known.
     """
 
     faces: Faces
     normals: Callable[[], FloatArray]
     part: int | None
+    starts: Float64Array | None = None
+
+    def some(self, rows: IntArray) -> Receiver:
+        """Some of its vertices, without faces; their rays begin where they begin here."""
+        faces = Faces(self.points[rows], np.empty((0, 3), np.int64))
+        return Receiver(faces, lambda: self.unit_normals[rows], self.part, self.beside[rows])
 
     @property
     def points(self) -> Float64Array:
@@ -60,4 +68,6 @@ class Receiver:
     @cached_property
     def beside(self) -> Float64Array:
         """The points, a little way into their faces."""
+        if self.starts is not None:
+            return self.starts
         return self.points + into_faces(self.points, self.unit_normals, self.faces.corners)
