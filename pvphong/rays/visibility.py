@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pvphong.base import check
+from pvphong.base import check, progress
 from pvphong.base.text import html_table
 from pvphong.base.types import FloatArray, IntArray
 from pvphong.optics.light import Light
@@ -36,8 +36,8 @@ class StandardError(NamedTuple):
 class Visibility:
     """What every vertex of a mesh sees of each light, and of the sky: arrays to keep, and to shade with again.
 
-    Each is computed when it is first read, and kept. Lights may then be dimmed, tinted and switched without a ray;
-    one that has moved is refused.
+    Each is computed when it is first read, and kept; nothing is kept of one that is interrupted. Lights may then be
+    dimmed, tinted and switched without a ray; one that has moved is refused.
 
     Parameters
     ----------
@@ -206,8 +206,9 @@ class Visibility:
         """Shape (lights + 1, n): `per_light` with `sky` in the last row; rows not asked for may not be computed yet."""
         for index in (*lights, *[len(self.lights)] * sky):
             if index not in self._done:
-                start = time.perf_counter()
-                seen = self._tracer.sky() if index == len(self.lights) else self._tracer.light(self._lights[index])
+                start, is_sky = time.perf_counter(), index == len(self.lights)
+                with progress.about(f"rays to {'the sky' if is_sky else self.lights[index]}"):
+                    seen = self._tracer.sky() if is_sky else self._tracer.light(self._lights[index])
                 self._keep(index, seen.part, seen.error)
                 self.rays += seen.rays
                 self.seconds += time.perf_counter() - start
