@@ -14,9 +14,11 @@ from pvphong.geometry.convex import is_convex
 from pvphong.geometry.extent import Extent
 from pvphong.rays.faces import Faces
 from pvphong.rays.starts import into_faces
+from pvphong.shading.kernel import pool
 
 # Finding out whether a mesh of more faces is convex would take longer than its rays.
 _MOST_FACES = 2**15
+_NORMALS_AT_ONCE = 2**16
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +55,14 @@ class Receiver:
     @cached_property
     def unit_normals(self) -> Float64Array:
         """Shape (n, 3); zero where there is none."""
-        return np.ascontiguousarray(unit(self.normals().T.astype(np.float64))[0].T)
+        normals = self.normals()
+        result = np.empty(normals.shape)
+
+        def work(first: int, last: int) -> None:
+            result[first:last] = unit(normals[first:last].T.astype(np.float64))[0].T
+
+        pool.run(work, len(normals), _NORMALS_AT_ONCE)
+        return result
 
     @cached_property
     def extent(self) -> Extent:
