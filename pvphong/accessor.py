@@ -395,11 +395,13 @@ class MeshPhong:
         tolerance: float = 1.0 / 255.0,
         seconds: float = 20.0,
         matrix: MatrixLike | None = None,
+        occluders: Any = (),
     ) -> Tradeoff:
         """What accuracy costs in time on this mesh, measured; see `pvphong.studies.accuracy.tradeoff`."""
         from pvphong.studies.accuracy import tradeoff
 
-        return tradeoff(self._mesh, scene, material, tolerance=tolerance, seconds=seconds, matrix=matrix)
+        how: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "matrix": matrix, "occluders": occluders}
+        return tradeoff(self._mesh, scene, material, **how)
 
     def plot(self, *, name: str = "phong", **options: Any) -> Any:
         """Show a lit mesh: the colours as they are, clipped to [0, 1], by PyVista's `plot` and with its options.
@@ -638,12 +640,13 @@ class BlocksPhong:
         tolerance: float = 1.0 / 255.0,
         seconds: float = 20.0,
         matrix: MatrixLike | None = None,
+        occluders: Any = (),
     ) -> Tradeoff:
         """What accuracy costs in time on all blocks together, as one surface; see `pvphong.tradeoff`."""
         from pvphong.studies.accuracy import tradeoff
 
-        whole = together(self._blocks)
-        return tradeoff(whole, scene, material, tolerance=tolerance, seconds=seconds, matrix=matrix)
+        how: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "matrix": matrix, "occluders": occluders}
+        return tradeoff(together(self._blocks), scene, material, **how)
 
     def _scene(self, given: SceneLike | None, matrix: MatrixLike | None) -> Scene:
         """One viewer for all blocks."""

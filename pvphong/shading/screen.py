@@ -64,7 +64,7 @@ def channels_for(equation: Equation, screen: Screen | None) -> FloatArray:
 def refuse_rays(scene: Scene, where: str) -> None:
     """Raise ValueError for a scene with shadows or ambient occlusion, where nobody casts rays."""
     if scene.light_model.needs_rays:
-        remedy = "scene.light_model.without_rays() is the same without them."
+        remedy = "scene.light_model.without_rays() is the same without them; mesh.phong.shade of the result casts them."
         check.refuse("light_model", "one with them", f"without shadows and ambient occlusion {where}", remedy)
 
 
