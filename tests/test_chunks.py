@@ -124,7 +124,7 @@ SHORT = r"^normals must be one row per point; got 990 rows beside 1000 rows in p
         ({"normals": "up"}, r"^normals must be an \(n, 3\) array"),
         ({"albedo": cut(ALBEDO, 10)[:1]}, r"^albedo must be one row per point; got 1 rows"),
         ({"albedo": cut(ALBEDO, 10).astype(int)}, r"^albedo must be uint8 or floats"),
-        ({"visibility": cut(SEEN[:2], 10)}, r"^visibility must be of shape \(3, 0\)|shape \(3, n\)"),
+        ({"visibility": cut(SEEN[:2], 10)}, r"^visibility must be what .* or an array of shape \(3, 0\)"),
         ({"scene": "sun"}, r"^scene must be a Scene"),
         ({"material": "gold"}, r"^material must be a Material"),
         ({"matrix": np.eye(3)}, r"^matrix must be a 4x4 matrix"),
@@ -148,7 +148,7 @@ def test_plain_numbers_of_what_is_seen_do_for_numpy_too():
     one = ph.evaluate(ring.points, normals, scene, SHINY, visibility=seen).rgb
     numbers = np.vstack([seen.per_light, seen.sky])
     np.testing.assert_allclose(ph.evaluate(ring.points, normals, scene, SHINY, visibility=numbers).rgb, one, atol=1e-6)
-    with pytest.raises(ValueError, match=r"^visibility must be of shape \(3, \d+\); got an array of shape \(2, "):
+    with pytest.raises(ValueError, match=r"^visibility must be .* of shape \(3, \d+\); got an array of shape \(2, "):
         ph.evaluate(ring.points, normals, scene, SHINY, visibility=numbers[1:])
     with pytest.raises(ValueError, match=r"^visibility must be an array of real numbers, shape \(lights \+ 1, n\)"):
         ph.evaluate(cut(ring.points, 50), normals, scene, SHINY, visibility=seen)

@@ -15,7 +15,8 @@ from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene, light_labels
 from pvphong.shading.equation import Equation
 
-_PARTS = "what mesh.phong.visibility(scene) gives, or an array of shape (lights + 1, n)"
+_GIVEN = "what mesh.phong.visibility(scene) gives"
+_PARTS = f"{_GIVEN}, or an array of shape (lights + 1, n)"
 
 
 class Screen(Protocol):
@@ -79,8 +80,8 @@ class Parts:
         """Raise ValueError unless there are so many vertices and lights."""
         if self._parts.shape != (len(lights) + 1, len(points)):
             remedy = "One row for each light, on or off, and one for the sky; one column for each vertex."
-            shape = f"an array of shape {self._parts.shape}"
-            check.refuse(self._name, shape, f"of shape {(len(lights) + 1, len(points))}", remedy)
+            allowed = f"{_GIVEN}, or an array of shape {(len(lights) + 1, len(points))}"
+            check.refuse(self._name, f"an array of shape {self._parts.shape}", allowed, remedy)
 
 
 def checked_screen(name: str, given: Any, points: FloatArray, matrix: MatrixLike | None, scene: Scene) -> Screen:
