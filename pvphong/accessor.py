@@ -118,7 +118,8 @@ class MeshPhong:
             Meshes, or pairs of a mesh and a 4x4 matrix, that shadow this one, where the scene's light model has shadows
             or ambient occlusion; it always shadows itself.
         visibility : Visibility, optional
-            What `visibility` gave for this mesh and these lights, in place of new rays. With `components=True` the
+            What `visibility` gave for this mesh and these lights, in place of new rays; or its numbers, as for
+            `pvphong.evaluate`. With `components=True` the
             result has it as arrays, `<name>_visibility_<name or index>` and `<name>_sky`, where it was needed.
 
         Returns
