@@ -408,10 +408,11 @@ class Light:
             return ""
         nearest = self.stand_in
         kind = type(self).__name__
+        kind = f"{'an' if kind[0] in 'AEIOU' else 'a'} {kind}"
         if nearest is self:
-            return f"a {kind}"
+            return kind
         shape = ", ".join(f"{field}={getattr(nearest, field)}" for field in nearest.roles)
-        return f"a {kind} (the nearest that VTK has is {type(nearest).__name__}({shape}))"
+        return f"{kind} (the nearest that VTK has is {type(nearest).__name__}({shape}))"
 
     def to_pyvista(self, viewer: EyeSpace | None = None) -> pv.Light:
         """The same light as a new `pyvista.Light`, its floats unrounded; of a light that VTK has not, the nearest.

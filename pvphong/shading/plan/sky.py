@@ -8,6 +8,7 @@ from functools import partial
 
 from pvphong.base.types import Vector
 from pvphong.geometry.extent import ROUNDED_UP
+from pvphong.optics.harmonics import BANDS
 from pvphong.optics.spherical import CosinePower
 from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.plan.draft import Change, Decision, Draft, Effect, Note, decision, every_term, for_each_term
@@ -17,6 +18,10 @@ _SKY = "sky"
 
 def _bands(term: LightTerm) -> int:
     return term.light.bands if term.bands is None else term.bands
+
+
+def _varies(term: LightTerm) -> bool:
+    return _bands(term) > 1
 
 
 def _leave_out(draft: Draft, term: LightTerm) -> Change:
@@ -43,17 +48,19 @@ def _sum(equation: Equation, term: LightTerm, off: Callable[[CosinePower], float
 
 def _decide(draft: Draft) -> Decision:
     """With what the bands hold at most that no light has."""
-    decided = decision(draft, _SKY, lambda term: _bands(term) > 1, "no light from all around varies")
-    terms = [term for term in draft.equation.terms if _bands(term) > 1]
+    decided = decision(draft, _SKY, _varies, "no light from all around varies")
+    terms = [term for term in draft.equation.terms if _varies(term)]
     if not terms:
         return decided
-    count = max(map(_bands, terms))
-    off = max(_sum(draft.equation, term, term.light.unknown) for term in terms)
-    return replace(decided, why=f"{decided.why}: {count} bands; its image has more, at most {off:.2g}")
+    count, off = max(map(_bands, terms)), max(_sum(draft.equation, term, term.light.unknown) for term in terms)
+    said = f"{', '.join(term.label for term in terms)}: {count} bands, those beyond {BANDS} hold at most {off:.2g}"
+    noted = draft.because(_SKY)
+    return replace(decided, why=f"{said} (left out: {noted})" if noted else said)
 
 
 def _as_one_color(term: LightTerm, _point: Vector) -> LightTerm:
-    return replace(term, bands=1) if _bands(term) > 1 else term
+    return replace(term, bands=1) if _varies(term) else term
 
 
-SKY = Effect(_SKY, ("normals",), for_each_term(_leave_out), _decide, every_term(_as_one_color), each=1.0)
+# For each channel, with about nine bands.
+SKY = Effect(_SKY, ("normals",), for_each_term(_leave_out), _decide, every_term(_as_one_color), each=13.0)

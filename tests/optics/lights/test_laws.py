@@ -293,6 +293,6 @@ def test_vtk_has_it_or_is_said_not_to(kind, seed):
         lambda: evaluate([[0, 0, 0]], [[0, 0, 1]], Scene([light], Viewer(), LightModel.vtk()), Material()),
     ):
         with pytest.raises(
-            ValueError, match=rf"^lights\[0\] must be .* VTK has.*; got a {type(light).__name__} \(the nearest"
+            ValueError, match=rf"^lights\[0\] must be .* VTK has.*; got an? {type(light).__name__} \(the nearest"
         ):
             judged()
