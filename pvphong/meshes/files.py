@@ -177,7 +177,6 @@ def _save_with_folder(lit: pv.MultiBlock, aside: Path, target: Path) -> None:
         if blocks:
             folder.mkdir(exist_ok=True)
         for block in blocks:
-            refuse_parts(block)
             settle(block)
             block.replace(folder / block.name)
     except OSError as error:
