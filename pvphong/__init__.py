@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from pvphong.optics.lights import (
         DirectionalLight,
         DiskLight,
+        EnvironmentLight,
         Light,
         PointLight,
         PolygonLight,
@@ -64,8 +65,8 @@ _PLACES = {
     "meshes.guarded": "read",
     "meshes.lit": "plan",
     "meshes.surfaces": "face_normals vertex_normals",
-    "optics.lights": "DirectionalLight DiskLight Light PointLight PolygonLight RectangleLight SphereLight SpotLight "
-    "light_from_homogeneous",
+    "optics.lights": "DirectionalLight DiskLight EnvironmentLight Light PointLight PolygonLight RectangleLight "
+    "SphereLight SpotLight light_from_homogeneous",
     "optics.material": "Material",
     "optics.reflectances": "BlinnPhong OrenNayar Phong",
     "rays.visibility": "Visibility",
@@ -109,6 +110,7 @@ __all__ = [
     "Diagnosis",
     "DirectionalLight",
     "DiskLight",
+    "EnvironmentLight",
     "Light",
     "LightModel",
     "Material",

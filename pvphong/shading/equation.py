@@ -63,6 +63,8 @@ class LightTerm:
         it is far away.
     is_shadowed : bool
         Whether what its lobes add is multiplied by the part of it that a vertex sees.
+    bands : int, optional
+        How many of its light's bands are kept; all if not given.
     """
 
     light: Light
@@ -73,6 +75,7 @@ class LightTerm:
     colors: tuple[Vector, ...]
     gain: float
     is_shadowed: bool = False
+    bands: int | None = None
 
     @cached_property
     def shines(self) -> tuple[bool, ...]:
@@ -371,18 +374,28 @@ def _parts(term: LightTerm, forms: Sequence[CosinePower | None], most: int = NOD
     if not light.has_size:
         yield term
         return
-    is_exact = [form is not None and light.closed(form) is not None for form in forms]
+    tints = light.tints(term.bands)
+    is_exact = [form is not None and tints[0][1].closed(form) is not None for form in forms]
     exact, summed = (
         tuple(color if chosen is exactly else BLACK for color, chosen in zip(term.colors, is_exact, strict=True))
         for exactly in (True, False)
     )
     if any(map(any, exact)):
-        yield replace(term, ambient=BLACK, colors=exact)
-    black = (BLACK,) * len(forms)
-    for ambient, colors, count in ((term.ambient, black, 1), (BLACK, summed, most)):
-        if any(ambient) or any(map(any, colors)):
-            for node in light.nodes(count):
-                yield replace(term, light=node, ambient=ambient, colors=colors, gain=term.gain * node.intensity)
+        for tint, part in tints:
+            yield replace(term, light=part, ambient=BLACK, colors=_tinted(exact, tint))
+    if any(term.ambient):
+        black = (BLACK,) * len(forms)
+        for node in light.nodes(1):
+            yield replace(term, light=node, colors=black)
+    if any(map(any, summed)):
+        for node in light.nodes(most):
+            colors = _tinted(summed, rgb(node.diffuse))
+            yield replace(term, light=node, ambient=BLACK, colors=colors, gain=term.gain * node.intensity)
+
+
+def _tinted(colors: tuple[Vector, ...], tint: Vector) -> tuple[Vector, ...]:
+    r, g, b = tint
+    return colors if tint == _WHITE else tuple((red * r, green * g, blue * b) for red, green, blue in colors)
 
 
 def vtk_tier(lights: Iterable[Light]) -> int:

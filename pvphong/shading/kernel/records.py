@@ -134,7 +134,7 @@ def fits(equation: Equation, toolkit: Any, real: str) -> bool:
 
 
 def _fits(term: LightTerm, equation: Equation, toolkit: Any, real: str) -> bool:
-    if term.light.is_even:
+    if term.light.is_even and not term.is_whole:
         return True
     if term.is_whole:
         stage, numbers = _of_whole(term, equation, toolkit) if real == "float32" else (None, ())
@@ -237,7 +237,7 @@ def _term(
         function = equation.reflectance.stage(stages.toolkit, wanted) if any(wanted) else None
     is_lambert = function is stages.toolkit.only_lambert
     record: dict[str, Any] = {
-        "is_even": term.light.is_even,
+        "is_even": term.light.is_even and not term.is_whole,
         "varies": False,
         "has_ambient": False,
         "wanted": _sum_of(wanted),
@@ -248,7 +248,7 @@ def _term(
         "way": _ORIGIN,
         "ambient": term.ambient,
     }
-    if term.light.is_even:
+    if record["is_even"]:
         way, strength, inverse_length = _even_arrival(term.light)
         strength = min(term.gain * strength, BRIGHTEST)
         colors = _colors(term, strength * inverse_length if is_lambert else strength)

@@ -16,6 +16,7 @@ import numpy as np
 from pvphong.shading.kernel.adding import lambert
 from pvphong.shading.kernel.arithmetic import multiply_add, plain
 from pvphong.shading.kernel.caps import cap_cosine, cap_power, see_cap
+from pvphong.shading.kernel.harmonics import add_harmonics, hide_below, look_around, not_below
 from pvphong.shading.kernel.pointers import like, shifted
 from pvphong.shading.kernel.powers import raise_second
 from pvphong.shading.kernel.rows import (
@@ -95,6 +96,7 @@ __all__ = [
     "VZ",
     "ZERO",
     "ZERO_SQUARE",
+    "add_harmonics",
     "already_there",
     "approach",
     "approach_measured",
@@ -102,11 +104,14 @@ __all__ = [
     "cap_cosine",
     "cap_power",
     "dot",
+    "hide_below",
     "holds",
     "inverse_root",
     "like",
+    "look_around",
     "multiply_add",
     "normal_dot",
+    "not_below",
     "only_lambert",
     "polygon_cosine",
     "polygon_power",
