@@ -39,7 +39,7 @@ if TYPE_CHECKING:
         light_from_homogeneous,
     )
     from pvphong.optics.material import Material
-    from pvphong.optics.reflectances import BlinnPhong, OrenNayar, Phong
+    from pvphong.optics.reflectances import GGX, PBR, BlinnPhong, Metal, ModifiedPhong, OrenNayar, Phong, Retro
     from pvphong.rays.visibility import Visibility
     from pvphong.scene.light_model import LightModel
     from pvphong.scene.scene import Scene, load_materials
@@ -68,7 +68,7 @@ _PLACES = {
     "optics.lights": "DirectionalLight DiskLight EnvironmentLight Light PointLight PolygonLight RectangleLight "
     "SphereLight SpotLight light_from_homogeneous",
     "optics.material": "Material",
-    "optics.reflectances": "BlinnPhong OrenNayar Phong",
+    "optics.reflectances": "GGX PBR BlinnPhong Metal ModifiedPhong OrenNayar Phong Retro",
     "rays.visibility": "Visibility",
     "scene.light_model": "LightModel",
     "scene.scene": "Scene load_materials",
@@ -104,6 +104,8 @@ if "pyvista" in sys.modules:
     from pvphong import accessor  # noqa: F401  # registers mesh.phong where PyVista does not find its entry point
 
 __all__ = [
+    "GGX",
+    "PBR",
     "BlinnPhong",
     "Comparison",
     "Decision",
@@ -114,6 +116,8 @@ __all__ = [
     "Light",
     "LightModel",
     "Material",
+    "Metal",
+    "ModifiedPhong",
     "OrenNayar",
     "Phong",
     "PhongFilter",
@@ -121,6 +125,7 @@ __all__ = [
     "PointLight",
     "PolygonLight",
     "RectangleLight",
+    "Retro",
     "Scene",
     "Shading",
     "SingularMatrixWarning",

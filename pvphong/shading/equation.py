@@ -19,9 +19,9 @@ from pvphong.base import check
 from pvphong.base.ranges import BRIGHTEST, FARTHEST
 from pvphong.base.types import Float64Array, MatrixLike, Vector, VectorLike, rgb
 from pvphong.optics.light import Light
-from pvphong.optics.lights import light_from_values
+from pvphong.optics.lights import PointLight, light_from_values
 from pvphong.optics.material import Material
-from pvphong.optics.reflectance import Component, Reflectance
+from pvphong.optics.reflectance import Component, Lobe, Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER, vtk_reflectance
 from pvphong.optics.spherical import CosinePower
@@ -133,6 +133,8 @@ class Equation:
     maps : mapping
         What stands vertex by vertex in place of the reflectance's field of that name, or is multiplied with specular
         colours → its least and its greatest.
+    gamma : float
+        The sum of all light is raised to 1/gamma before it is clamped.
     """
 
     terms: tuple[LightTerm, ...]
@@ -149,6 +151,7 @@ class Equation:
     matrix: Float64Array | None
     turns_normals: bool
     is_occluded: bool = False
+    gamma: float = 1.0
     maps: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @cached_property
@@ -278,7 +281,7 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
     model, viewer = scene.light_model, scene.viewer
     local = model.local_viewer and not viewer.parallel
     x, y, z = viewer.view_direction
-    reflectance = (material.reflectance or REFLECTANCES[model.reflection]()).of(material.shininess)
+    reflectance = (material.reflectance or REFLECTANCES[model.reflection]()).of(material)
     reflectances = _Reflectances.of(material, reflectance)
     labels, frames = light_labels(scene, "light "), [light.frame for light in scene.lights]
     return Equation(
@@ -332,18 +335,28 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     The material's ambient is not multiplied by any light; the lights' ambient and specular colours are
     ignored; the viewer is local even in parallel projection; a scene without any light is drawn unlit.
     """
+    is_headlight = vtk_tier(scene.lights) == 1
+    reflectance: Reflectance | None = vtk_reflectance(material.shininess, is_headlight=is_headlight)
     if material.reflectance is not None:
-        remedy = "VTK's shader knows no other; leave it out."
-        check.refuse("reflectance", material.reflectance, "None in VTK's convention", remedy)
-    reflectance = vtk_reflectance(material.shininess, is_headlight=vtk_tier(scene.lights) == 1)
+        reflectance = material.reflectance.of(material).in_vtk()
+    if reflectance is None:
+        remedy = "VTK's shader knows no other; leave it out, or take LightModel()."
+        check.refuse("reflectance", material.reflectance, "None or PBR in VTK's convention", remedy)
     reflectances = _Reflectances.of(material, reflectance)
     terms = tuple(_as_vtk_lights(term, reflectances) for term in standard.terms)
+    if is_headlight and reflectance.is_physical:
+        terms = tuple(replace(term, light=PointLight(scene.viewer.position)) for term in terms)
     ambient, diffuse = rgb(material.ambient), rgb(material.diffuse)
     unlit = ambient[0] + diffuse[0], ambient[1] + diffuse[1], ambient[2] + diffuse[2]
+    if reflectance.is_physical:  # a light with a position that is off leaves it black
+        unlit = BLACK if terms or any(not light.is_even for light in scene.lights) else unlit
+    elif terms:
+        unlit = ambient
     return replace(
         standard,
         terms=terms,
-        ambient=_product(BRIGHTEST, ambient if terms else unlit, _WHITE),
+        ambient=_product(BRIGHTEST, unlit, _WHITE),
+        gamma=reflectance.gamma,
         reflectance=reflectance,
         eye=_vector(scene.viewer.position),
         local_facing=not scene.viewer.parallel,
@@ -438,7 +451,11 @@ class _Reflectances(NamedTuple):
     @classmethod
     def of(cls, material: Material, reflectance: Reflectance) -> _Reflectances:
         colors: dict[Component, Vector] = {"diffuse": rgb(material.diffuse), "specular": rgb(material.specular)}
-        return cls(rgb(material.ambient), tuple((lobe.component, colors[lobe.component]) for lobe in reflectance.lobes))
+
+        def color(lobe: Lobe) -> Vector:
+            return lobe.color if lobe.is_own else _product(BRIGHTEST, colors[lobe.component], lobe.color)
+
+        return cls(rgb(material.ambient), tuple((lobe.component, color(lobe)) for lobe in reflectance.lobes))
 
     def times(
         self, light: Light, ambient: Vector, diffuse: Vector, specular: Vector
