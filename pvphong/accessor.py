@@ -118,7 +118,8 @@ class MeshPhong:
             Meshes, or pairs of a mesh and a 4x4 matrix, that shadow this one, where the scene's light model has shadows
             or ambient occlusion; it always shadows itself.
         visibility : Visibility, optional
-            What `visibility` gave for this mesh and these lights, in place of new rays. With `components=True` the
+            What `visibility` gave for this mesh and these lights, in place of new rays; or its numbers, as for
+            `pvphong.evaluate`. With `components=True` the
             result has it as arrays, `<name>_visibility_<name or index>` and `<name>_sky`, where it was needed.
 
         Returns
@@ -395,11 +396,13 @@ class MeshPhong:
         tolerance: float = 1.0 / 255.0,
         seconds: float = 20.0,
         matrix: MatrixLike | None = None,
+        occluders: Any = (),
     ) -> Tradeoff:
         """What accuracy costs in time on this mesh, measured; see `pvphong.studies.accuracy.tradeoff`."""
         from pvphong.studies.accuracy import tradeoff
 
-        return tradeoff(self._mesh, scene, material, tolerance=tolerance, seconds=seconds, matrix=matrix)
+        how: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "matrix": matrix, "occluders": occluders}
+        return tradeoff(self._mesh, scene, material, **how)
 
     def plot(self, *, name: str = "phong", **options: Any) -> Any:
         """Show a lit mesh: the colours as they are, clipped to [0, 1], by PyVista's `plot` and with its options.
@@ -638,12 +641,13 @@ class BlocksPhong:
         tolerance: float = 1.0 / 255.0,
         seconds: float = 20.0,
         matrix: MatrixLike | None = None,
+        occluders: Any = (),
     ) -> Tradeoff:
         """What accuracy costs in time on all blocks together, as one surface; see `pvphong.tradeoff`."""
         from pvphong.studies.accuracy import tradeoff
 
-        whole = together(self._blocks)
-        return tradeoff(whole, scene, material, tolerance=tolerance, seconds=seconds, matrix=matrix)
+        how: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "matrix": matrix, "occluders": occluders}
+        return tradeoff(together(self._blocks), scene, material, **how)
 
     def _scene(self, given: SceneLike | None, matrix: MatrixLike | None) -> Scene:
         """One viewer for all blocks."""

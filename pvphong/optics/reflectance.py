@@ -13,12 +13,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal, NamedTuple, Self
 
-from pvphong.base.types import FloatArray
+from pvphong.base.types import FloatArray, Vector
 from pvphong.optics.light import Arrival
 from pvphong.optics.spherical import CosinePower
 from pvphong.optics.surface import Surface
 
 Component = Literal["diffuse", "specular"]
+
+WHITE: Vector = (1.0, 1.0, 1.0)
 
 
 class Lobe(NamedTuple):
@@ -35,6 +37,15 @@ class Lobe(NamedTuple):
 
     largest: float = 1.0
     """The factor is never more."""
+
+    color: Vector = WHITE
+    """What its colour is multiplied by."""
+
+    is_own: bool = False
+    """Whether `color` stands in place of the material's colour for its component."""
+
+    tint: Callable[[FloatArray], FloatArray] | None = None
+    """Gives what the colour is multiplied by for an albedo (3, n), where that is not the albedo itself."""
 
 
 class Sightline(NamedTuple):
@@ -55,7 +66,12 @@ class Reflectance(ABC):
     Symbols: n the unit normal, l the unit vector to the light, v to the viewer.
     """
 
-    lobes: ClassVar[tuple[Lobe, ...]]
+    gamma: ClassVar[float] = 1.0
+    """What is drawn is the sum of all light to the power 1/gamma."""
+
+    is_physical: ClassVar[bool] = False
+    """Whether it is of VTK's physically based branch, where a material has no ambient colour, and a headlight alone
+    stands at the eye."""
 
     needs: ClassVar[frozenset[str]] = frozenset()
     """What it reads beside normals and the viewer: "tangents", in `Surface.tangents` and the rows `TX`, `TY`, `TZ`."""
@@ -66,9 +82,18 @@ class Reflectance(ABC):
     counterpart: ClassVar[tuple[str, float] | None] = None
     """Name of another one that looks much the same, and how many times the shininess it needs for that."""
 
-    def of(self, shininess: float) -> Self:  # noqa: ARG002 for those that take it
-        """This reflectance with a material's shininess, where it has none of its own."""
+    @property
+    @abstractmethod
+    def lobes(self) -> tuple[Lobe, ...]:
+        """Its parts."""
+
+    def of(self, material: Any) -> Reflectance:  # noqa: ARG002 for those that take something
+        """This reflectance with what it takes of a material, such as a shininess where it has none of its own."""
         return self
+
+    def in_vtk(self) -> Reflectance | None:
+        """What VTK's shader makes of it; None where VTK has no such."""
+        return None
 
     @abstractmethod
     def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:

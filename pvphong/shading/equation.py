@@ -19,9 +19,9 @@ from pvphong.base import check
 from pvphong.base.ranges import BRIGHTEST, FARTHEST
 from pvphong.base.types import Float64Array, MatrixLike, Vector, VectorLike, rgb
 from pvphong.optics.light import Light
-from pvphong.optics.lights import light_from_values
+from pvphong.optics.lights import PointLight, light_from_values
 from pvphong.optics.material import Material
-from pvphong.optics.reflectance import Component, Reflectance
+from pvphong.optics.reflectance import Component, Lobe, Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER, vtk_reflectance
 from pvphong.optics.spherical import CosinePower
@@ -63,6 +63,8 @@ class LightTerm:
         it is far away.
     is_shadowed : bool
         Whether what its lobes add is multiplied by the part of it that a vertex sees.
+    bands : int, optional
+        How many of its light's bands are kept; all if not given.
     """
 
     light: Light
@@ -73,6 +75,7 @@ class LightTerm:
     colors: tuple[Vector, ...]
     gain: float
     is_shadowed: bool = False
+    bands: int | None = None
 
     @cached_property
     def shines(self) -> tuple[bool, ...]:
@@ -130,6 +133,8 @@ class Equation:
     maps : mapping
         What stands vertex by vertex in place of the reflectance's field of that name, or is multiplied with specular
         colours → its least and its greatest.
+    gamma : float
+        The sum of all light is raised to 1/gamma before it is clamped.
     """
 
     terms: tuple[LightTerm, ...]
@@ -146,6 +151,7 @@ class Equation:
     matrix: Float64Array | None
     turns_normals: bool
     is_occluded: bool = False
+    gamma: float = 1.0
     maps: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @cached_property
@@ -275,7 +281,7 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
     model, viewer = scene.light_model, scene.viewer
     local = model.local_viewer and not viewer.parallel
     x, y, z = viewer.view_direction
-    reflectance = (material.reflectance or REFLECTANCES[model.reflection]()).of(material.shininess)
+    reflectance = (material.reflectance or REFLECTANCES[model.reflection]()).of(material)
     reflectances = _Reflectances.of(material, reflectance)
     labels, frames = light_labels(scene, "light "), [light.frame for light in scene.lights]
     return Equation(
@@ -329,18 +335,28 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     The material's ambient is not multiplied by any light; the lights' ambient and specular colours are
     ignored; the viewer is local even in parallel projection; a scene without any light is drawn unlit.
     """
+    is_headlight = vtk_tier(scene.lights) == 1
+    reflectance: Reflectance | None = vtk_reflectance(material.shininess, is_headlight=is_headlight)
     if material.reflectance is not None:
-        remedy = "VTK's shader knows no other; leave it out."
-        check.refuse("reflectance", material.reflectance, "None in VTK's convention", remedy)
-    reflectance = vtk_reflectance(material.shininess, is_headlight=vtk_tier(scene.lights) == 1)
+        reflectance = material.reflectance.of(material).in_vtk()
+    if reflectance is None:
+        remedy = "VTK's shader knows no other; leave it out, or take LightModel()."
+        check.refuse("reflectance", material.reflectance, "None or PBR in VTK's convention", remedy)
     reflectances = _Reflectances.of(material, reflectance)
     terms = tuple(_as_vtk_lights(term, reflectances) for term in standard.terms)
+    if is_headlight and reflectance.is_physical:
+        terms = tuple(replace(term, light=PointLight(scene.viewer.position)) for term in terms)
     ambient, diffuse = rgb(material.ambient), rgb(material.diffuse)
     unlit = ambient[0] + diffuse[0], ambient[1] + diffuse[1], ambient[2] + diffuse[2]
+    if reflectance.is_physical:  # a light with a position that is off leaves it black
+        unlit = BLACK if terms or any(not light.is_even for light in scene.lights) else unlit
+    elif terms:
+        unlit = ambient
     return replace(
         standard,
         terms=terms,
-        ambient=_product(BRIGHTEST, ambient if terms else unlit, _WHITE),
+        ambient=_product(BRIGHTEST, unlit, _WHITE),
+        gamma=reflectance.gamma,
         reflectance=reflectance,
         eye=_vector(scene.viewer.position),
         local_facing=not scene.viewer.parallel,
@@ -371,18 +387,28 @@ def _parts(term: LightTerm, forms: Sequence[CosinePower | None], most: int = NOD
     if not light.has_size:
         yield term
         return
-    is_exact = [form is not None and light.closed(form) is not None for form in forms]
+    tints = light.tints(term.bands)
+    is_exact = [form is not None and tints[0][1].closed(form) is not None for form in forms]
     exact, summed = (
         tuple(color if chosen is exactly else BLACK for color, chosen in zip(term.colors, is_exact, strict=True))
         for exactly in (True, False)
     )
     if any(map(any, exact)):
-        yield replace(term, ambient=BLACK, colors=exact)
-    black = (BLACK,) * len(forms)
-    for ambient, colors, count in ((term.ambient, black, 1), (BLACK, summed, most)):
-        if any(ambient) or any(map(any, colors)):
-            for node in light.nodes(count):
-                yield replace(term, light=node, ambient=ambient, colors=colors, gain=term.gain * node.intensity)
+        for tint, part in tints:
+            yield replace(term, light=part, ambient=BLACK, colors=_tinted(exact, tint))
+    if any(term.ambient):
+        black = (BLACK,) * len(forms)
+        for node in light.nodes(1):
+            yield replace(term, light=node, colors=black)
+    if any(map(any, summed)):
+        for node in light.nodes(most):
+            colors = _tinted(summed, rgb(node.diffuse))
+            yield replace(term, light=node, ambient=BLACK, colors=colors, gain=term.gain * node.intensity)
+
+
+def _tinted(colors: tuple[Vector, ...], tint: Vector) -> tuple[Vector, ...]:
+    r, g, b = tint
+    return colors if tint == _WHITE else tuple((red * r, green * g, blue * b) for red, green, blue in colors)
 
 
 def vtk_tier(lights: Iterable[Light]) -> int:
@@ -425,7 +451,11 @@ class _Reflectances(NamedTuple):
     @classmethod
     def of(cls, material: Material, reflectance: Reflectance) -> _Reflectances:
         colors: dict[Component, Vector] = {"diffuse": rgb(material.diffuse), "specular": rgb(material.specular)}
-        return cls(rgb(material.ambient), tuple((lobe.component, colors[lobe.component]) for lobe in reflectance.lobes))
+
+        def color(lobe: Lobe) -> Vector:
+            return lobe.color if lobe.is_own else _product(BRIGHTEST, colors[lobe.component], lobe.color)
+
+        return cls(rgb(material.ambient), tuple((lobe.component, color(lobe)) for lobe in reflectance.lobes))
 
     def times(
         self, light: Light, ambient: Vector, diffuse: Vector, specular: Vector

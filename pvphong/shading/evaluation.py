@@ -10,7 +10,7 @@ from pvphong.optics.material import Material
 from pvphong.scene.scene import SceneLike, as_scene
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.result import Shading
-from pvphong.shading.screen import Screen, checked_screen
+from pvphong.shading.screen import checked_screen
 from pvphong.shading.vertices import Vertices
 
 
@@ -30,7 +30,7 @@ def evaluate(
     backend: Backend = "auto",
     tolerance: float = 0.0,
     components: bool = False,
-    visibility: Screen | None = None,
+    visibility: Any = None,
 ) -> Shading:
     """Lit colours of vertices by the equation of Phong or Blinn-Phong, or the material's own reflectance.
 
@@ -40,6 +40,12 @@ def evaluate(
     A zero or non-finite normal is unlit: emission and ambient light only. A vertex whose point is not finite
     gets nothing from lights with a position, and no highlight if the viewer is local. A light on a vertex adds
     neither diffuse nor specular there, and an eye on a vertex sees no highlight. So every colour is finite.
+
+    With the extra `dask`, `pvphong.evaluate` takes Dask arrays, cut along vertices as one likes, and gives a `Shading`
+    of Dask arrays. Nothing is computed until it is asked for, but shapes, types and all other arguments are checked at
+    once. Each chunk is planned for by itself, within the tolerance, and lit by the thread that Dask gives it; with a
+    named backend and tolerance 0 the colours are those of NumPy arrays, to the bit. NumPy arrays beside Dask ones are
+    cut as those are. A scene without a viewer is framed by all points, which then are computed first.
 
     Parameters
     ----------
@@ -85,9 +91,11 @@ def evaluate(
         Largest absolute colour error that may be traded for time; 0 allows no approximation.
     components : bool, default False
         Whether the result has its ambient, diffuse, specular, emission, base and per-light arrays too.
-    visibility : Visibility, optional
+    visibility : Visibility or array_like, optional
         What the vertices see of the lights and the sky, where the light model has shadows or ambient occlusion:
-        `mesh.phong.visibility(scene)` of a mesh with these points.
+        `mesh.phong.visibility(scene)` of a mesh with these points. Or plain numbers, beside Dask arrays only those, of
+        shape (lights + 1, n): the part of each light that each vertex sees, as `.per_light`, and of the sky in the last
+        row, as `.sky`.
 
     Returns
     -------

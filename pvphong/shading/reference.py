@@ -159,13 +159,19 @@ def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
         strength, factors = _factors(block, equation.reflectance, term)
         _add(term.ambient, strength if sky is None else strength * sky, block.albedo, color, result.ambient, share)
         for lobe, coefficients, factor in zip(equation.reflectance.lobes, term.colors, factors, strict=True):
-            tint = block.albedo if lobe.takes_albedo else None
+            tint = _tint(lobe, block.albedo) if lobe.takes_albedo else None
             if block.specular is not None and lobe.component == "specular":
                 tint = block.specular if tint is None else tint * block.specular
             _add(coefficients, factor, tint, color, getattr(result, lobe.component), share)
+    if equation.gamma != 1.0:
+        color = np.maximum(color, 0.0) ** color.dtype.type(1.0 / equation.gamma)
     if equation.clamp:
         np.clip(color, 0.0, 1.0, out=color)
     result.rgb[:] = color.T
+
+
+def _tint(lobe: Lobe, albedo: FloatArray | None) -> FloatArray | None:
+    return albedo if albedo is None or lobe.tint is None else lobe.tint(albedo)
 
 
 def _add(

@@ -192,7 +192,7 @@ def shade(
     if result.base is not None or not rgb.flags.c_contiguous or library is None:
         return False
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
-    if not records.fits(whole, library.toolkit, _name_of(real)):
+    if not records.fits(whole, library.toolkit, _name_of(real), has_albedo=albedo is not None):
         return False
     read = [points] * whole.needs_points + [normals] * whole.needs_normals
     stored = np.result_type(real, *read)

@@ -170,6 +170,8 @@ def _light(
     if s.has_albedo:
         loading.split(albedo, first, count, shifted(rows, at.ALBEDO_R))
         colors.tint(rows)
+    if s.exponent != 1.0:
+        colors.encode(rows, like(rows, s.exponent))
     return good
 
 

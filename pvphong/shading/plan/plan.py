@@ -113,7 +113,9 @@ class Plan:
     @classmethod
     def of_equation(cls, whole: Equation, vertices: Vertices, tolerance: float = 0.0) -> Plan:
         """What will run of the equation of a scene, or of one that was rewritten from it."""
-        draft = Draft.first(whole, vertices.extent(whole.matrix), tolerance, vertices.screen)
+        # sums of light that differ by x differ by at most x^(1/gamma) when they are raised to 1/gamma
+        allowed = tolerance**whole.gamma
+        draft = Draft.first(whole, vertices.extent(whole.matrix), allowed, vertices.screen)
         draft = reduce(lambda so_far, effect: effect.simplify(so_far), EFFECTS, draft)
         left = draft.equation
         return cls(
@@ -124,7 +126,7 @@ class Plan:
                 or any(term.rides and not term.is_black for term in whole.terms)  # elsewhere it may reach the mesh
             ),
             tolerance=tolerance,
-            error_bound=draft.error_bound,
+            error_bound=min(draft.error_bound ** (1.0 / whole.gamma), tolerance),
             equation=in_parts(left),
             whole=in_parts(whole),
             _draft=replace(draft, extent=ANYWHERE, screen=None),  # a plan that is kept does not keep the vertices
