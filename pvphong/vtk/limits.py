@@ -174,14 +174,13 @@ def _physical_limits(surface: _Surface, terms: Terms, tolerance: float) -> Limit
 
 def _physical_share(surface: _Surface, came: _Arrival, terms: Terms) -> tuple[Float64Array, Float64Array]:
     reflectance: Any = terms.material.reflectance
-    l, v = came.direction, surface.to_eye
-    s = l + v
-    length = np.linalg.norm(s, axis=1)
+    middle = came.direction + surface.to_eye
+    length = np.linalg.norm(middle, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        n_h = _dot(surface.normals, s) / length
+        n_h = _dot(surface.normals, middle) / length
     cosines = Cosines(
-        _dot(surface.normals, l),
-        _dot(surface.normals, v),
+        _dot(surface.normals, came.direction),
+        _dot(surface.normals, surface.to_eye),
         np.nan_to_num(n_h),
         0.5 * length,
         surface.normal_angle + came.angle,

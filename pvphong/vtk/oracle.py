@@ -74,8 +74,8 @@ def vtk_shade(
     ------
     ValueError
         For a mesh without points, or without normals and faces to compute them from; for a material or light that
-        VTK has no place for (emission, powers above 128, reflectances but `PBR`); for anything that is no light, material or viewer; if
-        VTK cannot draw on this machine.
+        VTK has no place for (emission, powers above 128, reflectances but `PBR`); for anything that is no light,
+        material or viewer; if VTK cannot draw on this machine.
 
     Notes
     -----

@@ -87,7 +87,7 @@ def test_from_property_with_physically_based_shading():
         ("SetCoatStrength", 0.1, "coat_strength must be 0.0"),
         ("SetEdgeTint", (1.0, 0.5, 1.0), "edge_tint must be "),
         ("SetBaseIOR", 2.0, "base_ior must be 1.5"),
-        ("SetBaseColorTexture", pv.Texture(np.zeros((2, 2, 3), np.uint8)), "textures must be 0"),
+        ("SetNormalTexture", pv.Texture(np.zeros((2, 2, 3), np.uint8)), "textures must be 0"),
         ("SetRoughness", 0.0, "roughness must be above 0"),
     ],
 )

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 from pvphong.base import check
 from pvphong.base.types import Color, ColorLike, FloatArray, rgb
 from pvphong.optics.light import Arrival
-from pvphong.optics.reflectance import Lobe, Sightline
+from pvphong.optics.reflectance import Lobe, Reflectance, Sightline
 from pvphong.optics.reflectances.fresnel import WHITENESS_SLOPE, most_whiteness, whiteness
 from pvphong.optics.reflectances.phong import Phong
-from pvphong.optics.reflectances.shiny import HIGHLIGHT, LAMBERT, Shiny
+from pvphong.optics.reflectances.shiny import HIGHLIGHT, LAMBERT
 from pvphong.optics.spherical import CosinePower
 from pvphong.optics.surface import Surface
 
 
-@dataclass(frozen=True, init=False)  # its colour comes first
-class Metal(Shiny):
+@dataclass(frozen=True)
+class Metal(Reflectance):
     """Phong's reflection with a highlight that is tinted by the metal, and white only where light grazes it.
 
     max(n·l, 0), and F · max(r·v, 0)ˢ where n·l > 0, with Schlick's F = C + (1 − C)(1 − h·l)⁵ for the metal's colour C
@@ -45,11 +45,15 @@ class Metal(Shiny):
     """
 
     color: ColorLike
+    shininess: float | None = None
 
-    def __init__(self, color: ColorLike, shininess: float | None = None) -> None:
-        object.__setattr__(self, "color", part_of_light("color", color))
-        object.__setattr__(self, "shininess", shininess)
-        super().__post_init__()
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "color", part_of_light("color", self.color))
+        object.__setattr__(self, "shininess", Phong(self.shininess).shininess)
+
+    def of(self, material: Any) -> Self:
+        """With the material's shininess, where it has none of its own."""
+        return replace(self, shininess=Phong(self.shininess).of(material).shininess)
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:
@@ -68,7 +72,12 @@ class Metal(Shiny):
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
         """Lambert's alone."""
-        return super().forms[0], None, None
+        return Phong(self.shininess).forms[0], None, None
+
+    @property
+    def sharpness(self) -> float:
+        """The shininess."""
+        return self.shininess or 0.0
 
     def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
         """Phong's, and Schlick's."""

@@ -177,14 +177,11 @@ def _seen(cosine: FloatArray) -> Any:
 
 def _stage(toolkit: Any, is_coupled: int, shines: int) -> Callable[..., Any]:
     def microfacets(numbers: Any, rows: Any, _points: Any) -> int:
-        alpha, alpha2, rest = (
-            toolkit.like(rows, numbers[0]),
-            toolkit.like(rows, numbers[1]),
-            toolkit.like(rows, numbers[2]),
-        )
-        beta2, beyond = toolkit.like(rows, numbers[3]), toolkit.like(rows, numbers[4])
-        floor, least = toolkit.like(rows, numbers[5]), toolkit.like(rows, numbers[6])
-        half, coupled, bright = toolkit.like(rows, 0.5), toolkit.like(rows, _COUPLED), toolkit.like(rows, BRIGHTEST)
+        alpha, alpha2 = toolkit.like(rows, numbers[0]), toolkit.like(rows, numbers[1])
+        rest, beta2 = toolkit.like(rows, numbers[2]), toolkit.like(rows, numbers[3])
+        beyond, floor = toolkit.like(rows, numbers[4]), toolkit.like(rows, numbers[5])
+        least, half = toolkit.like(rows, numbers[6]), toolkit.like(rows, 0.5)
+        coupled, bright = toolkit.like(rows, _COUPLED), toolkit.like(rows, BRIGHTEST)
         for i in range(toolkit.BLOCK):
             shrink = rows[toolkit.INVERSE + i]
             raw, across, square = toolkit.halfway_sines(rows, i)
@@ -192,12 +189,10 @@ def _stage(toolkit: Any, is_coupled: int, shines: int) -> Callable[..., Any]:
             x, y = max(raw * shrink, floor), max(facing * shrink, floor)
             x = x if shrink < toolkit.NO_LENGTH else toolkit.ZERO
             if is_coupled:
-                dim, dark = toolkit.ONE - half * x, toolkit.ONE - half * y
-                dim, dark = (
-                    toolkit.ONE - (dim * dim) * (dim * dim) * dim,
-                    toolkit.ONE - (dark * dark) * (dark * dark) * dark,
-                )
-                rows[toolkit.FIRST + i] = coupled * x * dim * dark
+                of_x, of_y = toolkit.ONE - half * x, toolkit.ONE - half * y
+                of_x = toolkit.ONE - (of_x * of_x) * (of_x * of_x) * of_x
+                of_y = toolkit.ONE - (of_y * of_y) * (of_y * of_y) * of_y
+                rows[toolkit.FIRST + i] = coupled * x * of_x * of_y
             grazing = max(toolkit.ONE - half * toolkit.root(square), toolkit.ZERO)
             white = (grazing * grazing) * (grazing * grazing) * grazing
             if not is_coupled:

@@ -65,9 +65,10 @@ def validate(
     ------
     InexpressibleError
         A ValueError: for a scene that VTK's shader cannot draw (lights with an ambient colour of their own or
-        highlights in another than their diffuse colour, Blinn-Phong, `PBR` in the standard convention, a viewer at infinity beside lights with a
-        position, powers above 128, a matrix that flattens or scales beyond 1e-18 to 1e18, a mirrored surface as
-        VTK turns it), where it would have an effect. It holds the nearest scene that VTK can draw.
+        highlights in another than their diffuse colour, Blinn-Phong, `PBR` in the standard convention, a viewer at
+        infinity beside lights with a position, powers above 128, a matrix that flattens or scales beyond 1e-18 to
+        1e18, a mirrored surface as VTK turns it), where it would have an effect. It holds the nearest scene that VTK
+        can draw.
     ValueError
         As `evaluate`, or for a mesh with nothing to light.
 

@@ -34,8 +34,8 @@ def corners():
     yield up, eye, eye
     yield up, up, up
     for tilt in (2.0**-20, 2.0**-12, 2.0**-6, 0.25):
-        yield up + [tilt, 0, 0], mirrored, eye
-        yield up + [0, tilt, 0], mirrored, eye
+        yield up + np.array([tilt, 0, 0]), mirrored, eye
+        yield up + np.array([0, tilt, 0]), mirrored, eye
         yield up, np.array([-1, 0, tilt]), np.array([1, 0, tilt])
         yield up, np.array([-1, 0, tilt]), eye
         yield up, eye, np.array([1, 0.5, tilt])
@@ -70,7 +70,7 @@ def evaluated(reflectance, precision, backend):
     model, point = LightModel(ambient=0, clamp=False), np.zeros((1, 3), np.float32)
     found = []
     for n, l, v in zip(NORMALS, LIGHTS, EYES, strict=True):
-        scene = Scene([PointLight(l)], Viewer(v, (v + [1.0, 0.0, 0.0]).tolist()), model)
+        scene = Scene([PointLight(l)], Viewer(v, (v + np.eye(3)[0]).tolist()), model)
         found.append(evaluate(point, n[None], scene, material, precision=precision, backend=backend).rgb[0, 0])
     return np.array(found)
 

@@ -79,7 +79,7 @@ def test_highlights_without_a_cosine_are_not_reciprocal_and_shine_too_much(refle
     assert abs(one - other) > 0.1 * one
     # as the quotient by n·l would have it, more leaves than comes from near the horizon
     l, solid = hemisphere()
-    v = direction(np.array([1.5]), np.array([math.pi]))
+    v = direction(np.array([1.56]), np.array([math.pi]))
     leaving = (reflected(reflectance, v * np.ones_like(l), l, diffuse=0.0, specular=1.0) / v[2] * l[2] * solid).sum()
     assert leaving / np.pi > 1.5
 

@@ -280,7 +280,7 @@ def of_physical(seed):
 
 
 @pytest.mark.parametrize("block", range(10))
-def test_random_physical_scenes(block, monkeypatch):
+def test_random_physical_scenes(block):
     compared = count = 0
     for seed in range(block * RANDOM // 10, (block + 1) * RANDOM // 10):
         mesh, scene, material, matrix = of_physical(seed)
