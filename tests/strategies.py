@@ -277,6 +277,15 @@ def _corners(dice: Dice, position: np.ndarray, normal: np.ndarray) -> list[Tripl
     ]
 
 
+def _image(dice: Dice) -> Any:
+    """A colour, or an image of a few texels, one of them bright, that is seldom as bright as the lights' colours."""
+    if dice.likely(20):
+        return dice.color()
+    texels = np.array([[[dice.random() for _ in range(3)] for _ in range(6)] for _ in range(3)])
+    texels[dice.randint(0, 2), dice.randint(0, 5)] *= dice.log_between(1.0, 10.0)
+    return 0.3 * texels
+
+
 LIGHT_SHAPES: dict[str, Callable[[Dice, Triple, Triple, float], dict[str, Any]]] = {
     "directional": lambda _dice, _position, direction, _angle: {"direction": direction},
     "disk": lambda dice, position, direction, _angle: {
@@ -284,6 +293,11 @@ LIGHT_SHAPES: dict[str, Callable[[Dice, Triple, Triple, float], dict[str, Any]]]
         "direction": direction,
         "radius": dice.log_between(1e-2, 1.0),
         "two_sided": dice.likely(40),
+    },
+    "environment": lambda dice, _position, direction, angle: {
+        "image": _image(dice),
+        "up": direction,
+        "rotation": angle,
     },
     "point": lambda dice, position, _direction, _angle: {"position": position, "attenuation": dice.attenuation()},
     "polygon": lambda dice, position, direction, _angle: {

@@ -59,6 +59,10 @@ class Material:
         return super().__new__(cls)
 
     def __post_init__(self) -> None:
+        for field in ("specular", "shininess"):
+            if getattr(getattr(self, field), "size", 1) > 3:
+                remedy = f"For one at each vertex, shade and evaluate take {field}=."
+                check.refuse(field, "an array", "one for all vertices", remedy)
         for field in ("ambient", "diffuse", "specular", "emission"):
             object.__setattr__(self, field, check.color(field, getattr(self, field)))
         for field in ("ambient", "diffuse", "specular"):

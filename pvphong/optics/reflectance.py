@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 from pvphong.base.types import FloatArray, Vector
 from pvphong.optics.light import Arrival
@@ -73,6 +73,12 @@ class Reflectance(ABC):
     """Whether it is of VTK's physically based branch, where a material has no ambient colour, and a headlight alone
     stands at the eye."""
 
+    needs: ClassVar[frozenset[str]] = frozenset()
+    """What it reads beside normals and the viewer: "tangents", in `Surface.tangents` and the rows `TX`, `TY`, `TZ`."""
+
+    maps: ClassVar[frozenset[str]] = frozenset()
+    """What may be given vertex by vertex: "specular", which evaluators multiply, or a field, in `Surface.given`."""
+
     counterpart: ClassVar[tuple[str, float] | None] = None
     """Name of another one that looks much the same, and how many times the shininess it needs for that."""
 
@@ -116,6 +122,13 @@ class Reflectance(ABC):
     def most(self, lobe: int, sightline: Sightline) -> float:  # noqa: ARG002 nothing better is known
         """The largest factor of a lobe for vertices of which bounds are known."""
         return self.lobes[lobe].largest
+
+    def extremes(self, field: str, low: float, high: float) -> tuple[Self, ...]:
+        """Of all with a field from `low` to `high`, some of which `change` adds up to no less than any other's.
+
+        One of them also has the largest factor of each lobe.
+        """
+        return replace(self, **{field: low}), replace(self, **{field: high})
 
     def parameters(self) -> tuple[float, ...]:
         """The numbers that its stage reads."""

@@ -47,9 +47,8 @@ class Phong(Shiny):
         diffuse = lambert(n_l)
         if not wanted[1]:
             return diffuse, 0.0
-        return diffuse, shown(
-            power(mirror_distance(surface, arrival.direction, raw_n_l), self.sharpness, self.floor), n_l
-        )
+        shininess = surface.given("shininess", self.sharpness)
+        return diffuse, shown(power(mirror_distance(surface, arrival.direction, raw_n_l), shininess, self.floor), n_l)
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:

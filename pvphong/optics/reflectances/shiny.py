@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -42,6 +42,8 @@ class Shiny(Reflectance):
         """Lambert's, and the highlight."""
         return LAMBERT, HIGHLIGHT
 
+    maps: ClassVar[frozenset[str]] = frozenset({"specular", "shininess"})
+
     def __post_init__(self) -> None:
         if self.shininess is not None:
             object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
@@ -49,6 +51,11 @@ class Shiny(Reflectance):
     def of(self, material: Any) -> Self:
         """With the material's shininess, where it has none of its own."""
         return replace(self, shininess=material.shininess) if self.shininess is None else self
+
+    def extremes(self, field: str, low: float, high: float) -> tuple[Self, ...]:
+        """With an exponent between 0 and 1, infinitely steep, where there may be one that neither is."""
+        ends = super().extremes(field, low, high)
+        return (*ends, replace(self, shininess=0.5)) if low == 0.0 < high else ends
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:

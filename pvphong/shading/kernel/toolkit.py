@@ -17,6 +17,7 @@ from pvphong.shading.kernel.adding import lambert
 from pvphong.shading.kernel.arithmetic import multiply_add, plain
 from pvphong.shading.kernel.caps import cap_cosine, cap_power, see_cap
 from pvphong.shading.kernel.halfway import halfway_sines, mirror_chord
+from pvphong.shading.kernel.harmonics import add_harmonics, hide_below, look_around, not_below
 from pvphong.shading.kernel.pointers import like, shifted
 from pvphong.shading.kernel.powers import raise_second
 from pvphong.shading.kernel.rows import (
@@ -34,6 +35,9 @@ from pvphong.shading.kernel.rows import (
     SECOND,
     STRENGTH,
     THIRD,
+    TX,
+    TY,
+    TZ,
     VX,
     VY,
     VZ,
@@ -88,11 +92,15 @@ __all__ = [
     "STRENGTH",
     "THIRD",
     "TWO",
+    "TX",
+    "TY",
+    "TZ",
     "VX",
     "VY",
     "VZ",
     "ZERO",
     "ZERO_SQUARE",
+    "add_harmonics",
     "already_there",
     "approach",
     "approach_measured",
@@ -101,12 +109,15 @@ __all__ = [
     "cap_power",
     "dot",
     "halfway_sines",
+    "hide_below",
     "holds",
     "inverse_root",
     "like",
+    "look_around",
     "mirror_chord",
     "multiply_add",
     "normal_dot",
+    "not_below",
     "only_lambert",
     "polygon_cosine",
     "polygon_power",

@@ -50,7 +50,7 @@ class Plan:
     effects : mapping of str to Decision
         Every effect that exists, in the order in which they are left out: whether it is on, and why.
     needs : frozenset of str
-        What will be read, of "points", "normals" and "viewer".
+        What will be read, of "points", "normals", "tangents" and "viewer".
     view_dependent : bool
         Whether the colours change when the viewer moves.
     tolerance : float
@@ -107,7 +107,8 @@ class Plan:
             normal_matrix(matrix)  # refuses what cannot light, also where the scene does not need it
         if scene.viewer is None:
             scene = scene.framed(vertices.bounds(None if matrix is None else check.matrix4("matrix", matrix)))
-        return cls.of_equation(beside_the_mesh(assemble(scene, material, matrix)), vertices, tolerance)
+        whole = assemble(scene, vertices.maps.brightest(material), matrix, vertices.maps.ranges)
+        return cls.of_equation(beside_the_mesh(whole), vertices, tolerance)
 
     @classmethod
     def of_equation(cls, whole: Equation, vertices: Vertices, tolerance: float = 0.0) -> Plan:
@@ -258,6 +259,7 @@ def _needs(equation: Equation) -> frozenset[str]:
     needs = {
         "points": equation.needs_points or equation.has_screen,
         "normals": equation.needs_normals or equation.has_screen,
+        "tangents": equation.needs_tangents,
         "viewer": equation.has_highlights or equation.is_flipped,
     }
     return frozenset(name for name, needed in needs.items() if needed)
