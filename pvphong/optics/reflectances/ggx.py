@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from pvphong.base.types import ColorLike, Vector, rgb
 from pvphong.optics.reflectance import Lobe
@@ -41,11 +42,15 @@ class GGX(Microfacets):
         object.__setattr__(self, "roughness", check_roughness(self.roughness))
         object.__setattr__(self, "f0", part_of_light("f0", self.f0))
 
+    def facets_of(self, roughness: Any) -> Facets:
+        """With the same α for distribution and masking."""
+        alpha = alpha_of(roughness)
+        return Facets(alpha, alpha)
+
     @property
     def facets(self) -> Facets:
-        """With the same roughness for distribution and masking."""
-        alpha = alpha_of(self.roughness)
-        return Facets(alpha, alpha)
+        """Those of its own roughness."""
+        return self.facets_of(self.roughness)
 
     @property
     def base(self) -> Base:

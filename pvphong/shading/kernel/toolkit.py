@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from pvphong.shading.kernel.adding import lambert
-from pvphong.shading.kernel.arithmetic import multiply_add, plain
+from pvphong.shading.kernel.arithmetic import exp2, multiply_add, plain
 from pvphong.shading.kernel.caps import cap_cosine, cap_power, see_cap
 from pvphong.shading.kernel.halfway import halfway_sines, mirror_chord
 from pvphong.shading.kernel.harmonics import add_harmonics, hide_below, look_around, not_below
@@ -108,6 +108,7 @@ __all__ = [
     "cap_cosine",
     "cap_power",
     "dot",
+    "exp2",
     "halfway_sines",
     "hide_below",
     "holds",

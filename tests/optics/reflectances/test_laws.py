@@ -35,7 +35,8 @@ class Thrown:
 
     def factors(self, l=None, v=None, real=np.float64):
         l, v = self.l if l is None else l, self.v if v is None else v
-        surface = Surface(self.n.astype(real), self.n.any(axis=0).astype(real), v.astype(real))
+        tangents = np.roll(self.n, 1, axis=0)
+        surface = Surface(self.n.astype(real), self.n.any(axis=0).astype(real), v.astype(real), tangents.astype(real))
         lobes = self.reflectance.lobes
         with np.errstate(divide="ignore", under="ignore", over="ignore"):  # as evaluators do
             found = self.reflectance.factors(surface, Arrival(l.astype(real), 1.0), [True] * len(lobes))
@@ -160,7 +161,16 @@ def test_the_compiled_evaluator_agrees_with_the_reference(name, seed):
     albedo = np.array([[dice.random() for _ in range(3)] for _ in range(COUNT)])
     for precision, step in (("float32", 2.0**-24), ("float64", 2.0**-53)):
         both = [
-            evaluate(points, case.n.T, scene, material, albedo=albedo, precision=precision, backend=backend).rgb
+            evaluate(
+                points,
+                case.n.T,
+                scene,
+                material,
+                albedo=albedo,
+                tangents=case.n.T[:, ::-1],
+                precision=precision,
+                backend=backend,
+            ).rgb
             for backend in ("numpy", "numba")
         ]
         assert np.abs(both[0] - both[1]).max() <= 2 * (4 * math.sqrt(case.reflectance.sharpness) + 16) * step * 3
@@ -171,7 +181,9 @@ def test_its_components_add_up(name, seed):
     case, _ = thrown(name, seed)
     material = Material(diffuse=0.5, specular=0.4, reflectance=case.reflectance)
     scene = Scene([PointLight((2, 1, 4), ambient=0.1)], Viewer((1, 2, 5)), LightModel(clamp=False))
-    lit = evaluate(case.n.T, case.n.T, scene, material, precision="float64", components=True)
+    lit = evaluate(
+        case.n.T, case.n.T, scene, material, tangents=case.n.T[:, ::-1], precision="float64", components=True
+    )
     np.testing.assert_allclose(lit.ambient + lit.diffuse + lit.specular + lit.emission, lit.rgb, atol=1e-15)
     np.testing.assert_allclose(lit.base + lit.per_light.sum(axis=0), lit.rgb, atol=1e-15)
 

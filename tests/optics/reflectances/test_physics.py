@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pvphong import GGX, PBR, BlinnPhong, Metal, ModifiedPhong, OrenNayar, Phong, Retro
+from pvphong import GGX, PBR, BlinnPhong, Metal, ModifiedPhong, OrenNayar, Phong, Retro, Ward
 from pvphong.optics.light import Arrival
 from pvphong.optics.surface import Surface
 
@@ -16,10 +16,16 @@ RECIPROCAL = [
     *(ModifiedPhong(s) for s in (0.0, 4.0, 60.0)),
     *(Retro(s) for s in (0.0, 4.0, 60.0)),
     *(OrenNayar(s) for s in (0.0, 20.0, 90.0)),
+    *(Ward(a, b) for a, b in ((0.2, 0.2), (0.15, 0.8), (1.0, 1.0))),
     *(GGX(r, 0.5) for r in (0.1, 0.5, 1.0)),
     *(PBR(m, r) for m in (0.0, 0.5, 1.0) for r in (0.2, 1.0)),
 ]
-CONSERVING = [*RECIPROCAL[:6], *(GGX(r, f) for r in (0.25, 0.5, 1.0) for f in (0.0, 0.04, 0.5, 1.0)), OrenNayar(0.0)]
+CONSERVING = [
+    *RECIPROCAL[:6],
+    *RECIPROCAL[9:12],
+    *(GGX(r, f) for r in (0.25, 0.5, 1.0) for f in (0.0, 0.04, 0.5, 1.0)),
+    OrenNayar(0.0),
+]
 TOWARDS = [10.0, 70.0, 88.0]
 
 
@@ -32,7 +38,8 @@ def reflected(reflectance, l, v, diffuse=0.5, specular=0.5):
     """Of red light, from unit vectors (3, k)."""
     bound = of_white(reflectance)
     count = np.broadcast(l, v).shape[1]
-    surface = Surface(np.array([[0.0], [0], [1]]) * np.ones(count), np.ones(count), v * np.ones(count))
+    x, _, z = np.eye(3)[:, :, None] * np.ones(count)
+    surface = Surface(z, np.ones(count), v * np.ones(count), x)
     with np.errstate(divide="ignore", under="ignore", over="ignore"):  # as evaluators do
         factors = bound.factors(surface, Arrival(l * np.ones(count), 1.0), [True] * 3)
     own = {"diffuse": diffuse, "specular": specular}
