@@ -13,7 +13,7 @@ from strategies import REFLECTANCE_SHAPES, Dice, unit
 from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Viewer, evaluate
 from pvphong.optics.light import Arrival
 from pvphong.optics.reflectance import Sightline
-from pvphong.optics.reflectances import REFLECTANCES, BlinnPhong, OrenNayar, Phong, counterpart_of
+from pvphong.optics.reflectances import PBR, REFLECTANCES, BlinnPhong, OrenNayar, Phong, counterpart_of
 from pvphong.optics.reflectances.vtk import VtkHeadlight
 from pvphong.optics.surface import Surface
 from pvphong.shading import kernel
@@ -247,3 +247,33 @@ def test_oren_nayar_without_roughness_is_lamberts():
     case, _ = thrown("oren-nayar", 2)
     lambert = np.maximum(np.einsum("ij,ij->j", case.n, case.l), 0)
     np.testing.assert_allclose(Thrown(OrenNayar(0), case.n, case.l, case.v).factors()[0], lambert, atol=1e-15)
+
+
+# --- bad input ---
+
+
+@pytest.mark.parametrize(
+    ("name", "fields", "message"),
+    [
+        ("ggx", {"roughness": 0.0}, "roughness must be a finite number > 0 and <= 1; got 0.0. 0.1 is polished"),
+        ("ggx", {"roughness": 1.1}, "roughness must be a finite number > 0 and <= 1; got 1.1"),
+        ("ggx", {"roughness": 0.5, "f0": 1.2}, "f0 must be a part of the light, at most 1 in each channel; got 1.2"),
+        ("ggx", {"roughness": 0.5, "f0": "golden"}, "f0 must be a number .*; got golden. Did you mean"),
+        ("pbr", {"metallic": -0.1}, "metallic must be a finite number >= 0 and <= 1; got -0.1"),
+        ("pbr", {"roughness": math.nan}, "roughness must be a finite number > 0 and <= 1; got nan"),
+        ("metal", {"color": (1, 2, 1)}, "color must be a part of the light"),
+        ("metal", {"color": 1, "shininess": -1}, "shininess must be a finite number >= 0; got -1"),
+        ("modified-phong", {"shininess": -1}, "shininess must be a finite number >= 0; got -1"),
+        ("retro", {"shininess": math.inf}, "shininess must be a finite number >= 0; got inf"),
+        ("ward", {"alpha_x": 0, "alpha_y": 1}, "alpha_x must be a finite number > 0 and <= 1; got 0"),
+        ("oren-nayar", {"sigma": 91}, "sigma must be a finite number >= 0 and <= 90; got 91"),
+    ],
+)
+def test_what_no_surface_has_is_refused(name, fields, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        REFLECTANCES[name](**fields)
+
+
+def test_white_that_is_more_than_white_is_refused_for_a_metal_of_that_colour():
+    with pytest.raises(ValueError, match=r"^diffuse must be at most 1 in each channel for PBR; got \(2"):
+        evaluate([[0, 0, 0]], [[0, 0, 1]], Scene(()), Material(diffuse=2.0, reflectance=PBR(1.0)))
