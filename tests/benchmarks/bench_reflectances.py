@@ -24,6 +24,7 @@ CASES = {
     "metal": (ph.Material(diffuse=0.1, reflectance=ph.Metal((1.0, 0.78, 0.34), 20)), PHONG, 1.2),
     "Oren-Nayar": (ph.Material(diffuse=0.5, reflectance=ph.OrenNayar(25)), LAMBERT, 1.5),
     "retro": (ph.Material(diffuse=0.5, specular=0.5, reflectance=ph.Retro(20)), PHONG, None),
+    "Ward": (ph.Material(diffuse=0.5, specular=0.5, reflectance=ph.Ward(0.1, 0.4)), PHONG, None),
     "GGX": (ph.Material(diffuse=0.5, reflectance=ph.GGX(0.3)), PHONG, 1.6),
     "PBR": (ph.Material(diffuse=0.5, reflectance=ph.PBR(0.0, 0.3)), PHONG, None),
 }
@@ -32,10 +33,11 @@ CASES = {
 def main() -> None:
     normals = np.random.default_rng(0).normal(size=(COUNT, 3)).astype(np.float32)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    tangents = np.roll(normals, 1, axis=1)
 
     def run(material: ph.Material) -> float:
         start = time.process_time()
-        ph.evaluate(normals, normals, SCENE, material, backend="numba")
+        ph.evaluate(normals, normals, SCENE, material, tangents=tangents, backend="numba")
         return time.process_time() - start
 
     seconds = {name: [run(material) for _ in range(2)][1] for name, (material, _, _) in CASES.items()}
