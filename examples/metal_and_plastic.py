@@ -19,6 +19,7 @@ radius = 1.0 + 0.45 * np.cos(3.0 * t)
 curve = np.column_stack([radius * np.cos(2.0 * t), radius * np.sin(2.0 * t), -0.42 * np.sin(3.0 * t)])
 knot = pv.Spline(curve, 1500).tube(radius=0.23, n_sides=90, capping=False)
 
+
 def softbox(position, strength, color="white"):
     """A square lamp that faces the knot, and is so strong there."""
     place = np.array(position, float)
@@ -39,9 +40,7 @@ scene = ph.Scene(lights, eye, ph.LightModel(ambient=0.08))
 finishes = {
     "Phong, white highlight: plastic": ph.Material(ambient=GOLD, diffuse=DULL, specular=1.0, shininess=25),
     "Phong, gold highlight: gold plastic": ph.Material(ambient=GOLD, diffuse=DULL, specular=GOLD, shininess=25),
-    "Metal: a dark base under a gold highlight": ph.Material(
-        ambient=DIM, diffuse=DIM, reflectance=ph.Metal(GOLD, 12)
-    ),
+    "Metal: a dark base under a gold highlight": ph.Material(ambient=DIM, diffuse=DIM, reflectance=ph.Metal(GOLD, 12)),
     "GGX: small gold mirrors": ph.Material(ambient=DIM, diffuse=0, reflectance=ph.GGX(0.4, GOLD)),
 }
 

@@ -17,10 +17,12 @@ BLUE, GREEN, WHITE, RED = (0.08, 0.2, 0.55), (0.1, 0.4, 0.16), (0.85, 0.82, 0.76
 
 
 def one(color, reflectance, specular=0.0):
+    """A material of one colour."""
     return ph.Material(ambient=color, diffuse=color, specular=specular, reflectance=reflectance)
 
 
 def dim(color):
+    """What metal scatters."""
     return tuple(0.08 * channel for channel in color)
 
 

@@ -61,6 +61,10 @@ class Metal(Reflectance):
         tinted = HIGHLIGHT._replace(is_own=True, color=rgb(self.color))
         return LAMBERT, tinted, HIGHLIGHT._replace(is_own=True)
 
+    def stand_in(self, material: Any) -> tuple[str, Any] | None:
+        """Phong's highlight in the metal's colour, also where light grazes it."""
+        return "Phong for Metal", replace(material, specular=self.color, reflectance=Phong(self.shininess))
+
     def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:
         """Phong's, parted by Schlick's."""
         diffuse, highlight = Phong(self.shininess).factors(surface, arrival, (True, any(wanted[1:])))

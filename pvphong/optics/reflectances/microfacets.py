@@ -18,20 +18,21 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
 from pvphong.base import check
 from pvphong.base.ranges import BRIGHTEST
-from pvphong.base.types import FloatArray
+from pvphong.base.types import FloatArray, rgb
 from pvphong.base.vectors import dot, square_of_cross, unit
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.light import Arrival
 from pvphong.optics.reflectance import Lobe, Reflectance, Sightline
 from pvphong.optics.reflectances.fresnel import WHITENESS_SLOPE, most_whiteness, whiteness
 from pvphong.optics.reflectances.highlight import square
+from pvphong.optics.reflectances.phong import Phong
 from pvphong.optics.surface import Surface
 
 _LEAST_ALPHA = 1e-15
@@ -109,6 +110,21 @@ class Microfacets(Reflectance):
         shine = _shine(facets, n, l + v, x, y)
         white = shine * white
         return base, shine - white, white
+
+    def stand_in(self, material: Any) -> tuple[str, Any] | None:
+        """Phong's highlight, as high and half as high at the same angles where light and viewer are above the surface.
+
+        Lambert's cosine under it reflects as much in all as the coupled base, which is 23/28.
+        There g is 1/(4α²) at its peak and half of that where sin² θ = (√2 − 1)α², which is cos (2θ)ⁿ = ½ for
+        n = ln 4 / (4 (√2 − 1) α²).
+        """
+        base, tinted, _ = self.lobes
+        square = self.facets.alpha**2
+        whole = 1.0 if self.base == "faded" else 1.0 / _COUPLED
+        diffuse = tuple(a * b * whole for a, b in zip(rgb(material.diffuse), base.color, strict=True))
+        specular = tuple(channel / (4.0 * square) for channel in tinted.color)
+        fitted = Phong(min(math.log(4.0) / (4.0 * (math.sqrt(2.0) - 1.0) * square), BRIGHTEST))
+        return "Phong for microfacets", replace(material, diffuse=diffuse, specular=specular, reflectance=fitted)
 
     def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG002 for any ψ
         """Next to the horizon the masking has no bound on its slope, but a highlight is never more than its largest."""

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pvphong import GGX, PBR, BlinnPhong, Metal, ModifiedPhong, OrenNayar, Phong, Retro, Ward
+from pvphong import GGX, PBR, BlinnPhong, Material, Metal, ModifiedPhong, OrenNayar, Phong, Retro, Ward
 from pvphong.optics.light import Arrival
 from pvphong.optics.surface import Surface
 
@@ -126,3 +126,15 @@ def test_a_brdf_is_the_others_limit():
     l, v = direction(np.array([0.3, 0.8]), np.array([0.0, 2.0])), direction(np.array([0.5, 0.4]), np.array([3.0, 1.0]))
     np.testing.assert_allclose(reflected(OrenNayar(0.0), l, v), 0.5 * l[2], rtol=1e-14)
     np.testing.assert_allclose(reflected(Metal(1.0, 9.0), l, v), reflected(Phong(9.0), l, v, specular=1.0), rtol=1e-14)
+
+
+@pytest.mark.parametrize("reflectance", [OrenNayar(25.0), OrenNayar(60.0), GGX(0.5, 0.0)], ids=repr)
+def test_what_stands_in_for_a_base_reflects_as_much_in_all(reflectance):
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    cosines, weights = 0.5 * (nodes + 1.0), weights * 0.5 * (nodes + 1.0)
+    found = 0.0
+    for cosine, weight in zip(cosines, weights, strict=True):
+        theta = math.degrees(math.acos(cosine))
+        found += weight * (albedo(reflectance, theta, diffuse=1.0) - albedo(reflectance, theta, diffuse=0.0))
+    _, simpler = reflectance.stand_in(Material(diffuse=1.0))
+    assert simpler.diffuse[0] == pytest.approx(found, abs=2e-3)
