@@ -64,7 +64,8 @@ class Caster:
         Parameters
         ----------
         origins : ndarray
-            Shape (n, 3). A ray that begins at a point that is not finite is not blocked.
+            Shape (n, 3), or (m, 3) where each is that of n / m rays in a row. A ray that begins at a point that is not
+            finite is not blocked.
         directions : ndarray
             Shape (n, 3), unit vectors.
         distances : ndarray
@@ -75,12 +76,14 @@ class Caster:
         ndarray
             Shape (n,), bool.
         """
-        result = np.zeros(len(origins), bool)
+        result = np.zeros(len(directions), bool)
         if self._backend is None:
             return result
-        for start in range(0, len(origins), _RAYS_AT_ONCE):
-            part = slice(start, start + _RAYS_AT_ONCE)
-            result[part] = self._cast(origins[part], directions[part], distances[part])
+        each = rays_each(origins, directions)
+        step = max(_RAYS_AT_ONCE // each, 1)
+        for start in range(0, len(origins), step):
+            part = slice(each * start, each * (start + step))
+            result[part] = self._cast(origins[start : start + step], directions[part], distances[part])
         return result
 
     def _cast(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
@@ -89,6 +92,7 @@ class Caster:
             begins = np.ldexp(origins - self.middle, -self._exponent)
             lengths = np.ldexp(np.asarray(distances, np.float64), -self._exponent)
             is_near = np.abs(begins).max(initial=0.0) <= _NEAR
+        begins = begins.repeat(rays_each(begins, directions), axis=0)
         if is_near and (lengths > 0.0).all() and np.isfinite(directions).all():
             return self._backend.blocked(begins, directions, np.minimum(lengths, 4 * _NEAR))
         return self._cast_some(begins, directions, lengths)
@@ -109,6 +113,11 @@ class Caster:
         if meets.any():
             result[meets] = self._backend.blocked(begins[meets], directions[meets], lengths[meets])
         return result
+
+
+def rays_each(origins: FloatArray, directions: FloatArray) -> int:
+    """How many rays begin at each origin."""
+    return len(directions) // max(len(origins), 1)
 
 
 def has_embree() -> bool:

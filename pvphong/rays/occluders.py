@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from pvphong.base.types import BoolArray, FloatArray
-from pvphong.rays.casting import Caster
+from pvphong.rays.casting import Caster, rays_each
 from pvphong.rays.faces import Ball, Faces
 
 # A part so many times smaller than the others is not put into one caster with them, whose resolution is too coarse for
@@ -62,8 +62,12 @@ class Occluders:
 
     def blocked(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
         """As `Caster.blocked`, by any part."""
-        found = np.zeros(len(origins), bool)
+        found = np.zeros(len(directions), bool)
         for caster in self.casters:
-            free = np.flatnonzero(~found) if found.any() else slice(None)
-            found[free] = caster.blocked(origins[free], directions[free], distances[free])
+            if not found.any():
+                found = caster.blocked(origins, directions, distances)
+                continue
+            free = np.flatnonzero(~found)
+            some = origins[free // rays_each(origins, directions)]
+            found[free] = caster.blocked(some, directions[free], distances[free])
         return found
