@@ -11,7 +11,7 @@ import pyvista as pv
 
 import pvphong as ph
 from pvphong.base.progress import listening
-from pvphong.rays import casting, sampling
+from pvphong.rays import casting, sampling, visibility
 from pvphong.rays.locator import Locator
 from pvphong.shading.kernel import pool
 
@@ -285,6 +285,24 @@ def test_of_another_mesh_or_other_lights_it_is_refused():
 def test_occluders_of_wrong_types_are_refused(given):
     with pytest.raises(ValueError, match=r"^occluders"):
         floor().phong.shade(scene(SUN), WHITE, occluders=given)
+
+
+@pytest.mark.parametrize(
+    "nothing",
+    [pv.PolyData(), pv.MultiBlock(), patch((0, 0, 2)), pv.Line(), pv.PolyData(np.full((3, 3), np.nan), [3, 0, 1, 2])],
+)
+def test_what_has_no_sound_face_blocks_nothing(nothing):
+    ground, rig = floor(cells=8), scene(SUN)
+    seen = ground.phong.visibility(rig, occluders=[nothing])
+    assert seen.per_light.all()
+    assert seen.sky.all()
+
+
+def test_memory_is_said_before_any_ray(monkeypatch):
+    monkeypatch.setattr(visibility, "_MANY", 100)
+    seen = floor(cells=8).phong.visibility(scene(SUN))
+    assert "128 triangles in the way take about 1.7e-05 GB" in repr(seen)
+    assert seen.rays == 0
 
 
 def test_matrices_move_meshes_and_occluders():
