@@ -20,6 +20,8 @@ from pvphong.shading.kernel import pool
 _VERTICES_AT_ONCE = 2**16
 # Into so many lights without a size one with a size is divided.
 _LIGHTS = 1024
+# So many rays every vertex gets.
+_LEAST, _LEAST_OF_ALL_AROUND = 16, 64
 # In units of the resolution: rays end so far before a light, for it may stand on a face.
 _BEFORE_LIGHT = 2.0
 
@@ -95,7 +97,7 @@ class Tracer:
             seen[sent] = ~self.occluders.blocked(begins[sent], ways[sent], end)
             return weights.reshape(chosen.shape), seen.reshape(chosen.shape)
 
-        return self._look(ask, brightness)
+        return self._look(ask, brightness, least=_LEAST_OF_ALL_AROUND if light.is_even else _LEAST)
 
     def sky(self) -> Seen:
         """What the vertices see of the hemispheres around their normals."""
@@ -114,10 +116,10 @@ class Tracer:
             sent = np.broadcast_to(has_normal[vertices, None], chosen.shape).astype(np.float32)
             return sent, seen.reshape(chosen.shape)
 
-        seen = self._look(ask, self.ambient, least=64)
+        seen = self._look(ask, self.ambient, _LEAST_OF_ALL_AROUND)
         return seen._replace(part=np.where(has_normal, seen.part, 1.0))
 
-    def _look(self, ask: Ask, brightness: float, least: int = 16) -> Seen:
+    def _look(self, ask: Ask, brightness: float, least: int) -> Seen:
         receiver = self.receiver
         self._prepare()
         return look(

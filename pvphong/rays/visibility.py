@@ -276,6 +276,8 @@ def _stamp(points: FloatArray, lights: Sequence[Light]) -> tuple[int, ...]:
 
 
 def _light_stamp(light: Light) -> int:
-    """A number that tells a light's place, direction and size from others."""
-    nodes = [Target.of(node).place_or_way.tolist() for node in light.nodes(4)]
+    """A number that tells a light's place, direction and size, and of which parts it is, from others."""
+    nodes = [
+        (Target.of(node).place_or_way.tolist(), node.intensity if light.has_size else 1.0) for node in light.nodes(4)
+    ]
     return zlib.crc32(repr((nodes, light.is_even)).encode())

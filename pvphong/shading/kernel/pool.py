@@ -22,6 +22,13 @@ class _Limit:
     threads: ClassVar[int | None] = None
 
 
+class _Here(threading.local):
+    is_alone = False
+
+
+_here = _Here()
+
+
 def _most() -> int:
     """Numba's setting, NUMBA_NUM_THREADS, which is by default the processors that this process may use."""
     numba = sys.modules.get("numba")  # rays are cast without it
@@ -30,6 +37,8 @@ def _most() -> int:
 
 def count() -> int:
     """Threads that work at once: Numba's setting, but no more than the processors that this process may use now."""
+    if _here.is_alone:
+        return 1
     here = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return max(1, min(_most(), here, _Limit.threads or here))
 
@@ -42,6 +51,16 @@ def limited(threads: int) -> Iterator[None]:
         yield
     finally:
         _Limit.threads = before
+
+
+@contextlib.contextmanager
+def alone() -> Iterator[None]:
+    """While it lasts, what this thread calls is done by this thread: for who shares out the processors already."""
+    before, _here.is_alone = _here.is_alone, True
+    try:
+        yield
+    finally:
+        _here.is_alone = before
 
 
 @functools.cache
