@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Item = TypeVar("Item")
 
-_SECONDS = 10
+_SECONDS = 5
 """For a scheduler to answer."""
 
 _PACKAGES = ("pvphong", "numpy", "pyvista", "vtk")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import glob
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from typing import Any, Literal
 
@@ -37,6 +37,10 @@ class Piece:
     output: Path
     label: str = DEFAULT
     surface: str = ""
+
+    def absolute(self) -> Piece:
+        """As workers are told: they may run in another folder."""
+        return replace(self, input=self.input.absolute(), output=self.output.absolute())
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from pvphong.batch.cluster import Crew, trouble
 from pvphong.batch.listing import Index, Listing, Piece
 from pvphong.batch.result import Batch
 from pvphong.batch.seams import neighbours_of
-from pvphong.batch.tasks import Outcome, Rig, border_in, bounds_of, light, standing
+from pvphong.batch.tasks import Outcome, Rig, border_in, bounds_of, checksum_of_file, light, standing
 from pvphong.meshes.default_scene import default_scene_of
 from pvphong.scene.scene import Scene
 
@@ -49,7 +49,7 @@ class Run:
 
     def frame(self, given: Scene | None) -> None:
         """Give the scene a viewer that sees all pieces; the default scene if none is given."""
-        asked = {self._crew.begin(bounds_of, piece.input): piece for piece in self._found.pieces}
+        asked = {self._crew.begin(bounds_of, piece.absolute().input): piece for piece in self._found.pieces}
         low, high, is_open = np.full(3, np.nan), np.full(3, np.nan), False
         for piece, told in self._crew.done(asked, _failed):
             if isinstance(told, Outcome):
@@ -67,7 +67,7 @@ class Run:
         surfaces: dict[str, list[Piece]] = defaultdict(list)
         for piece in self._found.pieces:
             surfaces[piece.surface if self._merges else ""].append(piece)
-        begun = {self._crew.begin(light, piece, rig): piece for piece in self._left(surfaces.pop("", []))}
+        begun = {self._crew.begin(light, piece.absolute(), rig): piece for piece in self._left(surfaces.pop("", []))}
         for pieces in surfaces.values():
             begun |= self._begin_surface(pieces, rig) if len(pieces) > 1 else self._begin_alone(pieces[0], rig)
         for piece, outcome in self._crew.done(begun, _failed):
@@ -98,18 +98,18 @@ class Run:
             self._report(piece.input, len(self._outcomes), len(self._found.pieces))
 
     def _begin_alone(self, piece: Piece, rig: Any) -> dict[Any, Piece]:
-        return {self._crew.begin(light, each, rig): each for each in self._left([piece])}
+        return {self._crew.begin(light, each.absolute(), rig): each for each in self._left([piece])}
 
     def _begin_surface(self, pieces: Sequence[Piece], rig: Any) -> dict[Any, Piece]:
         """Tasks for the pieces of one surface: each depends on all, for it gets its neighbours' faces."""
         made_from = self._checksum(pieces)
-        asked = {self._crew.begin(standing, piece, rig, made_from): piece for piece in self._left(pieces)}
+        asked = {self._crew.begin(standing, piece.absolute(), rig, made_from): piece for piece in self._left(pieces)}
         for piece, outcome in self._crew.done(asked, _failed):
             if outcome is not None:
                 self._end(piece, outcome)
         if not self._left(pieces):
             return {}
-        borders = {self._crew.begin(border_in, piece.input): piece for piece in pieces}
+        borders = {self._crew.begin(border_in, piece.absolute().input): piece for piece in pieces}
         known = {}
         for task in self._crew.ended(borders):
             piece, why = borders[task], trouble(task)
@@ -117,26 +117,28 @@ class Run:
                 known[task] = piece
             elif piece.output not in self._outcomes:
                 self._end(piece, Outcome(reason=why))
-        missing = sorted(str(piece.input) for piece in set(pieces) - set(known.values()))
-        if missing:  # the others have to be lit again when it is there
+        if not known:
+            return {}
+        missing = [number for number, piece in enumerate(pieces) if piece not in known.values()]
+        if missing:  # the others have to be lit again when these are there
             made_from = receipts.checksum_of([made_from, missing])
         shared = self._crew.begin(neighbours_of, list(known))
         return {
-            self._crew.begin(light, piece, rig, self._crew.begin(getitem, shared, number), made_from): piece
+            self._crew.begin(light, piece.absolute(), rig, self._crew.begin(getitem, shared, number), made_from): piece
             for number, piece in enumerate(known.values())
             if piece.output not in self._outcomes
         }
 
     def _checksum(self, pieces: Sequence[Piece]) -> str:
         """Of all files of a surface."""
-        asked = {self._crew.begin(receipts.checksum, piece.input): piece for piece in self._left(pieces)}
+        asked = {self._crew.begin(checksum_of_file, piece.absolute().input): piece for piece in self._left(pieces)}
         sums = dict.fromkeys(pieces, "")
         for piece, told in self._crew.done(asked, _failed):
             if isinstance(told, Outcome):
                 self._end(piece, told)
             else:
                 sums[piece] = told
-        return receipts.checksum_of([[str(piece.input), total] for piece, total in sums.items()])
+        return receipts.checksum_of(list(sums.values()))
 
     # --- indices
 

@@ -81,17 +81,20 @@ def without_ghosts(surface: pv.PolyData) -> pv.PolyData:
     return kept
 
 
-def border_of(surface: pv.PolyData) -> Border:
-    """The faces of a surface that touch an edge which only one of them has."""
+def border_of(surface: pv.PolyData, *, of_volume: bool = False) -> Border:
+    """The faces of a surface that touch an edge which only one of them has; all of it if it is a volume's.
+
+    A volume's surface is closed: what it shares with its neighbours may be anywhere on it.
+    """
     connectivity, offsets = polygons(surface)
     sizes = np.diff(offsets)
     after = np.arange(1, len(connectivity) + 1)
     after[offsets[1:][sizes > 0] - 1] = offsets[:-1][sizes > 0]
-    ends = np.sort([connectivity, connectivity[after]], axis=0)
-    edges, uses = np.unique(ends[0] * surface.n_points + ends[1], return_counts=True)
-    single = edges[uses == 1]
-    on_border = np.zeros(surface.n_points, bool)
-    on_border[single // max(surface.n_points, 1)] = on_border[single % max(surface.n_points, 1)] = True
+    on_border = np.full(surface.n_points, of_volume)
+    if not of_volume:
+        low, high = np.sort([connectivity, connectivity[after]], axis=0)
+        edges, uses = np.unique(low * surface.n_points + high, return_counts=True)
+        on_border[np.concatenate(np.divmod(edges[uses == 1], surface.n_points))] = True
     face = np.repeat(np.arange(len(sizes)), sizes)
     touches = np.zeros(len(sizes), bool)
     touches[face[on_border[connectivity]]] = True

@@ -87,6 +87,19 @@ class Outcome:
     reason: str = ""
 
 
+def checksum_of_file(path: Path) -> str:
+    """Of a file's contents.
+
+    Raises
+    ------
+    ValueError
+        If it is not there.
+    """
+    if not path.is_file():
+        check.refuse("mesh", path, "a file that exists")
+    return receipts.checksum(path)
+
+
 def bounds_of(path: Path) -> tuple[tuple[float, ...], bool]:
     """x_min, …, z_max of a file's surface, and whether that has open edges."""
     outside = _surface(path)
@@ -101,7 +114,8 @@ def standing(piece: Piece, rig: Rig, made_from: str) -> Outcome | None:
 
 def border_in(path: Path) -> Border:
     """What a piece's neighbours have to know of it."""
-    return border_of(_surface(path))
+    mesh = _read(path)
+    return border_of(without_ghosts(surface(mesh)), of_volume=mesh.GetMaxSpatialDimension() == 3)
 
 
 def light(piece: Piece, rig: Rig, neighbours: Neighbours | None = None, made_from: str = "") -> Outcome:
@@ -132,7 +146,7 @@ def reason_of(error: BaseException) -> str:
 
 
 def _light(piece: Piece, rig: Rig, neighbours: Neighbours | None, made_from: str) -> Outcome:
-    made_from = made_from or (receipts.checksum(piece.input) if piece.input.is_file() else "")
+    made_from = made_from or checksum_of_file(piece.input)
     before = standing(piece, rig, made_from)
     if before is not None:
         return before  # of an earlier run, or of a worker that was killed before it could tell
@@ -145,10 +159,14 @@ def _light(piece: Piece, rig: Rig, neighbours: Neighbours | None, made_from: str
 
 
 def _surface(path: Path) -> pv.PolyData:
+    return without_ghosts(surface(_read(path)))
+
+
+def _read(path: Path) -> pv.DataSet:
     mesh = read_mesh(str(path))
     if isinstance(mesh, pv.MultiBlock):
         check.refuse("mesh", path, "a file with a single mesh", "Save its blocks as a .vtm file.")
-    return without_ghosts(surface(mesh))
+    return mesh
 
 
 def _lit(mesh: pv.PolyData, piece: Piece, rig: Rig, neighbours: Neighbours | None) -> pv.PolyData:
