@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from pvphong.optics.lights import (
         DirectionalLight,
         DiskLight,
+        EnvironmentLight,
         Light,
         PointLight,
         PolygonLight,
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
         light_from_homogeneous,
     )
     from pvphong.optics.material import Material
-    from pvphong.optics.reflectances import BlinnPhong, OrenNayar, Phong
+    from pvphong.optics.reflectances import GGX, PBR, BlinnPhong, Metal, ModifiedPhong, OrenNayar, Phong, Retro
     from pvphong.rays.visibility import Visibility
     from pvphong.scene.light_model import LightModel
     from pvphong.scene.scene import Scene, load_materials
@@ -68,10 +69,10 @@ _PLACES = {
     "meshes.guarded": "read",
     "meshes.lit": "plan",
     "meshes.surfaces": "face_normals vertex_normals",
-    "optics.lights": "DirectionalLight DiskLight Light PointLight PolygonLight RectangleLight SphereLight SpotLight "
-    "light_from_homogeneous",
+    "optics.lights": "DirectionalLight DiskLight EnvironmentLight Light PointLight PolygonLight RectangleLight "
+    "SphereLight SpotLight light_from_homogeneous",
     "optics.material": "Material",
-    "optics.reflectances": "BlinnPhong OrenNayar Phong",
+    "optics.reflectances": "GGX PBR BlinnPhong Metal ModifiedPhong OrenNayar Phong Retro",
     "rays.visibility": "Visibility",
     "scene.light_model": "LightModel",
     "scene.scene": "Scene load_materials",
@@ -107,6 +108,8 @@ if "pyvista" in sys.modules:
     from pvphong import accessor  # noqa: F401  # registers mesh.phong where PyVista does not find its entry point
 
 __all__ = [
+    "GGX",
+    "PBR",
     "Batch",
     "BlinnPhong",
     "Comparison",
@@ -114,9 +117,12 @@ __all__ = [
     "Diagnosis",
     "DirectionalLight",
     "DiskLight",
+    "EnvironmentLight",
     "Light",
     "LightModel",
     "Material",
+    "Metal",
+    "ModifiedPhong",
     "OrenNayar",
     "Phong",
     "PhongFilter",
@@ -124,6 +130,7 @@ __all__ = [
     "PointLight",
     "PolygonLight",
     "RectangleLight",
+    "Retro",
     "Scene",
     "Shading",
     "SingularMatrixWarning",

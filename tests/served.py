@@ -113,6 +113,12 @@ class Page:
         self.point(pixel)
         self._mouse(lambda mouse: mouse.pointer_down())
 
+    def click(self, pixel):
+        """Press and release the button at a pixel."""
+        self.press(pixel)
+        self._mouse(lambda mouse: mouse.pointer_up())
+        self.settled()
+
     def drag(self, start, by):
         """Press, move in steps, hold; gives what the plotter says before `drop`."""
         self.press(start)
@@ -166,6 +172,16 @@ class Page:
                 return shown
             time.sleep(0.05)
         raise AssertionError("the browser did not show it")
+
+    def still(self):
+        """What the browser shows when that no longer changes: after a coarse picture comes a fine one."""
+        import numpy as np
+
+        last, shown = None, self.picture()
+        while last is None or not np.array_equal(last, shown):
+            time.sleep(0.4)
+            last, shown = shown, self.picture()
+        return shown
 
 
 def main(view):

@@ -277,6 +277,15 @@ def _corners(dice: Dice, position: np.ndarray, normal: np.ndarray) -> list[Tripl
     ]
 
 
+def _image(dice: Dice) -> Any:
+    """A colour, or an image of a few texels, one of them bright, that is seldom as bright as the lights' colours."""
+    if dice.likely(20):
+        return dice.color()
+    texels = np.array([[[dice.random() for _ in range(3)] for _ in range(6)] for _ in range(3)])
+    texels[dice.randint(0, 2), dice.randint(0, 5)] *= dice.log_between(1.0, 10.0)
+    return 0.3 * texels
+
+
 LIGHT_SHAPES: dict[str, Callable[[Dice, Triple, Triple, float], dict[str, Any]]] = {
     "directional": lambda _dice, _position, direction, _angle: {"direction": direction},
     "disk": lambda dice, position, direction, _angle: {
@@ -284,6 +293,11 @@ LIGHT_SHAPES: dict[str, Callable[[Dice, Triple, Triple, float], dict[str, Any]]]
         "direction": direction,
         "radius": dice.log_between(1e-2, 1.0),
         "two_sided": dice.likely(40),
+    },
+    "environment": lambda dice, _position, direction, angle: {
+        "image": _image(dice),
+        "up": direction,
+        "rotation": angle,
     },
     "point": lambda dice, position, _direction, _angle: {"position": position, "attenuation": dice.attenuation()},
     "polygon": lambda dice, position, direction, _angle: {
@@ -312,9 +326,18 @@ LIGHT_SHAPES: dict[str, Callable[[Dice, Triple, Triple, float], dict[str, Any]]]
 REFLECTANCE_SHAPES: dict[str, Callable[[Dice], dict[str, Any]]] = {
     "phong": lambda dice: {"shininess": dice.shininess()},
     "blinn-phong": lambda dice: {"shininess": dice.shininess()},
+    "modified-phong": lambda dice: {"shininess": dice.shininess()},
+    "metal": lambda dice: {"color": dice.choice(((1.0, 0.8, 0.3), 0.5)), "shininess": dice.shininess()},
     "oren-nayar": lambda dice: {"sigma": dice.uniform(0.0, 90.0)},
+    "retro": lambda dice: {"shininess": dice.shininess()},
+    "ggx": lambda dice: {"roughness": _roughness(dice), "f0": dice.choice((0.04, (1.0, 0.8, 0.3)))},
+    "pbr": lambda dice: {"metallic": dice.choice((0.0, 1.0, dice.random())), "roughness": _roughness(dice)},
 }
 """Name of a reflectance → what makes its fields. A new one needs an entry here."""
+
+
+def _roughness(dice: Dice) -> float:
+    return dice.log_between(1e-6, 0.05) if dice.likely(25) else dice.uniform(0.05, 1.0)
 
 
 def _material(dice: Dice) -> Material:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from operator import getitem
 from pathlib import Path
@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from pvphong.base.progress import counting
 from pvphong.batch import indices, receipts
 from pvphong.batch.cluster import Crew, trouble
 from pvphong.batch.listing import Index, Listing, Piece
@@ -19,9 +20,6 @@ from pvphong.batch.seams import neighbours_of
 from pvphong.batch.tasks import Outcome, Rig, border_in, bounds_of, checksum_of_file, light, standing
 from pvphong.meshes.default_scene import default_scene_of
 from pvphong.scene.scene import Scene
-
-Report = Callable[[Path, int, int], object]
-"""Is told a file that has ended, how many have, and how many there are."""
 
 
 class Run:
@@ -37,13 +35,12 @@ class Run:
         The pieces, and their indices.
     merges : bool
         Whether normals are those of surfaces in one piece.
-    report : callable, optional
-        Is told of each piece.
     """
 
-    def __init__(self, crew: Crew, rig: Rig, found: Listing, *, merges: bool, report: Report | None) -> None:
-        self._crew, self._rig, self._found, self._report = crew, rig, found, report
+    def __init__(self, crew: Crew, rig: Rig, found: Listing, *, merges: bool) -> None:
+        self._crew, self._rig, self._found = crew, rig, found
         self._merges = merges
+        self._count = counting(len(found.pieces))
         self._outcomes: dict[Path, Outcome] = {}
         self._indices: dict[Path, Outcome] = {}
 
@@ -94,8 +91,7 @@ class Run:
 
     def _end(self, piece: Piece, outcome: Outcome) -> None:
         self._outcomes[piece.output] = outcome
-        if self._report is not None:
-            self._report(piece.input, len(self._outcomes), len(self._found.pieces))
+        self._count(1)
 
     def _begin_alone(self, piece: Piece, rig: Any) -> dict[Any, Piece]:
         return {self._crew.begin(light, each.absolute(), rig): each for each in self._left([piece])}

@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from pvphong.base import check
 from pvphong.base.files import folder_aside
+from pvphong.base.progress import about
 from pvphong.base.types import Backend, Precision
 from pvphong.batch.cluster import hired
 from pvphong.batch.listing import Listing, Piece, Seams, listing, paths_of
 from pvphong.batch.result import Batch
-from pvphong.batch.run import Report, Run
+from pvphong.batch.run import Run
 from pvphong.batch.tasks import Rig
 from pvphong.meshes.blocks import DEFAULT
 from pvphong.meshes.edges import FeatureAngle
@@ -46,7 +47,6 @@ def shade_files(
     precision: Precision = "float32",
     backend: Backend = "auto",
     feature_angle: FeatureAngle = None,
-    report: Report | None = None,
 ) -> Batch:
     """Light many files in many processes; each comes out as a .vtp file of its name with its colours.
 
@@ -84,8 +84,6 @@ def shade_files(
     name, albedo, components, tolerance, precision, backend, feature_angle
         As for `mesh.phong.shade`; `albedo` is the name of a point array. Each piece is planned for by itself, within
         the tolerance. Sharp edges are found across pieces whose seams are merged.
-    report : callable, optional
-        Called with each file that has ended, how many have, and how many there are.
 
     Returns
     -------
@@ -115,8 +113,8 @@ def shade_files(
     found = listing(paths_of(paths), Path(out), as_one=seams == "merge")
     rig.refuse_wrong({piece.label for piece in found.pieces})
     _refuse_shadows(rig.scene, found.pieces)
-    with hired(client, workers) as crew, _folders(found, Path(out)):
-        run = Run(crew, rig, found, merges=seams != "keep", report=report)
+    with hired(client, workers) as crew, _folders(found, Path(out)), about("files"):
+        run = Run(crew, rig, found, merges=seams != "keep")
         if given is None or given.viewer is None:
             run.frame(given)
         run.light()

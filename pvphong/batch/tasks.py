@@ -66,8 +66,9 @@ class Rig:
         for label in sorted(labels):
             if label not in self.materials and DEFAULT not in self.materials:
                 check.refuse("material", f"a mapping without {label!r}", allowed)
-        if self.options["albedo"] is not None:
-            check.text("albedo", self.options["albedo"])
+        albedo = self.options["albedo"]
+        if albedo is not None and not isinstance(albedo, str):
+            check.refuse("albedo", albedo, "the name of a point array that the files have")
         for material in self.materials.values():
             without = self.options | {"albedo": None}
             shade_mesh(pv.Triangle(), self.scene, material, feature_angle=self.feature_angle, **without)

@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from pvphong.base import check
 from pvphong.batch.listing import Seams, is_pattern
 from pvphong.batch.shading import shade_files
 from pvphong.cli.options import Blockers, refuse_given
+from pvphong.cli.spinner import busy
 from pvphong.scene.scene import Scene
 
 
@@ -56,10 +55,7 @@ class Crowd:
         if scene is None:
             blocked = {"--shadows": blockers.shadows, "--ambient-occlusion": blockers.ambient_occlusion}
             refuse_given(blocked, "given with --scene where many files are lit")
-        console = Console(stderr=True)
-        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-        with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-            task = progress.add_task("lighting", total=None)
+        with busy("Lighting many files"):
             batch = shade_files(
                 meshes,
                 output,
@@ -67,9 +63,6 @@ class Crowd:
                 client=self.scheduler,
                 workers=self.workers,
                 seams=self.seams,
-                report=lambda path, done, total: progress.update(
-                    task, description=path.name, completed=done, total=total
-                ),
                 **how,
             )
         print(batch, file=sys.stderr if batch.failed else sys.stdout)

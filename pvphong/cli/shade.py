@@ -18,6 +18,7 @@ from pvphong.cli.options import (
     FeatureAngleOption,
     LookOptions,
     SceneFile,
+    albedo_of,
     feature_angle_of,
     refuse_given,
 )
@@ -63,7 +64,8 @@ def shade(
         .vtp, .vtk, .vtkhdf or .ply (8-bit vertex colours) for a mesh; .vtm, .vtmb or .vtkhdf for several
         blocks; .png for a picture. A folder, as lit/, for many files, each as .vtp.
     albedo
-        Name of a point array of colours that multiply the material's ambient and diffuse.
+        Colours that multiply the material's ambient and diffuse: the name of a point array, or an image file that is
+        laid on by the mesh's texture coordinates.
     array
         Name of the array of lit colours, "phong" if not given.
     components
@@ -80,7 +82,12 @@ def shade(
     background
         Colour of a picture's background, white if not given.
     """
-    how: dict[str, Any] = {"albedo": albedo, "components": components, "precision": precision, "tolerance": tolerance}
+    how: dict[str, Any] = {
+        "albedo": albedo_of(albedo),
+        "components": components,
+        "precision": precision,
+        "tolerance": tolerance,
+    }
     how["feature_angle"] = feature_angle_of(feature_angle)
     materials, name = look.to_materials(scene), "phong" if array is None else array
     if are_many((mesh, *more), output):

@@ -147,6 +147,10 @@ def _read(label: str, array: Any, first: int = 0, *, once: bool = False) -> Cell
     parts = (array, indices, offsets)
     edition = (*(part.GetMTime() for part in parts), indices.GetNumberOfValues(), count) if once else None
     connectivity = vtk_to_numpy(indices)
+    if connectivity.dtype.kind not in "iu":
+        check.refuse(
+            "mesh", f"{label} indices of type {connectivity.dtype}", "a mesh whose cells refer to points by integers"
+        )
     result = Cells(label, first, count, connectivity[: array.GetOffset(count)], edition, array)
     if edition in _in_order:
         return result

@@ -8,6 +8,7 @@ know.
 
 from __future__ import annotations
 
+import html
 import math
 import mmap
 import re
@@ -25,16 +26,29 @@ _HDF = b"\x89HDF\r\n\x1a\n"
 _HDF_END = {0: 40, 1: 44, 2: 28, 3: 28}  # where the superblock of each version has the address of the file's end
 _WHOLE = re.compile(rb"""\bWholeExtent\s*=\s*["']([^"']*)["']""")
 _PIECE = re.compile(rb"""<Piece\b[^>]*?\bExtent\s*=\s*["']([^"']*)["']""")
+_BLOCK = re.compile(rb"""<DataSet\b[^>]*?\bfile\s*=\s*["']([^"']+)["']""")
+_WITH_BLOCKS = (".vtm", ".vtmb")
 _LAST = 4096  # bytes in which the end tag of an XML file is looked for, and a grid's extent at its beginning
 
 
 def refuse_parts(path: Path) -> None:
-    """Raise ``ValueError`` for a file that is not there to its end; formats that do not tell are passed over."""
+    """Raise ``ValueError`` for a file that is not there to its end; formats that do not tell are passed over.
+
+    A file that names others is whole if they are; one that is not there is left to the reader.
+    """
     check = _CHECKS.get(path.suffix.lower())
     if check is None or not path.is_file() or not path.stat().st_size:
         return
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as contents:
         check(contents)
+        blocks = _BLOCK.findall(contents) if path.suffix.lower() in _WITH_BLOCKS else []
+    for block in blocks:
+        other = path.parent / html.unescape(block.decode(errors="replace"))
+        try:
+            if other.suffix.lower() not in _WITH_BLOCKS:  # else a file could name itself
+                refuse_parts(other)
+        except ValueError as error:
+            raise ValueError(f"Its block {other.name}: {error}") from error
 
 
 def _xml(contents: Bytes) -> None:

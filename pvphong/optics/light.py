@@ -271,6 +271,29 @@ class Light:
         """
         return (self,)
 
+    @property
+    def bands(self) -> int:
+        """Of spherical harmonics, in which it may be divided: for a light from all around. 0 of others."""
+        return 0
+
+    def left_out(self, form: CosinePower, bands: int) -> float:  # noqa: ARG002 it has none
+        """The most by which what a lobe reflects of it, at intensity 1, changes without the bands from this one on."""
+        return 0.0
+
+    def unknown(self, form: CosinePower) -> float:  # noqa: ARG002 it is known
+        """The most by which what a lobe reflects of it, at intensity 1, is off with all its bands."""
+        return 0.0
+
+    def tints(self, bands: int | None = None) -> tuple[tuple[Vector, Light], ...]:  # noqa: ARG002 it has none
+        """The lights of one colour each as whose sum its closed forms are evaluated.
+
+        Parameters
+        ----------
+        bands : int, optional
+            How many are kept, of those that have bands; all if not given.
+        """
+        return (((1.0, 1.0, 1.0), self),)
+
     def closed(self, form: CosinePower) -> Integral | None:  # noqa: ARG002 there is none
         """What a lobe reflects of all of it, exactly: for a light with a size whose integral has a closed form.
 
@@ -385,10 +408,11 @@ class Light:
             return ""
         nearest = self.stand_in
         kind = type(self).__name__
+        kind = f"{'an' if kind[0] in 'AEIOU' else 'a'} {kind}"
         if nearest is self:
-            return f"a {kind}"
+            return kind
         shape = ", ".join(f"{field}={getattr(nearest, field)}" for field in nearest.roles)
-        return f"a {kind} (the nearest that VTK has is {type(nearest).__name__}({shape}))"
+        return f"{kind} (the nearest that VTK has is {type(nearest).__name__}({shape}))"
 
     def to_pyvista(self, viewer: EyeSpace | None = None) -> pv.Light:
         """The same light as a new `pyvista.Light`, its floats unrounded; of a light that VTK has not, the nearest.

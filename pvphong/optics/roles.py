@@ -184,6 +184,10 @@ class Angle(Role):
     most: float = 180.0
 
 
+class Turn(Role):
+    """By how many degrees a light is turned around what is up."""
+
+
 class Falloff(Role):
     """How the light weakens."""
 
@@ -205,6 +209,16 @@ def aim(default: Any = (0.0, 0.0, -1.0)) -> Any:
 def upward(default: Any = (0.0, 1.0, 0.0)) -> Any:
     """A field that says how the light is turned around its aim."""
     return _field(default, Up(check.direction))
+
+
+def turned(default: float = 0.0) -> Any:
+    """A field that says by how many degrees the light is turned around what is up."""
+    return _field(default, Turn(_number()))
+
+
+def imaged(default: Any, checked: Check) -> Any:
+    """A field that holds an image of the light."""
+    return _field(default, Role(checked))
 
 
 def cornered(default: Any, checked: Check) -> Any:

@@ -135,6 +135,21 @@ def whole(turned: Any) -> Any:
     return np.maximum(np.where(turned < -1.0, turned + 2.0 * math.pi, turned), 0.0)
 
 
+def share_above(sine: Any, power: float) -> Any:
+    """The part above the horizon of a lobe max(w·u, 0)ᵏ, k the power, for the sine of w's elevation over it.
+
+    Projected from its middle, the lobe is Student's t distribution: along a line it has the density cosᵏ of the angle.
+    """
+    height = np.arcsin(np.clip(np.asarray(sine, np.float64), -1.0, 1.0))
+    window = math.acos(math.exp(math.log(_NOTHING) / power))
+
+    def up_to(angles: Any) -> Any:
+        shown = np.minimum(angles, window)
+        return integral(0.5 * shown, 0.5 * shown, power < ROUGH, _HALF_NODES, lambda a: np.cos(a) ** power)
+
+    return 0.5 + 0.5 * np.copysign(up_to(np.abs(height)) / up_to(np.array(0.5 * math.pi)), height)
+
+
 # -- a cap, which is how a sphere is seen
 
 

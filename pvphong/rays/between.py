@@ -31,6 +31,8 @@ def may_block(light: Light, vertices: Sphere | None, ball: Ball) -> bool:
         return True
     center, reach = np.array(vertices.center), (vertices.radius + ball.radius) * ROUNDED_UP
     nodes = light.nodes(_NODES)
+    if light.is_even and light.has_size:
+        return True  # it comes from all sides
     if light.is_even:
         return _is_near_ray(ball.center - center, np.ravel(light.arrival(np.zeros((3, 1))).direction), reach)
     places = [node.values(Place) for node in nodes]

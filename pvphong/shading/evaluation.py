@@ -22,6 +22,10 @@ def evaluate(
     *,
     matrix: MatrixLike | None = None,
     albedo: Any = None,
+    specular: Any = None,
+    shininess: Any = None,
+    roughness: Any = None,
+    tangents: Any = None,
     precision: Precision = "float32",
     backend: Backend = "auto",
     tolerance: float = 0.0,
@@ -61,6 +65,14 @@ def evaluate(
     albedo : array_like, optional
         Shape (n, 3): multiplies the material's ambient and diffuse. uint8 counts as 0-255; floats are
         clipped to [0, 1], a NaN counts as 0.
+    specular : array_like, optional
+        Shape (n, 3) or (n,): reflectances in place of the material's, >= 0; uint8 counts as 0-255.
+    shininess, roughness : array_like, optional
+        Shape (n,): in place of the material's or its reflectance's. What a reflectance does not read vertex by vertex
+        is refused; in VTK's convention all of it is. Where any is given, NumPy computes.
+    tangents : array_like, optional
+        Shape (n, 3), of any length: directions along the surface, transformed as differences of points are, for
+        reflectances that are not the same in all of them. What of them is along the normal is left out.
     precision : {"float32", "float64"}
         Of the result, and of the arithmetic after positions are subtracted. float32 errs by at most
         (4√n + 16) · 2⁻²⁴ · (1 + number of lights) for colours of size 1, n the largest of the material's
@@ -96,7 +108,8 @@ def evaluate(
         If an argument has the wrong shape, type or range, or Numba is asked for and missing; the message
         names it.
     """
-    vertices = Vertices(points, normals, albedo)
+    maps = {"specular": specular, "shininess": shininess, "roughness": roughness}
+    vertices = Vertices(points, normals, albedo, tangents=tangents, maps=maps)
     if visibility is not None:
         scene = as_scene(scene).framed(vertices.bounds(None if matrix is None else check.matrix4("matrix", matrix)))
         vertices.screen = checked_screen("visibility", visibility, vertices.points, matrix, scene)

@@ -99,23 +99,21 @@ def checked_screen(name: str, given: Any, points: FloatArray, matrix: MatrixLike
     return cast(Screen, given)
 
 
-def channels_for(equation: Equation, screen: Screen | None) -> FloatArray | None:
-    """What an equation reads; None where it reads nothing.
+def channels_for(equation: Equation, screen: Screen | None) -> FloatArray:
+    """What an equation that has a screen reads of it.
 
     Raises
     ------
     ValueError
-        If it reads something, and there is no screen.
+        If there is none.
     """
-    if not equation.has_screen:
-        return None
     return _refuse_unknown() if screen is None else screen.channels(equation.shadowed, sky=equation.is_occluded)
 
 
 def refuse_rays(scene: Scene, where: str) -> None:
     """Raise ValueError for a scene with shadows or ambient occlusion, where nobody casts rays."""
     if scene.light_model.needs_rays:
-        remedy = "scene.light_model.without_rays() is the same without them."
+        remedy = "scene.light_model.without_rays() is the same without them; mesh.phong.shade of the result casts them."
         check.refuse("light_model", "one with them", f"without shadows and ambient occlusion {where}", remedy)
 
 

@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 import pyvista as pv
-from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 from pvphong.meshes import cells as cells_module
 from pvphong.meshes.cells import cells, invalid_cells, refuse_invalid
@@ -122,3 +122,11 @@ def test_what_is_remembered_is_bounded_and_shared_by_threads():
         sizes = list(threads.map(checked, range(2 * cells_module._REMEMBERED)))
     assert max(sizes) <= cells_module._REMEMBERED + 4  # one for each that is just adding its own
     assert len(cells_module._in_order) == cells_module._REMEMBERED
+
+
+def test_indices_that_are_no_integers_are_refused():
+    """As VTK makes them of a damaged file."""
+    array = pv.CellArray()
+    array.SetData(numpy_to_vtk(np.array([0, 3])), numpy_to_vtk(np.array([0.0, 1.0, 2.0])))
+    with pytest.raises(ValueError, match="face indices of type float64"):
+        cells(surface_of(array))

@@ -1,6 +1,7 @@
 """Files that are cut short or contradict themselves are refused before VTK sees them; whole ones are not."""
 
 import random
+import shutil
 import warnings
 from pathlib import Path
 
@@ -46,6 +47,16 @@ def test_files_that_are_cut_anywhere_are_refused(folder, tmp_path):
                 cut = tmp_path / path.name
                 cut.write_bytes(contents[:end])
                 assert refused(cut), (path.name, end)
+
+
+def test_a_file_that_names_others_is_whole_if_they_are(folder, tmp_path):
+    shutil.copytree(folder / "blocks", tmp_path / "blocks")
+    whole = shutil.copy(folder / "blocks.vtm", tmp_path)
+    refuse_parts(Path(whole))
+    (block,) = (tmp_path / "blocks").glob("*.vti")
+    block.write_bytes(block.read_bytes().replace(b'<Piece Extent="0 3', b'<Piece Extent="1 3'))
+    with pytest.raises(ValueError, match=rf"Its block {block.name}: Its pieces do not fill its WholeExtent\."):
+        refuse_parts(Path(whole))
 
 
 def test_a_legacy_file_is_whole_at_the_end_of_a_section_alone(folder, tmp_path):

@@ -18,10 +18,22 @@ import area_oracle as oracle
 import mpmath as mp
 import numpy as np
 import pytest
+import pyvista as pv
 from stability.evaluators import EVALUATORS, STEPS, UNLIT, Declined, Evaluator
 from stability.ledger import held
 
-from pvphong import DiskLight, Material, PointLight, PolygonLight, RectangleLight, Scene, SphereLight, Viewer, evaluate
+from pvphong import (
+    DiskLight,
+    EnvironmentLight,
+    Material,
+    PointLight,
+    PolygonLight,
+    RectangleLight,
+    Scene,
+    SphereLight,
+    Viewer,
+    evaluate,
+)
 
 EYE = (0.3, -0.4, 5.0)
 LOOKS = {"diffuse": (1.0, 0.0, 0.0), "highlight": (0.0, 1.0, 20.0), "mirror": (0.0, 1.0, 1e6), "flat": (0.0, 1.0, 0.0)}
@@ -217,6 +229,17 @@ REFUSED = [
     (PolygonLight, {"corners": [(0, 0, 0), (1, 0, 0)]}, "corners must be three or more"),
     (PolygonLight, {"corners": [(0, 0, 0), (1, 0, 0), (0, math.nan, 0)]}, "corners must be three or more"),
     (PolygonLight, {"corners": "square"}, "corners must be"),
+    (EnvironmentLight, {"image": np.full((4, 8, 3), math.nan)}, "image must be .*nan.*np.nan_to_num"),
+    (EnvironmentLight, {"image": np.full((4, 8, 3), math.inf)}, "image must be .*inf.*an infinite sun is a"),
+    (EnvironmentLight, {"image": np.full((4, 8, 3), -0.1)}, "image must be .*-0.1.*clip"),
+    (EnvironmentLight, {"image": np.ones((4, 8))}, "image must be .*shape \\(4, 8\\)"),
+    (EnvironmentLight, {"image": np.ones((4, 8, 4))}, "image must be .*leaves out what is opaque"),
+    (EnvironmentLight, {"image": np.ones((0, 8, 3))}, "image must be .*shape \\(0, 8, 3\\)"),
+    (EnvironmentLight, {"image": np.full((4, 8, 3), 200, np.uint8)}, "image must be .*8-bit.*255"),
+    (EnvironmentLight, {"image": pv.Texture(np.full((4, 8, 3), 200, np.uint8))}, "image must be .*SetUseSRGB"),
+    (EnvironmentLight, {"image": "sky.hdr"}, "image must be a number"),
+    (EnvironmentLight, {"up": (0, 0, 0)}, "up must be a direction"),
+    (EnvironmentLight, {"rotation": math.inf}, "rotation must be a finite number"),
 ]
 
 

@@ -9,6 +9,7 @@ from pvphong.optics.light import Light
 from pvphong.optics.lights.conversion import light_from_homogeneous, light_from_values
 from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.lights.disk import DiskLight
+from pvphong.optics.lights.environment import EnvironmentLight
 from pvphong.optics.lights.point import PointLight
 from pvphong.optics.lights.polygon import PolygonLight
 from pvphong.optics.lights.rectangle import RectangleLight
@@ -18,6 +19,7 @@ from pvphong.optics.lights.spot import SpotLight
 LIGHT_TYPES: dict[str, type[Light]] = {
     "directional": DirectionalLight,
     "disk": DiskLight,
+    "environment": EnvironmentLight,
     "point": PointLight,
     "polygon": PolygonLight,
     "rectangle": RectangleLight,
@@ -40,6 +42,7 @@ __all__ = [
     "LIGHT_TYPES",
     "DirectionalLight",
     "DiskLight",
+    "EnvironmentLight",
     "Light",
     "PointLight",
     "PolygonLight",

@@ -81,7 +81,7 @@ def _of_lights_with_a_size(library: Library) -> Iterable[Callable[..., Any]]:
     """Closed stages of all kinds of light, for each choice of what Phong's reflectance has lobes for."""
     diffuse, highlight = CosinePower("normal", 1.0), CosinePower("mirror", 20.0)
     choices = (diffuse, highlight), (diffuse, None), (None, highlight)
-    lights = [_sample(kind) for kind in LIGHT_TYPES.values()]
+    lights = [part for kind in LIGHT_TYPES.values() for _, part in _sample(kind).tints()]
     stages = [light.closed_stage(library.toolkit, forms) for light in lights for forms in choices]
     return _distinct(stage.function for stage in stages if stage is not None)
 

@@ -15,6 +15,8 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, ClassVar
 
+from pvphong.base import progress
+
 
 class _Limit:
     threads: ClassVar[int | None] = None
@@ -83,15 +85,31 @@ def together(work: Callable[[], Any], most: int) -> None:
 
 
 def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
-    """Call `work(first, last)` for all ranges of a length from 0 to `stop`."""
-    ranges, lock = iter(range(0, stop, step)), threading.Lock()
+    """Call `work(first, last)` for all ranges of a length from 0 to `stop`.
+
+    After an exception in any of them, or where the calling thread is interrupted, no other range is begun.
+    """
+    ranges, lock, count = iter(range(0, stop, step)), threading.Lock(), progress.counting(stop)
+
+    @contextlib.contextmanager
+    def ending_for_all() -> Iterator[None]:
+        nonlocal ranges
+        try:
+            yield
+        except BaseException:
+            ranges = iter(range(0))
+            raise
 
     def help_out() -> None:
-        while True:
-            with lock:
-                first = next(ranges, stop)
-            if first >= stop:
-                return
-            work(first, min(first + step, stop))
+        with ending_for_all():
+            while True:
+                with lock:
+                    first = next(ranges, stop)
+                if first >= stop:
+                    return
+                last = min(first + step, stop)
+                work(first, last)
+                count(last - first)
 
-    together(help_out, -(-stop // step))
+    with ending_for_all():
+        together(help_out, -(-stop // step))

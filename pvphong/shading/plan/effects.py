@@ -13,6 +13,7 @@ from pvphong.shading.plan.draft import Effect
 from pvphong.shading.plan.lights import ATTENUATION, CONE, LIGHTS, POSITION, SIZE
 from pvphong.shading.plan.reflection import DIFFUSE, SPECULAR
 from pvphong.shading.plan.screens import OCCLUSION, SHADOW
+from pvphong.shading.plan.sky import SKY
 from pvphong.shading.plan.surface import AMBIENT, EMISSION, NORMAL_TRANSFORM
 from pvphong.shading.plan.viewer import LOCAL_VIEWER, TWO_SIDED
 
@@ -23,6 +24,7 @@ EFFECTS: tuple[Effect, ...] = (
     AMBIENT,
     LIGHTS,
     SIZE,
+    SKY,
     CONE,
     SPECULAR,
     ATTENUATION,

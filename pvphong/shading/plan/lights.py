@@ -121,7 +121,7 @@ def _decide_size(draft: Draft) -> Decision:
     decided = _ANY_SIZE.decide(draft)
     found: dict[str, list[str]] = {"exact": [], f"by {NODES} nodes": []}
     for component in _COMPONENTS if decided.on else ():
-        lobes = [draft.equation.reflectance.forms[k] for k in draft.equation.lobes_of(component)]
+        lobes = [draft.equation.forms[k] for k in draft.equation.lobes_of(component)]
         terms = [t for t in draft.equation.terms if t.light.has_size and draft.equation.has(t, component)]
         for how, is_exact in zip(found, (True, False), strict=True):
             if any(all(_is_closed(t, form) for form in lobes) is is_exact for t in terms):

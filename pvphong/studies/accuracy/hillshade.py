@@ -75,13 +75,16 @@ def _places(values: Float64Array) -> tuple[IntArray, float]:
 
 def the_sun(equation: Equation) -> Vector:
     """Towards the one light that Matplotlib can stand for; raises ``ValueError`` for another scene."""
-    if len(equation.terms) != 1 or not equation.terms[0].light.is_even:
+    light = equation.terms[0].light if len(equation.terms) == 1 else None
+    if light is None or not light.is_even or light.has_size:
         raise ValueError("it knows one directional light, no more, no other")
     if equation.has(equation.terms[0], "specular"):
         raise ValueError("it knows no highlights")
+    if equation.has_screen:
+        raise ValueError("it casts no shadows")
     if equation.two_sided:
         raise ValueError("it lights one side of a surface")
-    x, y, z = equation.terms[0].light.arrival(np.zeros((3, 1))).direction[:, 0].tolist()
+    x, y, z = light.arrival(np.zeros((3, 1))).direction[:, 0].tolist()
     return x, y, z
 
 

@@ -15,7 +15,7 @@ from strategies import LIGHT_SHAPES, Dice, triple, unit
 from pvphong import LightModel, Material, Scene, Viewer, as_light, evaluate, plan
 from pvphong.geometry.extent import Extent
 from pvphong.optics.lights import LIGHT_TYPES
-from pvphong.optics.roles import Aim, Corners, Place, Up
+from pvphong.optics.roles import Aim, Corners, Place, Role, Turn, Up
 from pvphong.shading import kernel
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.vtk.obstacles import refuse_inexpressible
@@ -90,13 +90,19 @@ def test_the_way_into_the_world_and_back_changes_nothing(kind, seed):
     assert world.in_world(viewer) is world
     axes, eye = eye_axes(viewer), np.array(viewer.position)
     for field, role in light.roles.items():
+        if isinstance(role, Turn):  # it changes with what is up, as arrivals below show
+            continue
+        if type(role) is Role:
+            assert getattr(world, field) == getattr(light, field)
+            continue
         value, start = getattr(light, field), eye if isinstance(role, Place | Corners) else 0.0
         expected = start + np.array(value) @ axes if isinstance(role, Place | Aim | Corners | Up) else value
         size = np.linalg.norm(value) + np.linalg.norm(start)
         np.testing.assert_allclose(getattr(world, field), expected, rtol=0, atol=1e-14 * size)
     back = world.in_frame("camera", viewer)
     for field in light.roles:
-        np.testing.assert_allclose(getattr(back, field), getattr(light, field), rtol=1e-12, atol=1e-12)
+        if getattr(back, field) != getattr(light, field):
+            np.testing.assert_allclose(getattr(back, field), getattr(light, field), rtol=1e-12, atol=1e-12)
     assert dataclasses.replace(back, **{field: getattr(light, field) for field in light.roles}) == light
     eye = np.array([viewer.point_to_eye(p) for p in points])
     there, here = world.arrival(points.T), light.arrival(eye.T)
@@ -161,7 +167,8 @@ def test_its_nodes_are_parts_of_it_without_a_size(kind, seed):
         nodes = light.nodes(count)
         sides = 2 if getattr(light, "two_sided", False) else 1
         assert len(nodes) in {1, sides * max(count // sides, 1)}
-        assert nodes == (light,) or math.fsum(node.intensity for node in nodes) == pytest.approx(sides, rel=1e-15)
+        whole = float(light.panorama.total.mean()) if light.bands else sides
+        assert nodes == (light,) or math.fsum(node.intensity for node in nodes) == pytest.approx(whole, rel=1e-14)
         assert all(node.nodes(count) == (node,) for node in nodes)
 
 
@@ -171,7 +178,9 @@ def test_no_vertex_gets_more_or_from_elsewhere_than_its_reach_says(kind, seed):
     reach = light.reach(extent_of(points))
     total = sum(strength for _, strength in arriving(light, points))
     assert (total <= reach.strongest).all()
-    assert reach.direction is not None
+    if reach.direction is None:
+        assert light.bands  # from everywhere
+        return
     for direction, strength in arriving(light, points):
         for l, s in zip(direction.T, strength, strict=True):
             assert s == 0.0 or angle(l, reach.direction) <= reach.turn
@@ -284,6 +293,6 @@ def test_vtk_has_it_or_is_said_not_to(kind, seed):
         lambda: evaluate([[0, 0, 0]], [[0, 0, 1]], Scene([light], Viewer(), LightModel.vtk()), Material()),
     ):
         with pytest.raises(
-            ValueError, match=rf"^lights\[0\] must be .* VTK has.*; got a {type(light).__name__} \(the nearest"
+            ValueError, match=rf"^lights\[0\] must be .* VTK has.*; got an? {type(light).__name__} \(the nearest"
         ):
             judged()

@@ -35,8 +35,8 @@ def opened(request, browser):
 
 @pytest.fixture
 def page(opened):
-    """The page, its lights as at first, the pointer away from them."""
-    opened.point((3, 3))
+    """The page, its lights as at first, the pointer away from them. A click tells the browser where keys are to go."""
+    opened.click((3, 3))
     return opened
 
 
@@ -51,7 +51,8 @@ def differs(state, one, other):
 
 
 def test_dragging_moves_the_light_and_a_key_undoes_it(page):
-    before, shown = page.settled(), page.picture()
+    page.click(page.settled()["handles"][LAMP]["position"])  # what is selected is drawn with more lines
+    before, shown = page.settled(), page.still()
     held = page.drag(before["handles"][LAMP]["position"], (-60, 20))
     page.picture(lambda now: differs(before, now, shown) > 15)
     after = page.drop()
@@ -96,7 +97,7 @@ def around(picture, pixel):
 
 @only_area
 def test_hovering_shows(page):
-    state, away = page.settled(), page.picture()
+    state, away = page.settled(), page.still()
     target = state["handles"][SPOT]["target"]
     page.point(target)
     page.wait(lambda state: state["hovered"] == "target")
@@ -109,7 +110,7 @@ def test_hovering_shows(page):
 @only_area
 def test_a_key_counts_once(page):
     """A browser reports a letter twice: `keydown`, `keypress`."""
-    before = page.picture()
+    before = page.still()
     corner = np.s_[:120, :120]
     page.key("h")
     page.picture(lambda now: (now[corner] != before[corner]).mean() > 0.5)

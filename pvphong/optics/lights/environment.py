@@ -1,0 +1,339 @@
+"""Light from all around: a sky, a studio, an image of both."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from pvphong.base.types import Float64Array, Vector, VectorLike
+from pvphong.base.vectors import dot, unit_vector
+from pvphong.geometry.extent import ROUNDED_UP, Extent
+from pvphong.optics.harmonics import energies, lit_by, moments, moments_left
+from pvphong.optics.light import Arrival, Integral, Light, Reach, Stage
+from pvphong.optics.lights.directional import DirectionalLight
+from pvphong.optics.panorama import Panorama, checked, directions, panorama, row_areas
+from pvphong.optics.roles import Role, imaged, turned, upward
+from pvphong.optics.spherical import CosinePower, share_above
+from pvphong.optics.surface import Surface
+
+SKY = "sky"
+"""The plan's effect."""
+
+# Sine of the least angle between `up` and the x axis for which that is the middle of the image.
+_LEAST = 1e-9
+# Harmonics of less are left out, of 1.
+_NOTHING = 1e-15
+# For compiled code: powers that it leaves to the readable evaluator; of a lobe what it takes for nothing, and with so
+# many coefficients the part above the horizon is right to 1e-7.
+_LOW, _HIDDEN, _SHARES = 4.0, 1e-8, 18
+# Directions that nodes are chosen from, at least, in rows.
+_ROWS = 48
+# What harmonics may have more than the image that they are of.
+_OVERSHOOT = 2.0
+_RED_GREEN_BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class EnvironmentLight(Light):
+    """Light from infinitely far away on all sides: an image of it, or one colour.
+
+    Its colours are radiance, in units where a white patch under a uniform image of 1 gets the colour 1; `diffuse` and
+    `intensity` multiply it, and `ambient` arrives everywhere with the strength 1. What matt surfaces scatter, and
+    Phong's highlight, are taken from the image's first 32 bands of spherical harmonics; the plan's row "sky" says how
+    much the other bands hold at most, and how many do for a tolerance. Highlights are the image blurred by the lobe,
+    looked up in the mirror direction, times the part of the lobe that is above the horizon, which is exact for one
+    colour. What other reflectances make of it is that of 64 parallel lights of the same energy.
+
+    Phong's lobe is not normalised: under a uniform sky its highlight is 2/(shininess + 1), dark for a mirror.
+
+    Parameters
+    ----------
+    image : color, array_like or pyvista.Texture, default 1
+        One colour; or (h, w, 3) linear floats >= 0, equirectangular: row 0 is around `up`, its middle column is where
+        the x axis points (the z axis if `up` is along x), and columns run to the right as seen from inside. An
+        8-bit texture must say that it is sRGB (`texture.SetUseSRGBColorSpace(True)`). Scene files keep the texels.
+    up : sequence of float, default (0, 1, 0)
+        To the top of the image; of any length. (VTK's environments have the same by default.)
+    rotation : float, default 0
+        By which it is turned around `up`, counter-clockwise as seen from there, in degrees.
+    **common
+        The fields of every light: `diffuse`, `specular`, `ambient`, `intensity`, `on`, `frame`, `name`. As a headlight
+        it is in eye space.
+
+    Raises
+    ------
+    ValueError
+        If a field is out of range, or an image has another shape, a NaN, an infinity, a negative number or 8-bit
+        numbers; the message names the field.
+    """
+
+    image: Any = imaged(1.0, checked)
+    up: VectorLike = upward()
+    rotation: float = turned()
+
+    is_even: ClassVar[bool] = True
+
+    @cached_property
+    def panorama(self) -> Panorama:
+        """Its image; that of one colour has one texel."""
+        return panorama(self.image)
+
+    @cached_property
+    def axes(self) -> Float64Array:
+        """To the middle of the image, to the right of it, and up: unit vectors as rows."""
+        up, middle = np.array(unit_vector(self.up)), np.array(_middle(self.up))
+        right, angle = np.cross(middle, up), math.radians(self.rotation)
+        ahead = math.cos(angle) * middle - math.sin(angle) * right
+        return np.stack([ahead, np.cross(ahead, up), up])
+
+    def _with(self, change: Callable[[Role, Any], Any], **fields: Any) -> Self:
+        """The middle of the image moves with `up`."""
+        moved = super()._with(change, **fields)
+        x, y, z = self.axes[0].tolist()
+        ahead = change(self.roles["up"], (x, y, z))
+        if ahead == (x, y, z):
+            return moved
+        ahead, middle = np.array(unit_vector(ahead)), np.array(_middle(moved.up))
+        right = np.cross(middle, unit_vector(moved.up))
+        moved._set("rotation", math.degrees(math.atan2(-ahead @ right, ahead @ middle)))
+        return moved
+
+    # -- what arrives
+
+    def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
+        """From where it is brightest on average, and as strong as its `ambient` is."""
+        return self.stand_in.arrival(points, real)
+
+    @cached_property
+    def stand_in(self) -> DirectionalLight:
+        """Parallel light from where it is brightest on average."""
+        return DirectionalLight(direction=self.nodes(1)[0].direction)
+
+    def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
+        """Parallel lights that have the same energy each, and together that of the image.
+
+        The part with the most energy is halved until there are so many (after P. Debevec, "A median cut algorithm for
+        light probe sampling", 2005).
+        """
+        return _nodes(self.panorama, tuple(self.axes.ravel().tolist()), count)
+
+    def reach(self, extent: Extent) -> Reach:  # noqa: ARG002 the same everywhere
+        """From everywhere; no lobe makes more of it than a factor of 1 does."""
+        strongest = max(1.0, _OVERSHOOT * float(self.panorama.total.max())) * ROUNDED_UP
+        return Reach(strongest, None, 0.0)
+
+    # -- in bands
+
+    @property
+    def effects(self) -> frozenset[str]:
+        """Its bands."""
+        return frozenset({SKY}) if self.bands > 1 else frozenset()
+
+    @property
+    def bands(self) -> int:
+        """Of spherical harmonics, that are kept of its image."""
+        return self.panorama.harmonics.shape[1]
+
+    def left_out(self, form: CosinePower, bands: int) -> float:
+        """How far off what a lobe reflects is without the bands from this one on, at most."""
+        kept = self.panorama.harmonics
+        found = self._strengths(form)[:, bands:].sum(axis=1)
+        return float(found.max()) * self.panorama.largest * ROUNDED_UP if bands < kept.shape[1] else 0.0
+
+    def unknown(self, form: CosinePower) -> float:
+        """How far off what a lobe reflects is with all its bands, at most: by the energy of the others."""
+        if self.bands == 1:
+            return 0.0
+        energy = np.maximum(self.panorama.energy - energies(self.panorama.harmonics).sum(axis=1), 0.0).max()
+        return float(math.sqrt(energy / math.pi) * moments_left(form.power, self.bands) * self.panorama.largest)
+
+    def _strengths(self, form: CosinePower) -> Float64Array:
+        """The most that each band of each channel adds, shape (3, bands)."""
+        kept = self.panorama.harmonics
+        bands = np.arange(kept.shape[1])
+        factors = 2.0 * np.abs(moments(form.power, len(bands))) * np.sqrt((2.0 * bands + 1.0) / (4.0 * math.pi))
+        return np.asarray(factors * np.sqrt(energies(kept)))
+
+    def tints(self, bands: int | None = None) -> tuple[tuple[Vector, Light], ...]:
+        """Its channels, or just one where they are the same but for a factor."""
+        image, most = self.panorama, min(bands or self.bands, self.bands)
+        if image.is_grey:
+            return (((1.0, 1.0, 1.0), SkyChannel(source=self, channel=0, most=most)),)
+        if image.is_even:
+            red, green, blue = image.image[0, 0].tolist()
+            return (((red, green, blue), SkyChannel(source=replace(self, image=1.0), channel=0, most=1)),)
+        return tuple((tint, SkyChannel(source=self, channel=k, most=most)) for k, tint in enumerate(_RED_GREEN_BLUE))
+
+
+def _middle(up: VectorLike) -> Vector:
+    """The x axis, or else the z axis, less what of it is along `up`."""
+    upward = np.array(unit_vector(up))
+    for axis in ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)):
+        across = np.array(axis) - upward * upward[int(np.argmax(axis))]
+        if np.linalg.norm(across) > _LEAST:
+            break
+    return unit_vector(across.tolist())
+
+
+@dataclass(frozen=True)
+class SkyChannel(Light):
+    """One channel of an environment, in some of its bands: what evaluators run.
+
+    Parameters
+    ----------
+    source : EnvironmentLight
+        The environment.
+    channel : int
+        Red, green or blue.
+    most : int
+        The number of bands.
+    """
+
+    source: Any
+    channel: int
+    most: int
+
+    is_even: ClassVar[bool] = True
+
+    def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
+        """Those of the environment."""
+        return tuple(self.source.nodes(count))
+
+    def closed(self, form: CosinePower) -> Integral:
+        """The image blurred by the lobe, times the share of the lobe above the horizon."""
+        weighted, axes = self._weighted(form), self.source.axes
+
+        def integral(points: Float64Array, surface: Surface) -> Float64Array:  # noqa: ARG001 it is infinitely far away
+            n, share = surface.exact_normals, 1.0
+            around = n
+            if form.around == "mirror" and form.power:  # 0⁰ is 1 all over the hemisphere around n
+                around = surface.mirrored
+                share = share_above(dot(n, around), form.power)
+            return np.asarray(np.maximum(lit_by(weighted, axes @ around), 0.0) * share)
+
+        return integral
+
+    def closed_parameters(self, forms: Sequence[CosinePower | None]) -> tuple[float, ...]:
+        """Axes; whether the viewer is mirrored; bands and coefficients of each form; the part above the horizon."""
+        numbers = self.source.axes.ravel().tolist()
+        highlight = next((form for form in forms if form is not None and form.around == "mirror"), None)
+        numbers.append(float(highlight is not None and highlight.power > 0.0))
+        for form in (next((form for form in forms if form is not None and form.around == "normal"), None), highlight):
+            weighted = np.zeros((0, 0, 2)) if form is None else self._weighted(form)
+            own = [weighted[m:, m].ravel() for m in range(len(weighted))]
+            numbers += [float(len(weighted)), *np.concatenate([[], *own]).tolist()]
+        return (*numbers, *(_shares(highlight.power) if highlight is not None and highlight.power else ()))
+
+    def closed_stage(self, toolkit: Any, forms: Sequence[CosinePower | None]) -> Stage | None:
+        """As in the reference. Low powers, which are rough on the equator, are left to that."""
+        if any(form is not None and form.around == "mirror" and form.power < _LOW for form in forms):
+            return None
+        rows = [toolkit.FIRST, toolkit.SECOND, toolkit.THIRD]
+        around = [None if form is None else form.around for form in forms]
+        found = [rows[around.index(name)] if name in around else -1 for name in ("normal", "mirror")]
+        return Stage(_stage(toolkit, *found), varies=False)
+
+    def _weighted(self, form: CosinePower) -> Float64Array:
+        """Coefficients of what a lobe makes of it, without those of the last bands that are nothing."""
+        image = self.source.panorama
+        factors = 2.0 * moments(form.power, self.most)[:, None, None]
+        weighted = factors * image.harmonics[self.channel, : self.most, : self.most]
+        sizes = np.abs(weighted).max(axis=(1, 2))
+        last = np.flatnonzero(sizes > _NOTHING * sizes.max(initial=0.0)).max(initial=0)
+        return np.asarray(weighted[: last + 1, : last + 1] * image.largest)
+
+
+def _stage(toolkit: Any, cosine: int, power: int) -> Any:
+    """Writes the factors of Lambert's cosine and of the power into two rows; −1 for one that is not wanted."""
+
+    def sky(numbers: Any, rows: Any, points: Any) -> bool:  # noqa: ARG001 it is infinitely far away
+        bands = int(numbers[10])
+        if cosine >= 0:
+            toolkit.look_around(rows, numbers, False)
+            toolkit.add_harmonics(rows, toolkit.shifted(numbers, 11), bands, cosine)
+            toolkit.not_below(rows, cosine)
+        if power >= 0:
+            rest = toolkit.shifted(numbers, 11 + bands * (bands + 1))
+            toolkit.look_around(rows, numbers, numbers[9] != 0.0)
+            bands = int(rest[0])
+            toolkit.add_harmonics(rows, toolkit.shifted(rest, 1), bands, power)
+            toolkit.not_below(rows, power)
+            if numbers[9] != 0.0:
+                toolkit.hide_below(rows, toolkit.shifted(rest, 1 + bands * (bands + 1)), _SHARES, power)
+        return True
+
+    return sky
+
+
+@lru_cache(maxsize=32)
+def _shares(power: float) -> tuple[float, ...]:
+    """Of `share_above`, 1 over the elevation at which it is 1, and Chebyshev's coefficients as compiled code has it."""
+    end = math.acos(math.exp(math.log(_HIDDEN) / power))
+    t = np.cos(math.pi * (np.arange(4 * _SHARES) + 0.5) / (8 * _SHARES))
+    odd = (share_above(np.sin(end * t), power) - 0.5) / t
+    coefficients = np.polynomial.chebyshev.chebfit(2.0 * t * t - 1.0, odd, _SHARES - 1)
+    return 1.0 / end, *coefficients.tolist()
+
+
+@lru_cache(maxsize=32)
+def _nodes(image: Panorama, axes: tuple[float, ...], count: int) -> tuple[DirectionalLight, ...]:
+    height, width, _ = image.image.shape
+    cells = image.image.repeat(-(-_ROWS // height), axis=0).repeat(-(-2 * _ROWS // width), axis=1).astype(np.float64)
+    powers = cells * row_areas(*cells.shape[:2])[:, None, None] / math.pi
+    ways = directions(*cells.shape[:2]) @ np.reshape(axes, (3, 3))
+    return tuple(_node(powers[part], ways[part], axes[6:]) for part in _halved(powers.mean(axis=2), count))
+
+
+def _halved(powers: Float64Array, count: int) -> list[tuple[slice, slice]]:
+    """Rows and columns of at most so many parts, of which the one with most power was halved each time."""
+    height, width = powers.shape
+    sums = np.pad(powers.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+    whole = 0, height, 0, width
+    parts, done = [(-float(sums[-1, -1]), whole)], list[tuple[int, int, int, int]]()
+    while parts and len(parts) + len(done) < count:
+        _, part = heapq.heappop(parts)
+        halves = _halves(sums, *part)
+        for half in halves:
+            top, bottom, left, right = half
+            power = sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]
+            heapq.heappush(parts, (-float(power), half))
+        done += [] if halves else [part]
+    return [(slice(a, b), slice(c, d)) for a, b, c, d in (*done, *(part for _, part in parts))]
+
+
+def _halves(sums: Float64Array, top: int, bottom: int, left: int, right: int) -> list[tuple[int, int, int, int]]:
+    """Of a part, cut across where it is longer; none of a single cell."""
+    height, width = sums.shape[0] - 1, sums.shape[1] - 1
+    tall, wide = (bottom - top) / height, 2.0 * (right - left) / width
+    wide *= math.sin(math.pi * 0.5 * (top + bottom) / height)
+    if bottom - top > 1 and (tall >= wide or right - left == 1):
+        cut = _middle_of(sums[top : bottom + 1, right] - sums[top : bottom + 1, left], top)
+        return [(top, cut, left, right), (cut, bottom, left, right)]
+    if right - left > 1:
+        cut = _middle_of(sums[bottom, left : right + 1] - sums[top, left : right + 1], left)
+        return [(top, bottom, left, cut), (top, bottom, cut, right)]
+    return []
+
+
+def _middle_of(sums: Float64Array, start: int) -> int:
+    """Where half of what has been summed up from a start on is reached, between two cells."""
+    half = 0.5 * (sums[0] + sums[-1])
+    return start + min(max(int(np.abs(sums - half).argmin()), 1), len(sums) - 2)
+
+
+def _node(powers: Float64Array, ways: Float64Array, up: tuple[float, ...]) -> DirectionalLight:
+    """What stands for a part of the image."""
+    color = powers.sum(axis=(0, 1))
+    power = float(color.mean())
+    middle = np.tensordot(powers.mean(axis=2) / (power or 1.0), ways, 2)
+    if np.linalg.norm(middle) <= _LEAST:
+        middle = np.array(up)
+    red, green, blue = (color / power).tolist() if power else (1.0, 1.0, 1.0)
+    x, y, z = (-middle).tolist()
+    return DirectionalLight(unit_vector((x, y, z)), diffuse=(red, green, blue), intensity=power)

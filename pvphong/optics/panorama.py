@@ -1,0 +1,182 @@
+"""Images all around: equirectangular, linear, row 0 at the top, as the value of a field that files keep.
+
+A direction at the angle θ from the top and φ around it, to the right of the image's middle as seen from inside, is at
+the share θ/π of the rows and 1/2 + φ/2π of the columns. A texel is one colour throughout.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import math
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+
+from pvphong.base import check, documents
+from pvphong.base.types import Float64Array, FloatArray, rgb
+from pvphong.optics.harmonics import BANDS, projected
+
+_ALLOWED = "a colour, a pv.Texture, or an (h, w, 3) array of linear floats >= 0"
+_TYPES = "float32", "float64"
+_IN_8_BITS = "These are 8-bit values: (image / 255.0) ** 2.2 makes them linear."
+_TEXTURE_IN_8_BITS = "texture.SetUseSRGBColorSpace(True) says that its 8-bit values are sRGB."
+
+
+@dataclass(frozen=True)
+class Panorama:
+    """Texels of an image all around.
+
+    Parameters
+    ----------
+    height, width : int
+        Of the image.
+    type : {"float32", "float64"}
+        Of its numbers.
+    texels : str
+        Red, green, blue of one texel after the other, row by row: little-endian, compressed by zlib, in base64.
+
+    Raises
+    ------
+    ValueError
+        If these do not belong together, or a number is negative or not finite.
+    """
+
+    height: int
+    width: int
+    type: str
+    texels: str
+
+    def __repr__(self) -> str:
+        return f"<image of {self.height} x {self.width} texels, {self.type}>"
+
+    @classmethod
+    def of(cls, name: str, image: FloatArray) -> Self:
+        """Of an array (h, w, 3) of finite numbers >= 0; ValueError, which names it, for others."""
+        if not np.isfinite(image).all() or (image < 0.0).any():
+            bad = image[~(np.isfinite(image) & (image >= 0.0))][0]
+            remedy = "np.nan_to_num(image, posinf=...).clip(0.0) repairs one; an infinite sun is a DirectionalLight."
+            check.refuse(name, f"an image with {bad}", _ALLOWED, remedy)
+        height, width, _ = image.shape
+        data = np.ascontiguousarray(image, image.dtype.newbyteorder("<")).tobytes()
+        return cls(height, width, image.dtype.name, base64.b64encode(zlib.compress(data, 1)).decode("ascii"))
+
+    @cached_property
+    def image(self) -> FloatArray:
+        """Shape (h, w, 3), read-only."""
+        data = zlib.decompress(base64.b64decode(self.texels, validate=True))
+        return np.frombuffer(data, np.dtype(self.type).newbyteorder("<")).reshape(self.height, self.width, 3)
+
+    @cached_property
+    def largest(self) -> float:
+        """Its largest number."""
+        return float(self.image.max())
+
+    @cached_property
+    def total(self) -> Float64Array:
+        """∫ colour du / π, shape (3,)."""
+        return np.asarray(self._mean(self.image.astype(np.float64)) * 4.0)
+
+    @cached_property
+    def energy(self) -> Float64Array:
+        """∫ colour² du over the square of the largest number, shape (3,)."""
+        return np.asarray(self._mean((self.image / (self.largest or 1.0)).astype(np.float64) ** 2) * (4.0 * math.pi))
+
+    def _mean(self, values: Float64Array) -> Float64Array:
+        areas = row_areas(self.height, self.width)
+        return np.asarray(np.tensordot(areas, values.mean(axis=1), 1) * (self.width / (4.0 * math.pi)))
+
+    @cached_property
+    def is_even(self) -> bool:
+        """Whether all of it is one colour."""
+        return bool((self.image == self.image[0, 0]).all())
+
+    @cached_property
+    def is_grey(self) -> bool:
+        """Whether its channels are the same."""
+        return bool((self.image == self.image[..., :1]).all())
+
+    @cached_property
+    def harmonics(self) -> Float64Array:
+        """Coefficients of each channel over the largest number, as `projected` gives them."""
+        scaled = self.image.astype(np.float64) / (self.largest or 1.0)
+        return projected(scaled[:1, :1] if self.is_even else scaled, 1 if self.is_even else BANDS)
+
+
+def panorama(value: Any) -> Panorama:
+    """A checked value as an image; that of one colour has one texel."""
+    return value if isinstance(value, Panorama) else Panorama.of("image", np.full((1, 1, 3), rgb(value)))
+
+
+def row_areas(height: int, width: int) -> Float64Array:
+    """The solid angle of a texel of each row, shape (h,)."""
+    middles, half = _angles(height), 0.5 * math.pi / height
+    return np.asarray(2.0 * np.sin(middles) * math.sin(half) * (2.0 * math.pi / width))
+
+
+def directions(height: int, width: int) -> Float64Array:
+    """To the middle of each texel: shares of the ways to the image's middle, to the right, and up, shape (h, w, 3)."""
+    down, around = _angles(height)[:, None], 2.0 * (_angles(width) - 0.5 * math.pi)
+    level, height_above = np.sin(down), np.cos(down)
+    return np.stack(np.broadcast_arrays(level * np.cos(around), level * np.sin(around), height_above), axis=-1)
+
+
+def _angles(count: int) -> Float64Array:
+    """The middles of so many parts of [0, π]."""
+    return np.asarray((np.arange(count) + 0.5) * (math.pi / count))
+
+
+def checked(name: str, value: Any) -> Any:
+    """A colour as such, or an image as a `Panorama`: of an array, a texture, or a file's entries."""
+    if isinstance(value, Panorama):
+        return value
+    if isinstance(value, Mapping):
+        return _from_file(name, value)
+    if hasattr(value, "GetUseSRGBColorSpace"):
+        return Panorama.of(name, _of_texture(name, value))
+    if isinstance(value, np.ndarray) and value.ndim > 1:
+        return Panorama.of(name, _linear(name, value, _IN_8_BITS))
+    if isinstance(value, list) and value and isinstance(value[0], (list, tuple, np.ndarray)):
+        return Panorama.of(name, _linear(name, check.real_array(name, value, _ALLOWED), _IN_8_BITS))
+    return check.color(name, value)
+
+
+def _linear(name: str, values: Any, remedy: str) -> FloatArray:
+    """Floats of the right shape."""
+    values = check.real_array(name, values, _ALLOWED)
+    if values.dtype.kind != "f":
+        check.refuse(name, f"an array of {values.dtype}", _ALLOWED, remedy)
+    if values.ndim != 3 or values.shape[2] != 3 or not values.size:
+        more = values.ndim == 3 and values.shape[2] == 4
+        remedy = "image[..., :3] leaves out what is opaque." if more else ""
+        check.refuse(name, f"an array of shape {values.shape}", _ALLOWED, remedy)
+    return np.asarray(values.astype(np.float32 if values.dtype.itemsize <= 4 else np.float64, copy=False))
+
+
+def _of_texture(name: str, texture: Any) -> FloatArray:
+    """What a texture holds; 8-bit values are taken as sRGB where it says that they are."""
+    values = np.asarray(texture.to_array())
+    values = values[..., :3] if values.ndim == 3 else values
+    if values.dtype == np.uint8 and texture.GetUseSRGBColorSpace():
+        share = values / 255.0
+        values = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)  # IEC 61966-2-1
+    return _linear(name, values, _TEXTURE_IN_8_BITS)
+
+
+def _from_file(name: str, entries: Mapping[str, Any]) -> Panorama:
+    """As `dataclasses.asdict` made it."""
+    documents.check_keys(name, entries, {field.name for field in fields(Panorama)})
+    missing = [field.name for field in fields(Panorama) if field.name not in entries]
+    if missing:
+        check.refuse(name, f"an image without {', '.join(missing)}", _ALLOWED)
+    height, width = (int(check.number(f"{name}.{size}", entries[size], at_least=1)) for size in ("height", "width"))
+    kept = Panorama(height, width, check.choice(f"{name}.type", entries["type"], _TYPES), entries["texels"])
+    try:
+        image = kept.image
+    except (ValueError, TypeError, zlib.error, binascii.Error):
+        check.refuse(f"{name}.texels", entries["texels"], f"{height} x {width} texels as a rig keeps them")
+    return Panorama.of(name, image.astype(image.dtype.newbyteorder("=")))

@@ -1,0 +1,217 @@
+"""Light from all around: against dense sums over its image, closed forms of simple skies, and its bounds."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+import pyvista as pv
+from strategies import Dice
+
+from pvphong import BlinnPhong, EnvironmentLight, LightModel, Material, Scene, Viewer, evaluate, plan
+from pvphong.optics.spherical import CosinePower
+from pvphong.shading import kernel
+
+WHITE = Material(ambient=0.0, diffuse=1.0)
+MIRRORING = Material(ambient=0.0, diffuse=0.0, specular=1.0)
+DIFFUSE = CosinePower("normal", 1.0)
+BACKENDS = ("numpy", pytest.param("numba", marks=pytest.mark.skipif(not kernel.is_available(), reason="no Numba")))
+
+
+def normals_of(seed, count=40):
+    found = np.random.default_rng(seed).normal(size=(count, 3))
+    return found / np.linalg.norm(found, axis=1, keepdims=True)
+
+
+def lit(light, normals, material=WHITE, eye=(0.0, 0.0, 9.0), **options):
+    scene = Scene([light], Viewer(eye, (0, 0, 0), (0, 1, 0)), LightModel(ambient=0.0, clamp=False))
+    options = {"precision": "float64", "backend": "numpy"} | options
+    return evaluate(np.zeros_like(normals), normals, scene, material, **options).rgb
+
+
+def texels_of(light, fineness):
+    """Ways (k, 3) to the texels of a light's image, each divided, with solid angles (k,) and colours (k, 3).
+
+    Written apart from the light: from what its docstring says of rows, columns, `up` and `rotation`.
+    """
+    image = np.asarray(light.image.image, np.float64).repeat(fineness, axis=0).repeat(fineness, axis=1)
+    height, width, _ = image.shape
+    up = np.array(light.up) / np.linalg.norm(light.up)
+    ahead = np.array([1.0, 0.0, 0.0]) - up[0] * up
+    ahead /= np.linalg.norm(ahead)
+    turned = math.radians(light.rotation)
+    ahead = math.cos(turned) * ahead + math.sin(turned) * np.cross(up, ahead)
+    right = np.cross(ahead, up)
+    theta = (np.arange(height) + 0.5) / height * math.pi
+    phi = ((np.arange(width) + 0.5) / width - 0.5) * 2.0 * math.pi
+    theta, phi = (a.ravel() for a in np.meshgrid(theta, phi, indexing="ij"))
+    sine = np.sin(theta)[:, None]
+    ways = sine * (np.cos(phi)[:, None] * ahead + np.sin(phi)[:, None] * right) + np.cos(theta)[:, None] * up
+    areas = (np.cos(theta - 0.5 * math.pi / height) - np.cos(theta + 0.5 * math.pi / height)) * 2.0 * math.pi / width
+    return ways, areas, image.reshape(-1, 3)
+
+
+def sky(seed, height=4, width=6, **fields):
+    dice = Dice(seed)
+    texels = np.random.default_rng(seed).uniform(0.0, 1.0, (height, width, 3))
+    up = tuple(dice.vector().tolist())
+    return EnvironmentLight(texels, up, dice.uniform(-180, 180), **fields)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_under_a_white_sky_a_white_patch_is_white_wherever_it_faces(precision, backend):
+    """The furnace, of one colour and of an image with as many texels as that of a photograph."""
+    normals = normals_of(1, 500)
+    for image in (1.0, np.ones((90, 180, 3)), np.ones((3, 4, 3), np.float32)):
+        got = lit(EnvironmentLight(image), normals, precision=precision, backend=backend)
+        np.testing.assert_allclose(got, 1.0, atol=1e-6)
+    half = lit(EnvironmentLight((0.5, 0.2, 0.0), intensity=2.0, diffuse=(1, 1, 0.5)), normals)
+    np.testing.assert_allclose(half, np.broadcast_to((1.0, 0.4, 0.0), half.shape), atol=1e-12)
+
+
+@pytest.mark.parametrize("shininess", [0.0, 0.7, 20.0, 1e4])
+def test_its_highlight_under_a_white_sky_is_the_lobe_above_the_horizon(shininess):
+    """2/(n + 1) where all of the lobe is above it, and by a sum over the hemisphere where it is not."""
+    normals = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.2], [1.0, 0.0, 0.0], [1.0, 0.0, -0.1]])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    got = lit(EnvironmentLight(), normals, dataclasses.replace(MIRRORING, shininess=shininess))[:, 0]
+    assert got[0] == pytest.approx(2.0 / (shininess + 1.0), rel=1e-12)
+    if not shininess:
+        np.testing.assert_allclose(got, 2.0)
+        return
+    alpha = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 400001)  # off the middle of the lobe, across the horizon
+    density = np.cos(alpha) ** shininess
+    for n, value in zip(normals, got, strict=True):
+        share = density[alpha < math.asin(n[2])].sum() / density.sum()
+        assert value == pytest.approx(2.0 / (shininess + 1.0) * share, abs=2e-5 / (shininess + 1.0) ** 0.5)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_half_a_sky_lights_a_patch_by_how_far_it_is_turned_to_it(precision):
+    """(1 + cos θ)/2: it has one band beside those that Lambert's cosine does not see."""
+    normals = normals_of(2)
+    light = EnvironmentLight(np.array([1.0, 0.0]).reshape(2, 1, 1) * np.ones(3), up=(0, 0, 2))
+    got = lit(light, normals, precision=precision)
+    np.testing.assert_allclose(got[:, 1], 0.5 + 0.5 * normals[:, 2], atol=1e-12 if precision == "float64" else 1e-6)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_it_lights_a_patch_as_its_image_does_within_what_the_bands_beyond_hold(seed):
+    light, normals = sky(seed), normals_of(seed)
+    ways, areas, colors = texels_of(light, 48)
+    exact = np.array([np.maximum(ways @ n, 0.0) * areas @ colors for n in normals]) / math.pi
+    off = np.abs(lit(light, normals) - exact).max()
+    assert off <= light.unknown(DIFFUSE) + 1e-5 < 2e-3
+    few = [np.abs(lit_by_nodes(light, normals, count) - exact).max() for count in (1, 64, 1024)]
+    assert few[0] > 5 * few[1] > 10 * few[2] > 20 * off
+
+
+def lit_by_nodes(light, normals, count, material=WHITE):
+    scene = Scene(light.nodes(count), Viewer((0, 0, 9), (0, 0, 0), (0, 1, 0)), LightModel(ambient=0.0, clamp=False))
+    return evaluate(np.zeros_like(normals), normals, scene, material, precision="float64", backend="numpy").rgb
+
+
+@pytest.mark.parametrize("shininess", [4.0, 20.0, 60.0])
+def test_its_highlight_is_its_image_blurred_by_the_lobe(shininess):
+    light = sky(3)
+    normals = normals_of(3) * 0.25 + (0.0, 0.0, 1.0)  # turned to the viewer: the horizon has no part in it
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    ways, areas, colors = texels_of(light, 48)
+    mirrored = 2.0 * normals[:, 2:] * normals - (0.0, 0.0, 1.0)
+    exact = np.array([np.maximum(ways @ w, 0.0) ** shininess * areas @ colors for w in mirrored]) / math.pi
+    off = np.abs(lit(light, normals, dataclasses.replace(MIRRORING, shininess=shininess)) - exact).max()
+    cut = 0.02 if shininess < 5 else 1e-4  # a wide lobe reaches the horizon from everywhere
+    assert off <= light.unknown(CosinePower("mirror", shininess)) + cut
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_band_that_is_left_out_holds_more_than_is_said(seed):
+    dice = Dice(seed)
+    image = np.random.default_rng(seed).uniform(0.0, 1.0, (dice.randint(1, 20), dice.randint(1, 30), 3))
+    image *= np.random.default_rng(seed).random(image.shape) ** dice.choice((0.0, 3.0, 30.0))
+    light, normals = EnvironmentLight(image), normals_of(seed, 60)
+    material = Material(ambient=0.0, diffuse=0.5, specular=0.5, shininess=dice.choice((0.5, 3.0, 20.0, 500.0)))
+    exact = lit(light, normals, material)
+    for tolerance in (0.1, 1 / 255, 1e-3):
+        scene = Scene([light], Viewer((0, 0, 9), (0, 0, 0), (0, 1, 0)), LightModel(ambient=0.0, clamp=False))
+        promised = plan(np.zeros_like(normals), scene, material, tolerance=tolerance).error_bound
+        assert promised <= tolerance
+        assert np.abs(lit(light, normals, material, tolerance=tolerance) - exact).max() <= promised + 1e-12
+
+
+def test_a_plan_says_how_many_bands_it_takes():
+    light, points = sky(1, name="sky"), np.zeros((1, 3))
+    why = {t: plan(points, [light], WHITE, tolerance=t).effects["sky"].why for t in (0.0, 0.05)}
+    assert why[0.0].startswith("sky: 32 bands, those beyond 32 hold at most 0.000")
+    assert "bands from 3 on, at most 0.0" in why[0.05]
+    assert plan(points, [EnvironmentLight()], WHITE).effects["sky"].why == "no light from all around varies"
+    even = plan(points, [sky(1, intensity=1e-3, name="sky")], WHITE, tolerance=0.05).effects
+    assert not even["sky"].on
+
+
+def test_a_sun_of_one_texel_keeps_its_energy_and_every_colour_is_finite():
+    image = np.full((32, 64, 3), 0.1)
+    for sun in (1e3, 1e30, 1e300):
+        image[8, 20] = sun
+        light = EnvironmentLight(image)
+        total = sum(node.intensity for node in light.nodes(64))
+        ways, areas, _ = texels_of(light, 1)
+        assert total == pytest.approx(areas.reshape(32, 64)[8, 20] * sun / math.pi + 0.4, rel=1e-2)
+        normals = np.concatenate([normals_of(1, 2000), ways[None, 8 * 64 + 20]])
+        got = lit(light, normals)
+        assert np.isfinite(got).all()
+        assert (got >= 0.0).all()
+        if sun < 1e31:
+            assert got.mean() == pytest.approx(total / 4.0, rel=0.1)
+            assert got[-1] == pytest.approx(total - 0.3, rel=0.02)
+    assert not lit(EnvironmentLight(np.zeros((2, 3, 3))), normals).any()
+
+
+def test_other_reflectances_make_of_it_what_they_make_of_its_nodes():
+    light = sky(5)
+    material = Material(ambient=0.0, diffuse=0.0, specular=1.0, reflectance=BlinnPhong(5.0))
+    normals = normals_of(5)
+    np.testing.assert_allclose(lit(light, normals, material), lit_by_nodes(light, normals, 64, material), atol=1e-12)
+
+
+@pytest.mark.parametrize("dtype", [np.float16, np.float32, np.float64])
+def test_a_rig_keeps_its_texels_to_the_bit(dtype, tmp_path):
+    image = np.random.default_rng(1).uniform(0.0, 3.0, (5, 7, 3)).astype(dtype)
+    scene = Scene([EnvironmentLight(image)])
+    scene.save(tmp_path / "rig.json")
+    (again,) = Scene.load(tmp_path / "rig.json").lights
+    np.testing.assert_array_equal(again.image.image, image)
+    entry = json.loads((tmp_path / "rig.json").read_text())
+    for change, named in (
+        ({"width": 8}, "texels"),
+        ({"texels": "no"}, "texels"),
+        ({"type": "uint8"}, "type"),
+        ({"height": 0}, "height"),
+    ):
+        bad = json.loads(json.dumps(entry))
+        bad["lights"][0]["image"] |= change
+        (tmp_path / "bad.json").write_text(json.dumps(bad))
+        with pytest.raises(ValueError, match=rf"^lights\[0\]\.image\.{named} must be"):
+            Scene.load(tmp_path / "bad.json")
+
+
+def test_a_texture_that_says_it_is_srgb_is_made_linear():
+    values = np.array([[[0, 128, 255]]], np.uint8)
+    texture = pv.Texture(values)
+    texture.SetUseSRGBColorSpace(True)
+    light = EnvironmentLight(texture)
+    np.testing.assert_allclose(light.image.image[0, 0], (0.0, 0.21586, 1.0), atol=1e-5)
+
+
+def test_a_mesh_in_a_box_sees_a_part_of_it():
+    ground = pv.Plane(i_size=1, j_size=1, i_resolution=2, j_resolution=2)
+    wall = pv.Plane(center=(50, 0, 0), direction=(-1, 0, 0), i_size=1e4, j_size=1e4)
+    scene = Scene([EnvironmentLight(name="sky")], light_model=LightModel(shadows=True, ambient=0.0))
+    seen = ground.phong.visibility(scene, occluders=[wall], samples=1024)
+    np.testing.assert_allclose(seen.per_light, 0.5, atol=0.02)
+    alone = pv.Sphere().phong.visibility(scene)
+    assert (alone.why_clear(0), alone.per_light.min()) == ("the mesh is convex, and alone", 1.0)

@@ -1,0 +1,87 @@
+"""Windows opened over and over, many threads and processes at once: nothing grows or is left, and no bit moves."""
+
+import gc
+import json
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+
+KIB = 1024
+MESH_KIB = 6 * 75
+"""What the arrays of the mesh in a window take, at least: points, normals, colours, and the triangles."""
+
+
+def few_or_many(few, many):
+    return pytest.mark.parametrize(
+        "count", [pytest.param(few, id="few"), pytest.param(many, id="many", marks=pytest.mark.long)]
+    )
+
+
+@few_or_many(40, 10_000)
+def test_windows_leave_nothing(count):
+    done = subprocess.run([sys.executable, __file__, str(count)], capture_output=True, text=True, check=True)
+    (begin, objects, files), (end, objects_at_last, files_at_last) = json.loads(done.stdout)
+    assert objects_at_last <= objects
+    assert files_at_last <= files
+    # VTK and the driver themselves keep some 8 KiB for each window; a mesh is many times that.
+    assert (end - begin) / (count // 2) < MESH_KIB / 10
+
+
+@few_or_many(100, 1000)
+def test_threads_at_once_give_the_same_bits(count):
+    mesh, lamp = pv.Sphere(), ph.PointLight(position=(2, 1, 3))
+    expected = mesh.phong.shade(lamp)["phong"]
+    with ThreadPoolExecutor(100) as threads:
+        for lit in threads.map(lambda _: mesh.phong.shade(lamp)["phong"], range(count)):
+            np.testing.assert_array_equal(lit, expected)
+
+
+@few_or_many(3, 20)
+def test_processes_at_once_write_the_same_files(count, tmp_path):
+    pv.Sphere().save(tmp_path / "ball.vtp")
+    command = [sys.executable, "-m", "pvphong", "shade", "ball.vtp", "-o"]
+    running = [subprocess.Popen([*command, f"{k}.vtp"], cwd=tmp_path, stdout=subprocess.DEVNULL) for k in range(count)]
+    assert [process.wait() for process in running] == [0] * count
+    assert {path.name for path in tmp_path.iterdir()} == {"ball.vtp", *(f"{k}.vtp" for k in range(count))}
+    colors = [pv.read(tmp_path / f"{k}.vtp")["phong"] for k in range(count)]
+    np.testing.assert_array_equal(colors, colors[:1] * count)
+
+
+# --- the process that opens windows
+
+
+def held():
+    """Resident memory in KiB, objects that Python knows of, and open files."""
+    gc.collect()
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") // KIB, len(gc.get_objects()), len(os.listdir("/proc/self/fd"))
+
+
+def open_one():
+    plotter = pv.Plotter(off_screen=True, window_size=(100, 80), lighting="none")
+    plotter.phong.add_light(ph.PointLight(position=(2, 1, 3)))
+    plotter.phong.add_mesh(pv.Sphere(theta_resolution=80, phi_resolution=80), ph.Material(specular=0.3, shininess=9))
+    plotter.phong.add_gizmos()
+    plotter.show(auto_close=False)
+    plotter.close()
+
+
+def main(count):
+    found = []
+    for number in range(count + 1):
+        open_one()
+        if number in (count // 2, count):
+            found.append(held())
+    print(json.dumps(found))
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]))
