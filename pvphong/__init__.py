@@ -11,6 +11,7 @@ TYPE_CHECKING = False  # typing's is the same, and takes milliseconds to import
 if TYPE_CHECKING:
     from typing import Any
 
+    from pvphong.chunks import evaluate
     from pvphong.filter import PhongFilter
     from pvphong.geometry.normals import implicit_normals, plane_normal
     from pvphong.geometry.projection import frustum, look_at, ortho, perspective, project
@@ -38,12 +39,11 @@ if TYPE_CHECKING:
         light_from_homogeneous,
     )
     from pvphong.optics.material import Material
-    from pvphong.optics.reflectances import BlinnPhong, OrenNayar, Phong
+    from pvphong.optics.reflectances import GGX, PBR, BlinnPhong, Metal, ModifiedPhong, OrenNayar, Phong, Retro
     from pvphong.rays.visibility import Visibility
     from pvphong.scene.light_model import LightModel
     from pvphong.scene.scene import Scene, load_materials
     from pvphong.scene.viewer import Viewer
-    from pvphong.shading.evaluation import evaluate
     from pvphong.shading.plan.draft import Decision
     from pvphong.shading.plan.plan import Plan
     from pvphong.shading.result import Shading
@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from pvphong.vtk.presets import light_kit, three_lights, three_point
 
 _PLACES = {
+    "chunks": "evaluate",
     "filter": "PhongFilter",
     "geometry.normals": "implicit_normals plane_normal",
     "geometry.projection": "frustum look_at ortho perspective project",
@@ -67,12 +68,11 @@ _PLACES = {
     "optics.lights": "DirectionalLight DiskLight EnvironmentLight Light PointLight PolygonLight RectangleLight "
     "SphereLight SpotLight light_from_homogeneous",
     "optics.material": "Material",
-    "optics.reflectances": "BlinnPhong OrenNayar Phong",
+    "optics.reflectances": "GGX PBR BlinnPhong Metal ModifiedPhong OrenNayar Phong Retro",
     "rays.visibility": "Visibility",
     "scene.light_model": "LightModel",
     "scene.scene": "Scene load_materials",
     "scene.viewer": "Viewer",
-    "shading.evaluation": "evaluate",
     "shading.plan.draft": "Decision",
     "shading.plan.plan": "Plan",
     "shading.result": "Shading",
@@ -104,6 +104,8 @@ if "pyvista" in sys.modules:
     from pvphong import accessor  # noqa: F401  # registers mesh.phong where PyVista does not find its entry point
 
 __all__ = [
+    "GGX",
+    "PBR",
     "BlinnPhong",
     "Comparison",
     "Decision",
@@ -114,6 +116,8 @@ __all__ = [
     "Light",
     "LightModel",
     "Material",
+    "Metal",
+    "ModifiedPhong",
     "OrenNayar",
     "Phong",
     "PhongFilter",
@@ -121,6 +125,7 @@ __all__ = [
     "PointLight",
     "PolygonLight",
     "RectangleLight",
+    "Retro",
     "Scene",
     "Shading",
     "SingularMatrixWarning",

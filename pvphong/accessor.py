@@ -59,6 +59,10 @@ class MeshPhong:
         name: str = "phong",
         matrix: MatrixLike | None = None,
         albedo: Any = None,
+        specular: Any = None,
+        shininess: Any = None,
+        roughness: Any = None,
+        tangents: Any = None,
         components: bool = False,
         tolerance: float = 0.0,
         precision: Precision = "float32",
@@ -84,9 +88,17 @@ class MeshPhong:
             Name of the array, shape (n_points, 3), linear RGB in [0, 1]; it becomes the active scalars.
         matrix : array_like, optional
             (4, 4) model matrix, as on an actor. It takes part in the lighting; the points stay as they are.
-        albedo : array_like or str, optional
+        albedo : array_like, str or pyvista.Texture, optional
             (n_points, 3) colours, or the name of a point array, that multiply the material's ambient and
-            diffuse. uint8 counts as 0-255; floats are clipped to [0, 1], a NaN counts as 0.
+            diffuse. uint8 counts as 0-255; floats are clipped to [0, 1], a NaN counts as 0. Of a texture, the colours
+            at the mesh's texture coordinates: bilinear, with its `wrap`, and as linear light where it says that they
+            are sRGB; see `pvphong.meshes.textures.texture_colors`.
+        specular, shininess, roughness : array_like or str, optional
+            (n_points,) numbers, of specular (n_points, 3) colours too, or the name of a point array, in place of the
+            material's or its reflectance's, which are the same at all points; see `pvphong.evaluate`.
+        tangents : array_like or str, optional
+            (n_points, 3) vectors along the surface, or the name of a point array, for reflectances that are not the
+            same in all directions; from the mesh's texture coordinates, where u grows, if not given.
         components : bool, default False
             Adds `<name>_ambient`, `<name>_diffuse`, `<name>_specular`, `<name>_emission`, which add up to
             the unclamped colour, `<name>_base` (emission and the light model's ambient) and one
@@ -106,7 +118,8 @@ class MeshPhong:
             Meshes, or pairs of a mesh and a 4x4 matrix, that shadow this one, where the scene's light model has shadows
             or ambient occlusion; it always shadows itself.
         visibility : Visibility, optional
-            What `visibility` gave for this mesh and these lights, in place of new rays. With `components=True` the
+            What `visibility` gave for this mesh and these lights, in place of new rays; or its numbers, as for
+            `pvphong.evaluate`. With `components=True` the
             result has it as arrays, `<name>_visibility_<name or index>` and `<name>_sky`, where it was needed.
 
         Returns
@@ -135,6 +148,8 @@ class MeshPhong:
             name=name,
             matrix=matrix,
             albedo=albedo,
+            tangents=tangents,
+            maps={"specular": specular, "shininess": shininess, "roughness": roughness},
             components=components,
             tolerance=tolerance,
             precision=precision,
@@ -246,6 +261,9 @@ class MeshPhong:
         matrix: MatrixLike | None = None,
         tolerance: float = 0.0,
         feature_angle: FeatureAngle = None,
+        specular: Any = None,
+        shininess: Any = None,
+        roughness: Any = None,
         occluders: Any = (),
         visibility: Visibility | None = None,
     ) -> Plan:
@@ -259,6 +277,7 @@ class MeshPhong:
             feature_angle=feature_angle,
             occluders=occluders,
             visibility=visibility,
+            maps={"specular": specular, "shininess": shininess, "roughness": roughness},
         )
 
     def validate(
@@ -377,11 +396,13 @@ class MeshPhong:
         tolerance: float = 1.0 / 255.0,
         seconds: float = 20.0,
         matrix: MatrixLike | None = None,
+        occluders: Any = (),
     ) -> Tradeoff:
         """What accuracy costs in time on this mesh, measured; see `pvphong.studies.accuracy.tradeoff`."""
         from pvphong.studies.accuracy import tradeoff
 
-        return tradeoff(self._mesh, scene, material, tolerance=tolerance, seconds=seconds, matrix=matrix)
+        how: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "matrix": matrix, "occluders": occluders}
+        return tradeoff(self._mesh, scene, material, **how)
 
     def plot(self, *, name: str = "phong", **options: Any) -> Any:
         """Show a lit mesh: the colours as they are, clipped to [0, 1], by PyVista's `plot` and with its options.
@@ -463,8 +484,8 @@ class BlocksPhong:
             One for all, or block's name → material; of a block inside a block the names with "/" between them. Blocks
             that are not named have that of the name "default".
         **options
-            As for a single dataset; `albedo` is the name of a point array that every block has, and `visibility` is
-            what `visibility` gives. Blocks shadow each other.
+            As for a single dataset; `albedo` is a texture, or the name of a point array that every block has, and
+            `visibility` is what `visibility` gives. Blocks shadow each other.
 
         Raises
         ------
@@ -548,14 +569,14 @@ class BlocksPhong:
         name: str = "phong",
         placement: Placement = "linear",
         matrix: MatrixLike | None = None,
-        albedo: str | None = None,
+        albedo: Any = None,
         precision: Precision = "float32",
         feature_angle: FeatureAngle = None,
     ) -> pv.MultiBlock:
         """A new MultiBlock of refined meshes, each block by itself; see `MeshPhong.refine`.
 
-        `material` may be a mapping, as for `shade`; `max_points` is for each block, `albedo` the name of a point array
-        that every block has.
+        `material` may be a mapping, as for `shade`; `max_points` is for each block, `albedo` a texture, or the name of
+        a point array that every block has.
         """
         scene, materials = self._scene(scene, matrix), self._materials(material)
         return map_blocks(
@@ -580,12 +601,13 @@ class BlocksPhong:
         material: Material | Mapping[str, Material] = _DULL,
         *,
         matrix: MatrixLike | None = None,
-        albedo: str | None = None,
+        albedo: Any = None,
         feature_angle: FeatureAngle = None,
     ) -> pv.MultiBlock:
         """A new MultiBlock of meshes with the errors inside triangles; see `MeshPhong.interpolation_error`.
 
-        `material` may be a mapping, as for `shade`; `albedo` is the name of a point array that every block has.
+        `material` may be a mapping, as for `shade`; `albedo` is a texture, or the name of a point array that every
+        block has.
         """
         scene, materials = self._scene(scene, matrix), self._materials(material)
         return map_blocks(
@@ -619,12 +641,13 @@ class BlocksPhong:
         tolerance: float = 1.0 / 255.0,
         seconds: float = 20.0,
         matrix: MatrixLike | None = None,
+        occluders: Any = (),
     ) -> Tradeoff:
         """What accuracy costs in time on all blocks together, as one surface; see `pvphong.tradeoff`."""
         from pvphong.studies.accuracy import tradeoff
 
-        whole = together(self._blocks)
-        return tradeoff(whole, scene, material, tolerance=tolerance, seconds=seconds, matrix=matrix)
+        how: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "matrix": matrix, "occluders": occluders}
+        return tradeoff(together(self._blocks), scene, material, **how)
 
     def _scene(self, given: SceneLike | None, matrix: MatrixLike | None) -> Scene:
         """One viewer for all blocks."""

@@ -75,9 +75,9 @@ class PlotterPhong:
         material : Material or mapping, optional
             The surface's reflectances; OpenGL's default material if not given. Blocks share it, or a mapping has one
             for each, as for `blocks.phong.shade`.
-        albedo : str or array_like, optional
-            Colours that multiply the material's ambient and diffuse, as for `mesh.phong.shade`; for blocks the name
-            of a point array that each has.
+        albedo : str, array_like or pyvista.Texture, optional
+            Colours that multiply the material's ambient and diffuse, as for `mesh.phong.shade`; for blocks a texture,
+            or the name of a point array that each has.
         feature_angle : float, "auto" or None, default "auto"
             Degrees between two faces from which their common edge is sharp, as for `mesh.phong.shade`; "auto" takes
             30 where the mesh has no point normals of its own.

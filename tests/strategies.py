@@ -326,9 +326,18 @@ LIGHT_SHAPES: dict[str, Callable[[Dice, Triple, Triple, float], dict[str, Any]]]
 REFLECTANCE_SHAPES: dict[str, Callable[[Dice], dict[str, Any]]] = {
     "phong": lambda dice: {"shininess": dice.shininess()},
     "blinn-phong": lambda dice: {"shininess": dice.shininess()},
+    "modified-phong": lambda dice: {"shininess": dice.shininess()},
+    "metal": lambda dice: {"color": dice.choice(((1.0, 0.8, 0.3), 0.5)), "shininess": dice.shininess()},
     "oren-nayar": lambda dice: {"sigma": dice.uniform(0.0, 90.0)},
+    "retro": lambda dice: {"shininess": dice.shininess()},
+    "ggx": lambda dice: {"roughness": _roughness(dice), "f0": dice.choice((0.04, (1.0, 0.8, 0.3)))},
+    "pbr": lambda dice: {"metallic": dice.choice((0.0, 1.0, dice.random())), "roughness": _roughness(dice)},
 }
 """Name of a reflectance → what makes its fields. A new one needs an entry here."""
+
+
+def _roughness(dice: Dice) -> float:
+    return dice.log_between(1e-6, 0.05) if dice.likely(25) else dice.uniform(0.05, 1.0)
 
 
 def _material(dice: Dice) -> Material:

@@ -25,7 +25,7 @@ FLOORS = (
     {"studies.validate", "studies.diagnose", "studies.refine"},
     {"studies.accuracy"},
     {"studio"},
-    {"accessor", "plotter", "filter", "cli"},
+    {"accessor", "plotter", "filter", "chunks", "cli"},
     {"__init__", "__main__"},
 )
 """Packages, and the faces beside them, from the lowest floor up; a package's `__init__` belongs to it."""
@@ -223,7 +223,19 @@ print(json.dumps(sorted(set(sys.modules) - before)))
 def test_importing_pvphong_loads_nothing_heavy_beside_pyvista():
     new = run(NEW_MODULES)
     assert "pvphong.shading.evaluation" in new
-    heavy = {"matplotlib", "numba", "llvmlite", "rich", "cyclopts", "scipy", "PIL", "hypothesis", "mpmath"}
+    heavy = {
+        "dask",
+        "distributed",
+        "matplotlib",
+        "numba",
+        "llvmlite",
+        "rich",
+        "cyclopts",
+        "scipy",
+        "PIL",
+        "hypothesis",
+        "mpmath",
+    }
     assert not [name for name in new if name.split(".")[0] in heavy]
 
 

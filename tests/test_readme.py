@@ -110,7 +110,7 @@ def test_the_table_of_extras_names_all_of_them_and_what_they_bring():
     declared = tomllib.loads((README.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = declared["optional-dependencies"]
     rows = {name.strip("`"): brings for name, brings, _ in table("Install")[1:]}
-    assert rows.pop("all") == "all five"
+    assert rows.pop("all") == "all six"
     assert set(extras.pop("all")[0].removeprefix("pvphong[").removesuffix("]").split(",")) == set(rows)
     brought = {name: {package.split(">")[0] for package in packages} for name, packages in extras.items()}
     assert brought == {name: set(brings.lower().split(", ")) for name, brings in rows.items()}

@@ -6,6 +6,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 import pyvista as pv
+from strategies import REFLECTANCE_SHAPES, Dice
 
 import pvphong as ph
 from pvphong.optics.lights import LIGHT_TYPES
@@ -48,7 +49,8 @@ VALUES = {
     type(value).__name__: value
     for value in (
         *(kind() for kind in LIGHT_TYPES.values()), SCENE, SCENE.viewer, SCENE.light_model,
-        *(kind(20.0) for kind in REFLECTANCES.values()), ph.Material(), MESH.phong.plan(SCENE).effects["lights"],
+        *(kind(**REFLECTANCE_SHAPES[name](Dice(1))) for name, kind in REFLECTANCES.items()),
+        ph.Material(), MESH.phong.plan(SCENE).effects["lights"],
     )
 }  # fmt: skip
 """These show their fields."""

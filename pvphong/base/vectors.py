@@ -30,6 +30,11 @@ def dot(a: FloatArray, b: FloatArray) -> Any:
     return total
 
 
+def cross(a: NDArray[Real], b: NDArray[Real]) -> NDArray[Real]:
+    """Cross products of the columns of two (3, n) arrays."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
 def square_of_cross(a: FloatArray, b: FloatArray) -> Any:
     """|a × b|² of the columns of two (3, n) arrays; exactly 0 where they are equal, or 2^k times as long."""
     total = _square_of_component(a, b, 1, 2)

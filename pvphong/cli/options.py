@@ -9,10 +9,11 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from pvphong.base import check
+from pvphong.base.limits import reading
 from pvphong.base.types import ColorLike
 from pvphong.meshes.blocks import DEFAULT, only
 from pvphong.meshes.edges import FeatureAngle
-from pvphong.meshes.files import read_mesh
+from pvphong.meshes.files import read_mesh, read_texture
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene, load_materials
 
@@ -126,6 +127,17 @@ class Blockers:
 BlockerOptions = Annotated[Blockers, Parameter(name="*")]
 NONE = Blockers()
 """None of its options given."""
+
+
+_IMAGES = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff")
+
+
+def albedo_of(given: str | None) -> Any:
+    """What the command line's word for it means: a texture from an image file, or the name of a point array."""
+    if given is None or Path(given).suffix.lower() not in _IMAGES:
+        return given
+    with reading(given):
+        return read_texture(given)
 
 
 FeatureAngleOption = float | Literal["auto", "none"]

@@ -18,6 +18,7 @@ from pvphong.cli.options import (
     FeatureAngleOption,
     LookOptions,
     SceneFile,
+    albedo_of,
     feature_angle_of,
 )
 from pvphong.cli.spinner import busy
@@ -57,7 +58,8 @@ def shade(
         .vtp, .vtk, .vtkhdf or .ply (8-bit vertex colours) for a mesh; .vtm, .vtmb or .vtkhdf for several
         blocks; .png for a picture.
     albedo
-        Name of a point array of colours that multiply the material's ambient and diffuse.
+        Colours that multiply the material's ambient and diffuse: the name of a point array, or an image file that is
+        laid on by the mesh's texture coordinates.
     array
         Name of the array of lit colours, "phong" if not given.
     components
@@ -83,7 +85,12 @@ def shade(
         _refuse_given({"--array": array, "--components": components}, f"left out, for a {suffix} holds no arrays")
     size, array = size or SIZE, "phong" if array is None else array
     pictures.refuse_size(size)
-    how: dict[str, Any] = {"albedo": albedo, "components": components, "precision": precision, "tolerance": tolerance}
+    how: dict[str, Any] = {
+        "albedo": albedo_of(albedo),
+        "components": components,
+        "precision": precision,
+        "tolerance": tolerance,
+    }
     how["feature_angle"] = feature_angle_of(feature_angle)
     with busy(f"Lighting {mesh}"):
         outside, lighting = surface_and_scene(mesh, scene, size)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pyvista as pv
 
 from pvphong.base import check
 from pvphong.cli.inputs import SIZE, surface_and_scene
-from pvphong.cli.options import PLAIN, LookOptions, SceneFile, Verbose
+from pvphong.cli.options import NONE, PLAIN, BlockerOptions, LookOptions, SceneFile, Verbose
 from pvphong.cli.telling import tell
 from pvphong.meshes.together import together
 from pvphong.studies.accuracy import tradeoff as measure_tradeoff
@@ -23,6 +24,7 @@ def tradeoff(
     look: LookOptions = PLAIN,
     tolerance: float = 1.0 / 255.0,
     seconds: float = 20.0,
+    blockers: BlockerOptions = NONE,
     plot: Path | None = None,
     csv: Path | None = None,
     json: Path | None = None,
@@ -52,7 +54,9 @@ def tradeoff(
             check.refuse("path", output, "in a folder that exists", f"Create {output.parent} first.")
     outside, lighting = surface_and_scene(mesh, scene, SIZE)
     whole = together(outside) if isinstance(outside, pv.MultiBlock) else outside
-    result = measure_tradeoff(whole, lighting, look.to_material(scene), tolerance=tolerance, seconds=seconds)
+    lighting, occluders = blockers.to_scene(lighting), blockers.to_meshes()
+    how: Any = {"tolerance": tolerance, "seconds": seconds, "occluders": occluders}
+    result = measure_tradeoff(whole, lighting, look.to_material(scene), **how)
     tell([("", result)], verbose)
     for path, save in ((plot, result.plot), (csv, result.to_csv), (json, result.to_json)):
         if path is not None:

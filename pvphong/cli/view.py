@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from pvphong.cli.inputs import SIZE, seeing, surface_and_scene
-from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, SceneFile, feature_angle_of
+from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, SceneFile, albedo_of, feature_angle_of
 from pvphong.cli.window import BACKGROUND, show
 
 
@@ -15,6 +15,7 @@ def view(
     *,
     scene: SceneFile = None,
     look: LookOptions = PLAIN,
+    albedo: str | None = None,
     feature_angle: FeatureAngleOption = "auto",
     background: str = BACKGROUND,
 ) -> None:
@@ -24,6 +25,9 @@ def view(
     ----------
     mesh
         A file of any format that PyVista reads.
+    albedo
+        Colours that multiply the material's ambient and diffuse: the name of a point array, or an image file that is
+        laid on by the mesh's texture coordinates.
     feature_angle
         Degrees between two faces from which their common edge is sharp; "auto" takes 30 where the mesh has no point
         normals of its own, and "none" leaves all of it smooth.
@@ -38,5 +42,6 @@ def view(
         title=f"pvphong: {mesh}",
         stem=Path(mesh).stem,
         background=background,
+        albedo=albedo_of(albedo),
         feature_angle=feature_angle_of(feature_angle),
     )

@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import pyvista as pv
 
@@ -34,6 +35,7 @@ def show(
     title: str,
     stem: str = "pvphong",
     background: str = BACKGROUND,
+    albedo: Any = None,
     feature_angle: FeatureAngle = "auto",
 ) -> None:
     """Open a window with a lit mesh and gizmos for its lights, and come back when it is closed.
@@ -55,6 +57,8 @@ def show(
         What the names of saved files begin with.
     background : str
         A colour name or hex string.
+    albedo : str, texture or None
+        As for `shade`.
     feature_angle : float, "auto" or None, default "auto"
         Degrees from which edges are sharp, as for `shade`.
 
@@ -75,7 +79,8 @@ def show(
     for light in scene.lights:
         plotter.phong.add_light(light)
     several = isinstance(mesh, pv.MultiBlock)
-    drawn = plotter.phong.add_mesh(mesh, materials if several else only(materials), feature_angle=feature_angle)
+    how = {"albedo": albedo, "feature_angle": feature_angle}
+    drawn = plotter.phong.add_mesh(mesh, materials if several else only(materials), **how)
     names = [name for name, _ in datasets(mesh)] if several else [DEFAULT]
     actors = dict(zip(names, drawn if several else [drawn], strict=True))
 
@@ -85,7 +90,7 @@ def show(
         return {DEFAULT: first} if all(material == first for material in found.values()) else found
 
     plotter.reset_camera_clipping_range()  # PyVista leaves it alone once the camera has been placed
-    plotter.phong.add_gizmos(keys=_keys(plotter, mesh, shown, feature_angle, stem))
+    plotter.phong.add_gizmos(keys=_keys(plotter, mesh, shown, how, stem))
     plotter.show()
 
 
@@ -93,7 +98,7 @@ def _keys(
     plotter: pv.Plotter,
     mesh: pv.PolyData | pv.MultiBlock,
     materials: Callable[[], dict[str, Material]],
-    feature_angle: FeatureAngle,
+    how: Mapping[str, Any],
     stem: str,
 ) -> dict[str, tuple[str, Callable[[], str]]]:
     """Keys that save what the window shows: key → (what it does, how)."""
@@ -101,7 +106,7 @@ def _keys(
     rig, lit, picture = Path(f"{stem}-rig.json"), Path(f"{stem}-lit.{'vtm' if several else 'vtp'}"), Path(f"{stem}.png")
 
     def save_lit_mesh() -> None:
-        save_lit(shaded(mesh, plotter.phong.scene, materials(), feature_angle=feature_angle), lit, ARRAY)
+        save_lit(shaded(mesh, plotter.phong.scene, materials(), **how), lit, ARRAY)
 
     def save_rig() -> None:
         plotter.phong.scene.save(rig, materials=materials())

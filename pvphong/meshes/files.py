@@ -61,6 +61,26 @@ def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
     return mesh
 
 
+def read_texture(path: str) -> Any:
+    """The texture in an image file of any format that Pillow reads; VTK's readers would crash on damaged ones.
+
+    Raises
+    ------
+    ValueError
+        If the file is not there, or cannot be read to its end.
+    """
+    from PIL import Image
+
+    if not Path(path).exists():
+        check.refuse("albedo", Path(path), "a point array, or an image file that exists", _nearest_file(Path(path)))
+    try:
+        with Image.open(path) as image:
+            values = np.asarray(image if image.mode[0] in "IF" else image.convert("RGB"))
+    except Exception as error:  # its readers raise what they like
+        check.refuse("albedo", Path(path), "an image file that Pillow can read", _first_line([str(error)]))
+    return pv.Texture(values)
+
+
 def _nearest_file(path: Path) -> str:
     """The remedy for a file that is not there."""
     if not path.parent.is_dir():

@@ -3,33 +3,30 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pyvista as pv
-from numpy.typing import NDArray
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
 from pvphong.base import check
 from pvphong.base.types import Backend, FloatArray, MatrixLike, Weighting
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
+from pvphong.meshes.edges import FeatureAngle
+from pvphong.meshes.per_point import surface_with
 from pvphong.meshes.shadows import visibility_of
 from pvphong.meshes.sharing import sharing
-from pvphong.meshes.surfaces import surface, vertex_normals
+from pvphong.meshes.surfaces import vertex_normals
+from pvphong.meshes.textures import tangents_from
 from pvphong.optics.material import Material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, SceneLike, as_scene, light_labels
-from pvphong.shading.albedo import checked_albedo
-from pvphong.shading.equation import Equation
+from pvphong.shading.equation import NO_MAPS, Equation
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.screen import Screen, checked_screen
 from pvphong.shading.vertices import Vertices
-
-_CARRIED = "_pvphong_albedo"
-_TO_POINTS = "mesh.cell_data_to_point_data() turns cell arrays into point arrays."
 
 
 def shade_mesh(
@@ -40,6 +37,8 @@ def shade_mesh(
     name: str = "phong",
     matrix: MatrixLike | None = None,
     albedo: Any = None,
+    tangents: Any = None,
+    maps: Mapping[str, Any] = NO_MAPS,
     components: bool = False,
     tolerance: float = 0.0,
     feature_angle: FeatureAngle = None,
@@ -63,8 +62,13 @@ def shade_mesh(
         Name of the (n_points, 3) array, and first part of the names of all others.
     matrix : array_like, optional
         (4, 4) model matrix. It takes part in the lighting only: the mesh's points stay where they are.
-    albedo : array_like or str, optional
-        (n_points, 3) array, or the name of a point array.
+    albedo : array_like, str or pyvista.Texture, optional
+        (n_points, 3) array, or the name of a point array, or a texture, as `pvphong.meshes.textures.texture_colors`
+        takes it.
+    tangents : array_like or str, optional
+        As `albedo`: vectors along the surface. From the texture coordinates if not given.
+    maps : mapping
+        "specular", "shininess" or "roughness" → array, or the name of a point array, as for `evaluate`; or None.
     components : bool, default False
         Adds arrays `<name>_ambient`, `_diffuse`, `_specular`, `_emission`, `_base`, and one
         `<name>_light_<light's name or index>` for each light.
@@ -96,10 +100,10 @@ def shade_mesh(
         check.refuse("name", name, "a string that is not empty")
     # shared first, and then read: what another thread replaces meanwhile is not half seen
     now = sharing(mesh) if isinstance(mesh, pv.PolyData) else mesh
-    source, shades = surface_and_albedo(now, albedo, feature_angle)
+    source, given = surface_with(now, {"albedo": albedo, "tangents": tangents, **maps}, feature_angle)
     scene = scene_for(source, scene, matrix)
     rays = {"occluders": occluders, "visibility": visibility, "tolerance": tolerance, "matrix": matrix}
-    vertices = vertices_of(source, shades, scene=scene, backend=backend, **rays)
+    vertices = vertices_of(source, **given, scene=scene, backend=backend, **rays)
     planned = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     shading = planned.run(vertices, components=components, backend=backend, **how)
     lit = source if source is now else sharing(source)
@@ -125,6 +129,7 @@ def plan(
     feature_angle: FeatureAngle = None,
     occluders: Any = (),
     visibility: Visibility | None = None,
+    maps: Mapping[str, Any] = NO_MAPS,
 ) -> Plan:
     """Which effects will run for a scene, which are left out, and why.
 
@@ -151,6 +156,8 @@ def plan(
         Of a mesh, as for `mesh.phong.shade`.
     occluders, visibility
         Of a mesh, as for `mesh.phong.shade`. No ray is cast: of bare points, what stands before them is not known.
+    maps : mapping
+        Of a mesh, as for `shade_mesh`.
 
     Returns
     -------
@@ -163,10 +170,10 @@ def plan(
         If an argument has the wrong shape, type or range; the message names it.
     """
     if isinstance(mesh_or_points, pv.DataSet):
-        source, _ = split_sharp_edges(surface(mesh_or_points), feature_angle)
+        source, given = surface_with(mesh_or_points, maps, feature_angle)
         scene = scene_for(source, scene, matrix)
         rays: dict[str, Any] = {"occluders": occluders, "visibility": visibility, "matrix": matrix}
-        vertices = vertices_of(source, scene=scene, **rays)
+        vertices = vertices_of(source, scene=scene, **rays, **given)
         return Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     vertices = Vertices(_bare_points(mesh_or_points), None)
     result = Plan.of(as_scene(scene), material, vertices, matrix=matrix, tolerance=tolerance)
@@ -200,23 +207,26 @@ def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None, *, back
 
 def vertices_of(
     source: pv.PolyData,
-    albedo: Any = None,
     *,
+    albedo: Any = None,
+    tangents: Any = None,
     scene: Scene,
     occluders: Any = (),
     visibility: Visibility | None = None,
     matrix: MatrixLike | None = None,
     tolerance: float = 0.0,
     backend: Backend = "auto",
+    **maps: Any,
 ) -> Vertices:
-    """A surface's vertices for a scene; what takes time is done when it is first asked for: normals, and rays."""
+    """A surface's vertices for a scene; normals, tangents and rays are found when they are first asked for."""
     normals = functools.cache(lambda: point_normals(source, backend=backend))
     screen: Screen | None = None
     if visibility is not None:
         screen = checked_screen("visibility", visibility, source.points, matrix, scene)
     elif scene.light_model.needs_rays:
         screen = visibility_of(source, normals, scene, occluders=occluders, tolerance=tolerance, matrix=matrix)
-    return Vertices(source.points, normals, albedo, screen)
+    tangents = tangents_from(source, tangents, normals)
+    return Vertices(source.points, normals, albedo, screen, tangents=tangents, maps=maps)
 
 
 def add_visibility(lit: pv.PolyData, name: str, equation: Equation, screen: Screen, labels: Sequence[str]) -> None:
@@ -226,41 +236,3 @@ def add_visibility(lit: pv.PolyData, name: str, equation: Equation, screen: Scre
         lit.point_data[f"{name}_visibility_{labels[index]}"] = parts[index].copy()
     if equation.is_occluded:
         lit.point_data[f"{name}_sky"] = parts[-1].copy()
-
-
-def surface_and_albedo(mesh: pv.DataSet, albedo: Any, feature_angle: FeatureAngle = None) -> tuple[pv.PolyData, Any]:
-    """The surface, split along its sharp edges, and the albedo at its points."""
-    whole, shades = _surface_and_albedo(mesh, albedo)
-    source, points = split_sharp_edges(whole, feature_angle)
-    return source, at_points(shades, points, whole.n_points)
-
-
-def at_points(albedo: Any, points: NDArray[Any] | None, count: int) -> Any:
-    """An albedo of so many points at those that `split_sharp_edges` gives."""
-    if albedo is None or points is None:
-        return albedo
-    return checked_albedo(albedo, count)[points]
-
-
-def _surface_and_albedo(mesh: pv.DataSet, albedo: Any) -> tuple[pv.PolyData, Any]:
-    if isinstance(albedo, str):
-        source = surface(mesh)
-        if albedo in mesh.cell_data and albedo not in source.point_data:
-            check.refuse("albedo", f"{albedo!r}, a cell array", "a point array", _TO_POINTS)
-        check.choice("albedo", albedo, source.point_data.keys())
-        return source, source.point_data[albedo]
-    if isinstance(albedo, np.ndarray) and len(albedo) == mesh.n_cells != mesh.n_points:
-        check.refuse("albedo", f"{len(albedo)} rows, one per cell", f"one per point, {mesh.n_points} rows", _TO_POINTS)
-    if albedo is None or isinstance(mesh, pv.PolyData):
-        return surface(mesh), albedo
-    return _carry(mesh, albedo)
-
-
-def _carry(mesh: pv.DataSet, albedo: Any) -> tuple[pv.PolyData, Any]:
-    """An albedo per point of a mesh with points inside, carried along to its surface."""
-    given = check.real_array("albedo", albedo, "an (n, 3) array of real numbers")
-    shades = check.array("albedo", given, count=mesh.n_points)
-    carrier = mesh.copy(deep=False)
-    carrier.point_data[_CARRIED] = given if given.dtype.kind in "iu" else shades
-    source = surface(carrier)
-    return source, source.point_data.pop(_CARRIED)

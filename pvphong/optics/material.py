@@ -10,6 +10,7 @@ from pvphong.base import check, documents
 from pvphong.base.signature import InitSignature
 from pvphong.base.types import ColorLike, rgb
 from pvphong.optics.named_materials import NAMED
+from pvphong.optics.physical_property import is_physical, physical_of
 from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances import REFLECTANCES, reflectance_name
 
@@ -58,6 +59,10 @@ class Material:
         return super().__new__(cls)
 
     def __post_init__(self) -> None:
+        for field in ("specular", "shininess"):
+            if getattr(getattr(self, field), "size", 1) > 3:
+                remedy = f"For one at each vertex, shade and evaluate take {field}=."
+                check.refuse(field, "an array", "one for all vertices", remedy)
         for field in ("ambient", "diffuse", "specular", "emission"):
             object.__setattr__(self, field, check.color(field, getattr(self, field)))
         for field in ("ambient", "diffuse", "specular"):
@@ -131,12 +136,13 @@ class Material:
         """The material of a `pyvista.Property` or `vtkProperty`, its colours unrounded.
 
         VTK keeps a coefficient and a colour for each term; their product is the reflectance. (VTK uses
-        the ambient colour without a light's, as `LightModel.vtk()` does.)
+        the ambient colour without a light's, as `LightModel.vtk()` does.) Where it is drawn with physically based
+        shading (`pbr=True`), the material has the reflectance `PBR`.
 
         Raises
         ------
         ValueError
-            If `prop` is not such an object.
+            If `prop` is not such an object, or asks for what `PBR` has not; the message names it.
         """
         if not hasattr(prop, "GetSpecularPower"):
             check.refuse("prop", prop, "a pyvista.Property or a vtkProperty")
@@ -146,7 +152,8 @@ class Material:
             "specular": (prop.GetSpecular(), prop.GetSpecularColor()),
         }
         colors: dict[str, Any] = {term: tuple(k * c for c in color) for term, (k, color) in terms.items()}
-        return cls(**colors, shininess=prop.GetSpecularPower())
+        reflectance = physical_of(prop) if is_physical(prop) else None
+        return cls(**colors, shininess=prop.GetSpecularPower(), reflectance=reflectance)
 
     @classmethod
     def from_roughness(cls, roughness: float, **fields: Any) -> Self:

@@ -10,15 +10,17 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal, NamedTuple, Self
 
-from pvphong.base.types import FloatArray
+from pvphong.base.types import FloatArray, Vector
 from pvphong.optics.light import Arrival
 from pvphong.optics.spherical import CosinePower
 from pvphong.optics.surface import Surface
 
 Component = Literal["diffuse", "specular"]
+
+WHITE: Vector = (1.0, 1.0, 1.0)
 
 
 class Lobe(NamedTuple):
@@ -35,6 +37,15 @@ class Lobe(NamedTuple):
 
     largest: float = 1.0
     """The factor is never more."""
+
+    color: Vector = WHITE
+    """What its colour is multiplied by."""
+
+    is_own: bool = False
+    """Whether `color` stands in place of the material's colour for its component."""
+
+    tint: Callable[[FloatArray], FloatArray] | None = None
+    """Gives what the colour is multiplied by for an albedo (3, n), where that is not the albedo itself."""
 
 
 class Sightline(NamedTuple):
@@ -55,14 +66,34 @@ class Reflectance(ABC):
     Symbols: n the unit normal, l the unit vector to the light, v to the viewer.
     """
 
-    lobes: ClassVar[tuple[Lobe, ...]]
+    gamma: ClassVar[float] = 1.0
+    """What is drawn is the sum of all light to the power 1/gamma."""
+
+    is_physical: ClassVar[bool] = False
+    """Whether it is of VTK's physically based branch, where a material has no ambient colour, and a headlight alone
+    stands at the eye."""
+
+    needs: ClassVar[frozenset[str]] = frozenset()
+    """What it reads beside normals and the viewer: "tangents", in `Surface.tangents` and the rows `TX`, `TY`, `TZ`."""
+
+    maps: ClassVar[frozenset[str]] = frozenset()
+    """What may be given vertex by vertex: "specular", which evaluators multiply, or a field, in `Surface.given`."""
 
     counterpart: ClassVar[tuple[str, float] | None] = None
     """Name of another one that looks much the same, and how many times the shininess it needs for that."""
 
-    def of(self, shininess: float) -> Self:  # noqa: ARG002 for those that take it
-        """This reflectance with a material's shininess, where it has none of its own."""
+    @property
+    @abstractmethod
+    def lobes(self) -> tuple[Lobe, ...]:
+        """Its parts."""
+
+    def of(self, material: Any) -> Reflectance:  # noqa: ARG002 for those that take something
+        """This reflectance with what it takes of a material, such as a shininess where it has none of its own."""
         return self
+
+    def in_vtk(self) -> Reflectance | None:
+        """What VTK's shader makes of it; None where VTK has no such."""
+        return None
 
     @abstractmethod
     def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:
@@ -91,6 +122,13 @@ class Reflectance(ABC):
     def most(self, lobe: int, sightline: Sightline) -> float:  # noqa: ARG002 nothing better is known
         """The largest factor of a lobe for vertices of which bounds are known."""
         return self.lobes[lobe].largest
+
+    def extremes(self, field: str, low: float, high: float) -> tuple[Self, ...]:
+        """Of all with a field from `low` to `high`, some of which `change` adds up to no less than any other's.
+
+        One of them also has the largest `most`, and one the largest of each lobe.
+        """
+        return replace(self, **{field: low}), replace(self, **{field: high})
 
     def parameters(self) -> tuple[float, ...]:
         """The numbers that its stage reads."""

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from pvphong.base.types import Float64Array, FloatArray
-from pvphong.base.vectors import dot, unit
+from pvphong.base.vectors import cross, dot, unit
 from pvphong.optics.light import Arrival
 
 # Sums of three products have lost no bit to underflow from here on.
@@ -29,16 +30,39 @@ class Surface:
         1/|n| of those, shape (n,); 0 where there is no normal.
     to_viewer : ndarray
         Unit vectors v.
+    raw_tangents : ndarray or None
+        Unit vectors along the surface, not quite across its normals; zero where there is none. Only where the
+        reflectance needs them.
+    maps : mapping
+        Field of the reflectance → numbers, shape (n,), that stand in its place.
     """
 
     raw: FloatArray
     inverse_length: FloatArray
     to_viewer: FloatArray
+    raw_tangents: FloatArray | None = None
+    maps: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    def given(self, name: str, usual: float) -> Any:
+        """A reflectance's field vertex by vertex, if it is given so, else its usual value."""
+        return self.maps.get(name, usual)
 
     @cached_property
     def normals(self) -> FloatArray:
         """Unit normals n."""
         return self.raw * self.inverse_length
+
+    @cached_property
+    def tangents(self) -> FloatArray:
+        """Unit tangents t across n; zero where there is none, or where it is along n."""
+        assert self.raw_tangents is not None, "the reflectance's `needs` does not say tangents"
+        return unit(cross(self.bitangents, self.normals))[0]
+
+    @cached_property
+    def bitangents(self) -> FloatArray:
+        """Unit vectors n × t; zero where there is no t."""
+        assert self.raw_tangents is not None, "the reflectance's `needs` does not say tangents"
+        return unit(cross(self.normals, self.raw_tangents))[0]
 
     @cached_property
     def facing(self) -> FloatArray:

@@ -88,6 +88,15 @@ class Caster:
         with np.errstate(over="ignore", invalid="ignore"):
             begins = np.ldexp(origins - self.middle, -self._exponent)
             lengths = np.ldexp(np.asarray(distances, np.float64), -self._exponent)
+            is_near = np.abs(begins).max(initial=0.0) <= _NEAR
+        if is_near and (lengths > 0.0).all() and np.isfinite(directions).all():
+            return self._backend.blocked(begins, directions, np.minimum(lengths, 4 * _NEAR))
+        return self._cast_some(begins, directions, lengths)
+
+    def _cast_some(self, begins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
+        """Rays of which some may begin far away, or be none."""
+        assert self._backend is not None
+        with np.errstate(over="ignore", invalid="ignore"):
             ahead = np.zeros(len(begins))
             far = ~(np.abs(begins) <= _NEAR).all(axis=1)
             if far.any():  # begun where the ray is nearest to the middle, less than what triangles reach
@@ -96,10 +105,9 @@ class Caster:
                 begins[far] += ahead[far, None] * directions[far]
             lengths = np.minimum(lengths - ahead, 4 * _NEAR)
             meets = (np.abs(begins) <= 2 * _NEAR).all(axis=1) & (lengths > 0.0) & np.isfinite(directions).all(axis=1)
-        if meets.all():
-            return self._backend.blocked(begins, directions, lengths)
         result = np.zeros(len(begins), bool)
-        result[meets] = self._backend.blocked(begins[meets], directions[meets], lengths[meets])
+        if meets.any():
+            result[meets] = self._backend.blocked(begins[meets], directions[meets], lengths[meets])
         return result
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
+from pvphong.base.vectors import dot
 from pvphong.optics.light import Light
 from pvphong.rays.occluders import Occluders
 from pvphong.rays.receiver import Receiver
@@ -16,7 +17,7 @@ from pvphong.rays.sampling import NODES, Ask, Effort, Seen, in_tree_order, look
 from pvphong.rays.targets import Target, strengths, ways_to
 from pvphong.shading.kernel import pool
 
-_RAYS_AT_ONCE = 2**15
+_VERTICES_AT_ONCE = 2**16
 # Into so many lights without a size one with a size is divided.
 _LIGHTS = 1024
 # So many rays every vertex gets.
@@ -37,16 +38,20 @@ class Tracer:
     samples: int | None
     ambient: float
 
+    def _prepare(self) -> None:
+        """Compute what threads are to share."""
+        self.receiver.beside.shape, self.occluders.casters  # noqa: B018
+
     def _begins(self, rows: Any, sides: Any) -> Float64Array:
         above = self.occluders.resolution(self.receiver.part)
         return self.receiver.beside[rows] + above * sides * self.receiver.unit_normals[rows]
 
-    def _sides(self, light: Light) -> Float64Array:
+    def _sides(self, light: Light, some: slice = slice(None)) -> Float64Array:
         """1 where vertices face a light, -1 where they see it from their other side, 0 where not at all."""
-        normals, points = self.receiver.unit_normals, self.receiver.points
+        normals, points = self.receiver.unit_normals[some], self.receiver.points[some]
         with np.errstate(all="ignore"):
             ways = light.arrival(np.ascontiguousarray(points.T)).direction
-            facing = np.nan_to_num((normals * ways.T).sum(axis=1))
+            facing = np.nan_to_num(dot(normals.T, ways))
         return np.sign(facing) if self.two_sided else (facing > 0.0).astype(np.float64)
 
     def light(self, light: Light) -> Seen:
@@ -55,23 +60,22 @@ class Tracer:
 
     def _see_or_not(self, light: Light) -> Seen:
         """A light without a size: one ray for each vertex."""
-        sides = self._sides(light)
-        rows = np.flatnonzero(sides)
-        part, target = np.zeros(len(sides)), Target.of(light)
+        self._prepare()
+        count, target = len(self.receiver.points), Target.of(light)
+        part, rays = np.zeros(count), list[int]()
 
         def work(first: int, last: int) -> None:
-            some = rows[first:last]
-            begins = self._begins(some, sides[some, None])
+            sides = self._sides(light, slice(first, last))
+            facing = np.flatnonzero(sides)
+            rows = first + facing
+            begins = self._begins(rows, sides[facing, None])
             ways, distances = target.seen_from(begins)
             end = distances - _BEFORE_LIGHT * self.occluders.resolution(self.receiver.part)
-            part[some] = ~self.occluders.blocked(begins, ways, end)
+            part[rows] = ~self.occluders.blocked(begins, ways, end)
+            rays.append(len(rows))
 
-        if self.occluders.casters:
-            self.receiver.beside.shape  # noqa: B018 computed before threads share it
-            pool.run(work, len(rows), _RAYS_AT_ONCE)
-        else:
-            part[rows] = 1.0
-        return Seen(part, np.zeros(len(part)), len(rows) * bool(self.occluders.casters))
+        pool.run(work, count, _VERTICES_AT_ONCE)
+        return Seen(part, np.zeros(count), sum(rays) * bool(self.occluders.casters))
 
     def _see_part(self, light: Light) -> Seen:
         nodes = list(light.nodes(_LIGHTS))
@@ -118,7 +122,7 @@ class Tracer:
 
     def _look(self, ask: Ask, brightness: float, least: int) -> Seen:
         receiver = self.receiver
-        receiver.beside.shape, self.occluders.casters  # noqa: B018 computed before threads share them
+        self._prepare()
         return look(
             len(receiver.points), ask, Effort(self.tolerance, self.samples, brightness, least), receiver.faces.corners
         )

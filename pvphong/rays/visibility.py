@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pvphong.base import check
+from pvphong.base import check, progress
 from pvphong.base.text import html_table
-from pvphong.base.types import FloatArray
+from pvphong.base.types import FloatArray, IntArray
 from pvphong.optics.light import Light
 from pvphong.rays.between import may_block
 from pvphong.rays.faces import Ball
@@ -36,8 +36,8 @@ class StandardError(NamedTuple):
 class Visibility:
     """What every vertex of a mesh sees of each light, and of the sky: arrays to keep, and to shade with again.
 
-    Each is computed when it is first read, and kept. Lights may then be dimmed, tinted and switched without a ray;
-    one that has moved is refused.
+    Each is computed when it is first read, and kept; nothing is kept of one that is interrupted. Lights may then be
+    dimmed, tinted and switched without a ray; one that has moved is refused.
 
     Parameters
     ----------
@@ -135,9 +135,36 @@ class Visibility:
         samples : int, optional
             Of what is not known yet.
         """
+        result = self._anew(self._receiver, lights, labels, samples)
+        as_good = self._tracer.samples in (None, samples)
+        known = {_light_stamp(light): index for index, light in enumerate(self._lights) if index in self._done}
+        for index, light in enumerate(result._lights):
+            before = known.get(_light_stamp(light))
+            if before is not None and (as_good or not light.has_size):
+                result._keep(index, self._parts[before], self._errors[before])
+        if len(self._lights) in self._done and as_good:
+            result._keep(len(result._lights), self._parts[-1], self._errors[-1])
+        return result
+
+    def afresh(self, *, samples: int | None = None, rows: IntArray | None = None) -> Visibility:
+        """With nothing known yet; the occluders, which take time to prepare, are shared.
+
+        Parameters
+        ----------
+        samples : int, optional
+            As for the class.
+        rows : ndarray, optional
+            Shape (m,): of these vertices alone. They share no face with others, so that adaptive rays may be more.
+        """
+        receiver = self._receiver if rows is None else self._receiver.some(rows)
+        return self._anew(receiver, self._lights, self.lights, samples)
+
+    def _anew(
+        self, receiver: Receiver, lights: Sequence[Light], labels: Sequence[str], samples: int | None
+    ) -> Visibility:
         tracer = self._tracer
-        result = Visibility(
-            self._receiver,
+        return Visibility(
+            receiver,
             lights,
             labels,
             self._occluders,
@@ -147,15 +174,6 @@ class Visibility:
             samples=samples,
             ambient=tracer.ambient,
         )
-        as_good = tracer.samples in (None, samples)
-        known = {_light_stamp(light): index for index, light in enumerate(self._lights) if index in self._done}
-        for index, light in enumerate(result._lights):
-            before = known.get(_light_stamp(light))
-            if before is not None and (as_good or not light.has_size):
-                result._keep(index, self._parts[before], self._errors[before])
-        if len(self._lights) in self._done and as_good:
-            result._keep(len(result._lights), self._parts[-1], self._errors[-1])
-        return result
 
     def _keep(self, row: int, part: FloatArray, error: FloatArray) -> None:
         self._parts[row], self._errors[row] = part, error
@@ -188,8 +206,9 @@ class Visibility:
         """Shape (lights + 1, n): `per_light` with `sky` in the last row; rows not asked for may not be computed yet."""
         for index in (*lights, *[len(self.lights)] * sky):
             if index not in self._done:
-                start = time.perf_counter()
-                seen = self._tracer.sky() if index == len(self.lights) else self._tracer.light(self._lights[index])
+                start, is_sky = time.perf_counter(), index == len(self.lights)
+                with progress.about(f"rays to {'the sky' if is_sky else self.lights[index]}"):
+                    seen = self._tracer.sky() if is_sky else self._tracer.light(self._lights[index])
                 self._keep(index, seen.part, seen.error)
                 self.rays += seen.rays
                 self.seconds += time.perf_counter() - start

@@ -19,6 +19,7 @@ from pvphong.base.text import html_table, told
 from pvphong.base.types import VectorLike
 from pvphong.optics.lights import LIGHT_TYPES, Light, type_name
 from pvphong.optics.material import Material
+from pvphong.optics.physical_property import is_physical
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.viewer import Viewer
 
@@ -117,11 +118,14 @@ class Scene:
         Raises
         ------
         ValueError
-            If `plotter` is not a plotter.
+            If `plotter` is not a plotter, or lights meshes with `pbr=True` by an environment texture too.
         """
         renderer = getattr(plotter, "renderer", None)
         if renderer is None or not hasattr(renderer, "GetLights"):
             check.refuse("plotter", plotter, "a pyvista.Plotter")
+        if renderer.GetUseImageBasedLighting() and any(map(_is_physical, renderer.GetActors())):
+            remedy = "It has no lights for that: plotter.remove_environment_texture()."
+            check.refuse("plotter", "image-based light on meshes with pbr=True", "lit by its lights alone", remedy)
         # plotter.camera would count as a choice of view, and keep PyVista from fitting it to the meshes.
         viewer = Viewer.from_camera(renderer.camera)
         lights = tuple(host.light_placed(light, viewer) for light in renderer.GetLights())
@@ -288,3 +292,7 @@ def _renamed(lights: list[Any]) -> list[Any]:
 def _light(place: str, entry: Any) -> Light:
     kind, given = documents.kind_and_fields(place, entry, LIGHT_TYPES)
     return documents.value(place, kind, given)
+
+
+def _is_physical(actor: Any) -> bool:
+    return is_physical(actor.GetProperty())

@@ -8,18 +8,20 @@ both, and the evaluators know nothing of conventions.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from itertools import accumulate
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from pvphong.base import check
 from pvphong.base.ranges import BRIGHTEST, FARTHEST
 from pvphong.base.types import Float64Array, MatrixLike, Vector, VectorLike, rgb
 from pvphong.optics.light import NODES, Light
-from pvphong.optics.lights import light_from_values
+from pvphong.optics.lights import PointLight, light_from_values
 from pvphong.optics.material import Material
-from pvphong.optics.reflectance import Component, Reflectance
+from pvphong.optics.reflectance import Component, Lobe, Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER, vtk_reflectance
 from pvphong.optics.spherical import CosinePower
@@ -27,6 +29,8 @@ from pvphong.scene.scene import Scene, light_labels
 
 BLACK: Vector = (0.0, 0.0, 0.0)
 _WHITE = (1.0, 1.0, 1.0)
+
+NO_MAPS: Mapping[str, tuple[float, float]] = MappingProxyType({})
 
 # Three factors of at most `_TAME`, whose product is at least `_SMALL`, have products of two within range too.
 _TAME = 2.0**300
@@ -126,6 +130,11 @@ class Equation:
         Whether the matrix changes the directions of normals.
     is_occluded : bool
         Whether ambient light, the light model's and the lights', is multiplied by the open part of the sky.
+    maps : mapping
+        What stands vertex by vertex in place of the reflectance's field of that name, or is multiplied with specular
+        colours → its least and its greatest.
+    gamma : float
+        The sum of all light is raised to 1/gamma before it is clamped.
     """
 
     terms: tuple[LightTerm, ...]
@@ -142,6 +151,31 @@ class Equation:
     matrix: Float64Array | None
     turns_normals: bool
     is_occluded: bool = False
+    gamma: float = 1.0
+    maps: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    @cached_property
+    def extremes(self) -> tuple[Reflectance, ...]:
+        """What the reflectance may be at a vertex: those with the greatest bounds; see `Reflectance.extremes`."""
+        found: tuple[Reflectance, ...] = (self.reflectance,)
+        for name, (low, high) in self.fields_with_maps.items():
+            found = tuple(extreme for each in found for extreme in each.extremes(name, low, high))
+        return found
+
+    @property
+    def fields_with_maps(self) -> dict[str, tuple[float, float]]:
+        """Fields of the reflectance that are given vertex by vertex, as in `maps`."""
+        return {name: ends for name, ends in self.maps.items() if name != "specular"}
+
+    def largest(self, lobe: int) -> float:
+        """The largest factor of a lobe at any vertex."""
+        return max([reflectance.lobes[lobe].largest for reflectance in self.extremes])
+
+    @property
+    def forms(self) -> tuple[CosinePower | None, ...]:
+        """As the reflectance's; None where they are not the same at all vertices."""
+        forms, diffuse = self.reflectance.forms, self.lobes_of("diffuse")
+        return tuple(form if k in diffuse else None for k, form in enumerate(forms)) if self.fields_with_maps else forms
 
     @cached_property
     def needs_normals(self) -> bool:
@@ -190,6 +224,24 @@ class Equation:
         """Places among the scene's lights of those that a vertex may not see all of."""
         return tuple(sorted({term.index for term in self.terms if term.is_shadowed}))
 
+    @cached_property
+    def needs_tangents(self) -> bool:
+        """Whether any light's share depends on the tangent."""
+        return self.needs_normals and "tangents" in self.reflectance.needs
+
+    @cached_property
+    def channels(self) -> dict[str, slice]:
+        """Which rows of `Vertices.channels` hold what, of what is read of them.
+
+        Of "screen" there is one for what is seen of each of the scene's lights, and one for the sky; "tangents" are x,
+        y and z, and the maps have their names.
+        """
+        sizes = {"screen": self.has_screen * (self.lights + 1), "tangents": self.needs_tangents * 3}
+        if self.needs_normals:
+            sizes |= {name: 3 if name == "specular" else 1 for name in self.maps}
+        ends = accumulate(sizes.values())
+        return {kind: slice(end - size, end) for (kind, size), end in zip(sizes.items(), ends, strict=True) if size}
+
     @property
     def has_screen(self) -> bool:
         """Whether any share depends on what stands before a vertex."""
@@ -206,12 +258,22 @@ class Equation:
         return self.needs_eye or any(not term.light.is_even for term in self.terms)
 
 
-def assemble(scene: Scene, material: Material, matrix: MatrixLike | None) -> Equation:
-    """The equation of a scene and a material, in the scene's convention; the matrix is copied."""
+def assemble(
+    scene: Scene, material: Material, matrix: MatrixLike | None, maps: Mapping[str, tuple[float, float]] = NO_MAPS
+) -> Equation:
+    """The equation of a scene and a material, in the scene's convention; the matrix is copied.
+
+    Raises
+    ------
+    ValueError
+        If the reflectance does not read one of the maps, or in VTK's convention, which has none.
+    """
     copied = None if matrix is None else check.matrix4("matrix", matrix)
     if copied is not None:
         copied.flags.writeable = False
-    standard = _standard(scene, material, copied)
+    standard = (
+        _with_maps(_standard(scene, material, copied), scene, maps) if maps else _standard(scene, material, copied)
+    )
     return standard if scene.light_model.convention == "standard" else _as_vtk(standard, scene, material)
 
 
@@ -219,7 +281,7 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
     model, viewer = scene.light_model, scene.viewer
     local = model.local_viewer and not viewer.parallel
     x, y, z = viewer.view_direction
-    reflectance = (material.reflectance or REFLECTANCES[model.reflection]()).of(material.shininess)
+    reflectance = (material.reflectance or REFLECTANCES[model.reflection]()).of(material)
     reflectances = _Reflectances.of(material, reflectance)
     labels, frames = light_labels(scene, "light "), [light.frame for light in scene.lights]
     return Equation(
@@ -251,24 +313,50 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
     )
 
 
+def _with_maps(standard: Equation, scene: Scene, maps: Mapping[str, tuple[float, float]]) -> Equation:
+    """The reflectance has the greatest of the numbers that are given for its fields."""
+    reflectance = standard.reflectance
+    for name in maps:
+        if scene.light_model.convention == "vtk":
+            remedy = "VTK's shader knows but one for all vertices: give it to the Material, or take LightModel()."
+            check.refuse(name, "an array", "None in VTK's convention", remedy)
+        if name not in reflectance.maps:
+            others = ", ".join(sorted(reflectance.maps))
+            remedy = f"It reads {others} of each vertex." if others else "It reads nothing of each vertex but albedo."
+            check.refuse(name, "an array", f"None for {type(reflectance).__name__}", remedy)
+    equation = replace(standard, maps=maps)
+    greatest: dict[str, Any] = {name: high for name, (_, high) in equation.fields_with_maps.items()}
+    return replace(equation, reflectance=replace(reflectance, **greatest))
+
+
 def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     """VTK's reading of the same scene.
 
     The material's ambient is not multiplied by any light; the lights' ambient and specular colours are
     ignored; the viewer is local even in parallel projection; a scene without any light is drawn unlit.
     """
+    is_headlight = vtk_tier(scene.lights) == 1
+    reflectance: Reflectance | None = vtk_reflectance(material.shininess, is_headlight=is_headlight)
     if material.reflectance is not None:
-        remedy = "VTK's shader knows no other; leave it out."
-        check.refuse("reflectance", material.reflectance, "None in VTK's convention", remedy)
-    reflectance = vtk_reflectance(material.shininess, is_headlight=vtk_tier(scene.lights) == 1)
+        reflectance = material.reflectance.of(material).in_vtk()
+    if reflectance is None:
+        remedy = "VTK's shader knows no other; leave it out, or take LightModel()."
+        check.refuse("reflectance", material.reflectance, "None or PBR in VTK's convention", remedy)
     reflectances = _Reflectances.of(material, reflectance)
     terms = tuple(_as_vtk_lights(term, reflectances) for term in standard.terms)
+    if is_headlight and reflectance.is_physical:
+        terms = tuple(replace(term, light=PointLight(scene.viewer.position)) for term in terms)
     ambient, diffuse = rgb(material.ambient), rgb(material.diffuse)
     unlit = ambient[0] + diffuse[0], ambient[1] + diffuse[1], ambient[2] + diffuse[2]
+    if reflectance.is_physical:  # a light with a position that is off leaves it black
+        unlit = BLACK if terms or any(not light.is_even for light in scene.lights) else unlit
+    elif terms:
+        unlit = ambient
     return replace(
         standard,
         terms=terms,
-        ambient=_product(BRIGHTEST, ambient if terms else unlit, _WHITE),
+        ambient=_product(BRIGHTEST, unlit, _WHITE),
+        gamma=reflectance.gamma,
         reflectance=reflectance,
         eye=_vector(scene.viewer.position),
         local_facing=not scene.viewer.parallel,
@@ -283,7 +371,7 @@ def in_parts(equation: Equation) -> Equation:
     """
     if not any(term.light.has_size for term in equation.terms):
         return equation
-    terms = tuple(part for term in equation.terms for part in _parts(term, equation.reflectance.forms))
+    terms = tuple(part for term in equation.terms for part in _parts(term, equation.forms))
     return replace(equation, terms=terms)
 
 
@@ -369,7 +457,11 @@ class _Reflectances(NamedTuple):
     @classmethod
     def of(cls, material: Material, reflectance: Reflectance) -> _Reflectances:
         colors: dict[Component, Vector] = {"diffuse": rgb(material.diffuse), "specular": rgb(material.specular)}
-        return cls(rgb(material.ambient), tuple((lobe.component, colors[lobe.component]) for lobe in reflectance.lobes))
+
+        def color(lobe: Lobe) -> Vector:
+            return lobe.color if lobe.is_own else _product(BRIGHTEST, colors[lobe.component], lobe.color)
+
+        return cls(rgb(material.ambient), tuple((lobe.component, color(lobe)) for lobe in reflectance.lobes))
 
     def times(
         self, light: Light, ambient: Vector, diffuse: Vector, specular: Vector

@@ -10,7 +10,7 @@ from pvphong.optics.material import Material
 from pvphong.scene.scene import SceneLike, as_scene
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.result import Shading
-from pvphong.shading.screen import Screen, checked_screen
+from pvphong.shading.screen import checked_screen
 from pvphong.shading.vertices import Vertices
 
 
@@ -22,11 +22,15 @@ def evaluate(
     *,
     matrix: MatrixLike | None = None,
     albedo: Any = None,
+    specular: Any = None,
+    shininess: Any = None,
+    roughness: Any = None,
+    tangents: Any = None,
     precision: Precision = "float32",
     backend: Backend = "auto",
     tolerance: float = 0.0,
     components: bool = False,
-    visibility: Screen | None = None,
+    visibility: Any = None,
 ) -> Shading:
     """Lit colours of vertices by the equation of Phong or Blinn-Phong, or the material's own reflectance.
 
@@ -36,6 +40,12 @@ def evaluate(
     A zero or non-finite normal is unlit: emission and ambient light only. A vertex whose point is not finite
     gets nothing from lights with a position, and no highlight if the viewer is local. A light on a vertex adds
     neither diffuse nor specular there, and an eye on a vertex sees no highlight. So every colour is finite.
+
+    With the extra `dask`, `pvphong.evaluate` takes Dask arrays, cut along vertices as one likes, and gives a `Shading`
+    of Dask arrays. Nothing is computed until it is asked for, but shapes, types and all other arguments are checked at
+    once. Each chunk is planned for by itself, within the tolerance, and lit by the thread that Dask gives it; with a
+    named backend and tolerance 0 the colours are those of NumPy arrays, to the bit. NumPy arrays beside Dask ones are
+    cut as those are. A scene without a viewer is framed by all points, which then are computed first.
 
     Parameters
     ----------
@@ -55,6 +65,14 @@ def evaluate(
     albedo : array_like, optional
         Shape (n, 3): multiplies the material's ambient and diffuse. uint8 counts as 0-255; floats are
         clipped to [0, 1], a NaN counts as 0.
+    specular : array_like, optional
+        Shape (n, 3) or (n,): reflectances in place of the material's, >= 0; uint8 counts as 0-255.
+    shininess, roughness : array_like, optional
+        Shape (n,): in place of the material's or its reflectance's. What a reflectance does not read vertex by vertex
+        is refused; in VTK's convention all of it is. Where any is given, NumPy computes.
+    tangents : array_like, optional
+        Shape (n, 3), of any length: directions along the surface, transformed as differences of points are, for
+        reflectances that are not the same in all of them. What of them is along the normal is left out.
     precision : {"float32", "float64"}
         Of the result, and of the arithmetic after positions are subtracted. float32 errs by at most
         (4√n + 16) · 2⁻²⁴ · (1 + number of lights) for colours of size 1, n the largest of the material's
@@ -73,9 +91,11 @@ def evaluate(
         Largest absolute colour error that may be traded for time; 0 allows no approximation.
     components : bool, default False
         Whether the result has its ambient, diffuse, specular, emission, base and per-light arrays too.
-    visibility : Visibility, optional
+    visibility : Visibility or array_like, optional
         What the vertices see of the lights and the sky, where the light model has shadows or ambient occlusion:
-        `mesh.phong.visibility(scene)` of a mesh with these points.
+        `mesh.phong.visibility(scene)` of a mesh with these points. Or plain numbers, beside Dask arrays only those, of
+        shape (lights + 1, n): the part of each light that each vertex sees, as `.per_light`, and of the sky in the last
+        row, as `.sky`.
 
     Returns
     -------
@@ -88,7 +108,8 @@ def evaluate(
         If an argument has the wrong shape, type or range, or Numba is asked for and missing; the message
         names it.
     """
-    vertices = Vertices(points, normals, albedo)
+    maps = {"specular": specular, "shininess": shininess, "roughness": roughness}
+    vertices = Vertices(points, normals, albedo, tangents=tangents, maps=maps)
     if visibility is not None:
         scene = as_scene(scene).framed(vertices.bounds(None if matrix is None else check.matrix4("matrix", matrix)))
         vertices.screen = checked_screen("visibility", visibility, vertices.points, matrix, scene)

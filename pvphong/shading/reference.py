@@ -13,6 +13,7 @@ follows is computed in the precision asked for.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,7 +41,9 @@ class Block(NamedTuple):
     """Where v does not exist (the eye on the vertex, or a vertex that is not finite); False for nowhere."""
     albedo: FloatArray | None
     seen: FloatArray | None
-    """Parts of each light, and in the last row of the sky, that nothing blocks."""
+    """Parts of each light, and in the last row of the sky, that nothing blocks; None where that is not asked for."""
+    specular: FloatArray | None
+    """What specular colours are multiplied by, (3, block)."""
 
 
 def shade(
@@ -66,7 +69,7 @@ def shade(
     result : Shading
         `rgb` is filled in, the others are added to; their type is the precision.
     channels : ndarray, optional
-        Shape (lights + 1, n): what each vertex sees of each light, and of the sky, where the equation asks for it.
+        Shape (k, n): what `equation.channels` says.
     """
     is_even = not (equation.needs_points or equation.needs_normals or equation.is_occluded or albedo is not None)
     for start in range(0, len(points), BLOCK):
@@ -75,9 +78,9 @@ def shade(
             _repeat(result, part)
             continue
         shades = None if albedo is None else albedo[part]
-        seen = None if channels is None else channels[:, part].astype(result.rgb.dtype, copy=False)
+        own = None if channels is None else channels[:, part].astype(result.rgb.dtype, copy=False)
         with np.errstate(divide="ignore", under="ignore", over="ignore"):
-            block = _block(points[part], normals[part], shades, seen, equation, result.rgb.dtype.type)
+            block = _block(points[part], normals[part], shades, own, equation, result.rgb.dtype.type)
             _shade_block(block, equation, _part(result, part))
 
 
@@ -100,7 +103,7 @@ def _block(
     points: FloatArray,
     normals: FloatArray,
     albedo: FloatArray | None,
-    seen: FloatArray | None,
+    channels: FloatArray | None,
     equation: Equation,
     real: Any,
 ) -> Block:
@@ -115,7 +118,15 @@ def _block(
         facing = v if equation.local_facing else _column(equation.to_eye)
         raw = np.where(dot(raw, facing) < 0.0, -raw, raw)
     shades = None if albedo is None else reflectances(albedo).T.astype(real)
-    return Block(p, Surface(raw, inverse_length, v.astype(real, copy=False)), unseen, shades, seen)
+    of = partial(_channels, channels, equation)
+    maps = {name: rows[0] for name in equation.fields_with_maps if (rows := of(name)) is not None}
+    surface = Surface(raw, inverse_length, v.astype(real, copy=False), of("tangents"), maps)
+    return Block(p, surface, unseen, shades, of("screen"), of("specular"))
+
+
+def _channels(channels: FloatArray | None, equation: Equation, kind: str) -> FloatArray | None:
+    """Those of a kind; None where they are not asked for."""
+    return None if channels is None or kind not in equation.channels else channels[equation.channels[kind]]
 
 
 def _points(points: FloatArray, equation: Equation) -> Float64Array:
@@ -148,11 +159,19 @@ def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
         strength, factors = _factors(block, equation.reflectance, term)
         _add(term.ambient, strength if sky is None else strength * sky, block.albedo, color, result.ambient, share)
         for lobe, coefficients, factor in zip(equation.reflectance.lobes, term.colors, factors, strict=True):
-            albedo = block.albedo if lobe.takes_albedo else None
-            _add(coefficients, factor, albedo, color, getattr(result, lobe.component), share)
+            tint = _tint(lobe, block.albedo) if lobe.takes_albedo else None
+            if block.specular is not None and lobe.component == "specular":
+                tint = block.specular if tint is None else tint * block.specular
+            _add(coefficients, factor, tint, color, getattr(result, lobe.component), share)
+    if equation.gamma != 1.0:
+        color = np.maximum(color, 0.0) ** color.dtype.type(1.0 / equation.gamma)
     if equation.clamp:
         np.clip(color, 0.0, 1.0, out=color)
     result.rgb[:] = color.T
+
+
+def _tint(lobe: Lobe, albedo: FloatArray | None) -> FloatArray | None:
+    return albedo if albedo is None or lobe.tint is None else lobe.tint(albedo)
 
 
 def _add(

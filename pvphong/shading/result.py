@@ -15,6 +15,8 @@ from pvphong.base.types import FloatArray
 class Shading:
     """Lit colours of n vertices; linear RGB, 1.0 = full, in the precision that was asked for.
 
+    Of Dask arrays, the arrays are Dask's too; `dask.compute(shading)` gives one of NumPy arrays, in a tuple.
+
     Attributes
     ----------
     rgb : ndarray
@@ -40,7 +42,7 @@ class Shading:
 
     def __repr__(self) -> str:
         parts = "" if self.per_light is None else f", components of {len(self.per_light)} lights"
-        return f"<Shading of {len(self.rgb)} vertices, {self.rgb.dtype}{parts}>"
+        return f"<Shading of {self.rgb.shape[0]} vertices, {self.rgb.dtype}{parts}>"
 
     @classmethod
     def empty(cls, count: int, lights: int, real: np.dtype[Any], *, components: bool) -> Shading:

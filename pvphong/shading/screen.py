@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NoReturn, Protocol, cast
 
+import numpy as np
+
 from pvphong.base import check
 from pvphong.base.types import FloatArray, MatrixLike
 from pvphong.geometry.transform import transform_points
@@ -12,6 +14,9 @@ from pvphong.optics.light import Light
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene, light_labels
 from pvphong.shading.equation import Equation
+
+_GIVEN = "what mesh.phong.visibility(scene) gives"
+_PARTS = f"{_GIVEN}, or an array of shape (lights + 1, n)"
 
 
 class Screen(Protocol):
@@ -35,8 +40,52 @@ class Screen(Protocol):
         """Raise ValueError unless it is of these vertices and lights in the world, and of such a light model."""
 
 
+class Parts:
+    """A screen of plain numbers: nobody knows why anything is clear, or where the vertices were.
+
+    Parameters
+    ----------
+    name : str
+        The argument's name.
+    given : array_like
+        Shape (lights + 1, n), the part of each light that each vertex sees, and of the sky in the last row; clipped to
+        [0, 1], a NaN counts as 0.
+    """
+
+    def __init__(self, name: str, given: Any) -> None:
+        self._name = name
+        parts = check.real_array(name, given, _PARTS)
+        real = parts if parts.dtype in (np.float32, np.float64) else parts.astype(np.float64)
+        self._parts: FloatArray = np.fmin(np.fmax(real, 0.0), 1.0)  # fmax takes 0 before a NaN
+
+    def why_clear(self, light: int) -> str:  # noqa: ARG002 the protocol's
+        """Not known."""
+        return ""
+
+    def why_open(self) -> str:
+        """Not known."""
+        return ""
+
+    def channels(self, lights: Sequence[int], *, sky: bool) -> FloatArray:  # noqa: ARG002 the protocol's
+        """All of them."""
+        return self._parts
+
+    def refuse_other(
+        self,
+        points: FloatArray,
+        lights: Sequence[Light],
+        labels: Sequence[str],  # noqa: ARG002 the protocol's
+        model: LightModel,  # noqa: ARG002 the protocol's
+    ) -> None:
+        """Raise ValueError unless there are so many vertices and lights."""
+        if self._parts.shape != (len(lights) + 1, len(points)):
+            remedy = "One row for each light, on or off, and one for the sky; one column for each vertex."
+            allowed = f"{_GIVEN}, or an array of shape {(len(lights) + 1, len(points))}"
+            check.refuse(self._name, f"an array of shape {self._parts.shape}", allowed, remedy)
+
+
 def checked_screen(name: str, given: Any, points: FloatArray, matrix: MatrixLike | None, scene: Scene) -> Screen:
-    """What a user gives as what the vertices see.
+    """What a user gives as what the vertices see: a `Visibility`, or its numbers as `Parts` takes them.
 
     Raises
     ------
@@ -44,29 +93,27 @@ def checked_screen(name: str, given: Any, points: FloatArray, matrix: MatrixLike
         If it is something else, or was made for other points or lights.
     """
     if not hasattr(given, "refuse_other"):
-        check.refuse(name, given, "what mesh.phong.visibility(scene) gives")
+        given = Parts(name, given)
     world = points if matrix is None else transform_points(points, matrix)
     given.refuse_other(world, scene.world_lights, light_labels(scene), scene.light_model)
     return cast(Screen, given)
 
 
-def channels_for(equation: Equation, screen: Screen | None) -> FloatArray | None:
-    """What an equation reads; None where it reads nothing.
+def channels_for(equation: Equation, screen: Screen | None) -> FloatArray:
+    """What an equation that has a screen reads of it.
 
     Raises
     ------
     ValueError
-        If it reads something, and there is no screen.
+        If there is none.
     """
-    if not equation.has_screen:
-        return None
     return _refuse_unknown() if screen is None else screen.channels(equation.shadowed, sky=equation.is_occluded)
 
 
 def refuse_rays(scene: Scene, where: str) -> None:
     """Raise ValueError for a scene with shadows or ambient occlusion, where nobody casts rays."""
     if scene.light_model.needs_rays:
-        remedy = "scene.light_model.without_rays() is the same without them."
+        remedy = "scene.light_model.without_rays() is the same without them; mesh.phong.shade of the result casts them."
         check.refuse("light_model", "one with them", f"without shadows and ambient occlusion {where}", remedy)
 
 

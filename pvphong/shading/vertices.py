@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.types import Float64Array, FloatArray
+from pvphong.base.types import BoolArray, Float64Array, FloatArray
+from pvphong.base.vectors import unit
 from pvphong.geometry.extent import Extent
+from pvphong.geometry.transform import transform_vectors
 from pvphong.shading import kernel
 from pvphong.shading.albedo import checked_albedo
 from pvphong.shading.equation import Equation
+from pvphong.shading.maps import Maps
 from pvphong.shading.screen import Screen, channels_for
+
+_TO_TANGENTS = (
+    "Name a point array of vectors along the surface, or give the mesh texture coordinates whose u changes everywhere."
+)
+
+
+def _is_direction(vectors: FloatArray) -> BoolArray:
+    """Where rows are directions: finite, and not zero."""
+    return np.asarray(np.isfinite(vectors).all(axis=1) & vectors.any(axis=1))
 
 
 class Vertices:
@@ -29,6 +42,11 @@ class Vertices:
         than lighting. None: they are not known, and the vertices can only be planned for.
     albedo : array_like, optional
         Shape (n, 3): multiplies the material's ambient and diffuse.
+    tangents : array_like or callable, optional
+        Shape (n, 3), of any length but 0: directions along the surface, for reflectances that are not the same in all
+        of them; or what gives them, as for normals.
+    maps : mapping, optional
+        What of the material is given vertex by vertex, as `Maps` takes it.
     screen : Screen, optional
         What stands before them, for scenes with shadows or ambient occlusion.
 
@@ -44,11 +62,16 @@ class Vertices:
         normals: Any | Callable[[], Any] | None,
         albedo: Any = None,
         screen: Screen | None = None,
+        *,
+        tangents: Any | Callable[[], Any] | None = None,
+        maps: Mapping[str, Any] = MappingProxyType({}),
     ) -> None:
         self.points: FloatArray = check.array("points", points)
-        self._normals = normals if normals is None or callable(normals) else self._checked(normals)
+        self._normals = normals if callable(normals) else self._checked("normals", normals)
         self.albedo: Any = None if albedo is None else checked_albedo(albedo, len(self.points))
         self.screen = screen
+        self.maps = Maps(maps, len(self.points))
+        self._tangents = tangents if callable(tangents) else self._checked("tangents", tangents)
 
     def __repr__(self) -> str:
         return f"<{len(self)} vertices, {self.points.dtype}>"
@@ -59,10 +82,30 @@ class Vertices:
     @cached_property
     def normals(self) -> FloatArray:
         """Shape (n, 3); computed when they are first read."""
-        return self._checked(self._normals()) if callable(self._normals) else self._checked(self._normals)
+        return self._checked("normals", self._normals() if callable(self._normals) else self._normals)
 
-    def _checked(self, normals: Any) -> FloatArray:
-        return check.array("normals", normals, count=len(self.points))
+    @cached_property
+    def tangents(self) -> FloatArray:
+        """Shape (n, 3); computed when they are first read.
+
+        Raises
+        ------
+        ValueError
+            If there are none, or one of a vertex that has a normal is zero or not finite.
+        """
+        given = self._tangents() if callable(self._tangents) else self._tangents
+        if given is None:
+            check.refuse("tangents", None, "known for this reflectance", _TO_TANGENTS)
+        tangents = check.array("tangents", given, count=len(self.points))
+        is_bad = _is_direction(self.normals) & ~_is_direction(tangents)
+        if is_bad.any():
+            first = int(np.argmax(is_bad))
+            got = f"{tangents[first].tolist()} at vertex {first}"
+            check.refuse("tangents", got, "finite vectors that are not zero", _TO_TANGENTS)
+        return tangents
+
+    def _checked(self, name: str, vectors: Any) -> Any:
+        return None if vectors is None else check.array(name, vectors, count=len(self.points))
 
     def normals_if(self, needed: bool) -> FloatArray:
         """The normals; zeros in place of such as would have to be computed for an equation that reads none."""
@@ -73,8 +116,18 @@ class Vertices:
         )
 
     def channels(self, equation: Equation) -> FloatArray | None:
-        """What an equation asks of `screen`, as `Screen.channels` gives it; None where it asks nothing."""
-        return channels_for(equation, self.screen)
+        """Numbers at each vertex, a kind a row, as `Equation.channels` says; None where an equation reads none."""
+        of: dict[str, Callable[[Equation], FloatArray]] = {
+            "screen": lambda equation: channels_for(equation, self.screen),
+            "tangents": self._turned_tangents,
+        }
+        kinds = [of[kind](equation) if kind in of else self.maps.rows(kind) for kind in equation.channels]
+        return np.concatenate(kinds) if len(kinds) > 1 else next(iter(kinds), None)
+
+    def _turned_tangents(self, equation: Equation) -> FloatArray:
+        """Unit vectors in the world, shape (3, n): they go as differences of points do."""
+        tangents = self.tangents
+        return unit((tangents if equation.matrix is None else transform_vectors(tangents, equation.matrix)).T)[0]
 
     def bounds(self, matrix: Float64Array | None) -> Float64Array:
         """x_min, x_max, y_min, y_max, z_min, z_max in the world, of those that are finite; NaN where none is."""

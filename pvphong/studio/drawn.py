@@ -10,6 +10,7 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.meshes.blocks import DEFAULT, datasets, materials_of, only
 from pvphong.meshes.edges import FeatureAngle
+from pvphong.meshes.textures import is_texture
 from pvphong.optics.material import Material, check_material
 from pvphong.studio.live import Finish, LiveMesh
 
@@ -40,8 +41,9 @@ def live_meshes(
     finishes = {name: Finish(each) for name, each in given.items()}
     if not isinstance(mesh, pv.MultiBlock):
         return {"": LiveMesh(mesh, only(finishes), albedo, feature_angle=feature_angle)}
-    if not isinstance(albedo, str | None):
-        check.refuse("albedo", type(albedo).__name__, "the name of a point array that every block has, or None")
+    if not (isinstance(albedo, str | None) or is_texture(albedo)):
+        allowed = "a texture, the name of a point array that every block has, or None"
+        check.refuse("albedo", type(albedo).__name__, allowed)
     found, each_finish = {}, materials_of(mesh, finishes)
     for (path, block), finish in zip(datasets(mesh), each_finish, strict=True):
         try:

@@ -11,9 +11,11 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from pvphong.base import check
 from pvphong.base.types import ByteArray, Float64Array, FloatArray
 from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
-from pvphong.meshes.lit import at_points, point_normals
+from pvphong.meshes.lit import point_normals
+from pvphong.meshes.per_point import at_points
 from pvphong.meshes.shadows import Among, visibility_of
 from pvphong.meshes.surfaces import has_normals, surface
+from pvphong.meshes.textures import is_texture, tangents_from, texture_colors, texture_edition
 from pvphong.optics.material import Material, check_material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, light_labels
@@ -51,9 +53,9 @@ class LiveMesh:
         The user's mesh; edits to it are followed, and it is not modified.
     material : Material or Finish
         A material of its own, or one that is shared with others.
-    albedo : str, array_like or None
-        As for `shade`; can be set at any time. A named array is followed when it is edited or replaced; of an
-        array that is given, edits are not seen.
+    albedo : str, array_like, texture or None
+        As for `shade`; can be set at any time. A named array or a texture is followed when it is edited or replaced; of
+        an array that is given, edits are not seen.
     feature_angle : float, "auto" or None, default None
         Degrees from which edges are sharp, as for `shade`.
     casts_shadows : bool, default True
@@ -120,7 +122,8 @@ class LiveMesh:
         if state == self._drawn_for and not self._viewer_moved(scene):
             return False
         screen = self._screen(scene, among, samples) if scene.light_model.needs_rays else None
-        vertices = Vertices(self.drawn.points, lambda: self.normals, self._current_albedo(), screen)
+        tangents = tangents_from(self.drawn, None, lambda: self.normals)
+        vertices = Vertices(self.drawn.points, lambda: self.normals, self._current_albedo(), screen, tangents=tangents)
         self._plan = Plan.of(scene, self.material, vertices, matrix=self.matrix)
         self._plan.run_for_display(vertices, self.colors)
         self._drawn_for, self._viewer = state, scene.viewer
@@ -206,8 +209,14 @@ class LiveMesh:
             None if matrix is None else matrix.tobytes(),
             self._geometry,
             self.albedo if isinstance(self.albedo, str) else None,
-            _edition(named) if hasattr(named, "GetMTime") else _Same(named),
+            self._edition_of(named),
         )
+
+    @staticmethod
+    def _edition_of(albedo: Any) -> Any:
+        if is_texture(albedo):
+            return texture_edition(albedo)
+        return _edition(albedo) if hasattr(albedo, "GetMTime") else _Same(albedo)
 
     def _follow_geometry(self) -> None:
         """Share the user's points, faces and arrays again where they have been replaced or edited."""
@@ -237,13 +246,15 @@ class LiveMesh:
     def _current_albedo(self) -> Any:
         """At the points that are drawn: edges of the user's mesh may have been split."""
         albedo = self.albedo
+        if is_texture(albedo):
+            return texture_colors(albedo, self.drawn)
         if isinstance(albedo, str):
             arrays = self._arrays()
             check.choice("albedo", albedo, arrays.keys())
             albedo = arrays[albedo]
             if not isinstance(self.mesh, pv.PolyData):
                 return albedo
-        return at_points(albedo, self._points, self._n_whole)
+        return at_points("albedo", albedo, self._points, self._n_whole)
 
     def _arrays(self) -> Any:
         """Where a named albedo is looked up: the user's point arrays, which may be replaced at any time."""
@@ -264,11 +275,11 @@ class _Same:
 
 
 def _geometry_of(mesh: pv.DataSet) -> Any:
-    """What identifies a mesh's points, faces and normals, and their last edit."""
+    """What identifies a mesh's points, faces, normals and texture coordinates, and their last edit."""
     if not isinstance(mesh, pv.PolyData):
         return mesh.GetMTime()
-    normals = mesh.GetPointData().GetNormals()
-    parts = (mesh.GetPoints(), mesh.GetPolys(), mesh.GetStrips(), normals)
+    data = mesh.GetPointData()
+    parts = (mesh.GetPoints(), mesh.GetPolys(), mesh.GetStrips(), data.GetNormals(), data.GetTCoords())
     editions = (None if part is None else _edition(part) for part in parts)
     return mesh.GetNumberOfPoints(), *editions  # what resizes an array in place need not say that it is modified
 

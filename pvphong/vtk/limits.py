@@ -19,6 +19,8 @@ import numpy as np
 from pvphong.base.types import BoolArray, Float64Array, rgb
 from pvphong.optics.light import Light, VtkValues
 from pvphong.vtk.obstacles import reflected
+from pvphong.vtk.physical import GAMMA, Cosines
+from pvphong.vtk.physical import reflected as physically_reflected
 from pvphong.vtk.terms import Terms
 
 _ROUNDING = 2.0**-24
@@ -132,6 +134,8 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
         makes a difference are open too.
     """
     surface = _surface(pose, terms)
+    if terms.material.reflectance is not None:
+        return _physical_limits(surface, terms, tolerance)
     shares = [_share(surface, light, terms, tolerance) for light in terms.lights if light.on]
     brightness = max(rgb(terms.material.ambient)) + sum(share.brightness for share in shares)
     error = brightness * 2.0 + sum(share.error for share in shares)
@@ -143,6 +147,49 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
     scale = np.broadcast_to(np.maximum(1.0, brightness), len(pose.points))
     lost = ~(error * _ROUNDING <= tolerance * scale)  # NaN is lost too
     return Limits(scale, reasons | {"float32": lost})
+
+
+def _physical_limits(surface: _Surface, terms: Terms, tolerance: float) -> Limits:
+    """For VTK's physically based shading: the light of all, and the power that the sum is raised to."""
+    sums, errors, edges = np.zeros((3, *surface.points.shape))
+    if not terms.tier:
+        sums += np.array(rgb(terms.material.ambient)) + rgb(terms.material.diffuse)
+    for light in terms.lights:
+        if light.on:
+            came = _arrival(surface, light.in_world(terms.viewer).as_vtk())
+            if terms.tier == 1:
+                came = came._replace(direction=surface.to_eye, angle=surface.eye_angle)
+            color, error = _physical_share(surface, came, terms)
+            color *= np.array(reflected(1.0, rgb(light.diffuse), light)) * came.strength[:, None]
+            sums += color * came.lit[:, None]
+            errors += color * came.lit[:, None] * error
+            edges += color * came.edge[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        raised = sums ** (1.0 / GAMMA)
+        off = np.where(sums > 0.0, raised * (errors / sums + 4.0) / GAMMA, 0.0).max(axis=1) * _ROUNDING
+    scale = np.maximum(1.0, raised.max(axis=1))
+    lost = ~(off <= tolerance * scale)
+    return Limits(scale, {"edge of a cone": (edges > 0.0).any(axis=1), "float32": lost})
+
+
+def _physical_share(surface: _Surface, came: _Arrival, terms: Terms) -> tuple[Float64Array, Float64Array]:
+    reflectance: Any = terms.material.reflectance
+    middle = came.direction + surface.to_eye
+    length = np.linalg.norm(middle, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        n_h = _dot(surface.normals, middle) / length
+    cosines = Cosines(
+        _dot(surface.normals, came.direction),
+        _dot(surface.normals, surface.to_eye),
+        np.nan_to_num(n_h),
+        0.5 * length,
+        surface.normal_angle + came.angle,
+        surface.normal_angle + surface.eye_angle,
+    )
+    color, error = physically_reflected(
+        reflectance.metallic, reflectance.roughness, rgb(terms.material.diffuse), cosines
+    )
+    return color, error + np.reshape(came.error, (-1, 1))
 
 
 def _surface(pose: Pose, terms: Terms) -> _Surface:

@@ -14,6 +14,7 @@ from pvphong.base.types import ColorLike, Float64Array, Vector, rgb
 from pvphong.geometry.transform import SingularMatrixWarning, normal_matrix
 from pvphong.optics.light import Light
 from pvphong.optics.material import Material
+from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.vtk.oracle import HIGHEST_POWER
 
@@ -75,7 +76,9 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
     """
     _refuse_unknown(scene, material)
     obstacles = [*_of_matrix(scene, matrix), *_of_rays(scene)]
-    if scene.light_model.convention == "standard":
+    if material.reflectance is not None:
+        obstacles += _of_physical(scene, material)
+    elif scene.light_model.convention == "standard":
         obstacles += [*_of_colors(scene, material), *_of_highlights(scene, material)]
     obstacles += _of_powers(scene, material)
     if obstacles:
@@ -86,9 +89,23 @@ def _refuse_unknown(scene: Scene, material: Material) -> None:
     for index, light in enumerate(scene.lights):
         if light.vtk_obstacle:
             check.refuse(f"lights[{index}]", light.vtk_obstacle, "a light that VTK has")
-    if material.reflectance is not None:
+    if not is_vtks(material):
         remedy = "Leave it out: VTK's is Phong's."
-        check.refuse("reflectance", material.reflectance, "None where VTK is to draw it", remedy)
+        check.refuse("reflectance", material.reflectance, "None or PBR where VTK is to draw it", remedy)
+
+
+def is_vtks(material: Material) -> bool:
+    """Whether VTK has the material's reflectance."""
+    return material.reflectance is None or material.reflectance.in_vtk() is not None
+
+
+def _of_physical(scene: Scene, material: Material) -> Iterator[Obstacle]:
+    """Of VTK's physically based shading, which has its own units and no emission."""
+    if scene.light_model.convention == "standard":
+        what = "PBR in the standard convention (VTK's is darker by π, and raised to 1/2.2)"
+        yield Obstacle(what, "LightModel.vtk()", _as_vtks)
+    if any(rgb(material.emission)):
+        yield Obstacle("emission of a physically based material", "emission=0", _without_emission)
 
 
 def _of_rays(scene: Scene) -> Iterator[Obstacle]:
@@ -163,7 +180,7 @@ def _of_highlights(scene: Scene, material: Material) -> Iterator[Obstacle]:
 
 
 def _of_powers(scene: Scene, material: Material) -> Iterator[Obstacle]:
-    if material.shininess > HIGHEST_POWER:
+    if material.shininess > HIGHEST_POWER and material.reflectance is None:
         what = f"a shininess of {material.shininess:g} (VTK clamps powers to {HIGHEST_POWER:g})"
         yield Obstacle(what, f"shininess at most {HIGHEST_POWER:g}", _with_power_in_reach)
     for index, light in enumerate(scene.lights):
@@ -220,6 +237,14 @@ def _with_model(**fields: Any) -> Change:
         return replace(scene, light_model=replace(scene.light_model, **fields)), material
 
     return change
+
+
+def _as_vtks(scene: Scene, material: Material) -> tuple[Scene, Material]:
+    return replace(scene, light_model=LightModel.vtk(scene.light_model.two_sided)), material
+
+
+def _without_emission(scene: Scene, material: Material) -> tuple[Scene, Material]:
+    return scene, replace(material, emission=0.0)
 
 
 _one_sided = _with_model(two_sided=False)

@@ -23,6 +23,7 @@ from pvphong.meshes.lit import point_normals
 from pvphong.meshes.surfaces import surface
 from pvphong.optics.lights import Light
 from pvphong.optics.material import Material
+from pvphong.optics.physical_property import is_physical, physical_of
 from pvphong.scene.viewer import Viewer
 from pvphong.vtk.lights import write_light
 from pvphong.vtk.vertex_window import driver, shade_vertices
@@ -56,8 +57,8 @@ def vtk_shade(
         ambient colour, and lights highlights with its diffuse colour. When no light is on, VTK draws
         unlit, in full ambient plus full diffuse colour, and so does this function.
     property_or_material : pyvista.Property, vtkProperty or Material
-        Of a property, the ambient, diffuse and specular coefficients and colours, the specular power and the
-        lighting switch count, nothing else.
+        Of a property, the ambient, diffuse and specular coefficients and colours, the specular power, the lighting
+        switch, and with physically based shading its metallic and roughness count, nothing else.
     viewer : Viewer, pyvista.Camera or vtkCamera
         Where the mesh is seen from.
     matrix : array_like, shape (4, 4), optional
@@ -73,8 +74,8 @@ def vtk_shade(
     ------
     ValueError
         For a mesh without points, or without normals and faces to compute them from; for a material or light that
-        VTK has no place for (emission, powers above 128); for anything that is no light, material or viewer; if
-        VTK cannot draw on this machine.
+        VTK has no place for (emission, powers above 128, reflectances but `PBR`); for anything that is no light,
+        material or viewer; if VTK cannot draw on this machine.
 
     Notes
     -----
@@ -141,7 +142,6 @@ def vtk_property(property_or_material: Any) -> vtkProperty:
     else:
         allowed = "a Material, a pyvista.Property or a vtkProperty"
         check.refuse("property_or_material", property_or_material, allowed)
-    appearance.SetInterpolationToPhong()
     appearance.SetRepresentationToPoints()
     appearance.SetPointSize(1.0)
     return appearance
@@ -149,10 +149,19 @@ def vtk_property(property_or_material: Any) -> vtkProperty:
 
 def write_material(material: Material, appearance: vtkProperty) -> None:
     """A material in VTK's terms; raises ``ValueError`` for what VTK has no place for."""
+    physical: Any = material.reflectance
+    if physical is None:
+        appearance.SetInterpolationToPhong()
+        _within_vtk("shininess", material.shininess)
+    elif physical.in_vtk() is None:
+        check.refuse("reflectance", physical, "None or PBR in VTK", "Leave it out: VTK's is Phong's.")
+    else:
+        appearance.SetInterpolationToPBR()
+        appearance.SetMetallic(physical.metallic)
+        appearance.SetRoughness(physical.roughness)
     if any(rgb(material.emission)):
-        remedy = "VTK's Phong shading has none. Without any light, ambient is the same: add it there."
+        remedy = "VTK's shading has none. Without any light, ambient is the same: add it there."
         check.refuse("emission", material.emission, "0 in VTK", remedy)
-    _within_vtk("shininess", material.shininess)
     appearance.SetAmbient(1.0)
     appearance.SetDiffuse(1.0)
     appearance.SetSpecular(1.0)
@@ -163,9 +172,12 @@ def write_material(material: Material, appearance: vtkProperty) -> None:
 
 
 def _write_property(source: vtkProperty, appearance: vtkProperty) -> None:
-    if source.GetInterpolationAsString() == "Physically based rendering":
-        remedy = "Physically based rendering is another model: prop.interpolation = 'Phong'."
-        check.refuse("property_or_material", "a property with interpolation 'pbr'", "a Phong material", remedy)
+    appearance.SetInterpolationToPhong()
+    if is_physical(source):
+        physical_of(source)  # refuses what it has not
+        appearance.SetInterpolationToPBR()
+        appearance.SetMetallic(source.GetMetallic())
+        appearance.SetRoughness(source.GetRoughness())
     appearance.SetAmbient(source.GetAmbient())
     appearance.SetDiffuse(source.GetDiffuse())
     appearance.SetSpecular(source.GetSpecular())

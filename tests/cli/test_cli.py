@@ -117,6 +117,9 @@ REFUSED = {
     "shade sphere.vtp -o o.vtp --shininess=-1": "shininess must be a finite number >= 0",
     "shade sphere.vtp -o o.vtp --tolerance=-1": "tolerance must be a finite number >= 0",
     "shade sphere.vtp -o o.vtp --albedo hue": "albedo must be one of 'tint'; got hue",
+    "shade sphere.vtp -o o.vtp --albedo oak.png": "albedo must be a point array, or an image file that exists; got oak",
+    "shade sphere.vtp -o o.vtp --albedo half.png": "albedo must be an image file that Pillow can read; got half.png.",
+    "shade sphere.vtp -o o.vtp --albedo grey.png": "albedo must be an array, its name, or a texture for a mesh with",
     "shade sphere.vtp -o o.vtp --scene missing.json": "path must be a scene file that can be read",
     "shade sphere.vtp -o o.vtp --scene garbage.json": "path must be a scene file in JSON",
     "shade sphere.vtp -o o.vtp --scene other.json": 'format must be a JSON object with "format": "pvphong scene"',
@@ -158,6 +161,9 @@ def test_a_wrong_call_or_input_is_one_line_status_2_and_no_file(capfd, monkeypat
     save_blocks(**({"cloud": CLOUD} if words.startswith(("shade", "tradeoff")) else {"one": pv.Sphere()}))
     pv.Sphere().save("half.ply")
     os.truncate("half.ply", 20_000)
+    for name in ("grey.png", "half.png"):
+        pv.Texture(np.random.default_rng(0).integers(0, 255, (40, 40, 3)).astype(np.uint8)).to_image().save(name)
+    os.truncate("half.png", 1000)
     Path("garbage.json").write_text("garbage")
     parts = dict.fromkeys(("lid", "box"), ph.Material())
     ph.Scene([ph.DirectionalLight()]).save("parts.json", materials=parts)
@@ -263,6 +269,17 @@ def test_materials_of_a_rig_are_applied_and_options_change_them(sphere):
     )
 
 
+def test_a_picture_is_laid_on_by_texture_coordinates():
+    sheet = pv.Plane(i_resolution=4, j_resolution=4)
+    sheet.save("sheet.vtp")
+    image = np.random.default_rng(0).integers(0, 255, (3, 4, 3)).astype(np.uint8)
+    pv.Texture(image).to_image().save("oak.png")
+    SCENE.save("rig.json")
+    assert run("shade sheet.vtp -o lit.vtp --scene rig.json --albedo oak.png") == 0
+    expected = sheet.phong.shade(SCENE, albedo=pv.Texture(image))
+    np.testing.assert_array_equal(pv.read("lit.vtp")["phong"], expected["phong"])
+
+
 def test_blocks_are_shaded_block_by_block(sphere):
     cube = pv.Cube(center=(2, 0, 0))
     save_blocks(one=sphere, gap=None, deep=pv.MultiBlock({"two": cube}))
@@ -317,6 +334,8 @@ def test_view_shows_the_surface_in_the_rig(sphere, monkeypatch):
     assert (options["stem"], options["feature_angle"]) == ("sphere", "auto")
     assert run("view sphere.vtp --feature-angle none --background navy") == 0
     assert (calls[1][1]["feature_angle"], calls[1][1]["background"]) == (None, "navy")
+    assert run("view sphere.vtp --albedo tint") == 0
+    assert [options["albedo"] for _, options in calls] == [None, None, "tint"]
 
 
 # --- diagnose and plan ---

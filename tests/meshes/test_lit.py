@@ -151,7 +151,7 @@ def test_the_input_is_not_modified(kind, options):
 # --- what is refused ---
 
 ROWS = r"^albedo must be an \(n, 3\) array of real numbers; got "
-NO_ALBEDOS = [0.5, np.ones(120), np.ones((120, 4)), np.array([["a"] * 3] * 120), [[1, 2, 3], [4]], np.ones((120, 3, 3))]
+NO_ALBEDOS = [0.5, np.ones(120), np.array([["a"] * 3] * 120), [[1, 2, 3], [4]], np.ones((120, 3, 3))]
 NO_ALBEDOS += [np.ones((120, 3), complex), np.ones((120, 3), object)]
 
 
@@ -175,6 +175,7 @@ NO_ALBEDOS += [np.ones((120, 3), complex), np.ones((120, 3), object)]
         *[(mesh, {"albedo": rows}, f"^albedo must be .*one row per point, {mesh.n_points} rows; got {len(rows)} rows")
           for mesh in (ball(), *(make() for make in MESHES.values())) for rows in (np.ones((5, 3)), [[0.5, 0.5, 0.5]])],
         *[(grid(), {"albedo": bad}, ROWS) for bad in NO_ALBEDOS],
+        (grid(), {"albedo": np.ones((120, 4))}, "^albedo must be of shape .*Leave out the opacity"),
     ],
 )  # fmt: skip
 def test_options_are_refused_by_name(mesh, options, message):

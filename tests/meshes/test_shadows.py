@@ -10,6 +10,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
+from pvphong.base.progress import listening
 from pvphong.rays import casting, sampling
 from pvphong.rays.locator import Locator
 from pvphong.shading.kernel import pool
@@ -207,6 +208,24 @@ def test_a_small_ball_casts_the_shadow_of_a_lamp():
     hard = ground.phong.visibility([LAMP], occluders=[disk(2.0)]).per_light[0]
     point = replace(BALL, radius=1e-9)
     np.testing.assert_array_equal(ground.phong.visibility([point], occluders=[disk(2.0)]).per_light[0], hard)
+
+
+def test_long_work_is_told_and_interrupted_work_leaves_nothing(monkeypatch):
+    ground, rig, blockers = soft()
+    seen, heard = ground.phong.visibility(rig, **blockers), []
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(sampling, "_is_near_others", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            seen.sky  # noqa: B018
+    assert (seen.rays, seen.seconds) == (0, 0.0)
+    with listening(lambda *told: heard.append(told)):
+        again = seen.sky
+    np.testing.assert_array_equal(again, ground.phong.visibility(rig, **blockers).sky)
+    assert heard[-1] == ("rays to the sky", 1.0)
 
 
 # --- shading with it
@@ -469,12 +488,8 @@ def test_what_blocks_see_is_kept_by_their_names():
 
 def test_studies_say_that_they_cast_no_rays():
     ball, rig = pv.Sphere(), scene(SUN)
-    for study in (
-        ball.phong.tradeoff,
-        ball.phong.interpolation_error,
-        lambda s, m: ball.phong.refine(s, m, tolerance=1),
-    ):
-        with pytest.raises(ValueError, match=r"light_model must be without shadows .*without_rays\(\)"):
+    for study in (ball.phong.interpolation_error, lambda s, m: ball.phong.refine(s, m, tolerance=1)):
+        with pytest.raises(ValueError, match=r"light_model must be without shadows .*without_rays\(\).*shade"):
             study(rig, WHITE)
     from pvphong.vtk.obstacles import InexpressibleError
 

@@ -12,7 +12,7 @@ from strategies import REFLECTANCE_SHAPES, Dice
 
 from pvphong.optics.lights import DirectionalLight
 from pvphong.optics.material import Material
-from pvphong.optics.reflectances import REFLECTANCES, Phong
+from pvphong.optics.reflectances import PBR, REFLECTANCES, Phong
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
@@ -70,6 +70,43 @@ def test_unlike_names_list_what_there_is(name):
 
 
 # --- from a property ---
+
+
+def test_from_property_with_physically_based_shading():
+    prop = pv.Property(interpolation="pbr", metallic=0.25, roughness=0.75, color=(0.2, 0.4, 0.6))
+    material = Material.from_property(prop)
+    assert material.reflectance == PBR(0.25, 0.75)
+    assert material.diffuse == pytest.approx((0.2, 0.4, 0.6))
+    assert Material.from_property(pv.Property()).reflectance is None
+
+
+@pytest.mark.parametrize(
+    ("setter", "value", "named"),
+    [
+        ("SetAnisotropy", 0.5, "anisotropy must be 0.0"),
+        ("SetCoatStrength", 0.1, "coat_strength must be 0.0"),
+        ("SetEdgeTint", (1.0, 0.5, 1.0), "edge_tint must be "),
+        ("SetBaseIOR", 2.0, "base_ior must be 1.5"),
+        ("SetNormalTexture", pv.Texture(np.zeros((2, 2, 3), np.uint8)), "textures must be 0"),
+        ("SetRoughness", 0.0, "roughness must be above 0"),
+    ],
+)
+def test_what_vtks_physically_based_shading_has_beyond_is_refused_by_name(setter, value, named):
+    prop = pv.Property(interpolation="pbr")
+    getattr(prop, setter)(value)
+    with pytest.raises(ValueError, match=rf"^prop\.{named}.*; got "):
+        Material.from_property(prop)
+
+
+def test_image_based_light_on_physically_based_shading_is_refused():
+    plotter = pv.Plotter(off_screen=True)
+    actor = plotter.add_mesh(pv.Plane(), pbr=True)
+    plotter.renderer.UseImageBasedLightingOn()
+    with pytest.raises(ValueError, match=r"^plotter must be lit by its lights alone; .*remove_environment_texture"):
+        Scene.from_plotter(plotter)
+    actor.prop.interpolation = "phong"
+    assert Scene.from_plotter(plotter).lights
+    plotter.close()
 
 
 def test_from_property_multiplies_coefficient_and_colour_unrounded_and_modifies_nothing():

@@ -20,6 +20,7 @@ from vtkmodules.vtkRenderingCore import vtkCamera, vtkLight, vtkRenderWindow
 from pvphong.meshes.surfaces import vertex_normals
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
+from pvphong.optics.reflectances import GGX
 from pvphong.scene.viewer import Viewer
 from pvphong.vtk import vertex_window as _vertex_bench
 from pvphong.vtk.oracle import driver, vtk_shade
@@ -488,6 +489,10 @@ def test_driver_has_a_name_and_is_asked_once(monkeypatch):
 # --- bad input --------------------------------------------------------------------------------------------------
 
 
+COATED = pv.Property(interpolation="pbr")
+COATED.SetCoatStrength(0.5)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -497,7 +502,8 @@ def test_driver_has_a_name_and_is_asked_once(monkeypatch):
         ({"material": 0.5}, r"property_or_material must be a Material, .*; got 0\.5"),
         ({"material": Material(emission=0.1)}, r"emission must be 0 in VTK; got 0\.1.* ambient is the same"),
         ({"material": Material(shininess=129.0)}, r"shininess must be at most 128 in VTK; got 129\.0.*shininess=128"),
-        ({"material": pv.Property(interpolation="pbr")}, r"must be a Phong material; .*'pbr'"),
+        ({"material": COATED}, r"prop\.coat_strength must be 0\.0 with pbr=True; got 0\.5"),
+        ({"material": Material(reflectance=GGX(0.5))}, r"reflectance must be None or PBR in VTK; got GGX"),
         ({"viewer": (0, 0, 1)}, r"viewer must be a Viewer, a pyvista\.Camera or a vtkCamera; got \(0, 0, 1\)"),
         ({"matrix": np.eye(3)}, r"matrix must be a 4x4 matrix"),
         ({"matrix": np.full((4, 4), np.nan)}, r"matrix must be a 4x4 matrix of finite numbers"),

@@ -11,13 +11,23 @@ from typing import Any
 from pvphong.base import check
 from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances.blinn_phong import BlinnPhong
+from pvphong.optics.reflectances.ggx import GGX
+from pvphong.optics.reflectances.metal import Metal
+from pvphong.optics.reflectances.modified_phong import ModifiedPhong
 from pvphong.optics.reflectances.oren_nayar import OrenNayar
+from pvphong.optics.reflectances.pbr import PBR
 from pvphong.optics.reflectances.phong import Phong
+from pvphong.optics.reflectances.retro import Retro
 
 REFLECTANCES: dict[str, type[Reflectance]] = {
     "phong": Phong,
     "blinn-phong": BlinnPhong,
+    "modified-phong": ModifiedPhong,
+    "metal": Metal,
     "oren-nayar": OrenNayar,
+    "retro": Retro,
+    "ggx": GGX,
+    "pbr": PBR,
 }
 """Name → class, for `LightModel.reflection`, one of the first two, and `counterpart`."""
 
@@ -41,4 +51,17 @@ def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
     return f"{name.title()}, shininess {said}", kind(reflectance.sharpness * factor)
 
 
-__all__ = ["REFLECTANCES", "BlinnPhong", "OrenNayar", "Phong", "Reflectance", "counterpart_of", "reflectance_name"]
+__all__ = [
+    "GGX",
+    "PBR",
+    "REFLECTANCES",
+    "BlinnPhong",
+    "Metal",
+    "ModifiedPhong",
+    "OrenNayar",
+    "Phong",
+    "Reflectance",
+    "Retro",
+    "counterpart_of",
+    "reflectance_name",
+]

@@ -39,7 +39,8 @@ class BlinnPhong(Shiny):
         diffuse = lambert(n_l)
         if not wanted[1]:
             return diffuse, 0.0
-        return diffuse, shown(power(halfway_distance(surface, arrival.direction), self.sharpness, 0.0), n_l)
+        shininess = surface.given("shininess", self.sharpness)
+        return diffuse, shown(power(halfway_distance(surface, arrival.direction), shininess, 0.0), n_l)
 
     def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
         """Lambert's cosine changes by no more than the turn."""

@@ -58,21 +58,24 @@ def halfway_distance(surface: Surface, l: FloatArray) -> FloatArray:
     return distance
 
 
-def power(distance: FloatArray, shininess: float, floor: float) -> Any:
-    """max(f, floor)ⁿ for f = 1 − distance; 1 for n = 0, also where f is 0."""
+def power(distance: FloatArray, shininess: Any, floor: float) -> Any:
+    """max(f, floor)ⁿ for f = 1 − distance, one n or an array of them; 1 for n = 0, also where f is 0."""
     real = distance.dtype.type
-    if shininess == 0.0:
+    is_flat = np.equal(shininess, 0.0)
+    if is_flat.all():
         return real(1.0)
     logarithm = _log1p_of_negative(np.minimum(distance, real(1.0), out=distance))
     if floor:  # here, because 1 − floor would be rounded by far more than the floor's own last bit
         np.maximum(logarithm, real(math.log(floor)), out=logarithm)
-    logarithm *= real(max(float(np.finfo(real).tiny), min(shininess, BRIGHTEST)))
+    logarithm *= np.clip(shininess, float(np.finfo(real).tiny), BRIGHTEST).astype(real)
     if real is np.float32:
-        return np.exp(logarithm, out=logarithm)
-    shows = logarithm > _DARK
-    np.maximum(logarithm, _DARK, out=logarithm)
-    result = np.exp(logarithm, out=logarithm)
-    result *= shows
+        result = np.exp(logarithm, out=logarithm)
+    else:
+        shows = logarithm > _DARK
+        np.maximum(logarithm, _DARK, out=logarithm)
+        result = np.exp(logarithm, out=logarithm)
+        result *= shows
+    np.copyto(result, 1.0, where=is_flat)
     return result
 
 

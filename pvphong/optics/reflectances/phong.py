@@ -47,9 +47,8 @@ class Phong(Shiny):
         diffuse = lambert(n_l)
         if not wanted[1]:
             return diffuse, 0.0
-        return diffuse, shown(
-            power(mirror_distance(surface, arrival.direction, raw_n_l), self.sharpness, self.floor), n_l
-        )
+        shininess = surface.given("shininess", self.sharpness)
+        return diffuse, shown(power(mirror_distance(surface, arrival.direction, raw_n_l), shininess, self.floor), n_l)
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
@@ -87,30 +86,14 @@ class Phong(Shiny):
 
 
 def _stage(toolkit: Any) -> Callable[..., Any]:
-    """max(n·l, 0), and a power of the chord C = 2(n·l)n − l − v.
-
-    |C|² = |n × (l + v)|² + (n·l − n·v)² is next to 0 where n = l = v, and leaves out the rounding of |n|.
-    """
+    """max(n·l, 0), and a power of the chord C = 2(n·l)n − l − v."""
 
     def phong(numbers: Any, rows: Any, _points: Any) -> int:
         dark = toolkit.like(rows, numbers[2])
         shines = False
         for i in range(toolkit.BLOCK):
-            nx, ny, nz = rows[toolkit.NX + i], rows[toolkit.NY + i], rows[toolkit.NZ + i]
-            dx, dy, dz = rows[toolkit.DX + i], rows[toolkit.DY + i], rows[toolkit.DZ + i]
-            shrink, inverse = rows[toolkit.INVERSE + i], rows[toolkit.NEARNESS + i]
-            n_l = toolkit.dot(nx, ny, nz, dx, dy, dz) * inverse
-            sx = toolkit.multiply_add(dx, inverse, rows[toolkit.VX + i])
-            sy = toolkit.multiply_add(dy, inverse, rows[toolkit.VY + i])
-            sz = toolkit.multiply_add(dz, inverse, rows[toolkit.VZ + i])
-            across = toolkit.square_of(
-                toolkit.multiply_add(ny, sz, -(nz * sy)),
-                toolkit.multiply_add(nz, sx, -(nx * sz)),
-                toolkit.multiply_add(nx, sy, -(ny * sx)),
-            )
-            along = n_l - rows[toolkit.FACING + i]
-            chord = toolkit.multiply_add(along, along, across) * (shrink * shrink)
-            rows[toolkit.FIRST + i] = max(n_l * shrink, toolkit.ZERO)
+            n_l, _, chord = toolkit.mirror_chord(rows, i)
+            rows[toolkit.FIRST + i] = max(n_l, toolkit.ZERO)
             rows[toolkit.SECOND + i] = chord
             shines = shines | ((n_l > toolkit.ZERO) & (chord < dark))
         if not shines:

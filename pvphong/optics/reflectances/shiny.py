@@ -16,6 +16,9 @@ from pvphong.optics.spherical import CosinePower
 LIKENESS = 4.0
 """Blinn-Phong needs about this many times the shininess for the same highlight; see `Material.for_blinn_phong`."""
 
+LAMBERT = Lobe("diffuse", takes_albedo=True, needs_viewer=False)
+HIGHLIGHT = Lobe("specular", takes_albedo=False, needs_viewer=True)
+
 
 @dataclass(frozen=True)
 class Shiny(Reflectance):
@@ -34,18 +37,25 @@ class Shiny(Reflectance):
 
     shininess: float | None = None
 
-    lobes: ClassVar[tuple[Lobe, ...]] = (
-        Lobe("diffuse", takes_albedo=True, needs_viewer=False),
-        Lobe("specular", takes_albedo=False, needs_viewer=True),
-    )
+    @property
+    def lobes(self) -> tuple[Lobe, ...]:
+        """Lambert's, and the highlight."""
+        return LAMBERT, HIGHLIGHT
+
+    maps: ClassVar[frozenset[str]] = frozenset({"specular", "shininess"})
 
     def __post_init__(self) -> None:
         if self.shininess is not None:
             object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
 
-    def of(self, shininess: float) -> Self:
+    def of(self, material: Any) -> Self:
         """With the material's shininess, where it has none of its own."""
-        return replace(self, shininess=shininess) if self.shininess is None else self
+        return replace(self, shininess=material.shininess) if self.shininess is None else self
+
+    def extremes(self, field: str, low: float, high: float) -> tuple[Self, ...]:
+        """With an exponent between 0 and 1, infinitely steep, where there may be one that neither is."""
+        ends = super().extremes(field, low, high)
+        return (*ends, replace(self, shininess=0.5)) if low == 0.0 < high else ends
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:

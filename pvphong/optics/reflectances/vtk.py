@@ -13,7 +13,7 @@ from pvphong.optics.light import Arrival
 from pvphong.optics.reflectance import Lobe, Reflectance
 from pvphong.optics.reflectances.highlight import mirror_change, power, square
 from pvphong.optics.reflectances.phong import Phong
-from pvphong.optics.reflectances.shiny import Shiny, power_numbers
+from pvphong.optics.reflectances.shiny import HIGHLIGHT, LAMBERT, Shiny, power_numbers
 from pvphong.optics.spherical import CosinePower
 from pvphong.optics.surface import Surface
 
@@ -40,8 +40,12 @@ class VtkHeadlight(Shiny):
         The exponent n.
     """
 
-    lobes: ClassVar[tuple[Lobe, ...]] = (Shiny.lobes[0], Shiny.lobes[1]._replace(needs_viewer=False))
     floor: ClassVar[float] = _HEADLIGHT_FLOOR
+
+    @property
+    def lobes(self) -> tuple[Lobe, ...]:
+        """Neither needs the viewer."""
+        return LAMBERT, HIGHLIGHT._replace(needs_viewer=False)
 
     def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:  # noqa: ARG002
         """By the chord between normal and light."""

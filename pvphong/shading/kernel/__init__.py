@@ -177,7 +177,7 @@ def shade(
         whether the kernel declines and the type in which vertices are read, for these are not to hang on where the
         other vertices are.
     channels : ndarray, optional
-        Shape (lights + 1, n): what each vertex sees of each light, and of the sky, where the equation asks for it.
+        Shape (k, n): what `equation.channels` says.
     waits : bool, default True
         Whether code that is missing is compiled now, which takes seconds. If not, the equation is declined, and another
         process compiles it for later calls.
@@ -192,7 +192,7 @@ def shade(
     if result.base is not None or not rgb.flags.c_contiguous or library is None:
         return False
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
-    if not records.fits(whole, library.toolkit, _name_of(real)):
+    if not records.fits(whole, library.toolkit, _name_of(real), has_albedo=albedo is not None):
         return False
     read = [points] * whole.needs_points + [normals] * whole.needs_normals
     stored = np.result_type(real, *read)

@@ -36,6 +36,13 @@ def tint(rows: Any) -> None:
 
 
 @plain
+def encode(rows: Any, exponent: Any) -> None:
+    """Colours raised to a power."""
+    for i in range(3 * BLOCK):
+        rows[at.R + i] = max(rows[at.R + i], _ZERO) ** exponent
+
+
+@plain
 def join(rows: Any, low: Any, high: Any, rgb: Any, start: int, count: int) -> None:
     """Colours, clipped to [low, high], one after the other."""
     part = shifted(rgb, 3 * start)

@@ -151,6 +151,11 @@ def _light(
     elif s.needs_points:
         loading.split(points, first, count, shifted(rows, at.PX))
     good = _look(s, rows, places) & good
+    if s.tangents >= 0:
+        for axis in range(3):
+            channel = shifted(channels, (s.tangents + axis) * s.channel_length)
+            loading.take(channel, first, count, shifted(rows, at.TX + axis * BLOCK))
+        ways.straighten_tangents(rows)
     if s.sky >= 0:
         loading.take(shifted(channels, s.sky * s.channel_length), first, count, shifted(rows, at.SKY))
         adding.fill_under_sky(rows, *in_type(s.base, rows), *in_type(s.own, rows))
@@ -165,6 +170,8 @@ def _light(
     if s.has_albedo:
         loading.split(albedo, first, count, shifted(rows, at.ALBEDO_R))
         colors.tint(rows)
+    if s.exponent != 1.0:
+        colors.encode(rows, like(rows, s.exponent))
     return good
 
 

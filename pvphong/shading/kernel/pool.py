@@ -15,9 +15,18 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, ClassVar
 
+from pvphong.base import progress
+
 
 class _Limit:
     threads: ClassVar[int | None] = None
+
+
+class _Here(threading.local):
+    is_alone = False
+
+
+_here = _Here()
 
 
 def _most() -> int:
@@ -28,6 +37,8 @@ def _most() -> int:
 
 def count() -> int:
     """Threads that work at once: Numba's setting, but no more than the processors that this process may use now."""
+    if _here.is_alone:
+        return 1
     here = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return max(1, min(_most(), here, _Limit.threads or here))
 
@@ -40,6 +51,16 @@ def limited(threads: int) -> Iterator[None]:
         yield
     finally:
         _Limit.threads = before
+
+
+@contextlib.contextmanager
+def alone() -> Iterator[None]:
+    """While it lasts, what this thread calls is done by this thread: for who shares out the processors already."""
+    before, _here.is_alone = _here.is_alone, True
+    try:
+        yield
+    finally:
+        _here.is_alone = before
 
 
 @functools.cache
@@ -64,15 +85,31 @@ def together(work: Callable[[], Any], most: int) -> None:
 
 
 def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
-    """Call `work(first, last)` for all ranges of a length from 0 to `stop`."""
-    ranges, lock = iter(range(0, stop, step)), threading.Lock()
+    """Call `work(first, last)` for all ranges of a length from 0 to `stop`.
+
+    After an exception in any of them, or where the calling thread is interrupted, no other range is begun.
+    """
+    ranges, lock, count = iter(range(0, stop, step)), threading.Lock(), progress.counting(stop)
+
+    @contextlib.contextmanager
+    def ending_for_all() -> Iterator[None]:
+        nonlocal ranges
+        try:
+            yield
+        except BaseException:
+            ranges = iter(range(0))
+            raise
 
     def help_out() -> None:
-        while True:
-            with lock:
-                first = next(ranges, stop)
-            if first >= stop:
-                return
-            work(first, min(first + step, stop))
+        with ending_for_all():
+            while True:
+                with lock:
+                    first = next(ranges, stop)
+                if first >= stop:
+                    return
+                last = min(first + step, stop)
+                work(first, last)
+                count(last - first)
 
-    together(help_out, -(-stop // step))
+    with ending_for_all():
+        together(help_out, -(-stop // step))

@@ -35,6 +35,7 @@ SETTINGS = np.dtype(
         ("count", "i8"),
         ("stride", "i8"),
         ("sky", "i8"),
+        ("tangents", "i8"),
         ("channel_length", "i8"),
         ("takes_albedo", "i8"),
         ("eye", "3f8"),
@@ -45,6 +46,7 @@ SETTINGS = np.dtype(
         ("base", "3f8"),
         ("own", "3f8"),
         ("emission", "3f8"),
+        ("exponent", "f8"),
         ("low", "f8"),
         ("high", "f8"),
     ],
@@ -52,9 +54,10 @@ SETTINGS = np.dtype(
 )
 """What all lights share. `is_sunlit`: there is just one light, even and with Lambert's factor alone, no albedo, and
 normals are used as they come. `is_even`: every vertex has the same colour. `count`: of lights. `stride`: how many
-numbers each stage has. `sky`: the channel with the open part of the sky, or -1. `channel_length`: from one channel to
-the next. `own`: a colour beside `base` that the sky has no part in. `is_wide`: points are float64 beside rows of
-float32. `takes_albedo`: lobes that do, as the sum of 1, 2 and 4."""
+numbers each stage has. `sky`, `tangents`: the channel with the open part of the sky, and the first of three with
+tangents, or -1. `channel_length`: from one channel to the next. `own`: a colour beside `base` that the sky has no part
+in. `is_wide`: points are float64 beside rows of float32. `takes_albedo`: lobes that do, as the sum of 1, 2 and 4.
+`exponent`: the sum of all light is raised to it."""
 
 TERM = np.dtype(
     [
@@ -116,9 +119,11 @@ class Records(NamedTuple):
     """Of the reflectance's stage, then of each light's; a row each."""
 
 
-def fits(equation: Equation, toolkit: Any, real: str) -> bool:
+def fits(equation: Equation, toolkit: Any, real: str, *, has_albedo: bool) -> bool:
     """Whether compiled code can take the equation: all have stages, and numbers are within its range."""
     lobes = equation.reflectance.lobes
+    if equation.maps or (has_albedo and any(lobe.tint for lobe in lobes)):
+        return False
     if len(lobes) > _MOST_LOBES or equation.reflectance.stage(toolkit, (True,) * len(lobes)) is None:
         return False
     if equation.matrix is not None:
@@ -200,6 +205,7 @@ def records_of(
         "count": len(terms),
         "stride": stride,
         "sky": equation.lights if equation.is_occluded else -1,
+        "tangents": equation.channels["tangents"].start if equation.needs_tangents else -1,
         "channel_length": channel_length,
         "takes_albedo": _sum_of(lobe.takes_albedo for lobe in equation.reflectance.lobes),
         "eye": equation.eye or _ORIGIN,
@@ -210,6 +216,7 @@ def records_of(
         "base": base if has_albedo or equation.is_occluded else _plus(base, equation.emission),
         "own": _ORIGIN if has_albedo else equation.emission,
         "emission": equation.emission,
+        "exponent": 1.0 / equation.gamma,
         "low": 0.0 if equation.clamp else -math.inf,
         "high": 1.0 if equation.clamp else math.inf,
     }

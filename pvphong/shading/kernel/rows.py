@@ -39,5 +39,8 @@ ALBEDO_R, ALBEDO_G, ALBEDO_B = range(29 * BLOCK, 32 * BLOCK, BLOCK)
 # How a light with a size is seen: sine and cosine of its angular radius, n·l; for its stage's own use.
 SINE, COSINE, TILT, OWN = range(32 * BLOCK, 36 * BLOCK, BLOCK)
 
-# Parts of one light, and of the ambient light, that nothing blocks; and the length of all rows.
-VISIBLE, SKY, ROWS = range(OWN + 8 * BLOCK, OWN + 11 * BLOCK, BLOCK)
+# Parts of one light, and of the ambient light, that nothing blocks.
+VISIBLE, SKY = range(OWN + 8 * BLOCK, OWN + 10 * BLOCK, BLOCK)
+
+# Unit tangents across n, where the reflectance needs them; and the length of all rows.
+TX, TY, TZ, ROWS = range(OWN + 10 * BLOCK, OWN + 14 * BLOCK, BLOCK)

@@ -16,6 +16,7 @@ import numpy as np
 from pvphong.shading.kernel.adding import lambert
 from pvphong.shading.kernel.arithmetic import multiply_add, plain
 from pvphong.shading.kernel.caps import cap_cosine, cap_power, see_cap
+from pvphong.shading.kernel.halfway import halfway_sines, mirror_chord
 from pvphong.shading.kernel.harmonics import add_harmonics, hide_below, look_around, not_below
 from pvphong.shading.kernel.pointers import like, shifted
 from pvphong.shading.kernel.powers import raise_second
@@ -34,14 +35,19 @@ from pvphong.shading.kernel.rows import (
     SECOND,
     STRENGTH,
     THIRD,
+    TX,
+    TY,
+    TZ,
     VX,
     VY,
     VZ,
 )
 from pvphong.shading.kernel.sides import polygon_cosine, polygon_power, see_polygon
-from pvphong.shading.kernel.vectors import ZERO_SQUARE, dot, inverse_root, square_of
+from pvphong.shading.kernel.vectors import ZERO_SQUARE, dot, inverse_root, root, square_of
 from pvphong.shading.kernel.ways import approach, approach_measured, attenuate, normal_dot
 
+# The inverse length of a normal that is not there is more.
+NO_LENGTH = np.float32(2.0**62)
 ZERO, ONE, TWO = np.float32(0.0), np.float32(1.0), np.float32(2.0)
 
 # Numbers further from 1 are left to the reference: float32 could not hold their products.
@@ -76,6 +82,7 @@ __all__ = [
     "INVERSE",
     "LARGEST",
     "NEARNESS",
+    "NO_LENGTH",
     "NX",
     "NY",
     "NZ",
@@ -85,6 +92,9 @@ __all__ = [
     "STRENGTH",
     "THIRD",
     "TWO",
+    "TX",
+    "TY",
+    "TZ",
     "VX",
     "VY",
     "VZ",
@@ -98,11 +108,13 @@ __all__ = [
     "cap_cosine",
     "cap_power",
     "dot",
+    "halfway_sines",
     "hide_below",
     "holds",
     "inverse_root",
     "like",
     "look_around",
+    "mirror_chord",
     "multiply_add",
     "normal_dot",
     "not_below",
@@ -110,6 +122,7 @@ __all__ = [
     "polygon_cosine",
     "polygon_power",
     "raise_second",
+    "root",
     "see_cap",
     "see_polygon",
     "shifted",

@@ -43,6 +43,12 @@ def square_of(x: Any, y: Any, z: Any) -> Any:
 
 
 @inlined
+def root(square: Any) -> Any:
+    """The length of a vector of that squared length."""
+    return np.sqrt(square)
+
+
+@inlined
 def inverse_root(square: Any) -> Any:
     """What makes a vector of that squared length unit length."""
     return _ONE / np.sqrt(max(square, ZERO_SQUARE))

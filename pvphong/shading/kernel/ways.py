@@ -180,6 +180,23 @@ def face(rows: Any) -> None:
         rows[at.FACING + i] = normal_dot(rows, i, rows[at.VX + i], rows[at.VY + i], rows[at.VZ + i])
 
 
+@inlined
+def _unit_cross(ax: Any, ay: Any, az: Any, bx: Any, by: Any, bz: Any) -> tuple[Any, Any, Any]:
+    x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    inverse = inverse_root(square_of(x, y, z))
+    return x * inverse, y * inverse, z * inverse
+
+
+@plain
+def straighten_tangents(rows: Any) -> None:
+    """Tangents that are not quite across n made so, (n × t) × n, and unit length; zero where they are along n."""
+    for i in range(BLOCK):
+        inverse = rows[at.INVERSE + i]
+        nx, ny, nz = rows[at.NX + i] * inverse, rows[at.NY + i] * inverse, rows[at.NZ + i] * inverse
+        bx, by, bz = _unit_cross(nx, ny, nz, rows[at.TX + i], rows[at.TY + i], rows[at.TZ + i])
+        rows[at.TX + i], rows[at.TY + i], rows[at.TZ + i] = _unit_cross(bx, by, bz, nx, ny, nz)
+
+
 @plain
 def turn_normals(rows: Any, by_axis: bool) -> None:
     """Replace n by −n where it points away from v, or from the axis to the viewer."""

@@ -30,10 +30,11 @@ class Seen(NamedTuple):
 def most_color(draft: Draft, term: LightTerm) -> float:
     """The largest sum of a term's colours, for strength 1."""
     red, green, blue = term.ambient
-    for lobe, color in zip(draft.equation.reflectance.lobes, term.colors, strict=True):
-        red += color[0] * lobe.largest
-        green += color[1] * lobe.largest
-        blue += color[2] * lobe.largest
+    for k, color in enumerate(term.colors):
+        largest = draft.equation.largest(k)
+        red += color[0] * largest
+        green += color[1] * largest
+        blue += color[2] * largest
     return max(red, green, blue)
 
 
@@ -81,9 +82,9 @@ def turned(draft: Draft, term: LightTerm, light: Seen, turn: float, *, light_mov
     light_moves : bool
         Whether the light turns, rather than the viewer.
     """
-    reflectance, psi = draft.equation.reflectance, widest_to_viewer(draft, light)
+    psi = widest_to_viewer(draft, light)
     return sum(
-        max(color) * reflectance.change(k, turn, psi, light_moves=light_moves)
+        max(color) * sum([each.change(k, turn, psi, light_moves=light_moves) for each in draft.equation.extremes])
         for k, color in enumerate(term.colors)
         if any(color)
     )

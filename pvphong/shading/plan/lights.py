@@ -122,7 +122,7 @@ def _take_fewer_nodes(draft: Draft, term: LightTerm) -> Change:
     """For lobes without a closed form: the fewest nodes that do."""
     if not (draft.allowance and term.light.has_size):
         return None
-    _, summed = by_closed_form(term, draft.equation.reflectance.forms)
+    _, summed = by_closed_form(term, draft.equation.forms)
     part = replace(term, ambient=BLACK, colors=summed)
     for count in _COUNTS if not part.is_black else ():
         choice = term.light.fewer(count, draft.extent)
@@ -141,7 +141,7 @@ def _decide_size(draft: Draft) -> Decision:
         lobes = draft.equation.lobes_of(component)
         for term in draft.equation.terms:
             if "size" in term.light.effects and draft.equation.has(term, component):
-                _, summed = by_closed_form(term, draft.equation.reflectance.forms)
+                _, summed = by_closed_form(term, draft.equation.forms)
                 count = NODES if term.nodes is None else len(term.nodes)
                 how = f"by {count} nodes" if any(any(summed[k]) for k in lobes) else "exact"
                 found.setdefault(how, []).append(component)

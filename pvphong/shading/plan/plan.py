@@ -50,7 +50,7 @@ class Plan:
     effects : mapping of str to Decision
         Every effect that exists, in the order in which they are left out: whether it is on, and why.
     needs : frozenset of str
-        What will be read, of "points", "normals" and "viewer".
+        What will be read, of "points", "normals", "tangents" and "viewer".
     view_dependent : bool
         Whether the colours change when the viewer moves.
     tolerance : float
@@ -107,12 +107,15 @@ class Plan:
             normal_matrix(matrix)  # refuses what cannot light, also where the scene does not need it
         if scene.viewer is None:
             scene = scene.framed(vertices.bounds(None if matrix is None else check.matrix4("matrix", matrix)))
-        return cls.of_equation(beside_the_mesh(assemble(scene, material, matrix)), vertices, tolerance)
+        whole = assemble(scene, vertices.maps.brightest(material), matrix, vertices.maps.ranges)
+        return cls.of_equation(beside_the_mesh(whole), vertices, tolerance)
 
     @classmethod
     def of_equation(cls, whole: Equation, vertices: Vertices, tolerance: float = 0.0) -> Plan:
         """What will run of the equation of a scene, or of one that was rewritten from it."""
-        draft = Draft.first(whole, vertices.extent(whole.matrix), tolerance, vertices.screen)
+        # sums of light that differ by x differ by at most x^(1/gamma) when they are raised to 1/gamma
+        allowed = tolerance**whole.gamma
+        draft = Draft.first(whole, vertices.extent(whole.matrix), allowed, vertices.screen)
         draft = reduce(lambda so_far, effect: effect.simplify(so_far), EFFECTS, draft)
         left = draft.equation
         return cls(
@@ -123,7 +126,7 @@ class Plan:
                 or any(term.rides and not term.is_black for term in whole.terms)  # elsewhere it may reach the mesh
             ),
             tolerance=tolerance,
-            error_bound=draft.error_bound,
+            error_bound=min(draft.error_bound ** (1.0 / whole.gamma), tolerance),
             equation=in_parts(left),
             whole=in_parts(whole),
             _draft=replace(draft, extent=ANYWHERE, screen=None),  # a plan that is kept does not keep the vertices
@@ -256,6 +259,7 @@ def _needs(equation: Equation) -> frozenset[str]:
     needs = {
         "points": equation.needs_points or equation.has_screen,
         "normals": equation.needs_normals or equation.has_screen,
+        "tangents": equation.needs_tangents,
         "viewer": equation.has_highlights or equation.is_flipped,
     }
     return frozenset(name for name, needed in needs.items() if needed)

@@ -30,8 +30,7 @@ def _without(component: Component) -> Callable[[Equation, Vector], Equation]:
 
 def _leave_out_highlight(draft: Draft, term: LightTerm) -> Change:
     equation = draft.equation
-    lobes = equation.reflectance.lobes
-    peak = sum([max(term.colors[k]) * lobes[k].largest for k in equation.lobes_of("specular")])
+    peak = sum([max(term.colors[k]) * equation.largest(k) for k in equation.lobes_of("specular")])
     if not draft.allowance or not peak:
         return None
     reach = draft.reach(term)
@@ -49,10 +48,11 @@ def _reached(draft: Draft, term: LightTerm, reach: Reach) -> float:
     known = None if draft.equation.is_flipped else sightline(draft, reach)
     if known is None:
         return 1.0
-    reflectance = draft.equation.reflectance
+    equation = draft.equation
     return max(
-        reflectance.most(k, known) / reflectance.lobes[k].largest
-        for k in draft.equation.lobes_of("specular")
+        reflectance.most(k, known) / equation.largest(k)
+        for reflectance in equation.extremes
+        for k in equation.lobes_of("specular")
         if any(term.colors[k])
     )
 

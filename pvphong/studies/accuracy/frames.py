@@ -111,7 +111,6 @@ def _per_pixel(mesh: pv.PolyData, scene: Scene, material: Material, matrix: Floa
     actor = plotter.add_mesh(shown, copy_mesh=False)
     actor.user_matrix = matrix if matrix is not None else np.eye(4)
     write_material(terms.material, actor.prop)
-    actor.prop.SetInterpolationToPhong()
     aim(plotter, terms.viewer)
     return plotter
 

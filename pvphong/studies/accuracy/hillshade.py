@@ -80,6 +80,8 @@ def the_sun(equation: Equation) -> Vector:
         raise ValueError("it knows one directional light, no more, no other")
     if equation.has(equation.terms[0], "specular"):
         raise ValueError("it knows no highlights")
+    if equation.has_screen:
+        raise ValueError("it casts no shadows")
     if equation.two_sided:
         raise ValueError("it lights one side of a surface")
     x, y, z = light.arrival(np.zeros((3, 1))).direction[:, 0].tolist()

@@ -59,7 +59,7 @@ def ledger(subject: Subject, plan: Plan, missing: list[Without], costs: dict[str
     missing : list of Without
         The effects and lights that are there.
     costs : dict of str to ndarray
-        Seconds with minus seconds without, round by round, of those that were measured.
+        Seconds with minus seconds without, round by round, of those that were measured, and of casting their rays.
     """
     errors = {without.effect: without.error for without in missing}
     timings = {name: Timing.of(seconds) for name, seconds in costs.items()}
@@ -78,7 +78,7 @@ def ledger(subject: Subject, plan: Plan, missing: list[Without], costs: dict[str
 def promises(subject: Subject, tolerance: float) -> tuple[Promise, ...]:
     """Each approximation of the plan at a tolerance: the bound that it took, the difference that it makes."""
     extent = subject.vertices.extent(subject.assembled.matrix)
-    draft = Draft.first(subject.assembled, extent, tolerance)
+    draft = Draft.first(subject.assembled, extent, tolerance, subject.screen)
     found = []
     for effect in EFFECTS:
         before, draft = draft, effect.simplify(draft)

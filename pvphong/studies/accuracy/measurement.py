@@ -18,6 +18,7 @@ from pvphong.studies.accuracy.inside import AS_IT_IS, Inside, Refined, inside, l
 from pvphong.studies.accuracy.ledger import Without, dropped, ledger, promises, withouts
 from pvphong.studies.accuracy.report import Tradeoff
 from pvphong.studies.accuracy.rows import NO_ERROR, UNTIMED, Errors, Promise, Row, Timing, vertex_errors, with_fronts
+from pvphong.studies.accuracy.sampling import Sampling, sampling
 from pvphong.studies.accuracy.subject import Subject
 from pvphong.studies.accuracy.timing import FEWEST_REPEATS, Clock, Run, fitting, interleaved, timed
 from pvphong.studies.accuracy.variants import REFERENCE, Variant, peers, plan_name, variants
@@ -26,8 +27,8 @@ PER_PIXEL, LIT_ARRAY = "VTK per pixel", "VTK drawing lit array"
 LIGHT_SOURCE = "Matplotlib LightSource"
 
 # Parts of the time budget: the least that is kept for measuring in turns, and, of what is left for getting ready,
-# for meshes that are refined.
-_FOR_ROUNDS, _FOR_INSIDE = 0.4, 0.5
+# for rays and for meshes that are refined.
+_FOR_ROUNDS, _FOR_SAMPLING, _FOR_INSIDE = 0.4, 0.4, 0.5
 
 # Float64 evaluations that it takes to get ready to measure, with errors: a variant, the promises, an effect, a peer.
 _FOR_VARIANT, _FOR_PROMISES, _FOR_EFFECT, _FOR_PEER = 2.0, 6.0, 2.0, 6.0
@@ -62,6 +63,7 @@ class Measurement:
     promised: tuple[Promise, ...] = ()
     left_out: dict[str, str] = field(default_factory=dict)
     found_inside: Inside = field(default_factory=lambda: Inside([], np.zeros(0), np.zeros(0), {}))
+    sampled: Sampling = field(default_factory=lambda: Sampling([], {}, {}))
     exact_seconds: float = 0.0
 
     def __post_init__(self) -> None:
@@ -83,6 +85,7 @@ class Measurement:
         _, self.exact_seconds = timed(lambda: self.subject.truth)
         if self.exact_seconds < 0.01 * self.clock.left:
             _, self.exact_seconds = timed(lambda: self.subject.exact(self.subject.equation))  # warm
+        self._sampling()
         self._at_vertices()
         if self._has_time_for("promises", _FOR_PROMISES * self.exact_seconds):
             self.promised = promises(self.subject, self.tolerance)
@@ -132,19 +135,30 @@ class Measurement:
             light_model = vertex_errors(own, self.subject.truth)
         self._add(variant.row(vertex_errors(colors, own), light_model), variant.run, seconds)
 
+    def _sampling(self) -> None:
+        screen = self.subject.screen
+        if screen is None or not self._has_time_for("rays", 2.0 * screen.seconds):
+            return
+        clock = self.clock.part(_FOR_SAMPLING * self._left())
+        self.sampled = sampling(self.subject, screen, self.tolerance, clock)
+        self.left_out |= self.sampled.left_out
+
     def _inside(self) -> None:
         if not self._has_time_for("inside triangles", least_seconds(self.source, self.exact_seconds)):
             return
+        if self.subject.unshadowed is not self.subject:
+            why = "no rays are cast there; interpolation is measured without them"
+            self.left_out["shadows and occlusion inside triangles"] = why
         clock = self.clock.part(_FOR_INSIDE * self._left())
-        self.found_inside = inside(self.source, self.subject, self.tolerance, self.exact_seconds, clock)
+        self.found_inside = inside(self.source, self.subject.unshadowed, self.tolerance, self.exact_seconds, clock)
         self.left_out |= self.found_inside.left_out
         for one in self.found_inside.refined:
-            backend = self.subject.backend_for(len(one.points), self.subject.equation)
+            backend = self.subject.backend_for(len(one.points), self.subject.unshadowed.equation)
             run = self._refined_run(one, backend)
             self._add(one.row(backend), run, timed(run)[1])
 
     def _refined_run(self, one: Refined, backend: Backend) -> Run:
-        s = self.subject
+        s = self.subject.unshadowed
 
         def run() -> object:
             vertices = Vertices(one.points, one.normals)
@@ -226,7 +240,7 @@ class Measurement:
         s, baseline = self.subject, times[self.baseline]
         rows = [replace(row, time=Timing.of(times[name])) for name, row in self.rows.items() if name in times]
         costs = {
-            without.effect: baseline - times[_without(without.effect)]
+            without.effect: baseline - times[_without(without.effect)] + self.sampled.costs.get(without.effect, 0.0)
             for without in self.missing
             if _without(without.effect) in times
         }
@@ -237,7 +251,7 @@ class Measurement:
         )
         return Tradeoff(
             tolerance=self.tolerance,
-            rows=with_fronts(rows),
+            rows=with_fronts([*rows, *self.sampled.rows]),
             ledger=ledger(s, s.plan(self.tolerance), self.missing, costs),
             baseline=self.baseline,
             promises=self.promised,

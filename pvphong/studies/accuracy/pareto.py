@@ -8,12 +8,17 @@ from typing import Any
 import numpy as np
 
 from pvphong.studies.accuracy.result import Result
-from pvphong.studies.accuracy.rows import Kind, Row
+from pvphong.studies.accuracy.rows import KINDS, Kind, Row
 
-COLORS: dict[str, str] = {"arithmetic": "#1b6ca8", "light model": "#c2571a", "interpolation": "#2a7f3f"}
+COLORS: dict[str, str] = {
+    "arithmetic": "#1b6ca8",
+    "light model": "#c2571a",
+    "sampling": "#6b4c9a",
+    "interpolation": "#2a7f3f",
+}
 GREY, INK, RED = "#9a9a9a", "#303030", "#b01030"
 
-_MARKERS: dict[str, str] = {"arithmetic": "o", "light model": "s", "interpolation": "^"}
+_MARKERS: dict[str, str] = {"arithmetic": "o", "light model": "s", "sampling": "D", "interpolation": "^"}
 _STAR = "#e0a800"
 
 _DATA = 0.5
@@ -22,8 +27,7 @@ _DATA = 0.5
 
 def draw_fronts(part: Any, result: Result) -> None:
     """Every kind of row beside the others, in a part of a Matplotlib figure."""
-    kinds: list[Kind] = ["arithmetic", "light model", "interpolation"]
-    shown = [kind for kind in kinds if any(row.kind == kind for row in result.rows)]
+    shown = [kind for kind in KINDS if any(row.kind == kind for row in result.rows)]
     for axes, kind in zip(np.atleast_1d(part.subplots(1, len(shown))), shown, strict=True):
         _draw_front(axes, result, kind)
 
@@ -31,6 +35,7 @@ def draw_fronts(part: Any, result: Result) -> None:
 _TITLES: dict[str, str] = {
     "arithmetic": "arithmetic, at the vertices",
     "light model": "light model, at the vertices",
+    "sampling": "sampling, at the vertices",
     "interpolation": "interpolation, inside triangles",
 }
 
@@ -38,7 +43,7 @@ _TITLES: dict[str, str] = {
 def _draw_front(axes: Any, result: Result, kind: Kind) -> None:
     rows = sorted((row for row in result.rows if row.kind == kind), key=lambda row: row.time.median)
     floor = _floor(rows, result.tolerance)
-    chosen = [result.best(), result.best(inside=True)]
+    chosen = result.chosen
     axes.set(xscale="log", yscale="log", title=_TITLES[kind])
     axes.set_xlabel("time in ms: median and quartiles")
     axes.set_ylabel("colour error: largest (marker) and RMS (tick)")
@@ -94,7 +99,8 @@ def _frame(axes: Any, rows: Sequence[Row], floor: float, tolerance: float) -> No
     axes.set_xlim(low / 10 ** (0.08 * wide), high * 10 ** ((1.0 / _DATA - 1.0) * wide))
     top = max([tolerance] + [row.error.largest for row in rows])
     axes.set_ylim(floor / 3.0, top * 4.0)
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if wide > 0.5 else tuple(range(1, 10))))
+    digits = (1.0, 3.0) if wide > 1.5 else (1.0, 2.0, 5.0) if wide > 0.5 else tuple(range(1, 10))
+    axes.xaxis.set_major_locator(LogLocator(subs=digits))
     ticks = [tick for tick in axes.xaxis.get_major_locator()() if low * 0.9 <= tick <= high * 1.1]
     axes.xaxis.set_major_locator(FixedLocator(ticks))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.4g}"))

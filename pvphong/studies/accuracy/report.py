@@ -93,10 +93,11 @@ class Tradeoff(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """All numbers as plain values."""
-        chosen, inside = self.best(), self.best(inside=True)
+        chosen, rays, inside = self.best(), self.best(rays=True), self.best(inside=True)
         return {
             "tolerance": self.tolerance,
             "chosen": None if chosen is None else chosen.name,
+            "chosen_rays": None if rays is None else rays.name,
             "chosen_inside": None if inside is None else inside.name,
             "noise": self.noise,
             "conclusions": self.conclusions(),
@@ -148,7 +149,7 @@ def _flat(row: Row) -> dict[str, object]:
     """A row without nested values."""
     result: dict[str, object] = {"name": row.name, "kind": row.kind}
     result |= {f"time_{key}": value for key, value in asdict(row.time).items()}
-    for kind in ("arithmetic", "light_model", "interpolation"):
+    for kind in ("arithmetic", "light_model", "sampling", "interpolation"):
         errors: Errors | None = getattr(row, kind)
         for key in ("largest", "rms", "p99", "count"):
             result[f"{kind}_{key}"] = "" if errors is None else getattr(errors, key)

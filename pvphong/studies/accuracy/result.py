@@ -38,7 +38,7 @@ class Result:
     surface: pv.PolyData
     _subject: Subject = field(kw_only=True)
 
-    def best(self, tolerance: float | None = None, *, inside: bool = False) -> Row | None:
+    def best(self, tolerance: float | None = None, *, inside: bool = False, rays: bool = False) -> Row | None:
         """The cheapest row within a tolerance; peers are not chosen.
 
         Parameters
@@ -48,6 +48,8 @@ class Result:
         inside : bool, default False
             False: at the vertices, where the largest arithmetic and light-model error must not add up to more
             than the tolerance. True: inside triangles, by the largest interpolation error.
+        rays : bool, default False
+            Of the ways to cast rays, by the root mean square of what sampling leaves.
 
         Returns
         -------
@@ -60,36 +62,42 @@ class Result:
             If the tolerance is not a number >= 0.
         """
         allowed = self.tolerance if tolerance is None else check.number("tolerance", tolerance, at_least=0.0)
-        within = [row for row in self._candidates(inside) if row.decisive_error <= allowed]
+        within = [row for row in self._candidates(inside, rays) if row.decisive_error <= allowed]
         return min(within, key=lambda row: row.time.median, default=None)
 
-    def nearest(self, *, inside: bool = False) -> Row:
-        """The row that errs least, for when none is within the tolerance; peers are not chosen."""
-        return min(self._candidates(inside), key=lambda row: row.decisive_error)
+    @property
+    def chosen(self) -> list[Row]:
+        """The best row for each question."""
+        best = self.best(), self.best(rays=True), self.best(inside=True)
+        return [row for row in best if row is not None]
 
-    def cheaper_peer(self, *, inside: bool = False) -> Row | None:
+    def nearest(self, *, inside: bool = False, rays: bool = False) -> Row:
+        """The row that errs least, for when none is within the tolerance; peers are not chosen."""
+        return min(self._candidates(inside, rays), key=lambda row: row.decisive_error)
+
+    def cheaper_peer(self, *, inside: bool = False, rays: bool = False) -> Row | None:
         """The cheapest of others' ways within the tolerance, if it costs less than the row that is chosen."""
-        chosen = self.best(inside=inside)
-        peers = (row for row in self.rows if row.is_peer and (row.kind == "interpolation") is inside)
+        chosen = self.best(inside=inside, rays=rays)
+        peers = (row for row in self.rows if row.is_peer and row.answers(inside, rays))
         within = (row for row in peers if row.decisive_error <= self.tolerance)
         peer = min(within, key=lambda row: row.time.median, default=None)
         return None if peer and chosen and chosen.time.median <= peer.time.median else peer
 
-    def slowest(self, *, inside: bool = False) -> Row:
-        """The row that costs most; peers are not counted."""
-        return max(self._candidates(inside), key=lambda row: row.time.median)
+    def slowest(self) -> Row:
+        """The row that costs most at the vertices; peers are not counted."""
+        return max(self._candidates(), key=lambda row: row.time.median)
 
     def next_step(self, row: Row) -> Row | None:
         """The cheapest row that errs less than a row and answers the same question; None where there is none."""
         better = [
             other
-            for other in self._candidates(row.kind == "interpolation")
+            for other in self._candidates(row.kind == "interpolation", row.kind == "sampling")
             if other.decisive_error < row.decisive_error
         ]
         return min(better, key=lambda other: other.time.median, default=None)
 
-    def _candidates(self, inside: bool) -> Iterator[Row]:
-        return (row for row in self.rows if (row.kind == "interpolation") is inside and not row.is_peer)
+    def _candidates(self, inside: bool = False, rays: bool = False) -> Iterator[Row]:
+        return (row for row in self.rows if row.answers(inside, rays) and not row.is_peer)
 
     @property
     def noise(self) -> float:

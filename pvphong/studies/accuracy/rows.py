@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
 from pvphong.base.types import Float64Array, FloatArray
 
-Kind = Literal["arithmetic", "light model", "interpolation"]
+Kind = Literal["arithmetic", "light model", "sampling", "interpolation"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
 
 _AT_ONCE = 2**18
 
@@ -107,9 +108,10 @@ UNTIMED = Timing(0.0, 0.0, 0.0, 0)
 class Row:
     """One way of lighting a mesh: what it costs, how far it is off.
 
-    The three kinds of error are measured apart, each against a float64 truth in which only that kind is missing:
+    The kinds of error are measured apart, each against a float64 truth in which only that kind is missing:
     `arithmetic` against the same equation in float64, `light_model` between two equations in float64, both at
-    the vertices, `interpolation` between colours blended across a triangle and lit inside it, in float64.
+    the vertices, `sampling` between colours by few rays and by all, `interpolation` between colours blended across
+    a triangle and lit inside it, in float64.
 
     Attributes
     ----------
@@ -119,7 +121,7 @@ class Row:
         The kind of error that it trades for time; rows of one kind can be compared.
     time : Timing
         Of one evaluation of all its vertices, the plan included; of a peer that draws, of one frame.
-    arithmetic, light_model, interpolation : Errors or None
+    arithmetic, light_model, interpolation, sampling : Errors or None
         None where that kind was not measured.
     points : int
         Vertices that it evaluates.
@@ -151,23 +153,31 @@ class Row:
     is_peer: bool = False
     note: str = ""
     on_front: bool = False
+    sampling: Errors | None = None
 
     @property
     def error(self) -> Errors:
         """The error of the row's own kind."""
-        kinds = {"arithmetic": self.arithmetic, "light model": self.light_model, "interpolation": self.interpolation}
-        error = kinds[self.kind]
+        error: Errors | None = getattr(self, self.kind.replace(" ", "_"))
         assert error is not None, "a row is made with the error of its own kind"
         return error
 
+    def answers(self, inside: bool, rays: bool) -> bool:
+        """Whether it is a way to light inside triangles, to cast rays, or else to light vertices."""
+        return (self.kind == "interpolation", self.kind == "sampling") == (inside, rays)
+
     @property
     def decisive_error(self) -> float:
-        """What is held against a tolerance: interpolation's largest error, or else what the vertices cannot exceed.
+        """What is held against a tolerance.
 
-        That is the largest arithmetic plus the largest light-model error.
+        Of interpolation that is the largest error, and of sampling the root of the mean square, for it is the standard
+        error that rays are cast to; else what the vertices cannot exceed, the largest arithmetic plus the largest
+        light-model error.
         """
         if self.kind == "interpolation":
             return self.error.largest
+        if self.kind == "sampling":
+            return self.error.rms
         return sum(error.largest for error in (self.arithmetic, self.light_model) if error is not None)
 
 
@@ -180,7 +190,8 @@ class Entry:
     effect : str
         Its name in the plan, or "light" and the light's.
     cost : Timing or None
-        Seconds with it minus seconds without it, paired in turns. None where it is not there, or was not measured.
+        Seconds with it minus seconds without it, paired in turns, and those of casting its rays. None where it is not
+        there, or was not measured.
     error : float or None
         The largest light-model error if it were dropped; None where it is not there.
     runs : bool

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from pvphong.base.types import Backend, Float64Array, FloatArray, MatrixLike, Precision
 from pvphong.geometry.extent import Sphere
 from pvphong.optics.material import Material
+from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene
 from pvphong.shading import kernel, reference
 from pvphong.shading.equation import Equation, assemble, in_parts
@@ -29,6 +30,8 @@ class Subject:
         Shape (n, 3).
     scene, material, matrix
         As for `evaluate`.
+    screen : Visibility, optional
+        What the points see, where the scene has shadows or ambient occlusion.
     """
 
     points: FloatArray
@@ -36,6 +39,15 @@ class Subject:
     scene: Scene
     material: Material
     matrix: MatrixLike | None
+    screen: Visibility | None = None
+
+    @cached_property
+    def unshadowed(self) -> Subject:
+        """The same without shadows and ambient occlusion: of what is inside triangles no rays are cast."""
+        if not self.scene.light_model.needs_rays:
+            return self
+        scene = replace(self.scene, light_model=self.scene.light_model.without_rays())
+        return replace(self, scene=scene, screen=None)
 
     def plan(self, tolerance: float = 0.0) -> Plan:
         """The plan at a tolerance."""
@@ -44,7 +56,7 @@ class Subject:
     @cached_property
     def vertices(self) -> Vertices:
         """Points and normals as evaluators take them."""
-        return Vertices(self.points, self.normals)
+        return Vertices(self.points, self.normals, screen=self.screen)
 
     @cached_property
     def assembled(self) -> Equation:
@@ -64,7 +76,8 @@ class Subject:
     def exact(self, equation: Equation) -> Float64Array:
         """The float64 reference of any equation at the vertices."""
         result = Shading(np.empty((len(self.points), 3)))
-        reference.shade(self.points, self.normals, in_parts(equation), None, result)
+        channels = self.vertices.channels(equation)
+        reference.shade(self.points, self.normals, in_parts(equation), None, result, channels)
         return result.rgb
 
     @cached_property
@@ -88,11 +101,13 @@ class Subject:
 
     def _takes(self, precision: str) -> bool:
         result = Shading(np.empty((1, 3), precision))
-        return kernel.shade(self.points[:1], self.normals[:1], self.equation, None, result)
+        seen = self.vertices.channels(self.equation)
+        one = None if seen is None else seen[:, :1]
+        return kernel.shade(self.points[:1], self.normals[:1], self.equation, None, result, channels=one)
 
-    def planned(self, equation: Equation) -> Plan:
+    def planned(self, equation: Equation, vertices: Vertices | None = None) -> Plan:
         """The plan of an equation that was rewritten from the whole one: without what adds exactly nothing."""
-        return Plan.of_equation(equation, self.vertices)
+        return Plan.of_equation(equation, vertices or self.vertices)
 
     def runner(
         self,

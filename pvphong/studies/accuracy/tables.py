@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from pvphong.studies.accuracy.result import Result
-from pvphong.studies.accuracy.rows import Entry, Row, Timing
+from pvphong.studies.accuracy.rows import KINDS, Entry, Row, Timing
 from pvphong.studies.accuracy.timing import FEWEST_REPEATS
 
 if TYPE_CHECKING:
@@ -65,15 +65,12 @@ def rows_table(result: Result) -> Table:
 
 def in_order(result: Result) -> list[Row]:
     """The rows by kind, and by time."""
-    return sorted(result.rows, key=lambda row: (_KINDS.index(row.kind), row.time.median))
-
-
-_KINDS = ("arithmetic", "light model", "interpolation")
+    return sorted(result.rows, key=lambda row: (KINDS.index(row.kind), row.time.median))
 
 
 def cells(result: Result, row: Row) -> tuple[str, ...]:
     """A row's texts under `HEADINGS`; the spread is from quartile to quartile, as a part of the time."""
-    is_chosen = row in (result.best(), result.best(inside=True))
+    is_chosen = row in result.chosen
     return (
         "★" if is_chosen else "●" if row.on_front else "",
         f"{row.name} (peer)" if row.is_peer else row.name,
@@ -148,9 +145,9 @@ def in_short(result: Result) -> list[str]:
     """What to choose in plain words: a few lines that fit a terminal."""
     count = sum(not row.is_peer for row in result.rows)
     found = [f"Cheapest within {number(result.tolerance)}, of {count} ways to light {result.surface.n_points} points:"]
-    for question, inside in _questions(result):
-        chosen = result.best(inside=inside)
-        row = chosen or result.nearest(inside=inside)
+    for question, about in _questions(result):
+        chosen = result.best(**about)
+        row = chosen or result.nearest(**about)
         error = f"{seconds(row.time.median)}, off by {number(row.decisive_error)}"
         found.append(f"  {question}: {'' if chosen else 'none; nearest '}{row.name}, {error}")
     return [*found, *_beside(result)]
@@ -159,10 +156,10 @@ def in_short(result: Result) -> list[str]:
 def _beside(result: Result) -> Iterator[str]:
     """Whether others do it for less, and whether it matters."""
     said = []
-    for _, inside in _questions(result):
-        peer = result.cheaper_peer(inside=inside)
+    for _, about in _questions(result):
+        peer = result.cheaper_peer(**about)
         if peer is not None:
-            less = " for less" if result.best(inside=inside) else ""
+            less = " for less" if result.best(**about) else ""
             said.append(f"{peer.name} does it{less}, {seconds(peer.time.median)}")
     if said:
         yield f"Of the peers {'; '.join(said)}."
@@ -173,23 +170,26 @@ def _beside(result: Result) -> Iterator[str]:
 
 def conclusions(result: Result) -> list[str]:
     """What to choose, at what price, and what the next step would cost: a sentence or two per question."""
-    found = [_conclusion(result, question.capitalize(), inside) for question, inside in _questions(result)]
+    found = [_conclusion(result, question.capitalize(), about) for question, about in _questions(result)]
     return [*found, *_beside(result)]
 
 
-def _questions(result: Result) -> list[tuple[str, bool]]:
-    """What is asked, and whether it is about the inside of triangles."""
-    questions = [("at the vertices", False)]
-    if any(row.kind == "interpolation" and not row.is_peer for row in result.rows):
-        questions.append(("inside triangles", True))
+def _questions(result: Result) -> list[tuple[str, dict[str, bool]]]:
+    """What is asked, and what `Result.best` is to be told."""
+    kinds = {row.kind for row in result.rows if not row.is_peer}
+    questions: list[tuple[str, dict[str, bool]]] = [("at the vertices", {})]
+    if "sampling" in kinds:
+        questions.append(("casting rays", {"rays": True}))
+    if "interpolation" in kinds:
+        questions.append(("inside triangles", {"inside": True}))
     return questions
 
 
-def _conclusion(result: Result, question: str, inside: bool) -> str:
+def _conclusion(result: Result, question: str, about: dict[str, bool]) -> str:
     """The cheapest row within the tolerance, and the price of the next."""
-    chosen = result.best(inside=inside)
+    chosen = result.best(**about)
     if chosen is None:
-        nearest = result.nearest(inside=inside)
+        nearest = result.nearest(**about)
         return (
             f"{question} nothing is within {number(result.tolerance)}; nearest is {nearest.name}: "
             f"{number(nearest.decisive_error)} in {seconds(nearest.time.median)}."

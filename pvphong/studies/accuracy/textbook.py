@@ -12,6 +12,7 @@ from pvphong.geometry.transform import transform_normals, transform_points
 from pvphong.optics.light import VtkValues
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
+from pvphong.shading.screen import refuse_rays
 
 
 def refuse_unknown(scene: Scene, material: Material) -> None:
@@ -21,6 +22,7 @@ def refuse_unknown(scene: Scene, material: Material) -> None:
     for index, light in enumerate(scene.lights):
         if light.vtk_obstacle:
             check.refuse(f"lights[{index}]", light.vtk_obstacle, "one that the textbook knows")
+    refuse_rays(scene, "for the textbook formula")
     if material.reflectance is not None:
         check.refuse("reflectance", material.reflectance, "None for the textbook formula")
 

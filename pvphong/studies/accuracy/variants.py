@@ -152,10 +152,15 @@ def _rewritten(subject: Subject, name: str, equation: Equation) -> Variant:
 
 
 def plan_name(tolerance: float) -> str:
-    """The plan's variant; a tolerance of whole display steps is named by them."""
+    """The plan's variant."""
+    return f"plan at {in_steps(tolerance)}"
+
+
+def in_steps(tolerance: float) -> str:
+    """A tolerance of whole display steps by these, any other as a number."""
     steps = tolerance * 255.0
     whole = round(steps)
-    return f"plan at {whole}/255" if whole and abs(steps - whole) < 1e-9 else f"plan at {tolerance:.3g}"
+    return f"{whole}/255" if whole and abs(steps - whole) < 1e-9 else f"{tolerance:.3g}"
 
 
 def _planned(subject: Subject, tolerance: float) -> Variant:

@@ -13,7 +13,8 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Precision
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.edges import ORIGINAL_POINT, FeatureAngle
-from pvphong.meshes.lit import point_normals, surface_and_albedo
+from pvphong.meshes.lit import point_normals
+from pvphong.meshes.per_point import surface_with
 from pvphong.meshes.sharing import sharing
 from pvphong.meshes.surfaces import has_faces
 from pvphong.optics.material import Material, check_material
@@ -86,8 +87,8 @@ def refine(
         stays straight, so that cracks cannot open and creases with points of their own stay sharp.
     matrix : array_like, optional
         (4, 4) model matrix. It takes part in the lighting only: the mesh's points stay where they are.
-    albedo : array_like or str, optional
-        (n_points, 3) array, or the name of a point array; it is interpolated like the colours.
+    albedo : array_like, str or pyvista.Texture, optional
+        As for `mesh.phong.shade`, at the mesh's own points; it is interpolated like the colours.
     precision : {"float32", "float64"}
         Of the colours in the result. They are evaluated in float64.
     feature_angle : float, "auto" or None, default None
@@ -223,7 +224,8 @@ def _lit_triangles(
     feature_angle: FeatureAngle,
 ) -> _LitTriangles:
     check_material(material)
-    source, given = surface_and_albedo(mesh, albedo, feature_angle)
+    source, found = surface_with(mesh, {"albedo": albedo}, feature_angle)
+    given = found["albedo"]
     scene = scene_for(source, given_scene, matrix)
     refuse_rays(scene, "where colours inside of triangles count")
     if not has_faces(source):

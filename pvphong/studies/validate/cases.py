@@ -13,6 +13,7 @@ from pyvista import examples
 from pvphong.base.types import Float64Array
 from pvphong.optics.lights import DirectionalLight, Light, PointLight, SpotLight
 from pvphong.optics.material import Material
+from pvphong.optics.reflectances import PBR
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
@@ -29,6 +30,10 @@ MATERIALS = {
     "plastic": Material(ambient=0.1, diffuse=(0.2, 0.3, 0.7), specular=0.5, shininess=30.0),
     "gold": Material.named("gold"),
     "mirror": Material(ambient=0.05, diffuse=0.15, specular=(0.9, 0.8, 0.7), shininess=128.0, emission=0.02),
+    "satin metal": Material(diffuse=(1.0, 0.78, 0.34), reflectance=PBR(metallic=1.0, roughness=0.4)),
+    "polished metal": Material(diffuse=(0.95, 0.64, 0.54), reflectance=PBR(metallic=1.0, roughness=0.2)),
+    "lacquer": Material(diffuse=(0.6, 0.05, 0.05), reflectance=PBR(metallic=0.3, roughness=0.35)),
+    "clay": Material(diffuse=(0.7, 0.4, 0.3), reflectance=PBR(roughness=1.0)),
 }
 
 _LINEAR = {
@@ -143,6 +148,10 @@ CASES = (
     Case("ant", "plastic", ("spot",), "VTK's model", "sheared"),
     Case("nut", "matte", ("spot of the camera",), "standard model", "mirrored", parallel=True),
     Case("ant", "mirror", ("spot of the camera", "sun"), "VTK's model", parallel=True),
+    Case("airplane", "lacquer", ("headlight",), "VTK's model", "sheared"),
+    Case("ant", "satin metal", ("sun", "sun of the camera"), "two-sided VTK model", parallel=True),
+    Case("nut", "polished metal", ("fading lamp", "spot"), "VTK's model", "mirrored"),
+    Case("airplane", "clay", ("sun", "fading lamp", "spot", "headlight"), "two-sided VTK model", "scaled"),
     Case("airplane", "plastic", ("sun", "fading lamp", "spot", "headlight"), "two-sided standard model", "scaled"),
 )
 """Every kind of light in every tier and frame, every class of matrix, both projections, all materials and models."""

@@ -66,7 +66,8 @@ class Comparison:
     ----------
     tolerance : float
         The bound that applied: 16 · power · 2⁻²⁴ + 1e-6, where the power is the shininess or a spot's exponent,
-        whichever is largest.
+        whichever is largest; for physically based shading the power is that of spots, and
+        6 · 2⁻²⁴ / roughness⁴ + 1e-6 is added.
     tier : int
         Which of VTK's three tiers of lighting code drew it; 0 where it drew unlit.
     conversions : tuple of str
@@ -181,7 +182,7 @@ class Comparison:
                 ("RMS, median, 99 %", f"{self.rms:.3g}, {self.p50:.3g}, {self.p99:.3g}"),
             ]
         rows += [
-            ("bound", f"{self.tolerance:.3g} (16 · power · 2⁻²⁴ + 1e-6)"),
+            ("bound", f"{self.tolerance:.3g} (see `tolerance`)"),
             ("VTK's tier", f"{self.tier} ({TIERS[self.tier]})"),
             ("driver", self.driver),
         ]

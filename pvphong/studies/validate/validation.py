@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyvista as pv
@@ -20,6 +20,7 @@ from pvphong.studies.validate.comparison import Comparison
 from pvphong.vtk.limits import Pose, limits
 from pvphong.vtk.obstacles import refuse_inexpressible, seen_from_infinity, shining
 from pvphong.vtk.oracle import driver, vtk_shade
+from pvphong.vtk.physical import allowed_error
 from pvphong.vtk.terms import in_vtk_terms
 
 _DOUBTFUL_FACING = 2.0**-40
@@ -64,9 +65,10 @@ def validate(
     ------
     InexpressibleError
         A ValueError: for a scene that VTK's shader cannot draw (lights with an ambient colour of their own or
-        highlights in another than their diffuse colour, Blinn-Phong, a viewer at infinity beside lights with a
-        position, powers above 128, a matrix that flattens or scales beyond 1e-18 to 1e18, a mirrored surface as
-        VTK turns it), where it would have an effect. It holds the nearest scene that VTK can draw.
+        highlights in another than their diffuse colour, Blinn-Phong, `PBR` in the standard convention, a viewer at
+        infinity beside lights with a position, powers above 128, a matrix that flattens or scales beyond 1e-18 to
+        1e18, a mirrored surface as VTK turns it), where it would have an effect. It holds the nearest scene that VTK
+        can draw.
     ValueError
         As `evaluate`, or for a mesh with nothing to light.
 
@@ -148,9 +150,11 @@ def _box(points: Float64Array) -> tuple[Float64Array, float]:
 
 
 def _tolerance(scene: Scene, material: Material) -> float:
-    """16 · power · 2⁻²⁴ + 1e-6; see `pvphong.vtk.oracle`."""
+    """16 · power · 2⁻²⁴ + 1e-6, see `pvphong.vtk.oracle`; and `allowed_error` where shading is physically based."""
     exponents = [light.as_vtk().exponent for light in shining(scene)]
-    return 16.0 * max(material.shininess, *exponents, 0.0) * 2.0**-24 + 1e-6
+    physical: Any = material.reflectance
+    shininess, more = (material.shininess, 1e-6) if physical is None else (0.0, allowed_error(physical.roughness))
+    return 16.0 * max(shininess, *exponents, 0.0) * 2.0**-24 + more
 
 
 def _judge(placed: _Placed, scene: Scene, material: Material, tolerance: float) -> _Judgement:

@@ -61,6 +61,18 @@ def test_little_work_stays_with_the_caller():
     assert taken == [(0, 50, threading.get_ident())]
 
 
+def test_after_an_exception_no_range_is_begun():
+    begun = []
+
+    def work(first, _):
+        begun.append(first)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        pool.run(work, 1000, 10)
+    assert len(begun) <= pool.count()
+
+
 @needs_numba
 def test_what_goes_wrong_in_any_of_them_is_raised():
     def work(first, _):

@@ -15,15 +15,19 @@ from strategies import Dice, moderate_case
 
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
+from pvphong.optics.reflectances import PBR
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading import kernel
+from pvphong.shading.equation import assemble
 from pvphong.shading.evaluation import evaluate
+from pvphong.shading.plan import plan
 from pvphong.studies.validate import validation
 from pvphong.studies.validate.cases import CASES, MATERIALS, MESHES, Case
 from pvphong.studies.validate.validation import validate
 from pvphong.vtk.obstacles import InexpressibleError, refuse_inexpressible
+from pvphong.vtk.oracle import vtk_shade
 
 STANDARD, VTK = LightModel(), LightModel.vtk(two_sided=False)
 SUN = DirectionalLight(direction=(-1.0, 0.5, -1.2), intensity=0.8)
@@ -252,6 +256,115 @@ def test_quirk_a_cone_of_90_degrees_is_none():
     comparison = validate(HOLLOW, Scene([replace(HALF_SPACE, exponent=9.0)], EYE, VTK), PLASTIC)
     assert_equals_vtk(comparison)
     assert comparison.pvphong[:, 2].min() > 0.6  # lit behind the light too
+
+
+# --- physically based shading ---------------------------------------------------------------------------------
+
+
+def of_physical(seed):
+    """A scene that VTK draws with `pbr=True`; roughnesses for which the bound is within 1e-4."""
+    case, dice = moderate_case(Dice(seed), "vtk"), Dice(f"physical {seed}")
+    material = Material(
+        diffuse=dice.color(),
+        reflectance=PBR(dice.choice((0.0, 1.0, dice.random())), dice.uniform(0.25, 1.0)),
+    )
+    points = np.random.default_rng(seed).uniform(-1.0, 1.0, (150, 3))
+    normals = np.random.default_rng(seed + 1000).normal(size=(150, 3))
+    mesh = pv.PolyData(np.float32(np.vstack([case.points, points])))
+    mesh.point_data.active_normals = np.float32(np.vstack([case.normals, normals]))
+    try:
+        refuse_inexpressible(case.scene, material, case.matrix)
+    except InexpressibleError as nearest:
+        return mesh, nearest.scene, nearest.material, case.matrix
+    return mesh, case.scene, material, case.matrix
+
+
+@pytest.mark.parametrize("block", range(10))
+def test_random_physical_scenes(block):
+    compared = count = 0
+    for seed in range(block * RANDOM // 10, (block + 1) * RANDOM // 10):
+        mesh, scene, material, matrix = of_physical(seed)
+        comparison = validate(mesh, scene, material, matrix=matrix)
+        exponent = max((getattr(light, "exponent", 0.0) for light in scene.lights), default=0.0)
+        assert comparison.tolerance <= 1e-4 + 16 * exponent * 2.0**-24
+        assert comparison.passed, f"seed {seed}\n{comparison}"
+        compared, count = compared + comparison.n, count + mesh.n_points
+    assert compared > 0.8 * count
+
+
+@pytest.mark.parametrize("lights", QUIRKS.values(), ids=QUIRKS.keys())
+def test_quirks_of_lights_on_physical_shading(lights):
+    material = Material(ambient=0.1, diffuse=(0.3, 0.4, 0.7), reflectance=PBR())
+    assert_equals_vtk(validate(BALL, Scene(lights, EYE, VTK), material))
+
+
+PHYSICAL = [PBR(m, r) for m, r in ((0.0, 0.1), (0.0, 0.5), (0.5, 0.3), (1.0, 0.2), (1.0, 1.0))]
+
+
+@pytest.mark.parametrize("reflectance", PHYSICAL, ids=repr)
+@pytest.mark.parametrize("lights", [(), ("headlight",), ("sun", "headlight"), ("lamp", "spot")], ids=" and ".join)
+@pytest.mark.parametrize("matrix", ["identity", "sheared", "mirrored"])
+def test_physical_shading_over_metals_roughnesses_lights_and_matrices(reflectance, lights, matrix):
+    case = Case("nut", "clay", lights, "VTK's model", matrix)
+    material = Material(ambient=0.1, diffuse=(0.8, 0.5, 0.0), reflectance=reflectance)
+    mesh = solid("nut")
+    assert_equals_vtk(validate(mesh, case.scene(mesh), material, matrix=case.transform(mesh)))
+
+
+def test_physical_shading_of_a_property_is_its_materials():
+    prop = pv.Property(interpolation="pbr", metallic=0.6, roughness=0.45, color="tan", ambient=0.3, diffuse=0.9)
+    viewed = [LAMP, SUN], EYE
+    drawn = vtk_shade(BALL, viewed[0], prop, EYE)
+    own = evaluate(BALL.points, BALL.point_data.active_normals, Scene(*viewed, VTK), Material.from_property(prop))
+    np.testing.assert_allclose(own.rgb, np.clip(drawn, 0, 1), atol=2e-5)
+
+
+def unlike_physical(change):
+    def equation(*arguments):
+        found = assemble(*arguments)
+        return replace(found, **change(found))
+
+    return equation
+
+
+WRONG = {
+    "roughness": lambda e: {"reflectance": replace(e.reflectance, roughness=e.reflectance.roughness * 1.001)},
+    "gamma": lambda _: {"gamma": 2.201},
+}
+
+
+@pytest.mark.parametrize("change", WRONG.values(), ids=WRONG.keys())
+def test_physical_shading_can_fail(change, monkeypatch):
+    material = Material(diffuse=(0.8, 0.5, 0.0), reflectance=PBR(0.3, 0.4))
+    scene = Scene([SUN, LAMP], EYE, VTK)
+    assert validate(BALL, scene, material).passed
+    monkeypatch.setattr(plan, "assemble", unlike_physical(change))
+    assert not validate(BALL, scene, material).passed
+
+
+def test_swapped_colours_of_the_fresnel_term_fail(monkeypatch):
+    material = Material(diffuse=(0.8, 0.5, 0.0), reflectance=PBR(0.3, 0.4))
+    lobes = type(material.reflectance.of(material).in_vtk()).lobes.fget
+
+    def swapped(self):
+        base, tinted, white = lobes(self)
+        return base, tinted._replace(color=white.color), white._replace(color=tinted.color)
+
+    monkeypatch.setattr(type(material.reflectance.of(material).in_vtk()), "lobes", property(swapped))
+    assert not validate(BALL, Scene([SUN, LAMP], EYE, VTK), material).passed
+
+
+@pytest.mark.parametrize(
+    ("scene", "emission", "message"),
+    [
+        (Scene([SUN], EYE), 0.0, r"PBR in the standard convention .*LightModel\.vtk\(\)"),
+        (Scene([SUN], EYE, VTK), 0.2, r"emission of a physically based material.*emission=0"),
+    ],
+)
+def test_what_physical_shading_has_not_is_refused(scene, emission, message):
+    with pytest.raises(InexpressibleError, match=message) as refusal:
+        validate(BALL, scene, Material(emission=emission, reflectance=PBR()))
+    assert validate(BALL, refusal.value.scene, refusal.value.material).passed
 
 
 # --- what VTK is told in place of the scene -----------------------------------------------------------------------

@@ -1,0 +1,150 @@
+"""What a surface takes by its texture coordinates: the colours of a texture, as albedo, and tangents."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
+from pvphong.base import check
+from pvphong.base.colorimetry import linear
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
+from pvphong.geometry.tangents import point_tangents
+from pvphong.meshes.surfaces import has_faces, polygons
+
+# vtkTexture's numbers for what is beyond the picture; 3 is its border colour.
+_EDGE, _REPEAT, _MIRROR, _BORDER = range(4)
+_MAPPED = 1  # its colour mode with a lookup table
+
+# Points that are looked up at once: their texels stay in the caches.
+_AT_ONCE = 2**14
+
+_TO_COORDINATES = "mesh.texture_map_to_plane() and mesh.texture_map_to_sphere() give texture coordinates."
+
+
+def is_texture(given: Any) -> bool:
+    """Whether it is a `pyvista.Texture` or a `vtkTexture`; neither is imported for that."""
+    return hasattr(given, "GetUseSRGBColorSpace")
+
+
+def texture_colors(texture: Any, source: pv.PolyData) -> Float64Array:
+    """A texture's colours at a surface's points, bilinear between the centres of texels.
+
+    The texture's `wrap` is honoured, `interpolate` and `mipmap` are not: vertices are no pixels. Where it says that its
+    colours are sRGB (`texture.UseSRGBColorSpaceOn()`), texels become linear light before they are interpolated, as
+    OpenGL 4.6 has it (specification, 8.24); else their numbers are taken as they are. Opacity is left out.
+
+    Parameters
+    ----------
+    texture : pyvista.Texture or vtkTexture
+        An image of 1 to 4 channels, uint8 or floats from 0 to 1.
+    source : pyvista.PolyData
+        With texture coordinates; a point whose coordinates are not finite is black.
+
+    Returns
+    -------
+    ndarray
+        Shape (n_points, 3).
+
+    Raises
+    ------
+    ValueError
+        If the surface has no texture coordinates, or the texture no such image.
+    """
+    coordinates = source.active_texture_coordinates
+    if coordinates is None:
+        allowed = "an array, its name, or a texture for a mesh with texture coordinates"
+        check.refuse("albedo", "a texture for a mesh without them", allowed, _TO_COORDINATES)
+    texels, wrap = _texels(texture), int(texture.GetWrap())
+    border = np.array(texture.GetBorderColor()[:3])
+    result = np.empty((source.n_points, 3))
+    for start in range(0, source.n_points, _AT_ONCE):
+        part = slice(start, start + _AT_ONCE)
+        uv = np.asarray(coordinates[part, :2], np.float64)
+        result[part] = _bilinear(texels, uv, wrap, border, is_encoded=bool(texture.GetUseSRGBColorSpace()))
+    return result
+
+
+def texture_edition(texture: Any) -> Any:
+    """What tells a texture and its image from all before, cheap to compare."""
+    return tuple((part, part.GetMTime()) for part in (texture, texture.GetInput()) if part is not None)
+
+
+def _texels(texture: Any) -> NDArray[Any]:
+    """Shape (height, width, 1 or 3): from below to above."""
+    image = texture.GetInput()
+    scalars = None if image is None else image.GetPointData().GetScalars()
+    if texture.GetCubeMap() or scalars is None or image.GetDimensions()[2] != 1:
+        check.refuse("albedo", "a texture without one", "a texture with a flat image", "pv.read_texture reads one.")
+    if texture.GetColorMode() == _MAPPED:
+        remedy = 'texture.color_mode = "direct" takes its numbers as colours.'
+        check.refuse("albedo", "a texture with a lookup table", "a texture of colours", remedy)
+    values = vtk_to_numpy(scalars)
+    if values.dtype != np.uint8 and values.dtype.kind != "f":
+        remedy = "Convert 0-255 to uint8, or divide it by 255."
+        check.refuse("albedo", f"a texture of {values.dtype}", "a texture of uint8 or floats", remedy)
+    width, height, _ = image.GetDimensions()
+    texels = values.reshape(height, width, -1)
+    return texels[..., :3] if texels.shape[2] > 2 else texels[..., :1]
+
+
+def _bilinear(
+    texels: NDArray[Any], uv: Float64Array, wrap: int, border: Float64Array, *, is_encoded: bool
+) -> Float64Array:
+    is_there = np.isfinite(uv).all(axis=1)
+    u, v = np.where(is_there, uv.T, 0.0)
+    result = np.zeros((len(uv), 3))
+    for row, is_row, part in _neighbours(v, texels.shape[0], wrap):
+        for column, is_column, share in _neighbours(u, texels.shape[1], wrap):
+            colors = texels[row, column].astype(np.float64) / (255.0 if texels.dtype == np.uint8 else 1.0)
+            colors = np.where((is_row & is_column)[:, None], linear(colors) if is_encoded else colors, border)
+            result += (part * share)[:, None] * colors
+    result[~is_there] = np.nan
+    return result
+
+
+def _neighbours(place: Float64Array, size: int, wrap: int) -> list[tuple[IntArray, BoolArray, Float64Array]]:
+    """The texels before and behind places along an axis: numbers, whether they are in the picture, and weights."""
+    # into one period, or next to the picture, so that whole numbers hold it
+    reduced = {_REPEAT: place % 1.0, _MIRROR: place % 2.0}.get(wrap, np.clip(place, -1.0, 2.0))
+    first = np.floor(reduced * size - 0.5)
+    behind = reduced * size - 0.5 - first
+    found = []
+    for number, weight in ((first.astype(np.intp), 1.0 - behind), (first.astype(np.intp) + 1, behind)):
+        if wrap == _REPEAT:
+            inside = number % size
+        elif wrap == _MIRROR:
+            inside = np.minimum(number % (2 * size), 2 * size - 1 - number % (2 * size))
+        else:
+            inside = np.clip(number, 0, size - 1)
+        found.append((inside, (inside == number) | (wrap != _BORDER), weight))
+    return found
+
+
+def tangents_from(source: pv.PolyData, given: Any, normals: Callable[[], FloatArray]) -> Any:
+    """The tangents of a surface's points, or what gives them when they are first read.
+
+    Parameters
+    ----------
+    source : pyvista.PolyData
+        A checked surface.
+    given : array_like or None
+        The tangents, if they are known. None takes them from the texture coordinates.
+    normals : callable
+        Gives the points' normals.
+
+    Returns
+    -------
+    array_like, callable or None
+        As `Vertices` takes them; None where nothing was given and there are no texture coordinates.
+    """
+    if given is not None:
+        return given
+    coordinates = source.active_texture_coordinates
+    if coordinates is None or not has_faces(source):
+        return None
+    return lambda: point_tangents(source.points, *polygons(source), np.asarray(coordinates)[:, :2], normals())

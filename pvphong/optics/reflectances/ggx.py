@@ -1,0 +1,64 @@
+"""Rough glass, lacquer and metal: microfacets after Trowbridge and Reitz, known as GGX."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pvphong.base.types import ColorLike, Vector, rgb
+from pvphong.optics.reflectance import Lobe
+from pvphong.optics.reflectances.metal import part_of_light
+from pvphong.optics.reflectances.microfacets import Base, Facets, Microfacets, alpha_of, check_roughness
+from pvphong.optics.reflectances.shiny import HIGHLIGHT
+
+
+@dataclass(frozen=True)
+class GGX(Microfacets):
+    """A highlight of microfacets that shadow and mask each other, over a diffuse base.
+
+    The highlight is D·V·F times n·l as `pvphong.optics.reflectances.microfacets` has it, for α = roughness², and its
+    colour its own: the material's `specular` is not read. Under it lies the material's `diffuse`, as far as the
+    highlight leaves light for it (Ashikhmin and Shirley 2000). Both are reciprocal, and where `diffuse` is at most 1
+    they reflect no more than all light, rough surfaces less: light that bounces between facets is not counted. For a
+    metal, `diffuse` should be 0.
+
+    Parameters
+    ----------
+    roughness : float
+        0 < roughness <= 1: 0.1 is polished, 0.5 satin, 1 matt.
+    f0 : color, default 0.04
+        What it reflects at normal incidence, from 0 to 1: 0.04 is glass, plastic and paint, metals have their colour.
+
+    Raises
+    ------
+    ValueError
+        If a field is out of range; the message names the field.
+    """
+
+    roughness: float
+    f0: ColorLike = 0.04
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "roughness", check_roughness(self.roughness))
+        object.__setattr__(self, "f0", part_of_light("f0", self.f0))
+
+    @property
+    def facets(self) -> Facets:
+        """With the same roughness for distribution and masking."""
+        alpha = alpha_of(self.roughness)
+        return Facets(alpha, alpha)
+
+    @property
+    def base(self) -> Base:
+        """Reciprocal."""
+        return "coupled"
+
+    @property
+    def lobes(self) -> tuple[Lobe, ...]:
+        """What lies under the facets, and the highlight in the colour of f0 and in white."""
+        red, green, blue = rgb(self.f0)
+        left: Vector = (1.0 - red, 1.0 - green, 1.0 - blue)
+        return self._lobes(
+            Lobe("diffuse", takes_albedo=True, needs_viewer=True, color=left),
+            HIGHLIGHT._replace(is_own=True, color=(red, green, blue)),
+            HIGHLIGHT._replace(is_own=True),
+        )

@@ -1,0 +1,80 @@
+"""Tangents of points by texture coordinates, against the same written out for triangles one by one."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from pvphong.geometry.normals import point_normals
+from pvphong.geometry.tangents import point_tangents
+
+
+def one_by_one(points, triangles, uv, normals):
+    """M. S. Mikkelsen's weights, in plain Python; ∂p/∂u by solving for it."""
+
+    def across(w, n):
+        w = w - (w @ n) * n
+        return w / math.sqrt(w @ w)
+
+    sums = np.zeros((len(points), 3))
+    for triangle in triangles:
+        a, b, c = triangle
+        edges, steps = (
+            np.array([points[b] - points[a], points[c] - points[a]]),
+            np.array([uv[b] - uv[a], uv[c] - uv[a]]),
+        )
+        along = np.linalg.solve(steps, edges)[0]
+        for here, after, before in ((a, b, c), (b, c, a), (c, a, b)):
+            n = normals[here]
+            one, two = across(points[after] - points[here], n), across(points[before] - points[here], n)
+            sums[here] += math.acos(max(-1.0, min(1.0, one @ two))) * across(along, n)
+    return sums / np.linalg.norm(sums, axis=1)[:, None]
+
+
+@pytest.fixture
+def bumpy():
+    """A bumpy sheet of triangles with slanted texture coordinates."""
+    random = np.random.default_rng(5)
+    x, y = np.meshgrid(np.arange(6.0), np.arange(5.0), indexing="ij")
+    points = np.stack([x.ravel(), y.ravel(), 0.4 * random.normal(size=30)], axis=1)
+    uv = points[:, :2] @ np.array([[0.2, 0.1], [-0.05, 0.3]]) + 0.01 * random.normal(size=(30, 2))
+    cells = [(5 * i + j, 5 * i + j + 5, 5 * i + j + 6, 5 * i + j + 1) for i in range(5) for j in range(4)]
+    triangles = np.array([t for a, b, c, d in cells for t in ((a, b, c), (a, c, d))])
+    return points, triangles, uv, point_normals(points, triangles.ravel(), np.arange(0, 121, 3))
+
+
+def test_it_is_mikkelsens(bumpy):
+    points, triangles, uv, normals = bumpy
+    found = point_tangents(points, triangles.ravel(), np.arange(0, 121, 3), uv, 3.0 * normals)
+    np.testing.assert_allclose(found, one_by_one(points, triangles, uv, normals), atol=1e-12)
+
+
+@pytest.mark.parametrize("unit", [1e-200, 1.0, 1e200])
+def test_of_a_slanted_picture_on_a_rectangle_in_any_unit(unit):
+    points = unit * np.array([[0.0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]])
+    uv = np.array([[0.0, 0.0], [2.0, 0.0], [3.0, 1.0], [1.0, 1.0]])  # u = x + y
+    found = point_tangents(points, [0, 1, 2, 3], [0, 4], uv, [(0, 0, 1)] * 4)
+    # ∂p/∂u at constant v, which is y
+    np.testing.assert_allclose(found, [(1, 0, 0)] * 4, atol=1e-12)
+
+
+def test_where_there_is_none_it_is_zero():
+    """A fan around a pole, whose tangents cancel; a face without an area in the texture; a point without faces."""
+    ring = [(math.cos(a), math.sin(a), 0.0) for a in np.linspace(0, 2 * np.pi, 8, endpoint=False)]
+    points = np.array([(0.0, 0.0, 0.0), *ring, (5, 5, 5)])
+    around = np.arange(8) / 8
+    faces = np.array([(0, 1 + k, 1 + (k + 1) % 8) for k in range(8)])
+    for face, u in zip(faces, around, strict=True):
+        uv = np.zeros((10, 2))
+        uv[face] = [(u, 1), (u, 0), (u + 1 / 8, 0)]
+        alone = point_tangents(points, face, [0, 3], uv, [(0, 0, 1)] * 10)
+        assert np.abs(np.linalg.norm(alone[face], axis=1) - 1).max() < 1e-12
+    uv = np.array([(0.5, 1.0), *((u, 0.0) for u in around), (0.0, 0.0)])
+    mirrored = np.where(faces == 8, 8, faces)
+    found = point_tangents(points, mirrored.ravel(), np.arange(0, 25, 3), np.zeros((10, 2)), [(0, 0, 1)] * 10)
+    assert not found.any()
+    found = point_tangents(points, faces[:7].ravel(), np.arange(0, 22, 3), uv, [(0, 0, 1)] * 10)
+    assert not found[9].any()
+    assert np.isfinite(found).all()

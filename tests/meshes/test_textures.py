@@ -1,0 +1,173 @@
+"""Textures as albedo: against tents over a picture that is laid out again and again, and against VTK's own drawing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong.meshes.textures import texture_colors
+
+WRAPS = {"CLAMP_TO_EDGE": "edge", "REPEAT": "wrap", "MIRRORED_REPEAT": "symmetric", "CLAMP_TO_BORDER": "constant"}
+BORDER = (0.2, 0.4, 0.6)
+WHITE = ph.Material(ambient=1.0, diffuse=0.0)
+SCENE = ph.Scene([], ph.Viewer(), ph.LightModel(ambient=1.0))
+
+
+def picture(channels=3, kind=np.uint8, height=5, width=7):
+    values = np.random.default_rng(channels).random((height, width, channels))
+    return (values * 255).astype(np.uint8) if kind == np.uint8 else values.astype(kind)
+
+
+def texture_of(image, wrap="REPEAT", srgb=False):
+    texture = pv.Texture(image)
+    texture.wrap = pv.Texture.WrapType[wrap]
+    texture.SetBorderColor(*BORDER, 1.0)
+    texture.SetUseSRGBColorSpace(srgb)
+    return texture
+
+
+def decoded(x):
+    return x / 12.92 if x <= 0.04045 else math.pow((x + 0.055) / 1.055, 2.4)
+
+
+def by_tents(image, uv, wrap, srgb):
+    """Every texel within one of the place, by its tent; the picture goes on for three of its sizes on all sides."""
+    texels = image[::-1].astype(float) / (255.0 if image.dtype == np.uint8 else 1.0)  # v goes up, rows go down
+    texels = texels[..., :3] if texels.shape[2] > 2 else np.repeat(texels[..., :1], 3, axis=2)
+    texels = np.vectorize(decoded)(texels) if srgb else texels
+    height, width, _ = texels.shape
+    around = ((3 * height,) * 2, (3 * width,) * 2)
+    more = {"constant_values": np.nan} if wrap == "constant" else {}
+    laid = np.stack([np.pad(texels[..., k], around, mode=wrap, **more) for k in range(3)], axis=-1)
+    laid = np.where(np.isnan(laid), BORDER, laid)
+    found = []
+    for u, v in uv:
+        across = np.maximum(1 - np.abs(np.arange(7 * width) - 3 * width + 0.5 - u * width), 0)
+        up = np.maximum(1 - np.abs(np.arange(7 * height) - 3 * height + 0.5 - v * height), 0)
+        found.append(np.einsum("i,j,ijk", up, across, laid))
+    return np.array(found)
+
+
+def with_coordinates(uv):
+    mesh = pv.PolyData(np.zeros((len(uv), 3)))
+    mesh.active_texture_coordinates = np.asarray(uv)
+    return mesh
+
+
+@pytest.mark.parametrize("srgb", [False, True])
+@pytest.mark.parametrize("wrap", WRAPS)
+@pytest.mark.parametrize(("channels", "kind"), [(3, np.uint8), (1, np.uint8), (4, np.uint8), (3, np.float32)])
+def test_it_is_a_sum_of_tents(channels, kind, wrap, srgb):
+    image = picture(channels, kind)
+    uv = np.random.default_rng(1).uniform(-2.4, 3.4, (300, 2))
+    uv[:6] = [(0, 0), (1, 1), (-1, 2), (0.5 / 7, 0.5 / 5), (-1e-20, 1.0), (2.0, -1e-20)]
+    found = texture_colors(texture_of(image, wrap, srgb), with_coordinates(uv))
+    np.testing.assert_allclose(found, by_tents(image, uv, WRAPS[wrap], srgb), atol=1e-13)
+
+
+def test_where_coordinates_are_no_places_it_is_black_and_far_out_it_is_finite():
+    uv = np.array([(np.nan, 0.5), (0.5, np.inf), (1e300, -1e300), (-(2.0**52), 0.1)])
+    for wrap in WRAPS:
+        found = texture_colors(texture_of(picture(), wrap), with_coordinates(uv))
+        assert np.isnan(found[:2]).all()  # which counts as 0, as in any albedo
+        assert np.isfinite(found[2:]).all()
+
+
+@pytest.mark.parametrize("srgb", [False, True])
+@pytest.mark.parametrize("wrap", WRAPS)
+def test_vtk_draws_the_same(wrap, srgb):
+    """A rectangle seen straight on, whose pixels are compared; cards interpolate with 8 bits or so between texels."""
+    texture = texture_of(picture(), wrap, srgb)
+    texture.interpolate = True
+    plane = pv.Plane(i_resolution=1, j_resolution=1)
+    low, high = -0.7, 1.8
+    plane.active_texture_coordinates = low + (high - low) * plane.active_texture_coordinates
+    plotter = pv.Plotter(off_screen=True, window_size=(100, 100))
+    plotter.add_mesh(plane, texture=texture, lighting=False)
+    plotter.enable_parallel_projection()
+    plotter.view_xy()
+    plotter.camera.parallel_scale = 0.5
+    drawn = plotter.screenshot(return_img=True)[::-1] / 255.0
+    plotter.close()
+    steps = low + (high - low) * (np.arange(100) + 0.5) / 100
+    uv = np.stack([*np.meshgrid(steps, steps)], axis=-1).reshape(-1, 2)
+    found = texture_colors(texture, with_coordinates(uv)).reshape(100, 100, 3)
+    assert np.abs(found - drawn).max() < 4 / 255
+    other = texture_colors(texture_of(picture(), wrap, not srgb), with_coordinates(uv)).reshape(100, 100, 3)
+    assert np.abs(other - drawn).max() > 0.1
+
+
+@pytest.fixture
+def sheet():
+    return pv.Plane(i_resolution=20, j_resolution=10)
+
+
+def test_a_mesh_its_blocks_and_its_surface_take_one(sheet):
+    texture = texture_of(picture())
+    expected = texture_colors(texture, sheet)
+    for given in (texture, expected):
+        np.testing.assert_allclose(sheet.phong.shade(SCENE, WHITE, albedo=given)["phong"], expected, atol=1e-6)
+    block = pv.MultiBlock({"a": sheet}).phong.shade(SCENE, WHITE, albedo=texture)["a"]
+    np.testing.assert_allclose(block["phong"], expected, atol=1e-6)
+    solid = sheet.cast_to_unstructured_grid().phong.shade(SCENE, WHITE, albedo=texture, feature_angle=0)
+    np.testing.assert_allclose(solid["phong"], expected[solid["pvphong_original_point"]], atol=1e-6)
+    refined = sheet.phong.refine(SCENE, WHITE, albedo=texture, tolerance=0.01)
+    np.testing.assert_allclose(refined["phong"][: sheet.n_points], expected, atol=1e-6)
+
+
+def test_a_window_follows_texture_image_and_coordinates(sheet):
+    plotter = pv.Plotter(off_screen=True, lighting="none")
+    plotter.phong.light_model = SCENE.light_model
+    texture, image = texture_of(picture()), picture(3, np.uint8, 4, 4)
+    live = plotter.phong.mesh(plotter.phong.add_mesh(sheet, WHITE, albedo=texture))
+
+    def assert_current():
+        plotter.render()
+        expected = texture_colors(live.albedo, sheet)
+        assert np.abs(live.colors / 255.0 - expected).max() < 0.003
+        return live.colors.copy()
+
+    def changes(change):
+        before, count = assert_current(), plotter.phong.evaluations
+        change()
+        assert not np.array_equal(before, assert_current())
+        assert plotter.phong.evaluations == count + 1
+
+    plotter.show(auto_close=False)
+    changes(lambda: setattr(texture, "wrap", pv.Texture.WrapType.CLAMP_TO_EDGE) or texture.SetUseSRGBColorSpace(True))
+    changes(lambda: texture.SetInputData(pv.Texture(image).to_image()))
+    changes(lambda: setattr(sheet, "active_texture_coordinates", 2.0 * sheet.active_texture_coordinates))
+    changes(lambda: setattr(live, "albedo", texture_of(picture(4))))
+    count = plotter.phong.evaluations
+    assert_current()
+    assert plotter.phong.evaluations == count
+    plotter.close()
+
+
+A_TEXTURE = "^albedo must be a texture "
+
+
+@pytest.mark.parametrize(
+    ("texture", "message"),
+    [
+        (pv.Texture(), A_TEXTURE + "with a flat image; got a texture without one"),
+        (texture_of(picture(3, np.uint16)), A_TEXTURE + "of uint8 or floats; got a texture of uint16. Convert"),
+        (texture_of(255.0 * picture(3, np.float64)), "^albedo must be floats from 0 to 1; .* Divide 0-255 by 255"),
+    ],
+)
+def test_what_is_no_texture_of_colours_is_refused(sheet, texture, message):
+    with pytest.raises(ValueError, match=message):
+        sheet.phong.shade(SCENE, WHITE, albedo=texture)
+
+
+def test_a_lookup_table_and_a_mesh_without_coordinates_are_refused(sheet):
+    texture = texture_of(picture(1))
+    with pytest.raises(ValueError, match=r"^albedo must be an array, .*coordinates; .* mesh.texture_map_to_plane\(\)"):
+        pv.Sphere().phong.shade(SCENE, WHITE, albedo=texture)
+    texture.color_mode = "map"
+    with pytest.raises(ValueError, match=r"lookup table\. texture.color_mode = \"direct\""):
+        sheet.phong.shade(SCENE, WHITE, albedo=texture)

@@ -1,0 +1,107 @@
+"""Every reflectance against its formula in 50 digits, where it is hard: both evaluators, both precisions."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from reflectance_oracle import FORMULAS, Corner, ctx, distribution
+
+from pvphong import LightModel, Material, PointLight, Scene, Viewer, evaluate
+from pvphong.optics.reflectances import REFLECTANCES
+from pvphong.shading import kernel
+
+SHAPES = {
+    "phong": [{"shininess": s} for s in (0.0, 3.0, 1e6)],
+    "blinn-phong": [{"shininess": s} for s in (0.0, 3.0, 1e6)],
+    "modified-phong": [{"shininess": s} for s in (0.0, 3.0, 1e6)],
+    "metal": [{"color": 0.3, "shininess": s} for s in (3.0, 1e6)],
+    "oren-nayar": [{"sigma": s} for s in (0.0, 25.0, 90.0)],
+    "retro": [{"shininess": s} for s in (0.0, 3.0, 1e6)],
+    "ggx": [{"roughness": r, "f0": 0.3} for r in (1e-6, 0.02, 0.3, 1.0)],
+    "pbr": [{"roughness": r, "metallic": m} for r, m in ((1e-6, 1.0), (0.02, 0.0), (0.3, 0.4), (1.0, 0.7))],
+}
+DIFFUSE, SPECULAR = 0.6, 0.5
+STEPS = {"float32": 2.0**-24, "float64": 2.0**-53}
+BACKENDS = ["numpy", *(["numba"] if kernel.is_available() else [])]
+
+
+def corners():
+    """Normal, light and eye in eighths, all exact in float32: at the peak, beside it, grazing, opposite, behind."""
+    up, eye, mirrored = np.array([0, 0, 1.0]), np.array([3.0, 0, 4.0]), np.array([-3.0, 0, 4.0])
+    yield up, mirrored, eye
+    yield up, eye, eye
+    yield up, up, up
+    for tilt in (2.0**-20, 2.0**-12, 2.0**-6, 0.25):
+        yield up + np.array([tilt, 0, 0]), mirrored, eye
+        yield up + np.array([0, tilt, 0]), mirrored, eye
+        yield up, np.array([-1, 0, tilt]), np.array([1, 0, tilt])
+        yield up, np.array([-1, 0, tilt]), eye
+        yield up, eye, np.array([1, 0.5, tilt])
+        yield up, eye, np.array([1, 0.5, -tilt])
+        yield up, np.array([1, 0.5, -tilt]), eye
+        yield up, eye, -eye + [0, 0, 2 * tilt]
+    yield up, np.array([1.0, 0, 0.5]), np.array([-2.0, 0, -1.0])
+
+
+NORMALS, LIGHTS, EYES = (np.array(part, np.float32) for part in zip(*corners(), strict=True))
+
+
+def judged(name, shape):
+    """Factor times colour in 50 digits, rounded, with what a rounding of directions does to it."""
+    reflectance = REFLECTANCES[name](**shape)
+    found = [Corner(*triple) for triple in zip(NORMALS, LIGHTS, EYES, strict=True)]
+    exact = np.array([float(FORMULAS[name](reflectance, c, ctx.mpf(DIFFUSE), ctx.mpf(SPECULAR))) for c in found])
+    return reflectance, exact, conditions(found, reflectance.sharpness)
+
+
+def conditions(found, sharpness):
+    """By how many roundings of directions a factor may be off: h turns the more the more l and v are opposite."""
+    grazing = np.array([float(min(abs(c.n_l), abs(c.n_v))) for c in found])
+    middle = np.array([float(abs(c.h_l)) for c in found])
+    steepness = 4 * math.sqrt(sharpness)
+    return 16 + steepness + 4 / np.maximum(grazing, 2.0**-60) + (steepness + 4) / np.maximum(middle, 2.0**-60)
+
+
+def evaluated(reflectance, precision, backend):
+    """One light at a time: corners differ in all three vectors."""
+    material = Material(ambient=0, diffuse=DIFFUSE, specular=SPECULAR, reflectance=reflectance)
+    model, point = LightModel(ambient=0, clamp=False), np.zeros((1, 3), np.float32)
+    found = []
+    for n, l, v in zip(NORMALS, LIGHTS, EYES, strict=True):
+        scene = Scene([PointLight(l)], Viewer(v, (v + np.eye(3)[0]).tolist()), model)
+        found.append(evaluate(point, n[None], scene, material, precision=precision, backend=backend).rgb[0, 0])
+    return np.array(found)
+
+
+def test_there_is_a_formula_for_each():
+    assert sorted(FORMULAS) == sorted(REFLECTANCES) == sorted(SHAPES)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("precision", STEPS)
+@pytest.mark.parametrize(("name", "shape"), [(name, shape) for name, shapes in SHAPES.items() for shape in shapes])
+def test_it_is_its_formula_to_the_roundings_that_its_sharpness_costs(name, shape, precision, backend):
+    reflectance, exact, roundings = judged(name, shape)
+    got = evaluated(reflectance, precision, backend)
+    relative = roundings * STEPS[precision]
+    assert np.isfinite(got).all()
+    known = relative < 0.1
+    assert (np.abs(got - exact) <= relative * np.maximum(exact, 1.0))[known].all()
+    assert known.sum() > 20 or math.sqrt(reflectance.sharpness) * STEPS[precision] > 0.02
+
+
+def test_a_distribution_of_the_cosine_alone_breaks_the_bound():
+    """As a textbook writes it: near the peak float32 has lost 1 − (n·h)²."""
+    reflectance, _, _ = judged("ggx", {"roughness": 0.02, "f0": 1.0})
+    alpha = np.float32(reflectance.roughness**2)
+    worst = 0.0
+    for triple in zip(NORMALS, LIGHTS, EYES, strict=True):
+        n, l, v = (a / np.float32(np.linalg.norm(a)) for a in triple)
+        h = (l + v) / np.float32(np.linalg.norm(l + v) or 1)
+        cosine = np.float32(max(n @ h, 0))
+        naive = (alpha / (cosine * cosine * (alpha * alpha - np.float32(1)) + np.float32(1))) ** 2
+        exact = float(distribution(Corner(*triple), ctx.mpf(reflectance.roughness) ** 2))
+        worst = max(worst, abs(naive - exact) / max(exact, 1.0))
+    assert worst > 10 * (16 + 4 * math.sqrt(reflectance.sharpness)) * STEPS["float32"]

@@ -1,0 +1,103 @@
+"""What rays cost: rows of the report for shadows and occlusion by few rays and by many."""
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong.rays.casting import has_embree
+from pvphong.studies.accuracy.sampling import sampling
+from pvphong.studies.accuracy.subject import Subject
+from pvphong.studies.accuracy.timing import Clock
+
+SUN = ph.DirectionalLight(direction=(1, 0, -1), name="sun")
+BALL = ph.SphereLight(position=(0, 1, 3), radius=0.5, intensity=6, name="ball")
+CLAY = ph.Material(ambient=0.8, diffuse=0.6)
+VIEWER = ph.Viewer(position=(0, -4, 3))
+pytestmark = pytest.mark.skipif(not has_embree(), reason="VTK's rays take longer than the budget")
+
+
+def scene(*lights, **model):
+    return ph.Scene(lights, VIEWER, ph.LightModel(**model))
+
+
+def rows_of(report):
+    return {row.name: row for row in report.rows if row.kind == "sampling"}
+
+
+@pytest.fixture(scope="module")
+def rows(floor, roof):
+    """With time for all of them."""
+    rig = scene(SUN, BALL, shadows=True, ambient_occlusion=True)
+    seen = floor.phong.visibility(rig, occluders=[roof], tolerance=0.005)
+    subject = Subject(np.asarray(floor.points), floor.phong.normals(), rig, CLAY, None, seen)
+    return {row.name: row for row in sampling(subject, seen, 0.005, Clock(60.0)).rows}
+
+
+@pytest.fixture(scope="module")
+def floor():
+    return pv.Plane(i_size=4, j_size=4, i_resolution=16, j_resolution=16).triangulate()
+
+
+@pytest.fixture(scope="module")
+def roof():
+    return pv.Disc(center=(0, 0, 1), inner=0.0, outer=1.0, r_res=1, c_res=40)
+
+
+@pytest.fixture(scope="module")
+def report(floor, roof):
+    rig = scene(SUN, BALL, shadows=True, ambient_occlusion=True)
+    return floor.phong.tradeoff(rig, CLAY, tolerance=0.005, seconds=4.0, occluders=[roof])
+
+
+def test_more_rays_cost_more_and_err_less(rows):
+    assert [*rows] == ["rays to 0.005", "4 rays", "16 rays", "64 rays", "256 rays"]
+    few, some, many = (rows[f"{count} rays"] for count in (4, 16, 64))
+    assert few.error.rms > some.error.rms > many.error.rms > 0.0
+    assert few.time.median < many.time.median
+    assert rows["rays to 0.005"].decisive_error < 0.005
+    assert few.note.startswith("9 rays a vertex")  # one to the sun
+    assert few.arithmetic is few.light_model is few.interpolation is None
+
+
+def test_a_rows_error_is_that_of_its_colours(floor, roof, rows):
+    rig = scene(SUN, BALL, shadows=True, ambient_occlusion=True)
+    seen = {n: floor.phong.visibility(rig, occluders=[roof], samples=n) for n in (4, 4096)}
+    few, truth = (floor.phong.shade(rig, CLAY, visibility=v, precision="float64")["phong"] for v in seen.values())
+    assert rows["4 rays"].error.count == floor.n_points
+    assert rows["4 rays"].error.largest == pytest.approx(np.abs(few - truth).max(), rel=1e-6)
+    assert rows["4 rays"].error.rms == pytest.approx(np.sqrt(np.mean((few - truth) ** 2)), rel=1e-6)
+
+
+def test_the_other_kinds_take_what_is_seen_as_known(report):
+    exact = next(row for row in report.rows if row.name == "float64 reference")
+    assert exact.arithmetic.largest == 0.0
+    assert "shadows and occlusion inside triangles" in report.left_out
+
+
+def test_the_ledger_prices_shadows_and_occlusion_with_their_rays(report):
+    entries = {entry.effect: entry for entry in report.ledger}
+    for name, error in (("shadow", 0.3), ("occlusion", 0.02)):
+        assert entries[name].runs
+        assert entries[name].error > error
+        assert entries[name].cost.median > entries["diffuse"].cost.median
+
+
+def test_it_is_shown_with_the_other_kinds(report):
+    text = report.explain()
+    assert "sampling:" in text
+    assert "Casting rays" in text
+    assert report.best(rays=True).name in str(report)
+    assert report.to_dict()["chosen_rays"] == report.best(rays=True).name
+
+
+def test_one_ray_says_all_of_lights_without_a_size(floor, roof):
+    report = floor.phong.tradeoff(scene(SUN, shadows=True), CLAY, seconds=1.0, occluders=[roof])
+    (row,) = rows_of(report).values()
+    assert (row.name, row.error.largest) == ("one ray for each light", 0.0)
+
+
+def test_where_nothing_is_in_the_way_no_ray_is_priced():
+    report = pv.Sphere().phong.tradeoff(scene(SUN, shadows=True), CLAY, seconds=1.0)
+    assert not rows_of(report)
+    assert "sun: the mesh is convex, and alone" in report.left_out["rays"]
