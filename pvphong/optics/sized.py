@@ -32,7 +32,7 @@ _NEARLY_90 = 89.999
 
 # For compiled code: what it takes for nothing, powers that it leaves to the readable evaluator, what is small against
 # a lobe's width, and sizes for whose squares it has room.
-_NOTHING, _LOW, _FRACTION, _LEAST_SIZE = 1e-7, 4.0, 0.3, 1e-6
+_NOTHING, _LOW, _FRACTION, LEAST_SIZE = 1e-7, 4.0, 0.3, 1e-6
 
 
 def reach_within(center: Vector, radius: float, extent: Extent) -> Reach:
@@ -205,7 +205,7 @@ class Flat:
 
     def closed_stage(self, toolkit: Any, forms: Sequence[CosinePower | None]) -> Stage | None:
         """Along its sides, where it has some. Low powers, which are rough, are left to the readable evaluator."""
-        if self.cubature() is None or not _LEAST_SIZE < self.reach_radius < 1.0 / _LEAST_SIZE:
+        if self.cubature() is None or not LEAST_SIZE < self.reach_radius < 1.0 / LEAST_SIZE:
             return None
         if any(form is not None and form.around == "mirror" and form.power < _LOW for form in forms):
             return None
