@@ -21,7 +21,7 @@ from pvphong.optics.reflectances.shiny import HIGHLIGHT, LAMBERT, lambert
 from pvphong.optics.spherical import CosinePower
 from pvphong.optics.surface import Surface
 
-_LEAST_HEIGHT = 1e-4
+_LEAST_HEIGHT = 1e-3
 """N·l + n·v is taken to be at least this: the formula has no bound where both are grazing."""
 
 _DARK = 80.0
