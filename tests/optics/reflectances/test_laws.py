@@ -19,7 +19,7 @@ from pvphong.optics.surface import Surface
 from pvphong.shading import kernel
 from pvphong.vtk.obstacles import refuse_inexpressible
 
-SEEDS = range(8)
+SEEDS = range(4)
 COUNT = 400
 every_reflectance = pytest.mark.parametrize(("name", "seed"), [(name, seed) for name in REFLECTANCES for seed in SEEDS])
 

@@ -93,7 +93,6 @@ def test_light_model_errors_are_those_of_the_changed_scene(mesh, report):
         (ph.OrenNayar(25), "Lambert for Oren-Nayar", ph.Material(diffuse=0.5 * 0.88138)),
         (ph.Metal(0.6, 9), "Phong for Metal", ph.Material(diffuse=0.5, specular=0.6, shininess=9)),
         (ph.GGX(0.5, 0.4), "Phong for microfacets", ph.Material(diffuse=0.3 * 23 / 28, specular=1.6, shininess=13.387)),
-        (ph.PBR(1.0, 0.5), "Phong for microfacets", ph.Material(diffuse=0.0, specular=2.0, shininess=13.387)),
     ],
 )
 def test_simpler_reflectances_are_priced(mesh, reflectance, name, simpler):
