@@ -23,11 +23,17 @@ from pvphong.shading.vertices import Vertices
 
 Given = ParamSpec("Given")
 
-_INDICES = {"points": "ik", "normals": "ik", "albedo": "ik", "visibility": "li"}
+_INDICES = dict.fromkeys(("points", "normals", "albedo", "tangents", "specular"), "ik") | {
+    "shininess": "i",
+    "roughness": "i",
+    "visibility": "li",
+}
 """The axes of the arrays: i along vertices, k across x, y, z or red, green, blue, l across lights."""
 
 _FORMS = dict.fromkeys(_INDICES, "an (n, 3) array of real numbers") | {
-    "visibility": "an array of real numbers, shape (lights + 1, n)"
+    "shininess": "an array of real numbers, shape (n,)",
+    "roughness": "an array of real numbers, shape (n,)",
+    "visibility": "an array of real numbers, shape (lights + 1, n)",
 }
 _SIZES = "Call its compute_chunk_sizes() first."
 
@@ -37,7 +43,7 @@ def _taking_chunks(whole: Callable[Given, Shading]) -> Callable[Given, Shading]:
 
     @wraps(whole)
     def evaluate(*given: Given.args, **options: Given.kwargs) -> Shading:
-        arrays = (*given[:2], *(options.get(name) for name in ("points", "normals", "albedo", "visibility")))
+        arrays = (*given[:2], *map(options.get, _INDICES))
         if any(hasattr(array, "__dask_graph__") for array in arrays):
             return _evaluate_chunks(*given, **options)
         return whole(*given, **options)
@@ -54,18 +60,20 @@ def _evaluate_chunks(
     scene: Any,
     material: Any,
     *,
-    albedo: Any = None,
-    visibility: Any = None,
     matrix: Any = None,
     **options: Any,
 ) -> Shading:
     """A `Shading` of Dask arrays; everything but the arrays' entries is checked now."""
-    arrays = _aligned({"points": points, "normals": normals, "albedo": albedo, "visibility": visibility})
+    given: dict[str, Any] = dict.fromkeys(_INDICES) | {"points": points, "normals": normals}
+    given |= {name: options.pop(name) for name in _INDICES if name in options}
+    if getattr(given["specular"], "ndim", 0) == 1:
+        given["specular"] = given["specular"][:, None]
+    arrays = _aligned(given)
     scene = as_scene(scene)
     kernel.check_backend(options.get("backend", "auto"))
     same = {"material": material, "matrix": matrix, **options}
     nothing = {name: _without_rows(name, array) for name, array in arrays.items()}
-    form = _lit(**nothing, scene=scene, **same | {"backend": "numpy"})
+    form = _lit(*nothing.values(), scene=scene, **same | {"backend": "numpy"})
     if scene.viewer is None:
         scene = _framed(scene, arrays["points"], matrix)
     return _fields(_blocks(arrays, scene, same), form)
@@ -79,10 +87,11 @@ def _without_rows(name: str, array: Any) -> Any:
     return np.empty(shape, array.dtype)
 
 
-def _lit(points: Any, normals: Any, albedo: Any, visibility: Any, scene: Scene, **options: Any) -> Shading:
+def _lit(*arrays: Any, scene: Scene, **options: Any) -> Shading:
     """One chunk, by this thread alone."""
+    given: dict[str, Any] = dict(zip(_INDICES, arrays, strict=True))
     with pool.alone():
-        return evaluation.evaluate(points, normals, scene, albedo=albedo, visibility=visibility, **options)
+        return evaluation.evaluate(scene=scene, **given, **options)
 
 
 def _blocks(arrays: dict[str, Any], scene: Any, options: dict[str, Any]) -> Any:
@@ -154,8 +163,10 @@ def _checked(name: str, array: Any) -> Any:
     """A Dask array that is cut along vertices only."""
     from dask.array import Array
 
-    if not isinstance(array, Array) or array.ndim != 2:
+    if not isinstance(array, Array) or array.ndim != len(_INDICES[name]):
         check.refuse(name, f"a {type(array).__name__}", f"a Dask array: {_FORMS[name]}")
+    if array.ndim == 1:
+        return array
     across = 1 - _axis(name)
     if name == "visibility":
         return array.rechunk({across: -1})
@@ -172,7 +183,7 @@ def _axis(name: str) -> int:
 
 def _rows(name: str, array: Any) -> tuple[float, ...]:
     """How many vertices each chunk has."""
-    if array.ndim != 2:
+    if array.ndim != len(_INDICES[name]):
         check.refuse(name, f"an array of shape {array.shape}", _FORMS[name])
     chunks: tuple[float, ...] = array.chunks[_axis(name)]
     return chunks

@@ -52,6 +52,23 @@ def test_bits_are_those_of_arrays_in_one_piece(chunks, backend):
     same(shading, expected)
 
 
+@pytest.mark.parametrize(
+    ("reflectance", "maps"),
+    [
+        (None, {"specular": RNG.random((COUNT, 3)), "shininess": RNG.uniform(0, 90, COUNT)}),
+        (None, {"specular": np.geomspace(1e-9, 3.0, COUNT)}),
+        (ph.GGX(0.3), {"roughness": RNG.uniform(0.1, 1, COUNT), "tangents": RNG.random((COUNT, 3))}),
+    ],
+    ids=["phong", "specular", "ggx"],
+)
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_what_varies_goes_with_its_chunks(reflectance, maps, precision):
+    material = ph.Material(diffuse=0.5, specular=0.4, reflectance=reflectance)
+    expected = ph.evaluate(POINTS, NORMALS, PLAIN, material, **maps, precision=precision)
+    lazy = {name: da.from_array(array, chunks=300) if name == "specular" else array for name, array in maps.items()}
+    same(ph.evaluate(cut(POINTS, 400), NORMALS, PLAIN, material, **lazy, precision=precision), expected)
+
+
 @pytest.mark.parametrize("how", [{"scheduler": "threads"}, {"scheduler": "processes"}, "distributed"], ids=str)
 def test_every_scheduler_does(how, request):
     expected = ph.evaluate(POINTS, NORMALS, PLAIN, SHINY, components=True, backend="numpy")
