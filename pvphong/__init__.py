@@ -11,6 +11,8 @@ TYPE_CHECKING = False  # typing's is the same, and takes milliseconds to import
 if TYPE_CHECKING:
     from typing import Any
 
+    from pvphong.batch.result import Batch
+    from pvphong.batch.shading import shade_files
     from pvphong.chunks import evaluate
     from pvphong.filter import PhongFilter
     from pvphong.geometry.normals import implicit_normals, plane_normal
@@ -56,6 +58,8 @@ if TYPE_CHECKING:
     from pvphong.vtk.presets import light_kit, three_lights, three_point
 
 _PLACES = {
+    "batch.result": "Batch",
+    "batch.shading": "shade_files",
     "chunks": "evaluate",
     "filter": "PhongFilter",
     "geometry.normals": "implicit_normals plane_normal",
@@ -106,6 +110,7 @@ if "pyvista" in sys.modules:
 __all__ = [
     "GGX",
     "PBR",
+    "Batch",
     "BlinnPhong",
     "Comparison",
     "Decision",
@@ -152,6 +157,7 @@ __all__ = [
     "plane_normal",
     "project",
     "read",
+    "shade_files",
     "three_lights",
     "three_point",
     "tradeoff",

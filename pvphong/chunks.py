@@ -6,7 +6,7 @@ threads stay out, and there are never more at work than Dask has.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import fields
 from functools import wraps
 from typing import Any, ParamSpec
@@ -23,12 +23,10 @@ from pvphong.shading.vertices import Vertices
 
 Given = ParamSpec("Given")
 
-_INDICES = {"points": "ik", "normals": "ik", "albedo": "ik", "visibility": "li"}
-"""The axes of the arrays: i along vertices, k across x, y, z or red, green, blue, l across lights."""
+_PER_VERTEX = ("points", "normals", "albedo", "specular", "shininess", "roughness", "tangents")
+_VISIBILITY = "visibility"
+"""What comes as arrays; all but the last, of shape (lights + 1, n), have a row for each vertex."""
 
-_FORMS = dict.fromkeys(_INDICES, "an (n, 3) array of real numbers") | {
-    "visibility": "an array of real numbers, shape (lights + 1, n)"
-}
 _SIZES = "Call its compute_chunk_sizes() first."
 
 
@@ -37,7 +35,7 @@ def _taking_chunks(whole: Callable[Given, Shading]) -> Callable[Given, Shading]:
 
     @wraps(whole)
     def evaluate(*given: Given.args, **options: Given.kwargs) -> Shading:
-        arrays = (*given[:2], *(options.get(name) for name in ("points", "normals", "albedo", "visibility")))
+        arrays = (*given[:2], *(options.get(name) for name in (*_PER_VERTEX, _VISIBILITY)))
         if any(hasattr(array, "__dask_graph__") for array in arrays):
             return _evaluate_chunks(*given, **options)
         return whole(*given, **options)
@@ -48,50 +46,40 @@ def _taking_chunks(whole: Callable[Given, Shading]) -> Callable[Given, Shading]:
 evaluate = _taking_chunks(evaluation.evaluate)
 
 
-def _evaluate_chunks(
-    points: Any,
-    normals: Any,
-    scene: Any,
-    material: Any,
-    *,
-    albedo: Any = None,
-    visibility: Any = None,
-    matrix: Any = None,
-    **options: Any,
-) -> Shading:
+def _evaluate_chunks(points: Any, normals: Any, scene: Any, material: Any, **options: Any) -> Shading:
     """A `Shading` of Dask arrays; everything but the arrays' entries is checked now."""
-    arrays = _aligned({"points": points, "normals": normals, "albedo": albedo, "visibility": visibility})
+    given = {"points": points, "normals": normals}
+    given |= {name: options.pop(name) for name in (*_PER_VERTEX, _VISIBILITY) if name in options}
+    arrays = _aligned({name: array for name, array in given.items() if array is not None})
     scene = as_scene(scene)
     kernel.check_backend(options.get("backend", "auto"))
-    same = {"material": material, "matrix": matrix, **options}
+    options["material"] = material
     nothing = {name: _without_rows(name, array) for name, array in arrays.items()}
-    form = _lit(**nothing, scene=scene, **same | {"backend": "numpy"})
+    form = evaluation.evaluate(**nothing, scene=scene, **options | {"backend": "numpy"})
     if scene.viewer is None:
-        scene = _framed(scene, arrays["points"], matrix)
-    return _fields(_blocks(arrays, scene, same), form)
+        scene = _framed(scene, arrays["points"], options.get("matrix"))
+    return _fields(_blocks(arrays, scene, options), form)
 
 
 def _without_rows(name: str, array: Any) -> Any:
     """The array as it would be for no vertex."""
-    if array is None:
-        return None
     shape = tuple(0 if axis == _axis(name) else length for axis, length in enumerate(array.shape))
     return np.empty(shape, array.dtype)
 
 
-def _lit(points: Any, normals: Any, albedo: Any, visibility: Any, scene: Scene, **options: Any) -> Shading:
+def _lit(*arrays: Any, names: Sequence[str], **options: Any) -> Shading:
     """One chunk, by this thread alone."""
     with pool.alone():
-        return evaluation.evaluate(points, normals, scene, albedo=albedo, visibility=visibility, **options)
+        return evaluation.evaluate(**dict(zip(names, arrays, strict=True)), **options)
 
 
 def _blocks(arrays: dict[str, Any], scene: Any, options: dict[str, Any]) -> Any:
     """An array of which every chunk is a `Shading`."""
     from dask.array import blockwise
 
-    pairs = [part for name, array in arrays.items() for part in (array, None if array is None else _INDICES[name])]
+    pairs = [part for name, array in arrays.items() for part in (array, _index(name, array))]
     how: dict[str, Any] = {"dtype": object, "meta": np.empty((0, 0), object), "align_arrays": False}
-    return blockwise(_lit, "ik", *pairs, concatenate=True, scene=scene, **how, **options)
+    return blockwise(_lit, "ik", *pairs, concatenate=True, names=list(arrays), scene=scene, **how, **options)
 
 
 def _fields(blocks: Any, form: Shading) -> Shading:
@@ -139,41 +127,54 @@ def _aligned(given: dict[str, Any]) -> dict[str, Any]:
     lazy = {name: _checked(name, array) for name, array in given.items() if hasattr(array, "__dask_graph__")}
     first, rows = next((name, _rows(name, array)) for name, array in lazy.items())
     for name, array in given.items():
-        if array is not None and name not in lazy:
-            lazy[name] = from_array(check.real_array(name, array, _FORMS[name]), chunks=-1)
-        if array is not None and not _fits(_rows(name, lazy[name]), rows):
+        if name not in lazy:
+            lazy[name] = _checked(name, from_array(check.real_array(name, array, _form(name)), chunks=-1))
+        if not _fits(_rows(name, lazy[name]), rows):
             got = f"{_told(_rows(name, lazy[name]))} beside {_told(rows)} in {first}"
             check.refuse(name, got, "one row per point", _SIZES if np.isnan(sum(rows)) else "")
     if not np.isnan(sum(rows)):
-        pairs = [part for name, array in lazy.items() for part in (array, _INDICES[name].replace("k", name[0]))]
+        # columns are not one length for all: their index is the array's name
+        pairs = [
+            part
+            for name, array in lazy.items()
+            for part in (array, tuple(name if axis == "k" else axis for axis in _index(name, array)))
+        ]
         lazy = dict(zip(lazy, unify_chunks(*pairs)[1], strict=True))
-    return {name: lazy.get(name) for name in given}
+    return lazy
 
 
 def _checked(name: str, array: Any) -> Any:
     """A Dask array that is cut along vertices only."""
     from dask.array import Array
 
-    if not isinstance(array, Array) or array.ndim != 2:
-        check.refuse(name, f"a {type(array).__name__}", f"a Dask array: {_FORMS[name]}")
-    across = 1 - _axis(name)
-    if name == "visibility":
-        return array.rechunk({across: -1})
-    if len(array.chunks[across]) > 1:
-        got = f"one with the columns cut into {array.chunks[across]}"
+    if not isinstance(array, Array) or not _axis(name) < array.ndim <= 2:
+        check.refuse(name, f"a {type(array).__name__}", f"a Dask array: {_form(name)}")
+    if name == _VISIBILITY:
+        return array.rechunk({0: -1})
+    if array.ndim == 2 and array.numblocks[1] > 1:
+        got = f"one with the columns cut into {array.chunks[1]}"
         check.refuse(name, got, "cut along vertices only", f"{name}.rechunk({{1: -1}}) puts them together.")
     return array
 
 
+def _form(name: str) -> str:
+    if name == _VISIBILITY:
+        return "an array of real numbers, shape (lights + 1, n)"
+    return "an array of real numbers, a row for each vertex"
+
+
 def _axis(name: str) -> int:
     """That of the vertices."""
-    return _INDICES[name].index("i")
+    return int(name == _VISIBILITY)
+
+
+def _index(name: str, array: Any) -> str:
+    """Of its axes: i along vertices, k across x, y, z or red, green, blue, l across lights."""
+    return "li" if name == _VISIBILITY else "ik"[: array.ndim]
 
 
 def _rows(name: str, array: Any) -> tuple[float, ...]:
     """How many vertices each chunk has."""
-    if array.ndim != 2:
-        check.refuse(name, f"an array of shape {array.shape}", _FORMS[name])
     chunks: tuple[float, ...] = array.chunks[_axis(name)]
     return chunks
 

@@ -21,7 +21,7 @@ FLOORS = (
     {"shading"},
     {"rays"},
     {"meshes"},
-    {"vtk"},
+    {"vtk", "batch"},
     {"studies.validate", "studies.diagnose", "studies.refine"},
     {"studies.accuracy"},
     {"studio"},

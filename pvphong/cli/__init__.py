@@ -1,8 +1,9 @@
 """The command line: `pvphong`, or `python -m pvphong`.
 
 Exit status 0 is success; 1 is a mesh that `diagnose` finds fault with, colours that `validate` finds too far from
-VTK's, or code that `compile` cannot compile or keep; 2 is bad input, or a crash in a library: one line on the error
-output says which. Ctrl-C gives 130, and a pipe that nobody reads any more 141, as shells have it.
+VTK's, a file of many that `shade` cannot light, or code that `compile` cannot compile or keep; 2 is bad input, or a
+crash in a library: one line on the error output says which. Ctrl-C gives 130, and a pipe that nobody reads any more
+141, as shells have it.
 """
 
 from pvphong.cli.supervisor import main

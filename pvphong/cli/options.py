@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -147,3 +148,10 @@ FeatureAngleOption = float | Literal["auto", "none"]
 def feature_angle_of(given: FeatureAngleOption) -> FeatureAngle:
     """What the command line's word for it means."""
     return None if given == "none" else given
+
+
+def refuse_given(options: Mapping[str, Any], allowed: str) -> None:
+    """Raise ``ValueError`` for the first option that is given."""
+    for option, given in options.items():
+        if given not in (None, False, ()):
+            check.refuse(option, given, allowed)

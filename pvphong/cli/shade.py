@@ -7,10 +7,10 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from pvphong.base import check
 from pvphong.base.types import Precision
 from pvphong.cli.inputs import SIZE, seeing, surface_and_scene
 from pvphong.cli.lighting import shaded
+from pvphong.cli.many import HERE, CrowdOptions, are_many
 from pvphong.cli.options import (
     NONE,
     PLAIN,
@@ -20,6 +20,7 @@ from pvphong.cli.options import (
     SceneFile,
     albedo_of,
     feature_angle_of,
+    refuse_given,
 )
 from pvphong.cli.spinner import busy
 from pvphong.meshes import pictures
@@ -32,8 +33,8 @@ _WITHOUT_ARRAYS = (".png", ".ply")
 def shade(
     mesh: str,
     /,
-    *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    *more: str,
+    output: Annotated[str, Parameter(name=["--output", "-o"])],
     scene: SceneFile = None,
     look: LookOptions = PLAIN,
     albedo: str | None = None,
@@ -45,18 +46,23 @@ def shade(
     blockers: BlockerOptions = NONE,
     size: Annotated[tuple[int, int] | None, Parameter(negative="")] = None,
     background: str | None = None,
-) -> None:
-    """Light a mesh; write it with its colours, or write a picture of it.
+    crowd: CrowdOptions = HERE,
+) -> int:
+    """Light a mesh; write it with its colours, or write a picture of it. Or light many meshes into a folder.
 
-    Without --scene it is lit by a key, a fill and a rim light and seen as PyVista would show it.
+    Without --scene it is lit by a key, a fill and a rim light and seen as PyVista would show it. Many files are lit by
+    several processes, seen and lit as one scene; a file that is done already is not done again. If some cannot be lit,
+    the exit status is 1 and they are listed.
 
     Parameters
     ----------
     mesh
         A file of any format that PyVista reads.
+    more
+        For a folder: further ones, patterns such as "parts/*.vtp", or files that name others: .vtm, .pvtp, .pvtu, .pvd.
     output
         .vtp, .vtk, .vtkhdf or .ply (8-bit vertex colours) for a mesh; .vtm, .vtmb or .vtkhdf for several
-        blocks; .png for a picture.
+        blocks; .png for a picture. A folder, as lit/, for many files, each as .vtp.
     albedo
         Colours that multiply the material's ambient and diffuse: the name of a point array, or an image file that is
         laid on by the mesh's texture coordinates.
@@ -76,15 +82,6 @@ def shade(
     background
         Colour of a picture's background, white if not given.
     """
-    refuse_suffix(output, "a mesh", _OUTPUTS)
-    suffix = output.suffix.lower()
-    draws = suffix == ".png"
-    if not draws:
-        _refuse_given({"--size": size, "--background": background}, "left out, for a mesh has none")
-    if suffix in _WITHOUT_ARRAYS:
-        _refuse_given({"--array": array, "--components": components}, f"left out, for a {suffix} holds no arrays")
-    size, array = size or SIZE, "phong" if array is None else array
-    pictures.refuse_size(size)
     how: dict[str, Any] = {
         "albedo": albedo_of(albedo),
         "components": components,
@@ -92,20 +89,31 @@ def shade(
         "tolerance": tolerance,
     }
     how["feature_angle"] = feature_angle_of(feature_angle)
+    materials, name = look.to_materials(scene), "phong" if array is None else array
+    if are_many((mesh, *more), output):
+        refuse_given({"--size": size, "--background": background}, "left out, for a mesh has none")
+        how |= {"material": materials, "name": name}
+        return crowd.shade((mesh, *more), output, scene, blockers, how)
+    crowd.refuse_any()
+    target = Path(output)
+    refuse_suffix(target, "a mesh", _OUTPUTS)
+    suffix = target.suffix.lower()
+    draws = suffix == ".png"
+    if not draws:
+        refuse_given({"--size": size, "--background": background}, "left out, for a mesh has none")
+    if suffix in _WITHOUT_ARRAYS:
+        refuse_given({"--array": array, "--components": components}, f"left out, for a {suffix} holds no arrays")
+    size = size or SIZE
+    pictures.refuse_size(size)
     with busy(f"Lighting {mesh}"):
         outside, lighting = surface_and_scene(mesh, scene, size)
         lighting = blockers.to_scene(seeing(lighting, outside, size) if draws else lighting)
         how["occluders"] = blockers.to_meshes()
-        lit = shaded(outside, lighting, look.to_materials(scene), name=array, **how)
+        lit = shaded(outside, lighting, materials, name=name, **how)
         if draws:
-            image = pictures.draw(lit, lighting.viewer, name=array, size=size, background=background or "white")
-            pictures.save_picture(image, output)
+            image = pictures.draw(lit, lighting.viewer, name=name, size=size, background=background or "white")
+            pictures.save_picture(image, target)
         else:
-            save_lit(lit, output, array)
-    print(output)
-
-
-def _refuse_given(options: dict[str, Any], allowed: str) -> None:
-    for option, given in options.items():
-        if given not in (None, False):
-            check.refuse(option, given, allowed)
+            save_lit(lit, target, name)
+    print(target)
+    return 0

@@ -11,7 +11,7 @@ import numpy as np
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.base.types import Float64Array, MatrixLike
+from pvphong.base.types import Float64Array, MatrixLike, VectorLike
 from pvphong.meshes.blocks import leaves, map_blocks
 from pvphong.meshes.surfaces import surface
 from pvphong.optics.lights import DirectionalLight
@@ -47,14 +47,20 @@ def default_scene(mesh: pv.DataSet | pv.MultiBlock, aspect: float = 4 / 3) -> Sc
         To be used as it is, or saved and edited.
     """
     outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
+    is_open = any(part.n_open_edges for part in leaves(outside))
+    return default_scene_of(outside.bounds, is_open=is_open, aspect=aspect)
+
+
+def default_scene_of(bounds: VectorLike, *, is_open: bool, aspect: float = 4 / 3) -> Scene:
+    """The default scene of meshes of which the box around them is known, and whether one has open edges."""
     return Scene(
         lights=[
             DirectionalLight(direction=(1.0, -1.0, -1.4), diffuse=(0.95, 0.93, 0.9), frame="camera", name="key"),
             DirectionalLight(direction=(-1.0, 0.1, -0.8), diffuse=(0.18, 0.2, 0.24), frame="camera", name="fill"),
             DirectionalLight(direction=(-0.4, -1.0, 0.9), diffuse=(0.35, 0.35, 0.35), frame="camera", name="rim"),
         ],
-        viewer=_viewer(np.array(outside.bounds), aspect),
-        light_model=LightModel(two_sided=any(part.n_open_edges for part in leaves(outside))),
+        viewer=_viewer(np.array(bounds), aspect),
+        light_model=LightModel(two_sided=is_open),
     )
 
 

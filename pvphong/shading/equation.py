@@ -271,9 +271,9 @@ def assemble(
     copied = None if matrix is None else check.matrix4("matrix", matrix)
     if copied is not None:
         copied.flags.writeable = False
-    standard = (
-        _with_maps(_standard(scene, material, copied), scene, maps) if maps else _standard(scene, material, copied)
-    )
+    standard = _standard(scene, material, copied)
+    if maps:
+        standard = _with_maps(standard, scene, material, maps)
     return standard if scene.light_model.convention == "standard" else _as_vtk(standard, scene, material)
 
 
@@ -313,7 +313,9 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
     )
 
 
-def _with_maps(standard: Equation, scene: Scene, maps: Mapping[str, tuple[float, float]]) -> Equation:
+def _with_maps(
+    standard: Equation, scene: Scene, material: Material, maps: Mapping[str, tuple[float, float]]
+) -> Equation:
     """The reflectance has the greatest of the numbers that are given for its fields."""
     reflectance = standard.reflectance
     for name in maps:
@@ -323,7 +325,7 @@ def _with_maps(standard: Equation, scene: Scene, maps: Mapping[str, tuple[float,
         if name not in reflectance.maps:
             others = ", ".join(sorted(reflectance.maps))
             remedy = f"It reads {others} of each vertex." if others else "It reads nothing of each vertex but albedo."
-            check.refuse(name, "an array", f"None for {type(reflectance).__name__}", remedy)
+            check.refuse(name, "an array", f"None for {type(material.reflectance or reflectance).__name__}", remedy)
     equation = replace(standard, maps=maps)
     greatest: dict[str, Any] = {name: high for name, (_, high) in equation.fields_with_maps.items()}
     return replace(equation, reflectance=replace(reflectance, **greatest))

@@ -91,7 +91,8 @@ def test_bounds_are_those_of_the_extremes(name):
         away = 10.0 ** random.uniform(0, 3)
         points = random.uniform(-1, 1, (40, 3))
         normals = np.array((0, 0, 1)) + random.uniform(0, 2) * random.normal(size=(40, 3))
-        lamp = ph.PointLight(position=tuple(away * np.array((1, 0, 1)) + random.normal(size=3)), diffuse=0.5)
+        place = tuple(away * np.array((1, 0, 1)) + random.normal(size=3))
+        lamp = ph.PointLight(position=place, diffuse=0.5, specular=10.0 ** random.uniform(-5, 0))
         eye = ph.Viewer(tuple(10.0 ** random.uniform(0.5, 3) * np.array((random.normal(), 0, 2))))
         scene, material = ph.Scene([lamp], eye), material_of(name)
         maps = {}
@@ -107,7 +108,7 @@ def test_bounds_are_those_of_the_extremes(name):
         assert error <= plan.error_bound + 1e-12
         assert plan.error_bound <= tolerance
         left_out += plan.error_bound > 0
-    assert left_out > 5
+    assert left_out > 3
 
 
 def test_where_some_are_infinitely_steep_none_is_taken_for_flat():

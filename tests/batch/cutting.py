@@ -1,0 +1,87 @@
+"""Meshes cut into pieces, and files that name them, as VTK writes them and by hand."""
+
+from pathlib import Path
+
+import numpy as np
+import pyvista as pv
+from vtkmodules.vtkIOXML import vtkXMLPPolyDataReader
+
+
+def bare(mesh):
+    """A surface without arrays, but for one that tells its faces apart."""
+    surface = mesh.extract_surface(algorithm=None)
+    surface.clear_data()
+    surface.cell_data["face"] = np.arange(surface.n_cells)
+    return surface
+
+
+def cut(mesh, across=3):
+    """Pieces by where the cells' centres are, some of them meeting at corners."""
+    centers = mesh.cell_centers().points
+    low, size = centers.min(axis=0), np.ptp(centers, axis=0) * 1.001
+    place = (across * (centers - low) / np.where(size, size, 1)).astype(int)
+    piece = place[:, 0] + across * place[:, 1]
+    return [mesh.extract_cells(np.flatnonzero(piece == each)) for each in np.unique(piece)]
+
+
+def surfaces(mesh, across=3):
+    return [part.extract_surface(algorithm=None) for part in cut(mesh, across)]
+
+
+def save_pieces(pieces, folder, suffix):
+    """Files of pieces, and an index that names them; gives the index."""
+    folder = Path(folder)
+    (folder / "whole").mkdir(parents=True, exist_ok=True)
+    kind = ".vtp" if isinstance(pieces[0], pv.PolyData) else ".vtu"
+    names = [f"whole/part_{number}{kind}" for number in range(len(pieces))]
+    for name, piece in zip(names, pieces, strict=True):
+        piece.save(folder / name)
+    index = folder / f"whole{suffix}"
+    index.write_text(INDICES[suffix](names))
+    return index
+
+
+def read_whole(path):
+    """What an index names, as VTK reads it: PyVista has no reader for .pvtp."""
+    if Path(path).suffix != ".pvtp":
+        return pv.read(path)
+    reader = vtkXMLPPolyDataReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    return pv.wrap(reader.GetOutput())
+
+
+def _file(kind, inner):
+    return f'<?xml version="1.0"?>\n<VTKFile type="{kind}" version="1.0">{inner}</VTKFile>\n'
+
+
+def _pieces(kind):
+    def write(names):
+        named = "".join(f'<Piece Source="{name}"/>' for name in names)
+        return _file(kind, f'<{kind} GhostLevel="0"><PPoints/>{named}</{kind}>')
+
+    return write
+
+
+def _blocks(names):
+    named = [f'<DataSet index="{k}" name="part {k}" file="{name}"/>' for k, name in enumerate(names)]
+    deep = f'<Block index="0" name="deep">{named[0]}<DataSet index="9"/></Block>'
+    return _file("vtkMultiBlockDataSet", f"<vtkMultiBlockDataSet>{deep}{''.join(named[1:])}</vtkMultiBlockDataSet>")
+
+
+def series(names, steps=None):
+    """A .pvd file; all of one time if no times are given."""
+    times = steps or [0.5] * len(names)
+    named = "".join(
+        f'<DataSet timestep="{time}" part="{part}" file="{name}"/>'
+        for part, (name, time) in enumerate(zip(names, times, strict=True))
+    )
+    return _file("Collection", f"<Collection>{named}</Collection>")
+
+
+INDICES = {
+    ".pvtp": _pieces("PPolyData"),
+    ".pvtu": _pieces("PUnstructuredGrid"),
+    ".vtm": _blocks,
+    ".pvd": series,
+}

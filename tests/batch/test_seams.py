@@ -1,0 +1,148 @@
+"""Pieces of one surface have the normals, the edges and the colours of the surface in one piece."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista as pv
+from batch.cutting import bare, cut, read_whole, save_pieces, series, surfaces
+
+import pvphong as ph
+from pvphong.batch.seams import border_of, neighbours_of, with_normals, without_ghosts
+from pvphong.meshes.edges import split_sharp_edges
+from pvphong.meshes.surfaces import polygons
+
+MESHES = {
+    "ball": pv.Sphere(theta_resolution=40, phi_resolution=30),
+    "cube": pv.Cube().clean().triangulate().subdivide(3),
+    "quads": pv.Cylinder(resolution=24).clean(),
+    "airplane": pv.examples.load_airplane(),
+}
+SCENE = ph.Scene([ph.DirectionalLight(direction=(-1, -2, -3))], ph.Viewer(position=(3, 4, 5)))
+BRIGHT = ph.Material(specular=0.4, shininess=20)
+
+
+def at_corners(mesh, name):
+    """Places and values at each face's corners; faces by their numbers."""
+    connectivity, offsets = polygons(mesh)
+    faces = np.split(connectivity, offsets[1:-1])
+    order = np.concatenate([faces[cell] for cell in np.argsort(mesh.cell_data["face"], kind="stable")])
+    return np.asarray(mesh.cell_data["face"]), np.asarray(mesh.points)[order], np.asarray(mesh.point_data[name])[order]
+
+
+def same_at_corners(pieces, whole, name, off):
+    """Whether all faces of the pieces have at their corners what the whole has, and none is missing."""
+    joined = pv.merge(pieces, merge_points=False)
+    joined = joined.extract_surface(algorithm=None) if not isinstance(joined, pv.PolyData) else joined
+    found, expected = at_corners(joined, name), at_corners(whole, name)
+    np.testing.assert_array_equal(np.sort(found[0]), np.sort(expected[0]))
+    np.testing.assert_array_equal(found[1], expected[1])
+    np.testing.assert_allclose(found[2], expected[2], atol=off)
+
+
+@pytest.mark.parametrize("angle", [None, 30.0, 0.0], ids=str)
+@pytest.mark.parametrize("mesh", MESHES)
+def test_normals_and_sharp_edges_are_those_of_one_piece(mesh, angle):
+    whole, _ = split_sharp_edges(bare(MESHES[mesh]), angle)
+    whole.point_data["n"] = ph.vertex_normals(whole)
+    pieces = surfaces(bare(MESHES[mesh]))
+    found = []
+    for piece, around in zip(pieces, neighbours_of([border_of(piece) for piece in pieces]), strict=True):
+        own, normals = with_normals(piece, around, angle)
+        assert own.n_points == piece.n_points or angle is not None
+        own.point_data["n"] = normals
+        found.append(own)
+    same_at_corners(found, whole, "n", 1e-6)
+    for piece in pieces:
+        piece.point_data["n"] = ph.vertex_normals(piece)
+    if mesh == "ball" and angle is None:
+        with pytest.raises(AssertionError):  # without neighbours they are off along the borders
+            same_at_corners(pieces, whole, "n", 1e-2)
+
+
+def test_arrays_lines_and_lonely_points_stay_with_their_piece():
+    left, right = surfaces(bare(pv.Plane(i_resolution=4, j_resolution=4).triangulate()), 2)[:2]
+    left = left.copy()
+    left.clear_data()
+    left.point_data["mark"] = np.arange(left.n_points)
+    left.lines = [2, 0, 3]
+    left.cell_data["kind"] = np.arange(left.n_cells)
+    left.field_data["time"] = [2.5]
+    around = neighbours_of([border_of(left), border_of(right)])[0]
+    assert len(around.offsets) > 1
+    own, normals = with_normals(left, around, None)
+    assert (own.n_lines, own.n_cells, own.field_data["time"].tolist()) == (1, left.n_cells, [2.5])
+    for data in ("point_data", "cell_data"):
+        for name, array in getattr(left, data).items():
+            np.testing.assert_array_equal(getattr(own, data)[name], array)
+    assert normals.shape == left.points.shape
+
+
+def test_ghost_cells_are_left_out():
+    whole = bare(pv.Sphere(theta_resolution=10, phi_resolution=10))
+    flags = np.zeros(whole.n_cells, np.uint8)
+    flags[:30] = 1
+    whole.cell_data["vtkGhostType"] = flags
+    left = without_ghosts(whole)
+    assert (left.n_cells, left.cell_data["face"].min()) == (whole.n_cells - 30, 30)
+    assert left.n_points < whole.n_points
+    assert without_ghosts(left) is left
+
+
+@pytest.mark.parametrize("suffix", [".pvtp", ".vtm", ".pvd", ".pvtu"])
+def test_an_index_is_read_as_pieces_and_written_back(suffix, client):
+    mesh = bare(MESHES["ball"])
+    whole = mesh.phong.shade(SCENE, BRIGHT)
+    pieces = cut(mesh) if suffix == ".pvtu" else surfaces(mesh)
+    index = save_pieces(pieces, "in", suffix)
+    batch = ph.shade_files(index, "lit", SCENE, BRIGHT, client=client)
+    assert (len(batch.done), batch.skipped, batch.failed) == (len(pieces) + 1, (), {})
+    written = Path("lit", f"whole{'.pvtp' if suffix == '.pvtu' else suffix}")
+    read = read_whole(written)
+    leaves = list(read.recursive_iterator()) if isinstance(read, pv.MultiBlock) else [read]
+    lit = [leaf for leaf in leaves if leaf is not None]
+    assert sum(leaf.n_cells for leaf in lit) == mesh.n_cells
+    same_at_corners(lit, whole, "phong", 1e-6)
+    assert ph.shade_files(index, "lit", SCENE, BRIGHT, client=client).done == ()
+    if suffix == ".vtm":
+        assert read.keys() == ["deep", *(f"part {k}" for k in range(1, len(pieces)))]
+    kept = ph.shade_files(index, "kept", SCENE, BRIGHT, client=client, seams="keep")
+    assert not kept.failed
+    with pytest.raises(AssertionError):
+        same_at_corners([pv.read(path) for path in Path("kept").rglob("*.vtp")], whole, "phong", 1e-3)
+
+
+def test_the_cells_of_a_volume_have_the_normals_of_its_outside(client):
+    grid = pv.ImageData(dimensions=(7, 6, 5)).cast_to_unstructured_grid()
+    outside = grid.extract_surface(algorithm=None)
+    normals = ph.vertex_normals(outside)
+    index = save_pieces(cut(grid, 2), "in", ".pvtu")
+    assert not ph.shade_files(index, "lit", SCENE, BRIGHT, client=client).failed
+    whole = outside.phong.shade(SCENE, BRIGHT)
+    lit = read_whole("lit/whole.pvtp")
+    at = {tuple(point): color for point, color in zip(whole.points, whole["phong"], strict=True)}
+    seen = 0
+    for point, color in zip(lit.points.tolist(), lit["phong"], strict=True):
+        if tuple(point) in at:
+            np.testing.assert_allclose(color, at[tuple(point)], atol=1e-6)
+            seen += 1
+    assert seen > len(normals)
+
+
+def test_times_of_a_series_are_not_one_surface_and_files_beside_each_other_only_if_asked(client):
+    pieces = surfaces(bare(MESHES["ball"]), 2)
+    index = save_pieces(pieces, "in", ".pvd")
+    names = [f"whole/part_{number}.vtp" for number in range(len(pieces))]
+    index.write_text(series(names, range(len(names))))
+    ph.shade_files(index, "steps", SCENE, BRIGHT, client=client)
+    alone = ph.shade_files("in/whole/*.vtp", "alone", SCENE, BRIGHT, client=client)
+    assert 'seams="merge"' in str(alone).replace("\n", " ")
+    merged = ph.shade_files("in/whole/*.vtp", "merged", SCENE, BRIGHT, client=client, seams="merge")
+    assert not merged.note
+    whole = bare(MESHES["ball"]).phong.shade(SCENE, BRIGHT)
+    same_at_corners([pv.read(f"merged/part_{k}.vtp") for k in range(len(names))], whole, "phong", 1e-6)
+    for number, piece in enumerate(pieces):
+        expected = piece.phong.shade(SCENE, BRIGHT)["phong"]
+        for path in (f"steps/series/part_{number}.vtp", f"alone/part_{number}.vtp"):
+            found = pv.read(path.replace("series", "whole"))
+            np.testing.assert_array_equal(found["phong"], expected)
