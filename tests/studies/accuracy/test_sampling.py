@@ -31,7 +31,7 @@ def rows(floor, roof):
     rig = scene(SUN, BALL, shadows=True, ambient_occlusion=True)
     seen = floor.phong.visibility(rig, occluders=[roof], tolerance=0.005)
     subject = Subject(np.asarray(floor.points), floor.phong.normals(), rig, CLAY, None, seen)
-    return {row.name: row for row in sampling(subject, seen, 0.005, Clock(10.0)).rows}
+    return {row.name: row for row in sampling(subject, seen, 0.005, Clock(60.0)).rows}
 
 
 @pytest.fixture(scope="module")
