@@ -1,9 +1,10 @@
-"""Why the size of a light matters: the same ball and floor, the same intensity, five lights.
+"""Why the size of a light matters: the same ball and floor under five lamps of one intensity, and under a sky.
 
 Only the first is a point. A highlight is the mirror image of its light, blurred by the surface: it takes the light's
 shape. And the larger a light is, the softer it fades towards its horizon, where a part of it has set already. All of it
 is computed exactly, per vertex, without a sample: what a matt surface scatters of a polygon is Lambert's formula of
-1760, and the highlights are integrals along the edges of the lights.
+1760, and the highlights are integrals along the edges of the lights. The sky is an image all around, painted here: a
+low sun behind haze, blue above, and what the ground sends back up.
 """
 
 import numpy as np
@@ -35,17 +36,31 @@ def window(width: float, height: float, bar: float) -> list[ph.PolygonLight]:
     return panes
 
 
+def evening(height: int = 64) -> np.ndarray:
+    """An equirectangular image, linear: rows from the zenith down, columns around, the sun where the lamps are."""
+    theta = (np.arange(height)[:, None] + 0.5) / height * np.pi
+    phi = (np.arange(2 * height)[None, :] + 0.5) / height * np.pi - np.pi  # to the right of the x axis
+    level = np.sin(theta)
+    ways = np.stack([level * np.cos(phi), -level * np.sin(phi), np.cos(theta) + 0 * phi], axis=-1)
+    toward = ways @ (PLACE / np.linalg.norm(PLACE))
+    above = np.clip(ways[..., 2:], 0, 1)
+    image = (1 - above) ** 3 * (0.85, 0.62, 0.40) + above * (0.06, 0.20, 0.50)
+    image += np.exp((toward[..., None] - 1) * 60) * (18, 12, 6)
+    return np.where(ways[..., 2:] < 0, (0.12, 0.10, 0.08), image)
+
+
 LIGHTS = {
     "a point": [ph.PointLight(PLACE, (0, 0, 1), **POWER)],
     "a sphere": [ph.SphereLight(PLACE, 0.8, **POWER)],
     "a disk": [ph.DiskLight(PLACE, TO_BALL, 1.2, **POWER)],
     "a softbox": [ph.RectangleLight(PLACE, TO_BALL, (0, 0, 1), 1.2, 3.0, **POWER)],
     "a window": window(2.6, 3.2, 0.35),
+    "a sky": [ph.EnvironmentLight(evening(), up=(0, 0, 1), intensity=1.6, specular=60)],
 }
 ball = pv.Sphere(radius=1.0, theta_resolution=240, phi_resolution=180)
 floor = pv.Plane(center=(0, 0, -1), i_size=9, j_size=9, i_resolution=120, j_resolution=120)
 
-plotter = pv.Plotter(shape=(1, len(LIGHTS)), off_screen=OFF_SCREEN, window_size=(1750, 420), border=False)
+plotter = pv.Plotter(shape=(1, len(LIGHTS)), off_screen=OFF_SCREEN, window_size=(2040, 410), border=False)
 for pane, (title, lights) in enumerate(LIGHTS.items()):
     scene = ph.Scene(lights, EYE, ph.LightModel(ambient=0.12))
     plotter.subplot(0, pane)

@@ -74,7 +74,8 @@ def test_the_signature_is_the_documented_one():
     parameters = list(inspect.signature(type(pv.Sphere().phong).shade).parameters.values())[1:]
     assert [(p.name, p.default) for p in parameters] == [
         ("scene", None), ("material", Material()), ("name", "phong"), ("matrix", None),
-        ("albedo", None), ("components", False), ("tolerance", 0.0), ("precision", "float32"), ("backend", "auto"),
+        ("albedo", None), ("specular", None), ("shininess", None), ("roughness", None), ("tangents", None),
+        ("components", False), ("tolerance", 0.0), ("precision", "float32"), ("backend", "auto"),
         ("feature_angle", None), ("occluders", ()), ("visibility", None),
     ]  # fmt: skip
     assert {p.kind for p in parameters[2:]} == {inspect.Parameter.KEYWORD_ONLY}

@@ -12,7 +12,7 @@ from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Po
 from pvphong.scene.viewer import Viewer
 from pvphong.studio.gizmos.drag_start import Scenery
 from pvphong.studio.gizmos.handles import handles
-from pvphong.studio.gizmos.shape import ORIGIN
+from pvphong.studio.gizmos.shape import ORIGIN, is_movable
 from pvphong.studio.gizmos.view import View
 
 SCALES = (1e-6, 1.0, 1e6)
@@ -72,6 +72,10 @@ def triangle(middle, normal):
     across = np.cross(normal, (0.3, -0.2, 1.0))
     other = np.cross(normal, across)
     return middle + 0.3 * np.array([a * across + b * other for a, b in ((1.0, 0.0), (-0.5, 0.4), (-0.5, -0.4))])
+
+
+MOVABLE = [kind for kind in KINDS if is_movable(example(kind))]
+"""Kinds that stand somewhere, or come from somewhere: the others have no icon and no handle."""
 
 
 def view(projection="perspective", scale=1.0, *, position=(4.0, -7.0, 5.0), focal_point=(0.1, 0.2, 0.3), up=(0, 0, 1)):

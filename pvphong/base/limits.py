@@ -1,4 +1,4 @@
-"""What reading a file may cost in a process that another watches."""
+"""What memory there is, and what reading a file may cost in a process that another watches."""
 
 from __future__ import annotations
 
@@ -30,6 +30,11 @@ def reading(path: str | os.PathLike[str]) -> Iterator[None]:
     with _free_memory():
         yield
     worker.done()
+
+
+def available_memory() -> int | None:
+    """Bytes that can be had without swapping; None where the system does not say."""
+    return 1024 * _kibibytes(_MEMORY, "MemAvailable:") if sys.platform == "linux" else None
 
 
 @contextmanager

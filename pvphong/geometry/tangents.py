@@ -54,7 +54,8 @@ def point_tangents(
             tangent = _tangents(*edges, uv[after] - uv[here], uv[before] - uv[here], n[:, here])
             weight = _angle(*edges, n[:, here]) * tangent.any(axis=0)
             np.add.at(total, here, weight)
-            np.add.at(sums, here, (weight * tangent).T)
+            for axis in range(3):
+                np.add.at(sums[:, axis], here, weight * tangent[axis])
     sums[np.abs(sums).max(axis=1, initial=0.0) <= _NOISE * total] = 0.0
     return np.ascontiguousarray(unit(sums.T)[0].T)
 
@@ -66,16 +67,9 @@ def _tangents(
     with np.errstate(all="ignore"):
         turn = np.sign(uv_one[:, 0] * uv_two[:, 1] - uv_one[:, 1] * uv_two[:, 0])
         along = turn * (uv_two[:, 1] * one - uv_one[:, 1] * two)
-    return unit(_across(unit(along)[0], n))[0]
+        return unit(along - dot(along, n) * n)[0]
 
 
 def _angle(one: Float64Array, two: Float64Array, n: Float64Array) -> Float64Array:
-    """Between two edges across n, in radians."""
-    one, two = unit(_across(one, n))[0], unit(_across(two, n))[0]
-    crossed = cross(one, two)
-    return np.asarray(np.arctan2(np.sqrt(dot(crossed, crossed)), dot(one, two)))
-
-
-def _across(w: Float64Array, n: Float64Array) -> Float64Array:
-    """What of vectors is across n."""
-    return w - dot(w, n) * n
+    """Between two edges as seen along n, in radians."""
+    return np.arctan2(np.abs(dot(cross(one, two), n)), dot(one, two) - dot(one, n) * dot(two, n))

@@ -225,7 +225,7 @@ def vertices_of(
         screen = checked_screen("visibility", visibility, source.points, matrix, scene)
     elif scene.light_model.needs_rays:
         screen = visibility_of(source, normals, scene, occluders=occluders, tolerance=tolerance, matrix=matrix)
-    tangents = tangents_from(source, tangents, normals)
+    tangents = tangents_from(source, normals) if tangents is None else tangents
     return Vertices(source.points, normals, albedo, screen, tangents=tangents, maps=maps)
 
 

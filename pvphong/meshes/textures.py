@@ -55,23 +55,28 @@ def texture_colors(texture: Any, source: pv.PolyData) -> Float64Array:
     ValueError
         If the surface has no texture coordinates, or the texture no such image.
     """
-    coordinates = source.active_texture_coordinates
+    coordinates = _coordinates(source)
     if coordinates is None:
         allowed = "an array, its name, or a texture for a mesh with texture coordinates"
         check.refuse("albedo", "a texture for a mesh without them", allowed, _TO_COORDINATES)
     texels, wrap = _texels(texture), int(texture.GetWrap())
-    border = np.array(texture.GetBorderColor()[:3])
+    border, decode = np.array(texture.GetBorderColor()[:3]), _decoder(texels, texture)
     result = np.empty((source.n_points, 3))
     for start in range(0, source.n_points, _AT_ONCE):
         part = slice(start, start + _AT_ONCE)
-        uv = np.asarray(coordinates[part, :2], np.float64)
-        result[part] = _bilinear(texels, uv, wrap, border, is_encoded=bool(texture.GetUseSRGBColorSpace()))
+        result[part] = _bilinear(texels, coordinates[part].astype(np.float64), wrap, border, decode)
     return result
 
 
 def texture_edition(texture: Any) -> Any:
     """What tells a texture and its image from all before, cheap to compare."""
     return tuple((part, part.GetMTime()) for part in (texture, texture.GetInput()) if part is not None)
+
+
+def _coordinates(source: pv.PolyData) -> FloatArray | None:
+    """Shape (n_points, 2); None where there are none, or but one for each point."""
+    found = source.active_texture_coordinates
+    return None if found is None or found.ndim != 2 or found.shape[1] < 2 else np.asarray(found)[:, :2]
 
 
 def _texels(texture: Any) -> NDArray[Any]:
@@ -92,23 +97,38 @@ def _texels(texture: Any) -> NDArray[Any]:
     return texels[..., :3] if texels.shape[2] > 2 else texels[..., :1]
 
 
+def _decoder(texels: NDArray[Any], texture: Any) -> Callable[[Any], Float64Array]:
+    """What makes linear light of texels' numbers."""
+    is_encoded = bool(texture.GetUseSRGBColorSpace())
+    if texels.dtype != np.uint8:
+        return lambda numbers: linear(numbers.astype(np.float64)) if is_encoded else numbers
+    steps = np.arange(256) / 255.0
+    table = linear(steps) if is_encoded else steps
+    return lambda numbers: np.take(table, numbers)
+
+
 def _bilinear(
-    texels: NDArray[Any], uv: Float64Array, wrap: int, border: Float64Array, *, is_encoded: bool
+    texels: NDArray[Any],
+    uv: Float64Array,
+    wrap: int,
+    border: Float64Array,
+    decode: Callable[[Any], Float64Array],
 ) -> Float64Array:
     is_there = np.isfinite(uv).all(axis=1)
     u, v = np.where(is_there, uv.T, 0.0)
     result = np.zeros((len(uv), 3))
     for row, is_row, part in _neighbours(v, texels.shape[0], wrap):
         for column, is_column, share in _neighbours(u, texels.shape[1], wrap):
-            colors = texels[row, column].astype(np.float64) / (255.0 if texels.dtype == np.uint8 else 1.0)
-            colors = np.where((is_row & is_column)[:, None], linear(colors) if is_encoded else colors, border)
+            colors = decode(texels[row, column])
+            if wrap == _BORDER:
+                colors = np.where((is_row & is_column)[:, None], colors, border)
             result += (part * share)[:, None] * colors
     result[~is_there] = np.nan
     return result
 
 
 def _neighbours(place: Float64Array, size: int, wrap: int) -> list[tuple[IntArray, BoolArray, Float64Array]]:
-    """The texels before and behind places along an axis: numbers, whether they are in the picture, and weights."""
+    """The texels before and behind places along an axis: numbers, whether they are those, and weights."""
     # into one period, or next to the picture, so that whole numbers hold it
     reduced = {_REPEAT: place % 1.0, _MIRROR: place % 2.0}.get(wrap, np.clip(place, -1.0, 2.0))
     first = np.floor(reduced * size - 0.5)
@@ -121,30 +141,21 @@ def _neighbours(place: Float64Array, size: int, wrap: int) -> list[tuple[IntArra
             inside = np.minimum(number % (2 * size), 2 * size - 1 - number % (2 * size))
         else:
             inside = np.clip(number, 0, size - 1)
-        found.append((inside, (inside == number) | (wrap != _BORDER), weight))
+        found.append((inside, inside == number, weight))
     return found
 
 
-def tangents_from(source: pv.PolyData, given: Any, normals: Callable[[], FloatArray]) -> Any:
-    """The tangents of a surface's points, or what gives them when they are first read.
+def tangents_from(source: pv.PolyData, normals: Callable[[], FloatArray]) -> Callable[[], FloatArray] | None:
+    """What gives the tangents of a surface's points, by its texture coordinates; None where it has none.
 
     Parameters
     ----------
     source : pyvista.PolyData
         A checked surface.
-    given : array_like or None
-        The tangents, if they are known. None takes them from the texture coordinates.
     normals : callable
         Gives the points' normals.
-
-    Returns
-    -------
-    array_like, callable or None
-        As `Vertices` takes them; None where nothing was given and there are no texture coordinates.
     """
-    if given is not None:
-        return given
-    coordinates = source.active_texture_coordinates
+    coordinates = _coordinates(source)
     if coordinates is None or not has_faces(source):
         return None
-    return lambda: point_tangents(source.points, *polygons(source), np.asarray(coordinates)[:, :2], normals())
+    return lambda: point_tangents(source.points, *polygons(source), coordinates, normals())

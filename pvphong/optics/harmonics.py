@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 
@@ -20,31 +21,40 @@ from pvphong.base.types import Float64Array
 BANDS = 32
 """So many bands are kept of an image, at most."""
 
+# Directions that are looked in at once, so that the numbers of all bands stay in the processor's caches.
+_AT_ONCE = 512
+
 # Nodes for a row of texels, beside those that its height asks for.
 _NODES = 14
 
 
-def recurrence(l: int, m: int) -> tuple[float, float]:
-    """The a and b in Q_l = a (z Q_{l−1} − b Q_{l−2}), for l > m."""
-    return (
-        math.sqrt((4.0 * l * l - 1.0) / (l * l - m * m)),
-        math.sqrt(((l - 1.0) ** 2 - m * m) / (4.0 * (l - 1.0) ** 2 - 1.0)),
-    )
+@cache
+def _recurrences(l: int) -> tuple[Float64Array, Float64Array]:
+    """The a and b in Q_l = a (z Q_{l−1} − b Q_{l−2}), for all m < l, (l, 1) each."""
+    square = np.arange(l)[:, None] ** 2.0
+    below = (l - 1.0) ** 2
+    return np.sqrt((4.0 * l * l - 1.0) / (l * l - square)), np.sqrt((below - square) / (4.0 * below - 1.0))
 
 
-def first(m: int) -> float:
+@cache
+def _first(m: int) -> float:
     """Q for l = m, with the √2 of cosines and sines."""
     constant = math.sqrt(0.25 / math.pi) * math.sqrt(2.0 if m else 1.0)
     return constant * math.prod(math.sqrt((2.0 * k + 1.0) / (2.0 * k)) for k in range(1, m + 1))
 
 
-def _polynomials(z: Float64Array, m: int, bands: int, start: Float64Array) -> Iterator[Float64Array]:
-    """Q for l = m, m + 1, … below `bands`, times what `start` is to the first."""
-    before, here = np.zeros_like(z), start
+def _polynomials(z: Float64Array, start: Float64Array) -> Iterator[Float64Array]:
+    """Q of band after band, for all m there are, (l + 1, n); times what `start`, (bands, n), is to the first of each m.
+
+    Bands are as many as `start` has rows.
+    """
+    before, here = start[:0], start[:1]
     yield here
-    for l in range(m + 1, bands):
-        a, b = recurrence(l, m)
-        before, here = here, a * (z * here - b * before)
+    for l in range(1, len(start)):
+        a, b = _recurrences(l)
+        more = a * z * here
+        more[:-1] -= a[:-1] * b[:-1] * before
+        before, here = here, np.concatenate([more, start[l : l + 1]])
         yield here
 
 
@@ -60,13 +70,13 @@ def projected(image: Float64Array, bands: int) -> Float64Array:
     theta = (half * (2.0 * np.arange(height)[:, None] + 1.0 + nodes)).ravel()
     z, rho = np.cos(theta), np.sin(theta)
     edges = np.linspace(-math.pi, math.pi, width + 1)
+    waves = np.array([_along(edges, m) for m in range(bands)])  # (bands, 2, w)
+    along = (image.transpose(0, 2, 1).reshape(-1, width) @ waves.reshape(-1, width).T).reshape(height, 3, bands, 2)
     result = np.zeros((3, bands, bands, 2))
-    for m in range(bands):
-        rows = np.stack([np.tensordot(part, image, ([0], [1])) for part in _along(edges, m)])  # (2, h, 3)
-        start = first(m) * rho ** (m + 1)
-        for l, q in enumerate(_polynomials(z, m, bands, start), start=m):
-            across = half * q.reshape(height, count) @ weights
-            result[:, l, m] = np.einsum("h,thc->ct", across, rows)
+    start = np.array([_first(m) * rho ** (m + 1) for m in range(bands)])
+    for l, q in enumerate(_polynomials(z, start)):
+        across = half * q.reshape(l + 1, height, count) @ weights
+        result[:, l, : l + 1] = np.einsum("mh,hcmt->cmt", across, along[:, :, : l + 1])
     return result
 
 
@@ -84,21 +94,26 @@ def energies(coefficients: Float64Array) -> Float64Array:
 
 def lit_by(coefficients: Float64Array, directions: Float64Array) -> Float64Array:
     """The sum of harmonics in directions (3, n), for the coefficients (bands, bands, 2) of one channel."""
-    x, y, z = directions
-    cosine, sine = np.ones_like(x), np.zeros_like(x)
-    total, bands = np.zeros_like(x), len(coefficients)
-    for m in range(bands):
-        if m:
-            cosine, sine = x * cosine - y * sine, x * sine + y * cosine
-        even, odd = np.zeros_like(x), np.zeros_like(x)
-        start = np.full_like(x, first(m))
-        for (c, s), q in zip(coefficients[m:, m].tolist(), _polynomials(z, m, bands, start), strict=True):
-            if c:
-                even += c * q
-            if s:
-                odd += s * q
-        total += cosine * even + sine * odd
-    return total
+    result = np.empty(directions.shape[1])
+    for begin in range(0, len(result), _AT_ONCE):
+        result[begin : begin + _AT_ONCE] = _lit_by(coefficients, directions[:, begin : begin + _AT_ONCE])
+    return result
+
+
+def _lit_by(coefficients: Float64Array, directions: Float64Array) -> Float64Array:
+    (x, y, z), bands = directions, len(coefficients)
+    around = np.empty((bands, 2, len(x)))  # ρᵐ cos mφ, ρᵐ sin mφ
+    around[0] = [np.ones_like(x), np.zeros_like(x)]
+    for m in range(1, bands):
+        cosine, sine = around[m - 1]
+        around[m] = x * cosine - y * sine, x * sine + y * cosine
+    sums = np.zeros_like(around)
+    start = np.array([[_first(m)] for m in range(bands)]) * np.ones_like(z)
+    for l, q in enumerate(_polynomials(z, start)):
+        for kind in range(2):
+            if coefficients[l, :, kind].any():
+                sums[: l + 1, kind] += coefficients[l, : l + 1, kind, None] * q
+    return np.asarray(np.einsum("mkn,mkn->n", sums, around))
 
 
 def moments(power: float, bands: int) -> Float64Array:

@@ -58,6 +58,9 @@ class Reach(NamedTuple):
     """The largest angle in radians by which the direction at a vertex may be off that one."""
 
 
+NODES = 64
+"""As so many lights a light with a size is evaluated where there is no closed form."""
+
 NOTHING_KNOWN = Reach(float("inf"), None, 0.0)
 """Of a light that says nothing of itself: it is never left out."""
 
@@ -86,6 +89,21 @@ class Simpler(NamedTuple):
 
     strongest: float = 1.0
     """Where the direction is off, no vertex gets more strength."""
+
+
+class Fewer(NamedTuple):
+    """Fewer nodes that may stand in for a light's own, and by how much that is wrong."""
+
+    nodes: tuple[Light, ...]
+
+    spread: float
+    """The largest error of their strengths' sum, for intensity 1."""
+
+    turn: float
+    """No direction is further off, in radians."""
+
+    strongest: float
+    """No vertex gets more strength of all of them."""
 
 
 class Stage(NamedTuple):
@@ -270,6 +288,10 @@ class Light:
         A light without a size is its own only node.
         """
         return (self,)
+
+    def fewer(self, count: int, extent: Extent) -> Fewer | None:  # noqa: ARG002 nothing is known of them
+        """At most so many nodes that may stand in for `NODES`, for the vertices; None where no bound is known."""
+        return None
 
     @property
     def bands(self) -> int:

@@ -126,7 +126,7 @@ class Reflectance(ABC):
     def extremes(self, field: str, low: float, high: float) -> tuple[Self, ...]:
         """Of all with a field from `low` to `high`, some of which `change` adds up to no less than any other's.
 
-        One of them also has the largest `most`, and one the largest of each lobe.
+        One of them also has the largest factor of each lobe.
         """
         return replace(self, **{field: low}), replace(self, **{field: high})
 

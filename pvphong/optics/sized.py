@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import dot, ways_to
 from pvphong.geometry.extent import ROUNDED_UP, Extent, Sight
 from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate, strength_at
-from pvphong.optics.light import NOTHING_KNOWN, Arrival, Integral, Light, Reach, Simpler, Stage
+from pvphong.optics.light import NODES, NOTHING_KNOWN, Arrival, Fewer, Integral, Light, Reach, Simpler, Stage
 from pvphong.optics.lights.point import placed_without
 from pvphong.optics.lights.spot import SpotLight
 from pvphong.optics.spherical import CosinePower
@@ -31,7 +32,7 @@ _NEARLY_90 = 89.999
 
 # For compiled code: what it takes for nothing, powers that it leaves to the readable evaluator, what is small against
 # a lobe's width, and sizes for whose squares it has room.
-_NOTHING, _LOW, _FRACTION, _LEAST_SIZE = 1e-7, 4.0, 0.3, 1e-6
+_NOTHING, _LOW, _FRACTION, LEAST_SIZE = 1e-7, 4.0, 0.3, 1e-6
 
 
 def reach_within(center: Vector, radius: float, extent: Extent) -> Reach:
@@ -66,6 +67,50 @@ def as_point(seen: Sight | None, radius: float, light: Light, spread: Any) -> Si
     why = "small: as a point it is the same to {bound:.2g}"
     turn = math.asin(sine) * ROUNDED_UP
     return Simpler(why, lambda: light, spread=strongest * spread(sine), turn=turn, strongest=strongest)
+
+
+def fewer_nodes(nodes: Sequence[Any], count: int, center: Vector, radius: float, extent: Extent) -> Fewer | None:
+    """For `Light.fewer`, of nodes within a sphere: those that stand together as one in their middle.
+
+    At the distance d, 1/d² changes by at most 2/d³ along a way of length 1, and so does h/d³, the field of a dipole,
+    with which a flat light weakens at the height h over its plane.
+
+    Parameters
+    ----------
+    nodes : sequence of Light
+        With a position, of the same intensity.
+    count : int
+        As for `Light.fewer`.
+    center, radius
+        The sphere's.
+    extent : Extent
+        Where the vertices are.
+    """
+    seen = extent.sight(center)
+    nearest = 0.0 if seen is None else (seen.distance - seen.radius) / ROUNDED_UP - radius
+    alike: dict[Any, list[Any]] = {}
+    for node in nodes:
+        alike.setdefault(replace(node, position=(0.0, 0.0, 0.0)), []).append(node.position)
+    if not nearest > 0.0 or count < len(alike):
+        return None
+    found, farthest = [], 0.0
+    for node, places in alike.items():
+        for group in _halved(np.array(places), count // len(alike)):
+            middle = group.mean(axis=0)
+            farthest = max(farthest, float(np.linalg.norm(group - middle, axis=1).max()) * ROUNDED_UP)
+            found.append(replace(node, position=middle, intensity=node.intensity * len(group)))
+    if not farthest < nearest:
+        return None
+    strongest = strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP
+    return Fewer(tuple(found), 2.0 * farthest / nearest * strongest, math.asin(farthest / nearest), strongest)
+
+
+def _halved(places: Float64Array, count: int) -> list[Float64Array]:
+    """Groups of places, at most so many: halved across where they are longest, again and again."""
+    if count < 2 or len(places) < 2:
+        return [places]
+    order = np.argsort(places[:, int(np.argmax(np.ptp(places, axis=0)))], kind="stable")
+    return [part for half in np.array_split(places[order], 2) for part in _halved(half, count // 2)]
 
 
 class Flat:
@@ -160,7 +205,7 @@ class Flat:
 
     def closed_stage(self, toolkit: Any, forms: Sequence[CosinePower | None]) -> Stage | None:
         """Along its sides, where it has some. Low powers, which are rough, are left to the readable evaluator."""
-        if self.cubature() is None or not _LEAST_SIZE < self.reach_radius < 1.0 / _LEAST_SIZE:
+        if self.cubature() is None or not LEAST_SIZE < self.reach_radius < 1.0 / LEAST_SIZE:
             return None
         if any(form is not None and form.around == "mirror" and form.power < _LOW for form in forms):
             return None
@@ -205,6 +250,10 @@ class Flat:
             return None
         part = _part(self.center, math.copysign(1.0, height) if self.two_sided else 1.0, self.normal, 1.0)
         return as_point(seen, self.reach_radius, part, lambda s: 6.0 * s * s / (1.0 - s) ** 5)
+
+    def fewer(self, count: int, extent: Extent) -> Fewer | None:
+        """In the middles of groups, each side for itself: no vertex gets light of both."""
+        return fewer_nodes(self.nodes(NODES), count, self.center, self.reach_radius, extent)
 
     def without(self, effect: str, point: Vector) -> tuple[Light, float]:
         """As a spot light in its middle, or as parallel light."""

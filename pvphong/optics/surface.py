@@ -43,7 +43,7 @@ class Surface:
     raw_tangents: FloatArray | None = None
     maps: Mapping[str, FloatArray] = field(default_factory=dict)
 
-    def given(self, name: str, usual: float) -> Any:
+    def given(self, name: str, usual: Any) -> Any:
         """A reflectance's field vertex by vertex, if it is given so, else its usual value."""
         return self.maps.get(name, usual)
 

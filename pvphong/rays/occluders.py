@@ -7,8 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
+from pvphong.base import check
+from pvphong.base.limits import available_memory
 from pvphong.base.types import BoolArray, FloatArray
-from pvphong.rays.casting import Caster
+from pvphong.rays.casting import BYTES_PER_TRIANGLE, Caster, rays_each
 from pvphong.rays.faces import Ball, Faces
 
 # A part so many times smaller than the others is not put into one caster with them, whose resolution is too coarse for
@@ -31,6 +33,16 @@ class Occluders:
     def __len__(self) -> int:
         return len(self._parts)
 
+    @property
+    def count(self) -> int:
+        """Of triangles."""
+        return sum(map(len, self._parts))
+
+    @property
+    def memory(self) -> int:
+        """Bytes that casting rays takes for them, about."""
+        return self.count * BYTES_PER_TRIANGLE
+
     @cached_property
     def balls(self) -> list[Ball | None]:
         """Around each part; None for one without a triangle."""
@@ -50,7 +62,18 @@ class Occluders:
 
     @cached_property
     def casters(self) -> list[Caster]:
-        """Built when rays are first cast."""
+        """Built when rays are first cast.
+
+        Raises
+        ------
+        ValueError
+            If they would take more memory than there is.
+        """
+        available = available_memory()
+        if available is not None and self.memory > available:
+            got = f"{self.count:,} triangles, which take about {self.memory / 1e9:.3g} GB"
+            allowed = f"as many as fit into the {available / 1e9:.3g} GB of memory that are free"
+            check.refuse("occluders", got, allowed, "Fewer will do for shadows: mesh.decimate(0.9) takes nine in ten.")
         return [Caster(Faces.joined([self._parts[index] for index in group])) for group in self._groups]
 
     def resolution(self, part: int | None) -> float:
@@ -62,8 +85,12 @@ class Occluders:
 
     def blocked(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
         """As `Caster.blocked`, by any part."""
-        found = np.zeros(len(origins), bool)
+        found = np.zeros(len(directions), bool)
         for caster in self.casters:
-            free = np.flatnonzero(~found) if found.any() else slice(None)
-            found[free] = caster.blocked(origins[free], directions[free], distances[free])
+            if not found.any():
+                found = caster.blocked(origins, directions, distances)
+                continue
+            free = np.flatnonzero(~found)
+            some = origins[free // rays_each(origins, directions)]
+            found[free] = caster.blocked(some, directions[free], distances[free])
         return found

@@ -34,7 +34,7 @@ _MOST = 1024
 # Rays of vertices that agree beside others that do not.
 _NEAR_OTHERS = 64
 _RAYS_AT_ONCE = 2**18
-_GOING_ON_AT_ONCE = 2**13
+_GOING_ON_AT_ONCE = 2**11
 
 Ask = Callable[[IntArray, IntArray], tuple[FloatArray, BoolArray]]
 """(vertices (m,), nodes (m, k)) → what each node sends there, and whether it is seen, (m, k) each."""
@@ -153,7 +153,7 @@ def _looked(vertices: IntArray, ask: Ask, begin: int, end: int) -> _Looks:
     parts = []
     for first in range(begin, end, step):
         sent, are_seen = ask(vertices, _nodes(vertices, np.arange(first, min(first + step, end))))
-        parts.append(_Looks(sent, np.where(are_seen, sent, 0.0)))
+        parts.append(_Looks(sent, np.where(are_seen, sent, sent.dtype.type(0.0))))
     return _Looks(*(np.concatenate(each, axis=1) for each in zip(*parts, strict=True)))
 
 

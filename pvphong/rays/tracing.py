@@ -14,7 +14,7 @@ from pvphong.optics.light import Light
 from pvphong.rays.occluders import Occluders
 from pvphong.rays.receiver import Receiver
 from pvphong.rays.sampling import NODES, Ask, Effort, Seen, in_tree_order, look
-from pvphong.rays.targets import Target, strengths, ways_to
+from pvphong.rays.targets import Target, Targets
 from pvphong.shading.kernel import pool
 
 _VERTICES_AT_ONCE = 2**16
@@ -78,22 +78,18 @@ class Tracer:
         return Seen(part, np.zeros(count), sum(rays) * bool(self.occluders.casters))
 
     def _see_part(self, light: Light) -> Seen:
-        nodes = list(light.nodes(_LIGHTS))
-        targets = [Target.of(node) for node in nodes]
-        order = in_tree_order(np.array([target.place_or_way for target in targets]))
-        nodes, targets = [nodes[k] for k in order], [targets[k] for k in order]
+        targets = Targets(light, _LIGHTS)
         sides = self._sides(light.nodes(1)[0]) if self.two_sided else np.ones(len(self.receiver.points))
         sides[sides == 0.0] = 1.0
-        brightness = len(nodes) * light.intensity * max(np.ravel(light.diffuse).tolist())
-        goals, are_ways = np.array([t.place_or_way for t in targets]), np.array([t.place is None for t in targets])
+        brightness = len(targets) * light.intensity * max(np.ravel(light.diffuse).tolist())
 
         def ask(vertices: IntArray, chosen: IntArray) -> tuple[FloatArray, BoolArray]:
-            picked = chosen.ravel() * len(nodes) // NODES
+            picked = chosen.ravel() * len(targets) // NODES
             rows = np.repeat(vertices, chosen.shape[1])
             normals = self.receiver.unit_normals[rows] * sides[rows, None]
             begins = self._begins(vertices, sides[vertices, None]).repeat(chosen.shape[1], axis=0)
-            ways, distances = ways_to(goals[picked], are_ways[picked], begins)
-            weights = np.maximum((ways * normals).sum(axis=1), 0.0) * strengths(nodes, picked, begins)
+            ways, distances = targets.seen_from(picked, begins)
+            weights = np.maximum(dot(ways.T, normals.T), 0.0) * targets.strengths(picked, begins)
             weights[~np.isfinite(weights)] = 0.0
             sent = np.flatnonzero(weights)
             seen = np.zeros(len(weights), bool)
@@ -105,17 +101,20 @@ class Tracer:
 
     def sky(self) -> Seen:
         """What the vertices see of the hemispheres around their normals."""
-        ways = _sky_ways()
+        ways = np.ascontiguousarray(_sky_ways().T, np.float32)
         normals = self.receiver.unit_normals
-        first, second = _frame(normals)
+        frame = np.stack([*_frame(normals), normals]).astype(np.float32)
         has_normal: BoolArray = (normals != 0.0).any(axis=1)
 
         def ask(vertices: IntArray, chosen: IntArray) -> tuple[FloatArray, BoolArray]:
-            rows, local = np.repeat(vertices, chosen.shape[1]), ways[chosen.ravel()]
-            toward = local[:, :1] * first[rows] + local[:, 1:2] * second[rows] + local[:, 2:] * normals[rows]
-            begins = self._begins(vertices, 1.0).repeat(chosen.shape[1], axis=0)
-            seen = ~self.occluders.blocked(begins, toward, np.full(len(rows), self.distance))
-            return has_normal[rows].astype(np.float64).reshape(chosen.shape), seen.reshape(chosen.shape)
+            toward, (x, y, z) = np.empty((*chosen.shape, 3), np.float32), (way[chosen] for way in ways)
+            for axis in range(3):  # long rows at a time
+                a, b, c = frame[:, vertices, axis, None]
+                toward[..., axis] = x * a + y * b + z * c
+            ends = np.broadcast_to(self.distance, chosen.size)
+            seen = ~self.occluders.blocked(self._begins(vertices, 1.0), toward.reshape(-1, 3), ends)
+            sent = np.broadcast_to(has_normal[vertices, None], chosen.shape).astype(np.float32)
+            return sent, seen.reshape(chosen.shape)
 
         seen = self._look(ask, self.ambient, _LEAST_OF_ALL_AROUND)
         return seen._replace(part=np.where(has_normal, seen.part, 1.0))

@@ -16,12 +16,16 @@ from pvphong.base.text import html_table
 from pvphong.base.types import FloatArray, IntArray
 from pvphong.optics.light import Light
 from pvphong.rays.between import may_block
+from pvphong.rays.casting import tell_if_slow
 from pvphong.rays.faces import Ball
 from pvphong.rays.occluders import Occluders
 from pvphong.rays.receiver import Receiver
 from pvphong.rays.targets import Target
 from pvphong.rays.tracing import Tracer
 from pvphong.scene.light_model import LightModel
+
+# Triangles of which it is said beforehand what memory their rays take.
+_MANY = 2_000_000
 
 
 class StandardError(NamedTuple):
@@ -89,8 +93,15 @@ class Visibility:
     def __repr__(self) -> str:
         return (
             f"<Visibility of {len(self.lights)} lights from {self._parts.shape[1]} vertices: "
-            f"{self.rays} rays in {self.seconds:.3g} s>"
+            f"{self.rays} rays in {self.seconds:.3g} s{self._memory}>"
         )
+
+    @property
+    def _memory(self) -> str:
+        """What the triangles in the way take, where that is much."""
+        occluders = self._occluders
+        much = f"; {occluders.count:,} triangles in the way take about {occluders.memory / 1e9:.2g} GB"
+        return much if occluders.count >= _MANY else ""
 
     def _repr_html_(self) -> str:
         headings = ("seen", "mean part", "largest standard error")
@@ -206,6 +217,7 @@ class Visibility:
         """Shape (lights + 1, n): `per_light` with `sky` in the last row; rows not asked for may not be computed yet."""
         for index in (*lights, *[len(self.lights)] * sky):
             if index not in self._done:
+                tell_if_slow(len(self._receiver.points))
                 start, is_sky = time.perf_counter(), index == len(self.lights)
                 with progress.about(f"rays to {'the sky' if is_sky else self.lights[index]}"):
                     seen = self._tracer.sky() if is_sky else self._tracer.light(self._lights[index])

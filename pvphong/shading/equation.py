@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from pvphong.base import check
 from pvphong.base.ranges import BRIGHTEST, FARTHEST
 from pvphong.base.types import Float64Array, MatrixLike, Vector, VectorLike, rgb
-from pvphong.optics.light import Light
+from pvphong.optics.light import NODES, Light
 from pvphong.optics.lights import PointLight, light_from_values
 from pvphong.optics.material import Material
 from pvphong.optics.reflectance import Component, Lobe, Reflectance
@@ -31,9 +31,6 @@ BLACK: Vector = (0.0, 0.0, 0.0)
 _WHITE = (1.0, 1.0, 1.0)
 
 NO_MAPS: Mapping[str, tuple[float, float]] = MappingProxyType({})
-
-NODES = 64
-"""As so many lights a light with a size is evaluated where there is no closed form."""
 
 # Three factors of at most `_TAME`, whose product is at least `_SMALL`, have products of two within range too.
 _TAME = 2.0**300
@@ -65,6 +62,8 @@ class LightTerm:
         Whether what its lobes add is multiplied by the part of it that a vertex sees.
     bands : int, optional
         How many of its light's bands are kept; all if not given.
+    nodes : tuple of Light, optional
+        What stands in for its light's nodes where there is no closed form.
     """
 
     light: Light
@@ -76,6 +75,7 @@ class LightTerm:
     gain: float
     is_shadowed: bool = False
     bands: int | None = None
+    nodes: tuple[Light, ...] | None = None
 
     @cached_property
     def shines(self) -> tuple[bool, ...]:
@@ -271,9 +271,9 @@ def assemble(
     copied = None if matrix is None else check.matrix4("matrix", matrix)
     if copied is not None:
         copied.flags.writeable = False
-    standard = (
-        _with_maps(_standard(scene, material, copied), scene, maps) if maps else _standard(scene, material, copied)
-    )
+    standard = _standard(scene, material, copied)
+    if maps:
+        standard = _with_maps(standard, scene, material, maps)
     return standard if scene.light_model.convention == "standard" else _as_vtk(standard, scene, material)
 
 
@@ -313,7 +313,9 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
     )
 
 
-def _with_maps(standard: Equation, scene: Scene, maps: Mapping[str, tuple[float, float]]) -> Equation:
+def _with_maps(
+    standard: Equation, scene: Scene, material: Material, maps: Mapping[str, tuple[float, float]]
+) -> Equation:
     """The reflectance has the greatest of the numbers that are given for its fields."""
     reflectance = standard.reflectance
     for name in maps:
@@ -323,7 +325,7 @@ def _with_maps(standard: Equation, scene: Scene, maps: Mapping[str, tuple[float,
         if name not in reflectance.maps:
             others = ", ".join(sorted(reflectance.maps))
             remedy = f"It reads {others} of each vertex." if others else "It reads nothing of each vertex but albedo."
-            check.refuse(name, "an array", f"None for {type(reflectance).__name__}", remedy)
+            check.refuse(name, "an array", f"None for {type(material.reflectance or reflectance).__name__}", remedy)
     equation = replace(standard, maps=maps)
     greatest: dict[str, Any] = {name: high for name, (_, high) in equation.fields_with_maps.items()}
     return replace(equation, reflectance=replace(reflectance, **greatest))
@@ -388,11 +390,7 @@ def _parts(term: LightTerm, forms: Sequence[CosinePower | None], most: int = NOD
         yield term
         return
     tints = light.tints(term.bands)
-    is_exact = [form is not None and tints[0][1].closed(form) is not None for form in forms]
-    exact, summed = (
-        tuple(color if chosen is exactly else BLACK for color, chosen in zip(term.colors, is_exact, strict=True))
-        for exactly in (True, False)
-    )
+    exact, summed = by_closed_form(term, forms)
     if any(map(any, exact)):
         for tint, part in tints:
             yield replace(term, light=part, ambient=BLACK, colors=_tinted(exact, tint))
@@ -401,9 +399,19 @@ def _parts(term: LightTerm, forms: Sequence[CosinePower | None], most: int = NOD
         for node in light.nodes(1):
             yield replace(term, light=node, colors=black)
     if any(map(any, summed)):
-        for node in light.nodes(most):
+        for node in light.nodes(most) if term.nodes is None else term.nodes:
             colors = _tinted(summed, rgb(node.diffuse))
             yield replace(term, light=node, ambient=BLACK, colors=colors, gain=term.gain * node.intensity)
+
+
+def by_closed_form(term: LightTerm, forms: Sequence[CosinePower | None]) -> tuple[tuple[Vector, ...], ...]:
+    """A term's colours of the lobes that its light has closed forms for, and of the others; black in place of each."""
+    _, light = term.light.tints(term.bands)[0]
+    is_exact = [form is not None and light.closed(form) is not None for form in forms]
+    return tuple(
+        tuple(color if chosen is exactly else BLACK for color, chosen in zip(term.colors, is_exact, strict=True))
+        for exactly in (True, False)
+    )
 
 
 def _tinted(colors: tuple[Vector, ...], tint: Vector) -> tuple[Vector, ...]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -82,6 +84,8 @@ class LiveMesh:
         self._colors: Any = None
         self._geometry: Any = None
         self._computed_normals: FloatArray | None = None
+        self._tangents: Callable[[], FloatArray] | None = None
+        self._textured: tuple[Any, FloatArray] | None = None
         self._points: Any = None
         self._n_whole = 0
         self._drawn_for: Any = None
@@ -122,8 +126,8 @@ class LiveMesh:
         if state == self._drawn_for and not self._viewer_moved(scene):
             return False
         screen = self._screen(scene, among, samples) if scene.light_model.needs_rays else None
-        tangents = tangents_from(self.drawn, None, lambda: self.normals)
-        vertices = Vertices(self.drawn.points, lambda: self.normals, self._current_albedo(), screen, tangents=tangents)
+        arrays = self.drawn.points, lambda: self.normals, self._current_albedo(), screen
+        vertices = Vertices(*arrays, tangents=self._tangents)
         self._plan = Plan.of(scene, self.material, vertices, matrix=self.matrix)
         self._plan.run_for_display(vertices, self.colors)
         self._drawn_for, self._viewer = state, scene.viewer
@@ -232,7 +236,10 @@ class LiveMesh:
         outer, self._points = split_sharp_edges(whole, self.feature_angle)
         self._n_whole = whole.n_points
         self.drawn.ShallowCopy(outer)
-        self._geometry, self._computed_normals = geometry, None
+        self._geometry, self._computed_normals, self._textured = geometry, None, None
+        self._tangents = tangents_from(self.drawn, lambda: self.normals)
+        if self._tangents is not None:
+            self._tangents = cache(self._tangents)
 
     def _show_colors(self) -> None:
         """Have the drawn mesh show its colours; new ones where they are not as many as the points."""
@@ -247,7 +254,10 @@ class LiveMesh:
         """At the points that are drawn: edges of the user's mesh may have been split."""
         albedo = self.albedo
         if is_texture(albedo):
-            return texture_colors(albedo, self.drawn)
+            edition = texture_edition(albedo)
+            if self._textured is None or self._textured[0] != edition:
+                self._textured = edition, texture_colors(albedo, self.drawn).astype(np.float32)
+            return self._textured[1]
         if isinstance(albedo, str):
             arrays = self._arrays()
             check.choice("albedo", albedo, arrays.keys())

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from pvphong.rays import casting
+from pvphong.rays import casting, occluders
 from pvphong.rays.casting import Caster, has_embree
 from pvphong.rays.faces import Faces
 from pvphong.rays.locator import Locator
+from pvphong.rays.occluders import Occluders
 
 BACKENDS = ["vtk", *["embree"] * has_embree()]
 
@@ -125,3 +126,22 @@ def test_rays_in_pieces_are_the_same_rays(monkeypatch):
     whole = caster(ball()).blocked(*given)
     monkeypatch.setattr(casting, "_RAYS_AT_ONCE", 7)
     np.testing.assert_array_equal(caster(ball()).blocked(*given), whole)
+
+
+def test_without_embree_it_is_said_once_and_only_where_it_matters(monkeypatch):
+    casting._tell_once.cache_clear()
+    casting.tell_if_slow(10**6)
+    monkeypatch.setattr(casting, "has_embree", lambda: False)
+    casting.tell_if_slow(100)
+    with pytest.warns(casting.SlowRaysWarning, match=r"pvphong\[rays\]"):
+        casting.tell_if_slow(10**6)
+    casting.tell_if_slow(10**6)  # a warning would be an error
+
+
+def test_more_triangles_than_fit_into_memory_are_refused_before_any_is_read(monkeypatch):
+    monkeypatch.setattr(occluders, "available_memory", lambda: 10**9)
+    many = Faces(np.zeros((3, 3)), np.broadcast_to(np.arange(3), (10**7, 3)))
+    with pytest.raises(
+        ValueError, match=r"^occluders must be as many as fit into the 1 GB.*10,000,000.*1\.3 GB.*decim"
+    ):
+        Occluders([many]).casters  # noqa: B018

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,10 +11,11 @@ import numpy as np
 
 from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.base.vectors import unit_vector
+from pvphong.optics.attenuation import INVERSE_SQUARE
 from pvphong.optics.disks import over_disk
-from pvphong.optics.light import Light
+from pvphong.optics.light import Light, Stage
 from pvphong.optics.roles import aim, length, place, switch
-from pvphong.optics.sized import Flat
+from pvphong.optics.sized import LEAST_SIZE, Flat
 from pvphong.optics.spherical import CosinePower
 
 
@@ -83,7 +85,31 @@ class DiskLight(Flat, Light):
         plane = np.stack([across, np.cross(normal, across)])
         return np.array(self.position) + self.radius * (far * np.stack([np.cos(around), np.sin(around)])).T @ plane
 
+    def closed_parameters(self, forms: Sequence[CosinePower | None]) -> tuple[float, ...]:  # noqa: ARG002 of one alone
+        """Its middle, coefficients of 1/d², axis, whether its back glows, radius."""
+        return (*self.center, *INVERSE_SQUARE, *self.normal, float(self.two_sided), self.radius)
+
+    def closed_stage(self, toolkit: Any, forms: Sequence[CosinePower | None]) -> Stage | None:
+        """Lambert's cosine; with a highlight the readable evaluator is to do it."""
+        around = [None if form is None else form.around for form in forms]
+        if "mirror" in around or not LEAST_SIZE < self.radius < 1.0 / LEAST_SIZE:
+            return None
+        row = [toolkit.FIRST, toolkit.SECOND, toolkit.THIRD][around.index("normal")]
+        return Stage(_stage(toolkit, row), divisors=slice(3, 6), most_gain=math.inf)
+
     def over(self, form: CosinePower, axis: Any, n: Any, middle: Any, exponents: Any) -> Any:
         """By the integral along its rim."""
         radius = np.ldexp(self.radius, -exponents)
         return over_disk(form, axis, n, middle, np.array(self.normal)[:, None], radius)
+
+
+def _stage(toolkit: Any, cosine: int) -> Any:
+    """Writes the factor of Lambert's cosine into a row."""
+
+    def disk(numbers: Any, rows: Any, points: Any) -> bool:
+        good = toolkit.approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
+        good = toolkit.disk_cosine(rows, toolkit.shifted(numbers, 6), cosine) & good
+        toolkit.attenuate(rows, numbers[3], numbers[4], numbers[5])
+        return good
+
+    return disk

@@ -14,10 +14,10 @@ from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
 from pvphong.base.vectors import dot, ways_to
 from pvphong.geometry.extent import Extent
 from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate
-from pvphong.optics.light import Integral, Light, Reach, Simpler, Stage
+from pvphong.optics.light import NODES, Fewer, Integral, Light, Reach, Simpler, Stage
 from pvphong.optics.lights.point import PointLight, placed_without
 from pvphong.optics.roles import length, place
-from pvphong.optics.sized import EFFECTS, SIZE, as_point, reach_within
+from pvphong.optics.sized import EFFECTS, SIZE, as_point, fewer_nodes, reach_within
 from pvphong.optics.spherical import CosinePower, cap_cosine, cap_power
 from pvphong.optics.surface import Surface
 
@@ -120,6 +120,10 @@ class SphereLight(Light):
         if exactly or effect != SIZE:
             return None
         return as_point(extent.sight(self._center), self.radius, self.nodes(1)[0], lambda s: s * s / 2.0)
+
+    def fewer(self, count: int, extent: Extent) -> Fewer | None:
+        """In the middles of groups."""
+        return fewer_nodes(self.nodes(NODES), count, self._center, self.radius, extent)
 
     def without(self, effect: str, point: Vector) -> tuple[Light, float]:
         """As a point light in its middle, or as parallel light."""

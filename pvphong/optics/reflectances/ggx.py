@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from pvphong.base.types import ColorLike, Vector, rgb
 from pvphong.optics.reflectance import Lobe
@@ -43,8 +44,12 @@ class GGX(Microfacets):
 
     @property
     def facets(self) -> Facets:
+        """Those of its roughness."""
+        return self.facets_of(self.roughness)
+
+    def facets_of(self, roughness: Any) -> Facets:
         """With the same roughness for distribution and masking."""
-        alpha = alpha_of(self.roughness)
+        alpha = alpha_of(roughness)
         return Facets(alpha, alpha)
 
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from pvphong.base import check
 from pvphong.base.types import Color, ColorLike, FloatArray, rgb
@@ -47,6 +47,8 @@ class Metal(Reflectance):
     color: ColorLike
     shininess: float | None = None
 
+    maps: ClassVar[frozenset[str]] = frozenset({"shininess"})
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "color", part_of_light("color", self.color))
         object.__setattr__(self, "shininess", Phong(self.shininess).shininess)
@@ -54,6 +56,10 @@ class Metal(Reflectance):
     def of(self, material: Any) -> Self:
         """With the material's shininess, where it has none of its own."""
         return replace(self, shininess=Phong(self.shininess).of(material).shininess)
+
+    def extremes(self, field: str, low: float, high: float) -> tuple[Self, ...]:
+        """Phong's."""
+        return tuple(replace(self, shininess=each.shininess) for each in Phong().extremes(field, low, high))
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:

@@ -19,7 +19,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
@@ -65,10 +65,16 @@ class Facets(NamedTuple):
 class Microfacets(Reflectance):
     """A diffuse base under a highlight of microfacets, in two colours."""
 
+    maps: ClassVar[frozenset[str]] = frozenset({"roughness"})
+
     @property
     @abstractmethod
     def facets(self) -> Facets:
         """Its microfacets."""
+
+    @abstractmethod
+    def facets_of(self, roughness: Any) -> Facets:
+        """Its microfacets if they had this roughness, or these, vertex by vertex."""
 
     @property
     @abstractmethod
@@ -90,8 +96,9 @@ class Microfacets(Reflectance):
     def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:
         """As at the module's head."""
         n, l, v = surface.normals, arrival.direction, surface.to_viewer
-        real = n.dtype.type
-        floor = real(self.facets.floor)
+        real, rough = n.dtype.type, surface.given("roughness", None)
+        facets = self.facets if rough is None else self.facets_of(rough)
+        floor = real(facets.floor)
         x = np.maximum(surface.raw_cosine(arrival) * surface.inverse_length, floor)
         y = np.maximum(dot(n, v), floor)
         x *= (surface.inverse_length > 0.0) & (square(l) > 0.0)
@@ -99,19 +106,9 @@ class Microfacets(Reflectance):
         base = x * (real(1.0) - white) if self.base == "faded" else real(_COUPLED) * x * _seen(x) * _seen(y)
         if not any(wanted[1:]):
             return base, 0.0, 0.0
-        shine = self._shine(n, l + v, x, y)
+        shine = _shine(facets, n, l + v, x, y)
         white = shine * white
         return base, shine - white, white
-
-    def _shine(self, n: FloatArray, s: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
-        alpha, beta, _, least = map(n.dtype.type, self.facets)
-        length, one = square(s), n.dtype.type(1.0)
-        with np.errstate(invalid="ignore"):
-            sine = np.where((length > 0.0) & (dot(n, s) > 0.0), np.minimum(square_of_cross(n, s) / length, one), one)
-            peak = alpha / np.maximum(alpha * alpha + (one - alpha * alpha) * sine, least)
-            masked = x * _masking(y, beta) + y * _masking(x, beta)
-            shine = peak * peak * (n.dtype.type(0.5) * x / masked)
-        return np.where(x > 0.0, np.minimum(shine, n.dtype.type(BRIGHTEST)), n.dtype.type(0.0))
 
     def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG002 for any ψ
         """Next to the horizon the masking has no bound on its slope, but a highlight is never more than its largest."""
@@ -155,14 +152,26 @@ class Microfacets(Reflectance):
         return _stage(toolkit, int(self.base == "coupled"), int(any(wanted[1:])))
 
 
-def alpha_of(roughness: float) -> float:
-    """The α of a roughness that looks even: its square."""
-    return max(roughness * roughness, _LEAST_ALPHA)
+def alpha_of(roughness: Any) -> Any:
+    """The α of a roughness that looks even, or of an array of them: its square."""
+    return np.maximum(roughness * roughness, _LEAST_ALPHA)
 
 
 def check_roughness(value: Any) -> float:
     """A roughness above 0 and at most 1."""
     return check.number("roughness", value, above=0.0, at_most=1.0, remedy="0.1 is polished, 0.5 satin, 1 matt.")
+
+
+def _shine(facets: Facets, n: FloatArray, s: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
+    """A facet's g."""
+    alpha, beta, _, least = map(n.dtype.type, facets)
+    length, one = square(s), n.dtype.type(1.0)
+    with np.errstate(invalid="ignore"):
+        sine = np.where((length > 0.0) & (dot(n, s) > 0.0), np.minimum(square_of_cross(n, s) / length, one), one)
+        peak = alpha / np.maximum(alpha * alpha + (one - alpha * alpha) * sine, least)
+        masked = x * _masking(y, beta) + y * _masking(x, beta)
+        shine = peak * peak * (n.dtype.type(0.5) * x / masked)
+    return np.where(x > 0.0, np.minimum(shine, n.dtype.type(BRIGHTEST)), n.dtype.type(0.0))
 
 
 def _masking(cosine: FloatArray, beta: Any) -> Any:

@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from pvphong.base.ranges import BRIGHTEST
 from pvphong.base.types import FloatArray
 from pvphong.base.vectors import dot
@@ -52,8 +54,9 @@ class ModifiedPhong(Shiny):
         diffuse = lambert(raw_n_l * surface.inverse_length)
         if not wanted[1]:
             return diffuse, 0.0
-        highlight = power(mirror_distance(surface, arrival.direction, raw_n_l), self.sharpness, 0.0)
-        return diffuse, diffuse * highlight * diffuse.dtype.type(normalisation(self.sharpness))
+        shininess = surface.given("shininess", self.sharpness)
+        highlight = power(mirror_distance(surface, arrival.direction, raw_n_l), shininess, 0.0)
+        return diffuse, diffuse * highlight * diffuse.dtype.type(normalisation(shininess))
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
@@ -86,9 +89,9 @@ class ModifiedPhong(Shiny):
         return 2.0 * dot(n, l) * n - l - v
 
 
-def normalisation(shininess: float) -> float:
+def normalisation(shininess: Any) -> Any:
     """(s + 2)/2, with which the lobe around a direction reflects all light at normal incidence."""
-    return min(0.5 * shininess + 1.0, BRIGHTEST)
+    return np.minimum(0.5 * shininess + 1.0, BRIGHTEST)
 
 
 def normalised_change(shininess: float, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001 for any ψ

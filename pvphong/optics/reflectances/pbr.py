@@ -69,8 +69,12 @@ class PBR(Microfacets):
 
     @property
     def facets(self) -> Facets:
+        """Those of its roughness."""
+        return self.facets_of(self.roughness)
+
+    def facets_of(self, roughness: Any) -> Facets:
         """D has the square of the roughness, the masking the roughness itself."""
-        return Facets(alpha_of(self.roughness), math.sqrt(alpha_of(self.roughness)))
+        return Facets(alpha_of(roughness), np.sqrt(alpha_of(roughness)))
 
     @property
     def base(self) -> Base:

@@ -55,7 +55,8 @@ class Retro(Shiny):
         real = diffuse.dtype.type
         distance = real(0.5) * square(arrival.direction - surface.to_viewer)
         distance = np.broadcast_to(distance, diffuse.shape).copy()
-        return diffuse, diffuse * power(distance, self.sharpness, 0.0) * real(normalisation(self.sharpness))
+        shininess = surface.given("shininess", self.sharpness)
+        return diffuse, diffuse * power(distance, shininess, 0.0) * real(normalisation(shininess))
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:

@@ -37,12 +37,12 @@ class Shiny(Reflectance):
 
     shininess: float | None = None
 
+    maps: ClassVar[frozenset[str]] = frozenset({"specular", "shininess"})
+
     @property
     def lobes(self) -> tuple[Lobe, ...]:
         """Lambert's, and the highlight."""
         return LAMBERT, HIGHLIGHT
-
-    maps: ClassVar[frozenset[str]] = frozenset({"specular", "shininess"})
 
     def __post_init__(self) -> None:
         if self.shininess is not None:
@@ -53,9 +53,9 @@ class Shiny(Reflectance):
         return replace(self, shininess=material.shininess) if self.shininess is None else self
 
     def extremes(self, field: str, low: float, high: float) -> tuple[Self, ...]:
-        """With an exponent between 0 and 1, infinitely steep, where there may be one that neither is."""
+        """With the greatest of those below 1, which are infinitely steep, where none of the ends is it."""
         ends = super().extremes(field, low, high)
-        return (*ends, replace(self, shininess=0.5)) if low == 0.0 < high else ends
+        return (*ends, replace(self, shininess=math.nextafter(1.0, 0.0))) if low < 1.0 <= high else ends
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:

@@ -16,6 +16,7 @@ import numpy as np
 from pvphong.shading.kernel.adding import lambert
 from pvphong.shading.kernel.arithmetic import multiply_add, plain
 from pvphong.shading.kernel.caps import cap_cosine, cap_power, see_cap
+from pvphong.shading.kernel.disks import disk_cosine
 from pvphong.shading.kernel.halfway import halfway_sines, mirror_chord
 from pvphong.shading.kernel.harmonics import add_harmonics, hide_below, look_around, not_below
 from pvphong.shading.kernel.pointers import like, shifted
@@ -107,6 +108,7 @@ __all__ = [
     "attenuate",
     "cap_cosine",
     "cap_power",
+    "disk_cosine",
     "dot",
     "halfway_sines",
     "hide_below",

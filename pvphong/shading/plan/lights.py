@@ -6,15 +6,15 @@ is within the tolerance is decided here, in one place for all.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from pvphong.base.ranges import BRIGHTEST
 from pvphong.base.types import Vector
 from pvphong.geometry.extent import ROUNDED_UP
-from pvphong.optics.light import Simpler
+from pvphong.optics.light import NODES, Fewer, Simpler
 from pvphong.optics.reflectance import Component
-from pvphong.optics.spherical import CosinePower
-from pvphong.shading.equation import NODES, Equation, LightTerm
+from pvphong.shading.equation import BLACK, Equation, LightTerm, by_closed_form
 from pvphong.shading.plan.bounds import Seen, most_color, turned
 from pvphong.shading.plan.draft import (
     NO_LIGHT,
@@ -29,6 +29,8 @@ from pvphong.shading.plan.draft import (
 )
 
 _LIGHTS = "lights"
+# Of nodes, that may do in place of all.
+_COUNTS = 1, 4, 16
 _COMPONENTS: tuple[Component, ...] = "diffuse", "specular"
 
 
@@ -79,14 +81,14 @@ def _replaced(draft: Draft, term: LightTerm, effect: str, choice: Simpler) -> Ch
     )
 
 
-def _bound(draft: Draft, term: LightTerm, choice: Simpler) -> float:
+def _bound(draft: Draft, term: LightTerm, choice: Simpler | Fewer) -> float:
     """The largest error in a colour."""
     bound = most_color(draft, term) * choice.spread
     if choice.turn is not None:
-        direction = draft.reach(term).direction
+        direction, turn = draft.reach(term).direction, draft.reach(term).turn
         if direction is None:
             return float("inf")
-        change = turned(draft, term, Seen(direction, choice.turn), choice.turn, light_moves=True)
+        change = turned(draft, term, Seen(direction, max(turn, choice.turn)), choice.turn, light_moves=True)
         bound += change * choice.strongest
     return bound * term.gain * ROUNDED_UP if bound else 0.0
 
@@ -116,26 +118,43 @@ LIGHTS = Effect(
 )
 
 
+def _take_fewer_nodes(draft: Draft, term: LightTerm) -> Change:
+    """For lobes without a closed form: the fewest nodes that do."""
+    if not (draft.allowance and term.light.has_size):
+        return None
+    _, summed = by_closed_form(term, draft.equation.forms)
+    part = replace(term, ambient=BLACK, colors=summed)
+    for count in _COUNTS if not part.is_black else ():
+        choice = term.light.fewer(count, draft.extent)
+        bound = math.inf if choice is None else _bound(draft, part, choice)
+        if choice is not None and bound <= draft.allowance:
+            why = f"{NODES - count} of {NODES} nodes, at most {bound:.2g}"
+            return replace(term, nodes=choice.nodes), Note("size", term.label, why, bound)
+    return None
+
+
 def _decide_size(draft: Draft) -> Decision:
     """With how lobes are integrated over the lights: exactly, or by nodes."""
     decided = _ANY_SIZE.decide(draft)
-    found: dict[str, list[str]] = {"exact": [], f"by {NODES} nodes": []}
+    found: dict[str, list[str]] = {}
     for component in _COMPONENTS if decided.on else ():
-        lobes = [draft.equation.forms[k] for k in draft.equation.lobes_of(component)]
-        terms = [t for t in draft.equation.terms if t.light.has_size and draft.equation.has(t, component)]
-        for how, is_exact in zip(found, (True, False), strict=True):
-            if any(all(_is_closed(t, form) for form in lobes) is is_exact for t in terms):
-                found[how].append(component)
-    said = ", ".join(f"{' and '.join(components)} {how}" for how, components in found.items() if components)
+        lobes = draft.equation.lobes_of(component)
+        for term in draft.equation.terms:
+            if "size" in term.light.effects and draft.equation.has(term, component):
+                _, summed = by_closed_form(term, draft.equation.forms)
+                count = NODES if term.nodes is None else len(term.nodes)
+                how = f"by {count} nodes" if any(any(summed[k]) for k in lobes) else "exact"
+                found.setdefault(how, []).append(component)
+    said = ", ".join(f"{' and '.join(dict.fromkeys(components))} {how}" for how, components in found.items())
     return replace(decided, why=f"{decided.why}: {said}") if said else decided
 
 
-def _is_closed(term: LightTerm, form: CosinePower | None) -> bool:
-    return form is not None and term.light.closed(form) is not None
-
-
 _ANY_SIZE = light_effect("size", "no light has a size")
-SIZE = replace(_ANY_SIZE, decide=_decide_size)
+SIZE = replace(
+    _ANY_SIZE,
+    simplify=lambda draft: for_each_term(_take_fewer_nodes)(_ANY_SIZE.simplify(draft)),
+    decide=_decide_size,
+)
 CONE = light_effect("cone", "no spot light", each=1.6)
 ATTENUATION = light_effect("attenuation", "no light weakens with distance", each=0.7)
 POSITION = light_effect("position", "every light is directional", once=0.5, each=0.2)

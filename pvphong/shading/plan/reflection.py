@@ -45,13 +45,13 @@ def _leave_out_highlight(draft: Draft, term: LightTerm) -> Change:
 
 def _reached(draft: Draft, term: LightTerm, reach: Reach) -> float:
     """The largest part of a highlight that normals and directions allow: 1 where nothing is known."""
-    known = None if draft.equation.is_flipped else sightline(draft, reach)
+    equation = draft.equation
+    known = None if equation.is_flipped or equation.fields_with_maps else sightline(draft, reach)
     if known is None:
         return 1.0
-    equation = draft.equation
+    reflectance = equation.reflectance
     return max(
-        reflectance.most(k, known) / equation.largest(k)
-        for reflectance in equation.extremes
+        reflectance.most(k, known) / reflectance.lobes[k].largest
         for k in equation.lobes_of("specular")
         if any(term.colors[k])
     )

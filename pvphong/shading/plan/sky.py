@@ -40,7 +40,7 @@ def _sum(equation: Equation, term: LightTerm, off: Callable[[CosinePower], float
     """The largest error in a colour, from what a lobe may be off."""
     errors = [
         max(color) * off(form)
-        for form, color in zip(equation.reflectance.forms, term.colors, strict=True)
+        for form, color in zip(equation.forms, term.colors, strict=True)
         if form is not None and any(color)
     ]
     return term.gain * sum(errors) * ROUNDED_UP

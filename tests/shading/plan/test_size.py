@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -51,6 +52,33 @@ def test_no_scene_exceeds_the_bound(tolerance):
         assert np.abs(got - exact).max() <= plan.error_bound + 1e-9 <= tolerance + 1e-9, seed
         left_out += not plan.effects["size"].on
     assert left_out > 20
+
+
+def summed(seed):
+    """As `thrown`, a light seen from moderately far that is summed over nodes."""
+    points, normals, scene, material = thrown(seed)
+    random = np.random.default_rng(seed)
+    (light,) = scene.lights
+    near = replace(light, position=np.array(light.position) * random.choice([1.0, 3.0]))
+    sigma, power = random.uniform(1.0, 90.0), random.choice([1.0, 5.0, 40.0])
+    reflectance = random.choice([ph.OrenNayar(sigma), ph.BlinnPhong(power)])
+    near = replace(near, intensity=random.uniform(0.1, 1.0) * float(np.dot(near.position, near.position)))
+    return points, normals, replace(scene, lights=[near]), replace(material, specular=0.5, reflectance=reflectance)
+
+
+def test_no_scene_exceeds_the_bound_of_fewer_nodes():
+    said = set()
+    for seed in range(300):
+        arguments = summed(seed)
+        plan = ph.plan(arguments[0], *arguments[2:], tolerance=0.5)
+        count = next((count for count in (4, 16) if f"by {count} nodes" in plan.effects["size"].why), 64)
+        if count == 64:
+            continue
+        exact = ph.evaluate(*arguments, precision="float64", backend="numpy").rgb
+        got = ph.evaluate(*arguments, precision="float64", backend="numpy", tolerance=0.5).rgb
+        assert np.abs(got - exact).max() <= plan.error_bound + 1e-9 <= 0.5 + 1e-9, seed
+        said.add(count)
+    assert 16 in said
 
 
 def test_what_lies_behind_a_light_is_dark_exactly():

@@ -10,7 +10,7 @@ import pytest
 import pyvista as pv
 import vtk
 from mouse import Mouse
-from views import KINDS, Glow, example, role_of
+from views import KINDS, MOVABLE, Glow, example, role_of
 
 import pvphong  # noqa: F401 registers plotter.phong wherever PyVista's own discovery is not installed
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
@@ -301,7 +301,7 @@ def test_code_moves_the_gizmo(new_mouse):
 # --- the highlight ---
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", MOVABLE)
 def test_the_highlight_is_dragged_on_the_surface_and_waits_off_it(new_mouse, kind):
     light = example(kind, place=(-1.2, -0.6, 0.4), aim=(1.2, 0.6, -0.4), falloff=(1, 0, 1))
     mouse = new_mouse(light)

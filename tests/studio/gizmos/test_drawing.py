@@ -5,14 +5,14 @@ import math
 
 import numpy as np
 import pytest
-from views import EVERYWHERE, KINDS, PROJECTIONS, Globe, Glow, example, scenery, view
+from views import EVERYWHERE, MOVABLE, PROJECTIONS, Globe, Glow, example, scenery, view
 
 from pvphong.optics.lights import PointLight, SpotLight
 from pvphong.optics.roles import Place
 from pvphong.studio.gizmos.drawing import Drawing, circle, hue
 from pvphong.studio.gizmos.looks import draw
 
-each_kind = pytest.mark.parametrize("kind", KINDS)
+each_kind = pytest.mark.parametrize("kind", MOVABLE)
 
 
 def drawn(light, seen_from, *, selected=False, scale=1.0):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from mouse import Mouse
-from views import KINDS, example
+from views import KINDS, MOVABLE, example
 
 import pvphong  # noqa: F401 registers plotter.phong wherever PyVista's own discovery is not installed
 from pvphong.optics.lights import PointLight
@@ -105,7 +105,7 @@ def test_beside_the_mesh_no_light_is_added_and_that_is_said(mouse):
     assert not mouse.plotter.phong.undo()
 
 
-@each_kind
+@pytest.mark.parametrize("light", MOVABLE, indirect=True)
 def test_a_double_differs_by_name_and_stands_beside(mouse, light):
     mouse.key("D")
     double = mouse.plotter.phong.lights[-1]
@@ -115,6 +115,13 @@ def test_a_double_differs_by_name_and_stands_beside(mouse, light):
     mouse.plotter.phong.scene  # noqa: B018 refuses lights that share a name
     mouse.key("D")
     assert mouse.plotter.phong.lights[-1].name == "it 3"
+
+
+@pytest.mark.parametrize("light", ["environment"], indirect=True)
+def test_what_comes_from_all_around_has_no_double(mouse, light):
+    mouse.key("D")
+    assert mouse.plotter.phong.lights == (light, mouse.plotter.phong.lights[1])
+    assert mouse.plotter.phong._pane.board.notice == "it: a light that comes from all around has no double"
 
 
 def test_where_only_some_lights_have_gizmos_a_new_one_has(mouse):

@@ -1,0 +1,120 @@
+"""Section V, shadows: where rays that begin at vertices go wrong, and what naive begins give there.
+
+Naive rays begin a ten-thousandth of the mesh's size above a vertex, or inside its faces, and are cast where the mesh
+is, in single precision. A row counts the vertices whose visibility is not what exact geometry says.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import pyvista as pv
+from stability.ledger import record, same_bits
+
+import pvphong as ph
+from pvphong.rays import casting
+from pvphong.rays.casting import has_embree
+from pvphong.rays.faces import Faces
+from pvphong.rays.locator import Locator
+
+SLANTED = ph.DirectionalLight(direction=(-3, 1, -0.2))
+SUN = ph.DirectionalLight(direction=(0, 0, -1))
+
+
+@pytest.fixture(params=["vtk", *["embree"] * has_embree()])
+def backend(request: Any, monkeypatch: Any) -> str:
+    if request.param == "vtk":
+        monkeypatch.setattr(casting, "_backend", lambda: Locator)
+    return request.param
+
+
+def floor(cells: int = 30, **where: Any) -> pv.PolyData:
+    return pv.Plane(i_size=4, j_size=4, i_resolution=cells, j_resolution=cells, **where).triangulate()
+
+
+def put(mesh: pv.PolyData, unit: float, offset: float) -> pv.PolyData:
+    result = mesh.copy()
+    result.points = mesh.points.astype(np.float64) * unit + offset
+    return result
+
+
+def seen(mesh: pv.PolyData, light: Any, *occluders: pv.PolyData) -> Any:
+    return mesh.phong.visibility([light], occluders=list(occluders)).per_light[0]
+
+
+def naively(begins: Any, light: Any, *meshes: pv.PolyData) -> Any:
+    """What is seen from begins, by rays in world coordinates of single precision."""
+    whole = pv.merge([mesh.triangulate() for mesh in meshes], merge_points=False)
+    faces = Faces(whole.points.astype(np.float32).astype(np.float64), whole.regular_faces.astype(np.int64))
+    ways = np.tile(-np.array(light.direction, float) / np.linalg.norm(light.direction), (len(begins), 1))
+    return ~Locator(faces).blocked(begins.astype(np.float32).astype(np.float64), ways, np.full(len(begins), 1e3))
+
+
+def wrong(found: Any, expected: Any) -> int:
+    return int(np.count_nonzero(np.asarray(found, bool) != np.asarray(expected, bool)))
+
+
+@pytest.mark.parametrize("resolution", [6, 8, 20])
+@pytest.mark.parametrize("light", [SUN, SLANTED])
+def test_terminator_of_a_coarse_ball(backend: str, resolution: int, light: Any) -> None:
+    """Its own normals say where light ends to reach it; rays from inside its faces are blocked by the next faces."""
+    ball = pv.Sphere(theta_resolution=resolution, phi_resolution=resolution)
+    speck = pv.Sphere(radius=0.01, center=(0, 0, -9))  # not convex together: the rays are cast
+    normals = ball.phong.normals()
+    facing = normals @ -np.array(light.direction)
+    clear = np.abs(facing) > 1e-6
+    ours = seen(pv.merge([ball, speck]), light)[: ball.n_points]
+    record(f"V terminator {resolution}", backend, "float32", wrong(ours[clear], facing[clear] > 0), 0)
+    if light is SLANTED:
+        corners, weights = ball.regular_faces, np.random.default_rng(1).dirichlet([1, 1, 1], 40)
+        inside, blended = (np.einsum("wk,fkx->wfx", weights, a[corners]).reshape(-1, 3) for a in (ball.points, normals))
+        lit = blended @ -np.array(light.direction) > 1e-6
+        assert wrong(naively((inside + 1e-4 * blended)[lit], light, ball), True) > 0.01 * np.count_nonzero(lit)
+
+
+@pytest.mark.parametrize(("unit", "offset"), [(1e-20, 0.0), (1e15, 0.0), (1.0, 1e7), (1e-3, -1e4)])
+def test_units_and_world_offsets(backend: str, unit: float, offset: float) -> None:
+    ground, hat = floor(), pv.Disc(center=(0.01, 0.02, 1.0), inner=0.0, outer=1.0, c_res=60)
+    expected = seen(ground, SUN, hat)
+    moved, above = put(ground, unit, offset), put(hat, unit, offset)
+    row = f"V unit {unit:g}, offset {offset:g}"
+    record(row, backend, "float32", wrong(seen(moved, SUN, above), expected), 0.002 * len(expected))
+    if offset:
+        begins = moved.points + np.array([0.0, 0.0, 4e-4 * unit])
+        assert wrong(naively(begins, SUN, moved, above), expected) > 0.002 * len(expected)
+
+
+def test_edges_of_a_closed_room(backend: str) -> None:
+    """Vertices of the floor are in the plane of the walls; a lamp outside reaches none of them."""
+    room = pv.Box(bounds=(-1, 1, -1, 1, 0, 2), level=6).flip_faces().rotate_z(10.0).rotate_x(3.0)
+    room = room.compute_normals(split_vertices=True, feature_angle=30.0, auto_orient_normals=False)
+    record("V closed room", backend, "float32", np.count_nonzero(seen(room, SUN)), 0)
+    facing = room.point_normals[:, 2] > 1e-6
+    assert wrong(naively((room.points + 2e-4 * room.point_normals)[facing], SUN, room), False) > 0
+
+
+def test_what_touches(backend: str) -> None:
+    """A cube on the floor: dark below it, lit beside it."""
+    ground, cube = floor(36), pv.Cube(center=(0, 0, 0.5), clean=False)
+    ours = seen(ground, SUN, cube)
+    inside = (np.abs(ground.points[:, :2]) < 0.49).all(axis=1)
+    outside = (np.abs(ground.points[:, :2]) > 0.51).any(axis=1)
+    record("V touching", backend, "float32", np.count_nonzero(ours[inside]) + np.count_nonzero(~(ours[outside] > 0)), 0)
+
+
+def test_spoiled_faces_harm_no_other(backend: str) -> None:
+    ground, hat = floor(12), pv.Disc(center=(0.01, 0.02, 1.0), inner=0.0, outer=1.0, c_res=20).triangulate()
+    points = np.concatenate([hat.points, [[np.nan, 0, 0], [np.inf, 1, 1], [0, 0, 3], [0, 0, 3]]])
+    last = hat.n_points
+    faces = np.concatenate([hat.regular_faces, [[0, 1, last], [2, last + 1, 3], [last + 2, last + 3, 5]]])
+    spoiled = pv.PolyData.from_regular_faces(points, faces)
+    same_bits("V spoiled", backend, "float32", seen(ground, SUN, spoiled), seen(ground, SUN, hat))
+
+
+@pytest.mark.parametrize("light", [ph.PointLight((0.0, 0.0, 0.5)), ph.SphereLight((0, 0, 0), radius=3.0)])
+def test_lights_on_and_in_a_mesh(backend: str, light: Any) -> None:
+    """Finite and in [0, 1] at every vertex, also at that on which the light stands."""
+    both = pv.merge([pv.Sphere(radius=0.5, theta_resolution=10, phi_resolution=10), floor(4, center=(0, 0, -1))])
+    record("V light on the mesh", backend, "float32", np.abs(seen(both, light) - 0.5), 0.5)
