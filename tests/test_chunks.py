@@ -67,7 +67,7 @@ def test_every_scheduler_does(how, request):
     shading = ph.evaluate(cut(POINTS, 300), cut(NORMALS, 400), PLAIN, SHINY, components=True, backend="numpy")
     if how == "distributed":
         distributed = pytest.importorskip("distributed")
-        client = distributed.Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address=None)
+        client = distributed.Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address=":0")
         request.addfinalizer(client.close)
         how = {"scheduler": client}
     same(*dask.compute(shading, **how), expected)

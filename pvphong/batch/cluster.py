@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import socket
 from asyncio import CancelledError
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -55,15 +56,22 @@ def _connected(client: Any, workers: int | None, held: ExitStack) -> Client:
         check.refuse("workers", workers, "left out beside a client, whose cluster has its own")
     if not isinstance(client, str):
         return client if isinstance(client, Client) else check.refuse("client", client, _ADDRESS)
-    logger = logging.getLogger("distributed")
-    before = logger.level
     try:
-        logger.setLevel(logging.CRITICAL)  # it would tell each try
+        _knock(client)
         return held.enter_context(Client(client, timeout=_SECONDS, set_as_default=False))
     except (OSError, ValueError) as error:
         check.refuse("client", client, _ADDRESS, f"{error}.")
-    finally:
-        logger.setLevel(before)
+
+
+def _knock(address: str) -> None:
+    """Raise an error where nobody listens: Dask would try for seconds, and tell of each try."""
+    scheme, _, place = address.rpartition("://")
+    host, _, port = place.rpartition(":")
+    if scheme in ("", "tcp", "tls"):
+        if not port.isdecimal():
+            raise ValueError("It names no port")
+        with socket.create_connection((host.strip("[]"), int(port)), _SECONDS):
+            pass
 
 
 def _local(workers: int | None, held: ExitStack) -> Client:
@@ -76,7 +84,8 @@ def _local(workers: int | None, held: ExitStack) -> Client:
     cluster = LocalCluster(
         n_workers=count,
         threads_per_worker=1,
-        dashboard_address=None,
+        dashboard_address=":0",
+        scheduler_kwargs={"dashboard": False},
         silence_logs=logging.CRITICAL,  # what becomes of a piece is in the batch
         env={"VTK_SMP_MAX_THREADS": "1"},
     )

@@ -54,7 +54,7 @@ class Crowd:
         refuse_given({"--occluder": blockers.occluder}, "left out where many files are lit, each by itself")
         if scene is None:
             blocked = {"--shadows": blockers.shadows, "--ambient-occlusion": blockers.ambient_occlusion}
-            refuse_given(blocked, "given with --scene where many files are lit")
+            refuse_given(blocked, "left out without --scene where many files are lit")
         with busy("Lighting many files"):
             batch = shade_files(
                 meshes,

@@ -5,7 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 from pvphong.cli.inputs import SIZE, seeing, surface_and_scene
-from pvphong.cli.options import PLAIN, FeatureAngleOption, LookOptions, SceneFile, albedo_of, feature_angle_of
+from pvphong.cli.options import (
+    NONE,
+    PLAIN,
+    BlockerOptions,
+    FeatureAngleOption,
+    LookOptions,
+    SceneFile,
+    albedo_of,
+    feature_angle_of,
+)
 from pvphong.cli.window import BACKGROUND, show
 
 
@@ -17,6 +26,7 @@ def view(
     look: LookOptions = PLAIN,
     albedo: str | None = None,
     feature_angle: FeatureAngleOption = "auto",
+    blockers: BlockerOptions = NONE,
     background: str = BACKGROUND,
 ) -> None:
     """Show a lit mesh in a window, with gizmos to place its lights; the key h lists the keys.
@@ -35,6 +45,7 @@ def view(
         Colour of the window's background.
     """
     outside, lighting = surface_and_scene(mesh, scene, SIZE)
+    lighting = blockers.to_scene(lighting)
     show(
         outside,
         seeing(lighting, outside, SIZE),
@@ -44,4 +55,5 @@ def view(
         background=background,
         albedo=albedo_of(albedo),
         feature_angle=feature_angle_of(feature_angle),
+        occluders=blockers.to_meshes(),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +37,7 @@ def show(
     background: str = BACKGROUND,
     albedo: Any = None,
     feature_angle: FeatureAngle = "auto",
+    occluders: Sequence[Any] = (),
 ) -> None:
     """Open a window with a lit mesh and gizmos for its lights, and come back when it is closed.
 
@@ -61,6 +62,8 @@ def show(
         As for `shade`.
     feature_angle : float, "auto" or None, default "auto"
         Degrees from which edges are sharp, as for `shade`.
+    occluders : sequence
+        Meshes that are shown too, and shadow the others where the scene has shadows.
 
     Raises
     ------
@@ -81,6 +84,8 @@ def show(
     several = isinstance(mesh, pv.MultiBlock)
     how = {"albedo": albedo, "feature_angle": feature_angle}
     drawn = plotter.phong.add_mesh(mesh, materials if several else only(materials), **how)
+    for occluder in occluders:
+        plotter.phong.add_mesh(occluder)
     names = [name for name, _ in datasets(mesh)] if several else [DEFAULT]
     actors = dict(zip(names, drawn if several else [drawn], strict=True))
 
@@ -90,7 +95,7 @@ def show(
         return {DEFAULT: first} if all(material == first for material in found.values()) else found
 
     plotter.reset_camera_clipping_range()  # PyVista leaves it alone once the camera has been placed
-    plotter.phong.add_gizmos(keys=_keys(plotter, mesh, shown, how, stem))
+    plotter.phong.add_gizmos(keys=_keys(plotter, mesh, shown, how | {"occluders": occluders}, stem))
     plotter.show()
 
 

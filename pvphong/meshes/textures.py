@@ -55,7 +55,7 @@ def texture_colors(texture: Any, source: pv.PolyData) -> Float64Array:
     ValueError
         If the surface has no texture coordinates, or the texture no such image.
     """
-    coordinates = source.active_texture_coordinates
+    coordinates = _coordinates(source)
     if coordinates is None:
         allowed = "an array, its name, or a texture for a mesh with texture coordinates"
         check.refuse("albedo", "a texture for a mesh without them", allowed, _TO_COORDINATES)
@@ -64,14 +64,19 @@ def texture_colors(texture: Any, source: pv.PolyData) -> Float64Array:
     result = np.empty((source.n_points, 3))
     for start in range(0, source.n_points, _AT_ONCE):
         part = slice(start, start + _AT_ONCE)
-        uv = np.asarray(coordinates[part, :2], np.float64)
-        result[part] = _bilinear(texels, uv, wrap, border, decode)
+        result[part] = _bilinear(texels, coordinates[part].astype(np.float64), wrap, border, decode)
     return result
 
 
 def texture_edition(texture: Any) -> Any:
     """What tells a texture and its image from all before, cheap to compare."""
     return tuple((part, part.GetMTime()) for part in (texture, texture.GetInput()) if part is not None)
+
+
+def _coordinates(source: pv.PolyData) -> FloatArray | None:
+    """Shape (n_points, 2); None where there are none, or but one for each point."""
+    found = source.active_texture_coordinates
+    return None if found is None or found.ndim != 2 or found.shape[1] < 2 else np.asarray(found)[:, :2]
 
 
 def _texels(texture: Any) -> NDArray[Any]:
@@ -150,7 +155,7 @@ def tangents_from(source: pv.PolyData, normals: Callable[[], FloatArray]) -> Cal
     normals : callable
         Gives the points' normals.
     """
-    coordinates = source.active_texture_coordinates
+    coordinates = _coordinates(source)
     if coordinates is None or not has_faces(source):
         return None
-    return lambda: point_tangents(source.points, *polygons(source), np.asarray(coordinates)[:, :2], normals())
+    return lambda: point_tangents(source.points, *polygons(source), coordinates, normals())

@@ -70,12 +70,13 @@ def projected(image: Float64Array, bands: int) -> Float64Array:
     theta = (half * (2.0 * np.arange(height)[:, None] + 1.0 + nodes)).ravel()
     z, rho = np.cos(theta), np.sin(theta)
     edges = np.linspace(-math.pi, math.pi, width + 1)
-    along = np.array([[np.tensordot(part, image, ([0], [1])) for part in _along(edges, m)] for m in range(bands)])
+    waves = np.array([_along(edges, m) for m in range(bands)])  # (bands, 2, w)
+    along = (image.transpose(0, 2, 1).reshape(-1, width) @ waves.reshape(-1, width).T).reshape(height, 3, bands, 2)
     result = np.zeros((3, bands, bands, 2))
     start = np.array([_first(m) * rho ** (m + 1) for m in range(bands)])
     for l, q in enumerate(_polynomials(z, start)):
         across = half * q.reshape(l + 1, height, count) @ weights
-        result[:, l, : l + 1] = np.einsum("mh,mthc->cmt", across, along[: l + 1])
+        result[:, l, : l + 1] = np.einsum("mh,hcmt->cmt", across, along[:, :, : l + 1])
     return result
 
 

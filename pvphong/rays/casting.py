@@ -131,7 +131,7 @@ def rays_each(origins: FloatArray, directions: FloatArray) -> int:
 
 
 def has_embree() -> bool:
-    """Whether embreex is installed, which casts rays some fifty times as fast."""
+    """Whether embreex is installed, which casts rays some twenty times as fast."""
     return importlib.util.find_spec("embreex") is not None
 
 
@@ -143,7 +143,7 @@ def tell_if_slow(vertices: int) -> None:
 
 @functools.cache
 def _tell_once() -> None:
-    message = 'VTK casts the rays, which takes long; pip install "pvphong[rays]" makes them some fifty times as fast.'
+    message = 'VTK casts the rays, which takes long; pip install "pvphong[rays]" makes them twenty times as fast.'
     warnings.warn(message, SlowRaysWarning, stacklevel=2)
 
 

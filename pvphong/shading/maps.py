@@ -13,9 +13,9 @@ from pvphong.base.types import FloatArray, Vector
 from pvphong.optics.material import Material
 
 _COLOR = "specular"
-_BOUNDS = {_COLOR: (0.0, np.inf), "shininess": (0.0, np.inf), "roughness": (np.nextafter(0.0, 1.0), 1.0)}
+_BOUNDS = {_COLOR: (0.0, 16.0), "shininess": (0.0, np.inf), "roughness": (np.nextafter(0.0, 1.0), 1.0)}
 _ALLOWED = {
-    _COLOR: "finite numbers >= 0, shape (n,) or (n, 3)",
+    _COLOR: "reflectances from 0, of which 1 is all, to 16, shape (n,) or (n, 3)",
     "shininess": "finite numbers >= 0, shape (n,)",
     "roughness": "numbers > 0 and <= 1, shape (n,)",
 }
@@ -44,18 +44,18 @@ class Maps:
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Of each that is given, the least and the greatest number; of specular those of its `rows`."""
-        return {
-            name: (0.0, 1.0) if name == _COLOR else (float(rows.min(initial=np.inf)), float(rows.max(initial=0.0)))
-            for name, rows in self._rows.items()
-            if rows.size
-        }
+        found = {}
+        for name, rows in self._rows.items():
+            numbers = rows if rows.size and name != _COLOR else np.array((0.0, 1.0) if name == _COLOR else 1.0)
+            found[name] = float(numbers.min()), float(numbers.max())
+        return found
 
     def brightest(self, material: Material) -> Material:
-        """The material with the largest of the specular reflectances, channel by channel."""
+        """The material with no less than any of the specular reflectances, channel by channel."""
         return replace(material, specular=self._most) if _COLOR in self._rows else material
 
     def rows(self, name: str) -> FloatArray:
-        """Shape (1, n); of specular (3, n), as parts of the largest ones."""
+        """Shape (1, n); of specular (3, n), as parts of the brightest."""
         rows = self._rows[name]
         if name != _COLOR:
             return rows
@@ -64,7 +64,10 @@ class Maps:
 
     @property
     def _most(self) -> Vector:
-        red, green, blue = np.broadcast_to(self._rows[_COLOR].max(axis=1, initial=0.0), 3).tolist()
+        """Powers of two, so that no vertex's bits depend on the others'."""
+        largest = np.broadcast_to(self._rows[_COLOR].max(axis=1, initial=0.0).astype(np.float64), 3)
+        mantissas, exponents = np.frexp(largest)
+        red, green, blue = np.ldexp(np.sign(mantissas), exponents - (mantissas == 0.5)).tolist()
         return red, green, blue
 
 

@@ -5,7 +5,7 @@ import pytest
 def client():
     """A cluster in this process: two threads."""
     distributed = pytest.importorskip("distributed")
-    with distributed.Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address=None) as found:
+    with distributed.Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address=":0") as found:
         yield found
 
 

@@ -21,6 +21,7 @@ AIM = (-1.5, 1.0, -2.0)
 SPHERE = ph.SphereLight(PLACE, 0.3, intensity=5)
 SQUARE = ph.RectangleLight(PLACE, AIM, (0, 0, 1), 0.6, 0.6, intensity=5)
 DISK = ph.DiskLight(PLACE, AIM, 0.3, intensity=5)
+SKY = ph.EnvironmentLight(np.random.default_rng(0).uniform(0.0, 1.0, (8, 16, 3)))
 POINT = ph.PointLight(PLACE, (0, 0, 1), intensity=5)
 
 
@@ -50,6 +51,8 @@ CASES: dict[str, tuple[list[ph.Light], float]] = {
     "square, shininess 20": ([SQUARE], 20.0),
     "square, shininess 1000": ([SQUARE], 1000.0),
     "square, 64 nodes": (nodes_of(SQUARE), 20.0),
+    "sky, matt": ([SKY], 0.0),
+    "sky, shininess 20": ([SKY], 20.0),
     "disk, matt": ([DISK], 0.0),
     "disk, shininess 20": ([DISK], 20.0),
 }

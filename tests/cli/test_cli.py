@@ -348,6 +348,10 @@ def test_view_shows_the_surface_in_the_rig(sphere, monkeypatch):
     assert (calls[1][1]["feature_angle"], calls[1][1]["background"]) == (None, "navy")
     assert run("view sphere.vtp --albedo tint") == 0
     assert [options["albedo"] for _, options in calls] == [None, None, "tint"]
+    assert run("view sphere.vtp --shadows --occluder sphere.vtp") == 0
+    (_, rig, _), options = calls[3]
+    assert rig.light_model.shadows
+    assert [occluder.n_points for occluder in options["occluders"]] == [sphere.n_points]
 
 
 # --- diagnose and plan ---

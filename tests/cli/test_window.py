@@ -54,6 +54,17 @@ def test_every_block_is_shown(shown):
     assert len([a for a in shown[0].actors.values() if isinstance(a, pv.Actor)]) == 2
 
 
+def test_other_meshes_are_shown_too_and_cast_shadows_into_what_is_saved(shown, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    dark = replace(SCENE, lights=[DirectionalLight(name="sun")], light_model=LightModel(ambient=0.0, shadows=True))
+    roof, handed = pv.Plane(center=(0, 0, 2), i_size=9, j_size=9), {}
+    monkeypatch.setattr(PlotterPhong, "add_gizmos", lambda _, keys: handed.update(keys))
+    show(pv.Plane(), dark, DULL, title="a roof", stem="mine", occluders=[roof])
+    assert len([a for a in shown[0].actors.values() if isinstance(a, pv.Actor)]) == 2
+    handed["x"][1]()
+    assert pv.read("mine-lit.vtp")["phong"].max() == 0.0
+
+
 def test_edges_are_sharp_and_the_background_is_dark_unless_others_are_asked_for(shown):
     box = pv.Cube().clean()
     box.point_data.clear()

@@ -166,8 +166,11 @@ def test_what_is_no_texture_of_colours_is_refused(sheet, texture, message):
 
 def test_a_lookup_table_and_a_mesh_without_coordinates_are_refused(sheet):
     texture = texture_of(picture(1))
-    with pytest.raises(ValueError, match=r"^albedo must be an array, .*coordinates; .* mesh.texture_map_to_plane\(\)"):
-        pv.Sphere().phong.shade(SCENE, WHITE, albedo=texture)
+    lines = sheet.copy()
+    lines.GetPointData().SetTCoords(pv.convert_array(np.zeros(sheet.n_points), "u"))
+    for mesh in (pv.Sphere(), lines):
+        with pytest.raises(ValueError, match=r"^albedo must be an array, .*; .* mesh.texture_map_to_plane\(\)"):
+            mesh.phong.shade(SCENE, WHITE, albedo=texture)
     texture.color_mode = "map"
     with pytest.raises(ValueError, match=r"lookup table\. texture.color_mode = \"direct\""):
         sheet.phong.shade(SCENE, WHITE, albedo=texture)

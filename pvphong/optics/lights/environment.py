@@ -47,10 +47,12 @@ class EnvironmentLight(Light):
     `intensity` multiply it, and `ambient` arrives everywhere with the strength 1. What matt surfaces scatter, and
     Phong's highlight, are taken from the image's first 32 bands of spherical harmonics; the plan's row "sky" says how
     much the other bands hold at most, and how many do for a tolerance. Highlights are the image blurred by the lobe,
-    looked up in the mirror direction, times the part of the lobe that is above the horizon, which is exact for one
-    colour. What other reflectances make of it is that of 64 parallel lights of the same energy.
+    looked up in the mirror direction, times the part of the lobe that is above the horizon: exact for one colour, and
+    where the horizon cuts the lobe off by at most (brightest − darkest) / (2 (shininess + 1)). What other reflectances
+    make of it is that of 64 parallel lights of the same energy.
 
     Phong's lobe is not normalised: under a uniform sky its highlight is 2/(shininess + 1), dark for a mirror.
+    `ModifiedPhong` and `GGX` are.
 
     Parameters
     ----------

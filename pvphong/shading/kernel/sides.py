@@ -48,7 +48,7 @@ _AXIS, _TWO_SIDED, _PER_AREA, _SIZE, _CORNERS, _COUNT, _OFFSETS = 0, 3, 4, 5, 6,
 
 
 @inlined
-def _sine(x: Any) -> Any:
+def small_sine(x: Any) -> Any:
     """For |x| <= π/4."""
     square = x * x
     total = _SINE[0]
@@ -274,7 +274,7 @@ def polygon_power(rows: Any, shape: Any, target: int, exponent: float, shown: fl
 @inlined
 def _turn(rise: Any, first: Any, last: Any) -> Any:
     """∫ dφ along an arc between two angles in [−π/2, π/2], for |w·m| = `rise`."""
-    sf, sl = _sine(_HALF * first), _sine(_HALF * last)
+    sf, sl = small_sine(_HALF * first), small_sine(_HALF * last)
     cf, cl = np.sqrt(max(_ONE - sf * sf, _ZERO)), np.sqrt(max(_ONE - sl * sl, _ZERO))
     sine_first, sine_last = _TWO * sf * cf, _TWO * sl * cl
     cosine_first, cosine_last = _ONE - _TWO * sf * sf, _ONE - _TWO * sl * sl
@@ -315,7 +315,7 @@ def _add_arc(rows: Any, a: Any, b: Any, c: Any, x: Any, y: Any, z: Any, power: A
     for k in range(len(_PLACES)):
         for i in range(BLOCK):
             half = rows[_MOST + i]
-            sine = _sine(_HALF * multiply_add(half, _PLACES[k], rows[_LEAST + i]))
+            sine = small_sine(_HALF * multiply_add(half, _PLACES[k], rows[_LEAST + i]))
             less = max(multiply_add(_TWO * rows[at.COSINE + i] * sine, sine, rows[at.SINE + i]), _TINY)
             shown = -exp2_less_one32(log2_power(_TWO * less, power, least)) if less < _ONE else _ONE
             part = rows[at.TILT + i] * half * _SHARES[k]

@@ -1,0 +1,109 @@
+"""Processes that are killed in mid-run: all files are whole, none is lost, and the same call goes on."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista as pv
+from batch.cutting import bare
+
+import pvphong as ph
+from pvphong.batch import receipts
+
+distributed = pytest.importorskip("distributed")
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="nothing is killed there")
+
+SCENE = ph.Scene([ph.DirectionalLight(direction=(-1, -2, -3))], ph.Viewer(position=(3, 4, 5)))
+COUNT = 12
+
+
+@pytest.fixture
+def files():
+    os.mkdir("in")
+    ball = bare(pv.Sphere(theta_resolution=100, phi_resolution=100))
+    for number in range(COUNT):
+        ball.translate((number, 0, 0)).save(f"in/{number:02}.vtp")
+    return sorted(Path("in").iterdir())
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """A scheduler and two workers in processes of their own; gives the scheduler's process, and a client."""
+
+    def begin(command, *options):
+        words = [sys.executable, "-m", f"distributed.cli.dask_{command}", *options, "--no-dashboard"]
+        return subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+    told = str(tmp_path / "scheduler.json")
+    scheduler = begin("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", told)
+    workers = begin("worker", "--scheduler-file", told, "--nworkers", "2", "--nthreads", "1")
+    try:
+        while not Path(told).exists():
+            time.sleep(0.05)
+        with distributed.Client(scheduler_file=told, set_as_default=False) as client:
+            client.wait_for_workers(2, timeout=60)
+            yield scheduler, client
+    finally:
+        for process in (workers, scheduler):
+            process.terminate()
+            process.wait()
+
+
+def killing(process):
+    """A thread that kills a process once the first file is there."""
+
+    def wait_and_kill():
+        while not list(Path("lit").glob(".*.json")):
+            time.sleep(0.002)
+        os.kill(process, signal.SIGKILL)
+
+    thread = threading.Thread(target=wait_and_kill)
+    thread.start()
+    return thread
+
+
+def all_whole():
+    """The lit files that are there, each as it should be; and nothing else."""
+    lit = sorted(Path("lit").glob("*.vtp"))
+    for path in lit:
+        found, mesh = pv.read(path), pv.read(f"in/{path.name}")
+        np.testing.assert_array_equal(found.points, mesh.points)
+        np.testing.assert_array_equal(found["phong"], mesh.phong.shade(SCENE)["phong"])
+    assert not [name for name in os.listdir("lit") if name.startswith(".pvphong")]
+    return lit
+
+
+def test_a_worker_that_is_killed_loses_nothing(files, cluster):
+    _, client = cluster
+    victim = next(iter(client.run(os.getpid).values()))
+    thread = killing(victim)
+    batch = ph.shade_files(files, "lit", SCENE, client=client)
+    thread.join()
+    assert (batch.done, batch.skipped, batch.failed) == (tuple(files), (), {})
+    assert len(all_whole()) == COUNT
+    runs = {json.loads(receipts.beside(Path(f"lit/{path.name}")).read_text())["run"] for path in files}
+    assert len(runs) == 1
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # Dask's, of its lost connection
+def test_when_the_scheduler_is_killed_what_is_finished_stays_and_the_next_run_goes_on(files, cluster, client):
+    scheduler, there = cluster
+    thread = killing(scheduler.pid)
+    began = time.monotonic()
+    batch = ph.shade_files(files, "lit", SCENE, client=there)
+    thread.join()
+    assert time.monotonic() - began < 30
+    assert batch.failed
+    assert all(why.startswith("the scheduler is gone") for why in batch.failed.values())
+    assert len(batch.done) + len(batch.failed) == COUNT
+    again = ph.shade_files(files, "lit", SCENE, client=client)
+    assert not again.failed
+    assert set(batch.done) <= set(again.skipped)
+    assert len(again.done) + len(again.skipped) == len(all_whole()) == COUNT

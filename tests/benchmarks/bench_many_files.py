@@ -1,0 +1,125 @@
+"""Files lit by one worker process and by two: `python bench_many_files.py [files] [points of each]`.
+
+Reading, normals, light and writing count, the start of the processes does not. One and two take turns on the same
+files, and the least time of each counts. Beside that: how much memory a worker takes beyond what it has loaded, in
+pieces; and what a thousand workers would ask of the scheduler, from small pieces: bytes that go to a worker and come
+back for each, and how long the scheduler and the client take for each.
+"""
+
+import pickle
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import psutil
+import pyvista as pv
+from distributed import Client, LocalCluster
+from rich.console import Console
+from rich.table import Table
+from textbook import measured_scene
+
+import pvphong as ph
+from pvphong.batch.listing import Piece
+from pvphong.batch.seams import border_of
+from pvphong.batch.tasks import Outcome
+from pvphong.meshes.files import read_mesh
+
+FILES, POINTS = (int(word) for word in [*sys.argv[1:], "20", "1000000"][:2])
+TURNS, SMALL = 3, 500
+FASTER_WANTED, MEMORY_ALLOWED = 1.6, 3.0
+
+
+def wavy(points, number):
+    """A sheet with about so many points, without normals."""
+    side = max(int(points**0.5), 2)
+    sheet = pv.Plane(i_resolution=side - 1, j_resolution=side - 1).triangulate()
+    sheet.clear_data()
+    return sheet.translate((0, 0, number))
+
+
+def cluster(workers):
+    """Of single threads, as `shade_files` starts one."""
+    return LocalCluster(
+        n_workers=workers, threads_per_worker=1, dashboard_address=":0", env={"VTK_SMP_MAX_THREADS": "1"}
+    )
+
+
+def reset_peak():
+    """In a worker: forget how much memory it has had, and say how much it has."""
+    Path("/proc/self/clear_refs").write_text("5")
+    return psutil.Process().memory_info().rss
+
+
+def peak():
+    """In a worker: how much memory it has had."""
+    status = Path("/proc/self/status").read_text()
+    return 1024 * int(status.split("VmHWM:")[1].split()[0])
+
+
+def seconds_and_memory(crew, files, out):
+    """Of a run in which nothing is done yet; the memory that the worker with the most has taken."""
+    with Client(crew) as client:
+        before = client.run(reset_peak)
+        begun = time.perf_counter()
+        batch = ph.shade_files(files, out, *measured_scene(), client=client, backend="numba")
+        seconds = time.perf_counter() - begun
+        assert len(batch.done) == len(files), batch
+        return seconds, max(most - before[worker] for worker, most in client.run(peak).items())
+
+
+def main():
+    """Measure, and print a table."""
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        files = [Path(folder, f"{number:03}.vtp") for number in range(FILES)]
+        for number, path in enumerate(files):
+            wavy(POINTS, number).save(path)
+        piece = read_mesh(str(files[0]))
+        size = 1024 * piece.actual_memory_size + 3 * 4 * piece.n_points
+        least, memory = {}, {}
+        with cluster(1) as one, cluster(2) as two:
+            for crew in (one, two):  # all code loaded
+                seconds_and_memory(crew, files[:2], Path(folder, "first", str(id(crew))))
+            for turn in range(TURNS):
+                for workers, crew in ((1, one), (2, two)):
+                    seconds, taken = seconds_and_memory(crew, files, Path(folder, f"lit-{turn}-{workers}"))
+                    least[workers] = min(seconds, least.get(workers, seconds))
+                    memory[workers] = max(taken / size, memory.get(workers, 0))
+            rows += [
+                (f"{FILES} files of {piece.n_points} points, 1 worker", f"{least[1]:.2f} s", ""),
+                ("the same, 2 workers", f"{least[2]:.2f} s", f"{least[1] / least[2]:.2f} x, wanted {FASTER_WANTED}"),
+                ("memory of a worker", f"{max(memory.values()):.2f} pieces", f"allowed {MEMORY_ALLOWED:.0f}"),
+                *overhead(two, Path(folder), piece),
+            ]
+    table = Table("what", "measured", "")
+    for row in rows:
+        table.add_row(*row)
+    Console().print(table)
+
+
+def overhead(crew, folder, piece):
+    """What a piece costs beside the work."""
+    (folder / "small").mkdir()
+    for number in range(SMALL):
+        wavy(4, number).save(folder / "small" / f"{number}.vtp")
+    pattern, out = str(folder / "small" / "*.vtp"), folder / "lit-small"
+    ph.shade_files(pattern, out, *measured_scene(), client=None, workers=2)
+    with Client(crew) as client:
+        before, begun = psutil.Process().cpu_times().user, time.perf_counter()
+        batch = ph.shade_files(pattern, out, *measured_scene(), client=client)
+        wall, busy = time.perf_counter() - begun, psutil.Process().cpu_times().user - before
+    assert len(batch.skipped) == SMALL
+    sent = len(pickle.dumps(Piece(Path(pattern), Path(pattern))))
+    back = len(pickle.dumps(Outcome(True, ())))
+    border = len(pickle.dumps(border_of(piece)))
+    return [
+        ("a finished piece, looked at again", f"{1e3 * wall / SMALL:.2f} ms", "2 workers"),
+        ("scheduler and client for a piece", f"{1e3 * busy / SMALL:.2f} ms", "of one core"),
+        ("a piece as it is sent, and its outcome", f"{sent} + {back} bytes", "beside Dask's own"),
+        ("its border, where seams are merged", f"{border / 1024:.0f} KiB", "from worker to worker"),
+    ]
+
+
+if __name__ == "__main__":
+    main()
