@@ -191,6 +191,8 @@ def test_its_standard_error_is_honest():
             assert abs(off.mean()) < 4 * stated.mean() / np.sqrt(len(off))
             assert 0.4 < np.sqrt((off**2).mean() / (stated**2).mean()) < 1.1
             assert np.mean(np.abs(off) < 3 * stated) > 0.9
+            scores = np.abs(off) / np.sqrt((stated**2).mean())
+            assert (np.quantile(scores, [0.68, 0.95]) < [1.2, 2.2]).all()  # a normal variable's, or nearer
 
 
 def test_a_small_ball_casts_the_shadow_of_a_lamp():
