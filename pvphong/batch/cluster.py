@@ -114,10 +114,6 @@ class Crew:
     def __init__(self, client: Client) -> None:
         self._client = client
 
-    def keep(self, value: Any) -> Any:
-        """A value that workers take from each other: it is sent but once."""
-        return self._client.submit(_itself, value, pure=False)
-
     def begin(self, work: Callable[..., Any], *arguments: Any) -> Any:
         """A task; its arguments may be others, which then go from worker to worker."""
         return self._client.submit(work, *arguments, pure=False)
@@ -152,7 +148,3 @@ def trouble(task: Any) -> str:
         return _GONE
     error = task.exception()
     return _KILLED if isinstance(error, KilledWorker) else " ".join(str(error).split()) or type(error).__name__
-
-
-def _itself(value: Any) -> Any:
-    return value
