@@ -81,14 +81,18 @@ def _local(workers: int | None, held: ExitStack) -> Client:
 
     count = pool.count() if workers is None else int(check.number("workers", workers, at_least=1.0))
     held.enter_context(dask.config.set({"distributed.scheduler.worker-saturation": 1.0}))
-    cluster = LocalCluster(
-        n_workers=count,
-        threads_per_worker=1,
-        dashboard_address=":0",
-        scheduler_kwargs={"dashboard": False},
-        silence_logs=logging.CRITICAL,  # what becomes of a piece is in the batch
-        env={"VTK_SMP_MAX_THREADS": "1"},
-    )
+    try:
+        cluster = LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            dashboard_address=":0",
+            scheduler_kwargs={"dashboard": False},
+            silence_logs=logging.CRITICAL,  # what becomes of a piece is in the batch
+            env={"VTK_SMP_MAX_THREADS": "1"},
+        )
+    except RuntimeError as error:
+        remedy = 'In a script, call it below `if __name__ == "__main__":`, for each process reads the script.'
+        check.refuse("workers", f"{count} that cannot be started ({error})", "processes of this machine", remedy)
     held.enter_context(cluster)
     return held.enter_context(Client(cluster, set_as_default=False))
 
