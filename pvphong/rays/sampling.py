@@ -86,7 +86,7 @@ class _Looks(NamedTuple):
     def followed_by(self, more: _Looks) -> _Looks:
         return _Looks(*(np.concatenate(pair, axis=1) for pair in zip(self, more, strict=True)))
 
-    def of(self, rows: BoolArray) -> _Looks:
+    def of(self, rows: IntArray | BoolArray) -> _Looks:
         return _Looks(self.sent[rows], self.seen[rows])
 
     def estimate(self) -> tuple[Float64Array, Float64Array]:
@@ -121,30 +121,40 @@ def look(count: int, ask: Ask, effort: Effort, triangles: NDArray[np.int64]) -> 
     part, error = np.zeros(count), np.zeros(count)
     rays, first = np.zeros(count, np.int64), effort.first
 
-    def begin(start: int, stop: int) -> None:
-        looks = _looked(np.arange(start, stop), ask, 0, first)
-        part[start:stop], error[start:stop] = looks.estimate()
-        rays[start:stop] = np.count_nonzero(looks.sent, axis=1)
+    def take(vertices: IntArray, looks: _Looks) -> None:
+        part[vertices], error[vertices] = looks.estimate()
 
-    pool.run(begin, count, max(_RAYS_AT_ONCE // first, 1))
-    if effort.samples is not None:
-        return Seen(part, error, int(rays.sum()))
-    unclear = np.flatnonzero((error > 0.0) | _is_near_others(part, triangles))
-
-    def go_on(start: int, stop: int) -> None:
-        vertices, done = unclear[start:stop], first
-        looks = _looked(vertices, ask, 0, first)
+    def go_on(vertices: IntArray, looks: _Looks) -> None:
+        done = first
         while len(vertices) and done < _MOST:
             more = _looked(vertices, ask, done, 2 * done)
             rays[vertices] += np.count_nonzero(more.sent, axis=1)
             looks, done = looks.followed_by(more), 2 * done
-            part[vertices], error[vertices] = looks.estimate()
+            take(vertices, looks)
             bright = effort.brightness * looks.sent.mean(axis=1)
             is_unsure = (done < _NEAR_OTHERS) | (error[vertices] * bright > effort.tolerance)
             vertices, looks = vertices[is_unsure], looks.of(is_unsure)
 
-    pool.run(go_on, len(unclear), _GOING_ON_AT_ONCE)
-    return Seen(part, error, int(rays.sum()) + first * len(unclear))
+    def begin(start: int, stop: int) -> None:
+        vertices = np.arange(start, stop)
+        looks = _looked(vertices, ask, 0, first)
+        take(vertices, looks)
+        rays[vertices] += np.count_nonzero(looks.sent, axis=1)
+        unsure = np.flatnonzero(error[start:stop] > 0.0) if effort.samples is None else vertices[:0]
+        for at in range(0, len(unsure), _GOING_ON_AT_ONCE):
+            some = unsure[at : at + _GOING_ON_AT_ONCE]
+            go_on(vertices[some], looks.of(some))
+
+    def begin_again(start: int, stop: int) -> None:
+        go_on(near[start:stop], _looked(near[start:stop], ask, 0, first))
+
+    pool.run(begin, count, max(_RAYS_AT_ONCE // first, 1))
+    if effort.samples is not None:
+        return Seen(part, error, int(rays.sum()))
+    agreed = (part == 0.0) | (part == 1.0)
+    near = np.flatnonzero(agreed & _is_near_others(part, triangles))
+    pool.run(begin_again, len(near), _GOING_ON_AT_ONCE)
+    return Seen(part, error, int(rays.sum()) + first * len(near))
 
 
 def _looked(vertices: IntArray, ask: Ask, begin: int, end: int) -> _Looks:

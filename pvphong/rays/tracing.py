@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -127,6 +128,7 @@ class Tracer:
         )
 
 
+@functools.cache
 def _sky_ways() -> Float64Array:
     """Unit vectors about (0, 0, 1), as many as nodes, with the density of the cosine: a sunflower's seeds, projected.
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import pyvista as pv
+from pyvista import examples
 
 import pvphong as ph
 from pvphong.base.progress import listening
@@ -190,6 +191,8 @@ def test_its_standard_error_is_honest():
             assert abs(off.mean()) < 4 * stated.mean() / np.sqrt(len(off))
             assert 0.4 < np.sqrt((off**2).mean() / (stated**2).mean()) < 1.1
             assert np.mean(np.abs(off) < 3 * stated) > 0.9
+            scores = np.abs(off) / np.sqrt((stated**2).mean())
+            assert (np.quantile(scores, [0.68, 0.95]) < [1.2, 2.2]).all()  # a normal variable's, or nearer
 
 
 def test_a_small_ball_casts_the_shadow_of_a_lamp():
@@ -197,6 +200,23 @@ def test_a_small_ball_casts_the_shadow_of_a_lamp():
     hard = ground.phong.visibility([LAMP], occluders=[disk(2.0)]).per_light[0]
     point = replace(BALL, radius=1e-9)
     np.testing.assert_array_equal(ground.phong.visibility([point], occluders=[disk(2.0)]).per_light[0], hard)
+
+
+@pytest.mark.skipif(not casting.has_embree(), reason="too many rays for VTK")
+@pytest.mark.parametrize("load", [examples.load_ant, examples.load_airplane])
+def test_the_tolerance_is_kept_on_meshes_of_others(load):
+    """Against all 4096 rays from some of the vertices, of the colours of a white surface."""
+    mesh = load()
+    ball = ph.SphereLight(mesh.center + 0.7 * mesh.length * np.array([1, -1, 2.0]), radius=mesh.length / 8)
+    rig = scene(replace(ball, intensity=2.0 * mesh.length**2), ambient=0.3, clamp=False)
+    seen = mesh.phong.visibility(rig)
+    rows = np.random.default_rng(2).choice(mesh.n_points, 120, replace=False)
+    truth = seen.afresh(samples=4096, rows=rows)
+    points, normals = mesh.points[rows], mesh.phong.normals()[rows]
+    off = mesh.phong.shade(rig, WHITE, visibility=seen)["phong"][rows]
+    off = off - ph.evaluate(points, normals, rig, WHITE, visibility=truth).rgb
+    assert np.sqrt(np.mean(off**2)) < 1 / 255
+    assert np.abs(off).max() < 5 / 255
 
 
 def test_long_work_is_told_and_interrupted_work_leaves_nothing(monkeypatch):

@@ -47,7 +47,7 @@ def roof():
 @pytest.fixture(scope="module")
 def report(floor, roof):
     rig = scene(SUN, BALL, shadows=True, ambient_occlusion=True)
-    return floor.phong.tradeoff(rig, CLAY, tolerance=0.005, seconds=4.0, occluders=[roof])
+    return floor.phong.tradeoff(rig, CLAY, tolerance=0.005, seconds=3.0, occluders=[roof])
 
 
 def test_more_rays_cost_more_and_err_less(rows):
