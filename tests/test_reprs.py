@@ -2,6 +2,7 @@
 
 import re
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -41,6 +42,7 @@ BY_THEMSELVES = {
     "diagnosis": lambda: MESH.phong.diagnose(**FAULTY),
     "comparison": lambda: MESH.phong.validate(SCENE),
     "visibility": lambda: MESH.phong.visibility(SCENE),
+    "batch": lambda: ph.Batch((Path("a"),), (), {Path("b"): "<no mesh>"}),
     "images": lambda: compare_images(MESH, SCENE, ph.Material()),
 }
 """Objects that hold arrays, or refer to others: their representations are short."""
@@ -58,7 +60,7 @@ VALUES = {
 
 def test_every_public_class_is_looked_at():
     classes = {name for name in ph.__all__ if isinstance(getattr(ph, name), type)}
-    made = {"Comparison", "Diagnosis", "PhongFilter", "Plan", "Shading", "Tradeoff", "Visibility"}
+    made = {"Batch", "Comparison", "Diagnosis", "PhongFilter", "Plan", "Shading", "Tradeoff", "Visibility"}
     assert classes == set(VALUES) | made | {"Light", "SingularMatrixWarning"}  # abstract, and an exception
 
 
@@ -108,7 +110,7 @@ class Tags(HTMLParser):
         assert self.open.pop() == tag
 
 
-@pytest.mark.parametrize("name", ["scene", "plan", "diagnosis", "comparison", "visibility", "tradeoff"])
+@pytest.mark.parametrize("name", ["scene", "plan", "diagnosis", "comparison", "visibility", "tradeoff", "batch"])
 def test_a_notebook_shows_a_small_table_whose_text_is_escaped(name, report):
     made = {"scene": lambda: SCENE, "tradeoff": lambda: report} | BY_THEMSELVES
     html = made[name]()._repr_html_()

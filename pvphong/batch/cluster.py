@@ -81,14 +81,18 @@ def _local(workers: int | None, held: ExitStack) -> Client:
 
     count = pool.count() if workers is None else int(check.number("workers", workers, at_least=1.0))
     held.enter_context(dask.config.set({"distributed.scheduler.worker-saturation": 1.0}))
-    cluster = LocalCluster(
-        n_workers=count,
-        threads_per_worker=1,
-        dashboard_address=":0",
-        scheduler_kwargs={"dashboard": False},
-        silence_logs=logging.CRITICAL,  # what becomes of a piece is in the batch
-        env={"VTK_SMP_MAX_THREADS": "1"},
-    )
+    try:
+        cluster = LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            dashboard_address=":0",
+            scheduler_kwargs={"dashboard": False},
+            silence_logs=logging.CRITICAL,  # what becomes of a piece is in the batch
+            env={"VTK_SMP_MAX_THREADS": "1"},
+        )
+    except RuntimeError as error:
+        remedy = 'In a script, call it below `if __name__ == "__main__":`, for each process reads the script.'
+        check.refuse("workers", f"{count} that cannot be started ({error})", "processes of this machine", remedy)
     held.enter_context(cluster)
     return held.enter_context(Client(cluster, set_as_default=False))
 
@@ -113,10 +117,6 @@ class Crew:
 
     def __init__(self, client: Client) -> None:
         self._client = client
-
-    def keep(self, value: Any) -> Any:
-        """A value that workers take from each other: it is sent but once."""
-        return self._client.submit(_itself, value, pure=False)
 
     def begin(self, work: Callable[..., Any], *arguments: Any) -> Any:
         """A task; its arguments may be others, which then go from worker to worker."""
@@ -152,7 +152,3 @@ def trouble(task: Any) -> str:
         return _GONE
     error = task.exception()
     return _KILLED if isinstance(error, KilledWorker) else " ".join(str(error).split()) or type(error).__name__
-
-
-def _itself(value: Any) -> Any:
-    return value

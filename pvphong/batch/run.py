@@ -60,13 +60,12 @@ class Run:
 
     def light(self) -> None:
         """Light all pieces that have not failed."""
-        rig = self._crew.keep(self._rig)
         surfaces: dict[str, list[Piece]] = defaultdict(list)
         for piece in self._found.pieces:
             surfaces[piece.surface if self._merges else ""].append(piece)
-        begun = {self._crew.begin(light, piece.absolute(), rig): piece for piece in self._left(surfaces.pop("", []))}
+        begun = self._begin_alone(surfaces.pop("", []))
         for pieces in surfaces.values():
-            begun |= self._begin_surface(pieces, rig) if len(pieces) > 1 else self._begin_alone(pieces[0], rig)
+            begun |= self._begin_surface(pieces) if len(pieces) > 1 else self._begin_alone(pieces)
         for piece, outcome in self._crew.done(begun, _failed):
             self._end(piece, outcome)
 
@@ -93,13 +92,15 @@ class Run:
         self._outcomes[piece.output] = outcome
         self._count(1)
 
-    def _begin_alone(self, piece: Piece, rig: Any) -> dict[Any, Piece]:
-        return {self._crew.begin(light, each.absolute(), rig): each for each in self._left([piece])}
+    def _begin_alone(self, pieces: Sequence[Piece]) -> dict[Any, Piece]:
+        return {self._crew.begin(light, piece.absolute(), self._rig): piece for piece in self._left(pieces)}
 
-    def _begin_surface(self, pieces: Sequence[Piece], rig: Any) -> dict[Any, Piece]:
+    def _begin_surface(self, pieces: Sequence[Piece]) -> dict[Any, Piece]:
         """Tasks for the pieces of one surface: each depends on all, for it gets its neighbours' faces."""
         made_from = self._checksum(pieces)
-        asked = {self._crew.begin(standing, piece.absolute(), rig, made_from): piece for piece in self._left(pieces)}
+        asked = {
+            self._crew.begin(standing, piece.absolute(), self._rig, made_from): piece for piece in self._left(pieces)
+        }
         for piece, outcome in self._crew.done(asked, _failed):
             if outcome is not None:
                 self._end(piece, outcome)
@@ -120,7 +121,9 @@ class Run:
             made_from = receipts.checksum_of([made_from, missing])
         shared = self._crew.begin(neighbours_of, list(known))
         return {
-            self._crew.begin(light, piece.absolute(), rig, self._crew.begin(getitem, shared, number), made_from): piece
+            self._crew.begin(
+                light, piece.absolute(), self._rig, self._crew.begin(getitem, shared, number), made_from
+            ): piece
             for number, piece in enumerate(known.values())
             if piece.output not in self._outcomes
         }
