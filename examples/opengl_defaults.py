@@ -19,7 +19,8 @@ scene = ph.Scene(
     viewer=ph.Viewer(position=(0, 0, 10), focal_point=(0, 0, 0), up=(0, 1, 0)),
     light_model=ph.LightModel.opengl(),
 )
-materials = {"default": ph.Material()} | {name: ph.Material.named(name) for name in ph.Material.names()}
+named = {name: ph.Material.named(name) for name in ph.Material.names()}
+materials = {"default": ph.Material()} | {name: one for name, one in named.items() if one.reflectance is None}
 sphere = pv.Sphere(theta_resolution=80, phi_resolution=80)
 
 plotter = pv.Plotter(off_screen=OFF_SCREEN, window_size=(1200, 1010))

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
         light_from_homogeneous,
     )
     from pvphong.optics.material import Material
-    from pvphong.optics.reflectances import GGX, PBR, BlinnPhong, Metal, ModifiedPhong, OrenNayar, Phong, Retro
+    from pvphong.optics.reflectances import GGX, PBR, BlinnPhong, Metal, ModifiedPhong, OrenNayar, Phong, Retro, Ward
     from pvphong.rays.visibility import Visibility
     from pvphong.scene.light_model import LightModel
     from pvphong.scene.scene import Scene, load_materials
@@ -72,7 +72,7 @@ _PLACES = {
     "optics.lights": "DirectionalLight DiskLight EnvironmentLight Light PointLight PolygonLight RectangleLight "
     "SphereLight SpotLight light_from_homogeneous",
     "optics.material": "Material",
-    "optics.reflectances": "GGX PBR BlinnPhong Metal ModifiedPhong OrenNayar Phong Retro",
+    "optics.reflectances": "GGX PBR BlinnPhong Metal ModifiedPhong OrenNayar Phong Retro Ward",
     "rays.visibility": "Visibility",
     "scene.light_model": "LightModel",
     "scene.scene": "Scene load_materials",
@@ -139,6 +139,7 @@ __all__ = [
     "Tradeoff",
     "Viewer",
     "Visibility",
+    "Ward",
     "as_light",
     "default_scene",
     "diagnose",

@@ -329,6 +329,7 @@ REFLECTANCE_SHAPES: dict[str, Callable[[Dice], dict[str, Any]]] = {
     "modified-phong": lambda dice: {"shininess": dice.shininess()},
     "metal": lambda dice: {"color": dice.choice(((1.0, 0.8, 0.3), 0.5)), "shininess": dice.shininess()},
     "oren-nayar": lambda dice: {"sigma": dice.uniform(0.0, 90.0)},
+    "ward": lambda dice: {"alpha_x": _roughness(dice), "alpha_y": dice.log_between(1e-3, 1.0)},
     "retro": lambda dice: {"shininess": dice.shininess()},
     "ggx": lambda dice: {"roughness": _roughness(dice), "f0": dice.choice((0.04, (1.0, 0.8, 0.3)))},
     "pbr": lambda dice: {"metallic": dice.choice((0.0, 1.0, dice.random())), "roughness": _roughness(dice)},

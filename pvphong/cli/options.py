@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -16,6 +16,8 @@ from pvphong.meshes.blocks import DEFAULT, only
 from pvphong.meshes.edges import FeatureAngle
 from pvphong.meshes.files import read_mesh, read_texture
 from pvphong.optics.material import Material
+from pvphong.optics.reflectance import Reflectance
+from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.scene import Scene, load_materials
 
 
@@ -26,7 +28,10 @@ class Look:
     Parameters
     ----------
     material
-        A classic material such as "gold" or "red plastic"; the rig's if not given, or else a dull grey.
+        A named material such as "gold" or "car paint"; the rig's if not given, or else a dull grey.
+    reflectance
+        How it reflects, in place of the material's: a name, and fields of it after colons, as in oren-nayar:sigma=20
+        or ggx:roughness=0.3:f0=1,0.78,0.34.
     ambient
         Reflectance of ambient light, in place of the material's: a number, three as in 1,0.5,0.2, or a colour's name.
     diffuse
@@ -40,6 +45,7 @@ class Look:
     """
 
     material: str | None = None
+    reflectance: str | None = None
     ambient: str | None = None
     diffuse: str | None = None
     specular: str | None = None
@@ -56,6 +62,8 @@ class Look:
         changes: dict[str, Any] = {term: _color(text) for term, text in colors.items() if text is not None}
         if self.shininess is not None:
             changes["shininess"] = self.shininess
+        if self.reflectance is not None:
+            changes["reflectance"] = _reflectance(self.reflectance)
         return {name: replace(material, **changes) for name, material in begun.items()}
 
     def to_material(self, file: Path | None) -> Material:
@@ -68,6 +76,21 @@ def _named(name: str) -> Material:
         return Material.named(name)
     except ValueError as error:
         raise ValueError(f"material {error}") from error
+
+
+def _reflectance(text: str) -> Reflectance:
+    name, *parts = text.split(":")
+    kind = REFLECTANCES[check.choice("--reflectance", name, REFLECTANCES)]
+    known, given = [each.name for each in fields(kind)], dict[str, ColorLike]()
+    for part in parts:
+        field, separator, value = part.partition("=")
+        given[check.choice(f"--reflectance {name}", field, known)] = _color(value)
+        if not separator:
+            check.refuse(f"--reflectance {name}", part, "followed by fields as in name:field=value")
+    missing = [each.name for each in fields(kind) if each.default is MISSING and each.name not in given]
+    if missing:
+        check.refuse("--reflectance", text, f"given its {missing[0]} too", f"{name}:{missing[0]}=... does that.")
+    return kind(**given)
 
 
 def _color(text: str) -> ColorLike:

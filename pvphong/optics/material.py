@@ -9,7 +9,7 @@ from typing import Any, Self
 from pvphong.base import check, documents
 from pvphong.base.signature import InitSignature
 from pvphong.base.types import ColorLike, rgb
-from pvphong.optics.named_materials import NAMED
+from pvphong.optics.named_materials import NAMED, WITH_REFLECTANCE
 from pvphong.optics.physical_property import is_physical, physical_of
 from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances import REFLECTANCES, reflectance_name
@@ -76,21 +76,26 @@ class Material:
 
     @classmethod
     def named(cls, name: str) -> Self:
-        """One of the classic materials of OpenGL teaching, such as "gold" or "red plastic"; capitals do not count.
+        """A material of some name; capitals do not count.
+
+        "gold" and "red plastic" are among the classics of OpenGL teaching, with the light model's reflection;
+        "metallic gold", "chalk" and "car paint" among those with a reflectance of their own.
 
         Raises
         ------
         ValueError
             If there is no such material; the message lists all, and suggests close matches.
         """
-        known = check.choice("name", name.lower() if isinstance(name, str) else name, NAMED)
+        known = check.choice("name", name.lower() if isinstance(name, str) else name, cls.names())
+        if known in WITH_REFLECTANCE:
+            return cls(**WITH_REFLECTANCE[known])
         ambient, diffuse, specular, shine = NAMED[known]
         return cls(ambient=ambient, diffuse=diffuse, specular=specular, shininess=shine * 128.0)
 
     @staticmethod
     def names() -> tuple[str, ...]:
         """The names that `named` knows."""
-        return tuple(NAMED)
+        return (*NAMED, *WITH_REFLECTANCE)
 
     def to_dict(self) -> dict[str, Any]:
         """Its fields as JSON can hold them; `from_dict` gives the material back to the last bit.
@@ -187,6 +192,6 @@ def check_material(given: Any) -> None:
 def _remedy(given: Any) -> str:
     """What gives a material, from what was taken for one."""
     if isinstance(given, str):
-        is_one = given.lower() in NAMED
+        is_one = given.lower() in Material.names()
         return f"Material.named({given!r})." if is_one else "Material.named knows those in Material.names()."
     return "Material.from_property makes one of a pyvista.Property."

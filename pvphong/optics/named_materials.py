@@ -1,4 +1,6 @@
-"""The classic materials of OpenGL teaching: ambient, diffuse, specular, shininess / 128.
+"""Materials by their names: the classics of OpenGL teaching, and some with reflectances of their own.
+
+Of the classics there are ambient, diffuse, specular, and shininess / 128.
 
 The values are those of M. Kilgard's `teapots.c` in the OpenGL Programming Guide's examples (Silicon
 Graphics, 1994) and of the table that courses have copied from it since.
@@ -6,7 +8,10 @@ Graphics, 1994) and of the table that courses have copied from it since.
 
 from __future__ import annotations
 
+from typing import Any
+
 from pvphong.base.types import Vector
+from pvphong.optics.reflectances import GGX, Metal, OrenNayar, Retro, Ward
 
 
 def _grey(value: float) -> Vector:
@@ -54,3 +59,29 @@ NAMED: dict[str, tuple[Vector, Vector, Vector, float]] = {
     "white rubber": (_grey(0.05), _grey(0.5), _grey(0.7), 0.078125),
     "yellow rubber": ((0.05, 0.05, 0.0), (0.5, 0.5, 0.4), (0.7, 0.7, 0.04), 0.078125),
 }
+
+
+def _metal(color: Vector, shininess: float) -> dict[str, Any]:
+    """Next to nothing is scattered; colours at normal incidence, linear, are those of N. Hoffman's SIGGRAPH courses."""
+    red, green, blue = color
+    dim: Vector = (0.2 * red, 0.2 * green, 0.2 * blue)
+    return {"ambient": dim, "diffuse": dim, "reflectance": Metal(color, shininess)}
+
+
+WITH_REFLECTANCE: dict[str, dict[str, Any]] = {
+    "metallic gold": _metal((1.0, 0.78, 0.34), 40.0),
+    "metallic silver": _metal((0.95, 0.93, 0.88), 40.0),
+    "metallic copper": _metal((0.95, 0.64, 0.54), 40.0),
+    "metallic aluminium": _metal((0.91, 0.92, 0.92), 25.0),
+    "chalk": {"ambient": 0.9, "diffuse": 0.9, "reflectance": OrenNayar(30.0)},
+    "clay": {"ambient": (0.6, 0.34, 0.24), "diffuse": (0.6, 0.34, 0.24), "reflectance": OrenNayar(20.0)},
+    "brushed steel": {"ambient": 0.15, "diffuse": 0.15, "specular": 0.55, "reflectance": Ward(0.08, 0.4)},
+    "car paint": {"ambient": (0.3, 0.01, 0.02), "diffuse": (0.5, 0.01, 0.02), "reflectance": GGX(0.2, 0.06)},
+    "road sign": {
+        "ambient": (0.02, 0.12, 0.3),
+        "diffuse": (0.02, 0.12, 0.3),
+        "specular": (0.1, 0.3, 0.6),
+        "reflectance": Retro(60.0),
+    },
+}
+"""Name → fields. Brushed steel reads tangents, the others nothing that any mesh has not."""

@@ -91,6 +91,10 @@ class Reflectance(ABC):
         """This reflectance with what it takes of a material, such as a shininess where it has none of its own."""
         return self
 
+    def stand_in(self, material: Any) -> tuple[str, Any] | None:  # noqa: ARG002 nothing is simpler
+        """What a cheaper reflection in its place is called, and a material that looks much the same with it."""
+        return None
+
     def in_vtk(self) -> Reflectance | None:
         """What VTK's shader makes of it; None where VTK has no such."""
         return None

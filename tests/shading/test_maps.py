@@ -43,7 +43,8 @@ def numbers_of(field):
 
 
 def material_of(name):
-    reflectance = REFLECTANCES[name](**REFLECTANCE_SHAPES[name](Dice(4)))
+    shape = {"alpha_x": 0.5, "alpha_y": 0.9} if name == "ward" else REFLECTANCE_SHAPES[name](Dice(4))
+    reflectance = REFLECTANCES[name](**shape)
     return ph.Material(diffuse=(0.2, 0.3, 0.4), specular=0.5, shininess=12, reflectance=reflectance)
 
 
@@ -53,11 +54,15 @@ def test_each_vertex_has_a_material_of_its_own(given, name, field, precision, mo
     points, normals = given
     material, numbers = material_of(name), numbers_of(field)
     how = {"precision": precision, "components": True}
-    lit = ph.evaluate(points, normals, SCENE, material, **{field: numbers}, **how)
+    lit = ph.evaluate(points, normals, SCENE, material, tangents=points, **{field: numbers}, **how)
     for k, number in enumerate(numbers):
         part = slice(k, k + 1)
-        one = ph.evaluate(points[part], normals[part], SCENE, with_field(material, field, number), **how)
-        alone = ph.evaluate(points[part], normals[part], SCENE, material, **{field: numbers[part]}, **how)
+        one = ph.evaluate(
+            points[part], normals[part], SCENE, with_field(material, field, number), tangents=points[part], **how
+        )
+        alone = ph.evaluate(
+            points[part], normals[part], SCENE, material, tangents=points[part], **{field: numbers[part]}, **how
+        )
         assert np.array_equal(alone.rgb, lit.rgb[part]), "no vertex's bits depend on the others'"
         for component in ("rgb", "specular", "diffuse"):
             found, expected = getattr(lit, component)[part], getattr(one, component)
@@ -70,7 +75,7 @@ def test_each_vertex_has_a_material_of_its_own(given, name, field, precision, mo
 def test_equal_numbers_have_the_bits_of_the_number(given, name, field, precision):
     number = 0.5 if field == "specular" else SHARES[field][1]  # colours are exact where they are powers of two
     material = with_field(material_of(name), field, number)
-    how = {"precision": precision, "backend": "numpy"}
+    how = {"precision": precision, "backend": "numpy", "tangents": given[0]}
     plain = ph.evaluate(*given, SCENE, material, **how).rgb
     mapped = ph.evaluate(*given, SCENE, material, **{field: np.full(COUNT, number)}, **how).rgb
     assert np.array_equal(plain, mapped)
@@ -104,7 +109,7 @@ def test_bounds_are_those_of_the_extremes(name):
             middle, width = random.uniform(0.1, 0.9), random.choice((0.0, 0.1))
             maps[field] = np.clip(random.uniform(middle - width, middle + width, 40), 0.0, 1.0) * (high - low) + low
         tolerance = 10.0 ** random.uniform(-3, -0.5)
-        vertices = Vertices(points, normals, maps=maps)
+        vertices = Vertices(points, normals, tangents=points, maps=maps)
         plan = Plan.of(scene, material, vertices, tolerance=tolerance)
         exact = Plan.of(scene, material, vertices).run(vertices, precision="float64").rgb
         error = np.abs(plan.run(vertices, precision="float64").rgb - exact).max()

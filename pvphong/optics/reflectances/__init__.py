@@ -18,6 +18,7 @@ from pvphong.optics.reflectances.oren_nayar import OrenNayar
 from pvphong.optics.reflectances.pbr import PBR
 from pvphong.optics.reflectances.phong import Phong
 from pvphong.optics.reflectances.retro import Retro
+from pvphong.optics.reflectances.ward import Ward
 
 REFLECTANCES: dict[str, type[Reflectance]] = {
     "phong": Phong,
@@ -26,6 +27,7 @@ REFLECTANCES: dict[str, type[Reflectance]] = {
     "metal": Metal,
     "oren-nayar": OrenNayar,
     "retro": Retro,
+    "ward": Ward,
     "ggx": GGX,
     "pbr": PBR,
 }
@@ -62,6 +64,7 @@ __all__ = [
     "Phong",
     "Reflectance",
     "Retro",
+    "Ward",
     "counterpart_of",
     "reflectance_name",
 ]

@@ -42,15 +42,15 @@ class GGX(Microfacets):
         object.__setattr__(self, "roughness", check_roughness(self.roughness))
         object.__setattr__(self, "f0", part_of_light("f0", self.f0))
 
-    @property
-    def facets(self) -> Facets:
-        """Those of its roughness."""
-        return self.facets_of(self.roughness)
-
     def facets_of(self, roughness: Any) -> Facets:
-        """With the same roughness for distribution and masking."""
+        """With the same α for distribution and masking."""
         alpha = alpha_of(roughness)
         return Facets(alpha, alpha)
+
+    @property
+    def facets(self) -> Facets:
+        """Those of its own roughness."""
+        return self.facets_of(self.roughness)
 
     @property
     def base(self) -> Base:

@@ -67,6 +67,10 @@ class Metal(Reflectance):
         tinted = HIGHLIGHT._replace(is_own=True, color=rgb(self.color))
         return LAMBERT, tinted, HIGHLIGHT._replace(is_own=True)
 
+    def stand_in(self, material: Any) -> tuple[str, Any] | None:
+        """Phong's highlight in the metal's colour, also where light grazes it."""
+        return "Phong for Metal", replace(material, specular=self.color, reflectance=Phong(self.shininess))
+
     def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:
         """Phong's, parted by Schlick's."""
         diffuse, highlight = Phong(self.shininess).factors(surface, arrival, (True, any(wanted[1:])))
@@ -118,22 +122,24 @@ def part_of_light(name: str, value: Any) -> Color:
 
 def _stage(toolkit: Any) -> Callable[..., Any]:
     def metal(numbers: Any, rows: Any, _points: Any) -> int:
-        dark, half = toolkit.like(rows, numbers[2]), toolkit.like(rows, 0.5)
+        dark, half, least = toolkit.like(rows, numbers[2]), toolkit.like(rows, 0.5), toolkit.like(rows, 2.0**-80)
         shines = False
         for i in range(toolkit.BLOCK):
             n_l, middle, chord = toolkit.mirror_chord(rows, i)
-            rest = max(toolkit.ONE - half * toolkit.root(middle), toolkit.ZERO)
-            fourth = (rest * rest) * (rest * rest)
             rows[toolkit.FIRST + i] = max(n_l, toolkit.ZERO)
             rows[toolkit.SECOND + i] = chord
-            rows[toolkit.THIRD + i] = fourth * rest
+            rows[toolkit.THIRD + i] = middle
             shines = shines | ((n_l > toolkit.ZERO) & (chord < dark))
         if not shines:
             return 1
         toolkit.raise_second(rows, numbers[0], numbers[1], numbers[2])
         for i in range(toolkit.BLOCK):
             highlight = rows[toolkit.SECOND + i]
-            white = highlight * rows[toolkit.THIRD + i]
+            highlight = (
+                highlight if highlight > least else toolkit.ZERO
+            )  # less may be no normal number once it is parted
+            rest = max(toolkit.ONE - half * toolkit.root(rows[toolkit.THIRD + i]), toolkit.ZERO)
+            white = highlight * (((rest * rest) * (rest * rest)) * rest)
             rows[toolkit.SECOND + i] = highlight - white
             rows[toolkit.THIRD + i] = white
         return 7

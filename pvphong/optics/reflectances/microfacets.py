@@ -18,20 +18,21 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
 from pvphong.base import check
 from pvphong.base.ranges import BRIGHTEST
-from pvphong.base.types import FloatArray
+from pvphong.base.types import FloatArray, rgb
 from pvphong.base.vectors import dot, square_of_cross, unit
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.light import Arrival
 from pvphong.optics.reflectance import Lobe, Reflectance, Sightline
 from pvphong.optics.reflectances.fresnel import WHITENESS_SLOPE, most_whiteness, whiteness
 from pvphong.optics.reflectances.highlight import square
+from pvphong.optics.reflectances.phong import Phong
 from pvphong.optics.surface import Surface
 
 _LEAST_ALPHA = 1e-15
@@ -48,10 +49,10 @@ the sum at most 1, 28/23 · x(1 − (1 − x/2)⁵)(1 − (1 − y/2)⁵) (Ashik
 class Facets(NamedTuple):
     """How rough they are, and where cosines are cut off."""
 
-    alpha: float
+    alpha: Any
     """Of the distribution, above 0."""
 
-    beta: float
+    beta: Any
     """Of the masking."""
 
     floor: float = 0.0
@@ -67,14 +68,14 @@ class Microfacets(Reflectance):
 
     maps: ClassVar[frozenset[str]] = frozenset({"roughness"})
 
+    @abstractmethod
+    def facets_of(self, roughness: Any) -> Facets:
+        """Its microfacets, for a roughness or an array of them."""
+
     @property
     @abstractmethod
     def facets(self) -> Facets:
-        """Its microfacets."""
-
-    @abstractmethod
-    def facets_of(self, roughness: Any) -> Facets:
-        """Its microfacets if they had this roughness, or these, vertex by vertex."""
+        """Those of its own roughness."""
 
     @property
     @abstractmethod
@@ -96,8 +97,8 @@ class Microfacets(Reflectance):
     def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:
         """As at the module's head."""
         n, l, v = surface.normals, arrival.direction, surface.to_viewer
-        real, rough = n.dtype.type, surface.given("roughness", None)
-        facets = self.facets if rough is None else self.facets_of(rough)
+        real = n.dtype.type
+        facets = self.facets_of(surface.maps["roughness"]) if "roughness" in surface.maps else self.facets
         floor = real(facets.floor)
         x = np.maximum(surface.raw_cosine(arrival) * surface.inverse_length, floor)
         y = np.maximum(dot(n, v), floor)
@@ -109,6 +110,21 @@ class Microfacets(Reflectance):
         shine = _shine(facets, n, l + v, x, y)
         white = shine * white
         return base, shine - white, white
+
+    def stand_in(self, material: Any) -> tuple[str, Any] | None:
+        """Phong's highlight, as high and half as high at the same angles where light and viewer are above the surface.
+
+        Lambert's cosine under it reflects as much in all as the coupled base, which is 23/28.
+        There g is 1/(4α²) at its peak and half of that where sin² θ = (√2 − 1)α², which is cos (2θ)ⁿ = ½ for
+        n = ln 4 / (4 (√2 − 1) α²).
+        """
+        base, tinted, _ = self.lobes
+        square = self.facets.alpha**2
+        whole = 1.0 if self.base == "faded" else 1.0 / _COUPLED
+        diffuse = tuple(a * b * whole for a, b in zip(rgb(material.diffuse), base.color, strict=True))
+        specular = tuple(channel / (4.0 * square) for channel in tinted.color)
+        fitted = Phong(min(math.log(4.0) / (4.0 * (math.sqrt(2.0) - 1.0) * square), BRIGHTEST))
+        return "Phong for microfacets", replace(material, diffuse=diffuse, specular=specular, reflectance=fitted)
 
     def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG002 for any ψ
         """Next to the horizon the masking has no bound on its slope, but a highlight is never more than its largest."""
@@ -153,18 +169,13 @@ class Microfacets(Reflectance):
 
 
 def alpha_of(roughness: Any) -> Any:
-    """The α of a roughness that looks even, or of an array of them: its square."""
+    """The α of a roughness that looks even: its square."""
     return np.maximum(roughness * roughness, _LEAST_ALPHA)
 
 
-def check_roughness(value: Any) -> float:
-    """A roughness above 0 and at most 1."""
-    return check.number("roughness", value, above=0.0, at_most=1.0, remedy="0.1 is polished, 0.5 satin, 1 matt.")
-
-
 def _shine(facets: Facets, n: FloatArray, s: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
-    """A facet's g."""
-    alpha, beta, _, least = map(n.dtype.type, facets)
+    """D times K, s being l + v."""
+    alpha, beta, _, least = (np.asarray(number, n.dtype) for number in facets)
     length, one = square(s), n.dtype.type(1.0)
     with np.errstate(invalid="ignore"):
         sine = np.where((length > 0.0) & (dot(n, s) > 0.0), np.minimum(square_of_cross(n, s) / length, one), one)
@@ -172,6 +183,11 @@ def _shine(facets: Facets, n: FloatArray, s: FloatArray, x: FloatArray, y: Float
         masked = x * _masking(y, beta) + y * _masking(x, beta)
         shine = peak * peak * (n.dtype.type(0.5) * x / masked)
     return np.where(x > 0.0, np.minimum(shine, n.dtype.type(BRIGHTEST)), n.dtype.type(0.0))
+
+
+def check_roughness(value: Any) -> float:
+    """A roughness above 0 and at most 1."""
+    return check.number("roughness", value, above=0.0, at_most=1.0, remedy="0.1 is polished, 0.5 satin, 1 matt.")
 
 
 def _masking(cosine: FloatArray, beta: Any) -> Any:

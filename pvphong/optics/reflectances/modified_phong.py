@@ -56,7 +56,7 @@ class ModifiedPhong(Shiny):
             return diffuse, 0.0
         shininess = surface.given("shininess", self.sharpness)
         highlight = power(mirror_distance(surface, arrival.direction, raw_n_l), shininess, 0.0)
-        return diffuse, diffuse * highlight * diffuse.dtype.type(normalisation(shininess))
+        return diffuse, diffuse * highlight * np.asarray(normalisation(shininess), diffuse.dtype)
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:

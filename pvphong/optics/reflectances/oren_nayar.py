@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from pvphong.base import check
+from pvphong.base.types import rgb
 from pvphong.base.vectors import dot
 from pvphong.optics.light import Arrival
 from pvphong.optics.reflectance import Lobe, Reflectance
+from pvphong.optics.reflectances.phong import Phong
 from pvphong.optics.surface import Surface
 
 
@@ -51,6 +53,13 @@ class OrenNayar(Reflectance):
         """A and B."""
         variance = math.radians(self.sigma) ** 2
         return 1.0 - 0.5 * variance / (variance + 0.33), 0.45 * variance / (variance + 0.09)
+
+    def stand_in(self, material: Any) -> tuple[str, Any] | None:
+        """Lambert's cosine, that reflects as much in all: A + B (2/3 − 64/(45π))."""
+        a, b = self.coefficients
+        whole = a + b * (2.0 / 3.0 - 64.0 / (45.0 * math.pi))
+        color = tuple(channel * whole for channel in rgb(material.diffuse))
+        return "Lambert for Oren-Nayar", replace(material, diffuse=color, specular=0.0, reflectance=Phong())
 
     def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:  # noqa: ARG002
         """With cos φ sin α sin β = l·v − (n·l)(n·v), and cos β the greater of n·l and n·v: no angle is computed."""

@@ -67,14 +67,15 @@ class PBR(Microfacets):
         """As the shader has it; for that it must have its colour."""
         return _Shaded(self.metallic, self.roughness)
 
-    @property
-    def facets(self) -> Facets:
-        """Those of its roughness."""
-        return self.facets_of(self.roughness)
-
     def facets_of(self, roughness: Any) -> Facets:
         """D has the square of the roughness, the masking the roughness itself."""
-        return Facets(alpha_of(roughness), np.sqrt(alpha_of(roughness)))
+        alpha = alpha_of(roughness)
+        return Facets(alpha, np.sqrt(alpha))
+
+    @property
+    def facets(self) -> Facets:
+        """Those of its own roughness."""
+        return self.facets_of(self.roughness)
 
     @property
     def base(self) -> Base:
@@ -126,10 +127,9 @@ class _Shaded(_Colored):
     gamma: ClassVar[float] = 2.2
     is_physical: ClassVar[bool] = True
 
-    @property
-    def facets(self) -> Facets:
+    def facets_of(self, roughness: Any) -> Facets:
         """With the shader's floors."""
-        return super().facets._replace(floor=_FLOOR, least=_LEAST)
+        return super().facets_of(roughness)._replace(floor=_FLOOR, least=_LEAST)
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:

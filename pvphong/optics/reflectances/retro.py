@@ -56,7 +56,7 @@ class Retro(Shiny):
         distance = real(0.5) * square(arrival.direction - surface.to_viewer)
         distance = np.broadcast_to(distance, diffuse.shape).copy()
         shininess = surface.given("shininess", self.sharpness)
-        return diffuse, diffuse * power(distance, shininess, 0.0) * real(normalisation(shininess))
+        return diffuse, diffuse * power(distance, shininess, 0.0) * np.asarray(normalisation(shininess), real)
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:

@@ -162,3 +162,16 @@ def add_two(rows: Any, red: Any, green: Any, blue: Any, other_red: Any, other_gr
         rows[at.R + i] = multiply_add(other_red, second, multiply_add(red, first, rows[at.R + i]))
         rows[at.G + i] = multiply_add(other_green, second, multiply_add(green, first, rows[at.G + i]))
         rows[at.B + i] = multiply_add(other_blue, second, multiply_add(blue, first, rows[at.B + i]))
+
+
+@plain
+def add_three(rows: Any, r1: Any, g1: Any, b1: Any, r2: Any, g2: Any, b2: Any, r3: Any, g3: Any, b3: Any) -> None:
+    """All three lobes likewise."""
+    for i in range(BLOCK):
+        first, second, third = rows[at.FIRST + i], rows[at.SECOND + i], rows[at.THIRD + i]
+        red = multiply_add(r2, second, multiply_add(r1, first, rows[at.R + i]))
+        green = multiply_add(g2, second, multiply_add(g1, first, rows[at.G + i]))
+        blue = multiply_add(b2, second, multiply_add(b1, first, rows[at.B + i]))
+        rows[at.R + i] = multiply_add(r3, third, red)
+        rows[at.G + i] = multiply_add(g3, third, green)
+        rows[at.B + i] = multiply_add(b3, third, blue)

@@ -71,6 +71,9 @@ def _add_lobes(t: Any, s: Any, reflected: int, varies: bool, gain: Any, rows: An
         for lobe in range(3):
             if reflected & (1 << lobe):
                 adding.weaken(rows, at.FIRST + lobe * BLOCK, gain)
+    if not s.has_albedo and reflected == 7:
+        adding.add_three(rows, *in_type(t.colors[0], rows), *in_type(t.colors[1], rows), *in_type(t.colors[2], rows))
+        return
     if not s.has_albedo and reflected & 3 == 3:
         adding.add_two(rows, *in_type(t.colors[0], rows), *in_type(t.colors[1], rows))
         reflected &= ~3

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from pvphong.shading.kernel.adding import lambert
-from pvphong.shading.kernel.arithmetic import multiply_add, plain
+from pvphong.shading.kernel.arithmetic import exp2, multiply_add, plain
 from pvphong.shading.kernel.caps import cap_cosine, cap_power, see_cap
 from pvphong.shading.kernel.disks import disk_cosine
 from pvphong.shading.kernel.halfway import halfway_sines, mirror_chord
@@ -110,6 +110,7 @@ __all__ = [
     "cap_power",
     "disk_cosine",
     "dot",
+    "exp2",
     "halfway_sines",
     "hide_below",
     "holds",

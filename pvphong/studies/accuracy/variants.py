@@ -132,6 +132,10 @@ def _simplified(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
     if other is not None:
         name, reflectance = other
         yield name, replace(whole, reflectance=reflectance), dull
+    stand_in = None if whole.gamma != 1.0 else whole.reflectance.stand_in(subject.material)
+    if stand_in is not None:
+        name, material = stand_in
+        yield name, replace(subject, material=material).assembled, ""
     far = any(simplifications.is_beyond(term.light, middle, _FAR * radius) for term in needed.terms)
     yield (
         "far lights directional",

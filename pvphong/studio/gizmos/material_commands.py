@@ -13,6 +13,14 @@ from pvphong.studio.gizmos.surroundings import Board
 _HIGHLIGHT_STEP = 0.1
 
 
+def _suits_any_mesh(material: Material) -> bool:
+    return material.reflectance is None or not material.reflectance.needs
+
+
+_NAMES = [name for name in Material.names() if _suits_any_mesh(Material.named(name))]
+"""Without those for which a mesh needs tangents."""
+
+
 def _change(board: Board, change: Callable[[Material], Material], what: Callable[[Material], str]) -> None:
     pointed = board.surfaces.mesh(board.cursor)
     finishes = board.materials.finishes if pointed is None else (pointed.finish,)
@@ -36,14 +44,16 @@ def preceding(board: Board) -> None:
 
 
 def _neighbour(material: Material, step: int) -> Material:
-    names = Material.names()
-    at = names.index(_name(material)) if _name(material) in names else min(-step, 0)
-    return replace(Material.named(names[(at + step) % len(names)]), reflectance=material.reflectance)
+    name = _name(material)
+    at = _NAMES.index(name) if name in _NAMES else min(-step, 0)
+    chosen = Material.named(_NAMES[(at + step) % len(_NAMES)])
+    is_its_own = name in _NAMES and Material.named(name).reflectance is not None
+    return chosen if chosen.reflectance or is_its_own else replace(chosen, reflectance=material.reflectance)
 
 
 def _name(material: Material) -> str:
     plain = replace(material, reflectance=None)
-    return next((name for name in Material.names() if Material.named(name) == plain), "no name")
+    return next((name for name in _NAMES if Material.named(name) in (material, plain)), "no name")
 
 
 def shinier(board: Board) -> None:

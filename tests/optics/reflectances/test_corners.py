@@ -19,6 +19,7 @@ SHAPES = {
     "metal": [{"color": 0.3, "shininess": s} for s in (3.0, 1e6)],
     "oren-nayar": [{"sigma": s} for s in (0.0, 25.0, 90.0)],
     "retro": [{"shininess": s} for s in (0.0, 3.0, 1e6)],
+    "ward": [{"alpha_x": a, "alpha_y": b} for a, b in ((1e-6, 1e-6), (1e-3, 1.0), (0.3, 0.05), (1.0, 1.0))],
     "ggx": [{"roughness": r, "f0": 0.3} for r in (1e-6, 0.02, 0.3, 1.0)],
     "pbr": [{"roughness": r, "metallic": m} for r, m in ((1e-6, 1.0), (0.02, 0.0), (0.3, 0.4), (1.0, 0.7))],
 }
@@ -67,11 +68,12 @@ def conditions(found, sharpness):
 def evaluated(reflectance, precision, backend):
     """One light at a time: corners differ in all three vectors."""
     material = Material(ambient=0, diffuse=DIFFUSE, specular=SPECULAR, reflectance=reflectance)
+    how = {"precision": precision, "backend": backend}
     model, point = LightModel(ambient=0, clamp=False), np.zeros((1, 3), np.float32)
     found = []
     for n, l, v in zip(NORMALS, LIGHTS, EYES, strict=True):
         scene = Scene([PointLight(l)], Viewer(v, (v + np.eye(3)[0]).tolist()), model)
-        found.append(evaluate(point, n[None], scene, material, precision=precision, backend=backend).rgb[0, 0])
+        found.append(evaluate(point, n[None], scene, material, tangents=[(1, 0, 0)], **how).rgb[0, 0])
     return np.array(found)
 
 

@@ -13,13 +13,13 @@ from strategies import REFLECTANCE_SHAPES, Dice, unit
 from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Viewer, evaluate
 from pvphong.optics.light import Arrival
 from pvphong.optics.reflectance import Sightline
-from pvphong.optics.reflectances import REFLECTANCES, BlinnPhong, OrenNayar, Phong, counterpart_of
+from pvphong.optics.reflectances import PBR, REFLECTANCES, BlinnPhong, OrenNayar, Phong, counterpart_of
 from pvphong.optics.reflectances.vtk import VtkHeadlight
 from pvphong.optics.surface import Surface
 from pvphong.shading import kernel
 from pvphong.vtk.obstacles import refuse_inexpressible
 
-SEEDS = range(8)
+SEEDS = range(4)
 COUNT = 400
 every_reflectance = pytest.mark.parametrize(("name", "seed"), [(name, seed) for name in REFLECTANCES for seed in SEEDS])
 
@@ -35,7 +35,8 @@ class Thrown:
 
     def factors(self, l=None, v=None, real=np.float64):
         l, v = self.l if l is None else l, self.v if v is None else v
-        surface = Surface(self.n.astype(real), self.n.any(axis=0).astype(real), v.astype(real))
+        tangents = np.roll(self.n, 1, axis=0)
+        surface = Surface(self.n.astype(real), self.n.any(axis=0).astype(real), v.astype(real), tangents.astype(real))
         lobes = self.reflectance.lobes
         with np.errstate(divide="ignore", under="ignore", over="ignore"):  # as evaluators do
             found = self.reflectance.factors(surface, Arrival(l.astype(real), 1.0), [True] * len(lobes))
@@ -160,7 +161,16 @@ def test_the_compiled_evaluator_agrees_with_the_reference(name, seed):
     albedo = np.array([[dice.random() for _ in range(3)] for _ in range(COUNT)])
     for precision, step in (("float32", 2.0**-24), ("float64", 2.0**-53)):
         both = [
-            evaluate(points, case.n.T, scene, material, albedo=albedo, precision=precision, backend=backend).rgb
+            evaluate(
+                points,
+                case.n.T,
+                scene,
+                material,
+                albedo=albedo,
+                tangents=case.n.T[:, ::-1],
+                precision=precision,
+                backend=backend,
+            ).rgb
             for backend in ("numpy", "numba")
         ]
         assert np.abs(both[0] - both[1]).max() <= 2 * (4 * math.sqrt(case.reflectance.sharpness) + 16) * step * 3
@@ -171,7 +181,9 @@ def test_its_components_add_up(name, seed):
     case, _ = thrown(name, seed)
     material = Material(diffuse=0.5, specular=0.4, reflectance=case.reflectance)
     scene = Scene([PointLight((2, 1, 4), ambient=0.1)], Viewer((1, 2, 5)), LightModel(clamp=False))
-    lit = evaluate(case.n.T, case.n.T, scene, material, precision="float64", components=True)
+    lit = evaluate(
+        case.n.T, case.n.T, scene, material, tangents=case.n.T[:, ::-1], precision="float64", components=True
+    )
     np.testing.assert_allclose(lit.ambient + lit.diffuse + lit.specular + lit.emission, lit.rgb, atol=1e-15)
     np.testing.assert_allclose(lit.base + lit.per_light.sum(axis=0), lit.rgb, atol=1e-15)
 
@@ -235,3 +247,33 @@ def test_oren_nayar_without_roughness_is_lamberts():
     case, _ = thrown("oren-nayar", 2)
     lambert = np.maximum(np.einsum("ij,ij->j", case.n, case.l), 0)
     np.testing.assert_allclose(Thrown(OrenNayar(0), case.n, case.l, case.v).factors()[0], lambert, atol=1e-15)
+
+
+# --- bad input ---
+
+
+@pytest.mark.parametrize(
+    ("name", "fields", "message"),
+    [
+        ("ggx", {"roughness": 0.0}, "roughness must be a finite number > 0 and <= 1; got 0.0. 0.1 is polished"),
+        ("ggx", {"roughness": 1.1}, "roughness must be a finite number > 0 and <= 1; got 1.1"),
+        ("ggx", {"roughness": 0.5, "f0": 1.2}, "f0 must be a part of the light, at most 1 in each channel; got 1.2"),
+        ("ggx", {"roughness": 0.5, "f0": "golden"}, "f0 must be a number .*; got golden. Did you mean"),
+        ("pbr", {"metallic": -0.1}, "metallic must be a finite number >= 0 and <= 1; got -0.1"),
+        ("pbr", {"roughness": math.nan}, "roughness must be a finite number > 0 and <= 1; got nan"),
+        ("metal", {"color": (1, 1.5, 1)}, "color must be a part of the light"),
+        ("metal", {"color": 1, "shininess": -1}, "shininess must be a finite number >= 0; got -1"),
+        ("modified-phong", {"shininess": -1}, "shininess must be a finite number >= 0; got -1"),
+        ("retro", {"shininess": math.inf}, "shininess must be a finite number >= 0; got inf"),
+        ("ward", {"alpha_x": 0, "alpha_y": 1}, "alpha_x must be a finite number > 0 and <= 1; got 0"),
+        ("oren-nayar", {"sigma": 91}, "sigma must be a finite number >= 0 and <= 90; got 91"),
+    ],
+)
+def test_what_no_surface_has_is_refused(name, fields, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        REFLECTANCES[name](**fields)
+
+
+def test_white_that_is_more_than_white_is_refused_for_a_metal_of_that_colour():
+    with pytest.raises(ValueError, match=r"^diffuse must be at most 1 in each channel for PBR; got \(2"):
+        evaluate([[0, 0, 0]], [[0, 0, 1]], Scene(()), Material(diffuse=2.0, reflectance=PBR(1.0)))

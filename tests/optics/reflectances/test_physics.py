@@ -3,23 +3,53 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from strategies import LIGHT_SHAPES, REFLECTANCE_SHAPES, Dice
 
-from pvphong import GGX, PBR, BlinnPhong, Metal, ModifiedPhong, OrenNayar, Phong, Retro
+from pvphong import (
+    GGX,
+    PBR,
+    BlinnPhong,
+    LightModel,
+    Material,
+    Metal,
+    ModifiedPhong,
+    OrenNayar,
+    Phong,
+    PointLight,
+    Retro,
+    Scene,
+    Viewer,
+    Ward,
+    evaluate,
+)
 from pvphong.optics.light import Arrival
+from pvphong.optics.lights import LIGHT_TYPES
+from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.surface import Surface
+from pvphong.shading import kernel
+from pvphong.shading.plan.plan import Plan
+from pvphong.shading.vertices import Vertices
 
+COMPILED = "numba" if kernel.is_available() else "auto"
 RECIPROCAL = [
     *(ModifiedPhong(s) for s in (0.0, 4.0, 60.0)),
     *(Retro(s) for s in (0.0, 4.0, 60.0)),
     *(OrenNayar(s) for s in (0.0, 20.0, 90.0)),
+    *(Ward(a, b) for a, b in ((0.2, 0.2), (0.15, 0.8), (1.0, 1.0))),
     *(GGX(r, 0.5) for r in (0.1, 0.5, 1.0)),
     *(PBR(m, r) for m in (0.0, 0.5, 1.0) for r in (0.2, 1.0)),
 ]
-CONSERVING = [*RECIPROCAL[:6], *(GGX(r, f) for r in (0.25, 0.5, 1.0) for f in (0.0, 0.04, 0.5, 1.0)), OrenNayar(0.0)]
+CONSERVING = [
+    *RECIPROCAL[:6],
+    *RECIPROCAL[9:12],
+    *(GGX(r, f) for r in (0.25, 0.5, 1.0) for f in (0.0, 0.04, 0.5, 1.0)),
+    OrenNayar(0.0),
+]
 TOWARDS = [10.0, 70.0, 88.0]
 
 
@@ -32,7 +62,8 @@ def reflected(reflectance, l, v, diffuse=0.5, specular=0.5):
     """Of red light, from unit vectors (3, k)."""
     bound = of_white(reflectance)
     count = np.broadcast(l, v).shape[1]
-    surface = Surface(np.array([[0.0], [0], [1]]) * np.ones(count), np.ones(count), v * np.ones(count))
+    x, _, z = np.eye(3)[:, :, None] * np.ones(count)
+    surface = Surface(z, np.ones(count), v * np.ones(count), x)
     with np.errstate(divide="ignore", under="ignore", over="ignore"):  # as evaluators do
         factors = bound.factors(surface, Arrival(l * np.ones(count), 1.0), [True] * 3)
     own = {"diffuse": diffuse, "specular": specular}
@@ -119,3 +150,71 @@ def test_a_brdf_is_the_others_limit():
     l, v = direction(np.array([0.3, 0.8]), np.array([0.0, 2.0])), direction(np.array([0.5, 0.4]), np.array([3.0, 1.0]))
     np.testing.assert_allclose(reflected(OrenNayar(0.0), l, v), 0.5 * l[2], rtol=1e-14)
     np.testing.assert_allclose(reflected(Metal(1.0, 9.0), l, v), reflected(Phong(9.0), l, v, specular=1.0), rtol=1e-14)
+
+
+@pytest.mark.parametrize("reflectance", [OrenNayar(25.0), OrenNayar(60.0), GGX(0.5, 0.0)], ids=repr)
+def test_what_stands_in_for_a_base_reflects_as_much_in_all(reflectance):
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    cosines, weights = 0.5 * (nodes + 1.0), weights * 0.5 * (nodes + 1.0)
+    found = 0.0
+    for cosine, weight in zip(cosines, weights, strict=True):
+        theta = math.degrees(math.acos(cosine))
+        found += weight * (albedo(reflectance, theta, diffuse=1.0) - albedo(reflectance, theta, diffuse=0.0))
+    _, simpler = reflectance.stand_in(Material(diffuse=1.0))
+    assert simpler.diffuse[0] == pytest.approx(found, abs=2e-3)
+
+
+# --- in scenes ---
+
+
+@pytest.mark.parametrize("metallic", [0.0, 0.4, 1.0])
+@pytest.mark.parametrize("backend", ["numpy", COMPILED])
+def test_an_albedo_is_as_if_each_vertex_had_a_material_of_its_own(metallic, backend):
+    random = np.random.default_rng(4)
+    points, normals, albedo = random.normal(size=(3, 12, 3))
+    albedo = np.clip(np.abs(albedo), 0.0, 1.0)
+    scene = Scene([PointLight((3, 2, 4))], Viewer((0, 0, 9)), LightModel(clamp=False))
+    material = Material(ambient=0.0, diffuse=(0.9, 0.6, 0.3), reflectance=PBR(metallic, 0.4))
+    how = {"precision": "float64"}
+    lit = evaluate(points, normals, scene, material, albedo=albedo, backend=backend, **how).rgb
+    for k in range(12):
+        own = replace(material, diffuse=tuple(albedo[k] * material.diffuse))
+        found = evaluate(points[k : k + 1], normals[k : k + 1], scene, own, **how).rgb[0]
+        np.testing.assert_allclose(lit[k], found, rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize("light", LIGHT_TYPES)
+@pytest.mark.parametrize("name", REFLECTANCES)
+def test_every_light_lights_every_reflectance(name, light):
+    dice = Dice(f"{name} {light}")
+    aim = tuple(-dice.unit_vector())
+    shape = LIGHT_SHAPES[light](dice, tuple(-3.0 * np.array(aim)), aim, 60.0)
+    lamp = LIGHT_TYPES[light](**shape)
+    reflectance = REFLECTANCES[name](**REFLECTANCE_SHAPES[name](Dice(6)))
+    points = np.array([dice.unit_vector() for _ in range(150)])
+    scene = Scene([lamp], Viewer((1, -2, 5)))
+    material = Material(ambient=0.0, diffuse=0.5, specular=0.4, reflectance=reflectance)
+    both = [
+        evaluate(points, points, scene, material, tangents=points[:, ::-1], precision="float64", backend=backend).rgb
+        for backend in ("numpy", COMPILED)
+    ]
+    assert np.isfinite(both[0]).all()
+    assert both[0].max() > 0.0
+    np.testing.assert_allclose(*both, atol=1e-7)
+
+
+def test_a_plan_keeps_its_promise_where_the_sum_of_all_light_is_raised_to_a_power():
+    random = np.random.default_rng(5)
+    points = random.uniform(-1.0, 1.0, (200, 3))
+    material = Material(diffuse=0.5, reflectance=PBR(0.0, 0.8))
+    taken = 0
+    for k in range(12):
+        lamps = [PointLight(tuple(10.0**k * random.normal(size=3) + 20.0), intensity=10.0 ** -random.uniform(0, 6))]
+        scene = Scene([*lamps, PointLight((3, 2, 4))], Viewer((0, 0, 9)), LightModel.vtk(two_sided=False))
+        vertices = Vertices(points, points)
+        exact = Plan.of(scene, material, vertices).run(vertices, precision="float64").rgb
+        plan = Plan.of(scene, material, vertices, tolerance=0.05)
+        error = np.abs(plan.run(vertices, precision="float64").rgb - exact).max()
+        assert error <= plan.error_bound + 1e-12 <= 0.05 + 1e-12
+        taken += plan.error_bound > 0.0
+    assert taken > 2

@@ -37,7 +37,7 @@ def lit(light, reflectance, seed, precision, shade_by="numba", albedo=None):
     material = ph.Material(diffuse=0.5, specular=0.4, shininess=20, reflectance=reflectance)
     points, normals = vertices_of(Dice(seed))
     scene = ph.Scene([light], ph.Viewer((1, -2, 5)))
-    options = {"precision": precision, "backend": shade_by, "albedo": albedo}
+    options = {"precision": precision, "backend": shade_by, "albedo": albedo, "tangents": points}
     return ph.evaluate(points, normals, scene, material, **options).rgb
 
 

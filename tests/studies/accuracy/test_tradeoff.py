@@ -87,6 +87,24 @@ def test_light_model_errors_are_those_of_the_changed_scene(mesh, report):
         assert row(report, name).arithmetic.largest < 1e-5, name
 
 
+@pytest.mark.parametrize(
+    ("reflectance", "name", "simpler"),
+    [
+        (ph.OrenNayar(25), "Lambert for Oren-Nayar", ph.Material(diffuse=0.5 * 0.88138)),
+        (ph.Metal(0.6, 9), "Phong for Metal", ph.Material(diffuse=0.5, specular=0.6, shininess=9)),
+        (ph.GGX(0.5, 0.4), "Phong for microfacets", ph.Material(diffuse=0.3 * 23 / 28, specular=1.6, shininess=13.387)),
+    ],
+)
+def test_simpler_reflectances_are_priced(mesh, reflectance, name, simpler):
+    material = ph.Material(diffuse=0.5, reflectance=reflectance)
+    report = mesh.phong.tradeoff(SCENE, material, seconds=0.2)
+    found = row(report, name)
+    error = np.abs(exact(mesh, SCENE, simpler) - exact(mesh, SCENE, material)).max()
+    assert found.light_model.largest == pytest.approx(error, rel=1e-3) != 0
+    assert found.kind == "light model"
+    assert found.time.median > 0
+
+
 def test_interpolation_errors_fall_when_the_mesh_is_refined(mesh, report):
     whole = mesh.phong.interpolation_error(SCENE, SHINY)["phong_interpolation_error"]
     assert row(report, "as it is").interpolation.largest == pytest.approx(whole.max(), rel=1e-6)
