@@ -83,7 +83,8 @@ class Vertices:
     @cached_property
     def normals(self) -> FloatArray:
         """Shape (n, 3); computed when they are first read."""
-        return self._checked("normals", self._normals() if callable(self._normals) else self._normals)
+        given = self._normals() if callable(self._normals) else self._normals
+        return check.array("normals", given, count=len(self.points))
 
     @cached_property
     def tangents(self) -> FloatArray:
