@@ -226,7 +226,11 @@ def test_an_albedo_of_blocks_is_an_array_that_each_has(plotter):
     [
         (pv.MultiBlock([None, pv.PolyData()]), {}, "^mesh must be a MultiBlock with a mesh in it"),
         (pv.MultiBlock({"dots": pv.PolyData([[0.0, 0, 0]])}), {}, "^block 'dots': mesh must be a mesh with faces"),
-        (blocks()[2], {"albedo": np.ones((3, 3))}, "^albedo must be the name of a point array that every block"),
+        (
+            blocks()[2],
+            {"albedo": np.ones((3, 3))},
+            "^albedo must be a texture, the name of a point array that every block",
+        ),
         (blocks()[2], {"albedo": "tint"}, "^albedo must be one of"),
         (blocks()[2], {"color": "red"}, "^option must be"),
     ],

@@ -17,8 +17,8 @@ def toggle_hidden(board: Board) -> None:
 
 
 def select_next(board: Board) -> None:
-    """Select the next light that has handles; after the last none."""
-    ring = [None, *(gizmo for gizmo in board.gizmos if gizmo.handles)]
+    """Select the next light, also one without handles: keys act on it; after the last none."""
+    ring = [None, *board.gizmos]
     at = ring.index(board.selected) if board.selected in ring else 0
     chosen = ring[(at + 1) % len(ring)]
     board.select(chosen)
