@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from pvphong.shading.kernel import rows as at
-from pvphong.shading.kernel.arithmetic import inlined, multiply_add, plain
+from pvphong.shading.kernel.arithmetic import inlined, multiply_add
 from pvphong.shading.kernel.caps import angle_of
 from pvphong.shading.kernel.pointers import like
 from pvphong.shading.kernel.rows import BLOCK
@@ -36,7 +36,7 @@ _SMALL = _F(0.4)
 _BESIDE, _LARGE = _F(0.1), _F(2.0**20)
 
 
-@plain
+@inlined
 def disk_cosine(rows: Any, shape: Any, target: int) -> bool:
     """D²/area · ∫ max(n·u, 0) du into a row, d the distance of the middle; whether no vertex is declined.
 
@@ -71,7 +71,7 @@ def disk_cosine(rows: Any, shape: Any, target: int) -> bool:
     return good
 
 
-@plain
+@inlined
 def _add_cut(rows: Any, ax: Any, ay: Any, az: Any, radius: Any, target: int) -> None:
     """What is left of disks, in place of what stands in a row: where β, in a stage's first own row, is not 0.
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from pvphong.shading.kernel import rows as at
-from pvphong.shading.kernel.arithmetic import exp2, exp2_less_one32, inlined, log2_power, multiply_add, plain
+from pvphong.shading.kernel.arithmetic import exp2, exp2_less_one32, inlined, log2_power, multiply_add
 from pvphong.shading.kernel.caps import angle_of
 from pvphong.shading.kernel.pointers import like
 from pvphong.shading.kernel.rows import BLOCK
@@ -70,7 +70,7 @@ def _normal(rows: Any, i: int) -> tuple[Any, Any, Any]:
     return rows[at.NX + i] * shrink, rows[at.NY + i] * shrink, rows[at.NZ + i] * shrink
 
 
-@plain
+@inlined
 def see_polygon(rows: Any, shape: Any) -> bool:
     """Which side is seen, and how much of it is above the horizon; whether no vertex is declined.
 
@@ -114,7 +114,7 @@ def _lambert_of(px: Any, py: Any, pz: Any, ex: Any, ey: Any, ez: Any, nx: Any, n
     return angle_of(length, along) * (dot(gx, gy, gz, nx, ny, nz) / max(length, _TINY))
 
 
-@plain
+@inlined
 def polygon_cosine(rows: Any, shape: Any, target: int) -> bool:
     """D²/area · ∫ max(n·u, 0) du into a row, d the distance of the middle; whether no vertex is declined."""
     corners, is_cut, any_small, any_large, good = np.int64(shape[_CORNERS]), False, False, False, True
@@ -152,7 +152,7 @@ def polygon_cosine(rows: Any, shape: Any, target: int) -> bool:
     return good
 
 
-@plain
+@inlined
 def _add_side(rows: Any, a: Any, b: Any, c: Any, x: Any, y: Any, z: Any) -> None:
     for i in range(BLOCK):
         nx, ny, nz = _normal(rows, i)
@@ -160,7 +160,7 @@ def _add_side(rows: Any, a: Any, b: Any, c: Any, x: Any, y: Any, z: Any) -> None
         rows[_SUM + i] += _lambert_of(px, py, pz, x, y, z, nx, ny, nz)
 
 
-@plain
+@inlined
 def _add_cut_side(rows: Any, shape: Any, a: Any, b: Any, c: Any, x: Any, y: Any, z: Any) -> None:
     """What of a side is above the horizon; where it crosses that, its share of the way back along it.
 
@@ -191,7 +191,7 @@ def _add_cut_side(rows: Any, shape: Any, a: Any, b: Any, c: Any, x: Any, y: Any,
         rows[_SUM + i] += seen + (around if (here > _ZERO) != (there > _ZERO) else _ZERO)
 
 
-@plain
+@inlined
 def _mean(rows: Any, shape: Any, target: int, exponent: Any, mirror: Any) -> None:
     """D²/area · ∫ max(a·u, 0)ᵏ du at nodes, for the normal or, where `mirror` is 1, the mirrored viewer."""
     corners, count = np.int64(shape[_CORNERS]), np.int64(shape[_COUNT])
@@ -216,7 +216,7 @@ def _mean(rows: Any, shape: Any, target: int, exponent: Any, mirror: Any) -> Non
             rows[target + i] = multiply_add(glow, value, rows[target + i])
 
 
-@plain
+@inlined
 def polygon_power(rows: Any, shape: Any, target: int, exponent: float, shown: float, small: float) -> bool:
     """D²/area · ∫ max(w·u, 0)ⁿ du above the horizon into a row; whether no vertex is declined.
 
@@ -282,7 +282,7 @@ def _turn(rise: Any, first: Any, last: Any) -> Any:
     return angle_of(max(over, _ZERO), rise * rise * cosine_first * cosine_last + sine_first * sine_last)
 
 
-@plain
+@inlined
 def _add_arc(rows: Any, a: Any, b: Any, c: Any, x: Any, y: Any, z: Any, power: Any, nothing: Any) -> None:
     """∫ (1 − max(z, 0)ᵖ) dφ along a side, counter-clockwise around the normal of its plane."""
     least = like(rows, -np.inf)
