@@ -18,7 +18,7 @@ from pvphong.optics.lights import light_from_values
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
-from pvphong.shading.equation import vtk_tier
+from pvphong.shading.assembly import vtk_tier
 from pvphong.vtk.obstacles import has_highlights, is_headlight_tier, seen_from_infinity, shining
 
 _WIDEST_CONE = float(np.nextafter(np.float32(90.0), np.float32(0.0)))

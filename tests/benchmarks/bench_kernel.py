@@ -24,7 +24,7 @@ from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading import kernel
-from pvphong.shading.equation import assemble
+from pvphong.shading.assembly import assemble
 from pvphong.shading.kernel import pool
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan

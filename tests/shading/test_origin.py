@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import pvphong as ph
-from pvphong.shading.equation import assemble
+from pvphong.shading.assembly import assemble
 from pvphong.shading.origin import beside_the_mesh
 
 LAMP = ph.PointLight(position=(3, 4, 5), attenuation=(1, 0.1, 0))

@@ -11,7 +11,8 @@ import numpy as np
 from pvphong.base.types import Float64Array, FloatArray, MatrixLike
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
-from pvphong.shading.equation import Equation, assemble
+from pvphong.shading.assembly import assemble
+from pvphong.shading.equation import Equation
 from pvphong.shading.evaluation import evaluate
 
 

@@ -17,7 +17,8 @@ from typing import NamedTuple
 from pvphong.base.types import Vector
 from pvphong.geometry.extent import ROUNDED_UP, Extent
 from pvphong.optics.light import NOTHING_KNOWN, Light, Reach
-from pvphong.shading.equation import Equation, LightTerm, in_parts
+from pvphong.shading.equation import Equation, LightTerm
+from pvphong.shading.parts import in_parts
 from pvphong.shading.screen import Screen
 
 

@@ -14,7 +14,8 @@ from pvphong.base.types import Vector
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.light import NODES, Fewer, Simpler
 from pvphong.optics.reflectance import Component
-from pvphong.shading.equation import BLACK, Equation, LightTerm, by_closed_form
+from pvphong.shading.equation import BLACK, Equation, LightTerm
+from pvphong.shading.parts import by_closed_form
 from pvphong.shading.plan.bounds import Seen, most_color, turned
 from pvphong.shading.plan.draft import (
     NO_LIGHT,

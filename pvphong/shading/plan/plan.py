@@ -22,8 +22,10 @@ from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import SceneLike, as_scene
 from pvphong.shading import kernel, reference
-from pvphong.shading.equation import Equation, assemble, in_parts
+from pvphong.shading.assembly import assemble
+from pvphong.shading.equation import Equation
 from pvphong.shading.origin import beside_the_mesh
+from pvphong.shading.parts import in_parts
 from pvphong.shading.plan.draft import Decision, Draft
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.result import Shading

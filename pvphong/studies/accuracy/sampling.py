@@ -11,7 +11,7 @@ from pvphong.base.types import Float64Array, FloatArray, IntArray
 from pvphong.rays.sampling import NODES
 from pvphong.rays.visibility import Visibility
 from pvphong.shading import reference
-from pvphong.shading.equation import in_parts
+from pvphong.shading.parts import in_parts
 from pvphong.shading.result import Shading
 from pvphong.shading.vertices import Vertices
 from pvphong.studies.accuracy.rows import NO_ERROR, Row, Timing, vertex_errors

@@ -14,7 +14,9 @@ from pvphong.optics.material import Material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene
 from pvphong.shading import kernel, reference
-from pvphong.shading.equation import Equation, assemble, in_parts
+from pvphong.shading.assembly import assemble
+from pvphong.shading.equation import Equation
+from pvphong.shading.parts import in_parts
 from pvphong.shading.plan.plan import Plan, is_worth_loading
 from pvphong.shading.result import Shading
 from pvphong.shading.vertices import Vertices

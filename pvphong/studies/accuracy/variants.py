@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 from pvphong.base.types import Backend, FloatArray, Precision
 from pvphong.optics.reflectances import counterpart_of
-from pvphong.shading.equation import Equation, as_nodes
+from pvphong.shading.equation import Equation
+from pvphong.shading.parts import as_nodes
 from pvphong.studies.accuracy import simplifications
 from pvphong.studies.accuracy.rows import UNTIMED, Errors, Kind, Row
 from pvphong.studies.accuracy.subject import Subject

@@ -12,7 +12,8 @@ from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.shading import kernel
-from pvphong.shading.equation import assemble, in_parts
+from pvphong.shading.assembly import assemble
+from pvphong.shading.parts import in_parts
 from pvphong.shading.result import Shading
 
 pytest.importorskip("numba", reason="the extra `fast` is not installed")

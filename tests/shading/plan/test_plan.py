@@ -15,7 +15,7 @@ import vtk
 
 import pvphong as ph
 from pvphong.shading import kernel, reference
-from pvphong.shading.equation import assemble
+from pvphong.shading.assembly import assemble
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.result import Shading
 

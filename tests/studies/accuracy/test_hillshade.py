@@ -8,7 +8,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.shading.equation import assemble
+from pvphong.shading.assembly import assemble
 from pvphong.studies.accuracy.hillshade import height_field, hillshading
 
 SUN = ph.DirectionalLight(direction=(1, -2, -2), diffuse=(0.8, 0.6, 0.4), ambient=0.1)
