@@ -72,7 +72,12 @@ class Material:
                 check.refuse(field, getattr(self, field), "a reflectance, of which 1.0 is all", remedy)
         object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
         if self.reflectance is not None and not isinstance(self.reflectance, Reflectance):
-            check.refuse("reflectance", self.reflectance, "a reflectance, or None for the light model's", "ph.Phong().")
+            check.refuse(
+                "reflectance",
+                self.reflectance,
+                "a reflectance, or None for the light model's",
+                "For example, ph.GGX(roughness=0.3).",
+            )
 
     @classmethod
     def named(cls, name: str) -> Self:
