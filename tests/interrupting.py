@@ -16,6 +16,8 @@ import tempfile
 import time
 from pathlib import Path
 
+from pvphong.base.files import PREFIX
+
 
 def writers():
     """How each sort of file is written, by its name: an old one and a new one."""
@@ -125,6 +127,12 @@ class Sort:
         """Have the old file there."""
         assert forked(lambda: self.old(self.folder)) == 0
 
+    def wait(self):
+        """Let a minute be over: then an empty folder is cleared too, whose writer was killed before it locked it."""
+        for path in self.folder.glob(f"{PREFIX}*"):
+            if not any(path.iterdir()):
+                os.utime(path, (0, 0))
+
     def left(self):
         """What is there beside the file and its folder."""
         return sorted({path.name for path in self.folder.iterdir()} - {self.name, Path(self.name).stem})
@@ -143,6 +151,7 @@ def interrupt(count, limits):
             began += bool(sort.left())
             faults += [(sort.name, fault) for fault in [sort.fault()] if fault]
         for sort in sorts:
+            sort.wait()
             sort.begin()  # clears what was left
             faults += [(sort.name, f"left {left}") for left in sort.left()]
             for step in range(limits):
