@@ -182,7 +182,7 @@ def _piece(w: Any, middle: Any, e1: Any, e2: Any, radius: Any, psi: Any, half: A
     cosine = dot(w, x) / size
     reach = np.arctan2(radius * half, np.maximum(size - radius * half, 1e-300))
     window = np.arccos(1.0 - shows_below(power)) + reach
-    (rows,) = np.nonzero((cosine > 0.0) & (np.arccos(np.minimum(cosine, 1.0)) < window) | (window > 1.5))
+    (rows,) = np.nonzero(np.arccos(np.clip(cosine, -1.0, 1.0)) < window)
     if not len(rows):
         return turned
     w, middle, e1, e2, radius, psi, half = (a[..., rows] for a in (w, middle, e1, e2, radius, psi, half))

@@ -30,9 +30,28 @@ EFFECTS = frozenset({"position", SIZE})
 # VTK has no cone of 90°.
 _NEARLY_90 = 89.999
 
-# For compiled code: what it takes for nothing, powers that it leaves to the readable evaluator, what is small against
-# a lobe's width, and sizes for whose squares it has room.
-_NOTHING, _LOW, _FRACTION, LEAST_SIZE = 1e-7, 4.0, 0.3, 1e-6
+# For compiled code: what it takes for nothing, powers that it leaves to the readable evaluator, and what is small
+# against a lobe's width.
+_NOTHING, _LOW, _FRACTION = 1e-7, 4.0, 0.3
+LEAST_SIZE = 1e-6
+"""For the squares of sizes between this and one over it has compiled code room."""
+
+
+def in_float32(forms: Sequence[CosinePower | None]) -> tuple[float, float, float]:
+    """For compiled code: the highlight's power n, the 1 − z from which zⁿ⁺¹ is nothing, what is small against it."""
+    power = next((form.power for form in forms if form is not None and form.around == "mirror"), _LOW)
+    return power, -math.expm1(math.log(_NOTHING) / (power + 1.0)), _FRACTION / math.sqrt(power + 1.0)
+
+
+def is_rough(forms: Sequence[CosinePower | None]) -> bool:
+    """Whether a highlight is too rough on its equator for compiled code."""
+    return any(form is not None and form.around == "mirror" and form.power < _LOW for form in forms)
+
+
+def rows_of(toolkit: Any, forms: Sequence[CosinePower | None]) -> tuple[int, int]:
+    """In which rows compiled code wants Lambert's cosine, and the highlight's power; −1: it is not wanted."""
+    rows = {form.around: row for form, row in zip(forms, toolkit.LOBES, strict=False) if form is not None}
+    return rows.get("normal", -1), rows.get("mirror", -1)
 
 
 def reach_within(center: Vector, radius: float, extent: Extent) -> Reach:
@@ -196,23 +215,17 @@ class Flat:
         if parts is None:
             return ()
         offsets, weights = parts
-        power = next((form.power for form in forms if form is not None and form.around == "mirror"), _LOW)
-        shown, small = -math.expm1(math.log(_NOTHING) / (power + 1.0)), _FRACTION / math.sqrt(power + 1.0)
         shape = (*self.normal, float(self.two_sided), 1.0 / self.area, self.reach_radius)
         counts = len(offsets) - len(weights), len(weights)
         numbers = (*shape, *counts, *offsets.ravel().tolist(), *weights.tolist())
-        return (*self.center, *INVERSE_SQUARE, power, shown, small, *numbers)
+        return (*self.center, *INVERSE_SQUARE, *in_float32(forms), *numbers)
 
     def closed_stage(self, toolkit: Any, forms: Sequence[CosinePower | None]) -> Stage | None:
         """Along its sides, where it has some. Low powers, which are rough, are left to the readable evaluator."""
-        if self.cubature() is None or not LEAST_SIZE < self.reach_radius < 1.0 / LEAST_SIZE:
+        is_measurable = self.cubature() is not None and LEAST_SIZE < self.reach_radius < 1.0 / LEAST_SIZE
+        if not is_measurable or is_rough(forms):
             return None
-        if any(form is not None and form.around == "mirror" and form.power < _LOW for form in forms):
-            return None
-        rows = [toolkit.FIRST, toolkit.SECOND, toolkit.THIRD]
-        around = [None if form is None else form.around for form in forms]
-        found = [rows[around.index(name)] if name in around else -1 for name in ("normal", "mirror")]
-        return Stage(_sides(toolkit, *found), divisors=slice(3, 6), most_gain=math.inf)
+        return Stage(_sides(toolkit, *rows_of(toolkit, forms)), divisors=slice(3, 6), most_gain=math.inf)
 
     @property
     def area(self) -> float:

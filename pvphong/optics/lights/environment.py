@@ -19,6 +19,7 @@ from pvphong.optics.light import Arrival, Integral, Light, Reach, Stage
 from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.panorama import Panorama, checked, directions, panorama, row_areas
 from pvphong.optics.roles import Role, imaged, turned, upward
+from pvphong.optics.sized import is_rough, rows_of
 from pvphong.optics.spherical import CosinePower, share_above
 from pvphong.optics.surface import Surface
 
@@ -29,9 +30,9 @@ SKY = "sky"
 _LEAST = 1e-9
 # Harmonics of less are left out, of 1.
 _NOTHING = 1e-15
-# For compiled code: powers that it leaves to the readable evaluator; of a lobe what it takes for nothing, and with so
-# many coefficients the part above the horizon is right to 1e-7.
-_LOW, _HIDDEN, _SHARES = 4.0, 1e-8, 18
+# For compiled code: of a lobe what it takes for nothing, and with so many coefficients the part above the horizon is
+# right to 1e-7.
+_HIDDEN, _SHARES = 1e-8, 18
 # Directions that nodes are chosen from, at least, in rows.
 _ROWS = 48
 # What harmonics may have more than the image that they are of.
@@ -234,12 +235,7 @@ class SkyChannel(Light):
 
     def closed_stage(self, toolkit: Any, forms: Sequence[CosinePower | None]) -> Stage | None:
         """As in the reference. Low powers, which are rough on the equator, are left to that."""
-        if any(form is not None and form.around == "mirror" and form.power < _LOW for form in forms):
-            return None
-        rows = [toolkit.FIRST, toolkit.SECOND, toolkit.THIRD]
-        around = [None if form is None else form.around for form in forms]
-        found = [rows[around.index(name)] if name in around else -1 for name in ("normal", "mirror")]
-        return Stage(_stage(toolkit, *found), varies=False)
+        return None if is_rough(forms) else Stage(_stage(toolkit, *rows_of(toolkit, forms)), varies=False)
 
     def _weighted(self, form: CosinePower) -> Float64Array:
         """Coefficients of what a lobe makes of it, without those of the last bands that are nothing."""

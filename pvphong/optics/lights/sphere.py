@@ -17,12 +17,9 @@ from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate
 from pvphong.optics.light import NODES, Fewer, Integral, Light, Reach, Simpler, Stage
 from pvphong.optics.lights.point import PointLight, placed_without
 from pvphong.optics.roles import length, place
-from pvphong.optics.sized import EFFECTS, SIZE, as_point, fewer_nodes, reach_within
+from pvphong.optics.sized import EFFECTS, SIZE, as_point, fewer_nodes, in_float32, is_rough, reach_within, rows_of
 from pvphong.optics.spherical import CosinePower, cap_cosine, cap_power
 from pvphong.optics.surface import Surface
-
-# What compiled code takes for nothing; powers below which it leaves a highlight to the readable evaluator.
-_NOTHING, _LOW = 1e-7, 4.0
 
 
 @dataclass(frozen=True)
@@ -88,20 +85,13 @@ class SphereLight(Light):
 
     def closed_parameters(self, forms: Sequence[CosinePower | None]) -> tuple[float, ...]:
         """Position, coefficients of 1/d², radius; the power, from where on it shows, and what is small against it."""
-        numbers = (*self.position, *INVERSE_SQUARE, self.radius)
-        powers = [form.power for form in forms if form is not None and form.around == "mirror"]
-        for power in powers:
-            numbers += power, -math.expm1(math.log(_NOTHING) / (power + 1.0)), 0.3 / math.sqrt(power + 1.0)
-        return numbers
+        return (*self.position, *INVERSE_SQUARE, self.radius, *in_float32(forms))
 
     def closed_stage(self, toolkit: Any, forms: Sequence[CosinePower | None]) -> Stage | None:
-        """As it is seen: a cap. Low powers, which are rough on the equator, are left to the readable evaluator."""
-        if any(form is not None and form.around == "mirror" and form.power < _LOW for form in forms):
+        """As it is seen: a cap. Low powers, which are rough, are left to the readable evaluator."""
+        if is_rough(forms):
             return None
-        rows = [toolkit.FIRST, toolkit.SECOND, toolkit.THIRD]
-        around = [None if form is None else form.around for form in forms]
-        found = [rows[around.index(name)] if name in around else -1 for name in ("normal", "mirror")]
-        return Stage(_stage(toolkit, *found), divisors=slice(3, 6), most_gain=math.inf)
+        return Stage(_stage(toolkit, *rows_of(toolkit, forms)), divisors=slice(3, 6), most_gain=math.inf)
 
     @property
     def effects(self) -> frozenset[str]:

@@ -1,11 +1,8 @@
 """The kernel's loops over caps of the unit sphere, as which sphere lights are seen; formulas as in `optics.spherical`.
 
-In float32. Angles are of points with y >= 0; their arc tangent, with P as `mpmath.chebyfit` gives it with 40 digits, is
-t − t³ P(t²) for t in [0, 1], to 3e-9.
-
-A power's integral is taken around the cap's edge, with χ in sin χ/2 = √q sin φ, and q such that the power shows up to
-there: 10 nodes in φ are exact to 7e-7. Caps that are small against the lobe lose digits that way; for them, seven
-points on the cap are exact to 1e-7. Where the lobe reaches a cap that the horizon cuts, vertices are declined.
+In float32. A power's integral is taken around the cap's edge, with χ in sin χ/2 = √q sin φ, and q such that the power
+shows up to there: 10 nodes in φ are exact to 7e-7. Caps that are small against the lobe lose digits that way; for them,
+seven points on the cap are exact to 1e-7. A cap that the horizon cuts is a disk across its middle, to `rims`.
 """
 
 from __future__ import annotations
@@ -15,26 +12,19 @@ from typing import Any
 
 import numpy as np
 
+from pvphong.shading.kernel import rims
 from pvphong.shading.kernel import rows as at
+from pvphong.shading.kernel.angles32 import angle_above, less_arctan
 from pvphong.shading.kernel.arithmetic import exp2, exp2_less_one32, inlined, log2_power, multiply_add, plain
 from pvphong.shading.kernel.pointers import like
 from pvphong.shading.kernel.rows import BLOCK
 from pvphong.shading.kernel.vectors import square_of
-from pvphong.shading.kernel.ways import normal_dot
+from pvphong.shading.kernel.ways import mirrored_viewer, normal_dot
 
 _F = np.float32
 _ZERO, _HALF, _ONE, _TWO, _NEVER = _F(0.0), _F(0.5), _F(1.0), _F(2.0), _F(-np.inf)
 _PI, _HALF_PI = _F(math.pi), _F(0.5 * math.pi)
 _TINY = _F(2.0**-126)
-
-_ARCTAN = tuple(
-    np.float32(c)
-    for c in (
-        -0.001488691894337535, 0.00914462935179472, -0.026305001229047775, 0.04896051436662674,
-        -0.07031914591789246, 0.08931826800107956, -0.11088261753320694, 0.14284004271030426,
-        -0.19999949634075165, 0.3333333432674408,
-    )
-)  # fmt: skip
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 _PHI = 0.25 * math.pi * (_NODES + 1.0)
@@ -50,22 +40,22 @@ _QUARTER = _F(0.25)
 
 
 @inlined
-def _horner(q: Any) -> Any:
-    total = _ARCTAN[0]
-    for k in range(1, len(_ARCTAN)):
-        total = multiply_add(total, q, _ARCTAN[k])
-    return total
+def reaches(less: Any, s: Any, nothing: Any) -> bool:
+    """Whether a lobe shows on a cap.
 
-
-@inlined
-def angle_of(y: Any, x: Any) -> Any:
-    """Of a point with y >= 0, in [0, π]."""
-    size = abs(x)
-    t = min(y, size) / max(max(y, size), _TINY)
-    square = t * t
-    turned = t - t * (square * _horner(square))
-    turned = _HALF_PI - turned if y > size else turned
-    return _PI - turned if x < _ZERO else turned
+    Parameters
+    ----------
+    less
+        1 − z for the cap's middle.
+    s
+        Sine of its angular radius, which is less than 90°.
+    nothing
+        The 1 − z from which the lobe is nothing.
+    """
+    sine, cosine = np.sqrt(less * (_TWO - less)), np.sqrt(max(_ONE - s * s, _ZERO))
+    off, near = sine * cosine - (_ONE - less) * s, (_ONE - less) * cosine + sine * s
+    nearest = off * off / (_ONE + near) if near > _ZERO else _ONE - near
+    return (nearest < nothing) | (off < _ZERO)
 
 
 @plain
@@ -97,12 +87,12 @@ def cap_cosine(rows: Any, target: int) -> None:
         w = np.sqrt(max((s - c) * (s + c), _ZERO))
         least = max(s, _TINY)
         t = min(w, cosine) / max(w, cosine)
-        p = _horner(t * t)
+        p = less_arctan(t * t)
         turned = t - t * (t * t * p)
         ratio = w / (least * cosine)
         small = t * (_ONE - p * (ratio * ratio))
         large = (_HALF_PI - turned - cosine * w) / (least * least)
-        cut = (multiply_add(c, angle_of(w, -cosine * c), small if w <= cosine else large)) * _F(1.0 / math.pi)
+        cut = (multiply_add(c, angle_above(w, -cosine * c), small if w <= cosine else large)) * _F(1.0 / math.pi)
         has_normal = rows[at.INVERSE + i] > _ZERO
         is_lit = square_of(rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i]) > _ZERO
         cut = cut if has_normal & is_lit else _ZERO
@@ -116,7 +106,7 @@ def cap_power(rows: Any, target: int, exponent: float, shown: float, small: floa
     `shown` is the 1 − z from which zⁿ⁺¹ is nothing, `small` the sine below which a cap is small against the lobe.
     """
     nothing, tiny = like(rows, shown), like(rows, small)
-    good, any_small, any_large = True, False, False
+    any_small, any_large, any_cut = False, False, False
     for i in range(BLOCK):
         # the mirrored viewer's way off l, by its chord
         shrink, inverse = rows[at.INVERSE + i], rows[at.NEARNESS + i]
@@ -134,14 +124,14 @@ def cap_power(rows: Any, target: int, exponent: float, shown: float, small: floa
         off = sine * cosine - (_ONE - less) * s  # sin(γ − a)
         near = (_ONE - less) * cosine + sine * s
         nearest = off * off / (_ONE + near) if near > _ZERO else _ONE - near
-        reaches = (s > _ZERO) & (c > -s) & ((nearest < nothing) | (off < _ZERO)) & (shrink > _ZERO)
-        is_cut = reaches & (c < s)
-        good = good & (not is_cut)
-        rows[at.DECLINED + i] = _ONE if is_cut else rows[at.DECLINED + i]
+        is_reached = (s > _ZERO) & (c > -s) & ((nearest < nothing) | (off < _ZERO)) & (shrink > _ZERO)
+        is_cut = is_reached & (c < s)
         is_small = s < tiny
-        any_small = any_small | (reaches & is_small)
-        any_large = any_large | (reaches & (not is_small))
-        rows[target + i] = _ONE if reaches else _ZERO
+        any_small = any_small | (is_reached & is_small)
+        any_large = any_large | (is_reached & (not is_small))
+        any_cut = any_cut | is_cut
+        rows[target + i] = _ONE if is_reached else _ZERO
+        rows[rims.FOUND + i] = _ONE if is_cut else _ZERO
         rows[at.OWN + i], rows[at.OWN + BLOCK + i] = less, sine
         rows[at.OWN + 2 * BLOCK + i], rows[at.OWN + 3 * BLOCK + i] = nearest, off
     if any_large:
@@ -152,6 +142,23 @@ def cap_power(rows: Any, target: int, exponent: float, shown: float, small: floa
         is_small = rows[at.SINE + i] < tiny
         found = rows[at.OWN + 7 * BLOCK + i] if is_small else rows[at.OWN + 6 * BLOCK + i]
         rows[target + i] = max(found, _ZERO) if rows[target + i] > _ZERO else _ZERO
+    return _cut_power(rows, target, exponent, shown, small) if any_cut else True
+
+
+@inlined
+def _cut_power(rows: Any, target: int, exponent: float, shown: float, small: float) -> bool:
+    """The same, in place of what stands in a row, where the horizon cuts a cap that the lobe reaches."""
+    for i in range(BLOCK):
+        wx, wy, wz = mirrored_viewer(rows, i)
+        rows[rims.WX + i], rows[rims.WY + i], rows[rims.WZ + i] = wx, wy, wz
+        inverse = rows[at.NEARNESS + i]
+        rows[rims.EX + i], rows[rims.EY + i] = rows[at.DX + i] * inverse, rows[at.DY + i] * inverse
+        rows[rims.EZ + i] = rows[at.DZ + i] * inverse
+        rows[rims.FORWARD + i], rows[rims.RADIUS + i] = rows[at.COSINE + i], rows[at.SINE + i]
+        rows[target + i] = _ZERO if rows[rims.FOUND + i] > _ZERO else rows[target + i]
+    good = rims.power_within_rim(rows, exponent, shown, small)
+    for i in range(BLOCK):
+        rows[target + i] += rows[rims.FOUND + i]
     return good
 
 
@@ -181,7 +188,7 @@ def _around(rows: Any, power: Any, nothing: Any) -> None:
         root = np.sqrt(q)
         outward = -rows[at.OWN + 3 * BLOCK + i] - _TWO * s * (_ONE - less) * q
         sideways = _TWO * s * root * np.sqrt(max(_ONE - q, _ZERO))
-        rest = angle_of(sideways, -outward) if q < _ONE else _ZERO
+        rest = angle_above(sideways, -outward) if q < _ONE else _ZERO
         turned = multiply_add(_TWO * root, rows[at.OWN + 6 * BLOCK + i], rest)
         rows[at.OWN + 6 * BLOCK + i] = turned * (_TWO / _PI) / (power * max(s * s, _TINY))
 

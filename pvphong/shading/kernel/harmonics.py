@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from pvphong.shading.kernel import rows as at
+from pvphong.shading.kernel.angles32 import angle_above
 from pvphong.shading.kernel.arithmetic import multiply_add, plain
-from pvphong.shading.kernel.caps import angle_of
 from pvphong.shading.kernel.pointers import like
 from pvphong.shading.kernel.rows import BLOCK
 from pvphong.shading.kernel.vectors import square_of
@@ -101,7 +101,7 @@ def hide_below(rows: Any, shares: Any, count: int, target: int) -> None:
     per_end = like(rows, shares[0])
     for i in range(BLOCK):
         c = min(max(rows[at.FACING + i] * rows[at.INVERSE + i], -_ONE), _ONE)
-        t = (_HALF_PI - angle_of(np.sqrt(_ONE - c * c), c)) * per_end
+        t = (_HALF_PI - angle_above(np.sqrt(_ONE - c * c), c)) * per_end
         t = min(max(t, -_ONE), _ONE)
         rows[_COSINE + i], rows[_SINE + i] = t, _TWO * (_TWO * t * t - _ONE)
         rows[_BEFORE + i], rows[_HERE + i] = _ZERO, _ZERO

@@ -24,35 +24,10 @@ from numba.core import event
 from numba.core.ccallback import CFunc
 
 from pvphong.base import ranges
-from pvphong.shading.kernel import (
-    adding,
-    angles,
-    arithmetic,
-    caps,
-    colors,
-    driver,
-    extremes,
-    face_rows,
-    facets,
-    loading,
-    pointers,
-    powers,
-    prefetch,
-    rows,
-    sides,
-    sunlight,
-    toolkit,
-    vectors,
-    ways,
-)
+from pvphong.shading.kernel import driver, extremes, facets, toolkit
 from pvphong.shading.kernel.background import Key, NotCompiled
 from pvphong.shading.kernel.records import SETTINGS, TERM
 from pvphong.shading.kernel.store import Store, digest
-
-_SOURCES = (
-    *(ranges, rows, arithmetic, pointers, vectors, loading, ways, powers, caps, sides, adding, colors, prefetch),
-    *(sunlight, toolkit, driver, extremes, face_rows, angles, facets),
-)
 
 _BYTES, _FLOATS, _INDICES = map(types.CPointer, (types.uint8, types.float64, types.int64))
 # Seconds until the disk is asked again for what was not there.
@@ -99,8 +74,9 @@ def store_of(function: Callable[..., Any]) -> Store | None:
 
 @functools.cache
 def _sources(module: str) -> bytes:
-    """A digest of all sources that a function of a module may call; OSError if there are none."""
-    sources = [inspect.getsource(source) for source in (*_SOURCES, sys.modules[module])]
+    """A digest of all sources that a function of a module may call: this package's; OSError if there are none."""
+    called = [source.read_text("utf-8") for source in sorted(Path(__file__).parent.glob("*.py"))]
+    sources = [*called, inspect.getsource(ranges), inspect.getsource(sys.modules[module])]
     return digest("".join([*sources, repr((SETTINGS, TERM))]).encode())
 
 

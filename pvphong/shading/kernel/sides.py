@@ -2,8 +2,8 @@
 
 In float32. `shape` holds the polygon in float64: its axis (3), whether its back glows, 1/area, its size, how many
 corners and how many nodes there are; then corners' offsets from the middle, nodes' offsets, and nodes' weights, 1 in
-sum. Sides are cut off at the horizon for Lambert's cosine. Where the lobe of a power reaches a polygon that the horizon
-cuts, vertices are declined, and where one is small or thin that is to be summed along its sides.
+sum. Sides are cut off at the horizon. Small polygons are summed at nodes. Vertices are declined that see a thin one, or
+one that the horizon cuts more than once.
 """
 
 from __future__ import annotations
@@ -13,12 +13,15 @@ from typing import Any
 
 import numpy as np
 
+from pvphong.shading.kernel import arcs
 from pvphong.shading.kernel import rows as at
-from pvphong.shading.kernel.arithmetic import exp2, exp2_less_one32, inlined, log2_power, multiply_add
-from pvphong.shading.kernel.caps import angle_of
+from pvphong.shading.kernel.angles32 import angle_above, angle_of
+from pvphong.shading.kernel.arithmetic import exp2, inlined, log2_power, multiply_add
+from pvphong.shading.kernel.caps import reaches
 from pvphong.shading.kernel.pointers import like
 from pvphong.shading.kernel.rows import BLOCK
-from pvphong.shading.kernel.vectors import dot, square_of
+from pvphong.shading.kernel.vectors import NO_LENGTH, dot, square_of
+from pvphong.shading.kernel.ways import mirrored_viewer, unit_normal
 
 _F = np.float32
 _ZERO, _HALF, _ONE, _TWO = _F(0.0), _F(0.5), _F(1.0), _F(2.0)
@@ -28,46 +31,33 @@ _TINY = _F(2.0**-126)
 # Distances between which ways are as they come, and squares of squares have room.
 _NEAREST, _FARTHEST = _F(2.0**-28), _F(2.0**28)
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
-_PLACES, _SHARES = tuple(_F(x) for x in _NODES), tuple(_F(x) for x in _WEIGHTS)
-
-# sin x / x for |x| <= π/4 as a polynomial in x², by `mpmath.chebyfit` with 40 digits: 3e-9.
-_SINE = tuple(_F(c) for c in (-0.00019503904, 0.0083320355, -0.16666651, 1.0))
-
 # Size over distance below which Lambert's cosine is taken at nodes.
 _SMALL = _F(0.15)
 
 # Area over size and distance below which the sum along sides loses too much.
 _THIN = _F(0.15)
 
-# Where a stage's own rows begin: h of the plane, w (3), whether the lobe reaches the light, the sum.
-_BEHIND, _WX, _WY, _WZ, _REACH, _SUM, _LEAST, _MOST = (at.OWN + k * BLOCK for k in range(8))
+# Where a stage's own rows begin: h of the plane, w (3), how an integral is to be taken, the sum, heights of corners.
+_BEHIND, _WX, _WY, _WZ, _WANTED, _SUM, _LEAST, _MOST = (at.OWN + k * BLOCK for k in range(8))
+# Where corners' order leaves what is above the horizon and comes back, how often that is, and corners of a triangle.
+_EXIT, _ENTRANCE, _CROSSINGS, _TRIANGLE = (at.RIM + k * BLOCK for k in (0, 3, 6, 7))
+
+_SMALL_WHOLE, _SMALL_CUT, _LARGE = _F(1.0), _F(2.0), _F(3.0)
+
+# Seven points that have a triangle's moments up to the fifth degree (Radon 1948): what they have of its second and
+# third corner, and their weights.
+_RADON = (
+    (_F(1.0 / 3.0), _F(1.0 / 3.0), _F(9.0 / 40.0)),
+    *(
+        (_F(x), _F(y), _F((155.0 + sign * math.sqrt(15.0)) / 1200.0))
+        for sign in (-1.0, 1.0)
+        for place in [(6.0 + sign * math.sqrt(15.0)) / 21.0]
+        for x, y in ((place, place), (place, 1.0 - 2.0 * place), (1.0 - 2.0 * place, place))
+    ),
+)
 
 # In `shape`.
 _AXIS, _TWO_SIDED, _PER_AREA, _SIZE, _CORNERS, _COUNT, _OFFSETS = 0, 3, 4, 5, 6, 7, 8
-
-
-@inlined
-def small_sine(x: Any) -> Any:
-    """For |x| <= π/4."""
-    square = x * x
-    total = _SINE[0]
-    for k in range(1, len(_SINE)):
-        total = multiply_add(total, square, _SINE[k])
-    return x * total
-
-
-@inlined
-def _turned(y: Any, x: Any) -> Any:
-    """Angle of a point, in [−π, π]."""
-    found = angle_of(abs(y), x)
-    return -found if y < _ZERO else found
-
-
-@inlined
-def _normal(rows: Any, i: int) -> tuple[Any, Any, Any]:
-    shrink = rows[at.INVERSE + i]
-    return rows[at.NX + i] * shrink, rows[at.NY + i] * shrink, rows[at.NZ + i] * shrink
 
 
 @inlined
@@ -91,7 +81,7 @@ def see_polygon(rows: Any, shape: Any) -> bool:
     for k in range(corners):
         x, y, z = _offset(rows, shape, k)
         for i in range(BLOCK):
-            nx, ny, nz = _normal(rows, i)
+            nx, ny, nz = unit_normal(rows, i)
             height = dot(nx, ny, nz, rows[at.DX + i] + x, rows[at.DY + i] + y, rows[at.DZ + i] + z)
             rows[_LEAST + i], rows[_MOST + i] = min(rows[_LEAST + i], height), max(rows[_MOST + i], height)
     for i in range(BLOCK):
@@ -111,74 +101,88 @@ def _lambert_of(px: Any, py: Any, pz: Any, ex: Any, ey: Any, ez: Any, nx: Any, n
     gx, gy, gz = py * ez - pz * ey, pz * ex - px * ez, px * ey - py * ex
     length = np.sqrt(square_of(gx, gy, gz))
     along = dot(px, py, pz, px + ex, py + ey, pz + ez)
-    return angle_of(length, along) * (dot(gx, gy, gz, nx, ny, nz) / max(length, _TINY))
+    return angle_above(length, along) * (dot(gx, gy, gz, nx, ny, nz) / max(length, _TINY))
 
 
 @inlined
 def polygon_cosine(rows: Any, shape: Any, target: int) -> bool:
     """D²/area · ∫ max(n·u, 0) du into a row, d the distance of the middle; whether no vertex is declined."""
-    corners, is_cut, any_small, any_large, good = np.int64(shape[_CORNERS]), False, False, False, True
-    size = like(rows, shape[_SIZE])
+    any_cut, any_small, any_cut_small, any_large, good = False, False, False, False, True
+    size, per_area = like(rows, shape[_SIZE]), like(rows, shape[_PER_AREA])
     for i in range(BLOCK):
-        rows[_SUM + i] = _ZERO
-        is_lit = rows[_BEHIND + i] != _ZERO
-        is_small = size < _SMALL * rows[at.STRENGTH + i]
-        is_cut = is_cut | (is_lit & (rows[_LEAST + i] < _ZERO))
-        any_small = any_small | (is_lit & is_small & (rows[_LEAST + i] >= _ZERO))
-        any_large = any_large | (is_lit & (not is_small))
-        is_lost = is_lit & is_small & (rows[_LEAST + i] < _ZERO)
+        is_cut, is_small = rows[_LEAST + i] < _ZERO, size < _SMALL * rows[at.STRENGTH + i]
+        is_lit = (rows[_BEHIND + i] != _ZERO) & (rows[at.INVERSE + i] < NO_LENGTH)
+        is_thin = _THIN * rows[at.STRENGTH + i] * size * per_area > _ONE
+        is_lost = is_lit & is_thin & (not is_small)
         rows[at.DECLINED + i] = _ONE if is_lost else rows[at.DECLINED + i]
-        good = good & (not is_lost)
-    if any_large | is_cut:
+        good, any_cut, any_large = (
+            good & (not is_lost),
+            any_cut | (is_lit & is_cut),
+            any_large | (is_lit & (not is_small)),
+        )
+        any_small = any_small | (is_lit & is_small & (not is_cut))
+        any_cut_small = any_cut_small | (is_lit & is_small & is_cut)
+        rows[_WANTED + i] = ((_SMALL_CUT if is_cut else _SMALL_WHOLE) if is_small else _LARGE) if is_lit else _ZERO
+        rows[_SUM + i] = _ZERO
+    if any_large:
+        corners = np.int64(shape[_CORNERS])
         for k in range(corners):
-            a, b, c = _offset(rows, shape, (k + corners - 1) % corners)
-            x, y, z = _offset(rows, shape, k)
-            if is_cut:
-                _add_cut_side(rows, shape, a, b, c, x - a, y - b, z - c)
+            if any_cut:
+                _add_cut_side(rows, shape, _offset(rows, shape, (k + corners - 1) % corners), _offset(rows, shape, k))
             else:
-                _add_side(rows, a, b, c, x - a, y - b, z - c)
-    if any_small:
-        _mean(rows, shape, target, _ONE, _ZERO)
-    per_area = like(rows, shape[_PER_AREA])
+                _add_side(rows, _offset(rows, shape, (k + corners - 1) % corners), _offset(rows, shape, k))
     for i in range(BLOCK):
         distance = rows[at.STRENGTH + i]
-        is_small = (size < _SMALL * distance) & (rows[_LEAST + i] >= _ZERO)
-        is_lost = (rows[_BEHIND + i] != _ZERO) & (not is_small) & (_THIN * distance * size * per_area > _ONE)
-        rows[at.DECLINED + i] = _ONE if is_lost else rows[at.DECLINED + i]
-        good = good & (not is_lost)
         summed = _HALF * abs(rows[_SUM + i]) * per_area * (distance * distance)
-        found = rows[target + i] if any_small & is_small else summed
-        rows[target + i] = found if rows[_BEHIND + i] != _ZERO else _ZERO
+        rows[target + i] = summed if rows[_WANTED + i] == _LARGE else _ZERO
+    if any_small:
+        _mean(rows, shape, target, _ONE, False)
+    if any_cut_small:
+        good = _mean_of_cut(rows, shape, target, _ONE, False) & good
     return good
 
 
 @inlined
-def _add_side(rows: Any, a: Any, b: Any, c: Any, x: Any, y: Any, z: Any) -> None:
+def _add_side(rows: Any, a: Any, b: Any) -> None:
+    x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     for i in range(BLOCK):
-        nx, ny, nz = _normal(rows, i)
-        px, py, pz = rows[at.DX + i] + a, rows[at.DY + i] + b, rows[at.DZ + i] + c
+        nx, ny, nz = unit_normal(rows, i)
+        px, py, pz = rows[at.DX + i] + a[0], rows[at.DY + i] + a[1], rows[at.DZ + i] + a[2]
         rows[_SUM + i] += _lambert_of(px, py, pz, x, y, z, nx, ny, nz)
 
 
 @inlined
-def _add_cut_side(rows: Any, shape: Any, a: Any, b: Any, c: Any, x: Any, y: Any, z: Any) -> None:
+def _cut(rows: Any, i: int, a: Any, b: Any) -> tuple[Any, Any, Any, Any, Any]:
+    """Heights over the horizon of a side's two ends, where it crosses that, and from where to where it is above.
+
+    Neighbours take a corner's height to the same bits.
+    """
+    nx, ny, nz = unit_normal(rows, i)
+    dx, dy, dz = rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i]
+    here = dot(nx, ny, nz, dx + a[0], dy + a[1], dz + a[2])
+    there = dot(nx, ny, nz, dx + b[0], dy + b[1], dz + b[2])
+    rise = dot(nx, ny, nz, b[0] - a[0], b[1] - a[1], b[2] - a[2])
+    cross = min(max(-here / (rise if abs(rise) > _TINY else _TINY), _ZERO), _ONE)
+    first = _ZERO if here > _ZERO else (cross if there > _ZERO else _ONE)
+    last = _ONE if there > _ZERO else (cross if here > _ZERO else _ZERO)
+    return here, there, cross, first, max(first, last)
+
+
+@inlined
+def _add_cut_side(rows: Any, shape: Any, a: Any, b: Any) -> None:
     """What of a side is above the horizon; where it crosses that, its share of the way back along it.
 
     That is the angle around n from the way to the polygon's plane, along the horizon: the light is within 90° of it.
     """
     ax, ay, az = like(rows, shape[_AXIS]), like(rows, shape[_AXIS + 1]), like(rows, shape[_AXIS + 2])
+    x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     for i in range(BLOCK):
         sign = _ONE if rows[_BEHIND + i] > _ZERO else -_ONE
-        nx, ny, nz = _normal(rows, i)
-        dx, dy, dz = rows[at.DX + i], rows[at.DY + i], rows[at.DZ + i]
-        px, py, pz = dx + a, dy + b, dz + c
-        here, rise = dot(nx, ny, nz, px, py, pz), dot(nx, ny, nz, x, y, z)
-        there = dot(nx, ny, nz, px + x, py + y, pz + z)
-        cross = min(max(-here / (rise if abs(rise) > _TINY else _TINY), _ZERO), _ONE)
-        first = _ZERO if here > _ZERO else (cross if there > _ZERO else _ONE)
-        last = _ONE if there > _ZERO else (cross if here > _ZERO else _ONE)
+        nx, ny, nz = unit_normal(rows, i)
+        px, py, pz = rows[at.DX + i] + a[0], rows[at.DY + i] + a[1], rows[at.DZ + i] + a[2]
+        here, there, cross, first, last = _cut(rows, i, a, b)
         sx, sy, sz = multiply_add(first, x, px), multiply_add(first, y, py), multiply_add(first, z, pz)
-        part = max(last - first, _ZERO)
+        part = last - first
         seen = _lambert_of(sx, sy, sz, part * x, part * y, part * z, nx, ny, nz)
         # the crossing, across n: towards the middle, and sideways
         qx, qy, qz = multiply_add(cross, x, px), multiply_add(cross, y, py), multiply_add(cross, z, pz)
@@ -186,34 +190,107 @@ def _add_cut_side(rows: Any, shape: Any, a: Any, b: Any, c: Any, x: Any, y: Any,
         tx, ty, tz = sign * (ax - up * nx), sign * (ay - up * ny), sign * (az - up * nz)
         ahead = dot(tx, ty, tz, qx, qy, qz)
         aside = dot(ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx, qx, qy, qz)
-        around = _turned(aside, ahead)
+        around = angle_of(aside, ahead)
         around = around if there > _ZERO else -around
         rows[_SUM + i] += seen + (around if (here > _ZERO) != (there > _ZERO) else _ZERO)
 
 
 @inlined
-def _mean(rows: Any, shape: Any, target: int, exponent: Any, mirror: Any) -> None:
-    """D²/area · ∫ max(a·u, 0)ᵏ du at nodes, for the normal or, where `mirror` is 1, the mirrored viewer."""
+def _glow(rows: Any, i: int, axis: Any, p: Any, exponent: Any, is_mirrored: bool) -> Any:
+    """D² |axis·p| / |p|³ · (a·u)ᵏ at a place p, a the normal with k = 1 or, for highlights, w."""
+    px, py, pz = p
+    inverse = _ONE / np.sqrt(max(square_of(px, py, pz), _TINY))
+    px, py, pz = px * inverse, py * inverse, pz * inverse
+    if is_mirrored:
+        less = _HALF * square_of(px - rows[_WX + i], py - rows[_WY + i], pz - rows[_WZ + i])
+        raised = exp2(log2_power(_TWO * less, exponent, like(rows, -np.inf)))
+        value = raised if less < _ONE else _ZERO
+    else:
+        value = dot(*unit_normal(rows, i), px, py, pz)
+    near = rows[at.STRENGTH + i] * inverse
+    return abs(dot(axis[0], axis[1], axis[2], px, py, pz)) * near * near * value
+
+
+@inlined
+def _axis(rows: Any, shape: Any) -> tuple[Any, Any, Any]:
+    return like(rows, shape[_AXIS]), like(rows, shape[_AXIS + 1]), like(rows, shape[_AXIS + 2])
+
+
+@inlined
+def _mean(rows: Any, shape: Any, target: int, exponent: Any, is_mirrored: bool) -> None:
+    """D²/area · ∫ (a·u)ᵏ du by nodes on whole small polygons."""
     corners, count = np.int64(shape[_CORNERS]), np.int64(shape[_COUNT])
-    least = like(rows, -np.inf)
-    ax, ay, az = like(rows, shape[_AXIS]), like(rows, shape[_AXIS + 1]), like(rows, shape[_AXIS + 2])
+    axis = _axis(rows, shape)
     for i in range(BLOCK):
-        rows[target + i] = _ZERO
+        rows[_SUM + i] = _ZERO
     for k in range(count):
         x, y, z = _offset(rows, shape, corners + k)
         weight = like(rows, shape[_OFFSETS + 3 * (corners + count) + k])
         for i in range(BLOCK):
-            px, py, pz = rows[at.DX + i] + x, rows[at.DY + i] + y, rows[at.DZ + i] + z
-            inverse = _ONE / np.sqrt(max(square_of(px, py, pz), _TINY))
-            px, py, pz = px * inverse, py * inverse, pz * inverse
-            nx, ny, nz = _normal(rows, i)
-            wx, wy, wz = rows[_WX + i], rows[_WY + i], rows[_WZ + i]
-            less = _HALF * square_of(px - wx, py - wy, pz - wz)
-            raised = exp2(log2_power(_TWO * less, exponent, least)) if less < _ONE else _ZERO
-            value = raised if mirror > _ZERO else max(dot(nx, ny, nz, px, py, pz), _ZERO)
-            near = rows[at.STRENGTH + i] * inverse
-            glow = abs(dot(ax, ay, az, px, py, pz)) * near * near * weight
-            rows[target + i] = multiply_add(glow, value, rows[target + i])
+            p = rows[at.DX + i] + x, rows[at.DY + i] + y, rows[at.DZ + i] + z
+            rows[_SUM + i] = multiply_add(weight, _glow(rows, i, axis, p, exponent, is_mirrored), rows[_SUM + i])
+    for i in range(BLOCK):
+        rows[target + i] = max(rows[_SUM + i], _ZERO) if rows[_WANTED + i] == _SMALL_WHOLE else rows[target + i]
+
+
+@inlined
+def _mean_of_cut(rows: Any, shape: Any, target: int, exponent: Any, is_mirrored: bool) -> bool:
+    """The same of the part above the horizon of small polygons; whether no vertex is declined.
+
+    The part is triangles from the middle to the sides, and to the line along the horizon, with signs: what of them is
+    below the horizon cancels.
+    """
+    corners, axis, good = np.int64(shape[_CORNERS]), _axis(rows, shape), True
+    for i in range(BLOCK):
+        rows[_SUM + i], rows[_CROSSINGS + i] = _ZERO, _ZERO
+    for k in range(corners):
+        a, b = _offset(rows, shape, (k + corners - 1) % corners), _offset(rows, shape, k)
+        for i in range(BLOCK):
+            _, _, _, first, last = _note_crossing(rows, i, a, b)
+            for axis_of in range(3):
+                slope = b[axis_of] - a[axis_of]
+                rows[_TRIANGLE + axis_of * BLOCK + i] = multiply_add(first, slope, a[axis_of])
+                rows[_TRIANGLE + (3 + axis_of) * BLOCK + i] = multiply_add(last, slope, a[axis_of])
+        _add_triangle(rows, _TRIANGLE, _TRIANGLE + 3 * BLOCK, axis, exponent, is_mirrored)
+    _add_triangle(rows, _EXIT, _ENTRANCE, axis, exponent, is_mirrored)
+    per_area = like(rows, shape[_PER_AREA])
+    for i in range(BLOCK):
+        is_wanted = rows[_WANTED + i] == _SMALL_CUT
+        is_lost = is_wanted & (rows[_CROSSINGS + i] > _ONE)
+        rows[at.DECLINED + i] = _ONE if is_lost else rows[at.DECLINED + i]
+        good = good & (not is_lost)
+        rows[target + i] = max(_HALF * rows[_SUM + i] * per_area, _ZERO) if is_wanted else rows[target + i]
+    return good
+
+
+@inlined
+def _note_crossing(rows: Any, i: int, a: Any, b: Any) -> tuple[Any, Any, Any, Any, Any]:
+    """As `_cut`; notes where a side leaves what is above the horizon, or comes back, as offsets from the middle."""
+    here, there, cross, first, last = _cut(rows, i, a, b)
+    leaves, comes = (here > _ZERO) & (not there > _ZERO), (there > _ZERO) & (not here > _ZERO)
+    for k in range(3):
+        x = multiply_add(cross, b[k] - a[k], a[k])
+        rows[_EXIT + k * BLOCK + i] = x if leaves else rows[_EXIT + k * BLOCK + i]
+        rows[_ENTRANCE + k * BLOCK + i] = x if comes else rows[_ENTRANCE + k * BLOCK + i]
+    rows[_CROSSINGS + i] += _ONE if leaves else _ZERO
+    return here, there, cross, first, last
+
+
+@inlined
+def _add_triangle(rows: Any, p: int, q: int, axis: Any, exponent: Any, is_mirrored: bool) -> None:
+    """Twice a triangle's area, with its sign, times a mean over it: from the middle to two offsets from there."""
+    ax, ay, az = axis
+    for k in range(len(_RADON)):
+        second, third, weight = _RADON[k]
+        for i in range(BLOCK):
+            ux, uy, uz = rows[p + i], rows[p + BLOCK + i], rows[p + 2 * BLOCK + i]
+            vx, vy, vz = rows[q + i], rows[q + BLOCK + i], rows[q + 2 * BLOCK + i]
+            area = dot(ax, ay, az, uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx)
+            x = multiply_add(second, ux, multiply_add(third, vx, rows[at.DX + i]))
+            y = multiply_add(second, uy, multiply_add(third, vy, rows[at.DY + i]))
+            z = multiply_add(second, uz, multiply_add(third, vz, rows[at.DZ + i]))
+            value = _glow(rows, i, axis, (x, y, z), exponent, is_mirrored)
+            rows[_SUM + i] = multiply_add(weight * area, value, rows[_SUM + i])
 
 
 @inlined
@@ -224,99 +301,108 @@ def polygon_power(rows: Any, shape: Any, target: int, exponent: float, shown: fl
     """
     nothing, tiny = like(rows, shown), like(rows, small)
     size, per_area = like(rows, shape[_SIZE]), like(rows, shape[_PER_AREA])
-    good, any_small, any_large = True, False, False
+    good, any_small, any_cut_small, any_large, any_cut = True, False, False, False, False
     for i in range(BLOCK):
-        nx, ny, nz = _normal(rows, i)
-        vx, vy, vz = rows[at.VX + i], rows[at.VY + i], rows[at.VZ + i]
-        twice = _TWO * dot(nx, ny, nz, vx, vy, vz)
-        wx, wy, wz = twice * nx - vx, twice * ny - vy, twice * nz - vz
-        unit = _ONE / np.sqrt(max(square_of(wx, wy, wz), _TINY))
-        wx, wy, wz = wx * unit, wy * unit, wz * unit
+        wx, wy, wz = mirrored_viewer(rows, i)
         rows[_WX + i], rows[_WY + i], rows[_WZ + i] = wx, wy, wz
         inverse, distance = rows[at.NEARNESS + i], rows[at.STRENGTH + i]
         lx, ly, lz = rows[at.DX + i] * inverse, rows[at.DY + i] * inverse, rows[at.DZ + i] * inverse
         less = min(_HALF * square_of(lx - wx, ly - wy, lz - wz), _TWO)
         s = min(size / distance, _ONE)
-        cosine = np.sqrt(max(_ONE - s * s, _ZERO))
-        off = np.sqrt(less * (_TWO - less)) * cosine - (_ONE - less) * s
-        near = (_ONE - less) * cosine + np.sqrt(less * (_TWO - less)) * s
-        nearest = off * off / (_ONE + near) if near > _ZERO else _ONE - near
-        is_seen = (rows[_BEHIND + i] != _ZERO) & (rows[at.INVERSE + i] > _ZERO)
-        reaches = is_seen & ((nearest < nothing) | (off < _ZERO) | (s >= _ONE))
-        is_small = size < tiny * distance
-        is_cut = reaches & (
-            (rows[_LEAST + i] <= _ZERO) | ((not is_small) & (_THIN * distance * size * per_area > _ONE))
-        )
-        rows[at.DECLINED + i] = _ONE if is_cut else rows[at.DECLINED + i]
-        good = good & (not is_cut)
-        any_small, any_large = any_small | (reaches & is_small), any_large | (reaches & (not is_small))
-        rows[_REACH + i] = (_ONE if is_small else _TWO) if reaches else _ZERO
-        rows[_SUM + i] = _ZERO
-    if any_small:
-        _mean(rows, shape, target, like(rows, exponent), _ONE)
+        is_seen = (rows[_BEHIND + i] != _ZERO) & (rows[at.INVERSE + i] < NO_LENGTH)
+        is_reached = is_seen & ((s >= _ONE) | reaches(less, s, nothing))
+        is_small, is_cut = size < tiny * distance, rows[_LEAST + i] <= _ZERO
+        is_lost = is_reached & (not is_small) & (_HALF * tiny * distance * size * per_area > _ONE)
+        rows[at.DECLINED + i] = _ONE if is_lost else rows[at.DECLINED + i]
+        good = good & (not is_lost)
+        any_small = any_small | (is_reached & is_small & (not is_cut))
+        any_cut_small = any_cut_small | (is_reached & is_small & is_cut)
+        any_large, any_cut = any_large | (is_reached & (not is_small)), any_cut | (is_reached & (not is_small) & is_cut)
+        rows[_WANTED + i] = ((_SMALL_CUT if is_cut else _SMALL_WHOLE) if is_small else _LARGE) if is_reached else _ZERO
+        rows[target + i] = _ZERO
     if any_large:
-        corners, power = np.int64(shape[_CORNERS]), like(rows, exponent) + _ONE
-        for k in range(corners):
-            a, b, c = _offset(rows, shape, (k + corners - 1) % corners)
-            x, y, z = _offset(rows, shape, k)
-            _add_arc(rows, a, b, c, x - a, y - b, z - c, power, nothing)
-        for i in range(BLOCK):
-            distance = rows[at.STRENGTH + i]
-            turned = rows[_SUM + i] if rows[_BEHIND + i] > _ZERO else -rows[_SUM + i]
-            turned = turned + _TWO_PI if turned < -_ONE else turned
-            large = max(turned, _ZERO) / power * per_area * (distance * distance)
-            rows[target + i] = large if rows[_REACH + i] == _TWO else rows[target + i]
-    for i in range(BLOCK):
-        rows[target + i] = rows[target + i] if rows[_REACH + i] > _ZERO else _ZERO
+        good = _along_sides(rows, shape, target, like(rows, exponent) + _ONE, nothing, any_cut) & good
+    if any_small:
+        _mean(rows, shape, target, like(rows, exponent), True)
+    if any_cut_small:
+        good = _mean_of_cut(rows, shape, target, like(rows, exponent), True) & good
     return good
 
 
 @inlined
-def _turn(rise: Any, first: Any, last: Any) -> Any:
-    """∫ dφ along an arc between two angles in [−π/2, π/2], for |w·m| = `rise`."""
-    sf, sl = small_sine(_HALF * first), small_sine(_HALF * last)
-    cf, cl = np.sqrt(max(_ONE - sf * sf, _ZERO)), np.sqrt(max(_ONE - sl * sl, _ZERO))
-    sine_first, sine_last = _TWO * sf * cf, _TWO * sl * cl
-    cosine_first, cosine_last = _ONE - _TWO * sf * sf, _ONE - _TWO * sl * sl
-    over = rise * (sine_last * cosine_first - cosine_last * sine_first)
-    return angle_of(max(over, _ZERO), rise * rise * cosine_first * cosine_last + sine_first * sine_last)
+def _along_sides(rows: Any, shape: Any, target: int, power: Any, nothing: Any, any_cut: bool) -> bool:
+    """The same by the integral along the sides and the horizon, of large polygons; whether no vertex is declined."""
+    corners, per_area, good = np.int64(shape[_CORNERS]), like(rows, shape[_PER_AREA]), True
+    for i in range(BLOCK):
+        rows[arcs.TURNED + i], rows[_CROSSINGS + i] = _ZERO, _ZERO
+    for k in range(corners):
+        a, b = _offset(rows, shape, (k + corners - 1) % corners), _offset(rows, shape, k)
+        _begin_side(rows, a, b, nothing)
+        arcs.end_arc(rows, power)
+    for i in range(BLOCK):
+        rows[_SUM + i] = rows[arcs.TURNED + i] if rows[_BEHIND + i] > _ZERO else -rows[arcs.TURNED + i]
+        rows[arcs.TURNED + i] = _ZERO
+    if any_cut:
+        _begin_horizon(rows, nothing)
+        arcs.end_arc(rows, power)
+    for i in range(BLOCK):
+        is_wanted = rows[_WANTED + i] == _LARGE
+        is_lost = is_wanted & (rows[_CROSSINGS + i] > _ONE)
+        rows[at.DECLINED + i] = _ONE if is_lost else rows[at.DECLINED + i]
+        good = good & (not is_lost)
+        distance = rows[at.STRENGTH + i]
+        large = arcs.whole_of(rows[_SUM + i] + rows[arcs.TURNED + i]) / power * per_area * (distance * distance)
+        rows[target + i] = large if is_wanted else rows[target + i]
+    return good
 
 
 @inlined
-def _add_arc(rows: Any, a: Any, b: Any, c: Any, x: Any, y: Any, z: Any, power: Any, nothing: Any) -> None:
-    """∫ (1 − max(z, 0)ᵖ) dφ along a side, counter-clockwise around the normal of its plane."""
-    least = like(rows, -np.inf)
+def _begin_side(rows: Any, a: Any, b: Any, nothing: Any) -> None:
+    """A side's arc above the horizon, counter-clockwise around the normal of its plane."""
+    x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     for i in range(BLOCK):
-        px, py, pz = rows[at.DX + i] + a, rows[at.DY + i] + b, rows[at.DZ + i] + c
+        _, _, _, first, last = _note_crossing(rows, i, a, b)
+        px, py, pz = rows[at.DX + i] + a[0], rows[at.DY + i] + a[1], rows[at.DZ + i] + a[2]
         wx, wy, wz = rows[_WX + i], rows[_WY + i], rows[_WZ + i]
         gx, gy, gz = py * z - pz * y, pz * x - px * z, px * y - py * x
         length = max(np.sqrt(square_of(gx, gy, gz)), _TINY)
-        qx, qy, qz = px + x, py + y, pz + z
-        seen = angle_of(length, dot(px, py, pz, qx, qy, qz))
         mx, my, mz = gx / length, gy / length, gz / length
-        along = dot(wx, wy, wz, mx, my, mz)
         cx, cy, cz = my * wz - mz * wy, mz * wx - mx * wz, mx * wy - my * wx
-        across = np.sqrt(square_of(cx, cy, cz))
-        pole = along * along / (_ONE + across)
-        start = _turned(dot(px, py, pz, cx, cy, cz), dot(px, py, pz, wx, wy, wz))
-        stop = start + seen
-        turns = (_TWO_PI if start + stop < -_TWO_PI else _ZERO) - (_TWO_PI if start + stop > _TWO_PI else _ZERO)
-        height = min(max((nothing - pole) / max(_TWO * across, _TINY), _ZERO), _HALF)
-        window = _TWO * angle_of(np.sqrt(height), np.sqrt(_ONE - height))
-        start, stop = start + turns, stop + turns
-        first, last = min(max(start, -window), window), min(max(stop, -window), window)
-        is_all = (first == start) & (last == stop)
-        ahead = dot(wx, wy, wz, px, py, pz) * dot(wx, wy, wz, qx, qy, qz)
-        whole = angle_of(abs(along) * length, dot(px, py, pz, qx, qy, qz) - ahead)
-        rest = _ZERO if is_all else whole - _turn(abs(along), first, last)
-        rows[_SUM + i] += -rest if along < _ZERO else rest
-        rows[at.SINE + i], rows[at.COSINE + i], rows[at.TILT + i] = pole, across, along
-        rows[_LEAST + i], rows[_MOST + i] = _HALF * (first + last), _HALF * (seen if is_all else last - first)
-    for k in range(len(_PLACES)):
-        for i in range(BLOCK):
-            half = rows[_MOST + i]
-            sine = small_sine(_HALF * multiply_add(half, _PLACES[k], rows[_LEAST + i]))
-            less = max(multiply_add(_TWO * rows[at.COSINE + i] * sine, sine, rows[at.SINE + i]), _TINY)
-            shown = -exp2_less_one32(log2_power(_TWO * less, power, least)) if less < _ONE else _ONE
-            part = rows[at.TILT + i] * half * _SHARES[k]
-            rows[_SUM + i] = multiply_add(part, shown / (less * (_TWO - less)), rows[_SUM + i])
+        qx, qy, qz = multiply_add(last, x, px), multiply_add(last, y, py), multiply_add(last, z, pz)
+        px, py, pz = multiply_add(first, x, px), multiply_add(first, y, py), multiply_add(first, z, pz)
+        arcs.begin_arc(
+            rows,
+            i,
+            length * (last - first),
+            dot(px, py, pz, qx, qy, qz),
+            dot(wx, wy, wz, px, py, pz),
+            dot(wx, wy, wz, qx, qy, qz),
+            dot(px, py, pz, cx, cy, cz),
+            dot(wx, wy, wz, mx, my, mz),
+            np.sqrt(square_of(cx, cy, cz)),
+            nothing,
+        )
+
+
+@inlined
+def _begin_horizon(rows: Any, nothing: Any) -> None:
+    """The way back along the horizon of polygons that it cuts, from where one leaves it to where one comes back."""
+    for i in range(BLOCK):
+        nx, ny, nz = unit_normal(rows, i)
+        is_ahead = rows[_BEHIND + i] > _ZERO  # else corners go round clockwise
+        start, stop = _at_horizon(rows, i, _EXIT), _at_horizon(rows, i, _ENTRANCE)
+        px, py, pz = (start[0], start[1], start[2]) if is_ahead else (stop[0], stop[1], stop[2])
+        qx, qy, qz = (stop[0], stop[1], stop[2]) if is_ahead else (start[0], start[1], start[2])
+        length = max(np.sqrt(square_of(px, py, pz)), _TINY)
+        gx, gy, gz = px / length, py / length, pz / length
+        side = dot(ny * gz - nz * gy, nz * gx - nx * gz, nx * gy - ny * gx, qx, qy, qz)
+        w = rows[_WX + i], rows[_WY + i], rows[_WZ + i]
+        ahead = dot(gx, gy, gz, qx, qy, qz)
+        arcs.begin_along_horizon(rows, i, (nx, ny, nz), (gx, gy, gz), w, (length, _ZERO), (ahead, side), nothing)
+        arcs.keep_if(rows, i, rows[_CROSSINGS + i] > _ZERO)
+
+
+@inlined
+def _at_horizon(rows: Any, i: int, place: int) -> tuple[Any, Any, Any]:
+    x, y, z = rows[place + i], rows[place + BLOCK + i], rows[place + 2 * BLOCK + i]
+    return rows[at.DX + i] + x, rows[at.DY + i] + y, rows[at.DZ + i] + z

@@ -16,7 +16,7 @@ import numpy as np
 from pvphong.shading.kernel.adding import lambert
 from pvphong.shading.kernel.arithmetic import exp2, multiply_add, plain
 from pvphong.shading.kernel.caps import cap_cosine, cap_power, see_cap
-from pvphong.shading.kernel.disks import disk_cosine
+from pvphong.shading.kernel.disks import disk_cosine, disk_power, see_disk
 from pvphong.shading.kernel.halfway import halfway_sines, mirror_chord
 from pvphong.shading.kernel.harmonics import add_harmonics, hide_below, look_around, not_below
 from pvphong.shading.kernel.pointers import like, shifted
@@ -44,12 +44,13 @@ from pvphong.shading.kernel.rows import (
     VZ,
 )
 from pvphong.shading.kernel.sides import polygon_cosine, polygon_power, see_polygon
-from pvphong.shading.kernel.vectors import ZERO_SQUARE, dot, inverse_root, root, square_of
+from pvphong.shading.kernel.vectors import NO_LENGTH, ZERO_SQUARE, dot, inverse_root, root, square_of
 from pvphong.shading.kernel.ways import approach, approach_measured, attenuate, normal_dot
 
-# The inverse length of a normal that is not there is more.
-NO_LENGTH = np.float32(2.0**62)
 ZERO, ONE, TWO = np.float32(0.0), np.float32(1.0), np.float32(2.0)
+
+LOBES = FIRST, SECOND, THIRD
+"""The rows of lobes' factors, in their order."""
 
 # Numbers further from 1 are left to the reference: float32 could not hold their products.
 LARGEST, SMALLEST = 2.0**100, 2.0**-100
@@ -82,6 +83,7 @@ __all__ = [
     "FIRST",
     "INVERSE",
     "LARGEST",
+    "LOBES",
     "NEARNESS",
     "NO_LENGTH",
     "NX",
@@ -109,6 +111,7 @@ __all__ = [
     "cap_cosine",
     "cap_power",
     "disk_cosine",
+    "disk_power",
     "dot",
     "exp2",
     "halfway_sines",
@@ -127,6 +130,7 @@ __all__ = [
     "raise_second",
     "root",
     "see_cap",
+    "see_disk",
     "see_polygon",
     "shifted",
     "square_of",

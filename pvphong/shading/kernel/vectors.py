@@ -17,6 +17,9 @@ _LEAST_SQUARE, _MOST_SQUARE = np.float32(2.0**-80), np.float32(2.0**120)
 ZERO_SQUARE = np.float32(2.0**-126)
 """Stands in for the square of a zero vector, which then remains zero when it is made unit length."""
 
+NO_LENGTH = np.float32(2.0**62)
+"""The inverse length of a normal that is not there is more."""
+
 
 @inlined
 def in_type(vector: Any, rows: Any) -> tuple[Any, Any, Any]:

@@ -19,7 +19,7 @@ from pvphong.shading.kernel.pointers import is_nowhere, like
 from pvphong.shading.kernel.rows import BLOCK
 from pvphong.shading.kernel.vectors import ZERO_SQUARE, dot, inverse_root, is_moderate, square_of
 
-_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+_ZERO, _ONE, _TWO = np.float32(0.0), np.float32(1.0), np.float32(2.0)
 
 # Distances between which float32 holds what light weakens by; and the most that it is strengthened.
 _NEAREST, _FARTHEST, _STRONGEST = np.float32(2.0**-110), np.float32(2.0**120), np.float32(2.0**126)
@@ -29,6 +29,24 @@ _NEAREST, _FARTHEST, _STRONGEST = np.float32(2.0**-110), np.float32(2.0**120), n
 def normal_dot(rows: Any, i: int, x: Any, y: Any, z: Any) -> Any:
     """N·(x, y, z)."""
     return dot(rows[at.NX + i], rows[at.NY + i], rows[at.NZ + i], x, y, z)
+
+
+@inlined
+def unit_normal(rows: Any, i: int) -> tuple[Any, Any, Any]:
+    """N as a unit vector; 0 where there is none."""
+    shrink = rows[at.INVERSE + i]
+    return rows[at.NX + i] * shrink, rows[at.NY + i] * shrink, rows[at.NZ + i] * shrink
+
+
+@inlined
+def mirrored_viewer(rows: Any, i: int) -> tuple[Any, Any, Any]:
+    """The direction to the viewer mirrored at n, as a unit vector."""
+    nx, ny, nz = unit_normal(rows, i)
+    vx, vy, vz = rows[at.VX + i], rows[at.VY + i], rows[at.VZ + i]
+    twice = _TWO * dot(nx, ny, nz, vx, vy, vz)
+    x, y, z = twice * nx - vx, twice * ny - vy, twice * nz - vz
+    unit = inverse_root(square_of(x, y, z))
+    return x * unit, y * unit, z * unit
 
 
 @inlined
