@@ -70,5 +70,5 @@ def small_sine(x: Any) -> Any:
 def cosine_and_sine(quarter: Any) -> tuple[Any, Any]:
     """Of four times an angle in [−π/4, π/4]."""
     sine = small_sine(quarter)
-    twice, rest = _TWO * sine * np.sqrt(_ONE - sine * sine), _ONE - _TWO * sine * sine
+    twice, rest = _TWO * sine * np.sqrt(max(_ONE - sine * sine, _ZERO)), _ONE - _TWO * sine * sine
     return _ONE - _TWO * twice * twice, _TWO * twice * rest

@@ -156,7 +156,7 @@ def _cut_power(rows: Any, target: int, exponent: float, shown: float, small: flo
         rows[rims.EZ + i] = rows[at.DZ + i] * inverse
         rows[rims.FORWARD + i], rows[rims.RADIUS + i] = rows[at.COSINE + i], rows[at.SINE + i]
         rows[target + i] = _ZERO if rows[rims.FOUND + i] > _ZERO else rows[target + i]
-    good = rims.power_within_rim(rows, exponent, shown, small)
+    good = rims.power_within_rim(rows, exponent, shown, small, False)
     for i in range(BLOCK):
         rows[target + i] += rows[rims.FOUND + i]
     return good

@@ -73,7 +73,7 @@ def disk_cosine(rows: Any, target: int) -> bool:
         rows[rims.FOUND + i] = _ONE if is_cut else _ZERO
         rows[rims.WX + i], rows[rims.WY + i], rows[rims.WZ + i] = nx, ny, nz
     if any_cut:
-        good = rims.power_within_rim(rows, _ONE, _SHOWN, _SMALL) & good
+        good = rims.power_within_rim(rows, _ONE, _SHOWN, _SMALL, True) & good
         for i in range(BLOCK):
             rows[target + i] += rows[rims.FOUND + i]
     return good
@@ -94,7 +94,7 @@ def disk_power(rows: Any, target: int, exponent: float, shown: float, small: flo
         less = min(_HALF * square_of(lx - wx, ly - wy, lz - wz), _TWO)
         is_wanted = (rows[_LIT + i] > _ZERO) & ((s >= _ONE) | reaches(less, s, nothing))
         rows[rims.FOUND + i] = _ONE if is_wanted else _ZERO
-    good = rims.power_within_rim(rows, exponent, shown, small)
+    good = rims.power_within_rim(rows, exponent, shown, small, False)
     for i in range(BLOCK):
         rows[target + i] = rows[rims.FOUND + i]
     return good

@@ -16,7 +16,7 @@ import numpy as np
 from pvphong.shading.kernel import arcs
 from pvphong.shading.kernel import rows as at
 from pvphong.shading.kernel.angles32 import angle_above, cosine_and_sine
-from pvphong.shading.kernel.arithmetic import exp2, exp2_less_one32, inlined, log2_power, multiply_add
+from pvphong.shading.kernel.arithmetic import WHOLE32, exp2, exp2_less_one32, inlined, log2_power, multiply_add
 from pvphong.shading.kernel.pointers import like
 from pvphong.shading.kernel.rows import BLOCK
 from pvphong.shading.kernel.vectors import dot, square_of
@@ -28,8 +28,8 @@ _PI, _TINY = _F(math.pi), _F(2.0**-126)
 
 # |M|, r, the axis e with e·M > 0, w; 1 where an integral is wanted, then the integral. Set by the caller.
 FORWARD, RADIUS, EX, EY, EZ, WX, WY, WZ, FOUND = (at.RIM + k * BLOCK for k in range(9))
-# u, β, one over the number of pieces, the sum.
-_UX, _UY, _UZ, _BETA, _PART, _SUM = (at.RIM + k * BLOCK for k in range(9, 15))
+# u, β, one over the number of pieces, the least sin² of the angle off −w, the sum.
+_UX, _UY, _UZ, _BETA, _PART, _OPPOSITE, _SUM = (at.RIM + k * BLOCK for k in range(9, 16))
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _PLACES, _SHARES = tuple(_F(x) for x in _NODES), tuple(_F(x) for x in _WEIGHTS)
@@ -49,14 +49,14 @@ _BY_NODES, _BY_RIM = _ONE, _TWO
 
 
 @inlined
-def power_within_rim(rows: Any, exponent: Any, shown: float, small: float) -> bool:
+def power_within_rim(rows: Any, exponent: Any, shown: float, small: float, is_cosine: bool) -> bool:
     """1/(π r²) · ∫ max(w·u, 0)ⁿ du above the horizon where FOUND is 1; whether no vertex is declined.
 
-    `shown` is the 1 − z from which zⁿ⁺¹ is nothing, `small` the r/|M| below which disks are summed at nodes.
+    `shown` is the 1 − z from which zⁿ⁺¹ is nothing, `small` the r/|M| below which disks are summed at nodes. If
+    `is_cosine`, w is the normal, and n is 1.
     """
-    power, any_small, any_cut, good = like(rows, exponent) + _ONE, False, False, True
+    power, any_small, any_large, any_cut, good = like(rows, exponent) + _ONE, False, False, False, True
     tiny, roughly = like(rows, small), np.sqrt(max(power, _SMOOTH)) / _WIDTHS
-    most = _ZERO
     for i in range(BLOCK):
         nx, ny, nz = unit_normal(rows, i)
         ex, ey, ez, f, r = rows[EX + i], rows[EY + i], rows[EZ + i], rows[FORWARD + i], rows[RADIUS + i]
@@ -79,16 +79,17 @@ def power_within_rim(rows: Any, exponent: Any, shown: float, small: float) -> bo
         is_done = is_wanted & (not is_small) & (not is_lost)
         good = good & (not is_lost)
         rows[at.DECLINED + i] = _ONE if is_lost else rows[at.DECLINED + i]
-        pieces = np.floor(wide) + _ONE if is_done else _ONE
-        most = max(most, pieces) if is_done else most
-        any_cut, any_small = any_cut | (is_done & is_cut), any_small | (is_wanted & is_small)
-        rows[_BETA + i], rows[_PART + i] = beta, _ONE / pieces
+        any_large, any_cut = any_large | is_done, any_cut | (is_done & is_cut)
+        any_small = any_small | (is_wanted & is_small)
+        rows[_BETA + i], rows[_PART + i], rows[_OPPOSITE + i] = beta, wide, _ONE
         rows[_SUM + i], rows[arcs.TURNED + i] = _ZERO, _ZERO
         rows[FOUND + i] = _BY_RIM if is_done else (_BY_NODES if is_wanted & is_small else _ZERO)
-    if most > _ZERO:
-        good = _along_rim(rows, int(most), power) & good
+    if any_large:
+        good = _along_rim(rows, power, is_cosine) & good
         if any_cut:
-            _along_horizon(rows, power, like(rows, shown))
+            _along_horizon(rows, like(rows, shown))
+            if not is_cosine:  # on the horizon that is nothing
+                arcs.end_arc(rows, power)
         for i in range(BLOCK):
             r, turn = rows[RADIUS + i], multiply_add(rows[_SUM + i], rows[_BETA + i], rows[arcs.TURNED + i])
             by_rim = arcs.whole_of(turn) / (power * _PI * max(r * r, _TINY))
@@ -115,16 +116,21 @@ def _upward(rows: Any, i: int) -> tuple[Any, Any, Any, Any, Any, Any]:
 
 
 @inlined
-def _along_rim(rows: Any, most: int, power: Any) -> bool:
+def _along_rim(rows: Any, power: Any, is_cosine: bool) -> bool:
     """The integral along the rim over β; whether no vertex is declined, for −w is next to the rim."""
-    least, half_power, good = like(rows, -np.inf), _HALF * power, True
-    for piece in range(most):
+    least, half_power, good, part = like(rows, -np.inf), _HALF * power, True, _ONE
+    for i in range(BLOCK):
+        pieces = _ONE + ((rows[_PART + i] + WHOLE32) - WHOLE32)
+        rows[_PART + i] = _ONE / (pieces if rows[FOUND + i] == _BY_RIM else _ONE)
+    for i in range(BLOCK):
+        part = min(part, rows[_PART + i])
+    for piece in range(int(_HALF + _ONE / part)):
         for k in range(len(_PLACES)):
-            ahead, passed = _F(2 * piece + 1) + _PLACES[k], _F(piece)
+            ahead, passed, weight = _F(2 * piece + 1) + _PLACES[k], _F(piece), _SHARES[k]
             for i in range(BLOCK):
                 part = rows[_PART + i]
                 place = min(multiply_add(ahead, part, -_ONE), _ONE)
-                share = _SHARES[k] * part if passed * part < _BEFORE_END else _ZERO
+                share = weight * part if passed * part < _BEFORE_END else _ZERO
                 ux, uy, uz, tx, ty, tz = _upward(rows, i)
                 wx, wy, wz = rows[WX + i], rows[WY + i], rows[WZ + i]
                 mx, my, mz = _middle(rows, i)
@@ -137,17 +143,20 @@ def _along_rim(rows: Any, most: int, power: Any) -> bool:
                 forward = cosine * dot(gx, gy, gz, tx, ty, tz) - sine * dot(gx, gy, gz, ux, uy, uz)
                 across, along = max(square_of(gx, gy, gz), _TINY), dot(wx, wy, wz, x, y, z)
                 q = min(across / max(square_of(x, y, z), _TINY), _ONE)
-                shown = -exp2_less_one32(log2_power(_TWO * q, half_power, least)) if along > _ZERO else _ONE
+                shown = q if is_cosine else -exp2_less_one32(log2_power(_TWO * q, half_power, least))
+                shown = shown if along > _ZERO else _ONE
                 rows[_SUM + i] = multiply_add(share, r * forward * shown / across, rows[_SUM + i])
-                is_lost = (rows[FOUND + i] == _BY_RIM) & (along < _ZERO) & (q < _QUARTER)
-                rows[at.DECLINED + i] = _ONE if is_lost else rows[at.DECLINED + i]
-                good = good & (not is_lost)
+                rows[_OPPOSITE + i] = min(rows[_OPPOSITE + i], _ONE if along > _ZERO else q)
+    for i in range(BLOCK):
+        is_lost = (rows[FOUND + i] == _BY_RIM) & (rows[_OPPOSITE + i] < _QUARTER)
+        rows[at.DECLINED + i] = _ONE if is_lost else rows[at.DECLINED + i]
+        good = good & (not is_lost)
     return good
 
 
 @inlined
-def _along_horizon(rows: Any, power: Any, nothing: Any) -> None:
-    """The integral along the horizon where that cuts a rim, into `arcs.TURNED`.
+def _along_horizon(rows: Any, nothing: Any) -> None:
+    """The way back along the horizon where that cuts a rim.
 
     Ahead, and to the side −t, the rim's ends are at (a, ±b − M·t).
     """
@@ -162,9 +171,7 @@ def _along_horizon(rows: Any, power: Any, nothing: Any) -> None:
         b, middle = r * sine, dot(tx, ty, tz, mx, my, mz)
         w = rows[WX + i], rows[WY + i], rows[WZ + i]
         arcs.begin_along_horizon(rows, i, (nx, ny, nz), (gx, gy, gz), w, (a, -middle - b), (a, b - middle), nothing)
-        is_cut = (rows[_BETA + i] < _PI) & (rows[FOUND + i] == _BY_RIM)
-        arcs.keep_if(rows, i, is_cut)
-    arcs.end_arc(rows, power)
+        arcs.keep_if(rows, i, (rows[_BETA + i] < _PI) & (rows[FOUND + i] == _BY_RIM))
 
 
 @inlined

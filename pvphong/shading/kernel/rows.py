@@ -43,7 +43,7 @@ SINE, COSINE, TILT, OWN = range(32 * BLOCK, 36 * BLOCK, BLOCK)
 ARC, RIM = OWN + 8 * BLOCK, OWN + 14 * BLOCK
 
 # Parts of one light, and of the ambient light, that nothing blocks.
-VISIBLE, SKY = range(RIM + 15 * BLOCK, RIM + 17 * BLOCK, BLOCK)
+VISIBLE, SKY = range(RIM + 16 * BLOCK, RIM + 18 * BLOCK, BLOCK)
 
 # Unit tangents across n, where the reflectance needs them; and the length of all rows.
-TX, TY, TZ, ROWS = range(RIM + 17 * BLOCK, RIM + 21 * BLOCK, BLOCK)
+TX, TY, TZ, ROWS = range(RIM + 18 * BLOCK, RIM + 22 * BLOCK, BLOCK)

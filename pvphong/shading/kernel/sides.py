@@ -247,10 +247,8 @@ def _mean_of_cut(rows: Any, shape: Any, target: int, exponent: Any, is_mirrored:
         a, b = _offset(rows, shape, (k + corners - 1) % corners), _offset(rows, shape, k)
         for i in range(BLOCK):
             _, _, _, first, last = _note_crossing(rows, i, a, b)
-            for axis_of in range(3):
-                slope = b[axis_of] - a[axis_of]
-                rows[_TRIANGLE + axis_of * BLOCK + i] = multiply_add(first, slope, a[axis_of])
-                rows[_TRIANGLE + (3 + axis_of) * BLOCK + i] = multiply_add(last, slope, a[axis_of])
+            _put_if(rows, i, _TRIANGLE, True, *_between(a, b, first))
+            _put_if(rows, i, _TRIANGLE + 3 * BLOCK, True, *_between(a, b, last))
         _add_triangle(rows, _TRIANGLE, _TRIANGLE + 3 * BLOCK, axis, exponent, is_mirrored)
     _add_triangle(rows, _EXIT, _ENTRANCE, axis, exponent, is_mirrored)
     per_area = like(rows, shape[_PER_AREA])
@@ -264,14 +262,26 @@ def _mean_of_cut(rows: Any, shape: Any, target: int, exponent: Any, is_mirrored:
 
 
 @inlined
+def _between(a: Any, b: Any, share: Any) -> tuple[Any, Any, Any]:
+    x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    return multiply_add(share, x, a[0]), multiply_add(share, y, a[1]), multiply_add(share, z, a[2])
+
+
+@inlined
+def _put_if(rows: Any, i: int, place: int, is_wanted: bool, x: Any, y: Any, z: Any) -> None:
+    rows[place + i] = x if is_wanted else rows[place + i]
+    rows[place + BLOCK + i] = y if is_wanted else rows[place + BLOCK + i]
+    rows[place + 2 * BLOCK + i] = z if is_wanted else rows[place + 2 * BLOCK + i]
+
+
+@inlined
 def _note_crossing(rows: Any, i: int, a: Any, b: Any) -> tuple[Any, Any, Any, Any, Any]:
     """As `_cut`; notes where a side leaves what is above the horizon, or comes back, as offsets from the middle."""
     here, there, cross, first, last = _cut(rows, i, a, b)
     leaves, comes = (here > _ZERO) & (not there > _ZERO), (there > _ZERO) & (not here > _ZERO)
-    for k in range(3):
-        x = multiply_add(cross, b[k] - a[k], a[k])
-        rows[_EXIT + k * BLOCK + i] = x if leaves else rows[_EXIT + k * BLOCK + i]
-        rows[_ENTRANCE + k * BLOCK + i] = x if comes else rows[_ENTRANCE + k * BLOCK + i]
+    x, y, z = _between(a, b, cross)
+    _put_if(rows, i, _EXIT, leaves, x, y, z)
+    _put_if(rows, i, _ENTRANCE, comes, x, y, z)
     rows[_CROSSINGS + i] += _ONE if leaves else _ZERO
     return here, there, cross, first, last
 
