@@ -3,18 +3,22 @@
 A region is what caps {u: a·u >= b} have in common: half-spaces (b = 0) for the sides of a convex polygon and for the
 horizon, one cap for a sphere. On the circle at the angle γ from w, each cap is an arc whose ends are arc cosines, so
 the integral is one over γ, of cosᵏ γ sin γ times the length of the arcs' intersection, between the angles at which
-circles touch or corners lie. No boundary integral comes up.
+circles touch or corners lie. A disk is integrated over its area, in strips along the horizon. No boundary integral
+comes up.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import combinations
+from collections.abc import Iterator, Sequence
+from functools import cache
+from itertools import combinations, pairwise
 from typing import Any
 
 import mpmath as mp
 
 _FEW = 1e-25
+# Nodes in a piece of a strip of a disk, and where pieces end: in lobe's widths from its middle.
+_NODES, _WIDTHS = 24, (3, 8)
 
 
 def exact_vector(values: Any) -> list[Any]:
@@ -108,3 +112,88 @@ def _length(arcs: Sequence[Any]) -> Any:
         ]
         pieces = [(low, high) for low, high in pieces if low < high]
     return sum((high - low for low, high in pieces), mp.mpf(0))
+
+
+@cache
+def _nodes(count: int, digits: int) -> list[tuple[Any, Any]]:
+    """Gauss and Legendre's, with weights, by Newton's method."""
+    found = []
+    with mp.workdps(digits + 5):
+        for k in range(count):
+            x = mp.cos(mp.pi * (k + mp.mpf(0.75)) / (count + mp.mpf(0.5)))
+            for _ in range(8):
+                value, before = mp.mpf(1), mp.mpf(0)
+                for l in range(count):
+                    value, before = ((2 * l + 1) * x * value - l * before) / (l + 1), value
+                slope = count * (x * value - before) / (x * x - 1)
+                x -= value / slope
+            found.append((x, 2 / ((1 - x * x) * slope * slope)))
+    return found
+
+
+def nodes_between(start: Any, stop: Any, count: int) -> Iterator[tuple[Any, Any]]:
+    """Gauss and Legendre's nodes on an interval, and their weights."""
+    half = (stop - start) / 2
+    for node, weight in _nodes(count, mp.mp.dps):
+        yield start + half * (1 + node), half * weight
+
+
+def power_over_disk(w: Any, power: float, n: Any, middle: Any, facing: Any, radius: Any) -> Any:
+    """∫ max(w·u, 0)ᵏ du over the part of a disk above the horizon; w, n and facing of length 1.
+
+    A point of it is x = middle + s e₁ + t e₂, du = |middle · facing| ds dt / |x|³, and n·x is the same for all t. With
+    s = radius · cos α strips end at ± radius · sin α, and everything is smooth between the horizon, the equator of w,
+    and multiples of the lobe's width off where w goes.
+    """
+    height = dot(middle, facing)
+    e2 = cross(facing, n)
+    flat = dot(e2, e2) < _FEW
+    e2 = unit(cross(facing, [1, 0, 0] if abs(facing[0]) < 0.6 else [0, 1, 0]) if flat else e2)
+    e1 = cross(e2, facing)
+    up, slope = dot(n, middle), 0 if flat else dot(n, e1)
+    lowest = -radius if slope == 0 else max(-up / slope, -radius)  # e₁ is up
+    if lowest >= radius or (flat and up <= 0):
+        return mp.mpf(0)
+    base, ahead, aside = dot(w, middle), dot(w, e1), dot(w, e2)
+    strips, pieces = _marks(w, power, middle, facing, (e1, e2), radius)
+    strips += _on_rim(base, ahead, aside, radius)
+    ends = sorted({mp.mpf(0), mp.acos(lowest / radius), *(mp.acos(s / radius) for s in strips if lowest < s < radius)})
+    total = mp.mpf(0)
+    for start, stop in pairwise(ends):
+        for alpha, weight in nodes_between(start, stop, _NODES):
+            s, half = radius * mp.cos(alpha), radius * mp.sin(alpha)
+            first, last, level = -half, half, base + s * ahead
+            if power and aside:
+                first, last = (max(first, -level / aside), last) if aside > 0 else (first, min(last, -level / aside))
+            elif power and level <= 0:
+                continue
+            square = dot(middle, middle) + s * s + 2 * s * dot(middle, e1)
+            slant = 2 * dot(middle, e2)
+            for low, high in pairwise(sorted({first, last, *(t for t in pieces if first < t < last)})):
+                for t, share in nodes_between(low, high, _NODES) if first < last else ():
+                    far = mp.sqrt(square + t * (slant + t))
+                    total += weight * half * share * ((level + t * aside) / far) ** power / far**3
+    return total * abs(height)
+
+
+def _marks(w: Any, power: float, middle: Any, facing: Any, plane: Any, radius: Any) -> tuple[list[Any], list[Any]]:
+    """Where strips, and their pieces, end around the lobe's middle on the disk's plane."""
+    along = dot(w, facing)
+    far = dot(middle, facing) / along if along else mp.mpf(-1)
+    if far <= 0:
+        return [], []
+    width = far / mp.sqrt(power + 1) / abs(along)
+    goes = minus([far * x for x in w], middle)
+    return tuple(
+        [x for k in _WIDTHS for x in (dot(goes, e) - k * width, dot(goes, e) + k * width) if abs(x) < radius]
+        for e in plane
+    )
+
+
+def _on_rim(base: Any, ahead: Any, aside: Any, radius: Any) -> list[Any]:
+    """The s at which base + s · ahead + t · aside = 0 meets the rim."""
+    square = ahead * ahead + aside * aside
+    rest = square * radius * radius - base * base
+    if rest <= 0:
+        return []
+    return [(-base * ahead + sign * aside * mp.sqrt(rest)) / square for sign in (1, -1)]
