@@ -1,0 +1,145 @@
+"""What surfaces make of an image all around, by mpmath, from what `EnvironmentLight` documents and no harmonics.
+
+To keep an image's first bands is to keep those of the lobe, for ∫ (P L) f du = ∫ L (P f) du, P the projection on them.
+Of a lobe f(w·u) they are a polynomial in w·u, Σ (2l + 1)/2 · M P_l with M = ∫ f P_l dt, power by power in 40 digits.
+Along a circle around the image's top it is a sum of cosines mφ, exactly that of its values at Chebyshev's points;
+texels are integrated as cosines along rows, and by Gauss and Legendre's nodes across them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+import area_oracle as oracle
+import mpmath as mp
+from area_oracle import cross, dot, exact_vector, minus, unit
+
+DIGITS, BANDS = 40, 32
+
+
+def axes(up: Sequence[float], rotation: float) -> tuple[list[Any], list[Any], list[Any]]:
+    """To the image's middle, right of it, and its top."""
+    top = unit(exact_vector(up))
+    along = [0, 0, 1] if top[1] == top[2] == 0 else [1, 0, 0]
+    ahead = unit(minus(along, [dot(along, top) * x for x in top]))
+    turn = mp.radians(mp.mpf(rotation))
+    ahead = [mp.cos(turn) * x + mp.sin(turn) * y for x, y in zip(ahead, cross(top, ahead), strict=True)]
+    return ahead, cross(ahead, top), top
+
+
+def around_top(w: Sequence[Any], up: Sequence[float], rotation: float) -> tuple[Any, Any]:
+    """A direction's angles: from the image's top, and around it from the middle to the right."""
+    ahead, right, top = axes(up, rotation)
+    return oracle.angle(w, top), mp.atan2(dot(w, right), dot(w, ahead))
+
+
+@cache
+def _legendre(bands: int) -> list[list[Any]]:
+    """Coefficients of tʲ in each P_l, whole numbers over powers of two."""
+    rows = [[mp.mpf(1)] + [mp.mpf(0)] * (bands - 1), [mp.mpf(0), mp.mpf(1)] + [mp.mpf(0)] * (bands - 2)]
+    for l in range(1, bands - 1):
+        up = [mp.mpf(0), *rows[l][:-1]]
+        rows.append([((2 * l + 1) * a - l * b) / (l + 1) for a, b in zip(up, rows[l - 1], strict=True)])
+    return rows
+
+
+@cache
+def _kept(power: float, bands: int) -> list[Any]:
+    """The first bands of a lobe tᵏ, as coefficients of powers of the cosine t; ∫ tᵏ tʲ dt = 1/(k + j + 1)."""
+    total = [mp.mpf(0)] * bands
+    for l, row in enumerate(_legendre(bands)):
+        moment = mp.fsum(x / (mp.mpf(power) + j + 1) for j, x in enumerate(row))
+        total = [t + (l + mp.mpf(0.5)) * moment * x for t, x in zip(total, row, strict=True)]
+    return total
+
+
+@cache
+def _cosines(bands: int) -> list[list[Any]]:
+    """cos mψ at Chebyshev's points ψ, for each m."""
+    return [[mp.cos(m * mp.pi * (j + mp.mpf(0.5)) / bands) for j in range(bands)] for m in range(bands)]
+
+
+def in_bands(image: Any, up: Any, rotation: float, w: Any, power: float, bands: int = BANDS) -> list[Any]:
+    """1/π · ∫ L max(w·u, 0)ᵏ du of each channel, in its first bands; w of length 1. Not cut off below 0."""
+    with mp.workdps(DIGITS):
+        theta_w, phi_w = around_top(w, up, rotation)
+        height, width, channels = image.shape
+        ground = image[-1, -1]  # of one colour everywhere, the integral is that of the first band
+        result = [2 * mp.mpf(float(x)) / (mp.mpf(power) + 1) for x in ground]
+        waves = [_waves(2 * mp.pi * (mp.mpf(j) / width - mp.mpf(0.5)) - phi_w, bands) for j in range(width + 1)]
+        for i in range(height):
+            if (image[i] == ground).all():
+                continue
+            across = _across_row(i, height, theta_w, power, bands)
+            texels = [mp.fdot(across, [b - a for a, b in zip(*ends, strict=True)]) for ends in pairwise(waves)]
+            for c in range(channels):
+                more = [mp.mpf(float(x)) - mp.mpf(float(ground[c])) for x in image[i, :, c]]
+                result[c] += mp.fdot(texels, more) / mp.pi
+        return result
+
+
+def _waves(angle: Any, bands: int) -> list[Any]:
+    """∫ cos mφ dφ from 0."""
+    return [angle, *(mp.sin(m * angle) / m for m in range(1, bands))]
+
+
+def _across_row(i: int, height: int, theta_w: Any, power: float, bands: int) -> list[Any]:
+    """∫ of each cosine's coefficient · sin θ dθ over a row."""
+    kept, cosines = _kept(power, bands), _cosines(bands)
+    sums = [mp.mpf(0)] * bands
+    for theta, weight in oracle.nodes_between(mp.pi * i / height, mp.pi * (i + 1) / height, 24 + bands // height):
+        level, aside = mp.cos(theta) * mp.cos(theta_w), mp.sin(theta) * mp.sin(theta_w)
+        values = [mp.fdot(kept, _powers(level + aside * c, bands)) for c in cosines[1]]
+        weight *= mp.sin(theta) / bands
+        sums = [
+            s + weight * (2 if m else 1) * mp.fdot(values, row)
+            for m, (s, row) in enumerate(zip(sums, cosines, strict=True))
+        ]
+    return sums
+
+
+def _powers(t: Any, count: int) -> list[Any]:
+    found = [mp.mpf(1)]
+    for _ in range(count - 1):
+        found.append(found[-1] * t)
+    return found
+
+
+def share_above(n: Any, w: Any, power: float) -> Any:
+    """The part of a lobe around w that is above the horizon."""
+    horizon = [(n, mp.mpf(0))]
+    return oracle.power_over(w, power, horizon) * (power + 1) / (2 * mp.pi) if power else mp.mpf(1)
+
+
+def irradiance(image: Any, up: Any, rotation: float, n: Any) -> list[Any]:
+    """1/π · ∫ L max(n·u, 0) du of each channel, in all bands; n of length 1."""
+    theta_n, phi_n = around_top(n, up, rotation)
+    height, width, channels = image.shape
+    edges = [2 * mp.pi * (mp.mpf(j) / width - mp.mpf(0.5)) - phi_n for j in range(width + 1)]
+    level, aside = mp.cos(theta_n), mp.sin(theta_n)
+    breaks = [mp.atan2(level, -aside * c) for c in (1, -1, *map(mp.cos, edges))]  # where edges cross the horizon
+    breaks = [x + mp.pi if x < 0 else x for x in breaks]
+    result = [mp.mpf(0)] * channels
+    for i in range(height):
+        low, high = mp.pi * i / height, mp.pi * (i + 1) / height
+        ends = sorted({low, high, *(x for x in breaks if low < x < high)})
+        for j, (first, last) in enumerate(pairwise(edges)):
+            texel = mp.quad(lambda theta, a=first, b=last: _along(theta, a, b, level, aside), ends)
+            for c in range(channels):
+                result[c] += texel * mp.mpf(float(image[i, j, c])) / mp.pi
+    return result
+
+
+def _along(theta: Any, first: Any, last: Any, level: Any, aside: Any) -> Any:
+    """∫ of the positive part of cos θ · level + sin θ · aside · cos φ, times sin θ, between two φ."""
+    even, wave = mp.cos(theta) * level, mp.sin(theta) * aside
+    half = mp.acos(max(-1, min(1, -even / wave))) if wave else mp.pi * (even > 0)
+    total = mp.mpf(0)
+    for turn in (-2 * mp.pi, 0, 2 * mp.pi):
+        a, b = max(first, turn - half), min(last, turn + half)
+        if a < b:
+            total += even * (b - a) + wave * (mp.sin(b) - mp.sin(a))
+    return total * mp.sin(theta)
