@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 from itertools import pairwise
+from operator import mul
 from typing import Any
 
 import area_oracle as oracle
@@ -18,6 +19,8 @@ import mpmath as mp
 from area_oracle import cross, dot, exact_vector, minus, unit
 
 DIGITS, BANDS = 40, 32
+BITS = 160
+"""After the binary point of whole numbers that stand for these digits, where there is much to compute."""
 
 
 def axes(up: Sequence[float], rotation: float) -> tuple[list[Any], list[Any], list[Any]]:
@@ -36,44 +39,48 @@ def around_top(w: Sequence[Any], up: Sequence[float], rotation: float) -> tuple[
     return oracle.angle(w, top), mp.atan2(dot(w, right), dot(w, ahead))
 
 
+def _fixed(x: Any) -> int:
+    return int(mp.nint(mp.ldexp(x, BITS)))
+
+
 @cache
-def _legendre(bands: int) -> list[list[Any]]:
-    """Coefficients of tʲ in each P_l, whole numbers over powers of two."""
-    rows = [[mp.mpf(1)] + [mp.mpf(0)] * (bands - 1), [mp.mpf(0), mp.mpf(1)] + [mp.mpf(0)] * (bands - 2)]
-    for l in range(1, bands - 1):
+def _legendre() -> list[list[Any]]:
+    """Coefficients of tʲ in each P_l."""
+    rows = [[mp.mpf(j == l) for j in range(BANDS)] for l in range(2)]
+    for l in range(1, BANDS - 1):
         up = [mp.mpf(0), *rows[l][:-1]]
         rows.append([((2 * l + 1) * a - l * b) / (l + 1) for a, b in zip(up, rows[l - 1], strict=True)])
     return rows
 
 
 @cache
-def _kept(power: float, bands: int) -> list[Any]:
+def _kept(power: float) -> list[int]:
     """The first bands of a lobe tᵏ, as coefficients of powers of the cosine t; ∫ tᵏ tʲ dt = 1/(k + j + 1)."""
-    total = [mp.mpf(0)] * bands
-    for l, row in enumerate(_legendre(bands)):
+    total = [mp.mpf(0)] * BANDS
+    for l, row in enumerate(_legendre()):
         moment = mp.fsum(x / (mp.mpf(power) + j + 1) for j, x in enumerate(row))
         total = [t + (l + mp.mpf(0.5)) * moment * x for t, x in zip(total, row, strict=True)]
-    return total
+    return [_fixed(x) for x in total]
 
 
 @cache
-def _cosines(bands: int) -> list[list[Any]]:
+def _cosines() -> list[list[int]]:
     """cos mψ at Chebyshev's points ψ, for each m."""
-    return [[mp.cos(m * mp.pi * (j + mp.mpf(0.5)) / bands) for j in range(bands)] for m in range(bands)]
+    return [[_fixed(mp.cos(m * mp.pi * (j + mp.mpf(0.5)) / BANDS)) for j in range(BANDS)] for m in range(BANDS)]
 
 
-def in_bands(image: Any, up: Any, rotation: float, w: Any, power: float, bands: int = BANDS) -> list[Any]:
+def in_bands(image: Any, up: Any, rotation: float, w: Any, power: float) -> list[Any]:
     """1/π · ∫ L max(w·u, 0)ᵏ du of each channel, in its first bands; w of length 1. Not cut off below 0."""
     with mp.workdps(DIGITS):
         theta_w, phi_w = around_top(w, up, rotation)
         height, width, channels = image.shape
         ground = image[-1, -1]  # of one colour everywhere, the integral is that of the first band
         result = [2 * mp.mpf(float(x)) / (mp.mpf(power) + 1) for x in ground]
-        waves = [_waves(2 * mp.pi * (mp.mpf(j) / width - mp.mpf(0.5)) - phi_w, bands) for j in range(width + 1)]
+        waves = [_waves(2 * mp.pi * (mp.mpf(j) / width - mp.mpf(0.5)) - phi_w) for j in range(width + 1)]
         for i in range(height):
             if (image[i] == ground).all():
                 continue
-            across = _across_row(i, height, theta_w, power, bands)
+            across = _across_row(i, height, theta_w, power)
             texels = [mp.fdot(across, [b - a for a, b in zip(*ends, strict=True)]) for ends in pairwise(waves)]
             for c in range(channels):
                 more = [mp.mpf(float(x)) - mp.mpf(float(ground[c])) for x in image[i, :, c]]
@@ -81,37 +88,31 @@ def in_bands(image: Any, up: Any, rotation: float, w: Any, power: float, bands: 
         return result
 
 
-def _waves(angle: Any, bands: int) -> list[Any]:
+def _waves(angle: Any) -> list[Any]:
     """∫ cos mφ dφ from 0."""
-    return [angle, *(mp.sin(m * angle) / m for m in range(1, bands))]
+    return [angle, *(mp.sin(m * angle) / m for m in range(1, BANDS))]
 
 
-def _across_row(i: int, height: int, theta_w: Any, power: float, bands: int) -> list[Any]:
+def _across_row(i: int, height: int, theta_w: Any, power: float) -> list[Any]:
     """∫ of each cosine's coefficient · sin θ dθ over a row."""
-    kept, cosines = _kept(power, bands), _cosines(bands)
-    sums = [mp.mpf(0)] * bands
-    for theta, weight in oracle.nodes_between(mp.pi * i / height, mp.pi * (i + 1) / height, 24 + bands // height):
-        level, aside = mp.cos(theta) * mp.cos(theta_w), mp.sin(theta) * mp.sin(theta_w)
-        values = [mp.fdot(kept, _powers(level + aside * c, bands)) for c in cosines[1]]
-        weight *= mp.sin(theta) / bands
+    kept, cosines = _kept(power)[::-1], _cosines()
+    sums = [mp.mpf(0)] * BANDS
+    for theta, weight in oracle.nodes_between(mp.pi * i / height, mp.pi * (i + 1) / height, 24 + BANDS // height):
+        level, aside = _fixed(mp.cos(theta) * mp.cos(theta_w)), _fixed(mp.sin(theta) * mp.sin(theta_w))
+        values = [_horner(kept, level + (aside * c >> BITS)) for c in cosines[1]]
+        weight *= mp.ldexp(mp.sin(theta) / BANDS, -2 * BITS)
         sums = [
-            s + weight * (2 if m else 1) * mp.fdot(values, row)
+            s + weight * (2 if m else 1) * sum(map(mul, values, row))
             for m, (s, row) in enumerate(zip(sums, cosines, strict=True))
         ]
     return sums
 
 
-def _powers(t: Any, count: int) -> list[Any]:
-    found = [mp.mpf(1)]
-    for _ in range(count - 1):
-        found.append(found[-1] * t)
-    return found
-
-
-def share_above(n: Any, w: Any, power: float) -> Any:
-    """The part of a lobe around w that is above the horizon."""
-    horizon = [(n, mp.mpf(0))]
-    return oracle.power_over(w, power, horizon) * (power + 1) / (2 * mp.pi) if power else mp.mpf(1)
+def _horner(coefficients: list[int], t: int) -> int:
+    value = 0
+    for coefficient in coefficients:
+        value = (value * t >> BITS) + coefficient
+    return value
 
 
 def irradiance(image: Any, up: Any, rotation: float, n: Any) -> list[Any]:
