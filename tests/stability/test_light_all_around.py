@@ -77,12 +77,16 @@ def in_bands(sky: str, way: Any, power: float) -> Any:
         return oracle.in_bands(light.image.image, light.up, light.rotation, way, power)
 
 
-def bound(evaluator: Evaluator, light: EnvironmentLight, power: float, value: Any) -> Any:
-    """Bands of the lobe, as high as where it is highest, and the part of it above the horizon."""
+def bound(evaluator: Evaluator, light: EnvironmentLight, power: float) -> Any:
+    """Of a lobe in bands, which is no higher than the sum of these is in its middle."""
     highest = min(1.0, oracle.BANDS**2 / (2.0 * power + 2.0))
-    slope = 2.0 * min(math.sqrt(power), oracle.BANDS) + 8.0
-    hidden = max((4.0 * math.sqrt(power) + 16.0) * evaluator.step, 1e-11)
-    return 2.0 * evaluator.step * slope * highest * light.panorama.total + hidden * value
+    slope = 2.0 * min(math.sqrt(power), oracle.BANDS) + 16.0
+    return 2.0 * evaluator.step * slope * highest * light.panorama.total
+
+
+def hidden(evaluator: Evaluator, power: float) -> float:
+    """Of the part of a lobe above the horizon."""
+    return max((math.sqrt(power) + 4.0) * evaluator.step, 1e-11)
 
 
 def as_its_bands_are(evaluator: Evaluator, sky: str, look: str) -> None:
@@ -91,7 +95,7 @@ def as_its_bands_are(evaluator: Evaluator, sky: str, look: str) -> None:
     for way in WAYS:
         exact = np.array([max(float(x), 0.0) for x in in_bands(sky, way, power)])
         got = lit(evaluator, [way], light, material, np.multiply(way, 4.0))[0]
-        evaluator.record(f"E sky {look}", abs(got - exact), bound(evaluator, light, power, exact))
+        evaluator.record(f"E sky {look}", abs(got - exact), bound(evaluator, light, power))
 
 
 UP, CAP = (0.0, 0.0, 1.0), (0.25, 0.5, 1.0)
@@ -113,7 +117,7 @@ def one_colour(evaluator: Evaluator, power: float) -> None:
     for eye in EYES:
         exact = over_caps(eye, power, ()) * np.array(light.image)
         got = lit(evaluator, [UP], light, material_of("", power), eye)[0]
-        evaluator.record("E one colour", abs(got - exact), bound(evaluator, light, power, exact))
+        evaluator.record("E one colour", abs(got - exact), hidden(evaluator, power) * exact)
     got = lit(evaluator, WAYS, light, material_of("diffuse"), EYES[0])
     evaluator.record("E furnace", abs(got - light.image), 4 * evaluator.step)
 
@@ -125,7 +129,7 @@ def half_a_sky(evaluator: Evaluator, power: float) -> None:
     for eye in EYES:
         exact = over_caps(eye, power, (CAP,)) * color
         cut = color / (2.0 * (power + 1.0))
-        allowed = bound(evaluator, light, power, exact) + cut + light.unknown(CosinePower("mirror", power))
+        allowed = bound(evaluator, light, power) + cut + light.unknown(CosinePower("mirror", power))
         got = lit(evaluator, [UP], light, material_of("", power), eye)[0]
         evaluator.record("E half a sky", abs(got - exact), allowed)
 
@@ -143,7 +147,7 @@ def left_out(evaluator: Evaluator, sky: str) -> None:
     light = SKIES[sky]
     for way in WAYS:
         exact = irradiance(sky, way)
-        allowed = light.unknown(DIFFUSE) + bound(evaluator, light, 1.0, exact)
+        allowed = light.unknown(DIFFUSE) + bound(evaluator, light, 1.0)
         got = lit(evaluator, [way], light, material_of("diffuse"), EYES[0])[0]
         evaluator.record("E left out", abs(got - exact), allowed)
 
@@ -160,7 +164,7 @@ def energy(evaluator: Evaluator, sky: str) -> None:
     assert (got >= 0.0).all()
     mean = weights @ got.reshape(*ways.shape).mean(axis=1) / 2.0
     total = light.panorama.total
-    allowed = light.unknown(DIFFUSE) + bound(evaluator, light, 1.0, total)
+    allowed = light.unknown(DIFFUSE) + bound(evaluator, light, 1.0)
     evaluator.record("E energy", abs(mean - total / 4.0), allowed)
     nodes = sum(node.intensity * np.array(node.diffuse) for node in light.nodes(64))
     evaluator.record("E energy", abs(nodes - total), 64 * STEPS["float64"] * total)
@@ -244,7 +248,7 @@ def naive_excess(sky: str, bands: int, real: Any) -> float:
     exact = np.array([irradiance(sky, way)[0] for way in WAYS])
     with np.errstate(all="ignore"):
         got = in_harmonics(*in_points(sky), ways, bands, real)
-    allowed = light.unknown(DIFFUSE) + bound(EVALUATORS[0], light, 1.0, exact.max())[0]
+    allowed = light.unknown(DIFFUSE) + bound(EVALUATORS[0], light, 1.0)[0]
     return least_excess(abs(got - exact), allowed)
 
 
