@@ -117,6 +117,16 @@ def cut_by_the_horizon(evaluator: Evaluator, light: Any, look: str) -> None:
         evaluator.record(f"E size {look}", abs(got - exact), bound(evaluator, look, 0.5))
 
 
+def face_to_face(evaluator: Evaluator, light: Any, look: str) -> None:
+    """The horizon parallel to a flat light, or nearly so: there is no direction to its nearest point."""
+    for tilt in (0.0, 1e-7, 1e-5, 1e-3):
+        normal = tuple((tilt * np.array([1.0, 0.5, 0.0]) - light.normal).tolist())
+        eye = mirrored_at(normal)
+        got = lit(evaluator, [(0, 0, 0)], [normal], light, look, eye)[0]
+        exact = exactly(evaluator.real, normal, light, look, eye)
+        evaluator.record(f"E parallel {look}", abs(got - exact), bound(evaluator, look))
+
+
 def far_and_small(evaluator: Evaluator, kind: Any, look: str, size: float) -> None:
     """It joins the point light: their colours differ by less than twice the size."""
     place, direction = np.array([0.3, -0.2, 1.0]), (-0.3, 0.2, -1.0)
@@ -204,6 +214,10 @@ ROWS = {
         *(
             ("horizon", cut_by_the_horizon, (type(light).__name__, look), (light, look))
             for light, look in product((SPHERE, SQUARE, POLYGON, DISK), ("diffuse", "highlight"))
+        ),
+        *(
+            ("parallel", face_to_face, (type(light).__name__, look), (light, look))
+            for light, look in product((SQUARE, DISK), ("diffuse", "highlight"))
         ),
         *(
             ("tiny", far_and_small, (kind.__name__, look, size), (kind, look, size))
