@@ -16,7 +16,7 @@ from pvphong.shading.kernel import adding, colors, loading, prefetch, sunlight, 
 from pvphong.shading.kernel import rows as at
 from pvphong.shading.kernel.arithmetic import inlined, plain
 from pvphong.shading.kernel.pointers import call_light, call_reflectance, like, nowhere, shifted, taken
-from pvphong.shading.kernel.rows import BLOCK, GROUP
+from pvphong.shading.kernel.rows import AT_WORK, BLOCK, GROUP, LEFT
 from pvphong.shading.kernel.vectors import in_type
 
 
@@ -234,7 +234,8 @@ def shade(
     settings: Any,
     terms: Any,
     numbers: Any,
-    begun: Any,
+    shared: Any,
+    patience: int,
     count: int,
     rows: Any,
     wide: Any,
@@ -242,7 +243,7 @@ def shade(
 ) -> int:
     """Light group after group until none is left, or a vertex is declined: then gives its group's first, else -1.
 
-    Several threads may do so at once with one `begun`.
+    Several threads may do so at once with one `shared`.
 
     Parameters
     ----------
@@ -254,8 +255,11 @@ def shade(
         Where the colours go: floats, or bytes if `is_display`.
     settings, terms, numbers
         The equation, as `records` has it.
-    begun
-        How many vertices some thread has begun with, all from the first on: one number.
+    shared
+        `SHARED` numbers, 0 at first.
+    patience : int
+        How often to look, in the end, whether other threads are still at work, before it is left to the caller to wait
+        for them: sleeping and waking takes longer than most have left to do.
     count : int
         Of vertices.
     rows, wide
@@ -268,12 +272,19 @@ def shade(
     loading.unmark(rows)
     adding.fill(rows, at.VX, *in_type(s.to_eye, rows))
     adding.fill(rows, at.AX, *in_type(s.to_eye, rows))
-    start = taken(begun, GROUP)
-    while start < count:
+    at_work, left = shifted(shared, AT_WORK), -1
+    taken(at_work, 1)
+    start = taken(shared, GROUP)
+    while start < count and left < 0:
         stop = min(start + GROUP, count)
         if not _light_group(
             start, stop, points, normals, albedo, channels, rgb, display, s, lights, numbers, rows, wide, declined
         ):
-            return start
-        start = taken(begun, GROUP)
-    return -1
+            left = start
+            taken(shifted(shared, LEFT), 1)
+        else:
+            start = taken(shared, GROUP)
+    taken(at_work, -1)
+    while patience > 0 and taken(at_work, 0) > 0:
+        patience -= 1
+    return left

@@ -58,7 +58,7 @@ def taken(_typing: Any, counter: Any, count: Any) -> Any:  # noqa: ARG001 Numba 
     """A counter's value before so much was added to it, at once, whatever other threads do."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.atomic_rmw("add", *arguments, "monotonic")
+        return builder.atomic_rmw("add", *arguments, "seq_cst")
 
     return types.intp(counter, types.intp), generate
 

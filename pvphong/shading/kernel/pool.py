@@ -69,18 +69,21 @@ def _helpers(_process: int, threads: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, thread_name_prefix="pvphong")
 
 
-def together(work: Callable[[], Any], most: int) -> None:
+def together(work: Callable[[], Any], most: int, is_done: Callable[[], bool] = lambda: False) -> None:
     """Let threads do one piece of work at once, the calling one among them; `most` of them if there are as many.
 
-    An exception in any of them is raised here, when all are done.
+    An exception in any of them is raised here, when all are done. If `is_done` says so once the calling one is, the
+    others are not waited for.
     """
     helpers = min(count(), most) - 1
     futures = [_helpers(os.getpid(), helpers).submit(work) for _ in range(helpers)]
+    waits = True
     try:
         work()
+        waits = not is_done()
     finally:
         for future in futures:
-            if not future.cancel():  # those that have not begun have nothing left to do
+            if not future.cancel() and waits:  # those that have not begun have nothing left to do
                 future.result()
 
 

@@ -25,6 +25,8 @@ from pvphong.shading.kernel.ways import unit_normal
 _F = np.float32
 _ZERO, _QUARTER, _HALF, _ONE, _TWO = _F(0.0), _F(0.25), _F(0.5), _F(1.0), _F(2.0)
 _PI, _TINY = _F(math.pi), _F(2.0**-126)
+# Of a vector across another, from rounding alone.
+_LEVEL = _F(1e-6)
 
 # |M|, r, the axis e with e·M > 0, w; 1 where an integral is wanted, then the integral. Set by the caller.
 FORWARD, RADIUS, EX, EY, EZ, WX, WY, WZ, FOUND = (at.RIM + k * BLOCK for k in range(9))
@@ -61,11 +63,12 @@ def power_within_rim(rows: Any, exponent: Any, shown: float, small: float, is_co
         nx, ny, nz = unit_normal(rows, i)
         ex, ey, ez, f, r = rows[EX + i], rows[EY + i], rows[EZ + i], rows[FORWARD + i], rows[RADIUS + i]
         mx, my, mz = _middle(rows, i)
-        aside = dot(nx, ny, nz, ex, ey, ez)
-        ux, uy, uz = nx - aside * ex, ny - aside * ey, nz - aside * ez
-        up = np.sqrt(square_of(ux, uy, uz))
-        unit = _ONE / max(up, _TINY)
-        rows[_UX + i], rows[_UY + i], rows[_UZ + i] = ux * unit, uy * unit, uz * unit
+        up, ux, uy, uz = _across(nx, ny, nz, ex, ey, ez)
+        is_level = up < _LEVEL  # any way across e will do
+        tx, ty, tz = (_ONE, _ZERO, _ZERO) if abs(ex) < _HALF else (_ZERO, _ONE, _ZERO)
+        ux, uy, uz = tx if is_level else ux, ty if is_level else uy, tz if is_level else uz
+        _, ux, uy, uz = _across(ux, uy, uz, ex, ey, ez)  # once more, for nearly level it has been rounded
+        rows[_UX + i], rows[_UY + i], rows[_UZ + i] = ux, uy, uz
         height, slope = dot(nx, ny, nz, mx, my, mz), r * up
         is_cut = abs(height) < slope
         beta = angle_above(np.sqrt(max((slope - height) * (slope + height), _ZERO)), -height) if is_cut else _PI
@@ -98,6 +101,16 @@ def power_within_rim(rows: Any, exponent: Any, shown: float, small: float, is_co
     if any_small:
         _on_chords(rows, like(rows, exponent), tiny)
     return good
+
+
+@inlined
+def _across(x: Any, y: Any, z: Any, ex: Any, ey: Any, ez: Any) -> tuple[Any, Any, Any, Any]:
+    """Length of the part of a vector across e, and its unit vector."""
+    along = dot(x, y, z, ex, ey, ez)
+    x, y, z = x - along * ex, y - along * ey, z - along * ez
+    length = np.sqrt(square_of(x, y, z))
+    unit = _ONE / max(length, _TINY)
+    return length, x * unit, y * unit, z * unit
 
 
 @inlined

@@ -10,7 +10,7 @@ import numpy as np
 
 from pvphong.base.types import FloatArray
 from pvphong.shading.kernel import pool, records
-from pvphong.shading.kernel.rows import BLOCK, GROUP, LINE, ROWS
+from pvphong.shading.kernel.rows import AT_WORK, BEGUN, BLOCK, GROUP, LEFT, LINE, ROWS, SHARED
 
 # Vertices that are copied at a time where arrays are not in the form that compiled code takes: 24 MiB at most.
 COPIED = 2**18
@@ -18,6 +18,8 @@ COPIED = 2**18
 _LIT = 2**23
 # Vertices for which it is worth waking another thread.
 _WORTH_HELP = 4 * GROUP
+# How often a thread that is done looks whether others are, which takes some 10 ns, before it sleeps until they are.
+_PATIENCE = 5000
 
 
 class Call:
@@ -32,16 +34,23 @@ class Call:
         Gives indices of vertices that are left to the reference.
         """
         colors = arrays[-1]
-        begun = np.zeros(1, np.int64)
-        addresses = [address(array) for array in (*arrays, colors, *self._equation, begun)]
+        shared = np.zeros(SHARED, np.int64)
+        addresses = [address(array) for array in (*arrays, colors, *self._equation, shared)]
         left: list[Any] = []
+        caller, count = threading.get_ident(), len(colors)
 
         def work() -> None:
-            memory = Memory.of_thread()
-            while (first := self._driver(*addresses, len(colors), *memory.addresses)) >= 0:
-                left.append(first + memory.declined())
+            memory, patience = Memory.of_thread(), _PATIENCE if threading.get_ident() == caller else 0
+            while shared[BEGUN] < count:
+                first = self._driver(*addresses, patience, count, *memory.addresses)
+                if first >= 0:
+                    left.append(first + memory.declined())
 
-        pool.together(work, -(-len(colors) // _WORTH_HELP))
+        def is_done() -> bool:
+            """No other thread has anything left to do; one that comes late reads nothing but `shared` and records."""
+            return not shared[AT_WORK] and not shared[LEFT]
+
+        pool.together(work, -(-count // _WORTH_HELP), is_done)
         return left
 
 
