@@ -83,6 +83,21 @@ def test_what_goes_wrong_in_any_of_them_is_raised():
         pool.run(work, 1000, 50)
 
 
+@needs_two
+def test_one_that_has_nothing_left_to_do_is_not_waited_for():
+    has_begun, may_end, caller = threading.Event(), threading.Event(), threading.get_ident()
+
+    def work():
+        if threading.get_ident() == caller:
+            assert has_begun.wait(60)
+        else:
+            has_begun.set()
+            assert may_end.wait(60)
+
+    pool.together(work, 2, lambda: True)
+    may_end.set()
+
+
 @needs_numba
 def test_numbas_setting_is_the_most():
     code = "from pvphong.shading.kernel import pool; print(pool.count())"
