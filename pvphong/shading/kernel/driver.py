@@ -16,7 +16,7 @@ from pvphong.shading.kernel import adding, colors, loading, prefetch, sunlight, 
 from pvphong.shading.kernel import rows as at
 from pvphong.shading.kernel.arithmetic import inlined, plain
 from pvphong.shading.kernel.pointers import call_light, call_reflectance, like, nowhere, shifted, taken
-from pvphong.shading.kernel.rows import AT_WORK, BLOCK, GROUP, LEFT
+from pvphong.shading.kernel.rows import AT_WORK, BEGUN, BLOCK, GROUP, LEFT
 from pvphong.shading.kernel.vectors import in_type
 
 
@@ -235,6 +235,8 @@ def shade(
     terms: Any,
     numbers: Any,
     shared: Any,
+    threads: int,
+    own: int,
     patience: int,
     count: int,
     rows: Any,
@@ -243,7 +245,8 @@ def shade(
 ) -> int:
     """Light group after group until none is left, or a vertex is declined: then gives its group's first, else -1.
 
-    Several threads may do so at once with one `shared`.
+    Several threads may do so at once with one `shared`. Each begins with a range of its own, for threads that write to
+    one page of memory that is new wait for each other, and then helps the others out.
 
     Parameters
     ----------
@@ -256,7 +259,9 @@ def shade(
     settings, terms, numbers
         The equation, as `records` has it.
     shared
-        `SHARED` numbers, 0 at first.
+        `BEGUN` numbers and one for each range, 0 at first.
+    threads, own : int
+        How many ranges there are, and which is this thread's.
     patience : int
         How often to look, in the end, whether other threads are still at work, before it is left to the caller to wait
         for them: sleeping and waking takes longer than most have left to do.
@@ -274,16 +279,22 @@ def shade(
     adding.fill(rows, at.AX, *in_type(s.to_eye, rows))
     at_work, left = shifted(shared, AT_WORK), -1
     taken(at_work, 1)
-    start = taken(shared, GROUP)
-    while start < count and left < 0:
-        stop = min(start + GROUP, count)
-        if not _light_group(
-            start, stop, points, normals, albedo, channels, rgb, display, s, lights, numbers, rows, wide, declined
-        ):
-            left = start
-            taken(shifted(shared, LEFT), 1)
-        else:
-            start = taken(shared, GROUP)
+    length = (count + threads * GROUP - 1) // (threads * GROUP) * GROUP
+    for turn in range(threads):
+        here = (own + turn) % threads
+        begun, end = shifted(shared, BEGUN + here), min((here + 1) * length, count)
+        start = here * length + taken(begun, GROUP)
+        while start < end and left < 0:
+            stop = min(start + GROUP, end)
+            if not _light_group(
+                start, stop, points, normals, albedo, channels, rgb, display, s, lights, numbers, rows, wide, declined
+            ):
+                left = start
+                taken(shifted(shared, LEFT), 1)
+            else:
+                start = here * length + taken(begun, GROUP)
+        if left >= 0:
+            break
     taken(at_work, -1)
     while patience > 0 and taken(at_work, 0) > 0:
         patience -= 1

@@ -176,7 +176,7 @@ def _driver(stored: Any, real: Any) -> Any:
     arrays = vertices, vertices, reals, reals, reals, _BYTES
     equation = types.CPointer(numba.from_dtype(SETTINGS)), types.CPointer(numba.from_dtype(TERM)), _FLOATS
     scratch = reals, _FLOATS, _BYTES
-    return types.intp(*arrays, *equation, _INDICES, types.intp, types.intp, *scratch)
+    return types.intp(*arrays, *equation, _INDICES, *(types.intp,) * 4, *scratch)
 
 
 def _search(stored: Any) -> Any:

@@ -11,6 +11,7 @@ import functools
 import os
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, ClassVar
@@ -39,8 +40,14 @@ def count() -> int:
     """Threads that work at once: Numba's setting, but no more than the processors that this process may use now."""
     if _here.is_alone:
         return 1
-    here = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    here = _processors(os.getpid(), int(time.monotonic()))
     return max(1, min(_most(), here, _Limit.threads or here))
+
+
+@functools.lru_cache(maxsize=1)
+def _processors(_process: int, _second: int) -> int:
+    """Those that this process may use; asked for once a second, for the answer takes some 40 µs."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextlib.contextmanager

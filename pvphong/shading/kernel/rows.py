@@ -48,6 +48,6 @@ VISIBLE, SKY = range(RIM + 16 * BLOCK, RIM + 18 * BLOCK, BLOCK)
 # Unit tangents across n, where the reflectance needs them; and the length of all rows.
 TX, TY, TZ, ROWS = range(RIM + 18 * BLOCK, RIM + 22 * BLOCK, BLOCK)
 
-# What threads that light the same vertices share: how many were begun with, how many threads are at it, and how often
-# one of them had to leave vertices to the reference.
-BEGUN, AT_WORK, LEFT, SHARED = range(4)
+# What threads that light the same vertices share: how many are at it, how often one of them had to leave vertices to
+# the reference; then for each range of vertices, of which there are as many as threads, how many were begun with.
+AT_WORK, LEFT, BEGUN = range(3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 
 from pvphong.base.types import FloatArray
 from pvphong.shading.kernel import pool, records
-from pvphong.shading.kernel.rows import AT_WORK, BEGUN, BLOCK, GROUP, LEFT, LINE, ROWS, SHARED
+from pvphong.shading.kernel.rows import AT_WORK, BEGUN, BLOCK, GROUP, LEFT, LINE, ROWS
 
 # Vertices that are copied at a time where arrays are not in the form that compiled code takes: 24 MiB at most.
 COPIED = 2**18
@@ -34,23 +35,22 @@ class Call:
         Gives indices of vertices that are left to the reference.
         """
         colors = arrays[-1]
-        shared = np.zeros(SHARED, np.int64)
+        count = len(colors)
+        threads = max(1, min(pool.count(), -(-count // _WORTH_HELP)))
+        shared = np.zeros(BEGUN + threads, np.int64)
         addresses = [address(array) for array in (*arrays, colors, *self._equation, shared)]
         left: list[Any] = []
-        caller, count = threading.get_ident(), len(colors)
+        turns = itertools.count()
 
         def work() -> None:
-            memory, patience = Memory.of_thread(), _PATIENCE if threading.get_ident() == caller else 0
-            while shared[BEGUN] < count:
-                first = self._driver(*addresses, patience, count, *memory.addresses)
-                if first >= 0:
-                    left.append(first + memory.declined())
+            own, memory, _kept = next(turns), Memory.of_thread(), shared  # also where nobody waits for this thread
+            patience = _PATIENCE if threading.get_ident() == caller else 0
+            while (first := self._driver(*addresses, threads, own, patience, count, *memory.addresses)) >= 0:
+                left.append(first + memory.declined())
 
-        def is_done() -> bool:
-            """No other thread has anything left to do; one that comes late reads nothing but `shared` and records."""
-            return not shared[AT_WORK] and not shared[LEFT]
-
-        pool.together(work, -(-count // _WORTH_HELP), is_done)
+        caller = threading.get_ident()
+        # a thread that comes when all is done reads nothing but `shared` and the records
+        pool.together(work, threads, lambda: not shared[AT_WORK] and not shared[LEFT])
         return left
 
 
