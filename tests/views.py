@@ -12,7 +12,7 @@ from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Po
 from pvphong.scene.viewer import Viewer
 from pvphong.studio.gizmos.drag_start import Scenery
 from pvphong.studio.gizmos.handles import handles
-from pvphong.studio.gizmos.shape import ORIGIN, is_movable
+from pvphong.studio.gizmos.shape import ORIGIN, comes_from_somewhere, is_movable
 from pvphong.studio.gizmos.view import View
 
 SCALES = (1e-6, 1.0, 1e6)
@@ -75,7 +75,10 @@ def triangle(middle, normal):
 
 
 MOVABLE = [kind for kind in KINDS if is_movable(example(kind))]
-"""Kinds that stand somewhere, or come from somewhere: the others have no icon and no handle."""
+"""Kinds that a hand can move: the others have no icon and no handle."""
+
+FROM_SOMEWHERE = [kind for kind in MOVABLE if comes_from_somewhere(example(kind))]
+"""Kinds that stand somewhere, or come from somewhere: the others have no highlight to drag, and no double."""
 
 
 def view(projection="perspective", scale=1.0, *, position=(4.0, -7.0, 5.0), focal_point=(0.1, 0.2, 0.3), up=(0, 0, 1)):

@@ -185,7 +185,7 @@ class Angle(Role):
 
 
 class Turn(Role):
-    """By how many degrees a light is turned around what is up."""
+    """By how many degrees a light is turned around what is up, counter-clockwise; its front then is `axes[0]`."""
 
 
 class Falloff(Role):
@@ -213,7 +213,7 @@ def upward(default: Any = (0.0, 1.0, 0.0)) -> Any:
 
 def turned(default: float = 0.0) -> Any:
     """A field that says by how many degrees the light is turned around what is up."""
-    return _field(default, Turn(_number()))
+    return _field(default, Turn(_number(), "rotation"))
 
 
 def imaged(default: Any, checked: Check) -> Any:

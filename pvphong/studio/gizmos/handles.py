@@ -2,7 +2,7 @@
 
 A place has its handle where it is, an aim at the target, and at the icon if the light has no place; an angle at the
 edge as far away as the target and at the side seen best. A length has it to the right or above, at its share of this
-distance; a falloff to the right where half the light is left, if the light has no aim.
+distance; a falloff to the right where half the light is left, if the light has no aim; a turn at the light's front.
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ import numpy as np
 from pvphong.base.types import Float64Array
 from pvphong.optics.attenuation import distance_of
 from pvphong.optics.light import Light
-from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Role
+from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Role, Turn
 from pvphong.studio.gizmos.drag_start import Cursor, DragStart, Scenery, vector
 from pvphong.studio.gizmos.shape import (
     ORIGIN,
     axis,
     fields,
+    front,
     handle_names,
     middle_of,
     origin,
@@ -262,6 +263,26 @@ def fading_at(light: Light, field: str, distance: float) -> Light:
     return _with(light, field, (constant, linear * shrink, quadratic * shrink * shrink))
 
 
+# -- a turn
+
+
+def _at_front(light: Light, field: str, scenery: Scenery, view: View) -> Float64Array:  # noqa: ARG001 as others
+    return front(light, scenery)
+
+
+def _spun(start: DragStart, at: Cursor, field: str) -> Light:
+    """The light whose front is where the handle is dragged to, as seen from above; snapping: in steps of degrees."""
+    light: Any = start.light
+    goal = start.moved(at)
+    ahead, right, _ = light.axes @ (goal - start.scenery.center)
+    if np.array_equal(goal, start.point) or not (ahead or right):
+        return start.light
+    degrees = getattr(light, field) - math.degrees(math.atan2(right, ahead))
+    if at.snapping:
+        degrees = round(degrees / start.angle_step) * start.angle_step
+    return _with(light, field, math.remainder(degrees, 360.0))
+
+
 _KINDS: dict[type[Role], _Kind] = {
     Place: _Kind(_at_place, _moved),
     Corners: _Kind(_at_middle, _carried),
@@ -269,6 +290,7 @@ _KINDS: dict[type[Role], _Kind] = {
     Angle: _Kind(_at_edge, _opened),
     Length: _Kind(_at_size, _stretched),
     Falloff: _Kind(_at_half, _weakened),
+    Turn: _Kind(_at_front, _spun),
 }
 """Role → its handles; a role that is not here has none."""
 

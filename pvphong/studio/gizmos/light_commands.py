@@ -18,7 +18,7 @@ from pvphong.studio.gizmos.colors import luminance, recolored, turned, warmed
 from pvphong.studio.gizmos.drag_start import vector
 from pvphong.studio.gizmos.gizmo import Gizmo
 from pvphong.studio.gizmos.names import called, free_name
-from pvphong.studio.gizmos.shape import fields, is_movable
+from pvphong.studio.gizmos.shape import comes_from_somewhere, fields
 from pvphong.studio.gizmos.status import alone
 from pvphong.studio.gizmos.surroundings import Board
 
@@ -153,7 +153,7 @@ def duplicate(board: Board) -> None:
     if (gizmo := _chosen(board)) is None:
         return
     light, viewer = gizmo.light, board.view.viewer
-    if not is_movable(light):
+    if light.frame == "headlight" or not comes_from_somewhere(light):
         where = "is the viewer" if light.frame == "headlight" else "comes from all around"
         board.notice = f"{called(light)}: a light that {where} has no double"
         return

@@ -7,12 +7,13 @@ import math
 import numpy as np
 
 from pvphong.base.types import Float64Array
+from pvphong.base.vectors import unit_vector
 from pvphong.optics.attenuation import distance_of
 from pvphong.optics.light import Light
-from pvphong.optics.roles import Aim, Angle, Length, Place, Power
+from pvphong.optics.roles import Aim, Angle, Length, Place, Power, Turn, Up
 from pvphong.studio.gizmos.drag_start import Scenery
 from pvphong.studio.gizmos.drawing import Drawing, circle
-from pvphong.studio.gizmos.shape import axis, falloffs, is_movable, origin, reach, target
+from pvphong.studio.gizmos.shape import axis, falloffs, front, is_movable, origin, reach, target
 
 # Circles are drawn up to this radius, in scene sizes.
 _LARGEST = 1e4
@@ -35,6 +36,8 @@ def draw(drawing: Drawing, light: Light, scenery: Scenery, selected: bool) -> No
     if along is not None and selected and not is_placed:
         _rays(drawing, light, along, scenery)
     _sizes(drawing, light, scenery, selected)
+    if light.values(Turn):
+        _circle_of_turn(drawing, light, scenery, selected)
     if selected:
         _falloffs(drawing, light, scenery)
 
@@ -89,6 +92,18 @@ def _sizes(drawing: Drawing, light: Light, scenery: Scenery, selected: bool) -> 
         _circle(drawing, light, scenery, drawing.view.viewer.axes[2], length, 0.6 if selected else 0.3)
         if selected:
             _sphere(drawing, light, scenery, length, 0.9)
+
+
+def _circle_of_turn(drawing: Drawing, light: Light, scenery: Scenery, selected: bool) -> None:
+    """Around the scene's middle, on which the front of the light stands; selected: with what is up."""
+    middle, place = np.array(scenery.center), front(light, scenery)
+    up = np.array(unit_vector(light.values(Up)[0]))
+    far = float(np.linalg.norm(place - middle))
+    drawing.line(circle(middle, up, far), 0.9 if selected else 0.3)
+    if selected:
+        drawing.line(np.array([place, place + 0.25 * far * (middle - place) / far]), 0.9)
+        drawing.line(np.array([middle + far * up, middle + 1.2 * far * up]), 0.6)
+        drawing.tip(middle + 1.2 * far * up, up, 0.6)
 
 
 def _falloffs(drawing: Drawing, light: Light, scenery: Scenery) -> None:

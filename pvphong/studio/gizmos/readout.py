@@ -9,7 +9,7 @@ import numpy as np
 
 from pvphong.base.types import Vector, rgb
 from pvphong.optics.light import Light
-from pvphong.optics.roles import Aim, Angle, Corners, Length, Place
+from pvphong.optics.roles import Aim, Angle, Corners, Length, Place, Turn
 from pvphong.studio.gizmos.colors import luminance
 from pvphong.studio.gizmos.drag_start import Scenery, vector
 from pvphong.studio.gizmos.shape import ORIGIN, falloffs, fields, handle_names, middle_of, reach, target
@@ -64,7 +64,7 @@ def _vectors(light: Light, scenery: Scenery) -> list[str]:
 
 
 def _scalars(light: Light, handle: str, scenery: Scenery) -> list[str]:
-    """Distances or angles of its aims, at the icon of where it comes from; its sizes, its angles."""
+    """Distances or angles of its aims, at the icon of where it comes from; its sizes, its angles, its turn."""
     found: list[str] = []
     for direction in light.values(Aim):
         if light.values(Place):
@@ -73,7 +73,9 @@ def _scalars(light: Light, handle: str, scenery: Scenery) -> list[str]:
             azimuth, elevation = angles_of(np.negative(direction) if handle == ORIGIN else direction)
             found.append(f"azimuth {azimuth:.1f}°, elevation {elevation:.1f}°")
     found += [f"{_label(light, field)} {length:.4g}" for field, length in fields(light, Length).items()]
-    return found + [f"{_label(light, field)} {angle:.1f}°" for field, angle in fields(light, Angle).items()]
+    return found + [
+        f"{_label(light, field)} {angle:.1f}°" for role in (Angle, Turn) for field, angle in fields(light, role).items()
+    ]
 
 
 def _label(light: Light, field: str) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.light import Light
-from pvphong.optics.roles import Aim, Falloff, Place, Role
+from pvphong.optics.roles import Aim, Falloff, Place, Role, Turn
 from pvphong.studio.gizmos.drag_start import Scenery, vector
 
 ORIGIN = "origin"
@@ -25,8 +25,13 @@ _NEAREST, _FARTHEST = 0.05, 20.0
 
 
 def is_movable(light: Light) -> bool:
-    """Whether a hand can move it: a headlight is where the viewer is, and a light without place and aim is nowhere."""
-    return light.frame != "headlight" and bool(light.places or light.values(Aim))
+    """Whether a hand can move it: a headlight is where the viewer is, and other lights may be the same everywhere."""
+    return light.frame != "headlight" and (comes_from_somewhere(light) or bool(light.values(Turn)))
+
+
+def comes_from_somewhere(light: Light) -> bool:
+    """Whether it comes from one place or direction, not from all around."""
+    return bool(light.places or light.values(Aim))
 
 
 def fields(light: Light, kind: type[Role]) -> dict[str, Any]:
@@ -55,7 +60,7 @@ def falloffs(light: Light) -> dict[str, Vector]:
 
 def turned_by_icon(light: Light) -> str | None:
     """The field that a drag of its icon changes: the aim of a light without a place; None of any other light."""
-    return None if light.places or not is_movable(light) else next(iter(fields(light, Aim)))
+    return None if light.places or not is_movable(light) else next(iter(fields(light, Aim)), None)
 
 
 def around_middle(center: Vector, size: float) -> Scenery:
@@ -80,7 +85,14 @@ def origin(light: Light, scenery: Scenery) -> Float64Array:
     if light.places:
         return np.mean(light.places, axis=0)
     along = axis(light)
+    if along is None and light.values(Turn):
+        return front(light, scenery)
     return np.array(scenery.anchor) - (0.0 if along is None else scenery.behind * along)
+
+
+def front(light: Any, scenery: Scenery) -> Float64Array:
+    """Where the front of a light that can be turned stands, on a circle around the scene's middle."""
+    return np.asarray(scenery.center + _STANDS_OFF * scenery.size * light.axes[0])
 
 
 def middle_of(light: Light, field: str) -> Float64Array:

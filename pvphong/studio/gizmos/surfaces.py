@@ -14,7 +14,7 @@ from pvphong.geometry.transform import transform_normals, transform_points
 from pvphong.optics.light import Light
 from pvphong.studio.gizmos.drag_start import vector
 from pvphong.studio.gizmos.highlight import SurfacePoint, brightest
-from pvphong.studio.gizmos.shape import is_movable
+from pvphong.studio.gizmos.shape import comes_from_somewhere
 from pvphong.studio.gizmos.view import View
 from pvphong.studio.live import LiveMesh
 
@@ -23,8 +23,8 @@ _ASKED = 20_000
 
 
 def find_highlight(light: Light, view: View, meshes: Sequence[LiveMesh]) -> SurfacePoint | None:
-    """Where a light that can be moved, in the world, has its highlight on the shiny ones of some meshes."""
-    if not light.on or not is_movable(light):
+    """Where a light that comes from somewhere, in the world, has its highlight on the shiny ones of some meshes."""
+    if not light.on or not comes_from_somewhere(light):
         return None
     shiny = [live for live in meshes if any(rgb(live.material.specular))]
     found = [brightest(light, view, *_sample(live)) for live in shiny]

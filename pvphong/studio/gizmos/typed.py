@@ -20,7 +20,7 @@ from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.attenuation import distance_of
 from pvphong.optics.light import Light
-from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Role
+from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Role, Turn
 from pvphong.studio.gizmos.drag_start import Scenery, vector
 from pvphong.studio.gizmos.handles import aimed, carried_to, fading_at, moved_to
 from pvphong.studio.gizmos.shape import ORIGIN, handle_names, middle_of, origin, target, turned_by_icon
@@ -190,7 +190,7 @@ def _coming_from(light: Light, field: str, given: dict[str, float], scenery: Sce
     return aimed(light, field, 0.0 - _along(light, field, given))  # and no −0
 
 
-# -- an angle, a length
+# -- an angle, a length, a turn
 
 
 def _scalar(light: Light, field: str, scenery: Scenery) -> dict[str, float]:  # noqa: ARG001 as others
@@ -222,6 +222,7 @@ _KINDS: dict[type[Role], _Kind] = {
     Angle: _Kind(_scalar, _scaled),
     Length: _Kind(_scalar, _scaled),
     Falloff: _Kind(_half, _faded),
+    Turn: _Kind(_scalar, _scaled),
 }
 """Role → its numbers, for every role that `handles.py` has handles for."""
 

@@ -10,7 +10,7 @@ import pytest
 import pyvista as pv
 import vtk
 from mouse import Mouse
-from views import KINDS, MOVABLE, Glow, example, role_of
+from views import FROM_SOMEWHERE, KINDS, Glow, example, role_of
 
 import pvphong  # noqa: F401 registers plotter.phong wherever PyVista's own discovery is not installed
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
@@ -99,7 +99,8 @@ def test_a_drag_changes_light_and_colours_and_escape_and_undo_restore_both(new_m
     mouse = new_mouse(gizmos=None)
     plotter = mouse.plotter
     plotter.camera.parallel_projection, plotter.camera.parallel_scale = projection == "parallel", 1.6
-    light = example(kind, 0.8, falloff=(1, 0, 4), name="it").in_frame(frame, plotter.phong.scene.viewer)
+    uneven = {"image": np.linspace(0.0, 1.0, 24).reshape(2, 4, 3)} if kind == "environment" else {}
+    light = example(kind, 0.8, falloff=(1, 0, 4), name="it", **uneven).in_frame(frame, plotter.phong.scene.viewer)
     plotter.phong.add_light(light)
     (only,) = plotter.phong.add_gizmos()
     before = seen(plotter)
@@ -301,7 +302,7 @@ def test_code_moves_the_gizmo(new_mouse):
 # --- the highlight ---
 
 
-@pytest.mark.parametrize("kind", MOVABLE)
+@pytest.mark.parametrize("kind", FROM_SOMEWHERE)
 def test_the_highlight_is_dragged_on_the_surface_and_waits_off_it(new_mouse, kind):
     light = example(kind, place=(-1.2, -0.6, 0.4), aim=(1.2, 0.6, -0.4), falloff=(1, 0, 1))
     mouse = new_mouse(light)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from views import EVERYWHERE, MOVABLE, example, view
+from views import EVERYWHERE, FROM_SOMEWHERE, example, view
 
 from pvphong.optics.lights import DirectionalLight, SpotLight
 from pvphong.optics.material import Material
@@ -33,7 +33,7 @@ def brightest_by_evaluation(light, seen_from, points, normals):
 
 
 @pytest.mark.parametrize(("projection", "scale"), EVERYWHERE)
-@pytest.mark.parametrize("kind", MOVABLE)
+@pytest.mark.parametrize("kind", FROM_SOMEWHERE)
 def test_the_highlight_is_where_the_evaluator_is_brightest_and_goes_where_it_is_dragged(projection, scale, kind):
     seen_from, (points, normals), light = view(projection, scale), sphere(scale), shining(kind, scale)
     cosine, held = brightest(light, seen_from, points, normals)
@@ -47,7 +47,7 @@ def test_the_highlight_is_where_the_evaluator_is_brightest_and_goes_where_it_is_
         assert np.linalg.norm(now - points[index]) < 0.04 * scale
 
 
-@pytest.mark.parametrize("kind", MOVABLE)
+@pytest.mark.parametrize("kind", FROM_SOMEWHERE)
 def test_what_a_dragged_light_keeps(kind):
     seen_from, (points, normals), light = view(), sphere(1.0), shining(kind)
     target = SurfacePoint((0.0, -1.0, 0.0), (0.0, -1.0, 0.0))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from mouse import Mouse
-from views import KINDS, MOVABLE, example
+from views import FROM_SOMEWHERE, KINDS, example
 
 import pvphong  # noqa: F401 registers plotter.phong wherever PyVista's own discovery is not installed
 from pvphong.optics.lights import PointLight
@@ -105,7 +105,7 @@ def test_beside_the_mesh_no_light_is_added_and_that_is_said(mouse):
     assert not mouse.plotter.phong.undo()
 
 
-@pytest.mark.parametrize("light", MOVABLE, indirect=True)
+@pytest.mark.parametrize("light", FROM_SOMEWHERE, indirect=True)
 def test_a_double_differs_by_name_and_stands_beside(mouse, light):
     mouse.key("D")
     double = mouse.plotter.phong.lights[-1]

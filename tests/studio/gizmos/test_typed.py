@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from views import EACH, KINDS, example, role_of, scenery, view
 
-from pvphong.optics.roles import Aim, Angle, Corners, Place
+from pvphong.optics.roles import Aim, Angle, Corners, Place, Turn
 from pvphong.studio.gizmos.handles import handles
 from pvphong.studio.gizmos.typed import INTENSITY, numbers, parse, with_numbers
 
@@ -82,7 +82,8 @@ def test_values_that_a_light_does_not_allow_are_refused(kind, handle):
     elif role is Aim:
         forbidden = numbers(light, "position", scenery()) if light.values(Place) else {"elevation": 100.0}
     else:
-        forbidden = dict.fromkeys(numbers(light, handle, scenery()), 1e9 if role is Angle else -1.0)
+        value = {Angle: 1e9, Turn: math.nan}.get(role, -1.0)
+        forbidden = dict.fromkeys(numbers(light, handle, scenery()), value)
     with pytest.raises(ValueError, match="must be"):
         with_numbers(light, handle, forbidden, scenery())
 
