@@ -55,13 +55,24 @@ CASES: dict[str, tuple[list[ph.Light], float]] = {
     "sky, shininess 20": ([SKY], 20.0),
     "disk, matt": ([DISK], 0.0),
     "disk, shininess 20": ([DISK], 20.0),
+    "disk, shininess 1000": ([DISK], 1000.0),
 }
 EXACT = {"sphere, 64 nodes": SPHERE, "square, 64 nodes": SQUARE}
 
 
+BESIDE, AGAINST = ph.Viewer((1.5, -2.0, 3.0)), ph.Viewer((-2.5, 1.5, 1.0))
+"""Eyes that see where lights shine, and that look against them: highlights are cut by the horizon."""
+
+
 def main() -> None:
     points, normals = ball()
-    viewer, model = ph.Viewer((1.5, -2.0, 3.0)), ph.LightModel(ambient=0.0)
+    for where, viewer in (("seen from beside the lights", BESIDE), ("seen against the lights", AGAINST)):
+        print(f"{len(points):,} vertices, float32, {where}")
+        measure(points, normals, viewer)
+
+
+def measure(points: np.ndarray, normals: np.ndarray, viewer: ph.Viewer) -> None:
+    model = ph.LightModel(ambient=0.0)
 
     def run(lights: list[ph.Light], shininess: float, rows: slice = slice(None), **options: str) -> np.ndarray:
         scene = ph.Scene(lights, viewer, model)
@@ -80,7 +91,6 @@ def main() -> None:
                 run(*case, backend="numba")
             if seconds[name] < 1.0 or not np.isfinite(seconds[name]):
                 seconds[name] = min(seconds[name], least(lambda case=case: run(*case, backend="numba")))
-    print(f"{len(points):,} vertices, float32")
     for name, (lights, shininess) in CASES.items():
         exact = run([EXACT[name]] if name in EXACT else lights, shininess, some, precision="float64", backend="numpy")
         error = np.abs(run(lights, shininess, some, backend="numba") - exact).max()

@@ -131,23 +131,24 @@ def cap_power(rows: Any, target: int, exponent: float, shown: float, small: floa
         any_large = any_large | (is_reached & (not is_small))
         any_cut = any_cut | is_cut
         rows[target + i] = _ONE if is_reached else _ZERO
-        rows[rims.FOUND + i] = _ONE if is_cut else _ZERO
         rows[at.OWN + i], rows[at.OWN + BLOCK + i] = less, sine
         rows[at.OWN + 2 * BLOCK + i], rows[at.OWN + 3 * BLOCK + i] = nearest, off
     if any_large:
         _around(rows, like(rows, exponent) + _ONE, nothing)
     if any_small:
         _on_points(rows, like(rows, exponent))
+    good = _cut_power(rows, target, exponent, shown, small) if any_cut else True
     for i in range(BLOCK):
         is_small = rows[at.SINE + i] < tiny
         found = rows[at.OWN + 7 * BLOCK + i] if is_small else rows[at.OWN + 6 * BLOCK + i]
+        found = rows[rims.FOUND + i] if rows[at.TILT + i] < rows[at.SINE + i] else found
         rows[target + i] = max(found, _ZERO) if rows[target + i] > _ZERO else _ZERO
-    return _cut_power(rows, target, exponent, shown, small) if any_cut else True
+    return good
 
 
 @inlined
-def _cut_power(rows: Any, target: int, exponent: float, shown: float, small: float) -> bool:
-    """The same, in place of what stands in a row, where the horizon cuts a cap that the lobe reaches."""
+def _cut_power(rows: Any, reached: int, exponent: float, shown: float, small: float) -> bool:
+    """The same where the horizon cuts a cap that the lobe reaches, into the row of `rims`."""
     for i in range(BLOCK):
         wx, wy, wz = mirrored_viewer(rows, i)
         rows[rims.WX + i], rows[rims.WY + i], rows[rims.WZ + i] = wx, wy, wz
@@ -155,11 +156,9 @@ def _cut_power(rows: Any, target: int, exponent: float, shown: float, small: flo
         rows[rims.EX + i], rows[rims.EY + i] = rows[at.DX + i] * inverse, rows[at.DY + i] * inverse
         rows[rims.EZ + i] = rows[at.DZ + i] * inverse
         rows[rims.FORWARD + i], rows[rims.RADIUS + i] = rows[at.COSINE + i], rows[at.SINE + i]
-        rows[target + i] = _ZERO if rows[rims.FOUND + i] > _ZERO else rows[target + i]
-    good = rims.power_within_rim(rows, exponent, shown, small, False)
-    for i in range(BLOCK):
-        rows[target + i] += rows[rims.FOUND + i]
-    return good
+        is_cut = (rows[reached + i] > _ZERO) & (rows[at.TILT + i] < rows[at.SINE + i])
+        rows[rims.FOUND + i] = _ONE if is_cut else _ZERO
+    return rims.power_within_rim(rows, exponent, shown, small, False)
 
 
 @plain

@@ -99,7 +99,7 @@ def power_within_rim(rows: Any, exponent: Any, shown: float, small: float, is_co
             rows[FOUND + i] = by_rim if rows[FOUND + i] == _BY_RIM else rows[FOUND + i]
             rows[_SUM + i] = _ZERO
     if any_small:
-        _on_chords(rows, like(rows, exponent), tiny)
+        _on_chords(rows, like(rows, exponent), tiny, is_cosine)
     return good
 
 
@@ -188,7 +188,7 @@ def _along_horizon(rows: Any, nothing: Any) -> None:
 
 
 @inlined
-def _on_chords(rows: Any, exponent: Any, tiny: Any) -> None:
+def _on_chords(rows: Any, exponent: Any, tiny: Any, is_cosine: bool) -> None:
     """The integral at nodes where that was chosen. At the angle α <= β off the rim's highest point is a chord."""
     least = like(rows, -np.inf)
     for k in range(len(_ALONG)):
@@ -204,8 +204,11 @@ def _on_chords(rows: Any, exponent: Any, tiny: Any) -> None:
                 inverse = _ONE / np.sqrt(max(square_of(x, y, z), _TINY))
                 facing = dot(rows[EX + i], rows[EY + i], rows[EZ + i], x, y, z) * inverse
                 wx, wy, wz = rows[WX + i], rows[WY + i], rows[WZ + i]
-                less = _HALF * square_of(x * inverse - wx, y * inverse - wy, z * inverse - wz)
-                raised = exp2(log2_power(_TWO * less, exponent, least)) if less < _ONE else _ZERO
+                if is_cosine:
+                    raised = max(dot(wx, wy, wz, x, y, z) * inverse, _ZERO)
+                else:
+                    less = _HALF * square_of(x * inverse - wx, y * inverse - wy, z * inverse - wz)
+                    raised = exp2(log2_power(_TWO * less, exponent, least)) if less < _ONE else _ZERO
                 share = _ALONG_SHARES[k] * _ACROSS_SHARES[j] * (sine * sine)
                 rows[_SUM + i] = multiply_add(share * raised, facing * (inverse * inverse), rows[_SUM + i])
     for i in range(BLOCK):

@@ -347,7 +347,10 @@ def _along_sides(rows: Any, shape: Any, target: int, power: Any, nothing: Any, a
         rows[arcs.TURNED + i], rows[_CROSSINGS + i] = _ZERO, _ZERO
     for k in range(corners):
         a, b = _offset(rows, shape, (k + corners - 1) % corners), _offset(rows, shape, k)
-        _begin_side(rows, a, b, nothing)
+        if any_cut:
+            _begin_cut_side(rows, a, b, nothing)
+        else:
+            _begin_side(rows, a, b, nothing)
         arcs.end_arc(rows, power)
     for i in range(BLOCK):
         rows[_SUM + i] = rows[arcs.TURNED + i] if rows[_BEHIND + i] > _ZERO else -rows[arcs.TURNED + i]
@@ -368,30 +371,47 @@ def _along_sides(rows: Any, shape: Any, target: int, power: Any, nothing: Any, a
 
 @inlined
 def _begin_side(rows: Any, a: Any, b: Any, nothing: Any) -> None:
-    """A side's arc above the horizon, counter-clockwise around the normal of its plane."""
+    """A side's arc, counter-clockwise around the normal of its plane."""
+    x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    for i in range(BLOCK):
+        px, py, pz = rows[at.DX + i] + a[0], rows[at.DY + i] + a[1], rows[at.DZ + i] + a[2]
+        _begin_part(rows, i, (px, py, pz), (px, py, pz), (px + x, py + y, pz + z), (x, y, z), _ONE, nothing)
+
+
+@inlined
+def _begin_cut_side(rows: Any, a: Any, b: Any, nothing: Any) -> None:
+    """What of it is above the horizon."""
     x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     for i in range(BLOCK):
         _, _, _, first, last = _note_crossing(rows, i, a, b)
         px, py, pz = rows[at.DX + i] + a[0], rows[at.DY + i] + a[1], rows[at.DZ + i] + a[2]
-        wx, wy, wz = rows[_WX + i], rows[_WY + i], rows[_WZ + i]
-        gx, gy, gz = py * z - pz * y, pz * x - px * z, px * y - py * x
-        length = max(np.sqrt(square_of(gx, gy, gz)), _TINY)
-        mx, my, mz = gx / length, gy / length, gz / length
-        cx, cy, cz = my * wz - mz * wy, mz * wx - mx * wz, mx * wy - my * wx
-        qx, qy, qz = multiply_add(last, x, px), multiply_add(last, y, py), multiply_add(last, z, pz)
-        px, py, pz = multiply_add(first, x, px), multiply_add(first, y, py), multiply_add(first, z, pz)
-        arcs.begin_arc(
-            rows,
-            i,
-            length * (last - first),
-            dot(px, py, pz, qx, qy, qz),
-            dot(wx, wy, wz, px, py, pz),
-            dot(wx, wy, wz, qx, qy, qz),
-            dot(px, py, pz, cx, cy, cz),
-            dot(wx, wy, wz, mx, my, mz),
-            np.sqrt(square_of(cx, cy, cz)),
-            nothing,
-        )
+        start = multiply_add(first, x, px), multiply_add(first, y, py), multiply_add(first, z, pz)
+        stop = multiply_add(last, x, px), multiply_add(last, y, py), multiply_add(last, z, pz)
+        _begin_part(rows, i, (px, py, pz), start, stop, (x, y, z), last - first, nothing)
+
+
+@inlined
+def _begin_part(rows: Any, i: int, corner: Any, start: Any, stop: Any, side: Any, part: Any, nothing: Any) -> None:
+    """The arc from `start` to `stop`, which is a part of a side off a corner."""
+    px, py, pz = corner
+    x, y, z = side
+    wx, wy, wz = rows[_WX + i], rows[_WY + i], rows[_WZ + i]
+    gx, gy, gz = py * z - pz * y, pz * x - px * z, px * y - py * x
+    length = max(np.sqrt(square_of(gx, gy, gz)), _TINY)
+    mx, my, mz = gx / length, gy / length, gz / length
+    cx, cy, cz = my * wz - mz * wy, mz * wx - mx * wz, mx * wy - my * wx
+    arcs.begin_arc(
+        rows,
+        i,
+        length * part,
+        dot(start[0], start[1], start[2], stop[0], stop[1], stop[2]),
+        dot(wx, wy, wz, start[0], start[1], start[2]),
+        dot(wx, wy, wz, stop[0], stop[1], stop[2]),
+        dot(start[0], start[1], start[2], cx, cy, cz),
+        dot(wx, wy, wz, mx, my, mz),
+        np.sqrt(square_of(cx, cy, cz)),
+        nothing,
+    )
 
 
 @inlined

@@ -102,8 +102,8 @@ def _circle_of_turn(drawing: Drawing, light: Light, scenery: Scenery, selected: 
     drawing.line(circle(middle, up, far), 0.9 if selected else 0.3)
     if selected:
         drawing.line(np.array([place, place + 0.25 * far * (middle - place) / far]), 0.9)
-        drawing.line(np.array([middle + far * up, middle + 1.2 * far * up]), 0.6)
-        drawing.tip(middle + 1.2 * far * up, up, 0.6)
+        drawing.line(np.array([middle + 0.7 * far * up, middle + 0.9 * far * up]), 0.6)
+        drawing.tip(middle + 0.9 * far * up, up, 0.6)
 
 
 def _falloffs(drawing: Drawing, light: Light, scenery: Scenery) -> None:
