@@ -22,7 +22,7 @@ from pvphong.shading.kernel.vectors import square_of
 from pvphong.shading.kernel.ways import mirrored_viewer, normal_dot
 
 _F = np.float32
-_ZERO, _HALF, _ONE, _TWO, _NEVER = _F(0.0), _F(0.5), _F(1.0), _F(2.0), _F(-np.inf)
+_ZERO, _HALF, _ONE, _TWO = _F(0.0), _F(0.5), _F(1.0), _F(2.0)
 _PI, _HALF_PI = _F(math.pi), _F(0.5 * math.pi)
 _TINY = _F(2.0**-126)
 

@@ -30,15 +30,15 @@ _LEVEL = _F(1e-6)
 
 # |M|, r, the axis e with e·M > 0, w; 1 where an integral is wanted, then the integral. Set by the caller.
 FORWARD, RADIUS, EX, EY, EZ, WX, WY, WZ, FOUND = (at.RIM + k * BLOCK for k in range(9))
-# u, β, one over the number of pieces, the least sin² of the angle off −w, the sum.
+# u, β; how many pieces are wanted, then one over their number; the least sin² of the angle off −w; the sum.
 _UX, _UY, _UZ, _BETA, _PART, _OPPOSITE, _SUM = (at.RIM + k * BLOCK for k in range(9, 16))
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _PLACES, _SHARES = tuple(_F(x) for x in _NODES), tuple(_F(x) for x in _WEIGHTS)
-# So many widths of a lobe does half a piece measure at most: a Gaussian is right to 1e-7 then. Powers are as smooth as
-# one of 10 at least, for x itself turns. More pieces are left to the reference.
+# So many widths of a lobe does half a piece measure at most: a Gaussian is right to 1e-7 then. Powers count as 25 at
+# least, for u itself turns along the rim. What wants more pieces is left to the reference.
 _WIDTHS, _SMOOTH, _MOST = _F(5.0), _F(25.0), 24
-# Pieces that start from here on are beyond the last, of at most _MOST.
+# Pieces that start from here on, over their number, are beyond the last one.
 _BEFORE_END = _F(0.99)
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -57,8 +57,33 @@ def power_within_rim(rows: Any, exponent: Any, shown: float, small: float, is_co
     `shown` is the 1 − z from which zⁿ⁺¹ is nothing, `small` the r/|M| below which disks are summed at nodes. If
     `is_cosine`, w is the normal, and n is 1.
     """
-    power, any_small, any_large, any_cut, good = like(rows, exponent) + _ONE, False, False, False, True
-    tiny, roughly = like(rows, small), np.sqrt(max(power, _SMOOTH)) / _WIDTHS
+    power = like(rows, exponent) + _ONE
+    good, any_small, any_large, any_cut = _look(rows, power, like(rows, small))
+    if any_large:
+        good = _along_rim(rows, power, is_cosine) & good
+        if any_cut:
+            _along_horizon(rows, like(rows, shown))
+            if not is_cosine:  # on the horizon that is nothing
+                arcs.end_arc(rows, power)
+        for i in range(BLOCK):
+            r, turn = rows[RADIUS + i], multiply_add(rows[_SUM + i], rows[_BETA + i], rows[arcs.TURNED + i])
+            by_rim = arcs.whole_of(turn) / (power * _PI * max(r * r, _TINY))
+            rows[FOUND + i] = by_rim if rows[FOUND + i] == _BY_RIM else rows[FOUND + i]
+            rows[_SUM + i] = _ZERO
+    if any_small:
+        _on_chords(rows, like(rows, exponent), like(rows, small), is_cosine)
+    return good
+
+
+@inlined
+def _look(rows: Any, power: Any, tiny: Any) -> tuple[bool, bool, bool, bool]:
+    """What of a rim is above the horizon, and what is to be done: into FOUND.
+
+    Gives whether no vertex is declined, whether some disk is small, whether some is large, and whether the horizon
+    cuts one of these.
+    """
+    good, any_small, any_large, any_cut = True, False, False, False
+    roughly = np.sqrt(max(power, _SMOOTH)) / _WIDTHS
     for i in range(BLOCK):
         nx, ny, nz = unit_normal(rows, i)
         ex, ey, ez, f, r = rows[EX + i], rows[EY + i], rows[EZ + i], rows[FORWARD + i], rows[RADIUS + i]
@@ -73,34 +98,20 @@ def power_within_rim(rows: Any, exponent: Any, shown: float, small: float, is_co
         is_cut = abs(height) < slope
         beta = angle_above(np.sqrt(max((slope - height) * (slope + height), _ZERO)), -height) if is_cut else _PI
         over = dot(ex, ey, ez, mx, my, mz)
-        off = np.sqrt(max((f - over) * (f + over), _ZERO)) - r
-        wide = beta * r * roughly / max(np.sqrt(multiply_add(off, off, over * over)), _TINY)
-        is_small = r < tiny * f
-        has_normal = square_of(nx, ny, nz) > _HALF
+        off = np.sqrt(max((f - over) * (f + over), _ZERO)) - r  # from the rim to the foot of the vertex, in the plane
+        wanted = beta * r * roughly / max(np.sqrt(multiply_add(off, off, over * over)), _TINY)
+        is_small, has_normal = r < tiny * f, square_of(nx, ny, nz) > _HALF
         is_wanted = (rows[FOUND + i] > _ZERO) & (height > -slope) & has_normal
-        is_lost = is_wanted & (not is_small) & (not wide < _F(_MOST))
+        is_lost = is_wanted & (not is_small) & (not wanted < _F(_MOST))
         is_done = is_wanted & (not is_small) & (not is_lost)
         good = good & (not is_lost)
         rows[at.DECLINED + i] = _ONE if is_lost else rows[at.DECLINED + i]
         any_large, any_cut = any_large | is_done, any_cut | (is_done & is_cut)
         any_small = any_small | (is_wanted & is_small)
-        rows[_BETA + i], rows[_PART + i], rows[_OPPOSITE + i] = beta, wide, _ONE
+        rows[_BETA + i], rows[_PART + i], rows[_OPPOSITE + i] = beta, wanted, _ONE
         rows[_SUM + i], rows[arcs.TURNED + i] = _ZERO, _ZERO
         rows[FOUND + i] = _BY_RIM if is_done else (_BY_NODES if is_wanted & is_small else _ZERO)
-    if any_large:
-        good = _along_rim(rows, power, is_cosine) & good
-        if any_cut:
-            _along_horizon(rows, like(rows, shown))
-            if not is_cosine:  # on the horizon that is nothing
-                arcs.end_arc(rows, power)
-        for i in range(BLOCK):
-            r, turn = rows[RADIUS + i], multiply_add(rows[_SUM + i], rows[_BETA + i], rows[arcs.TURNED + i])
-            by_rim = arcs.whole_of(turn) / (power * _PI * max(r * r, _TINY))
-            rows[FOUND + i] = by_rim if rows[FOUND + i] == _BY_RIM else rows[FOUND + i]
-            rows[_SUM + i] = _ZERO
-    if any_small:
-        _on_chords(rows, like(rows, exponent), tiny, is_cosine)
-    return good
+    return good, any_small, any_large, any_cut
 
 
 @inlined
@@ -133,7 +144,7 @@ def _along_rim(rows: Any, power: Any, is_cosine: bool) -> bool:
     """The integral along the rim over β; whether no vertex is declined, for −w is next to the rim."""
     least, half_power, good, part = like(rows, -np.inf), _HALF * power, True, _ONE
     for i in range(BLOCK):
-        pieces = _ONE + ((rows[_PART + i] + WHOLE32) - WHOLE32)
+        pieces = max((rows[_PART + i] + _HALF + WHOLE32) - WHOLE32, _ONE)
         rows[_PART + i] = _ONE / (pieces if rows[FOUND + i] == _BY_RIM else _ONE)
     for i in range(BLOCK):
         part = min(part, rows[_PART + i])

@@ -25,7 +25,6 @@ from pvphong.shading.kernel.ways import mirrored_viewer, unit_normal
 
 _F = np.float32
 _ZERO, _HALF, _ONE, _TWO = _F(0.0), _F(0.5), _F(1.0), _F(2.0)
-_PI, _TWO_PI = _F(math.pi), _F(2.0 * math.pi)
 _TINY = _F(2.0**-126)
 
 # Distances between which ways are as they come, and squares of squares have room.
