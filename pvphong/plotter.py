@@ -311,10 +311,10 @@ class PlotterPhong:
     ) -> tuple[Gizmo, ...]:
         """Put up a gizmo for each light of the active subplot, to be dragged with the mouse.
 
-        Drag a light's position, its target, its size, the edge of its cone, the radius at which half of it is left, the
-        front of a sky, or, of the light that was grabbed last, its highlight on the surface. With Shift a handle moves
-        along one axis, with Ctrl in steps; Escape puts back. The key h lists the other keys. Lights set up before are
-        where `undo` ends.
+        Drag a light's position, its target, the edge of its cone, its size, the radius at which half of it is left, the
+        front of a sky on the circle around the scene, or, of the light that was grabbed last, its highlight on the
+        surface. With Shift a handle moves along one axis, with Ctrl in steps; Escape puts back. The key h lists the
+        other keys. Lights set up before are where `undo` ends.
 
         Parameters
         ----------

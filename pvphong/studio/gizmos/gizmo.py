@@ -81,9 +81,8 @@ class Gizmo:
         """Name of each handle that the light has → where it is in the world.
 
         A directional light has "target" and, at its icon, "origin"; a point light "position", and "radius" if it
-        weakens; a spot light "position", "target" and "cone"; an environment light "rotation"; any other those of its
-        fields' roles. A headlight has
-        none: it is where the viewer is.
+        weakens; a spot light "position", "target" and "cone"; an environment "rotation"; any other those of its
+        fields' roles. A headlight has none: it is where the viewer is.
         """
         return {name: vector(point) for name, point in self.points(self._board.view).items()}
 

@@ -35,6 +35,10 @@ from pvphong.studio.gizmos.view import View
 
 # An angle stays so many degrees off its limits: a cone of 0° cannot be seen, and one of 90° is none to VTK.
 _MARGIN = 0.5
+# All turns, and a little more, lest the nearest is at an end. A circle that is seen edge-on has two places under the
+# cursor: so many pixels farther counts the one a degree farther.
+_TURNS = np.linspace(-190.0, 190.0, 761)
+_RELUCTANCE = 0.02
 
 
 class _Kind(NamedTuple):
@@ -194,17 +198,44 @@ def _opened(start: DragStart, at: Cursor, field: str) -> Light:
     if not start.motion(at).any():
         return light
     least, most = role.least + _MARGIN, role.most - _MARGIN
-    best, width = 0.5 * (least + most), most - least
-    for _ in range(5):  # each round looks 40 times closer, around the best
-        angles = np.clip(best + width * np.linspace(-0.5, 0.5, 81), least, most)
-        edge = start.view.project(_edge(light, along, angles, start.scenery, start.view))
-        off = np.linalg.norm(edge - start.picture(at), axis=1)
-        if np.isnan(off).all():
-            return light
-        best, width = float(angles[np.nanargmin(off)]), width / 20.0
+    best = _nearest(
+        start,
+        at,
+        lambda degrees: _edge(light, along, degrees, start.scenery, start.view),
+        np.linspace(least, most, 81),
+    )
+    if best is None:
+        return light
     if at.snapping:
         best = round(best / start.angle_step) * start.angle_step
     return _with(light, field, min(max(best, least), most))
+
+
+def _nearest(
+    start: DragStart, at: Cursor, places: Callable[[Any], Float64Array], tried: Float64Array, reluctance: float = 0.0
+) -> float | None:
+    """Of numbers in a range, the one whose place comes nearest to the cursor on the screen; None if none is seen.
+
+    Parameters
+    ----------
+    start, at
+        The drag.
+    places : callable
+        From numbers, shape (n,), to points, shape (n, 3).
+    tried : numpy.ndarray
+        From the least number to the largest, in steps in which the nearest can be told.
+    reluctance : float, default 0
+        So many pixels farther counts a place for each 1 that its number is off zero.
+    """
+    best, limits, step = 0.0, (tried[0], tried[-1]), float(tried[1] - tried[0])
+    for _ in range(5):  # each round looks 20 times closer, around the best
+        off = np.linalg.norm(start.view.project(places(tried)) - start.picture(at), axis=1)
+        if np.isnan(off).all():
+            return None
+        best = float(tried[np.nanargmin(off + reluctance * np.abs(tried))])
+        tried = np.clip(best + step * np.linspace(-1.0, 1.0, 41), *limits)
+        step /= 20.0
+    return best
 
 
 # -- a length
@@ -271,13 +302,19 @@ def _at_front(light: Light, field: str, scenery: Scenery, view: View) -> Float64
 
 
 def _spun(start: DragStart, at: Cursor, field: str) -> Light:
-    """The light whose front is where the handle is dragged to, as seen from above; snapping: in steps of degrees."""
+    """The light whose front comes nearest to the cursor on the screen; snapping: in steps of degrees."""
     light: Any = start.light
-    goal = start.moved(at)
-    ahead, right, _ = light.axes @ (goal - start.scenery.center)
-    if np.array_equal(goal, start.point) or not (ahead or right):
-        return start.light
-    degrees = getattr(light, field) - math.degrees(math.atan2(right, ahead))
+    middle, (ahead, right, _) = np.array(start.scenery.center), light.axes
+    far = float(np.linalg.norm(start.point - middle))
+
+    def fronts(turns: Any) -> Float64Array:
+        turns = np.radians(turns)[:, None]
+        return np.asarray(middle + far * (np.cos(turns) * ahead - np.sin(turns) * right))
+
+    turn = _nearest(start, at, fronts, _TURNS, _RELUCTANCE) if start.motion(at).any() else None
+    if turn is None:
+        return light
+    degrees = getattr(light, field) + turn
     if at.snapping:
         degrees = round(degrees / start.angle_step) * start.angle_step
     return _with(light, field, math.remainder(degrees, 360.0))

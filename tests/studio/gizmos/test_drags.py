@@ -294,6 +294,40 @@ def test_a_cone_stays_a_cone():
         assert 0.5 <= moved(start, by)[0].cone_angle <= 89.5
 
 
+# --- turns ---
+
+
+def fronts(start, field, degrees):
+    """Pixels of the handle after turns, by the light's own axes."""
+    turned = [dataclasses.replace(start.light, **{field: float(value)}) for value in degrees]
+    return np.array([start.view.project(handles(each, start.scenery, start.view)[start.handle]) for each in turned])
+
+
+@everywhere
+@handles_with(Turn)
+def test_a_front_follows_the_cursor_all_the_way_around(kind, handle, projection, scale):
+    start, (_, field) = grab(kind, handle, projection, scale, offset=(3.0, -4.0)), role_of(kind, handle)
+    where = start.view.project(start.point)
+    for wanted, pixel in zip(range(-170, 180, 20), fronts(start, field, range(-170, 180, 20)), strict=True):
+        assert getattr(moved(start, pixel - where)[0], field) == pytest.approx(wanted, abs=1e-3)
+        snapped = getattr(moved(start, pixel - where + (1.0, 1.0), snapping=True)[0], field)
+        assert snapped == pytest.approx(5.0 * round(snapped / 5.0))
+        assert abs(math.remainder(snapped - wanted, 360.0)) < 10.0
+
+
+@pytest.mark.parametrize("projection", PROJECTIONS)
+@handles_with(Turn)
+def test_on_a_circle_seen_edge_on_a_front_stays_on_the_side_where_it_was(kind, handle, projection):
+    eye = view(projection, position=(-3.0, -9.0, 0.0), focal_point=(0, 0, 0))
+    _, field = role_of(kind, handle)
+    for before in (-90.0, 90.0):
+        start = grabbed(dataclasses.replace(example(kind), up=(0, 0, 1), **{field: before}), handle, seen_from=eye)
+        turned = before + np.arange(-41.7, 45.0, 8.3)
+        for wanted, pixel in zip(turned, fronts(start, field, turned), strict=True):
+            after, _ = moved(start, pixel - start.view.project(start.point))
+            assert getattr(after, field) == pytest.approx(wanted, abs=0.1)
+
+
 # --- sizes and falloffs ---
 
 
