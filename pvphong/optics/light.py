@@ -265,7 +265,10 @@ class Light:
 
     @property
     def outline(self) -> Float64Array | None:
-        """Points around its edge, shape (k, 3), in its own frame, as a window shows it; None where it has none."""
+        """Points around its edge, shape (k, 3), in its own frame, as a window shows it; None where it has none.
+
+        They are in a plane, and run counter-clockwise as its front is seen.
+        """
         return None
 
     # -- what it does to vertices

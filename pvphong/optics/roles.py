@@ -119,7 +119,10 @@ class Aim(Role):
 
 
 class Up(Role):
-    """A direction that says how a light is turned around its aim, of any length."""
+    """A direction that says how a light is turned around its aim, of any length.
+
+    The light's `axes` are unit vectors as rows: where its front is, to the right of that, and up.
+    """
 
     def to_world(self, value: Any, viewer: EyeSpace) -> Any:
         """A vector of eye space in the world."""
@@ -163,7 +166,7 @@ class Length(Role):
     share : float, default 1
         So much of it lies between the light's middle and the size's handle.
     axis : {0, 1}
-        Whether this is to the right of the middle, or above it.
+        Whether this is to the right of the middle, or above it: of the light, if it has an `Up`, or of the picture.
     """
 
     share: float = 1.0

@@ -69,14 +69,19 @@ class RectangleLight(Flat, Light):
         return unit_vector(self.direction)
 
     @cached_property
-    def sides(self) -> Float64Array:
-        """Half its width and half its height, as vectors, shape (2, 3)."""
+    def axes(self) -> Float64Array:
+        """Along its normal, across `up` and along its height: unit vectors as rows."""
         normal = np.array(self.normal)
         across = np.cross(normal, unit_vector(self.up))
         if np.linalg.norm(across) < _LEAST:
             across = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
         across /= np.linalg.norm(across)
-        return 0.5 * np.stack([self.width * across, self.height * np.cross(across, normal)])
+        return np.stack([normal, across, np.cross(across, normal)])
+
+    @property
+    def sides(self) -> Float64Array:
+        """Half its width and half its height, as vectors, shape (2, 3)."""
+        return 0.5 * np.array([[self.width], [self.height]]) * self.axes[1:]
 
     @cached_property
     def corners(self) -> Float64Array:

@@ -2,7 +2,8 @@
 
 A place has its handle where it is, an aim at the target, and at the icon if the light has no place; an angle at the
 edge as far away as the target and at the side seen best. A length has it to the right or above, at its share of this
-distance; a falloff to the right where half the light is left, if the light has no aim; a turn at the light's front.
+distance, on the outline of a light that has one; a falloff to the right where half the light is left, if the light has
+no aim; a turn at the light's front.
 """
 
 from __future__ import annotations
@@ -17,13 +18,14 @@ import numpy as np
 from pvphong.base.types import Float64Array
 from pvphong.optics.attenuation import distance_of
 from pvphong.optics.light import Light
-from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Role, Turn
+from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Role, Turn, Up
 from pvphong.studio.gizmos.drag_start import Cursor, DragStart, Scenery, vector
 from pvphong.studio.gizmos.shape import (
     ORIGIN,
     axis,
     fields,
     front,
+    front_normal,
     handle_names,
     middle_of,
     origin,
@@ -241,29 +243,41 @@ def _nearest(
 # -- a length
 
 
-def _beside(light: Light, length: float, scenery: Scenery, view: View, axis: int = 0) -> Float64Array:
-    return origin(light, scenery) + length * view.viewer.axes[axis]
-
-
 def _at_size(light: Light, field: str, scenery: Scenery, view: View) -> Float64Array:
     role = light.roles[field]
     assert isinstance(role, Length)
-    return _beside(light, role.share * getattr(light, field), scenery, view, role.axis)
+    return origin(light, scenery) + role.share * getattr(light, field) * _side(light, role.axis, view)
+
+
+def _side(light: Any, axis: int, view: View) -> Float64Array:
+    """Unit vector from a light's middle to the handle of a size: to the right or above, in its plane if it has one."""
+    shown = view.viewer.axes[axis]
+    if light.values(Up):
+        side = light.axes[1 + axis]
+    elif light.outline is not None:
+        side = view.level(front_normal(light.outline))
+    else:
+        return shown
+    return np.asarray(side if side @ shown >= 0.0 else -side)
 
 
 def _stretched(start: DragStart, at: Cursor, field: str) -> Light:
-    """The light of whose length the handle's share is the cursor's distance."""
-    distance, role = _distance(start, at), start.light.roles[field]
+    """The light of whose length the handle's share is as far as the cursor is."""
+    light, role = start.light, start.light.roles[field]
     assert isinstance(role, Length)
-    return start.light if distance is None else _with(start.light, field, distance / role.share)
+    distance = _distance(start, at, _side(light, role.axis, start.view) if light.values(Up) else None)
+    return light if distance is None else _with(light, field, distance / role.share)
 
 
-def _distance(start: DragStart, at: Cursor) -> float | None:
-    """How far from the light the cursor is, parallel to the picture and > 0; snapping: in steps of the grid."""
-    middle = origin(start.light, start.scenery)
-    if not start.view.is_ahead(middle) or not start.motion(at).any():
+def _distance(start: DragStart, at: Cursor, along: Float64Array | None = None) -> float | None:
+    """How far from the light the cursor is, > 0, along an axis or else parallel to the picture; snapping: in steps."""
+    middle, view = origin(start.light, start.scenery), start.view
+    if not view.is_ahead(middle) or not start.motion(at).any():
         return None
-    distance = float(np.linalg.norm(start.view.facing(middle, start.picture(at)) - middle))
+    if along is None:
+        distance = float(np.linalg.norm(view.facing(middle, start.picture(at)) - middle))
+    else:
+        distance = float((view.along(np.array(start.point), along, start.motion(at)) - middle) @ along)
     if at.snapping:
         distance = max(round(distance / start.grid), 1) * start.grid
     return max(distance, 1e-6 * start.scenery.size)
@@ -275,7 +289,7 @@ def _distance(start: DragStart, at: Cursor) -> float | None:
 def _at_half(light: Light, field: str, scenery: Scenery, view: View) -> Float64Array | None:
     """An aim says already how far the light is meant to reach."""
     radius = None if light.values(Aim) else distance_of(0.5, getattr(light, field))
-    return None if radius is None else _beside(light, radius, scenery, view)
+    return None if radius is None else origin(light, scenery) + radius * view.viewer.axes[0]
 
 
 def _weakened(start: DragStart, at: Cursor, field: str) -> Light:

@@ -13,10 +13,12 @@ from pvphong.optics.light import Light
 from pvphong.optics.roles import Aim, Angle, Length, Place, Power, Turn, Up
 from pvphong.studio.gizmos.drag_start import Scenery
 from pvphong.studio.gizmos.drawing import Drawing, circle
-from pvphong.studio.gizmos.shape import axis, falloffs, front, is_movable, origin, reach, target
+from pvphong.studio.gizmos.shape import axis, falloffs, front, front_normal, is_movable, origin, reach, target
 
 # Circles are drawn up to this radius, in scene sizes.
 _LARGEST = 1e4
+# How long the normal of a front is, in scene sizes, and how many lines fill it.
+_TICK, _HATCHES = 0.25, 11
 # At which fractions of its light spheres are drawn around a light that weakens, how strongly, and what they are called.
 _LEFT = ((0.5, 0.9, "1/2 left"), (1.0 / 256.0, 0.35, "1/256 left"))
 
@@ -81,17 +83,43 @@ def _cones(drawing: Drawing, light: Light, along: Float64Array, scenery: Scenery
 
 
 def _sizes(drawing: Drawing, light: Light, scenery: Scenery, selected: bool) -> None:
-    """Its outline, and selected: spokes; where it has none, a circle that faces the viewer, and selected: a sphere."""
-    outline = light.outline
-    if outline is not None:
-        drawing.line(np.concatenate([outline, outline[:1]]), 0.9 if selected else 0.45)
-        for point in outline[:: max(len(outline) // 8, 1)] if selected else ():
-            drawing.line(np.array([origin(light, scenery), point]), 0.3)
+    """Its outline; where it has none, a circle that faces the viewer, and selected: a sphere."""
+    if light.outline is not None:
+        _outline(drawing, light, light.outline, scenery, selected)
         return
     for length in light.values(Length):
         _circle(drawing, light, scenery, drawing.view.viewer.axes[2], length, 0.6 if selected else 0.3)
         if selected:
             _sphere(drawing, light, scenery, length, 0.9)
+
+
+def _outline(drawing: Drawing, light: Light, outline: Float64Array, scenery: Scenery, selected: bool) -> None:
+    """The line; selected: with what is normal to its front, and hatched if the side that is seen glows."""
+    drawing.line(np.concatenate([outline, outline[:1]]), 0.9 if selected else 0.45)
+    if not selected:
+        return
+    middle, normal = origin(light, scenery), front_normal(outline)
+    tip = middle + _TICK * scenery.size * normal
+    drawing.line(np.array([middle, tip]), 0.9)
+    drawing.tip(tip, normal, 0.9)
+    eye = middle + scenery.size * drawing.view.towards_eye(middle)
+    if float(np.ravel(light.arrival(eye[:, None]).strength)[0]) > 0.0:
+        for hatch in _hatches(outline, normal):
+            drawing.line(hatch, 0.2)
+
+
+def _hatches(outline: Float64Array, normal: Float64Array) -> Float64Array:
+    """Parallel lines from side to side of an outline, which may have inward corners; shape (m, 2, 3)."""
+    offsets, found = outline - outline[0], []
+    along = max(offsets, key=np.linalg.norm)
+    heights = offsets @ np.cross(normal, along)
+    ends, tops = np.roll(offsets, -1, axis=0), np.roll(heights, -1)
+    for level in np.linspace(heights.min(), heights.max(), _HATCHES + 2)[1:-1]:
+        cut = (heights > level) != (tops > level)
+        part = (level - heights[cut]) / (tops[cut] - heights[cut])
+        points = offsets[cut] + part[:, None] * (ends[cut] - offsets[cut])
+        found += list(points[np.argsort(points @ along)].reshape(-1, 2, 3))
+    return outline[0] + np.array(found)
 
 
 def _circle_of_turn(drawing: Drawing, light: Light, scenery: Scenery, selected: bool) -> None:

@@ -95,6 +95,12 @@ def front(light: Any, scenery: Scenery) -> Float64Array:
     return np.asarray(scenery.center + _STANDS_OFF * scenery.size * light.axes[0])
 
 
+def front_normal(outline: Float64Array) -> Float64Array:
+    """Unit normal of an outline, around which it runs counter-clockwise."""
+    offsets = outline - outline[0]
+    return np.array(unit_vector(np.cross(offsets, np.roll(offsets, -1, axis=0)).sum(axis=0).tolist()))
+
+
 def middle_of(light: Light, field: str) -> Float64Array:
     """Where the middle of its corners is."""
     return np.mean(getattr(light, field), axis=0)

@@ -124,6 +124,14 @@ class View:
             side = right - (right @ along) * along
         return side / np.linalg.norm(side)
 
+    def level(self, normal: Float64Array) -> Float64Array:
+        """Unit vector that is square to one and parallel to the picture; to the right where that faces the eye."""
+        right, _, back = self.viewer.axes
+        side = np.cross(normal, back)
+        if np.linalg.norm(side) < _AT_THE_EYE:
+            side = right - (right @ normal) * normal
+        return np.asarray(side / np.linalg.norm(side))
+
     def along(self, point: Float64Array, axis: Float64Array, motion: Float64Array) -> Float64Array:
         """A point moved along an axis, as far as the cursor's motion goes in the axis's direction on the screen.
 

@@ -11,7 +11,7 @@ from views import EACH, EVERYWHERE, KINDS, PROJECTIONS, SCALES, Globe, Glow, exa
 
 from pvphong.optics.light import Light
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
-from pvphong.optics.roles import Aim, Angle, Falloff, Length, Place, Turn, length, place
+from pvphong.optics.roles import Aim, Angle, Falloff, Length, Place, Turn, Up, length, place
 from pvphong.studio.gizmos.drag_start import Cursor, DragStart, round_step, vector
 from pvphong.studio.gizmos.handles import dragged, handles
 from pvphong.studio.gizmos.shape import around_middle, held
@@ -21,9 +21,15 @@ each = pytest.mark.parametrize(("kind", "handle"), EACH)
 MODIFIERS = [{"constrained": constrained, "snapping": snapping} for constrained in (0, 1) for snapping in (0, 1)]
 
 
-def handles_with(*roles):
-    """Those of every kind of light whose field has one of these roles."""
-    return pytest.mark.parametrize(("kind", "handle"), [each for each in EACH if issubclass(role_of(*each)[0], roles)])
+def handles_with(*roles, of=None):
+    """Those of every kind of light whose field has one of these roles; of lights for which a condition holds."""
+    found = [each for each in EACH if issubclass(role_of(*each)[0], roles) and (of is None or of(example(each[0])))]
+    return pytest.mark.parametrize(("kind", "handle"), found)
+
+
+def has_axes(light):
+    """Whether it has a right side and an upper side of its own."""
+    return bool(light.values(Up))
 
 
 def grabbed(light, handle, projection="perspective", scale=1.0, offset=(0.0, 0.0), seen_from=None, **steps):
@@ -86,7 +92,7 @@ def test_of_two_handles_with_one_name_the_second_has_its_fields():
 
 
 @everywhere
-@handles_with(Length, Falloff)
+@handles_with(Length, Falloff, of=lambda light: light.outline is None)
 def test_a_size_is_shown_beside_the_light_as_far_away_as_it_says(kind, handle, projection, scale):
     start = grab(kind, handle, projection, scale)
     (position,) = start.light.values(Place)
@@ -97,6 +103,17 @@ def test_a_size_is_shown_beside_the_light_as_far_away_as_it_says(kind, handle, p
     assert abs(away[1 - ahead]) < 1e-9
     if isinstance(role, Length):
         assert math.dist(start.point, position) == pytest.approx(role.share * getattr(start.light, field))
+
+
+@everywhere
+@handles_with(Length, of=lambda light: light.outline is not None)
+def test_a_size_of_a_light_with_an_outline_is_shown_on_that_to_the_right_or_above(kind, handle, projection, scale):
+    start = grab(kind, handle, projection, scale)
+    outline, role = start.light.outline, start.light.roles[role_of(kind, handle)[1]]
+    ways, along = np.roll(outline, -1, axis=0) - outline, np.array(start.point) - outline
+    part = np.clip((along * ways).sum(axis=1) / (ways**2).sum(axis=1), 0.0, 1.0)[:, None]
+    assert np.linalg.norm(along - part * ways, axis=1).min() < 0.4 * 2e-3 * scale  # a rim is drawn with 64 sides
+    assert (np.array(start.point) - start.light.position) @ start.view.viewer.axes[role.axis] > 0
 
 
 @pytest.mark.parametrize("falloff", [(1, 1, 0), (1, 0, 4), (2, 0.5, 0.01), (0, 1, 0), (0, 0, 3), (1, 0, 1e-7)])
@@ -332,7 +349,7 @@ def test_on_a_circle_seen_edge_on_a_front_stays_on_the_side_where_it_was(kind, h
 
 
 @everywhere
-@handles_with(Length, Falloff)
+@handles_with(Length, Falloff, of=lambda light: not has_axes(light))
 def test_a_size_becomes_the_cursors_distance(kind, handle, projection, scale):
     start = grab(kind, handle, projection, scale)
     (position,) = start.light.values(Place)
@@ -343,7 +360,27 @@ def test_a_size_becomes_the_cursors_distance(kind, handle, projection, scale):
         assert got == pytest.approx(np.hypot(*(where + by - middle)), abs=1e-6)
         for before, now in zip(start.light.values(Falloff), after.values(Falloff), strict=True):
             assert before[0] == now[0]
-    for by in ((40.0, 0.0), (-400.0, 0.0), middle - where + 0.1):
+
+
+@everywhere
+@handles_with(Length, of=has_axes)
+def test_a_size_along_a_lights_own_axis_goes_as_far_as_the_cursor_along_that(kind, handle, projection, scale):
+    start, (_, field) = grab(kind, handle, projection, scale), role_of(kind, handle)
+    for factor in (0.3, 0.9, 1.5, 4.0):
+        wanted = factor * getattr(start.light, field)
+        light = dataclasses.replace(start.light, **{field: wanted})
+        x, y = start.view.project(handles(light, start.scenery, start.view)[handle]) - start.view.project(start.point)
+        for by in ((x, y), (x - 0.5 * y, y + 0.5 * x)):
+            assert getattr(moved(start, by)[0], field) == pytest.approx(wanted, rel=1e-9)
+
+
+@everywhere
+@handles_with(Length, Falloff)
+def test_a_size_snaps_to_the_grid(kind, handle, projection, scale):
+    start = grab(kind, handle, projection, scale)
+    (position,) = start.light.values(Place)
+    onto = start.view.project(position) - start.view.project(start.point)
+    for by in ((40.0, 0.0), (-400.0, 0.0), onto + 0.1):
         steps = math.dist(moved(start, by, snapping=True)[1], position) / start.grid
         assert steps == pytest.approx(max(round(steps), 1))
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from views import EVERYWHERE, MOVABLE, PROJECTIONS, Globe, Glow, example, scenery, view
 
-from pvphong.optics.lights import PointLight, SpotLight
+from pvphong.optics.lights import PointLight, PolygonLight, SpotLight
 from pvphong.optics.roles import Place
 from pvphong.studio.gizmos.drawing import Drawing, circle, hue
 from pvphong.studio.gizmos.looks import draw
@@ -184,6 +184,55 @@ def test_the_spheres_of_a_point_light_are_true_to_its_falloff(falloff):
 def test_the_outline_of_a_size_is_true_to_it(selected):
     radii = radii_drawn(Globe(radius=0.7), selected=selected)
     assert np.isclose(radii, 0.7).sum() >= (2 if selected else 1) * 64
+
+
+with_outline = pytest.mark.parametrize("kind", [kind for kind in MOVABLE if example(kind).outline is not None])
+FRONT = np.array([-1.0, 0.4, -1.0]) / math.hypot(1.0, 0.4, 1.0)  # of the examples
+
+
+def hatched(light, along):
+    """Ends of the weakest lines of a selected light, in pixels, seen from afar along a direction."""
+    middle = np.mean(light.places, axis=0)
+    seen_from = view("parallel", position=middle - 5.0 * along, focal_point=middle, up=(0.1, 0.9, 0.2))
+    drawing = drawn(light, seen_from, selected=True)
+    segments, colors = drawing.lines
+    return segments[(colors[:, :3].max(axis=1) < 160) & drawing.thin], seen_from
+
+
+@with_outline
+@pytest.mark.parametrize("two_sided", [False, True])
+def test_a_side_is_hatched_if_it_glows(kind, two_sided):
+    light = dataclasses.replace(example(kind), two_sided=two_sided)
+    assert len(hatched(light, -FRONT)[0]) >= 11
+    assert (len(hatched(light, FRONT)[0]) > 0) == two_sided
+
+
+def test_hatches_fill_an_outline_and_leave_out_what_is_not_inside():
+    corners = np.array([(0, 0, 0), (2, 0, 0), (2, 1, 0), (1, 1, 0), (1, 2, 0), (0, 2, 0)])
+    for turn in range(6):
+        light = PolygonLight(np.roll(corners, turn, axis=0))
+        segments, seen_from = hatched(light, np.array([0.0, 0.0, -1.0]))
+        middle, unit = np.mean(light.places, axis=0), seen_from.unit_per_pixel(np.zeros(3))
+        right, up, _ = seen_from.viewer.axes
+        flat = (segments - seen_from.project(middle)) * unit
+        ends = middle + flat[..., :1] * right + flat[..., 1:] * up
+        points = ends[:, :1] + np.linspace(0, 1, 50)[:, None] * (ends[:, 1:] - ends[:, :1])
+        x, y, z = np.moveaxis(points, -1, 0)
+        assert ((np.abs(z) < 1e-9) & (np.minimum(x, y) > -1e-9) & (np.minimum(x, y) < 1 + 1e-9)).all()
+        assert np.maximum(x, y).max() < 2 + 1e-9
+        for spot in ((0.5, 0.5), (1.5, 0.5), (0.5, 1.5)):
+            assert np.hypot(x - spot[0], y - spot[1]).min() < 0.15
+
+
+@with_outline
+def test_what_is_normal_to_a_front_is_drawn(kind):
+    light = example(kind)
+    middle = np.mean(light.places, axis=0)
+    seen_from = view("parallel", position=middle + 5.0 * np.cross(FRONT, (0, 0, 1)), focal_point=middle)
+    ends = drawn(light, seen_from, selected=True).lines[0].reshape(-1, 2)
+    there, not_there = seen_from.project(middle + 0.25 * 2.0 * np.array([[1.0], [-1.0]]) * FRONT)
+    assert np.abs(ends - there).max(axis=1).min() < 1e-6
+    assert np.abs(ends - not_there).max(axis=1).min() > 5.0
 
 
 def test_lines_end_before_the_eye():
