@@ -50,13 +50,18 @@ def report(floor, roof):
     return floor.phong.tradeoff(rig, CLAY, tolerance=0.005, seconds=3.0, occluders=[roof])
 
 
-def test_more_rays_cost_more_and_err_less(rows):
+def rays(row):
+    """How many were cast from a vertex, from the row's note: a time would hang on the machine."""
+    return float(row.note.split()[0])
+
+
+def test_more_rays_err_less(rows):
     assert [*rows] == ["rays to 0.005", "4 rays", "16 rays", "64 rays", "256 rays"]
     few, some, many = (rows[f"{count} rays"] for count in (4, 16, 64))
     assert few.error.rms > some.error.rms > many.error.rms > 0.0
-    assert few.time.median < many.time.median
+    assert rays(few) == 9  # one to the sun
+    assert rays(few) < rays(some) < rays(many)
     assert rows["rays to 0.005"].decisive_error < 0.005
-    assert few.note.startswith("9 rays a vertex")  # one to the sun
     assert few.arithmetic is few.light_model is few.interpolation is None
 
 
