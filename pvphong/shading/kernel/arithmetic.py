@@ -35,8 +35,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 # Without Numba's runtime there is no memory to be had, and no array's references are counted: on blocks this small,
-# counting them takes 5 to 15 % of the time.
-_OPTIONS = {"error_model": "numpy", "_nrt": False}
+# counting them takes 5 to 15 % of the time. Only compiled code calls these functions: they need no form for Python.
+_OPTIONS = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 def plain(function: Function) -> Function:
@@ -51,6 +51,11 @@ def inlined(function: Function) -> Function:
     taken there as it was compiled alone, up to three times slower than in one piece with its caller.
     """
     return cast(Function, numba.njit(**_OPTIONS, forceinline=True)(function))
+
+
+def pasted(function: Function) -> Function:
+    """As `inlined`, before types are known: one function with its only caller, where LLVM would optimise both."""
+    return cast(Function, numba.njit(**_OPTIONS, inline="always")(function))
 
 
 def contracted(function: Function) -> Function:

@@ -14,13 +14,13 @@ from numba import carray
 
 from pvphong.shading.kernel import adding, colors, loading, prefetch, sunlight, ways
 from pvphong.shading.kernel import rows as at
-from pvphong.shading.kernel.arithmetic import inlined, plain
+from pvphong.shading.kernel.arithmetic import pasted
 from pvphong.shading.kernel.pointers import call_light, call_reflectance, like, nowhere, shifted, taken
 from pvphong.shading.kernel.rows import AT_WORK, BEGUN, BLOCK, GROUP, LEFT
 from pvphong.shading.kernel.vectors import in_type
 
 
-@inlined
+@pasted
 def _load_normals(array: Any, start: int, count: int, s: Any, rows: Any, wide: Any) -> bool:
     """Normals into their rows; whether none is declined."""
     if s.turns_normals:
@@ -36,7 +36,7 @@ def _load_normals(array: Any, start: int, count: int, s: Any, rows: Any, wide: A
     return good
 
 
-@inlined
+@pasted
 def _look(s: Any, rows: Any, points: Any) -> bool:
     """Directions to the viewer, and normals turned to it; whether no vertex is declined."""
     good = True
@@ -50,7 +50,7 @@ def _look(s: Any, rows: Any, points: Any) -> bool:
     return good
 
 
-@inlined
+@pasted
 def _add_lambert(t: Any, varies: bool, gain: Any, rows: Any) -> None:
     """Add the light of one of which Lambert's factor alone is wanted."""
     red, green, blue = in_type(t.colors[0], rows)
@@ -64,7 +64,7 @@ def _add_lambert(t: Any, varies: bool, gain: Any, rows: Any) -> None:
         adding.add_lambert(rows, red, green, blue)
 
 
-@inlined
+@pasted
 def _add_lobes(t: Any, s: Any, reflected: int, varies: bool, gain: Any, rows: Any) -> None:
     """Add the light of one whose lobes' factors stand in their rows; those that are 0 everywhere are left out."""
     if varies:
@@ -83,7 +83,7 @@ def _add_lobes(t: Any, s: Any, reflected: int, varies: bool, gain: Any, rows: An
             adding.add_lobe(rows, at.FIRST + lobe * BLOCK, target, *in_type(t.colors[lobe], rows))
 
 
-@inlined
+@pasted
 def _add_ambient(t: Any, s: Any, rows: Any) -> None:
     """Add what a light adds whatever the normal."""
     color, gain = in_type(t.ambient, rows), like(rows, t.gain)
@@ -98,7 +98,7 @@ def _add_ambient(t: Any, s: Any, rows: Any) -> None:
         adding.add_sky(rows, *color)
 
 
-@inlined
+@pasted
 def _add_light(
     first: int, count: int, channels: Any, t: Any, s: Any, numbers: Any, own: Any, rows: Any, points: Any
 ) -> bool:
@@ -125,7 +125,7 @@ def _add_light(
     return good
 
 
-@plain
+@pasted
 def _light(
     first: int,
     count: int,
@@ -178,7 +178,7 @@ def _light(
     return good
 
 
-@inlined
+@pasted
 def _store(first: int, count: int, rgb: Any, display: Any, s: Any, rows: Any) -> None:
     """Colours from one block's rows to where they are wanted."""
     if s.is_display:
@@ -187,7 +187,7 @@ def _store(first: int, count: int, rgb: Any, display: Any, s: Any, rows: Any) ->
         colors.join(rows, like(rows, s.low), like(rows, s.high), rgb, first, count)
 
 
-@inlined
+@pasted
 def _light_group(
     start: int,
     stop: int,
