@@ -3,7 +3,7 @@
 A stage lights a block of `BLOCK` vertices at once. Its loops run over i in range(BLOCK), are simple enough for LLVM to
 vectorise (no branch, `min`, `max` and choices between two numbers at hand), and read and write `rows[ROW + i]` for the
 rows named here. Literals must be float32 (`ZERO`, `ONE`, `TWO`, or `like(rows, x)`), for a Python float widens the
-arithmetic; sums that are not to be rounded twice are written with `multiply_add`.
+arithmetic; sums that are not to be rounded twice are written with `multiply_add`. None of it can be called from Python.
 """
 
 from __future__ import annotations
