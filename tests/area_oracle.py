@@ -17,6 +17,8 @@ from typing import Any
 import mpmath as mp
 
 _FEW = 1e-25
+# Corners outside of a cap are none; those next to its edge may be.
+_BESIDE = 1e-6
 # Nodes in a piece of a strip of a disk, and where pieces end: in lobe's widths from its middle.
 _NODES, _WIDTHS = 24, (3, 8)
 
@@ -80,7 +82,9 @@ def _breaks(w: Any, power: float, caps: Any, seen: Any) -> Any:
         rest = (1 - dot(x, x)) / square
         if rest > 0:
             for sign in (1, -1):
-                yield angle(w, [p + sign * mp.sqrt(rest) * q for p, q in zip(x, axis, strict=True)])
+                corner = [p + sign * mp.sqrt(rest) * q for p, q in zip(x, axis, strict=True)]
+                if all(dot(corner, e) > f - _BESIDE for e, f in caps):
+                    yield angle(w, corner)
     yield from (k / mp.sqrt(power + 1) for k in (1, 2, 4, 7, 11))
 
 
