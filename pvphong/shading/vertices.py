@@ -119,12 +119,14 @@ class Vertices:
 
     def channels(self, equation: Equation) -> FloatArray | None:
         """Numbers at each vertex, a kind a row, as `Equation.channels` says; None where an equation reads none."""
+        if not equation.channels:
+            return None
         of: dict[str, Callable[[Equation], FloatArray]] = {
             "screen": lambda equation: channels_for(equation, self.screen),
             "tangents": self._turned_tangents,
         }
         kinds = [of[kind](equation) if kind in of else self.maps.rows(kind) for kind in equation.channels]
-        return np.concatenate(kinds) if len(kinds) > 1 else next(iter(kinds), None)
+        return np.concatenate(kinds) if len(kinds) > 1 else kinds[0]
 
     def _turned_tangents(self, equation: Equation) -> FloatArray:
         """Unit vectors in the world, shape (3, n): they go as differences of points do."""

@@ -76,13 +76,13 @@ def _helpers(_process: int, threads: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, thread_name_prefix="pvphong")
 
 
-def together(work: Callable[[], Any], most: int, is_done: Callable[[], bool] = lambda: False) -> None:
-    """Let threads do one piece of work at once, the calling one among them; `most` of them if there are as many.
+def together(work: Callable[[], Any], threads: int, is_done: Callable[[], bool] = lambda: False) -> None:
+    """Let threads do one piece of work at once, the calling one among them: no more than `count()`.
 
     An exception in any of them is raised here, when all are done. If `is_done` says so once the calling one is, the
     others are not waited for.
     """
-    helpers = min(count(), most) - 1
+    helpers = threads - 1
     futures = [_helpers(os.getpid(), helpers).submit(work) for _ in range(helpers)]
     waits = True
     try:
@@ -99,7 +99,7 @@ def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
 
     After an exception in any of them, or where the calling thread is interrupted, no other range is begun.
     """
-    ranges, lock, count = iter(range(0, stop, step)), threading.Lock(), progress.counting(stop)
+    ranges, lock, note = iter(range(0, stop, step)), threading.Lock(), progress.counting(stop)
 
     @contextlib.contextmanager
     def ending_for_all() -> Iterator[None]:
@@ -119,7 +119,7 @@ def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
                     return
                 last = min(first + step, stop)
                 work(first, last)
-                count(last - first)
+                note(last - first)
 
     with ending_for_all():
-        together(help_out, -(-stop // step))
+        together(help_out, min(count(), -(-stop // step)))

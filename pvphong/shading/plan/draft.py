@@ -193,7 +193,9 @@ def for_each_term(rule: Callable[[Draft, LightTerm], Change]) -> Callable[[Draft
     """A simplification that looks at one light's term after the other; each rule sees the bounds taken before it."""
 
     def simplify(draft: Draft) -> Draft:
-        before, terms, noted = draft.equation.terms, list[LightTerm](), list[Note]()
+        before = draft.equation.terms
+        terms: list[LightTerm] = []
+        noted: list[Note] = []
         for term in before:
             change = rule(draft, term)
             if change is None:
