@@ -198,10 +198,9 @@ def test_a_power_over_a_disk(power, distance, is_cut, around):
     assert on_disk(form, axis, n, middle, -facing) * distance**2 == pytest.approx(got, abs=1e-13)
     if not is_cut and distance >= 1.0 and power in {0.0, 1.0}:
         assert got == pytest.approx(by_area(form, axis, middle, facing, across) * distance**2, rel=1e-9)
-    polygons = (polygon_of_the_same_area(form, axis, n, middle, facing, across, m) for m in (50, 100))
-    coarse, fine = (x * distance**2 for x in polygons)
-    exact, off = fine + (fine - coarse) / 3, abs(fine - coarse)  # polygons err by the square of a side's length
-    assert got == pytest.approx(exact, abs=max(3 * off, 1e-6) + is_cut * 1e-14 * distance)
+    coarse, fine = (polygon_of_the_same_area(form, axis, n, middle, facing, across, m) for m in (150, 300))
+    off = abs(fine - coarse) * distance**2
+    assert got == pytest.approx(fine * distance**2, abs=max(3 * off, 1e-9) + is_cut * 1e-14 * distance)
 
 
 def test_a_disk_overhead_and_one_seen_from_its_middle():
