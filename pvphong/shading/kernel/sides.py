@@ -34,7 +34,7 @@ _NEAREST, _FARTHEST = _F(2.0**-28), _F(2.0**28)
 _SMALL = _F(0.15)
 
 # Area over size and distance below which the sum along sides loses too much.
-_THIN = _F(0.3)
+_THIN = _F(0.2)
 
 # Where a stage's own rows begin: h of the plane, w (3), how an integral is to be taken, the sum, heights of corners.
 _BEHIND, _WX, _WY, _WZ, _WANTED, _SUM, _LEAST, _MOST = (at.OWN + k * BLOCK for k in range(8))

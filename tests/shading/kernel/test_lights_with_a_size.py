@@ -55,7 +55,7 @@ def left_to_the_reference(monkeypatch, arguments):
 
 @pytest.mark.parametrize(
     ("kind", "declined"),
-    [("disk", 0.01), ("environment", 0.0), ("sphere", 0.01), ("rectangle", 0.15), ("polygon", 0.05)],  # thin ones
+    [("disk", 0.01), ("environment", 0.0), ("sphere", 0.01), ("rectangle", 0.15), ("polygon", 0.02)],  # thin ones
 )
 def test_it_is_within_the_bound_of_the_reference(kind, declined, monkeypatch):
     left = 0
