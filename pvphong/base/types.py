@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,5 +39,5 @@ def rgb(color: ColorLike) -> Vector:
     """Red, green and blue of a checked colour; a single float is grey."""
     if isinstance(color, float):
         return color, color, color
-    red, green, blue = map(float, color)
+    red, green, blue = cast("Vector", color)
     return red, green, blue

@@ -7,13 +7,13 @@ Here the two conventions part: `standard` is the model that OpenGL and its textb
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 from pvphong.base import check
 from pvphong.base.ranges import BRIGHTEST, FARTHEST
-from pvphong.base.types import Float64Array, MatrixLike, Vector, VectorLike, rgb
+from pvphong.base.types import ColorLike, Float64Array, MatrixLike, Vector, VectorLike, rgb
 from pvphong.optics.light import Light
 from pvphong.optics.lights import PointLight, light_from_values
 from pvphong.optics.material import Material
@@ -55,21 +55,10 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
     x, y, z = viewer.view_direction
     reflectance = (material.reflectance or REFLECTANCES[model.reflection]()).of(material)
     reflectances = _Reflectances.of(material, reflectance)
-    labels, frames = light_labels(scene, "light "), [light.frame for light in scene.lights]
+    labels = light_labels(scene, "light ")
     return Equation(
-        terms=tuple(
-            LightTerm(
-                light,
-                index,
-                labels[index],
-                frames[index] != "world",
-                *reflectances.times(light, rgb(light.ambient), rgb(light.diffuse), light.specular_color),
-                is_shadowed=model.shadows,
-            )
-            for index, light in enumerate(scene.world_lights)
-            if light.on
-        ),
-        off=tuple(label for label, light in zip(labels, scene.world_lights, strict=True) if not light.on),
+        terms=tuple(_terms(scene, labels, reflectances)),
+        off=tuple([labels[index] for index, light in enumerate(scene.lights) if not light.on]),
         lights=len(labels),
         ambient=_product(BRIGHTEST, rgb(material.ambient), rgb(model.ambient)),
         emission=_product(BRIGHTEST, rgb(material.emission), _WHITE),
@@ -83,6 +72,20 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
         turns_normals=matrix is not None,
         is_occluded=model.ambient_occlusion is not False,
     )
+
+
+def _terms(scene: Scene, labels: Sequence[str], reflectances: _Reflectances) -> Iterator[LightTerm]:
+    """Of the lights that are on."""
+    products: dict[Any, tuple[Vector, tuple[Vector, ...], float]] = {}  # many lights have the same colours
+    for index, (given, light) in enumerate(zip(scene.lights, scene.world_lights, strict=True)):
+        if light.on:
+            colors = light.intensity, light.ambient, light.diffuse, light.specular_color
+            if colors not in products:
+                products[colors] = reflectances.times(*colors)
+            rides = given.frame != "world"
+            yield LightTerm(
+                light, index, labels[index], rides, *products[colors], is_shadowed=scene.light_model.shadows
+            )
 
 
 def _with_maps(
@@ -164,7 +167,7 @@ def _as_vtk_lights(term: LightTerm, reflectances: _Reflectances) -> LightTerm:
     values = values._replace(exponent=min(values.exponent, HIGHEST_POWER))
     shape = light_from_values(values, diffuse=light.diffuse, intensity=light.intensity)
     diffuse = rgb(light.diffuse)
-    ambient, colors, gain = reflectances.times(shape, BLACK, diffuse, diffuse)
+    ambient, colors, gain = reflectances.times(shape.intensity, BLACK, diffuse, diffuse)
     return replace(term, light=shape, ambient=ambient, colors=colors, gain=gain)
 
 
@@ -184,15 +187,12 @@ class _Reflectances(NamedTuple):
         return cls(rgb(material.ambient), tuple((lobe.component, color(lobe)) for lobe in reflectance.lobes))
 
     def times(
-        self, light: Light, ambient: Vector, diffuse: Vector, specular: Vector
+        self, intensity: float, ambient: ColorLike, diffuse: ColorLike, specular: ColorLike
     ) -> tuple[Vector, tuple[Vector, ...], float]:
-        """A term's ambient colour, its lobes' colours, and their gain, for a light of these colours."""
-        intensity = light.intensity
-        dim = _product(FARTHEST, self.ambient, ambient, intensity)
-        colors = [
-            _product(FARTHEST, reflectance, diffuse if component == "diffuse" else specular, intensity)
-            for component, reflectance in self.lobes
-        ]
+        """A term's ambient colour, its lobes' colours, and their gain, for a light of these colours and intensity."""
+        shining: dict[Component, Vector] = {"diffuse": rgb(diffuse), "specular": rgb(specular)}
+        dim = _product(FARTHEST, self.ambient, rgb(ambient), intensity)
+        colors = [_product(FARTHEST, color, shining[component], intensity) for component, color in self.lobes]
         gain = 2.0 ** math.frexp(max(max(dim), *map(max, colors)))[1]
         return _over(dim, gain), tuple([_over(color, gain) for color in colors]), gain
 

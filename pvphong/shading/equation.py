@@ -198,7 +198,7 @@ class Equation:
         gone = self.lobes_of(component)
         return replace(term, colors=tuple(BLACK if k in gone else color for k, color in enumerate(term.colors)))
 
-    @cached_property
+    @property
     def is_flipped(self) -> bool:
         """Whether normals are turned to the viewer."""
         return self.two_sided and self.needs_normals
@@ -208,7 +208,7 @@ class Equation:
         """Places among the scene's lights of those that a vertex may not see all of."""
         return tuple(sorted({term.index for term in self.terms if term.is_shadowed}))
 
-    @cached_property
+    @property
     def needs_tangents(self) -> bool:
         """Whether any light's share depends on the tangent."""
         return self.needs_normals and "tangents" in self.reflectance.needs
@@ -220,16 +220,18 @@ class Equation:
         Of "screen" there is one for what is seen of each of the scene's lights, and one for the sky; "tangents" are x,
         y and z, and the maps have their names.
         """
-        sizes = {"screen": self.has_screen * (self.lights + 1), "tangents": self.needs_tangents * 3}
+        sizes = {"screen": self.lights + 1} if self.has_screen else {}
+        if self.needs_tangents:
+            sizes["tangents"] = 3
         if self.needs_normals:
             sizes |= {name: 3 if name == "specular" else 1 for name in self.maps}
         ends = accumulate(sizes.values())
-        return {kind: slice(end - size, end) for (kind, size), end in zip(sizes.items(), ends, strict=True) if size}
+        return {kind: slice(end - size, end) for (kind, size), end in zip(sizes.items(), ends, strict=True)}
 
     @property
     def has_screen(self) -> bool:
         """Whether any share depends on what stands before a vertex."""
-        return self.is_occluded or bool(self.shadowed)
+        return self.is_occluded or any(term.is_shadowed for term in self.terms)
 
     @cached_property
     def needs_eye(self) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -97,6 +97,7 @@ class PointLight(Light):
         return VtkValues(True, (0.0, 0.0, -1.0), (x, y, z), (c, l, q))
 
 
+@cache
 def _evenly_strong(toolkit: Any) -> Any:
     def point(numbers: Any, rows: Any, points: Any) -> bool:
         return toolkit.approach(rows, points, numbers[0], numbers[1], numbers[2])
@@ -104,6 +105,7 @@ def _evenly_strong(toolkit: Any) -> Any:
     return point
 
 
+@cache
 def _weakening(toolkit: Any) -> Any:
     def weakening_point(numbers: Any, rows: Any, points: Any) -> bool:
         good = toolkit.approach_measured(rows, points, numbers[0], numbers[1], numbers[2])

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, Self
 
 import numpy as np
 
-from pvphong.base.ranges import BRIGHTEST
+from pvphong.base.ranges import BRIGHTEST, FAINTEST
 from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
 from pvphong.base.vectors import angle_between, dot, unit_vector, ways_to
 from pvphong.geometry.extent import Extent, Sight
@@ -177,7 +177,7 @@ class SpotLight(Light):
 
     def parameters(self) -> tuple[float, ...]:
         """Position, attenuation, and the cone's axis, edge, exponent and squared chord from which on it is dark."""
-        exponent = self.exponent and max(float(np.finfo(np.float32).tiny), min(self.exponent, BRIGHTEST))
+        exponent = self.exponent and max(FAINTEST, min(self.exponent, BRIGHTEST))
         dark = 2.0 if self.exponent else 8.0
         return (*self.position, *self.attenuation, *self.axis, self._edge, exponent, dark)
 
@@ -196,6 +196,7 @@ class SpotLight(Light):
         return VtkValues(True, (dx, dy, dz), (x, y, z), (c, l, q), self.cone_angle, self.exponent)
 
 
+@cache
 def _cone(toolkit: Any, weakens: int) -> Any:
     """Strength times spot factor; the first two rows of factors hold what is inside, and the chords |l + axis|²."""
 

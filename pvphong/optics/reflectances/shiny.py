@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.ranges import BRIGHTEST
+from pvphong.base.ranges import BRIGHTEST, FAINTEST
 from pvphong.optics.reflectance import Lobe, Reflectance
 from pvphong.optics.spherical import CosinePower
 
@@ -82,5 +82,5 @@ def power_numbers(shininess: float, floor: float) -> tuple[float, float, float]:
     """For compiled code: the exponent in float32's range, log2 of the floor, and the squared chord from which on
     a highlight is 0. (The floor is on the logarithm because 1 − floor is rounded by far more than its last bit.)
     """
-    exponent = shininess and max(float(np.finfo(np.float32).tiny), min(shininess, BRIGHTEST))
+    exponent = shininess and max(FAINTEST, min(shininess, BRIGHTEST))
     return exponent, math.log2(floor) if floor else -math.inf, math.inf if floor or not shininess else 2.0

@@ -38,6 +38,7 @@ from pvphong.shading.kernel import normals as over_faces
 from pvphong.shading.kernel import pool, records
 from pvphong.shading.kernel.background import NotCompiled, Request, ask_for
 from pvphong.shading.kernel.running import Call, Memory, address, is_plain, parts, ready
+from pvphong.shading.kernel.terms import Codes
 from pvphong.shading.reference import shade as light_by_reference
 from pvphong.shading.result import Shading
 
@@ -192,7 +193,8 @@ def shade(
     if result.base is not None or not rgb.flags.c_contiguous or library is None:
         return False
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
-    if not records.fits(whole, library.toolkit, _name_of(real), has_albedo=albedo is not None):
+    codes = records.codes_of(whole, library.toolkit, _name_of(real), has_albedo=albedo is not None)
+    if codes is None:
         return False
     read = [points] * whole.needs_points + [normals] * whole.needs_normals
     stored = np.result_type(real, *read)
@@ -201,6 +203,7 @@ def shade(
         channels = np.ascontiguousarray(channels, real)
     call = _prepared(
         request,
+        codes,
         library,
         waits,
         has_albedo=albedo is not None,
@@ -231,13 +234,13 @@ def _name_of(kind: np.dtype[Any]) -> str:
     return kind.name  # NumPy takes microseconds to put it together
 
 
-def _prepared(request: Request, library: Library, waits: bool, **flags: Any) -> Call | None:
+def _prepared(request: Request, codes: Codes, library: Library, waits: bool, **flags: Any) -> Call | None:
     """Driver and records for a request; None if there is no code, which another process then compiles."""
     source = library if waits else library.at_hand
     equation, stored, real = request
     try:
         driver = source.driver(stored, real)
-        return Call(driver, records.records_of(equation, source, real, is_wide=stored != real, **flags))
+        return Call(driver, records.records_of(equation, codes, source, real, is_wide=stored != real, **flags))
     except NotCompiled as missing:
         ask_for(missing.key, request, library.lock)
         return None

@@ -26,8 +26,9 @@ from numba.core.ccallback import CFunc
 from pvphong.base import ranges
 from pvphong.shading.kernel import driver, extremes, facets, toolkit
 from pvphong.shading.kernel.background import Key, NotCompiled
-from pvphong.shading.kernel.records import SETTINGS, TERM
+from pvphong.shading.kernel.records import SETTINGS
 from pvphong.shading.kernel.store import Store, digest
+from pvphong.shading.kernel.terms import TERM
 
 _BYTES, _FLOATS, _INDICES = map(types.CPointer, (types.uint8, types.float64, types.int64))
 # Seconds until the disk is asked again for what was not there.
@@ -52,10 +53,10 @@ class Code(CFunc):
         self._compiles = compiles
         self.compile()
         self.where = int(self.address or 0)
-        pointers = [ctypes.c_size_t] * len(signature.args)
+        pointers = [ctypes.c_void_p] * len(signature.args)
         result = ctypes.c_bool if signature.return_type == types.boolean else ctypes.c_ssize_t
         self.call: Callable[..., int] = ctypes.CFUNCTYPE(result, *pointers)(self.where)
-        """It with addresses and integers, without the interpreter's lock."""
+        """It with addresses, bytes and integers, without the interpreter's lock."""
 
     def _compile_uncached(self) -> Any:
         if not self._compiles:

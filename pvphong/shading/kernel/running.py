@@ -38,7 +38,7 @@ class Call:
         count = len(colors)
         threads = max(1, min(pool.count(), -(-count // _WORTH_HELP)))
         shared = np.zeros(BEGUN + threads, np.int64)
-        addresses = [address(array) for array in (*arrays, colors, *self._equation, shared)]
+        addresses = *map(address, arrays), address(colors), *self._equation, address(shared)
         left: list[Any] = []
         turns = itertools.count()
 

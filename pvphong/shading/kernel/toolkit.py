@@ -58,7 +58,10 @@ LARGEST, SMALLEST = 2.0**100, 2.0**-100
 
 def holds(numbers: Iterable[Any]) -> bool:
     """Whether float32 holds products of numbers >= 0: each is 0, or not further than 2¹⁰⁰ from 1."""
-    return all(x == 0.0 or SMALLEST <= x <= LARGEST for x in numbers)
+    for x in numbers:  # noqa: SIM110 as for `are_in_range`: a third of the time
+        if x and not SMALLEST <= x <= LARGEST:
+            return False
+    return True
 
 
 @plain

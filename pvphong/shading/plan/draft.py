@@ -15,7 +15,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from pvphong.base.types import Vector
-from pvphong.geometry.extent import ROUNDED_UP, Extent
+from pvphong.geometry.extent import ANYWHERE, ROUNDED_UP, Extent
 from pvphong.optics.light import NOTHING_KNOWN, Light, Reach
 from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.parts import in_parts
@@ -92,6 +92,10 @@ class Draft:
         notes = tuple(Note("lights", label, "switched off") for label in equation.off)
         return cls(equation, shining, extent, tolerance, notes, screen)
 
+    def kept(self) -> Draft:
+        """What decisions are told from: without the vertices, which a plan that is kept does not keep."""
+        return Draft(self.equation, self.shining, ANYWHERE, self.tolerance, self.notes)
+
     def reach(self, term: LightTerm) -> Reach:
         """What of a light can reach the vertices; several effects ask."""
         light, reach = self._reaches.get(term.index, (None, NOTHING_KNOWN))
@@ -105,7 +109,7 @@ class Draft:
         """Sum of the bounds taken so far."""
         return math.fsum(note.bound for note in self.notes) * (ROUNDED_UP if self.notes else 1.0)
 
-    @cached_property
+    @property
     def allowance(self) -> float:
         """The error that the next approximation may take: its share, or what is left of the tolerance."""
         if not self.tolerance:

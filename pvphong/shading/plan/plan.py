@@ -7,7 +7,7 @@ decline (`kernel.shade`), else the readable one (`reference.shade`).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, reduce
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, get_args
@@ -17,7 +17,6 @@ import numpy as np
 from pvphong.base import check
 from pvphong.base.text import html_table, rendered, wrapped
 from pvphong.base.types import Backend, ByteArray, MatrixLike, Precision
-from pvphong.geometry.extent import ANYWHERE
 from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import SceneLike, as_scene
@@ -131,7 +130,7 @@ class Plan:
             error_bound=min(draft.error_bound ** (1.0 / whole.gamma), tolerance),
             equation=in_parts(left),
             whole=in_parts(whole),
-            _draft=replace(draft, extent=ANYWHERE, screen=None),  # a plan that is kept does not keep the vertices
+            _draft=draft.kept(),
         )
 
     def run(

@@ -30,8 +30,10 @@ def _without(component: Component) -> Callable[[Equation, Vector], Equation]:
 
 def _leave_out_highlight(draft: Draft, term: LightTerm) -> Change:
     equation = draft.equation
+    if not draft.allowance:
+        return None
     peak = sum([max(term.colors[k]) * equation.largest(k) for k in equation.lobes_of("specular")])
-    if not draft.allowance or not peak:
+    if not peak:
         return None
     reach = draft.reach(term)
     anywhere = term.gain * reach.strongest * peak * ROUNDED_UP
