@@ -1,11 +1,10 @@
 """Lighting as data for PyVista and VTK.
 
-`import pvphong as ph` gives the names below; `mesh.phong` and `plotter.phong` are there in PyVista even without it.
+`import pvphong as ph` gives the names below; `mesh.phong` and `plotter.phong` are there even without it, for PyVista
+finds them by this package's entry points.
 A name is imported when it is first asked for: the command line's supervisor must stay light, and computing colours
 needs neither what draws nor what measures.
 """
-
-import sys
 
 TYPE_CHECKING = False  # typing's is the same, and takes milliseconds to import
 if TYPE_CHECKING:
@@ -103,9 +102,6 @@ def __getattr__(name: str) -> "Any":
 def __dir__() -> list[str]:
     return sorted(__all__)
 
-
-if "pyvista" in sys.modules:
-    from pvphong import accessor  # noqa: F401  # registers mesh.phong where PyVista does not find its entry point
 
 __all__ = [
     "GGX",

@@ -114,7 +114,7 @@ def _ends(points: Any) -> Float64Array:
 
 
 def _framing(scene: Scene, ends: Float64Array, matrix: Any) -> Scene:
-    return scene.framed(Vertices(ends, None).bounds(None if matrix is None else check.matrix4("matrix", matrix)))
+    return scene.framed(Vertices(ends, None).bounds(matrix))
 
 
 # --- chunks that fit each other

@@ -1,4 +1,4 @@
-"""`mesh.phong`: PyVista finds this package by its entry point, and importing pvphong registers it as well.
+"""`mesh.phong`: PyVista imports this package, which it finds by its entry point, when `phong` is first asked for.
 
 What draws or measures is imported when it is used: it would load PyVista's plotting.
 """

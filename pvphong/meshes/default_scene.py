@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from pvphong.base import check
 from pvphong.base.types import Float64Array, MatrixLike, VectorLike
 from pvphong.meshes.blocks import leaves, map_blocks
 from pvphong.meshes.surfaces import surface
@@ -83,12 +82,9 @@ def scene_for(mesh: Any, given: SceneLike | None, matrix: MatrixLike | None = No
     """
     if given is None:
         return default_scene(mesh)
-    scene = as_scene(given)
-    if scene.viewer is not None:
-        return scene
     if isinstance(mesh, pv.MultiBlock):
-        return scene.framed(mesh.bounds)
-    return scene.framed(Vertices(mesh.points, None).bounds(None if matrix is None else check.matrix4("matrix", matrix)))
+        return as_scene(given, lambda: mesh.bounds)
+    return as_scene(given, lambda: Vertices(mesh.points, None).bounds(matrix))
 
 
 def _viewer(bounds: Float64Array, aspect: float) -> Viewer:

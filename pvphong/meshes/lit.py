@@ -176,7 +176,8 @@ def plan(
         vertices = vertices_of(source, scene=scene, **rays, **given)
         return Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     vertices = Vertices(_bare_points(mesh_or_points), None)
-    result = Plan.of(as_scene(scene), material, vertices, matrix=matrix, tolerance=tolerance)
+    scene = as_scene(scene, lambda: vertices.bounds(matrix))
+    result = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     is_open = bool(tolerance) and any(result.equation.has(term, "specular") for term in result.equation.terms)
     return replace(result, error_bound=tolerance) if is_open else result
 

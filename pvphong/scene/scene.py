@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import os
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, Self
@@ -237,21 +237,30 @@ SceneLike = Scene | Light | Iterable[Any]
 """A scene, or its lights alone: one, or several."""
 
 
-def as_scene(given: SceneLike | None) -> Scene:
-    """A scene itself, or that of some lights: without a viewer, by the standard light model.
+def as_scene(given: SceneLike | None, bounds: Callable[[], VectorLike] | None = None) -> Scene:
+    """A scene itself, or that of some lights, by the standard light model.
+
+    Parameters
+    ----------
+    given : Scene, light, or sequence of lights
+        What was given as a scene.
+    bounds : callable, optional
+        Gives what `Scene.framed` takes, where there is no viewer yet; without it, none is added.
 
     Raises
     ------
     ValueError
-        If it is neither.
+        If it is no such thing.
     """
     if isinstance(given, Scene):
-        return given
-    if isinstance(given, Light) or hasattr(given, "GetLightType"):
-        return Scene([given])
-    if isinstance(given, Iterable) and not isinstance(given, (str, dict)):
-        return Scene(given)
-    return check.refuse("scene", given, "a Scene, a light, or a sequence of lights", _in_its_place(given))
+        scene = given
+    elif isinstance(given, Light) or hasattr(given, "GetLightType"):
+        scene = Scene([given])
+    elif isinstance(given, Iterable) and not isinstance(given, (str, dict)):
+        scene = Scene(given)
+    else:
+        check.refuse("scene", given, "a Scene, a light, or a sequence of lights", _in_its_place(given))
+    return scene if bounds is None or scene.viewer is not None else scene.framed(bounds())
 
 
 def _in_its_place(given: Any) -> str:

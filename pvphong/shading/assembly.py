@@ -15,7 +15,7 @@ from pvphong.base import check
 from pvphong.base.ranges import BRIGHTEST, FARTHEST
 from pvphong.base.types import ColorLike, Float64Array, MatrixLike, Vector, VectorLike, rgb
 from pvphong.optics.light import Light
-from pvphong.optics.lights import PointLight, light_from_values
+from pvphong.optics.lights import light_from_homogeneous, light_from_values
 from pvphong.optics.material import Material
 from pvphong.optics.reflectance import Component, Lobe, Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
@@ -122,7 +122,8 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     reflectances = _Reflectances.of(material, reflectance)
     terms = tuple(_as_vtk_lights(term, reflectances) for term in standard.terms)
     if is_headlight and reflectance.is_physical:
-        terms = tuple(replace(term, light=PointLight(scene.viewer.position)) for term in terms)
+        at_the_eye = light_from_homogeneous((*scene.viewer.position, 1.0))
+        terms = tuple(replace(term, light=at_the_eye) for term in terms)
     ambient, diffuse = rgb(material.ambient), rgb(material.diffuse)
     unlit = ambient[0] + diffuse[0], ambient[1] + diffuse[1], ambient[2] + diffuse[2]
     if reflectance.is_physical:  # a light with a position that is off leaves it black

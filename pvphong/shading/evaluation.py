@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from pvphong.base import check
 from pvphong.base.types import Backend, MatrixLike, Precision
 from pvphong.optics.material import Material
 from pvphong.scene.scene import SceneLike, as_scene
@@ -110,8 +109,8 @@ def evaluate(
     """
     maps = {"specular": specular, "shininess": shininess, "roughness": roughness}
     vertices = Vertices(points, normals, albedo, tangents=tangents, maps=maps)
+    scene = as_scene(scene, lambda: vertices.bounds(matrix))
     if visibility is not None:
-        scene = as_scene(scene).framed(vertices.bounds(None if matrix is None else check.matrix4("matrix", matrix)))
         vertices.screen = checked_screen("visibility", visibility, vertices.points, matrix, scene)
     plan = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     return plan.run(vertices, precision=precision, backend=backend, components=components)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.types import BoolArray, Float64Array, FloatArray
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike
 from pvphong.base.vectors import unit
 from pvphong.geometry.extent import Extent
 from pvphong.geometry.transform import transform_vectors
@@ -133,12 +133,19 @@ class Vertices:
         tangents = self.tangents
         return unit((tangents if equation.matrix is None else transform_vectors(tangents, equation.matrix)).T)[0]
 
-    def bounds(self, matrix: Float64Array | None) -> Float64Array:
-        """x_min, x_max, y_min, y_max, z_min, z_max in the world, of those that are finite; NaN where none is."""
-        found = self.extent(matrix).box
+    def bounds(self, matrix: MatrixLike | None) -> Float64Array:
+        """x_min, x_max, y_min, y_max, z_min, z_max in the world, of those that are finite; NaN where none is.
+
+        Raises
+        ------
+        ValueError
+            If the matrix is no such thing.
+        """
+        placed = None if matrix is None else check.matrix4("matrix", matrix)
+        found = self.extent(placed).box
         if found is None:
             finite = self.points[np.isfinite(self.points).all(axis=1)]
-            found = Extent(finite, None, matrix, kernel.find_bounds).box
+            found = Extent(finite, None, placed, kernel.find_bounds).box
         return np.full(6, np.nan) if found is None else np.column_stack(found).ravel()
 
     def extent(self, matrix: Float64Array | None) -> Extent:

@@ -71,7 +71,7 @@ def filtered(mesh):
 
 def drawn_live(mesh):
     live = LiveMesh(mesh, MATERIAL, albedo="tint")
-    for scene in (SCENE, Scene(SCENE.lights[:1])):
+    for scene in (SCENE, Scene(SCENE.lights[:1], SCENE.viewer)):
         live.refresh(scene)
     return live.drawn
 

@@ -153,9 +153,10 @@ def test_they_are_read_where_a_reflectance_asks_for_them(given):
         raise AssertionError
 
     vertices = Vertices(points, normals, tangents=fail)
-    plan = Plan.of(SUN, ph.Material(), vertices)
+    scene = ph.Scene([SUN], ph.Viewer())
+    plan = Plan.of(scene, ph.Material(), vertices)
     assert "tangents" not in plan.needs
     plan.run(vertices)
-    assert "tangents" in Plan.of(SUN, MATERIAL, vertices).needs
+    assert "tangents" in Plan.of(scene, MATERIAL, vertices).needs
     with pytest.raises(ValueError, match=r"^tangents must be one of 'Normals'"):
         pv.Sphere().phong.shade(SUN, MATERIAL, tangents="nonsense")

@@ -97,7 +97,7 @@ class _Share:
         self._is_done.acquire()
 
     def take(self) -> None:
-        """Do it, if nobody does or has withdrawn it."""
+        """Do it, unless it was withdrawn."""
         if not self._begun.acquire(blocking=False):
             return
         try:
@@ -108,9 +108,12 @@ class _Share:
             del self._work
             self._is_done.release()
 
-    def is_withdrawn(self) -> bool:
-        """Whether it has not begun, and will not."""
-        return self._begun.acquire(blocking=False)
+    def withdraw(self) -> bool:
+        """Whether it had not begun, and now never will."""
+        if not self._begun.acquire(blocking=False):
+            return False
+        del self._work  # it may be long until a busy helper throws this away
+        return True
 
     def wait(self) -> None:
         """Until it is done; raises what was raised in it."""
@@ -134,7 +137,7 @@ def together(work: Callable[[], Any], threads: int, is_done: Callable[[], bool] 
         waits = not is_done()
     finally:
         for share in shares:
-            if not share.is_withdrawn() and waits:  # those that have not begun have nothing left to do
+            if not share.withdraw() and waits:  # those that have not begun have nothing left to do
                 share.wait()
 
 

@@ -19,7 +19,7 @@ from pvphong.base.text import html_table, rendered, wrapped
 from pvphong.base.types import Backend, ByteArray, MatrixLike, Precision
 from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.material import Material, check_material
-from pvphong.scene.scene import SceneLike, as_scene
+from pvphong.scene.scene import Scene
 from pvphong.shading import kernel, reference
 from pvphong.shading.assembly import assemble
 from pvphong.shading.equation import Equation
@@ -85,7 +85,7 @@ class Plan:
     @classmethod
     def of(
         cls,
-        scene: SceneLike,
+        scene: Scene,
         material: Material,
         vertices: Vertices,
         *,
@@ -94,20 +94,17 @@ class Plan:
     ) -> Plan:
         """What will run for some vertices; their normals are read only where they may rule something out.
 
-        A scene without a viewer is seen as PyVista's camera would frame the vertices.
+        The scene has a viewer: `as_scene` adds one where none was given.
 
         Raises
         ------
         ValueError
-            If scene, material, matrix or tolerance is not what it should be.
+            If material, matrix or tolerance is not what it should be.
         """
-        scene = as_scene(scene)
         check_material(material)
         tolerance = check.number("tolerance", tolerance, at_least=0.0)
         if matrix is not None:
             normal_matrix(matrix)  # refuses what cannot light, also where the scene does not need it
-        if scene.viewer is None:
-            scene = scene.framed(vertices.bounds(None if matrix is None else check.matrix4("matrix", matrix)))
         whole = assemble(scene, vertices.maps.brightest(material), matrix, vertices.maps.ranges)
         return cls.of_equation(beside_the_mesh(whole), vertices, tolerance)
 

@@ -242,7 +242,10 @@ def test_what_reaches_the_vertices_does_not_choose_the_evaluator_of_a_window(has
     monkeypatch.setattr(kernel, "shade", lambda *given, waits, **_: asked.append((*given, waits)) or True)
     monkeypatch.setattr(kernel._Process, "has_run", has_run)
     away = ph.SpotLight(position=(0, 0, 50), direction=(0, 0, 1), cone_angle=30)
-    scene, points = ph.Scene([away, LAMP]), np.random.default_rng(8).normal(size=(count, 3)).astype(np.float32)
+    scene, points = (
+        ph.Scene([away, LAMP], ph.Viewer()),
+        np.random.default_rng(8).normal(size=(count, 3)).astype(np.float32),
+    )
     vertices = Vertices(points, points)
     plan = Plan.of(scene, SHINY, vertices)
     assert (len(plan.whole.terms), len(plan.equation.terms)) == (2, 1)

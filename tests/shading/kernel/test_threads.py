@@ -98,6 +98,23 @@ def test_one_that_has_nothing_left_to_do_is_not_waited_for():
     may_end.set()
 
 
+@needs_two
+def test_what_goes_wrong_in_a_helper_is_raised_and_it_helps_again():
+    caller, has_begun = threading.get_ident(), threading.Event()
+
+    def work():
+        if threading.get_ident() == caller:
+            assert has_begun.wait(60)
+        else:
+            has_begun.set()
+            raise ValueError("it went wrong")
+
+    for _ in range(3):
+        has_begun.clear()
+        with pytest.raises(ValueError, match="it went wrong"):
+            pool.together(work, 2)
+
+
 @needs_numba
 def test_numbas_setting_is_the_most():
     code = "from pvphong.shading.kernel import pool; print(pool.count())"
