@@ -26,7 +26,7 @@ PREFIX = ".pvphong-"
 
 _PATTERN = PREFIX + "????????"
 _LOCK = "owner.lock"
-_TRIES = 3  # where files cannot be locked, nothing is ever cleared, and no lock is needed
+_TRIES = 10  # where files cannot be locked, nothing is ever cleared, and no lock is needed
 _STRAY = 60.0  # seconds after which an empty folder has lost its maker
 _WRITABLE = "a file that can be written"
 _NO_ROOM = (errno.EFBIG, errno.ENOSPC, errno.EDQUOT)
@@ -154,15 +154,16 @@ def _refuse_place(target: Path, old: os.stat_result | None) -> None:
 
 def _owned(place: Path, held: ExitStack) -> Path:
     """A new folder in which a file stays locked for as long as `held` is open."""
-    for _ in range(_TRIES):
+    for left in reversed(range(_TRIES)):
         try:
             aside = Path(tempfile.mkdtemp(prefix=PREFIX, dir=place))
         except OSError as error:
             raise _NoFolder(error.strerror) from error
         for tell in announce:
             tell(aside)
-        if held.enter_context(alone(aside / _LOCK)) and (aside / _LOCK).exists():
-            break  # else another process has just cleared it
+        if held.enter_context(alone(aside / _LOCK)) or not left:
+            break
+        shutil.rmtree(aside, ignore_errors=True)  # another writer took the lock first, and is clearing the folder
     return aside
 
 
@@ -171,7 +172,7 @@ def _clear(place: Path) -> None:
     for left in place.glob(_PATTERN):
         with suppress(OSError):
             if (left / _LOCK).exists():
-                with alone(left / _LOCK) as is_left:
+                with alone(left / _LOCK, makes=False) as is_left:
                     if is_left:
                         shutil.rmtree(left, ignore_errors=True)
                 if is_left:  # but for the locked file itself, where that cannot be removed

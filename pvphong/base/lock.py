@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -20,20 +21,29 @@ else:
 
 
 @contextmanager
-def alone(path: Path) -> Iterator[bool]:
+def alone(path: Path, *, makes: bool = True) -> Iterator[bool]:
     """Whether no other process is within such a block for the same path; none gets into one until the end of this.
 
-    The file is made, and stays. Where it cannot be made or locked, nobody is alone.
+    The file is made unless `makes` is false, and stays. Where it is missing, or cannot be made or locked, or somebody
+    removes it meanwhile, nobody is alone.
     """
     try:
-        file = path.open("ab")
+        file = path.open("ab" if makes else "r+b")
     except OSError:
         yield False
         return
     with file:
-        try:
-            _take(file.fileno())
-        except OSError:
-            yield False
+        if _is_taken(file.fileno(), path):
+            yield True
             return
-        yield True
+    yield False
+
+
+def _is_taken(file: int, path: Path) -> bool:
+    """Whether an open file could be locked, and is still the one that is there."""
+    try:
+        _take(file)
+        # Who had it before may have removed it, and others may have made another one.
+        return os.path.samestat(os.fstat(file), path.stat())
+    except OSError:
+        return False

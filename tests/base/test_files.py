@@ -8,12 +8,14 @@ import sys
 import tempfile
 import threading
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from pvphong.base import files
 from pvphong.base.files import written_aside
+from pvphong.base.lock import alone
 
 
 @pytest.fixture
@@ -208,6 +210,32 @@ def test_folders_of_others_are_left_alone(target):
     with written_aside(target) as aside:
         aside.write_text("new")
     assert sorted(folders()) == [".pvphong-12345678", ".pvphong-keepsake"]
+
+
+@pytest.mark.parametrize("lost", [5, 1000], ids=["by turns", "no file can be locked"])
+def test_a_writer_whose_folder_another_is_clearing_makes_the_next(target, monkeypatch, lost):
+    """The other takes the lock of a new folder before its maker does, and removes what is in it."""
+
+    @contextmanager
+    def late(path, *, makes=True):
+        nonlocal lost
+        assert makes
+        lost -= 1
+        if lost >= 0:
+            tried.append(path.parent)
+            yield False
+        else:
+            with alone(path) as is_alone:
+                yield is_alone
+
+    tried = []
+    monkeypatch.setattr(files, "alone", late)
+    with written_aside(target) as aside:
+        assert (aside.parent in tried) == (lost > 0)
+        aside.write_text("new")
+        assert folders() == [aside.parent.name]
+    assert 5 <= len(set(tried)) < 20
+    assert os.listdir() == ["scene.json"]
 
 
 def test_many_writers_at_once_each_write_a_whole_file(target):
