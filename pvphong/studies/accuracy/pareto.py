@@ -47,6 +47,7 @@ def _draw_front(axes: Any, result: Result, kind: Kind) -> None:
     axes.set(xscale="log", yscale="log", title=_TITLES[kind])
     axes.set_xlabel("time in ms: median and quartiles")
     axes.set_ylabel("colour error: largest (marker) and RMS (tick)")
+    _frame(axes, rows, floor, result.tolerance)  # first, for Matplotlib finds no limits of its own around one time
     front = [row for row in rows if row.on_front]
     xs, ys = [row.time.median * 1e3 for row in front], [_height(row, floor) for row in front]
     axes.step(xs, ys, where="post", color=COLORS[kind], alpha=0.35, linewidth=2, zorder=1)
@@ -57,7 +58,6 @@ def _draw_front(axes: Any, result: Result, kind: Kind) -> None:
         f"tolerance {result.tolerance * 255.0:.3g}/255", (0.01, result.tolerance),
         xycoords=("axes fraction", "data"), va="bottom", color=RED, fontsize=9,
     )  # fmt: skip
-    _frame(axes, rows, floor, result.tolerance)
     _label(axes, rows, floor)
     axes.grid(visible=True, which="major", color="#e6e6e6", zorder=0)
 
