@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from pvphong.optics.reflectances import GGX, PBR, BlinnPhong, Metal, ModifiedPhong, OrenNayar, Phong, Retro, Ward
     from pvphong.rays.visibility import Visibility
     from pvphong.scene.light_model import LightModel
+    from pvphong.scene.presets import three_lights, three_point
     from pvphong.scene.scene import Scene, load_materials
     from pvphong.scene.viewer import Viewer
     from pvphong.shading.plan.draft import Decision
@@ -52,9 +53,9 @@ if TYPE_CHECKING:
     from pvphong.studies.diagnose.diagnosis import Diagnosis, diagnose
     from pvphong.studies.validate.comparison import Comparison
     from pvphong.studies.validate.validation import validate
+    from pvphong.vtk.light_kit import light_kit
     from pvphong.vtk.lights import as_light
     from pvphong.vtk.oracle import vtk_shade
-    from pvphong.vtk.presets import light_kit, three_lights, three_point
 
 _PLACES = {
     "batch.result": "Batch",
@@ -74,6 +75,7 @@ _PLACES = {
     "optics.reflectances": "GGX PBR BlinnPhong Metal ModifiedPhong OrenNayar Phong Retro Ward",
     "rays.visibility": "Visibility",
     "scene.light_model": "LightModel",
+    "scene.presets": "three_lights three_point",
     "scene.scene": "Scene load_materials",
     "scene.viewer": "Viewer",
     "shading.plan.draft": "Decision",
@@ -83,9 +85,9 @@ _PLACES = {
     "studies.diagnose.diagnosis": "Diagnosis diagnose",
     "studies.validate.comparison": "Comparison",
     "studies.validate.validation": "validate",
+    "vtk.light_kit": "light_kit",
     "vtk.lights": "as_light",
     "vtk.oracle": "vtk_shade",
-    "vtk.presets": "light_kit three_lights three_point",
 }
 _PLACE_OF = {name: place for place, names in _PLACES.items() for name in names.split()}
 

@@ -12,6 +12,7 @@ import pytest
 import pyvista as pv
 
 import pvphong
+from pvphong.optics.lights import LIGHT_TYPES
 
 FLOORS = (
     {"base"},
@@ -33,6 +34,8 @@ FLOORS = (
 PACKAGE = Path(pvphong.__file__).parent
 CORE = 4
 """The floors from base to shading."""
+
+LIGHTS = {kind.__name__ for kind in LIGHT_TYPES.values()}
 
 HOSTS = ("pyvista", "vtk", "vtkmodules")
 
@@ -249,6 +252,35 @@ def test_the_face_says_what_it_gives():
     assert sorted(pvphong.__all__) == sorted(set(pvphong.__all__))
     undocumented = [name for name in pvphong.__all__ if not (getattr(pvphong, name).__doc__ or "").strip()]
     assert not undocumented
+
+
+def test_few_modules_know_a_light_by_its_class():
+    """Who wants something of a light asks it. Those that make one name its class: faces, presets, lights themselves."""
+
+    def makes(module):
+        tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))
+        own = {node.name for node in tree.body if isinstance(node, ast.ClassDef)}
+        named = {getattr(node, "id", getattr(node, "attr", None)) for node in ast.walk(tree)}
+        named |= {name.rpartition(".")[2] for name in imports_of(module).every}
+        return named & LIGHTS - own
+
+    knowing = {module for module in MODULES if makes(module)}
+    assert {"__init__", "optics.lights", "scene.presets"} <= knowing
+    assert len(knowing) <= 12
+
+
+def test_a_light_is_asked_what_it_can_do_and_not_what_it_is():
+    """Beside the readers of VTK's lights, which take one as it is, and the four who tell a light from what is none."""
+    found = [
+        module
+        for module in MODULES
+        if not module.startswith("vtk.")
+        for node in ast.walk(ast.parse(MODULES[module].read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") in {"isinstance", "issubclass"}
+        if {getattr(part, "id", "") for part in ast.walk(node.args[1])} & {"Light", *LIGHTS}
+    ]
+    assert found
+    assert len(found) <= 4
 
 
 def calls_upward(work):

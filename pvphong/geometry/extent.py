@@ -104,9 +104,10 @@ class Extent:
     def sight(self, target: VectorLike) -> Sight | None:
         """Of a target; None where nothing is known of the vertices, or it is in the middle of them."""
         x, y, z = target
-        if (x, y, z) not in self._sights:
-            self._sights[x, y, z] = None if self.sphere is None else _sight((x, y, z), self.sphere)
-        return self._sights[x, y, z]
+        place = x, y, z
+        if place not in self._sights:
+            self._sights[place] = None if self.sphere is None else _sight(place, self.sphere)
+        return self._sights[place]
 
     @cached_property
     def normal_cone(self) -> tuple[Vector, float] | None:

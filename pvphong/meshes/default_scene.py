@@ -13,8 +13,8 @@ import pyvista as pv
 from pvphong.base.types import Float64Array, MatrixLike, VectorLike
 from pvphong.meshes.blocks import leaves, map_blocks
 from pvphong.meshes.surfaces import surface
-from pvphong.optics.lights import DirectionalLight
 from pvphong.scene.light_model import LightModel
+from pvphong.scene.presets import key_fill_rim
 from pvphong.scene.scene import Scene, SceneLike, as_scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.vertices import Vertices
@@ -53,11 +53,7 @@ def default_scene(mesh: pv.DataSet | pv.MultiBlock, aspect: float = 4 / 3) -> Sc
 def default_scene_of(bounds: VectorLike, *, is_open: bool, aspect: float = 4 / 3) -> Scene:
     """The default scene of meshes of which the box around them is known, and whether one has open edges."""
     return Scene(
-        lights=[
-            DirectionalLight(direction=(1.0, -1.0, -1.4), diffuse=(0.95, 0.93, 0.9), frame="camera", name="key"),
-            DirectionalLight(direction=(-1.0, 0.1, -0.8), diffuse=(0.18, 0.2, 0.24), frame="camera", name="fill"),
-            DirectionalLight(direction=(-0.4, -1.0, 0.9), diffuse=(0.35, 0.35, 0.35), frame="camera", name="rim"),
-        ],
+        lights=key_fill_rim(),
         viewer=_viewer(np.array(bounds), aspect),
         light_model=LightModel(two_sided=is_open),
     )
@@ -82,9 +78,11 @@ def scene_for(mesh: Any, given: SceneLike | None, matrix: MatrixLike | None = No
     """
     if given is None:
         return default_scene(mesh)
-    if isinstance(mesh, pv.MultiBlock):
-        return as_scene(given, lambda: mesh.bounds)
-    return as_scene(given, lambda: Vertices(mesh.points, None).bounds(matrix))
+
+    def bounds() -> VectorLike:
+        return mesh.bounds if isinstance(mesh, pv.MultiBlock) else Vertices(mesh.points, None).bounds(matrix)
+
+    return as_scene(given, bounds)
 
 
 def _viewer(bounds: Float64Array, aspect: float) -> Viewer:

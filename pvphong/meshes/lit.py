@@ -103,7 +103,7 @@ def shade_mesh(
     source, given = surface_with(now, {"albedo": albedo, "tangents": tangents, **maps}, feature_angle)
     scene = scene_for(source, scene, matrix)
     rays = {"occluders": occluders, "visibility": visibility, "tolerance": tolerance, "matrix": matrix}
-    vertices = vertices_of(source, **given, scene=scene, backend=backend, **rays)
+    vertices = vertices_of(source, scene=scene, backend=backend, **given, **rays)
     planned = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     shading = planned.run(vertices, components=components, backend=backend, **how)
     lit = source if source is now else sharing(source)

@@ -259,7 +259,8 @@ def as_scene(given: SceneLike | None, bounds: Callable[[], VectorLike] | None = 
     elif isinstance(given, Iterable) and not isinstance(given, (str, dict)):
         scene = Scene(given)
     else:
-        check.refuse("scene", given, "a Scene, a light, or a sequence of lights", _in_its_place(given))
+        remedy = _in_its_place(given)
+        check.refuse("scene", given, "a Scene, a light, or a sequence of lights", remedy)
     return scene if bounds is None or scene.viewer is not None else scene.framed(bounds())
 
 

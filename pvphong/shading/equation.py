@@ -151,9 +151,11 @@ class Equation:
         """Fields of the reflectance that are given vertex by vertex, as in `maps`."""
         return {name: ends for name, ends in self.maps.items() if name != "specular"}
 
-    def largest(self, lobe: int) -> float:
-        """The largest factor of a lobe at any vertex."""
-        return max([reflectance.lobes[lobe].largest for reflectance in self.extremes])
+    @cached_property
+    def largest(self) -> tuple[float, ...]:
+        """The largest factor of each lobe at any vertex."""
+        alike = zip(*(each.lobes for each in self.extremes), strict=True)
+        return tuple(max(lobe.largest for lobe in lobes) for lobes in alike)
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:

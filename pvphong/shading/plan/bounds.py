@@ -30,8 +30,7 @@ class Seen(NamedTuple):
 def most_color(draft: Draft, term: LightTerm) -> float:
     """The largest sum of a term's colours, for strength 1."""
     red, green, blue = term.ambient
-    for k, color in enumerate(term.colors):
-        largest = draft.equation.largest(k)
+    for color, largest in zip(term.colors, draft.equation.largest, strict=True):
         red += color[0] * largest
         green += color[1] * largest
         blue += color[2] * largest

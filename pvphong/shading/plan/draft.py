@@ -109,7 +109,7 @@ class Draft:
         """Sum of the bounds taken so far."""
         return math.fsum(note.bound for note in self.notes) * (ROUNDED_UP if self.notes else 1.0)
 
-    @property
+    @cached_property
     def allowance(self) -> float:
         """The error that the next approximation may take: its share, or what is left of the tolerance."""
         if not self.tolerance:

@@ -32,7 +32,7 @@ def _leave_out_highlight(draft: Draft, term: LightTerm) -> Change:
     equation = draft.equation
     if not draft.allowance:
         return None
-    peak = sum([max(term.colors[k]) * equation.largest(k) for k in equation.lobes_of("specular")])
+    peak = sum([max(term.colors[k]) * equation.largest[k] for k in equation.lobes_of("specular")])
     if not peak:
         return None
     reach = draft.reach(term)

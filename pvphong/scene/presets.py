@@ -1,19 +1,16 @@
-"""Ready-made lights: three-point lighting around a mesh, and the rigs that VTK and PyVista start with."""
+"""Ready-made lights: three-point lighting around a mesh, the default scene's, and PyVista's three."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from vtkmodules.vtkRenderingCore import vtkLightKit, vtkRenderer
 
 from pvphong.base import check
 from pvphong.base.types import Vector
 from pvphong.optics.lights import DirectionalLight, Light, PointLight
 from pvphong.scene.viewer import Viewer
-from pvphong.vtk.lights import from_vtk
 
 _AWAY = 1.0
 """How far the lights of `three_point` stand from the middle, in diagonals of the mesh's bounds."""
@@ -61,27 +58,6 @@ def three_point(mesh: Any, viewer: Viewer | None = None, *, ratio: float = 4.0) 
     return light("key", -45.0, 30.0, 0.9), light("fill", 50.0, 5.0, 0.9 / ratio), light("rim", 160.0, 50.0, 0.6)
 
 
-def light_kit() -> tuple[Light, ...]:
-    """The five lights of VTK's light kit, PyVista's default: they ride along with the camera.
-
-    Source: vtkLightKit, whose own defaults these are; Halle and Meng, "LightKit: a lighting system for
-    effective visualization" (2003).
-
-    Returns
-    -------
-    tuple of Light
-        "head", a headlight, and "key", "fill", "back left" and "back right" in the camera's frame.
-    """
-    kit, renderer = vtkLightKit(), vtkRenderer()
-    kit.AddLightsToRenderer(renderer)
-    kit.Update()
-    lights = [from_vtk(light, 1.0) for light in renderer.GetLights()]
-    return tuple(replace(light, name=name) for light, name in zip(lights, _KIT, strict=True))
-
-
-_KIT = ("head", "key", "fill", "back left", "back right")
-
-
 def three_lights() -> tuple[Light, ...]:
     """The three camera lights of PyVista's ``lighting="three lights"``.
 
@@ -99,6 +75,21 @@ def three_lights() -> tuple[Light, ...]:
             ("lower left", -60.0, -30.0, 0.6),
             ("lower right", 60.0, -30.0, 0.5),
         )
+    )
+
+
+def key_fill_rim() -> tuple[Light, ...]:
+    """Three lights that ride along with the camera and flatter any mesh: those of the default scene.
+
+    Returns
+    -------
+    tuple of Light
+        "key", warm, from the upper left; "fill", weak and cool, from the right; "rim", from behind.
+    """
+    return (
+        DirectionalLight(direction=(1.0, -1.0, -1.4), diffuse=(0.95, 0.93, 0.9), frame="camera", name="key"),
+        DirectionalLight(direction=(-1.0, 0.1, -0.8), diffuse=(0.18, 0.2, 0.24), frame="camera", name="fill"),
+        DirectionalLight(direction=(-0.4, -1.0, 0.9), diffuse=(0.35, 0.35, 0.35), frame="camera", name="rim"),
     )
 
 
