@@ -1,6 +1,7 @@
 """Attenuation with distance, 1 / (c + l·d + q·d²), of lights with a position (OpenGL 2.1 specification, 2.14.1).
 
-Compiled, it is `attenuate` in `pvphong/shading/kernel/ways.py`.
+Compiled, it is `attenuate` in `pvphong/shading/kernel/ways.py`. A plan leaves it out by `ATTENUATION` in
+`pvphong/shading/plan/lights.py`, which asks each light for what is `simpler`; lights answer with `taken_as_even`.
 
 Symbols: c, l, q the constant, linear and quadratic coefficient; d the distance from the light.
 """

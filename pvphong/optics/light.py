@@ -1,9 +1,9 @@
 """What every light is: fields and checks that all share, and the questions that a light answers for itself.
 
-A new light is one file in `pvphong/optics/lights/`, its entry in `LIGHT_TYPES` there, by which scene files know it,
-and its name in `__all__` of `pvphong/__init__.py`. It declares its fields with roles (`roles.py`) and must say what
-arrives at a vertex (`arrival`), or of which lights without a size it consists (`nodes`); everything else has an
-answer here that assumes nothing of it. Without a `stage` it is evaluated in NumPy.
+A new light is one file in `pvphong/optics/lights/` and its entry in `LIGHT_TYPES` there, by which scene files know it;
+what makes it public and tested is said there. It declares its fields with roles (`roles.py`) and must say what arrives
+at a vertex (`arrival`), or of which lights without a size it consists (`nodes`); everything else has an answer here
+that assumes nothing of it. Without a `stage` it is evaluated in NumPy.
 """
 
 from __future__ import annotations

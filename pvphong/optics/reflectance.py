@@ -1,9 +1,9 @@
 """What every reflectance is: how much of the light that arrives leaves towards the viewer.
 
-A new reflectance is one file in `pvphong/optics/reflectances/`, its entry in `REFLECTANCES` there, and its name in
-`__all__` of `pvphong/__init__.py`. It must say its `lobes`, at most three of them if it has a `stage`, their
-`factors`, and how much these `change`; everything else has an answer here. Users give it as
-`Material(reflectance=...)`; without a `stage` it is evaluated in NumPy.
+A new reflectance is one file in `pvphong/optics/reflectances/` and its entry in `REFLECTANCES` there; what makes it
+public and tested is said there. It must say its `lobes`, at most three of them if it has a `stage`, their `factors`,
+and how much these `change`; everything else has an answer here. Users give it as `Material(reflectance=...)`; without
+a `stage` it is evaluated in NumPy.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""`pvphong.evaluate`, for arrays. Meshes go through `meshes/lit.py`; both end in `Plan.run`."""
+"""`pvphong.evaluate`, for arrays in memory; `chunks.py` shares out Dask's. Meshes go through `meshes/lit.py`; all end in
+`Plan.run`.
+"""
 
 from __future__ import annotations
 

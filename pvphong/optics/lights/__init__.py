@@ -1,5 +1,5 @@
-"""The kinds of light. A new kind is its own file beside these, one entry in `LIGHT_TYPES`, and its name in `__all__` of
-`pvphong/__init__.py`.
+"""The kinds of light. A new kind is its own file beside these and one entry in `LIGHT_TYPES`; then its name and place in
+`pvphong/__init__.py`, a row in the README, and a strategy in `tests/strategies.py`, by which it is under all laws.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The effects that a scene may call for, in the order in which they are left out.
 
 A new effect is an `Effect` (see `draft.py`) in the file of what it belongs to, and one entry here. One that lights call
-for is made by `lights.light_effect`, and lights name it in `Light.effects`.
+for and can do without is made by `lights.light_effect`, and lights name it in `Light.effects`.
 
 What is left out early makes what follows cheaper to judge: first what adds nothing whatever the tolerance, then whole
 lights, then what each light that is left can do without. A new one stands with its like.

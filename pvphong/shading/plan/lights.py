@@ -1,7 +1,7 @@
 """Effects of lights: whether each shines at all, its position, its attenuation, its cone, and what else a light has.
 
 Which cheaper lights may stand in for one, and how wrong they are, is the light's to say (`Light.simpler`); whether that
-is within the tolerance is decided here, in one place for all.
+is within the tolerance is decided here.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import replace
 from pvphong.base.ranges import BRIGHTEST
 from pvphong.base.types import Vector
 from pvphong.geometry.extent import ROUNDED_UP
+from pvphong.optics import attenuation
 from pvphong.optics.light import NODES, Fewer, Simpler
 from pvphong.optics.reflectance import Component
 from pvphong.shading.equation import BLACK, Equation, LightTerm
@@ -157,5 +158,5 @@ SIZE = replace(
     decide=_decide_size,
 )
 CONE = light_effect("cone", "no spot light", each=1.6)
-ATTENUATION = light_effect("attenuation", "no light weakens with distance", each=0.7)
+ATTENUATION = light_effect(attenuation.EFFECT, "no light weakens with distance", each=0.7)
 POSITION = light_effect("position", "every light is directional", once=0.5, each=0.2)
