@@ -5,6 +5,7 @@ import inspect
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -118,7 +119,10 @@ def imports_of(module):
 
 
 def own_imports(module):
-    """The package's modules that a module imports, wherever in it, types included."""
+    """The package's modules that a module imports, wherever in it, types included; and what they load by their places.
+
+    Python runs `__init__` of every package around what is imported first: that counts as imported by modules outside.
+    """
     found = set()
     for name in imports_of(module).every:
         if name.split(".")[0] != "pvphong":
@@ -127,6 +131,9 @@ def own_imports(module):
         while inner and inner not in MODULES:  # a name inside of a module
             inner = inner.rpartition(".")[0]
         found.add(inner or "__init__")
+        while inner := inner.rpartition(".")[0]:
+            if inner in MODULES and not f"{module}.".startswith(f"{inner}."):
+                found.add(inner)
     return found - {module}
 
 
@@ -307,11 +314,21 @@ def calls_upward(work):
 
 
 def test_the_way_of_a_scene_goes_down():
-    """Only two functions that a higher floor has handed down are called upward: normals when wanted, and bounds."""
+    """Called upward is only what a higher floor has handed down: normals when wanted, and bounds.
+
+    With shadows that is also what stands before the vertices, which a plan asks; and its work, which threads do.
+    """
     lamp = pvphong.SpotLight(position=(1, 1, 3), direction=(-1, -1, -3), cone_angle=25, exponent=8)
     scene = pvphong.Scene([pvphong.DirectionalLight(), lamp], pvphong.Viewer(position=(3, 2, 4)))
     shiny, ball = pvphong.Material(specular=0.5, shininess=20), pv.Sphere()
     assert calls_upward(lambda: ball.phong.shade(scene, shiny, backend="numpy", components=True)) == {
         ("geometry.extent", "shading.kernel"),
         ("shading.vertices", "meshes.lit"),
+    }
+    shadows = replace(scene, light_model=pvphong.LightModel(shadows=True))
+    assert calls_upward(lambda: ball.phong.shade(shadows, shiny, backend="numpy")) == {
+        ("geometry.extent", "shading.kernel"),
+        ("shading.plan.screens", "rays.visibility"),
+        ("shading.kernel.pool", "rays.receiver"),
+        ("rays.receiver", "meshes.shadows"),
     }

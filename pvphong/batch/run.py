@@ -17,7 +17,7 @@ from pvphong.batch.cluster import Crew, trouble
 from pvphong.batch.listing import Index, Listing, Piece
 from pvphong.batch.result import Batch
 from pvphong.batch.seams import neighbours_of
-from pvphong.batch.tasks import Outcome, Rig, border_in, bounds_of, checksum_of_file, light, standing
+from pvphong.batch.tasks import Job, Outcome, border_in, bounds_of, checksum_of_file, light, standing
 from pvphong.meshes.default_scene import default_scene_of
 from pvphong.scene.scene import Scene
 
@@ -29,7 +29,7 @@ class Run:
     ----------
     crew : Crew
         Who works.
-    rig : Rig
+    job : Job
         How pieces are lit.
     found : Listing
         The pieces, and their indices.
@@ -37,8 +37,8 @@ class Run:
         Whether normals are those of surfaces in one piece.
     """
 
-    def __init__(self, crew: Crew, rig: Rig, found: Listing, *, merges: bool) -> None:
-        self._crew, self._rig, self._found = crew, rig, found
+    def __init__(self, crew: Crew, job: Job, found: Listing, *, merges: bool) -> None:
+        self._crew, self._job, self._found = crew, job, found
         self._merges = merges
         self._count = counting(len(found.pieces))
         self._outcomes: dict[Path, Outcome] = {}
@@ -56,7 +56,7 @@ class Run:
             low, high, is_open = np.fmin(low, bounds[::2]), np.fmax(high, bounds[1::2]), is_open or has_edges
         box = np.column_stack([low, high]).ravel()
         scene = default_scene_of(box, is_open=is_open) if given is None else given.framed(box)
-        self._rig = replace(self._rig, scene=scene)
+        self._job = replace(self._job, scene=scene)
 
     def light(self) -> None:
         """Light all pieces that have not failed."""
@@ -93,13 +93,13 @@ class Run:
         self._count(1)
 
     def _begin_alone(self, pieces: Sequence[Piece]) -> dict[Any, Piece]:
-        return {self._crew.begin(light, piece.absolute(), self._rig): piece for piece in self._left(pieces)}
+        return {self._crew.begin(light, piece.absolute(), self._job): piece for piece in self._left(pieces)}
 
     def _begin_surface(self, pieces: Sequence[Piece]) -> dict[Any, Piece]:
         """Tasks for the pieces of one surface: each depends on all, for it gets its neighbours' faces."""
         made_from = self._checksum(pieces)
         asked = {
-            self._crew.begin(standing, piece.absolute(), self._rig, made_from): piece for piece in self._left(pieces)
+            self._crew.begin(standing, piece.absolute(), self._job, made_from): piece for piece in self._left(pieces)
         }
         for piece, outcome in self._crew.done(asked, _failed):
             if outcome is not None:
@@ -122,7 +122,7 @@ class Run:
         shared = self._crew.begin(neighbours_of, list(known))
         return {
             self._crew.begin(
-                light, piece.absolute(), self._rig, self._crew.begin(getitem, shared, number), made_from
+                light, piece.absolute(), self._job, self._crew.begin(getitem, shared, number), made_from
             ): piece
             for number, piece in enumerate(known.values())
             if piece.output not in self._outcomes

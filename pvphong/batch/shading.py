@@ -18,7 +18,7 @@ from pvphong.batch.cluster import hired
 from pvphong.batch.listing import Listing, Piece, Seams, listing, paths_of
 from pvphong.batch.result import Batch
 from pvphong.batch.run import Run
-from pvphong.batch.tasks import Rig
+from pvphong.batch.tasks import Job
 from pvphong.meshes.blocks import DEFAULT
 from pvphong.meshes.edges import FeatureAngle
 from pvphong.optics.material import Material
@@ -109,12 +109,12 @@ def shade_files(
         "precision": precision,
         "backend": backend,
     }
-    rig = Rig(given or Scene(), materials, feature_angle, options, uuid.uuid4().hex)
+    job = Job(given or Scene(), materials, feature_angle, options, uuid.uuid4().hex)
     found = listing(paths_of(paths), Path(out), as_one=seams == "merge")
-    rig.refuse_wrong({piece.label for piece in found.pieces})
-    _refuse_shadows(rig.scene, found.pieces)
+    job.refuse_wrong({piece.label for piece in found.pieces})
+    _refuse_shadows(job.scene, found.pieces)
     with hired(client, workers) as crew, _folders(found, Path(out)), about("files"):
-        run = Run(crew, rig, found, merges=seams != "keep")
+        run = Run(crew, job, found, merges=seams != "keep")
         if given is None or given.viewer is None:
             run.frame(given)
         run.light()

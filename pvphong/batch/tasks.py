@@ -18,7 +18,7 @@ from pvphong.batch.indices import Declared
 from pvphong.batch.listing import Piece
 from pvphong.batch.receipts import Receipt
 from pvphong.batch.seams import Border, Neighbours, border_of, with_normals, without_ghosts
-from pvphong.meshes.blocks import DEFAULT
+from pvphong.meshes.blocks import check_names, material_of
 from pvphong.meshes.edges import FeatureAngle
 from pvphong.meshes.files import read_mesh, save_lit
 from pvphong.meshes.lit import shade_mesh
@@ -33,7 +33,7 @@ _TYPES = {"f": "Float{}", "i": "Int{}", "u": "UInt{}", "b": "UInt{}"}
 
 
 @dataclass(frozen=True)
-class Rig:
+class Job:
     """How all pieces are lit.
 
     Attributes
@@ -58,14 +58,7 @@ class Rig:
 
     def refuse_wrong(self, labels: set[str]) -> None:
         """Raise ``ValueError`` for what no piece could be lit with: it is tried on a triangle."""
-        allowed = "one, or a mapping with names of blocks, or with 'default' for those not named"
-        for name in self.materials:
-            if name not in labels | {DEFAULT}:
-                listed = ", ".join(sorted(labels))
-                check.refuse("material", f"a mapping with {name!r}", allowed, f"The blocks are {listed}.")
-        for label in sorted(labels):
-            if label not in self.materials and DEFAULT not in self.materials:
-                check.refuse("material", f"a mapping without {label!r}", allowed)
+        check_names(self.materials, sorted(labels))
         albedo = self.options["albedo"]
         if albedo is not None and not isinstance(albedo, str):
             check.refuse("albedo", albedo, "the name of a point array that the files have")
@@ -107,10 +100,10 @@ def bounds_of(path: Path) -> tuple[tuple[float, ...], bool]:
     return tuple(outside.bounds), bool(outside.n_open_edges)
 
 
-def standing(piece: Piece, rig: Rig, made_from: str) -> Outcome | None:
+def standing(piece: Piece, job: Job, made_from: str) -> Outcome | None:
     """What came of a piece before, if it need not be lit again."""
-    found = receipts.standing(piece.output, made_from, rig.checksum)
-    return None if found is None else Outcome(found.run == rig.run, found.arrays)
+    found = receipts.standing(piece.output, made_from, job.checksum)
+    return None if found is None else Outcome(found.run == job.run, found.arrays)
 
 
 def border_in(path: Path) -> Border:
@@ -119,14 +112,14 @@ def border_in(path: Path) -> Border:
     return border_of(without_ghosts(surface(mesh)), of_volume=mesh.GetMaxSpatialDimension() == 3)
 
 
-def light(piece: Piece, rig: Rig, neighbours: Neighbours | None = None, made_from: str = "") -> Outcome:
+def light(piece: Piece, job: Job, neighbours: Neighbours | None = None, made_from: str = "") -> Outcome:
     """Light a piece and write it, unless it is done already.
 
     Parameters
     ----------
     piece : Piece
         Which one.
-    rig : Rig
+    job : Job
         How.
     neighbours : Neighbours, optional
         Faces of other pieces of its surface, for normals across them.
@@ -135,7 +128,7 @@ def light(piece: Piece, rig: Rig, neighbours: Neighbours | None = None, made_fro
     """
     try:
         with pool.alone():
-            return _light(piece, rig, neighbours, made_from)
+            return _light(piece, job, neighbours, made_from)
     except Exception as error:  # one file must not stop the others, whatever is wrong with it
         return Outcome(reason=reason_of(error))
 
@@ -146,16 +139,16 @@ def reason_of(error: BaseException) -> str:
     return said if isinstance(error, ValueError) else f"{type(error).__name__}: {said}".rstrip(": ")
 
 
-def _light(piece: Piece, rig: Rig, neighbours: Neighbours | None, made_from: str) -> Outcome:
+def _light(piece: Piece, job: Job, neighbours: Neighbours | None, made_from: str) -> Outcome:
     made_from = made_from or checksum_of_file(piece.input)
-    before = standing(piece, rig, made_from)
+    before = standing(piece, job, made_from)
     if before is not None:
         return before  # of an earlier run, or of a worker that was killed before it could tell
-    lit = _lit(_surface(piece.input), piece, rig, neighbours)
-    save_lit(lit, piece.output, rig.options["name"])
+    lit = _lit(_surface(piece.input), piece, job, neighbours)
+    save_lit(lit, piece.output, job.options["name"])
     arrays = _declared(lit)
     output = receipts.checksum(piece.output)
-    receipts.write(Receipt(made_from, rig.checksum, receipts.own_version(), rig.run, output, arrays), piece.output)
+    receipts.write(Receipt(made_from, job.checksum, receipts.own_version(), job.run, output, arrays), piece.output)
     return Outcome(True, arrays)
 
 
@@ -170,16 +163,16 @@ def _read(path: Path) -> pv.DataSet:
     return mesh
 
 
-def _lit(mesh: pv.PolyData, piece: Piece, rig: Rig, neighbours: Neighbours | None) -> pv.PolyData:
-    material = rig.materials[piece.label if piece.label in rig.materials else DEFAULT]
-    angle = rig.feature_angle
+def _lit(mesh: pv.PolyData, piece: Piece, job: Job, neighbours: Neighbours | None) -> pv.PolyData:
+    material = material_of(piece.label, job.materials)
+    angle = job.feature_angle
     has_own = has_normals(mesh) and angle in (None, "auto")
     if neighbours is None or has_own or len(neighbours.offsets) == 1:
-        return shade_mesh(mesh, rig.scene, material, feature_angle=angle, **rig.options)
+        return shade_mesh(mesh, job.scene, material, feature_angle=angle, **job.options)
     mesh, normals = with_normals(mesh, neighbours, angle)
     mesh.point_data[_NORMALS] = normals
     mesh.point_data.active_normals_name = _NORMALS
-    lit = shade_mesh(mesh, rig.scene, material, **rig.options)
+    lit = shade_mesh(mesh, job.scene, material, **job.options)
     del lit.point_data[_NORMALS]
     return lit
 

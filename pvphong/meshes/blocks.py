@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
 import pyvista as pv
@@ -68,6 +68,12 @@ def materials_of(blocks: pv.MultiBlock, materials: Mapping[str, Surface]) -> Ite
         If a block has none, or a name is no block's.
     """
     paths = [path for path, _ in datasets(blocks)]
+    check_names(materials, paths)
+    return (material_of(path, materials) for path in paths)
+
+
+def check_names(materials: Mapping[str, Surface], paths: Sequence[str]) -> None:
+    """Raise ``ValueError`` if a block has no material of a mapping, or a name in it is no block's."""
     allowed = "a mapping with the names of all blocks, or with 'default' for those not named"
     for name in materials:
         if name not in (*paths, DEFAULT):
@@ -75,7 +81,11 @@ def materials_of(blocks: pv.MultiBlock, materials: Mapping[str, Surface]) -> Ite
     for path in paths:
         if path not in materials and DEFAULT not in materials:
             check.refuse("material", f"a mapping without {path!r}", allowed)
-    return (materials[path if path in materials else DEFAULT] for path in paths)
+
+
+def material_of(path: str, materials: Mapping[str, Surface]) -> Surface:
+    """That of a block's path of names, or of "default"."""
+    return materials[path if path in materials else DEFAULT]
 
 
 def only(materials: Mapping[str, Surface]) -> Surface:

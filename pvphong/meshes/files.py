@@ -18,7 +18,7 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.files import PREFIX, reserve, settle, written_aside
 from pvphong.meshes.blocks import leaves
-from pvphong.meshes.whole import refuse_parts
+from pvphong.meshes.truncation import refuse_parts
 from pvphong.scene.scene import is_scene_file
 
 MESH_FORMATS = (".vtp", ".vtk", ".vtkhdf", ".ply")

@@ -19,7 +19,7 @@ from pvphong.meshes.surfaces import has_faces, outer, polygons, surface
 from pvphong.rays.faces import Faces
 from pvphong.rays.occluders import Occluders
 from pvphong.rays.receiver import Receiver
-from pvphong.rays.sampling import NODES
+from pvphong.rays.sampling import MOST_RAYS
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, light_labels
 
@@ -132,7 +132,7 @@ def visibility_of(
 ) -> Visibility:
     """What the vertices of a surface see; see `mesh.phong.visibility`."""
     if samples is not None:
-        samples = int(check.number("samples", samples, at_least=1.0, at_most=float(NODES)))
+        samples = int(check.number("samples", samples, at_least=1.0, at_most=float(MOST_RAYS)))
     tolerance = check.number("tolerance", tolerance, at_least=0.0) or _AS_FINE_AS_A_DISPLAY
     model = scene.light_model
     faces = world_faces(source, matrix)

@@ -58,6 +58,9 @@ class Reach(NamedTuple):
     """The largest angle in radians by which the direction at a vertex may be off that one."""
 
 
+POSITION_EFFECT, SIZE_EFFECT = "position", "size"
+"""The plan's effects that lights call for which are somewhere, and such as have a size."""
+
 NODES = 64
 """As so many lights a light with a size is evaluated where there is no closed form."""
 
@@ -230,6 +233,10 @@ class Light:
         """The values of its fields with a role."""
         return [getattr(self, field) for field, role in self.roles.items() if isinstance(role, kind)]
 
+    def with_values(self, kind: type[Role], value: Any) -> Self:
+        """This light with another value in each of its fields with a role."""
+        return replace(self, **{field: value for field, role in self.roles.items() if isinstance(role, kind)})
+
     @property
     def places(self) -> list[Vector]:
         """The points that its fields say it stands at."""
@@ -337,8 +344,8 @@ class Light:
 
     @cached_property
     def effects(self) -> frozenset[str]:
-        """The plan's effects that it calls for: "position" at least, unless it is even."""
-        return frozenset() if self.is_even else frozenset({"position"})
+        """The plan's effects that it calls for: `POSITION_EFFECT` at least, unless it is even."""
+        return frozenset() if self.is_even else frozenset({POSITION_EFFECT})
 
     def reach(self, extent: Extent) -> Reach:  # noqa: ARG002 nothing is known of it
         """What of it can reach the vertices."""

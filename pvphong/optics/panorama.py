@@ -18,6 +18,7 @@ from typing import Any, Self
 import numpy as np
 
 from pvphong.base import check, documents
+from pvphong.base.colorimetry import linear
 from pvphong.base.types import Float64Array, FloatArray, rgb
 from pvphong.optics.harmonics import BANDS, projected
 
@@ -162,8 +163,7 @@ def _of_texture(name: str, texture: Any) -> FloatArray:
     values = np.asarray(texture.to_array())
     values = values[..., :3] if values.ndim == 3 else values
     if values.dtype == np.uint8 and texture.GetUseSRGBColorSpace():
-        share = values / 255.0
-        values = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)  # IEC 61966-2-1
+        values = linear(values / 255.0)
     return _linear(name, values, _TEXTURE_IN_8_BITS)
 
 

@@ -48,6 +48,13 @@ class Lobe(NamedTuple):
     """Gives what the colour is multiplied by for an albedo (3, n), where that is not the albedo itself."""
 
 
+class VtkSurface(NamedTuple):
+    """What VTK keeps of a surface that it shades physically based."""
+
+    metallic: float
+    roughness: float
+
+
 class Sightline(NamedTuple):
     """Bounds on angles over all vertices, in radians: what is known of where light, viewer and normals are."""
 
@@ -97,6 +104,10 @@ class Reflectance(ABC):
 
     def in_vtk(self) -> Reflectance | None:
         """What VTK's shader makes of it; None where VTK has no such."""
+        return None
+
+    def as_vtk(self) -> VtkSurface | None:
+        """The values of the property by which VTK's shader makes that; None where VTK has no such."""
         return None
 
     @abstractmethod

@@ -8,11 +8,9 @@ import numpy as np
 
 from pvphong.base.types import Float64Array
 from pvphong.geometry.extent import ROUNDED_UP, Sphere
-from pvphong.optics.light import Light
+from pvphong.optics.light import NODES, Light
 from pvphong.optics.roles import Place
 from pvphong.rays.faces import Ball
-
-_NODES = 64
 
 
 def may_block(light: Light, vertices: Sphere | None, ball: Ball) -> bool:
@@ -30,7 +28,7 @@ def may_block(light: Light, vertices: Sphere | None, ball: Ball) -> bool:
     if vertices is None:
         return True
     center, reach = np.array(vertices.center), (vertices.radius + ball.radius) * ROUNDED_UP
-    nodes = light.nodes(_NODES)
+    nodes = light.nodes(NODES)
     if light.is_even and light.has_size:
         return True  # it comes from all sides
     if light.is_even:

@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.shading.kernel import pool
 
-NODES = 4096
-"""Into so many parts what is looked at is divided: a power of two."""
+MOST_RAYS = 4096
+"""Of a vertex at one target: into so many parts that is divided; a power of two."""
 
 _MOST = 1024
 
@@ -59,7 +59,7 @@ class Effort:
     tolerance : float
         Rays are cast until the standard error of what is seen is at most that.
     samples : int or None
-        So many rays for every vertex in place of that: the next power of two, at most `NODES`.
+        So many rays for every vertex in place of that: the next power of two, at most `MOST_RAYS`.
     brightness : float
         What is seen of all that nodes send, over the mean of it.
     least : int
@@ -74,7 +74,7 @@ class Effort:
     @property
     def first(self) -> int:
         """Rays that every vertex gets."""
-        return self.least if self.samples is None else min(1 << (self.samples - 1).bit_length(), NODES)
+        return self.least if self.samples is None else min(1 << (self.samples - 1).bit_length(), MOST_RAYS)
 
 
 class _Looks(NamedTuple):
@@ -176,7 +176,7 @@ def _nodes(vertices: IntArray, turns: IntArray) -> NDArray[np.int64]:
     x *= (seed >> np.uint32(16)) | np.uint32(1)
     x ^= x * np.uint32(0x05526C56)
     x ^= x * np.uint32(0x53A22864)
-    return _REVERSED[x & np.uint32(NODES - 1)]
+    return _REVERSED[x & np.uint32(MOST_RAYS - 1)]
 
 
 def _hashed(numbers: IntArray) -> NDArray[np.uint32]:
@@ -188,9 +188,9 @@ def _hashed(numbers: IntArray) -> NDArray[np.uint32]:
 
 
 def _reversed_bits() -> NDArray[np.int64]:
-    """For each number below `NODES` that whose bits are its own, the last one first."""
+    """For each number below `MOST_RAYS` that whose bits are its own, the last one first."""
     result = np.zeros(1, np.int64)
-    while len(result) < NODES:
+    while len(result) < MOST_RAYS:
         result = np.concatenate([2 * result, 2 * result + 1])
     return result
 

@@ -14,7 +14,7 @@ from pvphong.base.vectors import dot
 from pvphong.optics.light import Light
 from pvphong.rays.occluders import Occluders
 from pvphong.rays.receiver import Receiver
-from pvphong.rays.sampling import NODES, Ask, Effort, Seen, in_tree_order, look
+from pvphong.rays.sampling import MOST_RAYS, Ask, Effort, Seen, in_tree_order, look
 from pvphong.rays.targets import Target, Targets
 from pvphong.shading.kernel import pool
 
@@ -85,7 +85,7 @@ class Tracer:
         brightness = len(targets) * light.intensity * max(np.ravel(light.diffuse).tolist())
 
         def ask(vertices: IntArray, chosen: IntArray) -> tuple[FloatArray, BoolArray]:
-            picked = chosen.ravel() * len(targets) // NODES
+            picked = chosen.ravel() * len(targets) // MOST_RAYS
             rows = np.repeat(vertices, chosen.shape[1])
             normals = self.receiver.unit_normals[rows] * sides[rows, None]
             begins = self._begins(vertices, sides[vertices, None]).repeat(chosen.shape[1], axis=0)
@@ -134,8 +134,8 @@ def _sky_ways() -> Float64Array:
 
     Sources: H. Vogel, "A better way to construct the sunflower head" (1979); Nusselt's analogon.
     """
-    k = np.arange(NODES)
-    radius, around = np.sqrt((k + 0.5) / NODES), k * math.pi * (3.0 - math.sqrt(5.0))
+    k = np.arange(MOST_RAYS)
+    radius, around = np.sqrt((k + 0.5) / MOST_RAYS), k * math.pi * (3.0 - math.sqrt(5.0))
     ways = np.stack([radius * np.cos(around), radius * np.sin(around), np.sqrt(1.0 - radius * radius)], axis=1)
     return ways[in_tree_order(ways[:, :2])]
 

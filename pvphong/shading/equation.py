@@ -72,11 +72,6 @@ class LightTerm:
         return True in self.shines
 
     @property
-    def is_whole(self) -> bool:
-        """Whether its light has a size; evaluators meet such with lobes alone that it has a closed form for."""
-        return self.light.has_size
-
-    @property
     def is_black(self) -> bool:
         """Whether it adds nothing anywhere: its colours, its intensity or the material's are 0."""
         return not (True in self.shines or any(self.ambient))

@@ -1,5 +1,6 @@
-"""`pvphong.evaluate`, for arrays in memory; `chunks.py` shares out Dask's. Meshes go through `meshes/lit.py`; all end in
-`Plan.run`.
+"""`pvphong.evaluate`, for arrays in memory; `chunks.py` shares out Dask's. Meshes go through `meshes/lit.py`.
+
+All end in `Plan.run`.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ _WHITE = (1.0, 1.0, 1.0)
 def in_parts(equation: Equation) -> Equation:
     """The equation with every light that has a size in the parts that evaluators run.
 
-    Lobes that it has a closed form for stay its own (`LightTerm.is_whole`), the others are the sum of its nodes, and
+    Lobes that it has a closed form for stay its own, the others are the sum of its nodes, and
     its ambient colour arrives as from its centre.
     """
     if not any(term.light.has_size for term in equation.terms):

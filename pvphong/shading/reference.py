@@ -195,7 +195,7 @@ def _add(
 def _factors(block: Block, reflectance: Reflectance, term: LightTerm) -> tuple[Any, tuple[Any, ...]]:
     """What a light's ambient colour and its lobes' colours are multiplied by: a·s, and a·s times their factors."""
     seen = block.seen[term.index] if term.is_shadowed and block.seen is not None else None
-    if term.is_whole:
+    if term.light.has_size:  # with lobes alone that it has a closed form for, see `in_parts`
         return 0.0, tuple(_integrals(block, reflectance, term, seen))
     real = block.surface.raw.dtype.type
     arrival = term.light.arrival(block.points, real)

@@ -5,7 +5,6 @@ Not a file: what users call a rig is read in `pvphong/scene/scene.py`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -119,9 +118,6 @@ class Rig:
         """The values of all lights."""
         viewer = self.viewer
         return tuple(handle.light(viewer) for handle in self.handles)
-
-    def __iter__(self) -> Iterator[LightHandle]:
-        return iter(self.handles)
 
     def add(self, light: Any) -> LightHandle:
         """Add a light of pvphong's, of PyVista's or of VTK's."""

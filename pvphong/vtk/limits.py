@@ -16,8 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pvphong.base.types import BoolArray, Float64Array, rgb
+from pvphong.base.types import BoolArray, Float64Array, Vector, rgb
 from pvphong.optics.light import Light, VtkValues
+from pvphong.optics.reflectance import VtkSurface
 from pvphong.vtk.obstacles import reflected
 from pvphong.vtk.physical import GAMMA, Cosines
 from pvphong.vtk.physical import reflected as physically_reflected
@@ -134,8 +135,9 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
         makes a difference are open too.
     """
     surface = _surface(pose, terms)
-    if terms.material.reflectance is not None:
-        return _physical_limits(surface, terms, tolerance)
+    physical = terms.material.reflectance and terms.material.reflectance.as_vtk()
+    if physical:
+        return _physical_limits(surface, terms, physical, tolerance)
     shares = [_share(surface, light, terms, tolerance) for light in terms.lights if light.on]
     brightness = max(rgb(terms.material.ambient)) + sum(share.brightness for share in shares)
     error = brightness * 2.0 + sum(share.error for share in shares)
@@ -149,7 +151,7 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
     return Limits(scale, reasons | {"float32": lost})
 
 
-def _physical_limits(surface: _Surface, terms: Terms, tolerance: float) -> Limits:
+def _physical_limits(surface: _Surface, terms: Terms, values: VtkSurface, tolerance: float) -> Limits:
     """For VTK's physically based shading: the light of all, and the power that the sum is raised to."""
     sums, errors, edges = np.zeros((3, *surface.points.shape))
     if not terms.tier:
@@ -159,7 +161,7 @@ def _physical_limits(surface: _Surface, terms: Terms, tolerance: float) -> Limit
             came = _arrival(surface, light.in_world(terms.viewer).as_vtk())
             if terms.tier == 1:
                 came = came._replace(direction=surface.to_eye, angle=surface.eye_angle)
-            color, error = _physical_share(surface, came, terms)
+            color, error = _physical_share(surface, came, rgb(terms.material.diffuse), values)
             color *= np.array(reflected(1.0, rgb(light.diffuse), light)) * came.strength[:, None]
             sums += color * came.lit[:, None]
             errors += color * came.lit[:, None] * error
@@ -172,8 +174,9 @@ def _physical_limits(surface: _Surface, terms: Terms, tolerance: float) -> Limit
     return Limits(scale, {"edge of a cone": (edges > 0.0).any(axis=1), "float32": lost})
 
 
-def _physical_share(surface: _Surface, came: _Arrival, terms: Terms) -> tuple[Float64Array, Float64Array]:
-    reflectance: Any = terms.material.reflectance
+def _physical_share(
+    surface: _Surface, came: _Arrival, diffuse: Vector, values: VtkSurface
+) -> tuple[Float64Array, Float64Array]:
     middle = came.direction + surface.to_eye
     length = np.linalg.norm(middle, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -186,9 +189,7 @@ def _physical_share(surface: _Surface, came: _Arrival, terms: Terms) -> tuple[Fl
         surface.normal_angle + came.angle,
         surface.normal_angle + surface.eye_angle,
     )
-    color, error = physically_reflected(
-        reflectance.metallic, reflectance.roughness, rgb(terms.material.diffuse), cosines
-    )
+    color, error = physically_reflected(values.metallic, values.roughness, diffuse, cosines)
     return color, error + np.reshape(came.error, (-1, 1))
 
 

@@ -14,9 +14,10 @@ from pvphong.base.types import ColorLike, Float64Array, Vector, rgb
 from pvphong.geometry.transform import SingularMatrixWarning, normal_matrix
 from pvphong.optics.light import Light
 from pvphong.optics.material import Material
+from pvphong.optics.reflectances.vtk import HIGHEST_POWER
+from pvphong.optics.roles import Power
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
-from pvphong.vtk.oracle import HIGHEST_POWER
 
 LEAST_SCALE, MOST_SCALE = 1e-18, 1e18
 """Beyond these VTK's float32 normals underflow or overflow, and it draws black."""
@@ -96,7 +97,7 @@ def _refuse_unknown(scene: Scene, material: Material) -> None:
 
 def is_vtks(material: Material) -> bool:
     """Whether VTK has the material's reflectance."""
-    return material.reflectance is None or material.reflectance.in_vtk() is not None
+    return material.reflectance is None or material.reflectance.as_vtk() is not None
 
 
 def _of_physical(scene: Scene, material: Material) -> Iterator[Obstacle]:
@@ -186,7 +187,7 @@ def _of_powers(scene: Scene, material: Material) -> Iterator[Obstacle]:
     for index, light in enumerate(scene.lights):
         if light.on and (exponent := light.as_vtk().exponent) > HIGHEST_POWER:
             what = f"an exponent of {exponent:g} in lights[{index}] (VTK clamps them to {HIGHEST_POWER:g})"
-            change = _with_light(index, exponent=HIGHEST_POWER)
+            change = _changing(index, lambda light: light.with_values(Power, HIGHEST_POWER))
             yield Obstacle(what, f"lights[{index}] with exponent={HIGHEST_POWER:g}", change)
 
 
@@ -211,9 +212,13 @@ def _of_matrix(scene: Scene, matrix: Float64Array | None) -> Iterator[Obstacle]:
 
 
 def _with_light(index: int, **fields: Any) -> Change:
+    return _changing(index, lambda light: replace(light, **fields))
+
+
+def _changing(index: int, made: Callable[[Light], Light]) -> Change:
     def change(scene: Scene, material: Material) -> tuple[Scene, Material]:
         lights = list(scene.lights)
-        lights[index] = replace(lights[index], **fields)
+        lights[index] = made(lights[index])
         return replace(scene, lights=lights), material
 
     return change

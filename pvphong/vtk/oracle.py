@@ -24,14 +24,12 @@ from pvphong.meshes.surfaces import surface
 from pvphong.optics.lights import Light
 from pvphong.optics.material import Material
 from pvphong.optics.physical_property import is_physical, physical_of
+from pvphong.optics.reflectances.vtk import HIGHEST_POWER
 from pvphong.scene.viewer import Viewer
 from pvphong.vtk.lights import write_light
 from pvphong.vtk.vertex_window import driver, shade_vertices
 
-__all__ = ["HIGHEST_POWER", "driver", "vtk_shade"]
-
-HIGHEST_POWER = 128.0
-"""``vtkProperty`` clamps the specular power, and ``vtkLight`` the spot exponent, to this."""
+__all__ = ["driver", "vtk_shade"]
 
 
 def vtk_shade(
@@ -149,16 +147,16 @@ def vtk_property(property_or_material: Any) -> vtkProperty:
 
 def write_material(material: Material, appearance: vtkProperty) -> None:
     """A material in VTK's terms; raises ``ValueError`` for what VTK has no place for."""
-    physical: Any = material.reflectance
+    physical = material.reflectance
     if physical is None:
         appearance.SetInterpolationToPhong()
         _within_vtk("shininess", material.shininess)
-    elif physical.in_vtk() is None:
+    elif (values := physical.as_vtk()) is None:
         check.refuse("reflectance", physical, "None or PBR in VTK", "Leave it out: VTK's is Phong's.")
     else:
         appearance.SetInterpolationToPBR()
-        appearance.SetMetallic(physical.metallic)
-        appearance.SetRoughness(physical.roughness)
+        appearance.SetMetallic(values.metallic)
+        appearance.SetRoughness(values.roughness)
     if any(rgb(material.emission)):
         remedy = "VTK's shading has none. Without any light, ambient is the same: add it there."
         check.refuse("emission", material.emission, "0 in VTK", remedy)

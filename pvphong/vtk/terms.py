@@ -16,6 +16,7 @@ from pvphong.base.types import Float64Array, Vector, rgb
 from pvphong.optics.light import Light, VtkValues
 from pvphong.optics.lights import light_from_values
 from pvphong.optics.material import Material
+from pvphong.optics.roles import Angle
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.assembly import vtk_tier
@@ -111,8 +112,7 @@ def _with_a_cone(light: Light) -> Light:
     angle = light.as_vtk().cone_angle
     if angle is None or angle <= _WIDEST_CONE:
         return light
-    narrowed: dict[str, Any] = {"cone_angle": _WIDEST_CONE}
-    return replace(light, **narrowed)
+    return light.with_values(Angle, _WIDEST_CONE)
 
 
 def _far_away(viewer: Viewer, center: Float64Array, size: float) -> Viewer:

@@ -206,7 +206,9 @@ REFUSED = {
     r"^light_model must be without shadows .* for the pieces of in/deep/whole\.pvtp": shadowy_pieces,
     r"^scene must be a Scene": lambda _: {"scene": "sun"},
     r"^material must be a Material": lambda _: {"material": "gold"},
-    r"^material must be one, or a mapping with names of blocks": lambda _: {"material": {"wheel": GOLD}},
+    r"^material must be a mapping with the names of all blocks.* got a mapping with 'wheel'": lambda _: {
+        "material": {"wheel": GOLD}
+    },
     r"^material must be .* got a mapping without 'default'": lambda _: {"material": {}},
     r"^tolerance must be": lambda _: {"tolerance": -1},
     r"^feature_angle must be": lambda _: {"feature_angle": 200.0},

@@ -22,7 +22,7 @@ from textbook import measured_scene
 import pvphong as ph
 from pvphong.batch.listing import Piece
 from pvphong.batch.seams import border_of
-from pvphong.batch.tasks import Outcome, Rig
+from pvphong.batch.tasks import Job, Outcome
 from pvphong.meshes.files import read_mesh
 
 FILES, POINTS = (int(word) for word in [*sys.argv[1:], "20", "1000000"][:2])
@@ -117,8 +117,8 @@ def overhead(crew, folder, piece):
         wall, busy = time.perf_counter() - begun, psutil.Process().cpu_times().user - before
     assert len(batch.skipped) == SMALL
     scene, material = measured_scene()
-    rig = Rig(scene, {"default": material}, None, {"name": "phong"}, "of three lights")
-    sent = len(pickle.dumps((Piece(Path(pattern), Path(pattern)), rig)))
+    job = Job(scene, {"default": material}, None, {"name": "phong"}, "of three lights")
+    sent = len(pickle.dumps((Piece(Path(pattern), Path(pattern)), job)))
     back = len(pickle.dumps(Outcome(True, ())))
     border = len(pickle.dumps(border_of(piece)))
     return [

@@ -14,8 +14,8 @@ from pvphong.base.vectors import unit_vector
 from pvphong.optics.attenuation import INVERSE_SQUARE
 from pvphong.optics.disks import over_disk
 from pvphong.optics.light import Light, Stage
+from pvphong.optics.lights.sized import LEAST_SIZE, Flat, in_float32, is_rough, rows_of
 from pvphong.optics.roles import aim, length, place, switch
-from pvphong.optics.sized import LEAST_SIZE, Flat, in_float32, is_rough, rows_of
 from pvphong.optics.spherical import CosinePower
 
 

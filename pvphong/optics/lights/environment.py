@@ -17,9 +17,9 @@ from pvphong.geometry.extent import ROUNDED_UP, Extent
 from pvphong.optics.harmonics import energies, lit_by, moments, moments_left
 from pvphong.optics.light import Arrival, Integral, Light, Reach, Stage
 from pvphong.optics.lights.directional import DirectionalLight
+from pvphong.optics.lights.sized import is_rough, rows_of
 from pvphong.optics.panorama import Panorama, checked, directions, panorama, row_areas
 from pvphong.optics.roles import Role, imaged, turned, upward
-from pvphong.optics.sized import is_rough, rows_of
 from pvphong.optics.spherical import CosinePower, share_above
 from pvphong.optics.surface import Surface
 

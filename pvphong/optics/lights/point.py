@@ -14,7 +14,7 @@ from pvphong.base.vectors import ways_to
 from pvphong.geometry.extent import Extent
 from pvphong.optics import attenuation as weakening
 from pvphong.optics.attenuation import attenuate, coefficients, strongest
-from pvphong.optics.light import NOTHING_KNOWN, Arrival, Light, Reach, Simpler, Stage, VtkValues
+from pvphong.optics.light import NOTHING_KNOWN, POSITION_EFFECT, Arrival, Light, Reach, Simpler, Stage, VtkValues
 from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.roles import place
 
@@ -115,7 +115,7 @@ def _weakening(toolkit: Any) -> Any:
     return weakening_point
 
 
-_STEADY = frozenset({"position"})
+_STEADY = frozenset({POSITION_EFFECT})
 _WEAKENING = _STEADY | {weakening.EFFECT}
 
 # What holds for a light with `position` and `attenuation`, whatever its directions.
@@ -138,7 +138,7 @@ def placed_without(light: Any, effect: str, point: Vector) -> tuple[Light, float
     """Taken as it is at a point: its strength, or with it its direction too."""
     if effect == weakening.EFFECT:
         return weakening.taken_as_at(light, point)
-    if effect != "position":
+    if effect != POSITION_EFFECT:
         return light, 1.0
     arrival = light.arrival(np.array(point)[:, None])
     x, y, z = (-arrival.direction[:, 0]).tolist()

@@ -14,9 +14,9 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.light import Light
+from pvphong.optics.lights.sized import Flat, lattice
 from pvphong.optics.polygons import TRIANGLE, over_polygon
 from pvphong.optics.roles import cornered, switch
-from pvphong.optics.sized import Flat, lattice
 from pvphong.optics.spherical import CosinePower
 
 _SQUARE = ((-0.5, -0.5, 0.0), (-0.5, 0.5, 0.0), (0.5, 0.5, 0.0), (0.5, -0.5, 0.0))

@@ -12,9 +12,9 @@ import numpy as np
 from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.light import Light
+from pvphong.optics.lights.sized import Flat, lattice
 from pvphong.optics.polygons import over_polygon
 from pvphong.optics.roles import aim, length, place, switch, upward
-from pvphong.optics.sized import Flat, lattice
 from pvphong.optics.spherical import CosinePower, gauss_legendre
 
 # Sine of the least angle between `up` and the normal for which it counts.

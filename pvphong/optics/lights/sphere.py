@@ -14,10 +14,10 @@ from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
 from pvphong.base.vectors import dot, ways_to
 from pvphong.geometry.extent import Extent
 from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate
-from pvphong.optics.light import NODES, Fewer, Integral, Light, Reach, Simpler, Stage
+from pvphong.optics.light import NODES, SIZE_EFFECT, Fewer, Integral, Light, Reach, Simpler, Stage
 from pvphong.optics.lights.point import PointLight, placed_without
+from pvphong.optics.lights.sized import EFFECTS, as_point, fewer_nodes, in_float32, is_rough, reach_within, rows_of
 from pvphong.optics.roles import length, place
-from pvphong.optics.sized import EFFECTS, SIZE, as_point, fewer_nodes, in_float32, is_rough, reach_within, rows_of
 from pvphong.optics.spherical import CosinePower, cap_cosine, cap_power
 from pvphong.optics.surface import Surface
 
@@ -107,7 +107,7 @@ class SphereLight(Light):
 
         It is seen as a disk of one colour, s the sine of its angular radius, that sends 2 / (1 + √(1 − s²)) times 1/d².
         """
-        if exactly or effect != SIZE:
+        if exactly or effect != SIZE_EFFECT:
             return None
         return as_point(extent.sight(self._center), self.radius, self.nodes(1)[0], lambda s: s * s / 2.0)
 
@@ -117,7 +117,7 @@ class SphereLight(Light):
 
     def without(self, effect: str, point: Vector) -> tuple[Light, float]:
         """As a point light in its middle, or as parallel light."""
-        return (self.nodes(1)[0], 1.0) if effect == SIZE else placed_without(self, effect, point)
+        return (self.nodes(1)[0], 1.0) if effect == SIZE_EFFECT else placed_without(self, effect, point)
 
     @property
     def _center(self) -> Vector:

@@ -1,4 +1,6 @@
-"""The reflectances. A new one is its own file beside these and one entry in `REFLECTANCES`; then its name and place in
+"""The reflectances.
+
+A new one is its own file beside these and one entry in `REFLECTANCES`; then its name and place in
 `pvphong/__init__.py`, a line in the README, and a strategy in `tests/strategies.py`, by which it is under all laws.
 
 (`vtk.py` has none: VTK's convention chooses it, and nobody else can.)

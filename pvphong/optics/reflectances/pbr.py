@@ -11,7 +11,7 @@ import numpy as np
 
 from pvphong.base import check
 from pvphong.base.types import FloatArray, Vector, rgb
-from pvphong.optics.reflectance import WHITE, Lobe
+from pvphong.optics.reflectance import WHITE, Lobe, VtkSurface
 from pvphong.optics.reflectances.microfacets import Base, Facets, Microfacets, alpha_of, check_roughness
 from pvphong.optics.reflectances.shiny import HIGHLIGHT
 
@@ -66,6 +66,10 @@ class PBR(Microfacets):
     def in_vtk(self) -> Microfacets | None:
         """As the shader has it; for that it must have its colour."""
         return _Shaded(self.metallic, self.roughness)
+
+    def as_vtk(self) -> VtkSurface | None:
+        """Its fields."""
+        return VtkSurface(self.metallic, self.roughness)
 
     def facets_of(self, roughness: Any) -> Facets:
         """D has the square of the roughness, the masking the roughness itself."""

@@ -93,9 +93,9 @@ def codes_of_lights(equation: Equation, toolkit: Any, real: str) -> Codes | None
 
 def _code_of(term: LightTerm, equation: Equation, toolkit: Any, real: str) -> Code | None:
     light = term.light
-    if light.is_even and not term.is_whole:
+    if light.is_even and not light.has_size:
         return _BY_DRIVER
-    if term.is_whole:
+    if light.has_size:
         colors = zip(equation.reflectance.forms, term.colors, strict=True)
         forms = tuple([form if any(color) else None for form, color in colors])
         stage = light.closed_stage(toolkit, forms) if real == "float32" else None
@@ -211,7 +211,7 @@ class Coder:
     def _lobes(self, term: LightTerm) -> _Lobes:
         """What adds a term's lobes; a light with a size has a stage that writes their factors too."""
         toolkit, wanted = self._stages.toolkit, term.shines
-        if term.is_whole:
+        if term.light.has_size:
             return _Lobes(sum_of(wanted), self._stages.reflectance(toolkit.already_there, self._real))
         if wanted not in self._reflects:
             stage = self._equation.reflectance.stage(toolkit, wanted) if True in wanted else None

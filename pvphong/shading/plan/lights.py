@@ -13,7 +13,7 @@ from pvphong.base.ranges import BRIGHTEST
 from pvphong.base.types import Vector
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics import attenuation
-from pvphong.optics.light import NODES, Fewer, Simpler
+from pvphong.optics.light import NODES, POSITION_EFFECT, SIZE_EFFECT, Fewer, Simpler
 from pvphong.optics.reflectance import Component
 from pvphong.shading.equation import BLACK, Equation, LightTerm
 from pvphong.shading.parts import by_closed_form
@@ -131,7 +131,7 @@ def _take_fewer_nodes(draft: Draft, term: LightTerm) -> Change:
         bound = math.inf if choice is None else _bound(draft, part, choice)
         if choice is not None and bound <= draft.allowance:
             why = f"{NODES - count} of {NODES} nodes, at most {bound:.2g}"
-            return replace(term, nodes=choice.nodes), Note("size", term.label, why, bound)
+            return replace(term, nodes=choice.nodes), Note(SIZE_EFFECT, term.label, why, bound)
     return None
 
 
@@ -142,7 +142,7 @@ def _decide_size(draft: Draft) -> Decision:
     for component in _COMPONENTS if decided.on else ():
         lobes = draft.equation.lobes_of(component)
         for term in draft.equation.terms:
-            if "size" in term.light.effects and draft.equation.has(term, component):
+            if SIZE_EFFECT in term.light.effects and draft.equation.has(term, component):
                 _, summed = by_closed_form(term, draft.equation.forms)
                 count = NODES if term.nodes is None else len(term.nodes)
                 how = f"by {count} nodes" if any(any(summed[k]) for k in lobes) else "exact"
@@ -151,7 +151,7 @@ def _decide_size(draft: Draft) -> Decision:
     return replace(decided, why=f"{decided.why}: {said}") if said else decided
 
 
-_ANY_SIZE = light_effect("size", "no light has a size")
+_ANY_SIZE = light_effect(SIZE_EFFECT, "no light has a size")
 SIZE = replace(
     _ANY_SIZE,
     simplify=lambda draft: for_each_term(_take_fewer_nodes)(_ANY_SIZE.simplify(draft)),
@@ -159,4 +159,4 @@ SIZE = replace(
 )
 CONE = light_effect("cone", "no spot light", each=1.6)
 ATTENUATION = light_effect(attenuation.EFFECT, "no light weakens with distance", each=0.7)
-POSITION = light_effect("position", "every light is directional", once=0.5, each=0.2)
+POSITION = light_effect(POSITION_EFFECT, "every light is directional", once=0.5, each=0.2)

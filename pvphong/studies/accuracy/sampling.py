@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pvphong.base.types import Float64Array, FloatArray, IntArray
-from pvphong.rays.sampling import NODES
+from pvphong.rays.sampling import MOST_RAYS
 from pvphong.rays.visibility import Visibility
 from pvphong.shading import reference
 from pvphong.shading.parts import in_parts
@@ -84,7 +84,7 @@ def sampling(subject: Subject, screen: Visibility, tolerance: float, clock: Cloc
     many = equation.is_occluded + len({t.index for t in equation.terms if t.is_shadowed and t.light.has_size})
     if not many:
         return Sampling([_row(subject, screen, "one ray for each light", None, None, clock)], costs, {})
-    per_vertex = NODES * many * sum(costs.values()) / max(seen.rays, 1)
+    per_vertex = MOST_RAYS * many * sum(costs.values()) / max(seen.rays, 1)
     judge = _judge(subject, screen, int(_FOR_TRUTH * clock.left / per_vertex))
     rows, left_out = [_row(subject, screen, f"rays to {in_steps(tolerance)}", None, judge, clock)], {}
     for count in _COUNTS:
@@ -100,7 +100,7 @@ def _judge(subject: Subject, screen: Visibility, affordable: int) -> _Judge:
     count = len(subject.points)
     some = min(max(affordable, _FEWEST_JUDGED), count)
     rows = np.sort(np.random.default_rng(0).choice(count, some, replace=False))
-    return _Judge(rows, _colors(subject, screen.afresh(samples=NODES, rows=rows), rows, slice(None)))
+    return _Judge(rows, _colors(subject, screen.afresh(samples=MOST_RAYS, rows=rows), rows, slice(None)))
 
 
 def _row(
@@ -118,7 +118,7 @@ def _row(
     errors, note = NO_ERROR, f"{seen.rays / count:.3g} rays a vertex"
     if judge is not None:
         errors = vertex_errors(_colors(subject, seen, judge.rows, judge.rows), judge.truth)
-        note += f"; held against all {NODES} at {len(judge.rows)} of {count} vertices"
+        note += f"; held against all {MOST_RAYS} at {len(judge.rows)} of {count} vertices"
     return Row(
         name, "sampling", Timing.of(seconds), None, None, None, count, backend, "float32", note=note, sampling=errors
     )

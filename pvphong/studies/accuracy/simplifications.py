@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from pvphong.base.types import Vector
-from pvphong.optics.light import Light
+from pvphong.optics.light import POSITION_EFFECT, Light
 from pvphong.optics.roles import Place
 from pvphong.shading.equation import Equation
 from pvphong.shading.plan.effects import EFFECTS
@@ -17,7 +17,7 @@ WITHOUT = {effect.name: effect.without for effect in EFFECTS}
 
 def far_lights_directional(equation: Equation, middle: Vector, farther_than: float) -> Equation:
     """With every light beyond a distance as a directional one."""
-    whole, flat = equation.terms, WITHOUT["position"](equation, middle).terms
+    whole, flat = equation.terms, WITHOUT[POSITION_EFFECT](equation, middle).terms
     terms = zip(whole, flat, strict=True)
     return replace(equation, terms=tuple(b if is_beyond(a.light, middle, farther_than) else a for a, b in terms))
 

@@ -11,7 +11,7 @@ from pvphong.studio.gizmos import light_commands as lights
 from pvphong.studio.gizmos import material_commands as materials
 from pvphong.studio.gizmos import view_commands as views
 from pvphong.studio.gizmos.options import Keys
-from pvphong.studio.gizmos.surroundings import Board
+from pvphong.studio.gizmos.surroundings import Surroundings
 
 
 class Command(NamedTuple):
@@ -23,7 +23,7 @@ class Command(NamedTuple):
     what: str
     """What the help says."""
 
-    act: tuple[Callable[[Board], None], ...]
+    act: tuple[Callable[[Surroundings], None], ...]
     """What each of the keys does."""
 
 
@@ -115,7 +115,7 @@ class Presses:
         self._down = None
 
 
-def run(board: Board, key: str, more: Keys, *, control: bool = False) -> bool:
+def run(board: Surroundings, key: str, more: Keys, *, control: bool = False) -> bool:
     """Do what a key stands for, here or among the caller's own; False if it stands for nothing."""
     act = _ACTS.get(key)
     if control and key not in ("z", "y"):
@@ -132,12 +132,12 @@ def run(board: Board, key: str, more: Keys, *, control: bool = False) -> bool:
     return False
 
 
-def _acts(commands: tuple[Command, ...]) -> dict[str, Callable[[Board], None]]:
+def _acts(commands: tuple[Command, ...]) -> dict[str, Callable[[Surroundings], None]]:
     return {key: act for command in commands for key, act in zip(command.keys, command.act, strict=True)}
 
 
 _ACTS = _acts(COMMANDS)
-_EDITED: tuple[tuple[Any, Callable[[Board], Any]], ...] = (
+_EDITED: tuple[tuple[Any, Callable[[Surroundings], Any]], ...] = (
     (_acts(_OF_LIGHTS), lambda board: board.rig),
     (_acts(_OF_MATERIALS), lambda board: board.materials),
 )

@@ -22,8 +22,8 @@ from pvphong.studio.rig import LightHandle
 HIGHLIGHT = "highlight"
 
 
-class Surroundings(Protocol):
-    """What a gizmo asks of the board that it is on."""
+class GizmoOwner(Protocol):
+    """What a gizmo asks of whoever has it: the board."""
 
     @property
     def view(self) -> View:
@@ -56,11 +56,11 @@ class Gizmo:
     ----------
     handle : LightHandle
         The light.
-    board : Surroundings
+    board : GizmoOwner
         Where it is.
     """
 
-    def __init__(self, handle: LightHandle, board: Surroundings) -> None:
+    def __init__(self, handle: LightHandle, board: GizmoOwner) -> None:
         self.handle = handle
         self.first = self.light_for(board.view.viewer)
         self.is_selected = False

@@ -12,7 +12,7 @@ from pvphong.studio.gizmos.drag_start import Cursor, DragStart, vector
 from pvphong.studio.gizmos.dragging import Drag
 from pvphong.studio.gizmos.entry import Entry
 from pvphong.studio.gizmos.gizmo import HIGHLIGHT, Gizmo
-from pvphong.studio.gizmos.surroundings import Board
+from pvphong.studio.gizmos.surroundings import Surroundings
 from pvphong.studio.gizmos.typed import INTENSITY
 
 _BEFORE_ALL, _BEFORE_WIDGETS = 2.0, 1.0  # theirs is 0.5, PyVista's and the interactor style's 0
@@ -23,13 +23,13 @@ class Hands:
 
     Parameters
     ----------
-    board : Board
+    board : Surroundings
         Held weakly.
     interactor
         VTK's.
     """
 
-    def __init__(self, board: Board, interactor: Any) -> None:
+    def __init__(self, board: Surroundings, interactor: Any) -> None:
         self._owner, self._interactor = weakref.ref(board), interactor
         self.drag: Drag | None = None
         self.entry: Entry | None = None
@@ -56,7 +56,7 @@ class Hands:
         return tag
 
     @property
-    def _board(self) -> Board:
+    def _board(self) -> Surroundings:
         board = self._owner()
         assert board is not None, "the board has gone"
         return board
@@ -214,7 +214,7 @@ class Hands:
         elif board.is_here:
             self._run(board, key, control=control)
 
-    def _run(self, board: Board, key: str, *, control: bool) -> None:
+    def _run(self, board: Surroundings, key: str, *, control: bool) -> None:
         if key in entry.TAKE and not control and board.selected is not None:
             self.type()
             board.render()

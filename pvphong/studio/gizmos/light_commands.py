@@ -20,20 +20,20 @@ from pvphong.studio.gizmos.gizmo import Gizmo
 from pvphong.studio.gizmos.names import called, free_name
 from pvphong.studio.gizmos.shape import comes_from_somewhere, fields
 from pvphong.studio.gizmos.status import alone
-from pvphong.studio.gizmos.surroundings import Board
+from pvphong.studio.gizmos.surroundings import Surroundings
 
 _HUE_STEP = 15.0
 # Of the scene's size: how high above a surface a new light stands, and how far beside a light its double.
 _ABOVE, _BESIDE = 0.4, 0.15
 
 
-def _chosen(board: Board) -> Gizmo | None:
+def _chosen(board: Surroundings) -> Gizmo | None:
     if board.selected is None:
         board.notice = "no light is selected: n, or a click on one, does"
     return board.selected
 
 
-def _change(board: Board, change: Callable[[Light], Light]) -> Light | None:
+def _change(board: Surroundings, change: Callable[[Light], Light]) -> Light | None:
     """Make the selected light another; gives what it is then."""
     if (gizmo := _chosen(board)) is None:
         return None
@@ -42,12 +42,12 @@ def _change(board: Board, change: Callable[[Light], Light]) -> Light | None:
     return changed
 
 
-def mute(board: Board) -> None:
+def mute(board: Surroundings) -> None:
     """The selected light off, or on."""
     _change(board, lambda light: replace(light, on=not light.on))
 
 
-def solo(board: Board) -> None:
+def solo(board: Surroundings) -> None:
     """All others off; if they are off already, all on."""
     if (chosen := _chosen(board)) is None:
         return
@@ -57,7 +57,7 @@ def solo(board: Board) -> None:
         handle.set(replace(handle.light(viewer), on=others_on or handle is chosen.handle), viewer)
 
 
-def to_camera(board: Board) -> None:
+def to_camera(board: Surroundings) -> None:
     """The light where the eye is, shining along the view axis."""
     viewer = board.view.viewer
 
@@ -70,7 +70,7 @@ def to_camera(board: Board) -> None:
     _change(board, moved)
 
 
-def reset(board: Board) -> None:
+def reset(board: Surroundings) -> None:
     """The light as it was when it got its gizmo."""
     if (gizmo := _chosen(board)) is not None:
         gizmo.handle.set(gizmo.first, board.view.viewer)
@@ -79,17 +79,17 @@ def reset(board: Board) -> None:
 # -- intensity and colour
 
 
-def brighter(board: Board) -> None:
+def brighter(board: Surroundings) -> None:
     """A third of a stop more: three make it twice as bright."""
     _brightened(board, 1)
 
 
-def dimmer(board: Board) -> None:
+def dimmer(board: Surroundings) -> None:
     """A third of a stop less."""
     _brightened(board, -1)
 
 
-def _brightened(board: Board, thirds: int) -> None:
+def _brightened(board: Surroundings, thirds: int) -> None:
     changed = _change(board, lambda light: replace(light, intensity=by_thirds(light.intensity, thirds)))
     if changed is not None:
         stops = f" = {math.log2(changed.intensity):+.2g} stops" if changed.intensity else ": Enter, to type one"
@@ -106,27 +106,27 @@ def by_thirds(intensity: float, thirds: int) -> float:
     return float(intensity * 2.0 ** (thirds / 3.0))
 
 
-def hue_on(board: Board) -> None:
+def hue_on(board: Surroundings) -> None:
     """The hue a step on: red, yellow, green, blue."""
     _recolor(board, "hue", lambda light: recolored(light, lambda color: turned(color, _HUE_STEP)))
 
 
-def hue_back(board: Board) -> None:
+def hue_back(board: Surroundings) -> None:
     """The hue a step back."""
     _recolor(board, "hue", lambda light: recolored(light, lambda color: turned(color, -_HUE_STEP)))
 
 
-def warmer(board: Board) -> None:
+def warmer(board: Surroundings) -> None:
     """More red and less blue, equally bright."""
     _recolor(board, "warmer", lambda light: recolored(light, lambda color: warmed(color, 1.0)))
 
 
-def cooler(board: Board) -> None:
+def cooler(board: Surroundings) -> None:
     """More blue and less red, equally bright."""
     _recolor(board, "cooler", lambda light: recolored(light, lambda color: warmed(color, -1.0)))
 
 
-def _recolor(board: Board, what: str, change: Callable[[Light], Light]) -> None:
+def _recolor(board: Surroundings, what: str, change: Callable[[Light], Light]) -> None:
     changed = _change(board, change)
     if changed is not None:
         red, green, blue = rgb(changed.diffuse)
@@ -137,7 +137,7 @@ def _recolor(board: Board, what: str, change: Callable[[Light], Light]) -> None:
 # -- lights that come and go
 
 
-def add(board: Board) -> None:
+def add(board: Surroundings) -> None:
     """A point light above the place of a surface that the cursor points at; half of it arrives there."""
     below = board.surfaces.pick(board.cursor)
     if below is None:
@@ -148,7 +148,7 @@ def add(board: Board) -> None:
     _put(board, PointLight(position=place, attenuation=(1.0, 0.0, height**-2), name="point"))
 
 
-def duplicate(board: Board) -> None:
+def duplicate(board: Surroundings) -> None:
     """A light like the selected one, a little to the right of it; one without a place comes from the right."""
     if (gizmo := _chosen(board)) is None:
         return
@@ -169,14 +169,14 @@ def duplicate(board: Board) -> None:
     _put(board, double.in_frame(light.frame, viewer))
 
 
-def _put(board: Board, light: Light) -> None:
+def _put(board: Surroundings, light: Light) -> None:
     names = [handle.light(board.view.viewer).name for handle in board.rig.handles]
     named = replace(light, name=free_name(light.name or "light", names))
     board.follow(board.rig.add(named))
     board.notice = f"added: {named.name}"
 
 
-def delete(board: Board) -> None:
+def delete(board: Surroundings) -> None:
     """The selected light gone; `undo` brings it back."""
     if (gizmo := _chosen(board)) is not None:
         board.notice = f"deleted: {called(gizmo.light)}; z brings it back"

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from pvphong.base.types import rgb
 from pvphong.optics.material import Material
-from pvphong.studio.gizmos.surroundings import Board
+from pvphong.studio.gizmos.surroundings import Surroundings
 
 _HIGHLIGHT_STEP = 0.1
 
@@ -21,7 +21,7 @@ _NAMES = [name for name in Material.names() if _suits_any_mesh(Material.named(na
 """Without those for which a mesh needs tangents."""
 
 
-def _change(board: Board, change: Callable[[Material], Material], what: Callable[[Material], str]) -> None:
+def _change(board: Surroundings, change: Callable[[Material], Material], what: Callable[[Material], str]) -> None:
     pointed = board.surfaces.mesh(board.cursor)
     finishes = board.materials.finishes if pointed is None else (pointed.finish,)
     for finish in finishes:
@@ -33,12 +33,12 @@ def _change(board: Board, change: Callable[[Material], Material], what: Callable
         board.notice = "no lit mesh"
 
 
-def following(board: Board) -> None:
+def following(board: Surroundings) -> None:
     """The next of the named materials, the first after one that has no name."""
     _change(board, lambda material: _neighbour(material, 1), _name)
 
 
-def preceding(board: Board) -> None:
+def preceding(board: Surroundings) -> None:
     """The named material before, the last before one that has no name."""
     _change(board, lambda material: _neighbour(material, -1), _name)
 
@@ -56,12 +56,12 @@ def _name(material: Material) -> str:
     return next((name for name in _NAMES if Material.named(name) in (material, plain)), "no name")
 
 
-def shinier(board: Board) -> None:
+def shinier(board: Surroundings) -> None:
     """A narrower highlight: √2 times the exponent, at least 1."""
     _change(board, lambda material: replace(material, shininess=_stepped(material.shininess, 1)), _shine)
 
 
-def duller(board: Board) -> None:
+def duller(board: Surroundings) -> None:
     """A wider highlight."""
     _change(board, lambda material: replace(material, shininess=_stepped(material.shininess, -1)), _shine)
 
@@ -73,12 +73,12 @@ def _stepped(shininess: float, step: int) -> float:
     return 2.0 ** ((nearest + step) / 2.0) if nearest + step >= 0.0 else 0.0
 
 
-def stronger(board: Board) -> None:
+def stronger(board: Surroundings) -> None:
     """A tenth more of specular reflectance, at most 1 in any channel."""
     _change(board, lambda material: _mirroring(material, _HIGHLIGHT_STEP), _shine)
 
 
-def weaker(board: Board) -> None:
+def weaker(board: Surroundings) -> None:
     """A tenth less of specular reflectance."""
     _change(board, lambda material: _mirroring(material, -_HIGHLIGHT_STEP), _shine)
 

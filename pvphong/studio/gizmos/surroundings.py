@@ -15,7 +15,7 @@ from pvphong.studio.materials import Materials
 from pvphong.studio.rig import LightHandle, Rig
 
 
-class Board(Protocol):
+class Surroundings(Protocol):
     """The gizmos of one renderer and what they stand in."""
 
     rig: Rig

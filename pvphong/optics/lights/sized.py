@@ -17,15 +17,24 @@ from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import dot, ways_to
 from pvphong.geometry.extent import ROUNDED_UP, Extent, Sight
 from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate, strength_at
-from pvphong.optics.light import NODES, NOTHING_KNOWN, Arrival, Fewer, Integral, Light, Reach, Simpler, Stage
+from pvphong.optics.light import (
+    NODES,
+    NOTHING_KNOWN,
+    POSITION_EFFECT,
+    SIZE_EFFECT,
+    Arrival,
+    Fewer,
+    Integral,
+    Light,
+    Reach,
+    Simpler,
+    Stage,
+)
 from pvphong.optics.lights.point import placed_without
 from pvphong.optics.lights.spot import SpotLight
 from pvphong.optics.spherical import CosinePower
 
-SIZE = "size"
-"""The plan's effect."""
-
-EFFECTS = frozenset({"position", SIZE})
+EFFECTS = frozenset({POSITION_EFFECT, SIZE_EFFECT})
 
 # VTK has no cone of 90°.
 _NEARLY_90 = 89.999
@@ -252,7 +261,7 @@ class Flat:
         H over its plane, a part sends h/d³: with s the sine of its angular radius, a mean around its middle is off by
         half the largest second derivative, 12 h/d⁵, times the square of its radius at most: 6 s²/(1 − s)⁵ of 1/d².
         """
-        seen = extent.sight(self.center) if effect == SIZE else None
+        seen = extent.sight(self.center) if effect == SIZE_EFFECT else None
         if seen is None:
             return None
         height = -seen.distance * sum(a * b for a, b in zip(seen.direction, self.normal, strict=True))
@@ -270,7 +279,7 @@ class Flat:
 
     def without(self, effect: str, point: Vector) -> tuple[Light, float]:
         """As a spot light in its middle, or as parallel light."""
-        if effect == SIZE:
+        if effect == SIZE_EFFECT:
             height = sum(n * (p - c) for n, p, c in zip(self.normal, point, self.center, strict=True))
             return _part(self.center, -1.0 if self.two_sided and height < 0.0 else 1.0, self.normal, 1.0), 1.0
         return placed_without(self, effect, point)
