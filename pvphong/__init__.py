@@ -6,6 +6,8 @@ A name is imported when it is first asked for: the command line's supervisor mus
 needs neither what draws nor what measures.
 """
 
+from pvphong.base import host as _host
+
 TYPE_CHECKING = False  # typing's is the same, and takes milliseconds to import
 if TYPE_CHECKING:
     from typing import Any
@@ -56,6 +58,15 @@ if TYPE_CHECKING:
     from pvphong.vtk.light_kit import light_kit
     from pvphong.vtk.lights import as_light
     from pvphong.vtk.oracle import vtk_shade
+
+
+def _answer_the_core() -> None:
+    from pvphong.vtk.host import answer_the_core
+
+    answer_the_core()
+
+
+_host.answered_after(_answer_the_core)
 
 _PLACES = {
     "batch.result": "Batch",

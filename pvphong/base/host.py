@@ -1,14 +1,24 @@
-"""What the core asks of PyVista and VTK, and `pvphong.vtk.host` answers: the core itself imports neither."""
+"""What the core asks of PyVista and VTK, and `pvphong.vtk.host` answers: the core itself imports neither.
+
+`pvphong/__init__.py` says who answers. It loads this module each time, so nothing heavy is imported here.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from importlib import import_module
-from typing import Any
+TYPE_CHECKING = False  # as in `pvphong/__init__.py`
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any
 
-from pvphong.base.types import Vector
+    from pvphong.base.types import Vector
 
 _answers: dict[str, Callable[..., Any]] = {}
+_loads: list[Callable[[], object]] = []
+
+
+def answered_after(load: Callable[[], object]) -> None:
+    """Say what to call before the first question, for somebody to `answer` all of them."""
+    _loads[:] = [load]
 
 
 def answer(**functions: Callable[..., Any]) -> None:
@@ -49,5 +59,6 @@ def light_placed(light: Any, viewer: Any) -> Any:
 
 def _ask(question: str, *arguments: Any) -> Any:
     if question not in _answers:
-        import_module("pvphong.vtk.host")  # answers all of them
+        (load,) = _loads
+        load()
     return _answers[question](*arguments)

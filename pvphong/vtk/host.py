@@ -1,4 +1,4 @@
-"""Answers the core's questions to PyVista and VTK; importing it is enough."""
+"""Answers the core's questions to PyVista and VTK."""
 
 from __future__ import annotations
 
@@ -16,10 +16,12 @@ def _color_by_name(name: str) -> Vector:
     return float(red), float(green), float(blue)
 
 
-host.answer(
-    color_by_name=_color_by_name,
-    color_names=lambda: list(pv.hex_colors),
-    light_to_pyvista=to_pyvista,
-    light_from_vtk=from_vtk,
-    light_placed=as_light,
-)
+def answer_the_core() -> None:
+    """Say which functions answer; see `pvphong.base.host`."""
+    host.answer(
+        color_by_name=_color_by_name,
+        color_names=lambda: list(pv.hex_colors),
+        light_to_pyvista=to_pyvista,
+        light_from_vtk=from_vtk,
+        light_placed=as_light,
+    )
