@@ -69,7 +69,7 @@ def _without_rows(name: str, array: Any) -> Any:
 
 def _lit(*arrays: Any, names: Sequence[str], **options: Any) -> Shading:
     """One chunk, by this thread alone."""
-    with pool.alone():
+    with pool.single_threaded():
         return evaluation.evaluate(**dict(zip(names, arrays, strict=True)), **options)
 
 

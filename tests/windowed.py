@@ -136,8 +136,8 @@ def told(plotter, actor, guest):
         "guest": [guest.position, guest.focal_point, guest.cone_angle],
         "colors": hashlib.sha256(np.ascontiguousarray(colors)).hexdigest(),
         "hovered": next((gizmo.hovered for gizmo in gizmos if gizmo.hovered), None),
-        "dragging": board.hands.drag is not None,
-        "typing": "" if board.hands.entry is None else board.hands.entry.text,
+        "dragging": board.interaction.drag is not None,
+        "typing": "" if board.interaction.entry is None else board.interaction.entry.text,
         "selected": [gizmo.is_selected for gizmo in gizmos],
         "camera": list(plotter.camera.position),
     }

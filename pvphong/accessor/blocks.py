@@ -13,10 +13,10 @@ from pvphong.meshes.blocks import DEFAULT, datasets, map_blocks, materials_of
 from pvphong.meshes.color_views import ColorSpace
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.edges import FeatureAngle
+from pvphong.meshes.one_surface import one_surface
 from pvphong.meshes.shadows import mutual, rays_of
 from pvphong.meshes.sharing import sharing
 from pvphong.meshes.surfaces import surface
-from pvphong.meshes.together import together
 from pvphong.optics.material import Material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, SceneLike
@@ -216,7 +216,7 @@ class BlocksPhong:
         from pvphong.studies.accuracy import tradeoff
 
         how: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "matrix": matrix, "occluders": occluders}
-        return tradeoff(together(self._blocks), scene, material, **how)
+        return tradeoff(one_surface(self._blocks), scene, material, **how)
 
     def _scene(self, given: SceneLike | None, matrix: MatrixLike | None) -> Scene:
         """One viewer for all blocks."""

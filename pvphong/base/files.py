@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from pvphong.base import check
-from pvphong.base.lock import alone
+from pvphong.base.lock import locked
 
 PREFIX = ".pvphong-"
 """What the name of a folder begins with that is written in."""
@@ -161,7 +161,7 @@ def _owned(place: Path, held: ExitStack) -> Path:
             raise _NoFolder(error.strerror) from error
         for tell in announce:
             tell(aside)
-        if held.enter_context(alone(aside / _LOCK)) or not left:
+        if held.enter_context(locked(aside / _LOCK)) or not left:
             break
         shutil.rmtree(aside, ignore_errors=True)  # another writer took the lock first, and is clearing the folder
     return aside
@@ -172,7 +172,7 @@ def _clear(place: Path) -> None:
     for left in place.glob(_PATTERN):
         with suppress(OSError):
             if (left / _LOCK).exists():
-                with alone(left / _LOCK, makes=False) as is_left:
+                with locked(left / _LOCK, makes=False) as is_left:
                     if is_left:
                         shutil.rmtree(left, ignore_errors=True)
                 if is_left:  # but for the locked file itself, where that cannot be removed

@@ -21,7 +21,7 @@ else:
 
 
 @contextmanager
-def alone(path: Path, *, makes: bool = True) -> Iterator[bool]:
+def locked(path: Path, *, makes: bool = True) -> Iterator[bool]:
     """Whether no other process is within such a block for the same path; none gets into one until the end of this.
 
     The file is made unless `makes` is false, and stays. Where it is missing, or cannot be made or locked, or somebody

@@ -29,7 +29,7 @@ _ADDRESS = "a distributed.Client, or the address of a Dask scheduler that answer
 
 
 @contextmanager
-def hired(client: Any, workers: int | None) -> Iterator[Crew]:
+def connected(client: Any, workers: int | None) -> Iterator[Cluster]:
     """The workers of a cluster: of a client, at an address, or of a local cluster that lasts as long as this.
 
     Raises
@@ -44,7 +44,7 @@ def hired(client: Any, workers: int | None) -> Iterator[Crew]:
             remedy = 'pip install "pvphong[dask]" installs it.'
             check.refuse("client", f"no Dask here ({error})", "one where Dask is installed", remedy)
         _refuse_versions(found)
-        yield Crew(found)
+        yield Cluster(found)
 
 
 def _connected(client: Any, workers: int | None, held: ExitStack) -> Client:
@@ -112,7 +112,7 @@ def _refuse_versions(client: Client) -> None:
                 check.refuse("client", told, f"one whose workers have {package} {here.get(package)} as here", remedy)
 
 
-class Crew:
+class Cluster:
     """The workers of a cluster."""
 
     def __init__(self, client: Client) -> None:

@@ -17,7 +17,7 @@ _PIECES = ("PPolyData", "PUnstructuredGrid")
 _READABLE = f"a file of one of {', '.join(SUFFIXES)} that can be read"
 
 
-class Entry(NamedTuple):
+class IndexEntry(NamedTuple):
     """A file that an index names."""
 
     file: str
@@ -43,7 +43,7 @@ def is_index(path: Path) -> bool:
     return path.suffix.lower() in SUFFIXES
 
 
-def entries(path: Path) -> list[Entry]:
+def entries(path: Path) -> list[IndexEntry]:
     """The files that an index names, in its order.
 
     Raises
@@ -52,7 +52,7 @@ def entries(path: Path) -> list[Entry]:
         If it cannot be read, is no such file, or names none.
     """
     found = [
-        Entry(element.get(attribute, ""), label, element.get("timestep", ""))
+        IndexEntry(element.get(attribute, ""), label, element.get("timestep", ""))
         for element, attribute, label in _elements(_root(path))
     ]
     if not found:

@@ -13,7 +13,7 @@ import numpy as np
 
 from pvphong.base.progress import counting
 from pvphong.batch import indices, receipts
-from pvphong.batch.cluster import Crew, trouble
+from pvphong.batch.cluster import Cluster, trouble
 from pvphong.batch.listing import Index, Listing, Piece
 from pvphong.batch.result import Batch
 from pvphong.batch.seams import neighbours_of
@@ -27,7 +27,7 @@ class Run:
 
     Parameters
     ----------
-    crew : Crew
+    cluster : Cluster
         Who works.
     job : Job
         How pieces are lit.
@@ -37,8 +37,8 @@ class Run:
         Whether normals are those of surfaces in one piece.
     """
 
-    def __init__(self, crew: Crew, job: Job, found: Listing, *, merges: bool) -> None:
-        self._crew, self._job, self._found = crew, job, found
+    def __init__(self, cluster: Cluster, job: Job, found: Listing, *, merges: bool) -> None:
+        self._cluster, self._job, self._found = cluster, job, found
         self._merges = merges
         self._count = counting(len(found.pieces))
         self._outcomes: dict[Path, Outcome] = {}
@@ -46,9 +46,9 @@ class Run:
 
     def frame(self, given: Scene | None) -> None:
         """Give the scene a viewer that sees all pieces; the default scene if none is given."""
-        asked = {self._crew.begin(bounds_of, piece.absolute().input): piece for piece in self._found.pieces}
+        asked = {self._cluster.begin(bounds_of, piece.absolute().input): piece for piece in self._found.pieces}
         low, high, is_open = np.full(3, np.nan), np.full(3, np.nan), False
-        for piece, told in self._crew.done(asked, _failed):
+        for piece, told in self._cluster.done(asked, _failed):
             if isinstance(told, Outcome):
                 self._end(piece, told)
                 continue
@@ -66,7 +66,7 @@ class Run:
         begun = self._begin_alone(surfaces.pop("", []))
         for pieces in surfaces.values():
             begun |= self._begin_surface(pieces) if len(pieces) > 1 else self._begin_alone(pieces)
-        for piece, outcome in self._crew.done(begun, _failed):
+        for piece, outcome in self._cluster.done(begun, _failed):
             self._end(piece, outcome)
 
     def write_indices(self) -> None:
@@ -93,22 +93,22 @@ class Run:
         self._count(1)
 
     def _begin_alone(self, pieces: Sequence[Piece]) -> dict[Any, Piece]:
-        return {self._crew.begin(light, piece.absolute(), self._job): piece for piece in self._left(pieces)}
+        return {self._cluster.begin(light, piece.absolute(), self._job): piece for piece in self._left(pieces)}
 
     def _begin_surface(self, pieces: Sequence[Piece]) -> dict[Any, Piece]:
         """Tasks for the pieces of one surface: each depends on all, for it gets its neighbours' faces."""
         made_from = self._checksum(pieces)
         asked = {
-            self._crew.begin(standing, piece.absolute(), self._job, made_from): piece for piece in self._left(pieces)
+            self._cluster.begin(standing, piece.absolute(), self._job, made_from): piece for piece in self._left(pieces)
         }
-        for piece, outcome in self._crew.done(asked, _failed):
+        for piece, outcome in self._cluster.done(asked, _failed):
             if outcome is not None:
                 self._end(piece, outcome)
         if not self._left(pieces):
             return {}
-        borders = {self._crew.begin(border_in, piece.absolute().input): piece for piece in pieces}
+        borders = {self._cluster.begin(border_in, piece.absolute().input): piece for piece in pieces}
         known = {}
-        for task in self._crew.ended(borders):
+        for task in self._cluster.ended(borders):
             piece, why = borders[task], trouble(task)
             if not why:
                 known[task] = piece
@@ -119,10 +119,10 @@ class Run:
         missing = [number for number, piece in enumerate(pieces) if piece not in known.values()]
         if missing:  # the others have to be lit again when these are there
             made_from = receipts.checksum_of([made_from, missing])
-        shared = self._crew.begin(neighbours_of, list(known))
+        shared = self._cluster.begin(neighbours_of, list(known))
         return {
-            self._crew.begin(
-                light, piece.absolute(), self._job, self._crew.begin(getitem, shared, number), made_from
+            self._cluster.begin(
+                light, piece.absolute(), self._job, self._cluster.begin(getitem, shared, number), made_from
             ): piece
             for number, piece in enumerate(known.values())
             if piece.output not in self._outcomes
@@ -130,9 +130,9 @@ class Run:
 
     def _checksum(self, pieces: Sequence[Piece]) -> str:
         """Of all files of a surface."""
-        asked = {self._crew.begin(checksum_of_file, piece.absolute().input): piece for piece in self._left(pieces)}
+        asked = {self._cluster.begin(checksum_of_file, piece.absolute().input): piece for piece in self._left(pieces)}
         sums = dict.fromkeys(pieces, "")
-        for piece, told in self._crew.done(asked, _failed):
+        for piece, told in self._cluster.done(asked, _failed):
             if isinstance(told, Outcome):
                 self._end(piece, told)
             else:

@@ -14,7 +14,7 @@ from pvphong.base import check
 from pvphong.base.files import folder_aside
 from pvphong.base.progress import about
 from pvphong.base.types import Backend, Precision
-from pvphong.batch.cluster import hired
+from pvphong.batch.cluster import connected
 from pvphong.batch.listing import Listing, Piece, Seams, listing, paths_of
 from pvphong.batch.result import Batch
 from pvphong.batch.run import Run
@@ -113,8 +113,8 @@ def shade_files(
     found = listing(paths_of(paths), Path(out), as_one=seams == "merge")
     job.refuse_wrong({piece.label for piece in found.pieces})
     _refuse_shadows(job.scene, found.pieces)
-    with hired(client, workers) as crew, _folders(found, Path(out)), about("files"):
-        run = Run(crew, job, found, merges=seams != "keep")
+    with connected(client, workers) as cluster, _folders(found, Path(out)), about("files"):
+        run = Run(cluster, job, found, merges=seams != "keep")
         if given is None or given.viewer is None:
             run.frame(given)
         run.light()

@@ -127,7 +127,7 @@ def light(piece: Piece, job: Job, neighbours: Neighbours | None = None, made_fro
         Checksum of all of that surface; the file's own if not given.
     """
     try:
-        with pool.alone():
+        with pool.single_threaded():
             return _light(piece, job, neighbours, made_from)
     except Exception as error:  # one file must not stop the others, whatever is wrong with it
         return Outcome(reason=reason_of(error))

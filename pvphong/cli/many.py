@@ -20,7 +20,7 @@ from pvphong.scene.scene import Scene
 
 
 @dataclass(frozen=True)
-class Crowd:
+class ManyFiles:
     """Many files: who lights them.
 
     Parameters
@@ -69,8 +69,8 @@ class Crowd:
         return 1 if batch.failed else 0
 
 
-CrowdOptions = Annotated[Crowd, Parameter(name="*")]
-HERE = Crowd()
+ManyFilesOptions = Annotated[ManyFiles, Parameter(name="*")]
+HERE = ManyFiles()
 """None of its options given."""
 
 

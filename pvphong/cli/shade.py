@@ -10,7 +10,7 @@ from cyclopts import Parameter
 from pvphong.base.types import Precision
 from pvphong.cli.inputs import SIZE, seeing, surface_and_scene
 from pvphong.cli.lighting import shaded
-from pvphong.cli.many import HERE, CrowdOptions, are_many
+from pvphong.cli.many import HERE, ManyFilesOptions, are_many
 from pvphong.cli.options import (
     NONE,
     PLAIN,
@@ -46,7 +46,7 @@ def shade(
     blockers: BlockerOptions = NONE,
     size: Annotated[tuple[int, int] | None, Parameter(negative="")] = None,
     background: str | None = None,
-    crowd: CrowdOptions = HERE,
+    many: ManyFilesOptions = HERE,
 ) -> int:
     """Light a mesh; write it with its colours, or write a picture of it. Or light many meshes into a folder.
 
@@ -93,8 +93,8 @@ def shade(
     if are_many((mesh, *more), output):
         refuse_given({"--size": size, "--background": background}, "left out, for a mesh has none")
         how |= {"material": materials, "name": name}
-        return crowd.shade((mesh, *more), output, scene, blockers, how)
-    crowd.refuse_any()
+        return many.shade((mesh, *more), output, scene, blockers, how)
+    many.refuse_any()
     target = Path(output)
     refuse_suffix(target, "a mesh", _OUTPUTS)
     suffix = target.suffix.lower()

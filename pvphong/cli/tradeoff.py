@@ -11,7 +11,7 @@ from pvphong.base import check
 from pvphong.cli.inputs import SIZE, surface_and_scene
 from pvphong.cli.options import NONE, PLAIN, BlockerOptions, LookOptions, SceneFile, Verbose
 from pvphong.cli.telling import tell
-from pvphong.meshes.together import together
+from pvphong.meshes.one_surface import one_surface
 from pvphong.studies.accuracy import tradeoff as measure_tradeoff
 from pvphong.studies.accuracy.figure import refuse_format
 
@@ -53,7 +53,7 @@ def tradeoff(
         if output is not None and not output.resolve().parent.is_dir():
             check.refuse("path", output, "in a folder that exists", f"Create {output.parent} first.")
     outside, lighting = surface_and_scene(mesh, scene, SIZE)
-    whole = together(outside) if isinstance(outside, pv.MultiBlock) else outside
+    whole = one_surface(outside) if isinstance(outside, pv.MultiBlock) else outside
     lighting, occluders = blockers.to_scene(lighting), blockers.to_meshes()
     how: Any = {"tolerance": tolerance, "seconds": seconds, "occluders": occluders}
     result = measure_tradeoff(whole, lighting, look.to_material(scene), **how)

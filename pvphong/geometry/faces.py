@@ -31,7 +31,7 @@ _NOISE = 4 * 2.0**-53
 
 
 @dataclass(frozen=True)
-class Block:
+class FaceBlock:
     """Faces with the same number k of corners.
 
     Attributes
@@ -106,7 +106,7 @@ class Faces:
         self.n_points = len(rows)
         self._rows = np.ascontiguousarray(rows)  # or each block would have them copied
 
-    def blocks(self) -> Iterator[Block]:
+    def blocks(self) -> Iterator[FaceBlock]:
         """Blocks of faces with equally many corners; faces with fewer than 3 are in none."""
         for size in self._sizes:
             if size < 3:
@@ -125,7 +125,7 @@ class Faces:
             return self.connectivity[self.offsets[first] : self.offsets[last + 1]].reshape(-1, size)
         return self.connectivity[self.offsets[faces][:, None] + np.arange(size)]
 
-    def _block(self, faces: IntArray, corners: IntArray) -> Block:
+    def _block(self, faces: IntArray, corners: IntArray) -> FaceBlock:
         gathered = np.take(self._rows, corners, axis=0)  # several times as fast as an index
         points = np.ascontiguousarray(gathered.transpose(2, 1, 0), dtype=np.float64)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -135,7 +135,7 @@ class Faces:
         rare = ~((span >= _LEAST_SPAN) & (span <= _MOST_SPAN))  # NaN is rare too
         if rare.any():
             edges[:, :, rare], spokes[:, :, rare], exponents[rare] = _rescaled(points[:, :, rare])
-        return Block(faces, corners, edges, spokes, exponents)
+        return FaceBlock(faces, corners, edges, spokes, exponents)
 
 
 def _edges_and_spokes(points: Float64Array) -> tuple[Float64Array, Float64Array]:

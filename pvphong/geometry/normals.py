@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from pvphong.base import check
 from pvphong.base.types import Float64Array, Weighting
 from pvphong.base.wide import common_integers
-from pvphong.geometry.faces import Block, Faces
+from pvphong.geometry.faces import FaceBlock, Faces
 from pvphong.geometry.transform import normalize, normalize_columns
 
 # How a weight grows with the size of its face: as length to this power.
@@ -193,7 +193,7 @@ def implicit_normals(gradient: Callable[[Float64Array], ArrayLike] | ArrayLike, 
     return normalize(check.array("gradient", gradients, count=len(rows)))
 
 
-def _weights(block: Block, areas: Float64Array, weighting: Weighting) -> Float64Array:
+def _weights(block: FaceBlock, areas: Float64Array, weighting: Weighting) -> Float64Array:
     """(k, m) weights of a block's corners, in units of 2**(power * exponents); zero in a face without a normal."""
     if weighting == "area":
         return np.broadcast_to(np.sqrt(_dot(areas, areas)), block.corners.T.shape)

@@ -16,7 +16,7 @@ from pvphong.geometry.transform import transform_normals, transform_points
 from pvphong.meshes.blocks import datasets, leaves
 from pvphong.meshes.cells import refuse_invalid
 from pvphong.meshes.surfaces import has_faces, outer, polygons, surface
-from pvphong.rays.faces import Faces
+from pvphong.rays.faces import BlockingFaces
 from pvphong.rays.occluders import Occluders
 from pvphong.rays.receiver import Receiver
 from pvphong.rays.sampling import MOST_RAYS
@@ -49,15 +49,15 @@ class Among(NamedTuple):
     """Which of them it is itself, if it is one."""
 
 
-def world_faces(source: pv.PolyData, matrix: MatrixLike | None = None) -> Faces:
+def world_faces(source: pv.PolyData, matrix: MatrixLike | None = None) -> BlockingFaces:
     """A surface's triangles in the world; its points are copied."""
     points = source.points
-    return Faces(
+    return BlockingFaces(
         points.astype(np.float64) if matrix is None else transform_points(points, matrix), triangles_of(source)
     )
 
 
-def checked_occluders(given: Any) -> list[Faces]:
+def checked_occluders(given: Any) -> list[BlockingFaces]:
     """The triangles of what a user names as occluders: meshes, or pairs of a mesh and a matrix.
 
     Raises
@@ -73,7 +73,7 @@ def checked_occluders(given: Any) -> list[Faces]:
     return [part for index, one in enumerate(given) for part in _parts(f"occluders[{index}]", one)]
 
 
-def _parts(name: str, given: Any) -> list[Faces]:
+def _parts(name: str, given: Any) -> list[BlockingFaces]:
     mesh, matrix = given if isinstance(given, tuple) and len(given) == 2 else (given, None)
     if not isinstance(mesh, (pv.DataSet, pv.MultiBlock)):
         check.refuse(name, given, "a mesh, or a pair of a mesh and a 4x4 matrix", "pyvista.wrap makes a mesh of VTK's.")
@@ -154,5 +154,5 @@ def visibility_of(
     )
 
 
-def _among(own: Faces, others: list[Faces]) -> Among:
+def _among(own: BlockingFaces, others: list[BlockingFaces]) -> Among:
     return Among(Occluders([own, *others]), 0) if len(own) else Among(Occluders(others), None)

@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 
 from pvphong.base.types import BoolArray, Float64Array, FloatArray
-from pvphong.rays.faces import Faces
+from pvphong.rays.faces import BlockingFaces
 
 BYTES_PER_TRIANGLE = 130
 """What a caster takes for each, about, measured with both backends from 1 to 3 million triangles."""
@@ -38,7 +38,7 @@ class SlowRaysWarning(UserWarning):
 class Backend(Protocol):
     """What casts rays at triangles."""
 
-    def __init__(self, faces: Faces) -> None:
+    def __init__(self, faces: BlockingFaces) -> None:
         """At least one triangle, of finite coordinates from -1 to 1."""
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
@@ -50,18 +50,18 @@ class Caster:
 
     Parameters
     ----------
-    faces : Faces
+    faces : BlockingFaces
         Triangles without an area, or with a corner that is not finite, block nothing.
     """
 
-    def __init__(self, faces: Faces) -> None:
+    def __init__(self, faces: BlockingFaces) -> None:
         sound = faces.sound
         low, high = sound.box
         half = high / 2 - low / 2
         self.middle: Float64Array = low + half
         self._exponent = int(np.frexp(half.max())[1])
         scaled = np.ldexp(sound.points - self.middle, -self._exponent)
-        self._backend = _backend()(Faces(scaled, sound.corners)) if len(sound) else None
+        self._backend = _backend()(BlockingFaces(scaled, sound.corners)) if len(sound) else None
 
     @property
     def resolution(self) -> float:

@@ -7,13 +7,13 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
 from pvphong.base.types import BoolArray, Float64Array, FloatArray
-from pvphong.rays.faces import Faces
+from pvphong.rays.faces import BlockingFaces
 
 
 class Embree:
     """A `Backend`; several threads may cast at once."""
 
-    def __init__(self, faces: Faces) -> None:
+    def __init__(self, faces: BlockingFaces) -> None:
         self._scene = EmbreeScene(robust=True)
         self._mesh = TriangleMesh(self._scene, faces.points.astype(np.float32), faces.corners.astype(np.int32))
         self.blocked(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.ones(1))  # the first ray builds the tree

@@ -21,7 +21,7 @@ class Ball(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Faces:
+class BlockingFaces:
     """Triangles.
 
     Parameters
@@ -39,7 +39,7 @@ class Faces:
         return len(self.corners)
 
     @classmethod
-    def joined(cls, parts: Sequence[Faces]) -> Faces:
+    def joined(cls, parts: Sequence[BlockingFaces]) -> BlockingFaces:
         """All triangles of several."""
         if len(parts) == 1:
             return parts[0]
@@ -48,14 +48,14 @@ class Faces:
         return cls(np.concatenate([part.points for part in parts]), np.concatenate(corners))
 
     @cached_property
-    def sound(self) -> Faces:
+    def sound(self) -> BlockingFaces:
         """Those without a corner that is not finite."""
         if not len(self) or not len(self.points) or np.isfinite(_extremes(self.points)).all():
             return self
         finite: Any = np.isfinite(self.points).all(axis=1)
         left = self.corners[finite[self.corners].all(axis=1)]
         used, corners = np.unique(left, return_inverse=True)
-        return Faces(self.points[used], corners.reshape(-1, 3))
+        return BlockingFaces(self.points[used], corners.reshape(-1, 3))
 
     @cached_property
     def box(self) -> Float64Array:

@@ -10,7 +10,7 @@ from vtkmodules.vtkCommonCore import mutable, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkStaticCellLocator
 
 from pvphong.base.types import BoolArray, Float64Array, FloatArray
-from pvphong.rays.faces import Faces
+from pvphong.rays.faces import BlockingFaces
 
 # Places on triangles are rounded too: with a tolerance of 0 some are missed.
 _TOLERANCE = 2.0**-24
@@ -19,7 +19,7 @@ _TOLERANCE = 2.0**-24
 class Locator:
     """A `Backend`."""
 
-    def __init__(self, faces: Faces) -> None:
+    def __init__(self, faces: BlockingFaces) -> None:
         points, cells, mesh = vtkPoints(), vtkCellArray(), vtkPolyData()
         points.SetData(numpy_to_vtk(np.ascontiguousarray(faces.points), deep=True))
         corners = np.ascontiguousarray(faces.corners, np.int64).ravel()

@@ -11,7 +11,7 @@ from pvphong.base import check
 from pvphong.base.limits import available_memory
 from pvphong.base.types import BoolArray, FloatArray
 from pvphong.rays.casting import BYTES_PER_TRIANGLE, Caster, rays_each
-from pvphong.rays.faces import Ball, Faces
+from pvphong.rays.faces import Ball, BlockingFaces
 
 # A part so many times smaller than the others is not put into one caster with them, whose resolution is too coarse for
 # it: single precision tells 2⁻²⁴ of the whole apart.
@@ -23,11 +23,11 @@ class Occluders:
 
     Parameters
     ----------
-    parts : sequence of Faces
+    parts : sequence of BlockingFaces
         In the world.
     """
 
-    def __init__(self, parts: Sequence[Faces]) -> None:
+    def __init__(self, parts: Sequence[BlockingFaces]) -> None:
         self._parts = tuple(parts)
 
     def __len__(self) -> int:
@@ -74,7 +74,7 @@ class Occluders:
             got = f"{self.count:,} triangles, which take about {self.memory / 1e9:.3g} GB"
             allowed = f"as many as fit into the {available / 1e9:.3g} GB of memory that are free"
             check.refuse("occluders", got, allowed, "Fewer will do for shadows: mesh.decimate(0.9) takes nine in ten.")
-        return [Caster(Faces.joined([self._parts[index] for index in group])) for group in self._groups]
+        return [Caster(BlockingFaces.joined([self._parts[index] for index in group])) for group in self._groups]
 
     def resolution(self, part: int | None) -> float:
         """The length below which nothing is told apart at a part, or else at the finest one; 0 without any."""

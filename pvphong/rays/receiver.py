@@ -12,7 +12,7 @@ from pvphong.base.types import Float64Array, FloatArray, IntArray
 from pvphong.base.vectors import unit
 from pvphong.geometry.convex import is_convex
 from pvphong.geometry.extent import Extent
-from pvphong.rays.faces import Faces
+from pvphong.rays.faces import BlockingFaces
 from pvphong.rays.starts import into_faces
 from pvphong.shading.kernel import pool
 
@@ -27,7 +27,7 @@ class Receiver:
 
     Parameters
     ----------
-    faces : Faces
+    faces : BlockingFaces
         Its points, float64, and its triangles.
     normals : callable
         Gives their normals, shape (n, 3), of any length.
@@ -37,14 +37,14 @@ class Receiver:
         Shape (n, 3): `beside`, where that is known.
     """
 
-    faces: Faces
+    faces: BlockingFaces
     normals: Callable[[], FloatArray]
     part: int | None
     starts: Float64Array | None = None
 
     def some(self, rows: IntArray) -> Receiver:
         """Some of its vertices, without faces; their rays begin where they begin here."""
-        faces = Faces(self.points[rows], np.empty((0, 3), np.int64))
+        faces = BlockingFaces(self.points[rows], np.empty((0, 3), np.int64))
         return Receiver(faces, lambda: self.unit_normals[rows], self.part, self.beside[rows])
 
     @property

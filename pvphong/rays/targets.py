@@ -38,7 +38,7 @@ class Target(NamedTuple):
     def seen_from(self, begins: Float64Array) -> tuple[Float64Array, Float64Array]:
         """Unit vectors (n, 3) and distances (n,); infinite ones where nothing says how far away a light is."""
         if self.place is not None:
-            return ways_to(self.place, False, begins)
+            return ways_to_goals(self.place, False, begins)
         ways = self.light.arrival(np.ascontiguousarray(begins.T)).direction.T
         return np.broadcast_to(ways, begins.shape), np.full(len(begins), math.inf)
 
@@ -68,7 +68,7 @@ class Targets:
 
     def seen_from(self, picked: IntArray, begins: Float64Array) -> tuple[Float64Array, Float64Array]:
         """Unit vectors (n, 3) and distances (n,) to the one that is picked for each begin."""
-        return ways_to(self._goals[picked], not self._are_alike and self._are_ways[picked], begins)
+        return ways_to_goals(self._goals[picked], not self._are_alike and self._are_ways[picked], begins)
 
     def strengths(self, picked: IntArray, points: Float64Array) -> Float64Array:
         """What each point gets of the one that is picked for it: strength times intensity."""
@@ -100,7 +100,7 @@ def _differ_by_place_alone(nodes: Sequence[Light]) -> bool:
     )
 
 
-def ways_to(goals: FloatArray, are_ways: Any, begins: Float64Array) -> tuple[Float64Array, Float64Array]:
+def ways_to_goals(goals: FloatArray, are_ways: Any, begins: Float64Array) -> tuple[Float64Array, Float64Array]:
     """To places, or along ways; and how far."""
     with np.errstate(all="ignore"):
         ways = np.where(np.reshape(are_ways, (-1, 1)), goals, goals - begins)

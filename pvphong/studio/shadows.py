@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from pvphong.meshes.shadows import Among, world_faces
-from pvphong.rays.faces import Faces
+from pvphong.rays.faces import BlockingFaces
 from pvphong.rays.occluders import Occluders
 from pvphong.studio.live import LiveMesh
 
@@ -15,7 +15,7 @@ class Casting:
     """The meshes of one subplot that cast shadows, as occluders."""
 
     def __init__(self) -> None:
-        self._faces: dict[LiveMesh, tuple[Any, Faces]] = {}
+        self._faces: dict[LiveMesh, tuple[Any, BlockingFaces]] = {}
         self._occluders = Occluders(())
 
     def among(self, shown: Sequence[LiveMesh]) -> list[Among]:
@@ -28,7 +28,7 @@ class Casting:
             self._faces = faces
         return [Among(self._occluders, casting.index(live) if live in casting else None) for live in shown]
 
-    def _faces_of(self, live: LiveMesh) -> tuple[Any, Faces]:
+    def _faces_of(self, live: LiveMesh) -> tuple[Any, BlockingFaces]:
         state, known = live.shape(), self._faces.get(live)
         return known if known is not None and known[0] == state else (state, world_faces(live.drawn, live.matrix))
 

@@ -15,7 +15,7 @@ import pytest
 
 from pvphong.base import files
 from pvphong.base.files import written_aside
-from pvphong.base.lock import alone
+from pvphong.base.lock import locked
 
 
 @pytest.fixture
@@ -225,11 +225,11 @@ def test_a_writer_whose_folder_another_is_clearing_makes_the_next(target, monkey
             tried.append(path.parent)
             yield False
         else:
-            with alone(path) as is_alone:
+            with locked(path) as is_alone:
                 yield is_alone
 
     tried = []
-    monkeypatch.setattr(files, "alone", late)
+    monkeypatch.setattr(files, "locked", late)
     with written_aside(target) as aside:
         assert (aside.parent in tried) == (lost > 0)
         aside.write_text("new")

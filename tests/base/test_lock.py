@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from pvphong.base import lock
-from pvphong.base.lock import alone
+from pvphong.base.lock import locked
 
 
 @pytest.fixture
@@ -14,27 +14,27 @@ def path(tmp_path):
 
 
 def test_one_is_alone_at_a_time(path):
-    with alone(path) as first:
-        with alone(path) as second:
+    with locked(path) as first:
+        with locked(path) as second:
             assert (first, second) == (True, False)
-        with alone(path) as third:
+        with locked(path) as third:
             assert not third
-    with alone(path) as later:
+    with locked(path) as later:
         assert later
     assert path.exists()
 
 
 def test_who_does_not_make_the_file_is_alone_only_where_it_is(path):
-    with alone(path, makes=False) as is_alone:
+    with locked(path, makes=False) as is_alone:
         assert not is_alone
     assert not path.exists()
     path.touch()
-    with alone(path, makes=False) as is_alone:
+    with locked(path, makes=False) as is_alone:
         assert is_alone
 
 
 def test_where_it_cannot_be_made_nobody_is_alone(path):
-    with alone(path / "no folder") as is_alone:
+    with locked(path / "no folder") as is_alone:
         assert not is_alone
 
 
@@ -48,7 +48,7 @@ def test_a_file_that_was_removed_before_it_could_be_locked_is_not_the_one(path, 
         take(file)
 
     monkeypatch.setattr(lock, "_take", late)
-    with alone(path) as is_alone:
+    with locked(path) as is_alone:
         assert not is_alone
 
 
@@ -57,5 +57,5 @@ def test_where_files_cannot_be_locked_nobody_is_alone(path, monkeypatch):
         raise OSError
 
     monkeypatch.setattr(lock, "_take", refuse)
-    with alone(path) as is_alone:
+    with locked(path) as is_alone:
         assert not is_alone

@@ -21,7 +21,7 @@ import pyvista as pv
 
 import pvphong as ph
 from pvphong.rays.casting import has_embree
-from pvphong.rays.faces import Faces
+from pvphong.rays.faces import BlockingFaces
 from pvphong.rays.occluders import Occluders
 
 LIGHTS = [
@@ -119,7 +119,7 @@ def by_libigl(mesh: pv.PolyData, rays: int) -> np.ndarray:
 
 def the_sky(count: int) -> None:
     mesh = torus(count)
-    occluders = Occluders([Faces(mesh.points.astype(np.float64), triangles_of(mesh))])
+    occluders = Occluders([BlockingFaces(mesh.points.astype(np.float64), triangles_of(mesh))])
     occluders.blocked(mesh.points[:1].astype(np.float64), np.array([[0, 0, 1.0]]), np.ones(1))
     truth = mesh.phong.visibility([], samples=4096).sky
     bright = ph.Scene([], light_model=ph.LightModel(ambient=1.0))

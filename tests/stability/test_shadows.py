@@ -16,7 +16,7 @@ from stability.ledger import record, same_bits
 import pvphong as ph
 from pvphong.rays import casting
 from pvphong.rays.casting import has_embree
-from pvphong.rays.faces import Faces
+from pvphong.rays.faces import BlockingFaces
 from pvphong.rays.locator import Locator
 
 SLANTED = ph.DirectionalLight(direction=(-3, 1, -0.2))
@@ -47,7 +47,7 @@ def seen(mesh: pv.PolyData, light: Any, *occluders: pv.PolyData) -> Any:
 def naively(begins: Any, light: Any, *meshes: pv.PolyData) -> Any:
     """What is seen from begins, by rays in world coordinates of single precision."""
     whole = pv.merge([mesh.triangulate() for mesh in meshes], merge_points=False)
-    faces = Faces(whole.points.astype(np.float32).astype(np.float64), whole.regular_faces.astype(np.int64))
+    faces = BlockingFaces(whole.points.astype(np.float32).astype(np.float64), whole.regular_faces.astype(np.int64))
     ways = np.tile(-np.array(light.direction, float) / np.linalg.norm(light.direction), (len(begins), 1))
     return ~Locator(faces).blocked(begins.astype(np.float32).astype(np.float64), ways, np.full(len(begins), 1e3))
 

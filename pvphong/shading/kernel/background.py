@@ -18,7 +18,7 @@ from pathlib import Path
 from types import CodeType
 from typing import Any, ClassVar, NamedTuple
 
-from pvphong.base.lock import alone
+from pvphong.base.lock import locked
 from pvphong.shading.equation import Equation
 
 Key = tuple[CodeType, tuple[Any, ...], Callable[..., Any], tuple[str, ...]]
@@ -67,7 +67,7 @@ def ask_for(missing: Key, request: Request | None, lock: Path | None) -> None:
         is_running = _Compiler.process is not None and _Compiler.process.poll() is None
         if lock is None or is_running or missing in _Compiler.asked:
             return
-        with alone(lock) as is_alone:
+        with locked(lock) as is_alone:
             if not is_alone:
                 return
         _Compiler.asked.add(missing)

@@ -15,7 +15,7 @@ from functools import partial
 from itertools import product
 from typing import Any, NamedTuple
 
-from pvphong.base.lock import alone
+from pvphong.base.lock import locked
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.vtk import VtkHeadlight
@@ -30,21 +30,21 @@ _WEAKENING = (1.0, 1.0, 1.0)
 _NO_FLAGS = {"is_wide": False, "has_albedo": False, "is_display": False}
 
 
-class Piece(NamedTuple):
+class CompilationUnit(NamedTuple):
     """Code of one function for one combination of types."""
 
     name: str
     compile: Callable[[], object]
 
 
-def pieces(library: Library) -> list[Piece]:
+def pieces(library: Library) -> list[CompilationUnit]:
     """All code for pvphong's own lights and reflectances."""
-    result = [Piece("faces", library.survey), Piece("normals", library.normals)]
+    result = [CompilationUnit("faces", library.survey), CompilationUnit("normals", library.normals)]
     for stored, real in _STORED_AND_REAL:
         types = real if stored == real else f"{stored} to {real}"
-        result.append(Piece(f"driver, {types}", partial(library.driver, stored, real)))
+        result.append(CompilationUnit(f"driver, {types}", partial(library.driver, stored, real)))
     for real in _REALS:
-        result.append(Piece(f"bounds, {real}", partial(library.extremes, real)))
+        result.append(CompilationUnit(f"bounds, {real}", partial(library.extremes, real)))
         whole = _of_lights_with_a_size(library) if real == "float32" else ()
         lights, reflectances = (
             (*_of_lights(library), *whole),
@@ -54,7 +54,7 @@ def pieces(library: Library) -> list[Piece]:
             made = getattr(library, kind)
             for function in functions:
                 name = f"{function.__name__.replace('_', ' ')}, {real}"
-                result.append(Piece(name, partial(made, function, real)))
+                result.append(CompilationUnit(name, partial(made, function, real)))
     return result
 
 
@@ -115,7 +115,7 @@ def main() -> None:
     library = Library()
     if library.lock is None:
         return
-    with alone(library.lock) as is_alone:
+    with locked(library.lock) as is_alone:
         if not is_alone:
             return
         request = _request()

@@ -61,7 +61,7 @@ def limited(threads: int) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def alone() -> Iterator[None]:
+def single_threaded() -> Iterator[None]:
     """While it lasts, what this thread calls is done by this thread: for who shares out the processors already."""
     before, _here.is_alone = _here.is_alone, True
     try:

@@ -72,17 +72,17 @@ class Stages(Protocol):
         """Address of a reflectance's stage for a type of rows."""
 
 
-class Code(NamedTuple):
+class TermCode(NamedTuple):
     """What lights with one term: a stage, or None where the driver does it, and the numbers for it."""
 
     stage: Stage | None
     numbers: tuple[float, ...] = ()
 
 
-Codes = dict[int, Code]
+Codes = dict[int, TermCode]
 """Identity of a term → its code: most terms are left as they are by a plan, and are asked once for both equations."""
 
-_BY_DRIVER = Code(None)
+_BY_DRIVER = TermCode(None)
 
 
 def codes_of_lights(equation: Equation, toolkit: Any, real: str) -> Codes | None:
@@ -91,7 +91,7 @@ def codes_of_lights(equation: Equation, toolkit: Any, real: str) -> Codes | None
     return None if None in codes.values() else codes  # type: ignore[return-value]  # none is None
 
 
-def _code_of(term: LightTerm, equation: Equation, toolkit: Any, real: str) -> Code | None:
+def _code_of(term: LightTerm, equation: Equation, toolkit: Any, real: str) -> TermCode | None:
     light = term.light
     if light.is_even and not light.has_size:
         return _BY_DRIVER
@@ -104,7 +104,7 @@ def _code_of(term: LightTerm, equation: Equation, toolkit: Any, real: str) -> Co
         stage, numbers = light.stage(toolkit), light.parameters()
     if stage is None or not are_in_range(numbers) or (stage.varies and not term.gain <= stage.most_gain):
         return None
-    return Code(stage, numbers)
+    return TermCode(stage, numbers)
 
 
 def are_in_range(numbers: Iterable[float]) -> bool:

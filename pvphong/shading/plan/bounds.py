@@ -17,7 +17,7 @@ from pvphong.shading.plan.draft import Draft
 _SLACK = 1e-7
 
 
-class Seen(NamedTuple):
+class ApparentDirection(NamedTuple):
     """Where something is seen from the vertices."""
 
     direction: Vector
@@ -37,15 +37,15 @@ def most_color(draft: Draft, term: LightTerm) -> float:
     return max(red, green, blue)
 
 
-def viewer_seen(draft: Draft, eye: Vector | None) -> Seen | None:
+def viewer_seen(draft: Draft, eye: Vector | None) -> ApparentDirection | None:
     """Where the viewer is seen, at infinity where there is no eye; None where nothing is known."""
     if eye is None:
-        return Seen(draft.equation.to_eye, _SLACK)
+        return ApparentDirection(draft.equation.to_eye, _SLACK)
     seen = draft.extent.sight(eye)
-    return None if seen is None else Seen(seen.direction, seen.turn + _SLACK)
+    return None if seen is None else ApparentDirection(seen.direction, seen.turn + _SLACK)
 
 
-def widest_to_viewer(draft: Draft, light: Seen) -> float:
+def widest_to_viewer(draft: Draft, light: ApparentDirection) -> float:
     """The greatest angle from light to viewer over all vertices."""
     seen = viewer_seen(draft, draft.equation.eye)
     if seen is None:
@@ -60,12 +60,12 @@ def sightline(draft: Draft, reach: Reach) -> Sightline | None:
     viewer = viewer_seen(draft, draft.equation.eye) if cone and reach.direction else None
     if cone is None or reach.direction is None or viewer is None:
         return None
-    (axis, opening), seen = cone, Seen(reach.direction, reach.turn)
+    (axis, opening), seen = cone, ApparentDirection(reach.direction, reach.turn)
     theta, phi = (max(angle_between(axis, d) - opening - spread, 0.0) for d, spread in (seen, viewer))
     return Sightline(theta, phi, widest_to_viewer(draft, seen))
 
 
-def turned(draft: Draft, term: LightTerm, light: Seen, turn: float, *, light_moves: bool) -> float:
+def largest_change(draft: Draft, term: LightTerm, light: ApparentDirection, turn: float, *, light_moves: bool) -> float:
     """The largest change of a term's colour, for strength 1, when light or viewer turns by an angle.
 
     Parameters
@@ -74,7 +74,7 @@ def turned(draft: Draft, term: LightTerm, light: Seen, turn: float, *, light_mov
         What else is known.
     term : LightTerm
         Whose colours count.
-    light : Seen
+    light : ApparentDirection
         Where the light is.
     turn : float
         In radians.

@@ -17,7 +17,7 @@ from pvphong.optics.light import NODES, POSITION_EFFECT, SIZE_EFFECT, Fewer, Sim
 from pvphong.optics.reflectance import Component
 from pvphong.shading.equation import BLACK, Equation, LightTerm
 from pvphong.shading.parts import by_closed_form
-from pvphong.shading.plan.bounds import Seen, most_color, turned
+from pvphong.shading.plan.bounds import ApparentDirection, largest_change, most_color
 from pvphong.shading.plan.draft import (
     NO_LIGHT,
     Change,
@@ -90,7 +90,9 @@ def _bound(draft: Draft, term: LightTerm, choice: Simpler | Fewer) -> float:
         direction, turn = draft.reach(term).direction, draft.reach(term).turn
         if direction is None:
             return float("inf")
-        change = turned(draft, term, Seen(direction, max(turn, choice.turn)), choice.turn, light_moves=True)
+        change = largest_change(
+            draft, term, ApparentDirection(direction, max(turn, choice.turn)), choice.turn, light_moves=True
+        )
         bound += change * choice.strongest
     return bound * term.gain * ROUNDED_UP if bound else 0.0
 

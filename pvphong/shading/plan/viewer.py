@@ -9,7 +9,7 @@ from pvphong.base.types import Vector
 from pvphong.base.vectors import angle_between
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.shading.equation import Equation, LightTerm
-from pvphong.shading.plan.bounds import Seen, turned, viewer_seen
+from pvphong.shading.plan.bounds import ApparentDirection, largest_change, viewer_seen
 from pvphong.shading.plan.draft import Decision, Draft, Effect, Note
 
 NAME = "local viewer"
@@ -42,7 +42,7 @@ def _change(draft: Draft, term: LightTerm, delta: float) -> float:
     reach = draft.reach(term)
     if reach.direction is None:
         return math.inf
-    change = turned(draft, term, Seen(reach.direction, reach.turn), delta, light_moves=False)
+    change = largest_change(draft, term, ApparentDirection(reach.direction, reach.turn), delta, light_moves=False)
     return term.gain * reach.strongest * change if change else 0.0
 
 

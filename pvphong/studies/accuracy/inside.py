@@ -90,7 +90,7 @@ class Refined:
         )
 
 
-class Triangles(NamedTuple):
+class SampledTriangles(NamedTuple):
     """Some triangles of a mesh, each with corners of its own, and how much of its area each stands for."""
 
     points: FloatArray
@@ -187,12 +187,12 @@ def _search(subject: Subject, corners: IntArray, most: int) -> tuple[float, IntA
     return seconds, chosen, errors
 
 
-def _soup(subject: Subject, corners: IntArray, areas: Float64Array) -> Triangles:
+def _soup(subject: Subject, corners: IntArray, areas: Float64Array) -> SampledTriangles:
     own = np.arange(corners.size).reshape(-1, 3)
-    return Triangles(subject.points[corners.ravel()], subject.normals[corners.ravel()], own, areas)
+    return SampledTriangles(subject.points[corners.ravel()], subject.normals[corners.ravel()], own, areas)
 
 
-def _stratified(subject: Subject, corners: IntArray, errors: Float64Array, areas: Float64Array) -> Triangles:
+def _stratified(subject: Subject, corners: IntArray, errors: Float64Array, areas: Float64Array) -> SampledTriangles:
     """The worst triangles, and some others that stand for all others."""
     order = np.argsort(-errors, kind="stable")
     worst, others = order[:_WORST], order[_WORST:]
@@ -204,7 +204,7 @@ def _stratified(subject: Subject, corners: IntArray, errors: Float64Array, areas
     return _soup(subject, corners[rows], np.concatenate([areas[worst], areas[some] * scale]))
 
 
-def _errors(subject: Subject, some: Triangles) -> Float64Array:
+def _errors(subject: Subject, some: SampledTriangles) -> Float64Array:
     mesh = pv.PolyData.from_regular_faces(some.points, some.corners)
     mesh.point_data.active_normals = some.normals
     result = interpolation_error(mesh, subject.scene, subject.material, matrix=subject.matrix)
@@ -212,9 +212,9 @@ def _errors(subject: Subject, some: Triangles) -> Float64Array:
 
 
 def _uniform(
-    subject: Subject, corners: IntArray, sample: Triangles, clock: Clock
+    subject: Subject, corners: IntArray, sample: SampledTriangles, clock: Clock
 ) -> Iterator[tuple[str, Refined | str]]:
-    whole = Triangles(subject.points, subject.normals, corners, np.zeros(len(corners)))
+    whole = SampledTriangles(subject.points, subject.normals, corners, np.zeros(len(corners)))
     preparation = spent = 0.0
     for level in _LEVELS:
         name = f"refined {level}×"
@@ -236,7 +236,7 @@ def _uniform(
         yield name, Refined(name, whole.points, whole.normals, errors, preparation, note)
 
 
-def split(triangles: Triangles) -> Triangles:
+def split(triangles: SampledTriangles) -> SampledTriangles:
     """Every triangle as four, by the middles of its sides, which neighbours share.
 
     Normals in the middle are not made unit length: blending them further is then blending the corners', and
@@ -253,7 +253,7 @@ def split(triangles: Triangles) -> Triangles:
         np.concatenate([array, array[low] * array.dtype.type(0.5) + array[high] * array.dtype.type(0.5)])
         for array in (triangles.points, triangles.normals)
     )
-    return Triangles(points, normals, four, np.repeat(triangles.areas / 4.0, 4))
+    return SampledTriangles(points, normals, four, np.repeat(triangles.areas / 4.0, 4))
 
 
 def _adaptive(

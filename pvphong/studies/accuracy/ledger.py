@@ -12,7 +12,7 @@ from pvphong.shading.equation import Equation
 from pvphong.shading.plan.draft import Draft
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan
-from pvphong.studies.accuracy.rows import Entry, Promise, Timing, vertex_errors
+from pvphong.studies.accuracy.rows import LedgerEntry, Promise, Timing, vertex_errors
 from pvphong.studies.accuracy.simplifications import WITHOUT, without_light
 from pvphong.studies.accuracy.subject import Subject
 
@@ -47,7 +47,9 @@ def dropped(subject: Subject, effect: str, equation: Equation) -> Without:
     return Without(effect, equation, subject.runner(equation, scene=scene), error)
 
 
-def ledger(subject: Subject, plan: Plan, missing: list[Without], costs: dict[str, Float64Array]) -> tuple[Entry, ...]:
+def ledger(
+    subject: Subject, plan: Plan, missing: list[Without], costs: dict[str, Float64Array]
+) -> tuple[LedgerEntry, ...]:
     """An entry for every effect of the plan and every light.
 
     Parameters
@@ -64,14 +66,15 @@ def ledger(subject: Subject, plan: Plan, missing: list[Without], costs: dict[str
     errors = {without.effect: without.error for without in missing}
     timings = {name: Timing.of(seconds) for name, seconds in costs.items()}
     entries = [
-        Entry(name, timings.get(name), errors.get(name), choice.on, choice.why) for name, choice in plan.effects.items()
+        LedgerEntry(name, timings.get(name), errors.get(name), choice.on, choice.why)
+        for name, choice in plan.effects.items()
     ]
     kept = {term.index for term in plan.equation.terms}
     for index, label in enumerate(light_labels(subject.scene)):
         name = f"light {label}"
         if name in errors:
             why = "" if index in kept else "left out, see lights"
-            entries.append(Entry(name, timings.get(name), errors[name], index in kept, why))
+            entries.append(LedgerEntry(name, timings.get(name), errors[name], index in kept, why))
     return tuple(entries)
 
 

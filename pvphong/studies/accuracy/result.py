@@ -12,7 +12,7 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, MatrixLike
 from pvphong.scene.scene import Scene
-from pvphong.studies.accuracy.rows import Entry, Promise, Row
+from pvphong.studies.accuracy.rows import LedgerEntry, Promise, Row
 from pvphong.studies.accuracy.subject import Subject
 from pvphong.studies.accuracy.variants import variants
 
@@ -28,7 +28,7 @@ class Result:
 
     tolerance: float
     rows: tuple[Row, ...]
-    ledger: tuple[Entry, ...]
+    ledger: tuple[LedgerEntry, ...]
     baseline: str
     promises: tuple[Promise, ...]
     left_out: dict[str, str]

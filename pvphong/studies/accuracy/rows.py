@@ -182,7 +182,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Entry:
+class LedgerEntry:
     """What one effect, or one light, costs on a mesh.
 
     Attributes

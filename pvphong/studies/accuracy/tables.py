@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from pvphong.studies.accuracy.result import Result
-from pvphong.studies.accuracy.rows import KINDS, Entry, Row, Timing
+from pvphong.studies.accuracy.rows import KINDS, LedgerEntry, Row, Timing
 from pvphong.studies.accuracy.timing import FEWEST_REPEATS
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def ledger_table(result: Result) -> Table:
     return table
 
 
-def _cost(entry: Entry) -> tuple[str, str]:
+def _cost(entry: LedgerEntry) -> tuple[str, str]:
     error = "" if entry.error is None else number(entry.error)
     if entry.cost is None:
         return "", error

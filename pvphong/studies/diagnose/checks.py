@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pvphong.base import check
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, Vector
 from pvphong.base.wide import common_integers
-from pvphong.geometry.faces import Block, Faces
+from pvphong.geometry.faces import FaceBlock, Faces
 from pvphong.geometry.transform import transform_points
 
 # A normal is uncertain where the rounding of its corners may turn it further (radians): by Lambert's law
@@ -57,7 +57,7 @@ class _Blur:
     centred: Float64Array  # the same about the middle of the mesh
     extent: float  # a typical face's size, for faces that have collapsed
 
-    def of(self, block: Block, areas: Float64Array) -> tuple[Float64Array, Float64Array, Float64Array]:
+    def of(self, block: FaceBlock, areas: Float64Array) -> tuple[Float64Array, Float64Array, Float64Array]:
         """Radians for the faces of a block: as they lie, about the middle of the mesh, and about their own."""
         longest = np.sqrt(_squares(block.edges).max(axis=0))
         height = np.sqrt(_squares(areas)) / longest  # twice the area over the base, in units of 2**exponents

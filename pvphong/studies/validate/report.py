@@ -36,7 +36,7 @@ _FORMULA = "16 · power · 2⁻²⁴ + 1e-6"
 
 
 @dataclass(frozen=True)
-class Row:
+class CaseRow:
     """A case and what came of it."""
 
     case: Case
@@ -86,7 +86,7 @@ class Pictures:
 class VTKReport:
     """What `standing_report` found."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[CaseRow, ...]
     pictures: tuple[Pictures, ...]
 
     @property
@@ -103,7 +103,7 @@ class VTKReport:
         return f"{verdict}: {vertices} vertices compared, {worst}."
 
     @property
-    def _worst(self) -> Row:
+    def _worst(self) -> CaseRow:
         return max(self.rows, key=lambda row: row.ratio)
 
     def __str__(self) -> str:
@@ -222,9 +222,9 @@ def _without_arrays(mesh: pv.PolyData) -> pv.PolyData:
     return mesh
 
 
-def _row(case: Case, mesh: pv.PolyData) -> Row:
+def _row(case: Case, mesh: pv.PolyData) -> CaseRow:
     material = MATERIALS[case.material]
-    return Row(case, validate(mesh, case.scene(mesh), material, matrix=case.transform(mesh)))
+    return CaseRow(case, validate(mesh, case.scene(mesh), material, matrix=case.transform(mesh)))
 
 
 def _pictures() -> Iterator[Pictures]:

@@ -2,11 +2,12 @@
 
 `plotter.phong.add_gizmos` puts them up. What a light shows follows from its fields' roles: `handles` and their drags,
 `looks`, `readout`. None of them knows a window: `view` is the eye, `drag_start` what a drag begins with, `drawing`
-what is to be drawn. `grip` and `overlay` are VTK's side, `board` joins the two, `hands` is what mouse and keys do.
+what is to be drawn. `grip` and `overlay` are VTK's side, `board` joins the two, `interaction` is what mouse and keys
+do.
 
-A drag goes from `grip` to `gizmo`, `hands`, `dragging`, `handles`, and sets the light in the renderer (`studio.rig`).
-VTK's widget then draws, and before a frame `studio.pane` has the meshes lit again (`studio.live`) and the board drawn
-anew.
+A drag goes from `grip` to `gizmo`, `interaction`, `dragging`, `handles`, and sets the light in the renderer
+(`studio.rig`). VTK's widget then draws, and before a frame `studio.pane` has the meshes lit again (`studio.live`) and
+the board drawn anew.
 """
 
 from pvphong.studio.gizmos.board import Board

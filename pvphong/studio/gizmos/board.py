@@ -16,12 +16,12 @@ from pvphong.studio.gizmos.drag_start import vector
 from pvphong.studio.gizmos.drawing import Drawing
 from pvphong.studio.gizmos.gizmo import Gizmo
 from pvphong.studio.gizmos.grip import Grip
-from pvphong.studio.gizmos.hands import Hands
 from pvphong.studio.gizmos.highlight import SurfacePoint
 from pvphong.studio.gizmos.history import History
+from pvphong.studio.gizmos.interaction import Interaction
 from pvphong.studio.gizmos.options import Options
 from pvphong.studio.gizmos.overlay import Overlay
-from pvphong.studio.gizmos.status import HINT, alone, described
+from pvphong.studio.gizmos.status import HINT, described, soloed
 from pvphong.studio.gizmos.surfaces import Surfaces, find_highlight
 from pvphong.studio.gizmos.view import View
 from pvphong.studio.live import LiveMesh
@@ -75,7 +75,7 @@ class Board:
         self.note = ""
         """What else the readout says."""
         self._hovered: tuple[Gizmo, str] | None = None
-        self.hands = Hands(self, interactor)
+        self.interaction = Interaction(self, interactor)
         self._tags = [
             self._observe("MouseMoveEvent", Board._resized, _BEFORE_WIDGETS),
             self._observe("MouseMoveEvent", Board._moved_over),
@@ -94,7 +94,7 @@ class Board:
     @property
     def is_dragging(self) -> bool:
         """Whether a handle is held."""
-        return self.hands.drag is not None
+        return self.interaction.drag is not None
 
     # -- what is there -----------------------------------------------------------------------------------
 
@@ -177,8 +177,8 @@ class Board:
         shown = {} if self.hidden else {gizmo: self._ring(gizmo) for gizmo in self._gizmos}
         self._place_grips(view, shown)
         self._hovered = self._under_cursor()
-        active = self.hands.active or self._hovered
-        single = alone(self.rig.handles, view.viewer)
+        active = self.interaction.active or self._hovered
+        single = soloed(self.rig.handles, view.viewer)
         for gizmo, highlight in shown.items():
             handle = active[1] if active and active[0] is gizmo else None
             gizmo.draw(drawing, highlight, handle, is_alone=gizmo.handle is single)
@@ -187,13 +187,13 @@ class Board:
         has_room = self._overlay.help(commands.help_text(self.options.keys) if self.helping else "", view.size)
         self._overlay.status(self._status(single) if has_room else "", view.size)
         x, y = self.cursor
-        said = "\n".join(line for line in (self.hands.readout, self.hands.readout and self.note) if line)
+        said = "\n".join(line for line in (self.interaction.readout, self.interaction.readout and self.note) if line)
         self._overlay.say(said, (x - view.origin[0], y - view.origin[1]), view.size)
         self._overlay.attach(self._renderer)
 
     def _ring(self, gizmo: Gizmo) -> Vector | None:
         """Where its highlight is; while that is dragged, where it was dragged to, which need not be at a vertex."""
-        return self.hands.dragged_highlight(gizmo) or gizmo.highlight
+        return self.interaction.dragged_highlight(gizmo) or gizmo.highlight
 
     def _status(self, single: LightHandle | None) -> str:
         """The last that was done, and the light that keys act on."""
@@ -249,15 +249,15 @@ class Board:
 
     def grabbed(self, gizmo: Gizmo, grip: Grip) -> None:
         """A handle was grabbed."""
-        self.hands.grabbed(gizmo, grip.name)
+        self.interaction.grabbed(gizmo, grip.name)
 
     def dragged(self) -> None:
         """The cursor moved with the button down."""
-        self.hands.dragged()
+        self.interaction.dragged()
 
     def dropped(self) -> None:
         """The button was let go."""
-        self.hands.dropped()
+        self.interaction.dropped()
 
     @contextmanager
     def out_of_sight(self) -> Iterator[None]:
@@ -276,7 +276,7 @@ class Board:
         """Let go of widgets, observers and actors."""
         for tag in self._tags:
             self._interactor.RemoveObserver(tag)
-        self.hands.release()
+        self.interaction.release()
         for gizmo in self._gizmos:
             self._retired += gizmo.retire()
         self._gizmos.clear()

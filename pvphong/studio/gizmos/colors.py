@@ -25,7 +25,7 @@ def luminance(color: ColorLike) -> float:
     return float(_WEIGHTS @ rgb(color))
 
 
-def turned(color: ColorLike, degrees: float) -> Vector:
+def hue_turned(color: ColorLike, degrees: float) -> Vector:
     """A colour whose hue is so many degrees further, red to yellow to green; value and saturation stay.
 
     Grey has no hue: it becomes a light red, or for negative degrees the light violet before it.

@@ -101,7 +101,7 @@ class Gizmo:
         return self.handle.light(viewer)
 
     def scenery(self, view: View) -> Scenery:
-        """The scene around it; the icon of a light without a place stands in front of it, or where hands left it."""
+        """The scene around it; the icon of a light without a place stands in front of it, or where it was left."""
         known = self._known(view)
         return self._held[1] if self._held is not None and self._held[0] == known else around_middle(*known[:2])
 

@@ -14,12 +14,12 @@ from pvphong.base.vectors import unit_vector
 from pvphong.optics.light import Light
 from pvphong.optics.lights import PointLight
 from pvphong.optics.roles import Aim
-from pvphong.studio.gizmos.colors import luminance, recolored, turned, warmed
+from pvphong.studio.gizmos.colors import hue_turned, luminance, recolored, warmed
 from pvphong.studio.gizmos.drag_start import vector
 from pvphong.studio.gizmos.gizmo import Gizmo
 from pvphong.studio.gizmos.names import called, free_name
 from pvphong.studio.gizmos.shape import comes_from_somewhere, fields
-from pvphong.studio.gizmos.status import alone
+from pvphong.studio.gizmos.status import soloed
 from pvphong.studio.gizmos.surroundings import Surroundings
 
 _HUE_STEP = 15.0
@@ -52,7 +52,7 @@ def solo(board: Surroundings) -> None:
     if (chosen := _chosen(board)) is None:
         return
     viewer, handles = board.view.viewer, board.rig.handles
-    others_on = alone(handles, viewer) is chosen.handle
+    others_on = soloed(handles, viewer) is chosen.handle
     for handle in handles:
         handle.set(replace(handle.light(viewer), on=others_on or handle is chosen.handle), viewer)
 
@@ -108,12 +108,12 @@ def by_thirds(intensity: float, thirds: int) -> float:
 
 def hue_on(board: Surroundings) -> None:
     """The hue a step on: red, yellow, green, blue."""
-    _recolor(board, "hue", lambda light: recolored(light, lambda color: turned(color, _HUE_STEP)))
+    _recolor(board, "hue", lambda light: recolored(light, lambda color: hue_turned(color, _HUE_STEP)))
 
 
 def hue_back(board: Surroundings) -> None:
     """The hue a step back."""
-    _recolor(board, "hue", lambda light: recolored(light, lambda color: turned(color, -_HUE_STEP)))
+    _recolor(board, "hue", lambda light: recolored(light, lambda color: hue_turned(color, -_HUE_STEP)))
 
 
 def warmer(board: Surroundings) -> None:

@@ -13,7 +13,7 @@ from pvphong.studio.rig import LightHandle
 HINT = "h: keys"
 
 
-def alone(handles: Sequence[LightHandle], viewer: Viewer) -> LightHandle | None:
+def soloed(handles: Sequence[LightHandle], viewer: Viewer) -> LightHandle | None:
     """The light that is on while all others of several are off, if there is such a one."""
     shining = [handle for handle in handles if handle.light(viewer).on]
     return shining[0] if len(shining) == 1 < len(handles) else None

@@ -1,4 +1,4 @@
-"""What keys and hands act on: the gizmos of one renderer, as `board.Board` has them."""
+"""What keys and the mouse act on: the gizmos of one renderer, as `board.Board` has them."""
 
 from __future__ import annotations
 

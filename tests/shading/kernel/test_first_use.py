@@ -14,7 +14,7 @@ import pytest
 from shading.kernel.apart import run_apart
 
 import pvphong as ph
-from pvphong.base.lock import alone
+from pvphong.base.lock import locked
 from pvphong.cli import main
 from pvphong.optics.lights import PointLight
 from pvphong.shading import kernel
@@ -107,7 +107,7 @@ def test_nothing_is_started_while_another_process_compiles(monkeypatch, tmp_path
     started = []
     monkeypatch.setattr(background, "_start", lambda request: started.append(request))
     monkeypatch.setattr(background._Compiler, "asked", set())
-    with alone(tmp_path / "lock"):
+    with locked(tmp_path / "lock"):
         background.ask_for("driver", "driver", tmp_path / "lock")
     assert not started
     background.ask_for("driver", "driver", tmp_path / "lock")
@@ -153,7 +153,7 @@ def test_from_an_empty_folder_to_compiled_code(tmp_path):
 
 
 def is_free(lock):
-    with alone(lock) as is_alone:
+    with locked(lock) as is_alone:
         return is_alone
 
 
@@ -204,7 +204,7 @@ def test_all_code_is_compiled_in_advance(monkeypatch, capsys):
     from pvphong.shading.kernel import compiling
 
     made = []
-    fake = [compiling.Piece(name, lambda name=name: made.append(name)) for name in ("driver", "point")]
+    fake = [compiling.CompilationUnit(name, lambda name=name: made.append(name)) for name in ("driver", "point")]
     monkeypatch.setattr(compiling, "pieces", lambda _: fake)
     assert main(["compile"]) == 0
     assert made == ["driver", "point"] * 2

@@ -5,7 +5,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.studies.accuracy.inside import ADAPTIVE, AS_IT_IS, Triangles, inside, split
+from pvphong.studies.accuracy.inside import ADAPTIVE, AS_IT_IS, SampledTriangles, inside, split
 from pvphong.studies.accuracy.subject import Subject
 from pvphong.studies.accuracy.timing import Clock
 
@@ -44,7 +44,7 @@ def test_without_time_meshes_are_left_out_and_few_triangles_searched():
 
 def test_split_triangles_share_their_new_points_and_lie_where_they_did():
     mesh = pv.Sphere(theta_resolution=12, phi_resolution=10)
-    start = Triangles(
+    start = SampledTriangles(
         np.asarray(mesh.points), np.asarray(mesh.point_normals), mesh.regular_faces, np.arange(float(mesh.n_cells))
     )
     points, normals, corners, areas = split(start)

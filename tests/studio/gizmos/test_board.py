@@ -496,7 +496,7 @@ def test_the_numbers_of_a_target_are_where_it_is_drawn(new_mouse, length):
     mouse = new_mouse(replace(SPOT, direction=direction))
     spot = mouse.gizmo("spot")
     mouse.pull(mouse.at("spot", "cone"), (3, 3))
-    lines = mouse.plotter.phong._pane.board.hands.readout.splitlines()
+    lines = mouse.plotter.phong._pane.board.interaction.readout.splitlines()
     x, y, z = spot.handles["target"]
     assert f"target ({x:.4g}, {y:.4g}, {z:.4g})" in lines
     distance = np.linalg.norm(np.array(spot.handles["target"]) - SPOT.position)

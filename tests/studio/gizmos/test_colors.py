@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pvphong.optics.lights import PointLight
-from pvphong.studio.gizmos.colors import luminance, recolored, turned, warmed
+from pvphong.studio.gizmos.colors import hue_turned, luminance, recolored, warmed
 
 CHANNEL = st.floats(0.05, 4.0)
 COLORS = st.tuples(CHANNEL, CHANNEL, CHANNEL).filter(lambda color: max(color) > 1.1 * min(color))
@@ -22,11 +22,11 @@ def test_the_luminance_is_that_of_bt_709():
 
 @given(COLORS)
 def test_a_turn_keeps_value_and_saturation_and_a_turn_back_undoes_it(color):
-    on = turned(color, 15.0)
+    on = hue_turned(color, 15.0)
     before, after = colorsys.rgb_to_hsv(*color), colorsys.rgb_to_hsv(*on)
     assert after[1:] == pytest.approx(before[1:], rel=1e-9)
     assert (after[0] - before[0]) % 1.0 == pytest.approx(15 / 360, abs=1e-9)
-    assert turned(on, -15.0) == pytest.approx(color, rel=1e-9)
+    assert hue_turned(on, -15.0) == pytest.approx(color, rel=1e-9)
 
 
 @given(COLORS)
@@ -39,7 +39,7 @@ def test_warmth_keeps_the_luminance_and_cooling_undoes_it(color):
 
 def test_grey_gets_a_hue_and_black_stays_black():
     for degrees in (15.0, -15.0):
-        red, green, blue = turned(0.8, degrees)
+        red, green, blue = hue_turned(0.8, degrees)
         assert max(red, green, blue) == 0.8
         assert min(red, green, blue) < 0.5
     assert warmed(0.0, 1.0) == (0.0, 0.0, 0.0)

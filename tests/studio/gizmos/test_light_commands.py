@@ -150,7 +150,7 @@ def type_keys(mouse, text):
 def test_a_typed_value_is_one_step(mouse, light):
     for handle in [*mouse.gizmo("it").handles, "intensity"]:
         before = state(mouse.plotter)
-        mouse.plotter.phong._pane.board.hands.grabbed_last = handle
+        mouse.plotter.phong._pane.board.interaction.grabbed_last = handle
         mouse.key("Return")
         type_keys(mouse, "3.5")
         assert state(mouse.plotter) != before  # the light follows
@@ -159,7 +159,7 @@ def test_a_typed_value_is_one_step(mouse, light):
         mouse.plotter.phong.undo()
         mouse.plotter.phong._pane.board.history.clear()
     if light.values(Place):
-        mouse.plotter.phong._pane.board.hands.grabbed_last = "position"
+        mouse.plotter.phong._pane.board.interaction.grabbed_last = "position"
         mouse.key("Return")
         type_keys(mouse, "1 -0,5 z2.25")
         mouse.key("KP_Enter")
@@ -188,7 +188,7 @@ def test_tab_takes_and_goes_on(mouse):
     mouse.key("Return")
     names = [*mouse.gizmo("it").handles, "intensity"]
     for name in [*names, names[0]]:
-        assert board.hands.entry.handle == name
+        assert board.interaction.entry.handle == name
         mouse.key("Tab")
     assert not mouse.plotter.phong.undo()
 
@@ -196,11 +196,11 @@ def test_tab_takes_and_goes_on(mouse):
 def test_a_text_that_is_no_value_cannot_be_taken_and_says_why(mouse):
     before = state(mouse.plotter)
     board = mouse.plotter.phong._pane.board
-    board.hands.grabbed_last = "intensity"
+    board.interaction.grabbed_last = "intensity"
     mouse.key("Return")
     type_keys(mouse, "-1")
     mouse.key("Return")
-    assert "intensity must be a finite number >= 0; got -1.0." in " ".join(board.hands.readout.split())
+    assert "intensity must be a finite number >= 0; got -1.0." in " ".join(board.interaction.readout.split())
     assert state(mouse.plotter) == before
     mouse.key("Escape")
     assert not mouse.plotter.phong.undo()

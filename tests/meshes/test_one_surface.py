@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from pvphong.meshes.together import together
+from pvphong.meshes.one_surface import one_surface
 
 
 def blocks():
@@ -19,7 +19,7 @@ def blocks():
 def test_all_surfaces_are_there_with_the_normals_that_they_are_lit_with():
     given = blocks()
     before = given.copy()
-    whole = together(given)
+    whole = one_surface(given)
     lit = given.phong.normals()
     parts = [lit["ball"], lit["inner"]["box"], lit["inner"]["grid"]]
     assert whole.n_cells == sum(part.n_cells for part in parts)
@@ -36,13 +36,13 @@ def test_all_surfaces_are_there_with_the_normals_that_they_are_lit_with():
 def test_a_single_block_is_given_as_a_new_mesh():
     ball = pv.Sphere()
     ball["tint"] = np.ones(ball.n_points)
-    whole = together(pv.MultiBlock({"ball": ball}))
+    whole = one_surface(pv.MultiBlock({"ball": ball}))
     assert "tint" in ball.array_names
     np.testing.assert_array_equal(whole.points, ball.points)
 
 
 def test_without_a_mesh_there_is_nothing_and_a_broken_block_is_named():
     with pytest.raises(ValueError, match="mesh must be one with a mesh that can be lit; got a MultiBlock of 1 without"):
-        together(pv.MultiBlock({"gap": None}))
+        one_surface(pv.MultiBlock({"gap": None}))
     with pytest.raises(ValueError, match=r"block \['cloud'\]: mesh must be a mesh with faces"):
-        together(pv.MultiBlock({"ball": pv.Sphere(), "cloud": pv.PolyData(np.eye(3))}))
+        one_surface(pv.MultiBlock({"ball": pv.Sphere(), "cloud": pv.PolyData(np.eye(3))}))

@@ -11,7 +11,7 @@ from pvphong.meshes.lit import point_normals
 from pvphong.meshes.surfaces import surface
 
 
-def together(blocks: pv.MultiBlock) -> pv.PolyData:
+def one_surface(blocks: pv.MultiBlock) -> pv.PolyData:
     """The surfaces of all blocks as one, each with the normals that it is lit with, and no other array.
 
     No points are merged: where blocks touch there are edges, as between the blocks.

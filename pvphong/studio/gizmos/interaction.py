@@ -18,7 +18,7 @@ from pvphong.studio.gizmos.typed import INTENSITY
 _BEFORE_ALL, _BEFORE_WIDGETS = 2.0, 1.0  # theirs is 0.5, PyVista's and the interactor style's 0
 
 
-class Hands:
+class Interaction:
     """Turns events into drags, typed values and commands.
 
     Parameters
@@ -37,19 +37,19 @@ class Hands:
         self._presses = commands.Presses()
         self._numbers = ""
         self._tags = [
-            self._observe("KeyPressEvent", Hands._typed, _BEFORE_ALL),
-            self._observe("CharEvent", Hands._typed_character, _BEFORE_ALL),
-            self._observe("KeyPressEvent", Hands._key_pressed),
-            self._observe("CharEvent", Hands._key_ended),
-            self._observe("KeyReleaseEvent", Hands._key_ended),
+            self._observe("KeyPressEvent", Interaction._typed, _BEFORE_ALL),
+            self._observe("CharEvent", Interaction._typed_character, _BEFORE_ALL),
+            self._observe("KeyPressEvent", Interaction._key_pressed),
+            self._observe("CharEvent", Interaction._key_ended),
+            self._observe("KeyReleaseEvent", Interaction._key_ended),
         ]
 
-    def _observe(self, event: str, react: Callable[[Hands], bool | None], priority: float = 0.0) -> int:
+    def _observe(self, event: str, react: Callable[[Interaction], bool | None], priority: float = 0.0) -> int:
         """React to an event; nobody else hears of it where the answer is True."""
-        hands = weakref.ref(self)
+        interaction = weakref.ref(self)
 
         def happened(interactor: Any, _event: str) -> None:
-            if (alive := hands()) is not None and react(alive):
+            if (alive := interaction()) is not None and react(alive):
                 interactor.GetCommand(tag).SetAbortFlag(1)
 
         tag = int(self._interactor.AddObserver(event, happened, priority))
