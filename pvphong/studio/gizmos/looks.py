@@ -83,14 +83,16 @@ def _cones(drawing: Drawing, light: Light, along: Float64Array, scenery: Scenery
 
 
 def _sizes(drawing: Drawing, light: Light, scenery: Scenery, selected: bool) -> None:
-    """Its outline; where it has none, a circle that faces the viewer, and selected: a sphere."""
+    """Its outline; where it has none, a circle through its handle that faces the viewer, and selected: a sphere."""
     if light.outline is not None:
         _outline(drawing, light, light.outline, scenery, selected)
         return
-    for length in light.values(Length):
-        _circle(drawing, light, scenery, drawing.view.viewer.axes[2], length, 0.6 if selected else 0.3)
-        if selected:
-            _sphere(drawing, light, scenery, length, 0.9)
+    for field, role in light.roles.items():
+        if isinstance(role, Length):
+            radius = role.share * getattr(light, field)
+            _circle(drawing, light, scenery, drawing.view.viewer.axes[2], radius, 0.6 if selected else 0.3)
+            if selected:
+                _sphere(drawing, light, scenery, radius, 0.9)
 
 
 def _outline(drawing: Drawing, light: Light, outline: Float64Array, scenery: Scenery, selected: bool) -> None:
