@@ -20,7 +20,7 @@ scene = ph.Scene(
 )
 plastic = ph.Material(ambient=0.1, diffuse=(0.2, 0.3, 0.8), specular=0.5, shininess=40)
 
-report = mesh.phong.tradeoff(scene, plastic, tolerance=1 / 255, seconds=6)
+report = mesh.phong.tradeoff(scene, plastic, tolerance=1 / 255, seconds=4)
 print(report)
 
 print("| way to light it | median time | largest error |\n|---|---:|---:|")

@@ -20,16 +20,14 @@ SCENE = ph.Scene([SUN], VIEWER, ph.LightModel(ambient=0.15, shadows=True))
 ball = pv.Sphere(theta_resolution=14, phi_resolution=11, radius=1.0)
 inside = ball.subdivide(5, "linear")  # points in the same coarse faces, with normals blended across them
 ground = pv.Plane(center=(-1, 0, -1), i_size=9, j_size=7, i_resolution=450, j_resolution=350)
-balls = {
-    "rays from inside the faces": inside.phong.shade(SCENE, CLAY, occluders=[ground]),
-    "rays from the vertices": ball.phong.shade(SCENE, CLAY, occluders=[ground]),
-}
+meshes = {"rays from inside the faces": inside, "rays from the vertices": ball}
+seen = {name: mesh.phong.visibility(SCENE, occluders=[ground]) for name, mesh in meshes.items()}
+balls = {name: mesh.phong.shade(SCENE, CLAY, visibility=seen[name]) for name, mesh in meshes.items()}
 earth = ground.phong.shade(SCENE, EARTH, occluders=[ball])
 
 facing = {name: np.asarray(lit.point_normals) @ -np.array(SUN.direction) > 0.01 for name, lit in balls.items()}
-for name, lit in balls.items():
-    seen = lit.phong.visibility(SCENE, occluders=[ground]).per_light[0]
-    dark = np.mean(seen[facing[name]] == 0)
+for name in balls:
+    dark = np.mean(seen[name].per_light[0][facing[name]] == 0)
     print(f"{name}: {dark:.1%} of what faces the sun is black")
 
 plotter = pv.Plotter(shape=(1, 2), off_screen=OFF_SCREEN, window_size=(1200, 520), border=False)

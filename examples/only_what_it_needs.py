@@ -55,7 +55,7 @@ MORE = {
     "soft shadow of the ball": ([BALL], replace(BRIGHT, shadows=True)),
     "ambient occlusion": ([BULB], replace(BRIGHT, ambient_occlusion=True)),
 }
-ROUNDS, FEW_ROUNDS = 40, 2
+ROUNDS, FEW_ROUNDS = 15, 2
 TOLERANCE = 0.02  # of the colours that rays are cast for
 BACKEND = "numba" if find_spec("numba") else "numpy"  # by name: "auto" would change over once compiled code is there
 

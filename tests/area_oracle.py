@@ -17,6 +17,11 @@ from typing import Any
 import mpmath as mp
 
 _FEW = 1e-25
+# In place of 0⁰, which is 1.
+_NO_POWER = 1e-300
+# Steps of the quadrature along γ: the first, and the last, as negative powers of 2; and how far it goes.
+_COARSE, _FINEST, _LAST = 2, 9, 3.4
+_HALF_OF_THE_DIGITS, _NOTHING = 1e-9, 1e-14
 # Corners outside of a cap are none; those next to its edge may be.
 _BESIDE = 1e-6
 # Nodes in a piece of a strip of a disk, and where pieces end: in lobe's widths from its middle.
@@ -56,17 +61,57 @@ def mirrored(n: Sequence[Any], v: Sequence[Any]) -> list[Any]:
 def power_over(w: Sequence[Any], power: float, caps: Sequence[tuple[Sequence[Any], Any]]) -> Any:
     """∫ max(w·u, 0)ᵏ du over what the caps (a, b) have in common; w and all a of length 1."""
     if not power:  # 1 on the other side of w too
-        return power_over(caps[0][0], 1e-300, caps)
+        return power_over(caps[0][0], _NO_POWER, caps)
     first = unit(cross(w, [1, 0, 0] if abs(w[0]) < 0.6 else [0, 1, 0]))
     second = cross(w, first)
     seen = [(angle(w, a), mp.atan2(dot(a, second), dot(a, first)), mp.mpf(b)) for a, b in caps]
     ends = sorted({x for x in _breaks(w, power, caps, seen) if 0 < x < mp.pi / 2})
-    total = mp.mpf(0)
-    for start, stop in zip([mp.mpf(0), *ends], [*ends, mp.pi / 2], strict=True):
-        total += mp.quad(
-            lambda gamma: max(mp.cos(gamma), 0) ** power * mp.sin(gamma) * _length([_arc(gamma, *cap) for cap in seen]),
-            [start, stop],
-        )
+    around = [(*mp.cos_sin(middle), turn, b) for middle, turn, b in seen]
+
+    def arcs(gamma: Any) -> tuple[Any, list[Any]]:
+        cosine, sine = mp.cos_sin(gamma)
+        return (cosine**power if power > _NO_POWER else 1) * sine, [_arc(cosine, sine, *cap) for cap in around]
+
+    def integrand(gamma: Any) -> Any:
+        weight, found = arcs(gamma)
+        return weight * _length(found)
+
+    pieces = zip([mp.mpf(0), *ends], [*ends, mp.pi / 2], strict=True)
+    # an arc comes and goes at ends only
+    return _over(integrand, [(a, b) for a, b in pieces if None not in arcs((a + b) / 2)[1]])
+
+
+@cache
+def _mori(level: int) -> list[tuple[Any, Any]]:
+    """Takahasi and Mori's nodes of a level that no coarser one has: way from either end, weight, as parts of it."""
+    step, found = mp.mpf(2) ** -level, []
+    with mp.workdps(30):
+        for k in range(0 if level == _COARSE else 1, int(_LAST / step) + 1, 1 if level == _COARSE else 2):
+            t = k * step
+            rise = mp.exp(-mp.pi * mp.sinh(t))
+            found.append((rise / (1 + rise), mp.pi * mp.cosh(t) * rise / (1 + rise) ** 2))
+    return found
+
+
+def _over(integrand: Any, pieces: Sequence[tuple[Any, Any]]) -> Any:
+    """An integral over intervals at whose ends it may have roots; each level has twice the digits of the one before."""
+    sums, values = [mp.mpf(0) for _ in pieces], [None for _ in pieces]
+    rest = range(len(pieces))
+    for level in range(_COARSE, _FINEST + 1):
+        off = {}
+        for k in rest:
+            start, stop = pieces[k]
+            for way, weight in _mori(level):
+                sums[k] += weight * integrand(start + way * (stop - start))
+                if way < 0.5:
+                    sums[k] += weight * integrand(stop - way * (stop - start))
+            now = sums[k] * (stop - start) * mp.mpf(2) ** -level
+            off[k] = mp.inf if values[k] is None else abs(now - values[k])
+            values[k] = now
+        total = sum(values, mp.mpf(0))
+        rest = [k for k in rest if off[k] > max(_HALF_OF_THE_DIGITS * abs(values[k]), _NOTHING * abs(total))]
+        if not rest:
+            break
     return total
 
 
@@ -88,10 +133,10 @@ def _breaks(w: Any, power: float, caps: Any, seen: Any) -> Any:
     yield from (k / mp.sqrt(power + 1) for k in (1, 2, 4, 7, 11))
 
 
-def _arc(gamma: Any, middle: Any, around: Any, b: Any) -> tuple[Any, Any] | None:
+def _arc(cosine: Any, sine: Any, along: Any, aside: Any, around: Any, b: Any) -> tuple[Any, Any] | None:
     """Middle and half length of the circle's arc in a cap; None where there is none."""
-    spread = mp.sin(gamma) * mp.sin(middle)
-    height = b - mp.cos(gamma) * mp.cos(middle)
+    spread = sine * aside
+    height = b - cosine * along
     if abs(height) >= spread:
         return None if height > 0 else (mp.mpf(0), mp.pi)
     return around, mp.acos(height / spread)

@@ -24,7 +24,8 @@ import numpy as np
 
 ctx = mpmath.MPContext()
 ctx.dps = 80
-_PLACING_DIGITS = 100
+_placing = mpmath.MPContext()
+_placing.dps = 100
 
 Exact = tuple[Fraction, Fraction, Fraction]
 Real = Any  # an mpf of `ctx`
@@ -209,11 +210,9 @@ def _fraction(x: Real) -> Fraction:
 
 
 def _unit(a: Exact) -> Exact:
-    digits = mpmath.MPContext()
-    digits.dps = _PLACING_DIGITS
     square = dot(a, a)
-    length = digits.sqrt(digits.mpf(square.numerator) / digits.mpf(square.denominator))
-    x, y, z = (_fraction(digits.mpf(c.numerator) / digits.mpf(c.denominator) / length) for c in a)
+    length = _placing.sqrt(_placing.mpf(square.numerator) / _placing.mpf(square.denominator))
+    x, y, z = (_fraction(_placing.mpf(c.numerator) / _placing.mpf(c.denominator) / length) for c in a)
     return x, y, z
 
 

@@ -195,6 +195,7 @@ def main(view):
     from windowed import end_at_errors, furnish, told
 
     end_at_errors()
+    pv.global_theme.multi_samples = 1  # eight take a processor four times as long
     plotter = pv.Plotter(off_screen=True, window_size=SIZE, lighting="none")
     actor, guest = furnish(plotter)
     server = get_server("served", client_type="vue3")

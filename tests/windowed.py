@@ -159,6 +159,7 @@ def main():
     import pyvista as pv
 
     end_at_errors()
+    pv.global_theme.multi_samples = 1  # eight take a processor four times as long
     plotter = pv.Plotter(window_size=SIZE, lighting="none", title="pvphong in a window")
     actor, guest = furnish(plotter)
     plotter.show(interactive_update=True, auto_close=False)

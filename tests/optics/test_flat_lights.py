@@ -1,6 +1,7 @@
 """Integrals over polygons and disks: against quadrature by mpmath, over their areas, and against each other."""
 
 import math
+from functools import cache
 from itertools import pairwise
 
 import area_oracle as oracle
@@ -180,25 +181,44 @@ def by_area(form, axis, middle, facing, across):
     return float((weights / 2 * r) @ values.sum(axis=1) * 2 * math.pi / 256 / math.pi)
 
 
-def polygon_of_the_same_area(form, axis, n, middle, facing, across, count):
-    other, angle = np.cross(facing, across), 2 * math.pi / count
-    size = math.sqrt(angle / math.sin(angle))
-    corners = [size * (math.cos(k * angle) * across + math.sin(k * angle) * other) for k in range(count)]
-    return of_polygon(form, axis, n, middle, corners)
+@cache
+def polygons_of_the_same_area(around, power, count):
+    """Of the disks of all cases of a power, as triangles around their middles, all of them in one call."""
+    cases = [case for case in AS_DISKS if case[0] == power]
+    facing, across, middle, n, w = (
+        np.repeat(np.transpose(vectors), count, axis=1) for vectors in zip(*(disk(*x) for x in cases), strict=True)
+    )
+    other, angle = np.cross(facing, across, axis=0), 2 * math.pi / count
+    size, turns = math.sqrt(angle / math.sin(angle)), np.tile(np.arange(count) * angle, len(cases))
+    corners = [size * (np.cos(x) * across + np.sin(x) * other) for x in (turns, turns + angle)]
+    sizes, areas = (np.full(len(turns), x) for x in (size, math.pi / count))
+    axis = n if around == "normal" else w
+    parts = over_polygon(
+        CosinePower(around, power), axis, n, middle, [np.zeros_like(middle), *corners], sizes, areas
+    ).reshape(len(cases), count)
+    return dict(zip(cases, parts.mean(axis=1).tolist(), strict=True))
 
 
-@pytest.mark.parametrize(("power", "distance", "is_cut"), [(1.0, d, c) for _, d, c in CASES[:8]] + CASES)
-@pytest.mark.parametrize("around", ["normal", "mirror"])
-def test_a_power_over_a_disk(power, distance, is_cut, around):
-    if around == "normal" and power != 1.0:
-        return
-    _, facing, across, middle, n, w = thrown(power, distance, is_cut)
+def disk(*case):
+    """Its axis, a direction in its plane, the way to its middle; the normal of the horizon, the axis of the power."""
+    return thrown(*case)[1:]
+
+
+AS_DISKS = [(1.0, distance, is_cut) for _, distance, is_cut in CASES[:8]] + CASES
+
+
+@pytest.mark.parametrize(
+    ("around", "power", "distance", "is_cut"),
+    [("normal", *case) for case in AS_DISKS if case[0] == 1.0] + [("mirror", *case) for case in AS_DISKS],
+)
+def test_a_power_over_a_disk(around, power, distance, is_cut):
+    facing, across, middle, n, w = disk(power, distance, is_cut)
     form, axis = CosinePower(around, power), n if around == "normal" else w
     got = on_disk(form, axis, n, middle, facing) * distance**2
     assert on_disk(form, axis, n, middle, -facing) * distance**2 == pytest.approx(got, abs=1e-13)
     if not is_cut and distance >= 1.0 and power in {0.0, 1.0}:
         assert got == pytest.approx(by_area(form, axis, middle, facing, across) * distance**2, rel=1e-9)
-    coarse, fine = (polygon_of_the_same_area(form, axis, n, middle, facing, across, m) for m in (150, 300))
+    coarse, fine = (polygons_of_the_same_area(around, power, m)[power, distance, is_cut] for m in (150, 300))
     off = abs(fine - coarse) * distance**2
     assert got == pytest.approx(fine * distance**2, abs=max(3 * off, 1e-9) + is_cut * 1e-14 * distance)
 

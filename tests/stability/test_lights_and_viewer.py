@@ -54,9 +54,9 @@ def grazing(evaluator: Evaluator, positional: bool) -> None:
         assert dot(fractions(n), fractions(to_light)) == 0
         light = PointLight(position=to_light) if positional else DirectionalLight(direction=-to_light)
         eye = 0.01 * n - to_light  # near −l, the mirror direction of n·l = 0
-        diffuse, specular = (
-            float(lit(evaluator, np.zeros((1, 3)), n[None], [light], eye, material)[0][0]) for material in (MATT, SHINY)
-        )
+        scene = Scene([light], Viewer(position=eye, focal_point=np.add(eye, (0.0, 0.0, 1.0))), UNLIT)
+        stored = np.zeros((1, 3), evaluator.real), n[None].astype(evaluator.real)
+        diffuse, specular = (float(evaluator(*stored, scene, material).rgb[0, 0]) for material in (MATT, SHINY))
         too_bright.append(diffuse)
         mirrored.append(specular)
         unit_n, unit_l = (naive.unit(a.astype(evaluator.real)[None]) for a in (n, to_light))

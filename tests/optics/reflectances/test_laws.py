@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from copy import deepcopy
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import pytest
@@ -44,6 +46,13 @@ class Thrown:
 
 
 def thrown(name, seed):
+    """Throws of a reflectance, and dice that go on from there."""
+    case, dice = first_thrown(name, seed)
+    return case, deepcopy(dice)
+
+
+@cache
+def first_thrown(name, seed):
     dice = Dice(f"{name} {seed}")
     reflectance = REFLECTANCES[name](**REFLECTANCE_SHAPES[name](dice))
     n = np.array([dice.unit_vector() for _ in range(COUNT)])
@@ -56,13 +65,11 @@ def thrown(name, seed):
 
 def turned(vectors, angle, dice):
     """Each turned by an angle, in any direction."""
-    found = []
-    for a in vectors.T:
-        side = np.cross(a, dice.unit_vector())
-        while np.linalg.norm(side) < 0.05:
-            side = np.cross(a, dice.unit_vector())
-        found.append(math.cos(angle) * a + math.sin(angle) * unit(side))
-    return np.array(found).T
+    a = vectors.T
+    side = np.cross(a, [dice.unit_vector() for _ in a])
+    while (is_short := np.linalg.norm(side, axis=1) < 0.05).any():
+        side[is_short] = np.cross(a[is_short], [dice.unit_vector() for _ in a[is_short]])
+    return (math.cos(angle) * a + math.sin(angle) * side / np.linalg.norm(side, axis=1, keepdims=True)).T
 
 
 def angles(a, b):
