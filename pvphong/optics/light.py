@@ -91,7 +91,17 @@ class Simpler(NamedTuple):
     """The largest error of the direction, in radians; None where it stays."""
 
     strongest: float = 1.0
-    """Where the direction is off, no vertex gets more strength."""
+    """Where the direction is off, no vertex gets more strength, of all parts of a light that has a size."""
+
+
+class VtkObstacle(NamedTuple):
+    """Why VTK has no such light."""
+
+    what: str
+    """The kind, with an article."""
+
+    remedy: str = ""
+    """A sentence that says what is nearest, if anything is."""
 
 
 class Fewer(NamedTuple):
@@ -434,17 +444,17 @@ class Light:
         return nearest.as_vtk()
 
     @property
-    def vtk_obstacle(self) -> str:
-        """Why VTK has no such light, and what is nearest; "" where `as_vtk` says all of it."""
+    def vtk_obstacle(self) -> VtkObstacle | None:
+        """What it is that VTK has no such light of, and the nearest; None where `as_vtk` says all of it."""
         if type(self).as_vtk is not Light.as_vtk:
-            return ""
+            return None
         nearest = self.stand_in
         kind = type(self).__name__
         kind = f"{'an' if kind[0] in 'AEIOU' else 'a'} {kind}"
         if nearest is self:
-            return kind
+            return VtkObstacle(kind)
         shape = ", ".join(f"{field}={getattr(nearest, field)}" for field in nearest.roles)
-        return f"{kind} (the nearest that VTK has is {type(nearest).__name__}({shape}))"
+        return VtkObstacle(kind, f"The nearest that VTK has is {type(nearest).__name__}({shape}).")
 
     def to_pyvista(self, viewer: EyeSpace | None = None) -> pv.Light:
         """The same light as a new `pyvista.Light`, its floats unrounded; of a light that VTK has not, the nearest.

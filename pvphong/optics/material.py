@@ -194,6 +194,21 @@ def check_material(given: Any) -> None:
         check.refuse("material", given, "a Material", _remedy(given))
 
 
+def nearest_in_vtk(material: Material) -> str:
+    """A sentence that says what to take in place of a reflectance that VTK has not."""
+    found = material.reflectance and material.reflectance.stand_in(material)
+    if not found:
+        return "Leave it out: VTK's is Phong's."
+    _, instead = found
+    shininess = instead.reflectance.of(instead).sharpness
+    shown = [f"diffuse={_rounded(instead.diffuse)}", f"specular={_rounded(instead.specular)}"]
+    return f"The nearest that VTK has is without it, {', '.join(shown)}, shininess={shininess:.4g}."
+
+
+def _rounded(color: Any) -> str:
+    return f"({', '.join(f'{channel:.4g}' for channel in rgb(color))})"
+
+
 def _remedy(given: Any) -> str:
     """What gives a material, from what was taken for one."""
     if isinstance(given, str):

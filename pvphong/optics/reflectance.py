@@ -3,7 +3,7 @@
 A new reflectance is one file in `pvphong/optics/reflectances/` and its entry in `REFLECTANCES` there; what makes it
 public and tested is said there. It must say its `lobes`, at most three of them if it has a `stage`, their `factors`,
 and how much these `change`; everything else has an answer here. Users give it as `Material(reflectance=...)`; without
-a `stage` it is evaluated in NumPy.
+a `stage` it is evaluated in NumPy. A field without a default takes a 1, with which its stage is compiled in advance.
 """
 
 from __future__ import annotations

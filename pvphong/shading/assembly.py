@@ -16,7 +16,7 @@ from pvphong.base.ranges import BRIGHTEST, FARTHEST
 from pvphong.base.types import ColorLike, Float64Array, MatrixLike, Vector, VectorLike, rgb
 from pvphong.optics.light import Light
 from pvphong.optics.lights import light_from_homogeneous, light_from_values
-from pvphong.optics.material import Material
+from pvphong.optics.material import Material, nearest_in_vtk
 from pvphong.optics.reflectance import Component, Lobe, Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER, vtk_reflectance
@@ -117,7 +117,7 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
     if material.reflectance is not None:
         reflectance = material.reflectance.of(material).in_vtk()
     if reflectance is None:
-        remedy = "VTK's shader knows no other; leave it out, or take LightModel()."
+        remedy = f"LightModel() has it. {nearest_in_vtk(material)}"
         check.refuse("reflectance", material.reflectance, "None or PBR in VTK's convention", remedy)
     reflectances = _Reflectances.of(material, reflectance)
     terms = tuple(_as_vtk_lights(term, reflectances) for term in standard.terms)
@@ -162,8 +162,8 @@ def vtk_tier(lights: Iterable[Light]) -> int:
 def _as_vtk_lights(term: LightTerm, reflectances: _Reflectances) -> LightTerm:
     """A light as VTK takes it: a cone of 90° is none, exponents end at 128, highlights have the diffuse colour."""
     light = term.light
-    if light.vtk_obstacle:
-        check.refuse(f"lights[{term.index}]", light.vtk_obstacle, "one that VTK has, in VTK's convention")
+    if obstacle := light.vtk_obstacle:
+        check.refuse(f"lights[{term.index}]", obstacle.what, "one that VTK has, in VTK's convention", obstacle.remedy)
     values = light.as_vtk()
     values = values._replace(exponent=min(values.exponent, HIGHEST_POWER))
     shape = light_from_values(values, diffuse=light.diffuse, intensity=light.intensity)

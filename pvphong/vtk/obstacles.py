@@ -13,7 +13,7 @@ from pvphong.base import check
 from pvphong.base.types import ColorLike, Float64Array, Vector, rgb
 from pvphong.geometry.transform import SingularMatrixWarning, normal_matrix
 from pvphong.optics.light import Light
-from pvphong.optics.material import Material
+from pvphong.optics.material import Material, nearest_in_vtk
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER
 from pvphong.optics.roles import Power
 from pvphong.scene.light_model import LightModel
@@ -88,11 +88,11 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
 
 def _refuse_unknown(scene: Scene, material: Material) -> None:
     for index, light in enumerate(scene.lights):
-        if light.vtk_obstacle:
-            check.refuse(f"lights[{index}]", light.vtk_obstacle, "a light that VTK has")
+        if obstacle := light.vtk_obstacle:
+            check.refuse(f"lights[{index}]", obstacle.what, "a light that VTK has", obstacle.remedy)
     if not is_vtks(material):
-        remedy = "Leave it out: VTK's is Phong's."
-        check.refuse("reflectance", material.reflectance, "None or PBR where VTK is to draw it", remedy)
+        allowed = "None or PBR where VTK is to draw it"
+        check.refuse("reflectance", material.reflectance, allowed, nearest_in_vtk(material))
 
 
 def is_vtks(material: Material) -> bool:

@@ -22,7 +22,7 @@ from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike, 
 from pvphong.meshes.lit import point_normals
 from pvphong.meshes.surfaces import surface
 from pvphong.optics.lights import Light
-from pvphong.optics.material import Material
+from pvphong.optics.material import Material, nearest_in_vtk
 from pvphong.optics.physical_property import is_physical, physical_of
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER
 from pvphong.scene.viewer import Viewer
@@ -152,7 +152,7 @@ def write_material(material: Material, appearance: vtkProperty) -> None:
         appearance.SetInterpolationToPhong()
         _within_vtk("shininess", material.shininess)
     elif (values := physical.as_vtk()) is None:
-        check.refuse("reflectance", physical, "None or PBR in VTK", "Leave it out: VTK's is Phong's.")
+        check.refuse("reflectance", physical, "None or PBR in VTK", nearest_in_vtk(material))
     else:
         appearance.SetInterpolationToPBR()
         appearance.SetMetallic(values.metallic)

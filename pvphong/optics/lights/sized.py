@@ -91,10 +91,10 @@ def as_point(seen: Sight | None, radius: float, light: Light, spread: Any) -> Si
     nearest = 0.0 if seen is None else (seen.distance - seen.radius) / ROUNDED_UP
     if nearest <= 2.0 * radius:
         return None
-    sine, strongest = radius / nearest, strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP
+    sine, middle = radius / nearest, strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP
     why = "small: as a point it is the same to {bound:.2g}"
-    turn = math.asin(sine) * ROUNDED_UP
-    return Simpler(why, lambda: light, spread=strongest * spread(sine), turn=turn, strongest=strongest)
+    off, turn = middle * spread(sine), math.asin(sine) * ROUNDED_UP
+    return Simpler(why, lambda: light, spread=off, turn=turn, strongest=middle + off)
 
 
 def fewer_nodes(nodes: Sequence[Any], count: int, center: Vector, radius: float, extent: Extent) -> Fewer | None:

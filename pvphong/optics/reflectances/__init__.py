@@ -1,7 +1,8 @@
 """The reflectances.
 
 A new one is its own file beside these and one entry in `REFLECTANCES`; then its name and place in
-`pvphong/__init__.py`, a line in the README, and a strategy in `tests/strategies.py`, by which it is under all laws.
+`pvphong/__init__.py`, a line in the README, a strategy in `tests/strategies.py`, by which it is under all laws, and its
+formula in `tests/reflectance_oracle.py`, by which it is judged.
 
 (`vtk.py` has none: VTK's convention chooses it, and nobody else can.)
 """

@@ -49,12 +49,18 @@ def _change(draft: Draft, term: LightTerm, delta: float) -> float:
 def _decide(draft: Draft) -> Decision:
     equation = draft.equation
     if equation.needs_eye:
-        return Decision(True, "highlights" if equation.has_highlights else "normals are turned to it")
+        return Decision(True, _what_reads_it(equation))
     if draft.because(NAME):
         return Decision(False, draft.because(NAME), draft.bound_of(NAME))
     if equation.has_highlights:
         return Decision(False, "the viewer is at infinity")
     return Decision(False, "no highlight is left that depends on it")
+
+
+def _what_reads_it(equation: Equation) -> str:
+    if not equation.has_highlights:
+        return "normals are turned to it"
+    return "highlights" if any(equation.has(term, "specular") for term in equation.terms) else "diffuse reflection"
 
 
 def _without(equation: Equation, _point: Vector) -> Equation:

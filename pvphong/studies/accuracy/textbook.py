@@ -20,8 +20,8 @@ def refuse_unknown(scene: Scene, material: Material) -> None:
     if scene.light_model.convention != "standard":
         check.refuse("convention", scene.light_model.convention, "'standard' for the textbook formula")
     for index, light in enumerate(scene.lights):
-        if light.vtk_obstacle:
-            check.refuse(f"lights[{index}]", light.vtk_obstacle, "one that the textbook knows")
+        if obstacle := light.vtk_obstacle:
+            check.refuse(f"lights[{index}]", obstacle.what, "one that the textbook knows", obstacle.remedy)
     refuse_rays(scene, "for the textbook formula")
     if material.reflectance is not None:
         check.refuse("reflectance", material.reflectance, "None for the textbook formula")

@@ -79,7 +79,7 @@ def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[st
     """Every variant of pvphong's own that the scene has a place for, and the reasons why others are left out."""
     found, left_out = list(_arithmetic(subject)), {}
     if not subject.has_kernel:
-        left_out["kernel"] = "Numba is not installed, or declines this scene"
+        left_out["kernel"] = "Numba is not installed, or has no code for this scene"
     for name, equation, reason in _simplified(subject):
         if reason:
             left_out[name] = reason

@@ -14,6 +14,7 @@ from strategies import LIGHT_SHAPES, Dice, triple, unit
 
 from pvphong import LightModel, Material, Scene, Viewer, as_light, evaluate, plan
 from pvphong.geometry.extent import Extent
+from pvphong.optics.light import NODES
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.roles import Aim, Corners, Place, Role, Turn, Up
 from pvphong.shading import kernel
@@ -48,6 +49,11 @@ def arriving(light, points):
             np.broadcast_to(arrival.direction, points.T.shape),
             node.intensity * np.broadcast_to(arrival.strength, len(points)),
         )
+
+
+def all_and_single(points):
+    """Vertices, and some of them alone: then there is no room between them and the sphere around them."""
+    return points, *points[:6, None]
 
 
 def of_its_middle(light, points):
@@ -174,17 +180,18 @@ def test_its_nodes_are_parts_of_it_without_a_size(kind, seed):
 
 @every_light
 def test_no_vertex_gets_more_or_from_elsewhere_than_its_reach_says(kind, seed):
-    light, points, _ = thrown(kind, seed)
-    reach = light.reach(extent_of(points))
-    total = sum(strength for _, strength in arriving(light, points))
-    assert (total <= reach.strongest).all()
-    if reach.direction is None:
-        assert light.bands  # from everywhere
-        return
-    for direction, strength in arriving(light, points):
-        for l, s in zip(direction.T, strength, strict=True):
-            assert s == 0.0 or angle(l, reach.direction) <= reach.turn
-    nothing = light.reach(extent_of(points[:0]))
+    light, every, _ = thrown(kind, seed)
+    for points in all_and_single(every):
+        reach = light.reach(extent_of(points))
+        total = sum(strength for _, strength in arriving(light, points))
+        assert (total <= reach.strongest).all()
+        if reach.direction is None:
+            assert light.bands or reach.strongest == math.inf  # from everywhere, or nothing is known
+            continue
+        for direction, strength in arriving(light, points):
+            for l, s in zip(direction.T, strength, strict=True):
+                assert s == 0.0 or angle(l, reach.direction) <= reach.turn
+    nothing = light.reach(extent_of(every[:0]))
     assert light.is_even or (nothing.strongest == math.inf and nothing.direction is None)
 
 
@@ -208,6 +215,59 @@ def test_what_may_stand_in_is_no_further_off_than_it_says(kind, seed, size):
         turned = [angle(a, b) for a, b in zip(direction.T, there.T, strict=True)]
         assert max(turned) <= (choice.turn or 0.0) + 1e-12
         assert not exactly or (choice.spread, choice.turn) == (0.0, None)
+
+
+with_a_place_and_a_size = pytest.mark.parametrize(
+    ("kind", "seed"),
+    [(kind, seed) for kind in LIGHT_TYPES for seed in SEEDS if "size" in thrown(kind, seed)[0].effects],
+)
+
+
+def from_nodes(nodes, points):
+    """Strengths (k, n) and directions (k, 3, n) of some nodes, with their intensities."""
+    arrivals = [(node.intensity, node.arrival(points.T)) for node in nodes]
+    strengths = np.array([np.broadcast_to(intensity * came.strength, len(points)) for intensity, came in arrivals])
+    return strengths, np.array([np.broadcast_to(came.direction, points.T.shape) for _, came in arrivals])
+
+
+def angles(a, b):
+    return 2.0 * np.arcsin(np.minimum(0.5 * np.linalg.norm(a - b, axis=-2), 1.0))
+
+
+@with_a_place_and_a_size
+@pytest.mark.parametrize("farther", [1.0, 3.0, 30.0])
+def test_a_light_without_a_size_is_no_further_off_all_its_parts_than_is_said(kind, seed, farther):
+    light, every, _ = thrown(kind, seed)
+    light, count = light.moved(lambda place: triple(farther * np.array(place))), 512
+    nodes = light.nodes(count)
+    for points in all_and_single(every):
+        choice = light.simpler("size", extent_of(points), exactly=False)
+        if choice is None or choice.make is None:
+            continue
+        strengths, directions = from_nodes(nodes, points)
+        total, (there, even) = strengths.sum(axis=0), of_its_middle(choice.make(), points)
+        astray = 4.0 * choice.turn / count * choice.strongest  # so many nodes are not quite around the middle
+        assert (np.abs(choice.factor * even - total) <= choice.spread + astray).all()
+        assert (total <= choice.strongest + astray).all()
+        assert (angles(directions, there)[strengths > 0.0] <= choice.turn + 1e-12).all()
+
+
+@with_a_place_and_a_size
+@pytest.mark.parametrize("farther", [1.0, 3.0, 30.0])
+def test_fewer_nodes_are_no_further_off_than_is_said(kind, seed, farther):
+    light, every, _ = thrown(kind, seed)
+    light = light.moved(lambda place: triple(farther * np.array(place)))
+    for points, count in itertools.product(all_and_single(every), (1, 4, 16)):
+        choice = light.fewer(count, extent_of(points))
+        if choice is None:
+            continue
+        strengths, directions = from_nodes(light.nodes(NODES), points)
+        fewer, ways = from_nodes(choice.nodes, points)
+        assert len(choice.nodes) <= count
+        assert (np.abs(fewer.sum(axis=0) - strengths.sum(axis=0)) <= choice.spread).all()
+        assert (strengths.sum(axis=0) <= choice.strongest).all()
+        nearest = np.min([angles(directions, way) for way in ways], axis=0)
+        assert (nearest[strengths > 0.0] <= choice.turn + 1e-12).all()
 
 
 @every_light
@@ -293,6 +353,8 @@ def test_vtk_has_it_or_is_said_not_to(kind, seed):
         lambda: evaluate([[0, 0, 0]], [[0, 0, 1]], Scene([light], Viewer(), LightModel.vtk()), Material()),
     ):
         with pytest.raises(
-            ValueError, match=rf"^lights\[0\] must be .* VTK has.*; got an? {type(light).__name__} \(the nearest"
-        ):
+            ValueError, match=rf"^lights\[0\] must be .* VTK has.*; got an? {type(light).__name__}\."
+        ) as told:
             judged()
+        shape = ", ".join(f"{field}={getattr(nearest, field)}" for field in nearest.roles)
+        assert str(told.value).endswith(f" The nearest that VTK has is {type(nearest).__name__}({shape}).")
