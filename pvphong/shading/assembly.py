@@ -193,9 +193,9 @@ class _Reflectances(NamedTuple):
         """A term's ambient colour, its lobes' colours, and their gain, for a light of these colours and intensity."""
         shining: dict[Component, Vector] = {"diffuse": rgb(diffuse), "specular": rgb(specular)}
         dim = _product(FARTHEST, self.ambient, rgb(ambient), intensity)
-        colors = [_product(FARTHEST, color, shining[component], intensity) for component, color in self.lobes]
-        gain = 2.0 ** math.frexp(max(max(dim), *map(max, colors)))[1]
-        return _over(dim, gain), tuple([_over(color, gain) for color in colors]), gain
+        colors = tuple([_product(FARTHEST, color, shining[component], intensity) for component, color in self.lobes])
+        gain = 2.0 ** math.frexp(max(map(max, (dim, *colors))))[1]
+        return (dim, colors, gain) if gain == 1.0 else (_over(dim, gain), tuple([_over(c, gain) for c in colors]), gain)
 
 
 def _over(color: Vector, gain: float) -> Vector:
@@ -205,9 +205,9 @@ def _over(color: Vector, gain: float) -> Vector:
 def _product(most: float, reflectance: Vector, light: Vector, intensity: float = 1.0) -> Vector:
     if light == _WHITE and intensity == 1.0 and max(reflectance) <= most:
         return reflectance
-    (red, green, blue), (r, g, b) = reflectance, light
-    if not (r or g or b):
+    if BLACK in (reflectance, light):
         return BLACK
+    (red, green, blue), (r, g, b) = reflectance, light
     product = red * r * intensity, green * g * intensity, blue * b * intensity
     if min(product) >= _SMALL and max(product) <= most and max(red, green, blue, r, g, b, intensity) <= _TAME:
         return product
