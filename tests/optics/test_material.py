@@ -11,8 +11,8 @@ import vtk
 from strategies import REFLECTANCE_SHAPES, Dice
 
 from pvphong.optics.lights import DirectionalLight
-from pvphong.optics.material import Material
-from pvphong.optics.reflectances import PBR, REFLECTANCES, Phong
+from pvphong.optics.material import Material, nearest_in_vtk
+from pvphong.optics.reflectances import PBR, REFLECTANCES, Metal, OrenNayar, Phong, Retro
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
@@ -246,6 +246,21 @@ def test_a_dictionary_holds_what_is_set_and_defaults_may_be_left_out():
     }  # fmt: skip
     assert Material.from_dict({}) == Material()
     assert Material.from_dict({"diffuse": "red", "reflectance": None}) == Material(diffuse="red")
+
+
+@pytest.mark.parametrize(
+    ("reflectance", "said"),
+    [  # a surface of Oren-Nayar with sigma 25 scatters 0.8824 of what Lambert's does, in all
+        (OrenNayar(25), "without it, diffuse=(0.706, 0.706, 0.706), specular=(0, 0, 0), shininess=0."),
+        (
+            Metal((0.5, 0.25, 0.125), 9),
+            "without it, diffuse=(0.8, 0.8, 0.8), specular=(0.5, 0.25, 0.125), shininess=9.",
+        ),
+        (Retro(5), "Leave it out: VTK's is Phong's."),
+    ],
+)
+def test_what_is_nearest_in_vtk_is_said_in_numbers(reflectance, said):
+    assert nearest_in_vtk(Material(reflectance=reflectance)).endswith(said)
 
 
 def test_a_reflectance_that_files_do_not_know_is_refused():

@@ -67,7 +67,7 @@ class PBR(Microfacets):
         """As the shader has it; for that it must have its colour."""
         return _Shaded(self.metallic, self.roughness)
 
-    def as_vtk(self) -> VtkSurface | None:
+    def as_vtk(self) -> VtkSurface:
         """Its fields."""
         return VtkSurface(self.metallic, self.roughness)
 

@@ -238,6 +238,15 @@ def test_a_plan_says_what_is_read_and_whether_the_view_matters(mesh, some_scene,
     assert plan.view_dependent is view_dependent
 
 
+def test_the_viewer_is_read_for_highlights_or_for_diffuse_reflection(mesh):
+    for material, why in (
+        (SHINY, "highlights"),
+        (ph.Material(reflectance=ph.OrenNayar(25)), "diffuse reflection"),
+        (ph.Material(specular=0.5, reflectance=ph.GGX(0.3, 0.04)), "highlights"),
+    ):
+        assert ph.plan(mesh, scene(LAMP), material).effects["local viewer"].why == why
+
+
 FAR = [
     (scene(ph.PointLight(position=(0, 0, 1e5), name="far")), SHINY, "position", "far: far away"),
     (scene(ph.PointLight(position=(0, 0, 3), intensity=1e-4, name="weak")), SHINY, "lights", "weak: too weak"),

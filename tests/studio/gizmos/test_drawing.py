@@ -2,14 +2,16 @@
 
 import dataclasses
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from views import EVERYWHERE, MOVABLE, PROJECTIONS, Globe, Glow, example, scenery, view
 
-from pvphong.optics.lights import PointLight, PolygonLight, SpotLight
-from pvphong.optics.roles import Place
+from pvphong.optics.lights import Light, PointLight, PolygonLight, SpotLight
+from pvphong.optics.roles import Place, length, place
 from pvphong.studio.gizmos.drawing import Drawing, circle, hue
+from pvphong.studio.gizmos.handles import handles
 from pvphong.studio.gizmos.looks import draw
 
 each_kind = pytest.mark.parametrize("kind", MOVABLE)
@@ -184,6 +186,25 @@ def test_the_spheres_of_a_point_light_are_true_to_its_falloff(falloff):
 def test_the_outline_of_a_size_is_true_to_it(selected):
     radii = radii_drawn(Globe(radius=0.7), selected=selected)
     assert np.isclose(radii, 0.7).sum() >= (2 if selected else 1) * 64
+
+
+@dataclasses.dataclass(frozen=True)
+class Tube(Light):
+    """A kind of which a size has its handle halfway."""
+
+    position: Any = place()
+    width: float = length(1.0, "width", share=0.5)
+
+    def nodes(self, count):  # noqa: ARG002 its middle does for all
+        return (PointLight(self.position),)
+
+
+def test_a_size_is_drawn_through_its_handle():
+    light = Tube(width=0.7)
+    assert math.dist(handles(light, scenery(), view())["width"], light.position) == pytest.approx(0.35)
+    radii = radii_drawn(light, selected=True)
+    assert np.isclose(radii, 0.35).sum() >= 2 * 64
+    assert not np.isclose(radii, 0.7).any()
 
 
 with_outline = pytest.mark.parametrize("kind", [kind for kind in MOVABLE if example(kind).outline is not None])
