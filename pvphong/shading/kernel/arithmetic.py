@@ -29,7 +29,9 @@ from typing import Any, TypeVar, cast
 import numba
 import numpy as np
 from llvmlite import ir
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic, overload, register_jitable
+
+from pvphong.base import formulas
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -207,3 +209,47 @@ def _exp2(y: Any) -> Any:
         return chosen(y)
 
     return implementation
+
+
+# --- the operations of `pvphong.base.formulas`, on one vertex's numbers
+
+_INLINED = {"error_model": "numpy", "_nrt": False, "forceinline": True}
+
+
+@intrinsic
+def _cast_like(_typing: Any, x: Any, value: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return context.cast(builder, arguments[1], signature.args[1], signature.return_type)
+
+    return x(x, value), generate
+
+
+_OPERATIONS: dict[Callable[..., Any], Callable[..., Any]] = {
+    formulas.sqrt: lambda x: np.sqrt(x),
+    formulas.minimum: lambda a, b: min(a, b),
+    formulas.maximum: lambda a, b: max(a, b),
+    formulas.where: lambda condition, a, b: a if condition else b,
+    formulas.multiply_add: lambda a, b, c: multiply_add(a, b, c),
+    formulas.like: lambda x, value: _cast_like(x, value),
+}
+
+_BOUND: list[Callable[..., Any]] = []
+
+
+def bind_formulas() -> None:
+    """Let compiled code call every function that `formulas.formula` has marked since it was last asked."""
+    for function in formulas.FORMULAS[len(_BOUND) :]:
+        register_jitable(**_INLINED)(function)
+        _BOUND.append(function)
+
+
+def _bind(operation: Callable[..., Any], compiled: Callable[..., Any]) -> None:
+    def chosen(*_types: Any) -> Callable[..., Any]:
+        return compiled
+
+    overload(operation, jit_options=_INLINED, strict=False)(chosen)
+
+
+for _operation, _compiled in _OPERATIONS.items():
+    _bind(_operation, _compiled)
+bind_formulas()
