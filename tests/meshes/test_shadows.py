@@ -11,7 +11,7 @@ import pyvista as pv
 from pyvista import examples
 
 import pvphong as ph
-from pvphong.base.progress import listening
+from pvphong.base.text import listening
 from pvphong.rays import casting, sampling, visibility
 from pvphong.rays.locator import Locator
 from pvphong.shading.kernel import pool

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from pvphong.base.ranges import BRIGHTEST
+from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.types import FloatArray
 from pvphong.base.vectors import dot, square_of_cross
 from pvphong.geometry.extent import ROUNDED_UP

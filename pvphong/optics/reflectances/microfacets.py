@@ -24,7 +24,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.ranges import BRIGHTEST
+from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.types import FloatArray, rgb
 from pvphong.base.vectors import dot, square_of_cross, unit
 from pvphong.geometry.extent import ROUNDED_UP

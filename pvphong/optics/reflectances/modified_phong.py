@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pvphong.base.ranges import BRIGHTEST
+from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.types import FloatArray
 from pvphong.base.vectors import dot
 from pvphong.optics.light import Arrival

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.ranges import BRIGHTEST, FAINTEST
+from pvphong.base.float_range import BRIGHTEST, FAINTEST
 from pvphong.optics.reflectance import Lobe, Reflectance
 from pvphong.optics.spherical import CosinePower
 

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.ranges import BRIGHTEST
+from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.types import FloatArray
 from pvphong.base.vectors import dot, unit
 from pvphong.geometry.extent import ROUNDED_UP

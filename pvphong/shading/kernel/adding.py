@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pvphong.base.ranges import BRIGHTEST
+from pvphong.base.float_range import BRIGHTEST
 from pvphong.shading.kernel import rows as at
 from pvphong.shading.kernel.arithmetic import inlined, multiply_add, plain
 from pvphong.shading.kernel.rows import BLOCK

@@ -18,7 +18,7 @@ from pathlib import Path
 from types import CodeType
 from typing import Any, ClassVar, NamedTuple
 
-from pvphong.base.lock import locked
+from pvphong.base.files import locked
 from pvphong.shading.equation import Equation
 
 Key = tuple[CodeType, tuple[Any, ...], Callable[..., Any], tuple[str, ...]]

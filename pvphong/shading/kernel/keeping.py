@@ -23,7 +23,7 @@ from numba import types
 from numba.core import event
 from numba.core.ccallback import CFunc
 
-from pvphong.base import ranges
+from pvphong.base import float_range
 from pvphong.shading.kernel import driver, extremes, facets, toolkit
 from pvphong.shading.kernel.background import Key, NotCompiled
 from pvphong.shading.kernel.records import SETTINGS
@@ -77,7 +77,7 @@ def store_of(function: Callable[..., Any]) -> Store | None:
 def _sources(module: str) -> bytes:
     """A digest of all sources that a function of a module may call: this package's; OSError if there are none."""
     called = [source.read_text("utf-8") for source in sorted(Path(__file__).parent.glob("*.py"))]
-    sources = [*called, inspect.getsource(ranges), inspect.getsource(sys.modules[module])]
+    sources = [*called, inspect.getsource(float_range), inspect.getsource(sys.modules[module])]
     return digest("".join([*sources, repr((SETTINGS, TERM))]).encode())
 
 

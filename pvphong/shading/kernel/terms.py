@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from pvphong.base.ranges import BRIGHTEST
+from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.types import Vector
 from pvphong.optics.light import Light, Stage
 from pvphong.shading.equation import Equation, LightTerm
