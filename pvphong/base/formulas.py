@@ -91,7 +91,8 @@ def chord_power(squared: Any, exponent: Any, floor: float = 0.0) -> Any:
     error = f - 1.0
     error += d
     error /= np.maximum(f, np.finfo(real).tiny)
-    logarithm = np.log(f, out=f)
+    with np.errstate(divide="ignore"):  # the far hemisphere: log of 0 gives 0 in the end
+        logarithm = np.log(f, out=f)
     logarithm -= error
     if floor:  # on the logarithm, because 1 − floor would be rounded by far more than the floor's own last bit
         np.maximum(logarithm, real(math.log(floor)), out=logarithm)
@@ -158,7 +159,11 @@ def times(w: Any, factor: Any) -> Any:
 @formula
 def cross(a: Any, b: Any) -> Any:
     """Cross product; exactly 0 where the vectors are equal."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    return (
+        multiply_add(a[1], b[2], -(a[2] * b[1])),
+        multiply_add(a[2], b[0], -(a[0] * b[2])),
+        multiply_add(a[0], b[1], -(a[1] * b[0])),
+    )
 
 
 @formula

@@ -150,7 +150,7 @@ class Reflectance(ABC):
         """The values of the property by which VTK's shader makes that; None where VTK has no such."""
         return None
 
-    factors: ClassVar[Callable[[Any, Geometry, Any], tuple[Any, ...]]]
+    factors: ClassVar[staticmethod[[Any, Geometry, Any], tuple[Any, ...]]]
     """Formula of the lobes' factors: of its `parameters`, of the geometry, and of its highlight, if it has a `power`.
 
     Without a normal or a light's direction they are 0; evaluators take away what needs a viewer where there is none.
@@ -189,9 +189,11 @@ class Reflectance(ABC):
         )
         highlight, power = None, self.power(surface.maps)
         if power is not None and self.peak is not None:
-            highlight = chord_power(self.peak.square(at) + 0.0 * n_l, power.exponent, power.floor)
+            square = self.peak.square(at)
+            highlight = chord_power(np.broadcast_to(square, n_l.shape), power.exponent, power.floor)
         own = tuple(np.asarray(number, n_l.dtype) for number in self.parameters(surface.maps))
-        return type(self).factors(own, at, highlight)
+        with np.errstate(invalid="ignore", divide="ignore"):  # of two sides, one of which is then chosen
+            return type(self).factors(own, at, highlight)
 
     @abstractmethod
     def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:

@@ -101,9 +101,10 @@ class SpotLight(Light):
             factor[distance == 0.0] = float(self.cone_angle == 90.0 and self.exponent == 0.0)
         return Arrival(ways, attenuate(distance, self.attenuation) * factor, inverse_length)
 
-    def spot_factor(self, to_light: Float64Array) -> Float64Array:
+    def spot_factor(self, to_light: FloatArray) -> Float64Array:
         """The cosine of θ to the power `exponent` inside the cone, 0 outside, for unit vectors (3, n) to the light."""
-        inside, square = _in_cone((*self.axis, self._edge), to_light)
+        # in float64, for light may be as bright as its falloff is steep
+        inside, square = _in_cone((*self.axis, self._edge), to_light.astype(np.float64, copy=False))
         return np.asarray(inside * chord_power(square, self.exponent), np.float64)
 
     @property

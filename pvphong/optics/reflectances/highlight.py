@@ -53,11 +53,10 @@ _LARGER = 2.0**60
 def _mirror_square(at: Geometry) -> Any:
     """|C|² for C = 2(n·l)n − l − v, r·v = 1 − ½|C|², taken apart across n and along it.
 
-    |C|² = |n × (l + v)|² + (n·l − n·v)² is 0 where n = l = v, and leaves out the rounding of |n|.
+    |C|² = |n × (l + v)|² + (n·(l − v))² is 0 where n = l = v, and leaves out the rounding of |n|.
     """
-    across = square(cross(at.n, add(at.l, at.v))) * (at.scale * at.scale)
-    along = at.n_l - at.n_v
-    return multiply_add(along, along, across)
+    along = dot(at.n, subtract(at.l, at.v))
+    return multiply_add(along, along, square(cross(at.n, add(at.l, at.v)))) * (at.scale * at.scale)
 
 
 @formula

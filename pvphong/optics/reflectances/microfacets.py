@@ -89,13 +89,13 @@ def _highlight(own: Any, at: Geometry, x: Any, y: Any) -> Any:
     length = square(s)
     across = square(cross(at.n, s)) * (at.scale * at.scale)
     is_above = (length > LEAST_SQUARE) & (at.n_l + at.n_v > ZERO)
-    sine = where(is_above, minimum(across / maximum(length, LEAST_SQUARE), ONE), ONE)  # sin² θ
+    sine = where(is_above, minimum(across / length, ONE), ONE)  # sin² θ
     peak = alpha / maximum(multiply_add(rest, sine, alpha2), least)
     masked = multiply_add(
         x, sqrt(multiply_add(beyond * y, y, beta2)), y * sqrt(multiply_add(beyond * x, x, beta2))
     )
     is_lit = x > ZERO
-    shine = peak * peak * (HALF * x / where(is_lit, masked, ONE))
+    shine = peak * peak * (HALF * x / masked)
     shine = where(is_lit, minimum(shine, like(x, BRIGHTEST)), ZERO)
     white = shine * whiteness(at)
     return shine - white, white

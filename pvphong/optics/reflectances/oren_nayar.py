@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from pvphong.base import check
-from pvphong.base.formulas import LEAST_SQUARE, ONE, ZERO, dot, formula, maximum, minimum, where
+from pvphong.base.formulas import ONE, ZERO, dot, formula, maximum, minimum, where
 from pvphong.base.types import rgb
 from pvphong.optics.reflectance import Geometry, Lobe, Reflectance
 from pvphong.optics.reflectances.phong import Phong
@@ -21,7 +21,7 @@ def _rough_diffuse(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG0
     n_l = maximum(at.n_l, ZERO)
     along = maximum(dot(at.l, at.v) - n_l * at.n_v, ZERO)
     steepest = maximum(n_l, at.n_v)
-    tangent = where(steepest > ZERO, along / maximum(steepest, LEAST_SQUARE), ZERO)
+    tangent = where(steepest > ZERO, along / steepest, ZERO)
     # sin α tan β is unbounded where both are grazing, and n·l times it at most 1
     return (n_l * a + b * minimum(n_l * tangent, ONE),)
 
