@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 import pyvista as pv
@@ -26,6 +26,10 @@ MESH_FORMATS = (".vtp", ".vtk", ".vtkhdf", ".ply")
 
 BLOCK_FORMATS = (".vtm", ".vtmb", ".vtkhdf")
 """What a lit MultiBlock can be saved as."""
+
+Compression = Literal["lz4", "zlib", "none"]
+"""How arrays in VTK's XML files are compressed. Of a million points, LZ4 writes ten times as fast as zlib and reads
+more than twice as fast; its files are twice as large."""
 
 _WITH_FOLDER = (".vtm", ".vtmb")
 _alone = threading.RLock()
@@ -92,7 +96,7 @@ def _is_scene(path: str) -> bool:
     return Path(path).suffix.lower() == ".json" and is_scene_file(path)
 
 
-def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str) -> None:
+def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str, compress: Compression = "lz4") -> None:
     """Write a lit mesh in the format that the suffix says, whole or not at all.
 
     A ``.ply`` file gets the colours as 8-bit ``red green blue`` of its vertices, which is where programs
@@ -107,17 +111,20 @@ def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str) -> None:
         One of `MESH_FORMATS`, or of `BLOCK_FORMATS` for a MultiBlock.
     name : str
         Name of the array with the colours.
+    compress : {"lz4", "zlib", "none"}, default "lz4"
+        How the arrays of .vtp, .vtm and .vtmb files are compressed; the other formats are not.
 
     Raises
     ------
     ValueError
-        For another suffix, or if the file cannot be written.
+        For another suffix or compression, or if the file cannot be written.
     """
     if isinstance(lit, pv.MultiBlock):
         refuse_suffix(path, "a MultiBlock", BLOCK_FORMATS)
     else:
         refuse_suffix(path, "a single mesh", MESH_FORMATS)
-    options: dict[str, Any] = {}
+    check.choice("compress", compress, get_args(Compression))
+    options: dict[str, Any] = {"compression": None if compress == "none" else compress}
     if path.suffix.lower() == ".ply":
         options = {"texture": eight_bit(lit[name]), "recompute_normals": False}
         lit = _for_ply(lit)
@@ -128,7 +135,7 @@ def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str) -> None:
             if target is None:
                 _save(lit, aside, options)
             else:
-                _save_with_folder(lit, aside, target)
+                _save_with_folder(lit, aside, target, options)
     finally:
         if target is not None:
             _clear_old_blocks(target)
@@ -180,7 +187,7 @@ def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:
         raise ValueError(f"output could not be written. {error}") from error
 
 
-def _save_with_folder(lit: pv.MultiBlock, aside: Path, target: Path) -> None:
+def _save_with_folder(lit: pv.MultiBlock, aside: Path, target: Path, options: dict[str, Any]) -> None:
     """Write a file that names others in a folder: these are brought to their place first, under names that are new.
 
     So the old file and its blocks are whole until the new one takes its place. A name is that of the folder that is
@@ -190,7 +197,7 @@ def _save_with_folder(lit: pv.MultiBlock, aside: Path, target: Path) -> None:
         check.refuse("path", target, "a file: the blocks need a folder beside it")
     mark = "-" + aside.parent.name.removeprefix(PREFIX)
     marked = aside.with_stem(target.stem + mark)
-    _save(lit, marked, {})
+    _save(lit, marked, options)
     aside.write_text(marked.read_text(encoding="utf-8").replace(f"{mark}/", "/"), encoding="utf-8")
     folder, blocks = target.with_suffix(""), sorted(marked.with_suffix("").glob("*"))
     try:

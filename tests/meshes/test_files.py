@@ -1,5 +1,6 @@
 import logging
 import os
+import re
 import warnings
 from collections import namedtuple
 from concurrent.futures import ThreadPoolExecutor
@@ -50,6 +51,29 @@ def test_what_is_saved_comes_back_and_the_mesh_is_left_alone(lit, suffix):
     else:
         np.testing.assert_array_equal(again["phong"], lit["phong"])
         assert again["phong"].dtype == np.float32
+
+
+COMPRESSORS = {"lz4": "LZ4", "zlib": "ZLib", "none": None}
+
+
+@pytest.mark.parametrize("compress", [*COMPRESSORS, None])
+@pytest.mark.parametrize("suffix", [".vtp", ".vtm", ".vtmb"])
+def test_xml_files_are_compressed_as_asked_and_by_lz4_otherwise(lit, suffix, compress):
+    has_blocks = suffix != ".vtp"
+    options = {} if compress is None else {"compress": compress}
+    save_lit(pv.MultiBlock([lit]) if has_blocks else lit, Path(f"lit{suffix}"), "phong", **options)
+    (written,) = Path("lit").glob("*.vtp") if has_blocks else [Path("lit.vtp")]
+    found = re.search(rb'compressor="vtk(\w+)DataCompressor"', written.read_bytes())
+    assert (found and found[1].decode()) == COMPRESSORS[compress or "lz4"]
+    read = read_mesh(f"lit{suffix}")
+    np.testing.assert_array_equal((read[0] if has_blocks else read)["phong"], lit["phong"])
+
+
+def test_another_compression_is_refused_before_anything_is_written(lit):
+    message = r"^compress must be one of 'lz4', 'zlib', 'none'; got lzma\.$"
+    with pytest.raises(ValueError, match=message):
+        save_lit(lit, Path("lit.vtp"), "phong", compress="lzma")
+    assert names() == []
 
 
 def test_eight_bit_rounds_and_clips():
