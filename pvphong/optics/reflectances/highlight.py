@@ -253,4 +253,3 @@ def largest_halfway(theta: float, phi: float, psi: float) -> float:
     """The largest n·h = (cos θ + cos φ) / (2 cos ψ/2): it grows with smaller θ and φ and greater ψ."""
     middle = 2.0 * math.cos(psi / 2.0)
     return (math.cos(theta) + math.cos(phi)) / middle if middle > 1e-6 else 1.0
-

@@ -58,6 +58,7 @@ _LEAST_ALPHA = 1e-15
 
 _COUPLED = 28.0 / 23.0
 
+
 class Facets(NamedTuple):
     """How rough they are, and where cosines are cut off."""
 
@@ -91,9 +92,7 @@ def _highlight(own: Any, at: Geometry, x: Any, y: Any) -> Any:
     is_above = (length > LEAST_SQUARE) & (at.n_l + at.n_v > ZERO)
     sine = where(is_above, minimum(across / length, ONE), ONE)  # sin² θ
     peak = alpha / maximum(multiply_add(rest, sine, alpha2), least)
-    masked = multiply_add(
-        x, sqrt(multiply_add(beyond * y, y, beta2)), y * sqrt(multiply_add(beyond * x, x, beta2))
-    )
+    masked = multiply_add(x, sqrt(multiply_add(beyond * y, y, beta2)), y * sqrt(multiply_add(beyond * x, x, beta2)))
     is_lit = x > ZERO
     shine = peak * peak * (HALF * x / masked)
     shine = where(is_lit, minimum(shine, like(x, BRIGHTEST)), ZERO)
