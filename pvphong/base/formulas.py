@@ -12,10 +12,13 @@ The compiled form of each operation is in `pvphong.shading.kernel.arithmetic`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+
+from pvphong.base.float_range import BRIGHTEST, FAINTEST
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -67,6 +70,59 @@ def like(x: Any, value: Any) -> Any:
     return x.dtype.type(value)
 
 
+def exponential(x: Any) -> Any:
+    """Eˣ for x <= 0."""
+    return np.exp(x)
+
+
+def chord_power(squared: Any, exponent: Any, floor: float = 0.0) -> Any:
+    """max(f, floor)ⁿ for the cosine f = 1 − ½|C|² that a chord C of that squared length belongs to; 1 for n = 0.
+
+    The exponent n is one number or an array of them. It is exp(n · log1p(−½|C|²)), which keeps its digits near f = 1.
+    """
+    real = squared.dtype.type
+    is_flat = np.equal(exponent, 0.0)
+    if is_flat.all():
+        return real(1.0)
+    d = np.minimum(real(0.5) * squared, real(1.0))
+    # log(1 − d) in place of NumPy's slower log1p: with f the rounded 1 − d and e = (f − 1) + d its error, which is
+    # exact (Sterbenz) or far below the last bit, it is log(f − e) = log f − e/f + O(e²)
+    f = 1.0 - d
+    error = f - 1.0
+    error += d
+    error /= np.maximum(f, np.finfo(real).tiny)
+    with np.errstate(divide="ignore"):  # the far hemisphere: log of 0 gives 0 in the end
+        logarithm = np.log(f, out=f)
+    logarithm -= error
+    if floor:  # on the logarithm, because 1 − floor would be rounded by far more than the floor's own last bit
+        np.maximum(logarithm, real(math.log(floor)), out=logarithm)
+    logarithm *= np.clip(exponent, float(np.finfo(real).tiny), BRIGHTEST).astype(real)
+    if real is np.float32:
+        result = np.exp(logarithm, out=logarithm)
+    else:  # below e to this a power is 0: NumPy's exp takes up to fifty times as long from there on
+        shows = logarithm > -707.5
+        np.maximum(logarithm, -707.5, out=logarithm)
+        result = np.exp(logarithm, out=logarithm)
+        result *= shows
+    np.copyto(result, 1.0, where=is_flat)
+    return result
+
+
+class Power(NamedTuple):
+    """A power of a cosine: max(f, floor)ⁿ."""
+
+    exponent: Any
+    """N >= 0: a number, or an array of them vertex by vertex."""
+    floor: float = 0.0
+
+    @property
+    def numbers(self) -> tuple[float, float, float]:
+        """For compiled code: n in float32's range, log2 of the floor, and the |C|² from which on it is 0."""
+        exponent = self.exponent and max(FAINTEST, min(self.exponent, BRIGHTEST))
+        log_floor = math.log2(self.floor) if self.floor else -math.inf
+        return exponent, log_floor, math.inf if self.floor or not self.exponent else 2.0
+
+
 # --- vectors
 
 
@@ -103,7 +159,11 @@ def times(w: Any, factor: Any) -> Any:
 @formula
 def cross(a: Any, b: Any) -> Any:
     """Cross product; exactly 0 where the vectors are equal."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    return (
+        multiply_add(a[1], b[2], -(a[2] * b[1])),
+        multiply_add(a[2], b[0], -(a[0] * b[2])),
+        multiply_add(a[0], b[1], -(a[1] * b[0])),
+    )
 
 
 @formula

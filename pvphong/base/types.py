@@ -45,7 +45,7 @@ def rgb(color: ColorLike) -> Vector:
 
 
 class InitSignature:
-    """A class attribute `__signature__`: for a class with a `__new__`, `inspect` and notebooks show that of `__init__`."""
+    """A class attribute `__signature__`: of a class with `__new__`, `inspect` shows that of `__init__`."""
 
     def __get__(self, _instance: object, kind: type) -> inspect.Signature:
         whole = inspect.signature(getattr(kind, "__init__"))  # noqa: B009 a class's own, as mypy would not have it

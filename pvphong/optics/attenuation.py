@@ -1,6 +1,6 @@
 """Attenuation with distance, 1 / (c + l·d + q·d²), of lights with a position (OpenGL 2.1 specification, 2.14.1).
 
-Compiled, it is `attenuate` in `pvphong/shading/kernel/ways.py`. A plan leaves it out by `ATTENUATION` in
+A plan leaves it out by `ATTENUATION` in
 `pvphong/shading/plan/lights.py`, which asks each light for what is `simpler`; lights answer with `taken_as_even`.
 
 Symbols: c, l, q the constant, linear and quadratic coefficient; d the distance from the light.
@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from pvphong.base import check
+from pvphong.base.formulas import formula, multiply_add
 from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.geometry.extent import ROUNDED_UP, Extent, Sight
 from pvphong.optics.light import Simpler
@@ -47,6 +48,12 @@ def checked(name: str, value: VectorLike) -> Vector:
     return constant, linear, quadratic
 
 
+@formula
+def divisor(c: Any, l: Any, q: Any, d: Any) -> Any:
+    """C + l·d + q·d²."""
+    return multiply_add(multiply_add(q, d, l), d, c)
+
+
 def attenuate(distance: Float64Array, attenuation: VectorLike) -> Float64Array:
     """Strength at distances d; at most the largest float.
 
@@ -55,10 +62,7 @@ def attenuate(distance: Float64Array, attenuation: VectorLike) -> Float64Array:
     """
     constant, linear, quadratic = attenuation
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-        # Horner's form; without a quadratic term d² must not come up, it may overflow where 0·d² is 0.
-        weakening = distance * linear if not quadratic else (distance * quadratic + linear) * distance
-        weakening += constant
-        strength: Float64Array = np.divide(1.0, weakening, out=weakening)
+        strength: Float64Array = 1.0 / divisor(constant, linear, quadratic, distance)
     if constant < np.finfo(np.float64).tiny:  # the sum may have underflowed; finite, so that 0 times it is 0
         np.minimum(strength, np.finfo(np.float64).max, out=strength)
     if not distance.min(initial=1.0) > 0.0:  # a NaN, or a vertex on the light

@@ -3,11 +3,12 @@
 A new light is one file in `pvphong/optics/lights/` and its entry in `LIGHT_TYPES` there, by which scene files know it;
 what makes it public and tested is said there. It declares its fields with roles (`roles.py`) and must say what arrives
 at a vertex (`arrival`), or of which lights without a size it consists (`nodes`); everything else has an answer here
-that assumes nothing of it. Without a `stage` it is evaluated in NumPy.
+that assumes nothing of it. Without a `placement` or nodes it is evaluated in NumPy.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -16,7 +17,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, get_args
 import numpy as np
 
 from pvphong.base import check, host
+<<<<<<< HEAD
 from pvphong.base.types import ColorLike, Float64Array, FloatArray, Frame, InitSignature, Vector, rgb
+=======
+from pvphong.base.formulas import Power
+from pvphong.base.types import InitSignature
+from pvphong.base.types import ColorLike, Float64Array, FloatArray, Frame, Vector, rgb
+>>>>>>> main
 from pvphong.geometry.extent import Extent
 from pvphong.optics.roles import Corners, EyeSpace, Place, Role, roles_of
 from pvphong.optics.spherical import CosinePower
@@ -118,8 +125,30 @@ class Fewer(NamedTuple):
     """No vertex gets more strength of all of them."""
 
 
+class Placement(NamedTuple):
+    """Where a light without a size stands and how strong it is around there: of this compiled code makes its stage."""
+
+    position: Vector
+
+    attenuation: Vector
+    """Constant, linear and quadratic coefficient."""
+
+    falloff: Callable[[Any, Any], tuple[Any, Any]] | None = None
+    """Formula of the parameters and of the unit vector to it: 1 where it shines, else 0; and the squared chord of whose
+    cosine a power is a factor of its strength."""
+
+    power: Power | None = None
+    """That power."""
+
+    parameters: tuple[float, ...] = ()
+    """At most eight."""
+
+    most_gain: float = math.inf
+    """Where its colours times so much may be beyond float32, the readable evaluator is to light the scene."""
+
+
 class Stage(NamedTuple):
-    """What compiled code runs for one kind of light, for one block of vertices at a time."""
+    """What compiled code runs for one kind of light with a size, for one block of vertices at a time."""
 
     function: Callable[..., Any]
     """(numbers, rows, points) → bool: writes the ways D to the light with 1/|D|, and strengths if it `varies`.
@@ -392,19 +421,16 @@ class Light:
 
     # -- what compiled code does for it
 
-    def parameters(self) -> tuple[float, ...]:
-        """The numbers that its stage reads, none further from 0 than 2¹⁰⁰."""
-        return ()
+    @property
+    def placement(self) -> Placement | None:
+        """Where it stands, for compiled code; None where the readable evaluator is to light a scene with it.
 
-    def stage(self, toolkit: Any) -> Stage | None:  # noqa: ARG002 it has none
-        """What compiled code runs for it, written with the names of `pvphong.shading.kernel.toolkit`.
-
-        None where the readable evaluator is to light a scene with it. A light that is the same everywhere needs none.
+        A light that is the same everywhere needs none.
         """
         return None
 
     def closed_parameters(self, forms: Sequence[CosinePower | None]) -> tuple[float, ...]:  # noqa: ARG002 no stage
-        """The numbers that its closed stage reads, as `parameters`."""
+        """The numbers that its closed stage reads, none further from 0 than 2¹⁰⁰."""
         return ()
 
     def closed_stage(self, toolkit: Any, forms: Sequence[CosinePower | None]) -> Stage | None:  # noqa: ARG002

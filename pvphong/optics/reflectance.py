@@ -1,18 +1,21 @@
 """What every reflectance is: how much of the light that arrives leaves towards the viewer.
 
 A new reflectance is one file in `pvphong/optics/reflectances/` and its entry in `REFLECTANCES` there; what makes it
-public and tested is said there. It must say its `lobes`, at most three of them if it has a `stage`, their `factors`,
-and how much these `change`; everything else has an answer here. Users give it as `Material(reflectance=...)`; without
-a `stage` it is evaluated in NumPy. A field without a default takes a 1, with which its stage is compiled in advance.
+public and tested is said there. It must say its `lobes`, at most three, the formula of their `factors`, and how much
+these `change`; everything else has an answer here. Users give it as `Material(reflectance=...)`. A field without a
+default takes a 1, with which its formula is compiled in advance.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal, NamedTuple, Self
 
+import numpy as np
+
+from pvphong.base.formulas import Power, chord_power
 from pvphong.base.types import FloatArray, Vector
 from pvphong.optics.light import Arrival
 from pvphong.optics.spherical import CosinePower
@@ -21,6 +24,37 @@ from pvphong.optics.surface import Surface
 Component = Literal["diffuse", "specular"]
 
 WHITE: Vector = (1.0, 1.0, 1.0)
+
+
+class Geometry(NamedTuple):
+    """What a formula is given of a vertex and of one light: numbers in compiled code, arrays of n in NumPy.
+
+    Vectors have three entries, and are arrays (3, n) or (3, 1) in NumPy.
+    """
+
+    n: Any
+    """The normal, of any moderate length; zero where there is none."""
+    scale: Any
+    """1/|n|. What |n| is rounded to should not matter, so unit normals are not given."""
+    n_l: Any
+    """The cosine n·l, whose sign is exact."""
+    n_v: Any
+    """The cosine n·v."""
+    l: Any
+    """Unit vector to the light; zero where there is none."""
+    v: Any
+    """Unit vector to the viewer."""
+    t: Any
+    """Unit tangent across n, for reflectances that need it; zero where there is none."""
+
+
+class Peak(NamedTuple):
+    """Where a highlight is brightest: the chord C is 0 there, and the highlight a function of f = 1 − ½|C|²."""
+
+    square: Callable[[Geometry], Any]
+    """Formula of |C|²."""
+    chord: Callable[[Any, Any, Any], Any]
+    """Formula of a vector as long as C, for unit vectors n, l and v."""
 
 
 class Lobe(NamedTuple):
@@ -46,6 +80,12 @@ class Lobe(NamedTuple):
 
     tint: Callable[[FloatArray], FloatArray] | None = None
     """Gives what the colour is multiplied by for an albedo (3, n), where that is not the albedo itself."""
+
+
+LAMBERT = Lobe("diffuse", takes_albedo=True, needs_viewer=False)
+"""The factor max(n·l, 0); where no more is wanted of a reflectance, its formula is not called."""
+
+HIGHLIGHT = Lobe("specular", takes_albedo=False, needs_viewer=True)
 
 
 class VtkSurface(NamedTuple):
@@ -81,10 +121,10 @@ class Reflectance(ABC):
     stands at the eye."""
 
     needs: ClassVar[frozenset[str]] = frozenset()
-    """What it reads beside normals and the viewer: "tangents", in `Surface.tangents` and the rows `TX`, `TY`, `TZ`."""
+    """What it reads beside normals and the viewer: "tangents", as `Geometry.t`."""
 
     maps: ClassVar[frozenset[str]] = frozenset()
-    """What may be given vertex by vertex: "specular", which evaluators multiply, or a field, in `Surface.given`."""
+    """What may be given vertex by vertex: "specular", which evaluators multiply, or a field."""
 
     counterpart: ClassVar[tuple[str, float] | None] = None
     """Name of another one that looks much the same, and how many times the shininess it needs for that."""
@@ -110,13 +150,50 @@ class Reflectance(ABC):
         """The values of the property by which VTK's shader makes that; None where VTK has no such."""
         return None
 
-    @abstractmethod
-    def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:
-        """Factor of each lobe at n vertices, a new array (n,); of a lobe that is not wanted anything.
+    factors: ClassVar[staticmethod[[Any, Geometry, Any], tuple[Any, ...]]]
+    """Formula of the lobes' factors: of its `parameters`, of the geometry, and of its highlight, if it has a `power`.
 
-        A vertex without a normal or without a light's direction gets 0; the evaluator takes away what needs a viewer
-        where there is none.
+    Without a normal or a light's direction they are 0; evaluators take away what needs a viewer where there is none.
+    """
+
+    peak: ClassVar[Peak | None] = None
+    """Where its highlight is; None if it has none."""
+
+    def power(self, maps: Mapping[str, Any]) -> Power | None:  # noqa: ARG002 it has none
+        """The power that its highlight is, around its peak; None if it is something else.
+
+        Parameters
+        ----------
+        maps : mapping
+            Field → numbers of each vertex that stand in its place.
         """
+        return None
+
+    def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:  # noqa: ARG002 it has none
+        """The numbers that its formula reads, at most eight; with `maps` as for `power`."""
+        return ()
+
+    def evaluate(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:
+        """Factor of each lobe at n vertices in NumPy, a new array (n,); of a lobe that is not wanted anything."""
+        n_l = surface.cosine(arrival)
+        if not any(wanted[1:]) and self.lobes[0] is LAMBERT:
+            return (np.maximum(n_l, n_l.dtype.type(0.0)), *(0.0,) * (len(wanted) - 1))
+        at = Geometry(
+            surface.raw,
+            surface.inverse_length,
+            n_l,
+            surface.facing,
+            arrival.direction,
+            surface.to_viewer,
+            surface.tangents if "tangents" in self.needs else None,
+        )
+        highlight, power = None, self.power(surface.maps)
+        if power is not None and self.peak is not None:
+            square = self.peak.square(at)
+            highlight = chord_power(np.broadcast_to(square, n_l.shape), power.exponent, power.floor)
+        own = tuple(np.asarray(number, n_l.dtype) for number in self.parameters(surface.maps))
+        with np.errstate(invalid="ignore", divide="ignore"):  # of two sides, one of which is then chosen
+            return type(self).factors(own, at, highlight)
 
     @abstractmethod
     def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
@@ -145,20 +222,6 @@ class Reflectance(ABC):
         """
         return replace(self, **{field: low}), replace(self, **{field: high})
 
-    def parameters(self) -> tuple[float, ...]:
-        """The numbers that its stage reads."""
-        return ()
-
-    def stage(self, toolkit: Any, wanted: Sequence[bool]) -> Callable[..., Any] | None:  # noqa: ARG002 it has none
-        """What compiled code runs for it, written with the names of `pvphong.shading.kernel.toolkit`.
-
-        It is a function (numbers, rows, points) → int that writes the factors of a block of vertices into the rows
-        `FIRST`, `SECOND` and `THIRD`, one for each lobe that is wanted. It gives the lobes that are not 0 everywhere:
-        the sum of 1, 2 and 4. What it closes over may be the toolkit and integers. None where the readable
-        evaluator is to do it.
-        """
-        return None
-
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
         """Of each lobe, its factor as a power of a cosine; None where it is something else.
@@ -171,7 +234,3 @@ class Reflectance(ABC):
     def sharpness(self) -> float:
         """The n of a factor that falls off as exp(−½n|C|²) around a peak at C = 0; 0 where there is no such peak."""
         return 0.0
-
-    def chords(self, n: FloatArray, l: FloatArray, v: FloatArray) -> FloatArray:
-        """Vectors C, shape (3, k), that are 0 at the factor's peak; for a `sharpness` above 0."""
-        raise NotImplementedError(f"{type(self).__name__} has no peak")  # pragma: no cover a contract's other half

@@ -43,31 +43,17 @@ class Surface:
     raw_tangents: FloatArray | None = None
     maps: Mapping[str, FloatArray] = field(default_factory=dict)
 
-    def given(self, name: str, usual: Any) -> Any:
-        """A reflectance's field vertex by vertex, if it is given so, else its usual value."""
-        return self.maps.get(name, usual)
-
-    @cached_property
-    def normals(self) -> FloatArray:
-        """Unit normals n."""
-        return self.raw * self.inverse_length
-
     @cached_property
     def tangents(self) -> FloatArray:
-        """Unit tangents t across n; zero where there is none, or where it is along n."""
+        """Unit tangents t across n, (n × t) × n; zero where there is none, or where it is along n."""
         assert self.raw_tangents is not None, "the reflectance's `needs` does not say tangents"
-        return unit(cross(self.bitangents, self.normals))[0]
-
-    @cached_property
-    def bitangents(self) -> FloatArray:
-        """Unit vectors n × t; zero where there is no t."""
-        assert self.raw_tangents is not None, "the reflectance's `needs` does not say tangents"
-        return unit(cross(self.normals, self.raw_tangents))[0]
+        n = self.raw * self.inverse_length
+        return unit(cross(unit(cross(n, self.raw_tangents))[0], n))[0]
 
     @cached_property
     def facing(self) -> FloatArray:
-        """N·v of the raw normals, shape (n,)."""
-        return dot(self.raw, self.to_viewer)
+        """The cosines n·v, shape (n,)."""
+        return dot(self.raw, self.to_viewer) * self.inverse_length
 
     @cached_property
     def exact_normals(self) -> Float64Array:
@@ -80,8 +66,8 @@ class Surface:
         n, v = self.exact_normals, unit(self.to_viewer.astype(np.float64, copy=False))[0]
         return unit(2.0 * dot(n, v) * n - v)[0]
 
-    def raw_cosine(self, arrival: Arrival) -> Any:
-        """N·l for the raw n. Its sign is that of n·D, D the way to the light, and exact where these products are."""
+    def cosine(self, arrival: Arrival) -> Any:
+        """N·l, shape (n,). Its sign is that of n·D, D the way to the light, and exact where these products are."""
         way, inverse = arrival.way, arrival.inverse_length
         n_d = dot(self.raw, way)
         n_l = n_d * inverse
@@ -92,4 +78,4 @@ class Surface:
                 exponents = np.frexp(inverse[small])[1]
                 n_d = dot(self.raw[:, small], np.ldexp(way[:, small], exponents))
                 n_l[small] = n_d * np.ldexp(inverse[small], -exponents)
-        return n_l
+        return n_l * self.inverse_length

@@ -203,7 +203,7 @@ def _factors(block: Block, reflectance: Reflectance, term: LightTerm) -> tuple[A
     wanted = [any(color) for color in term.colors]
     if not any(wanted):
         return strength, (0.0,) * len(wanted)
-    factors = list(reflectance.factors(block.surface, arrival, wanted))
+    factors = list(reflectance.evaluate(block.surface, arrival, wanted))
     reaching = strength if seen is None else strength * seen
     for k, lobe in enumerate(reflectance.lobes):
         if wanted[k]:

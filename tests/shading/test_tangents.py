@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -11,10 +10,8 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.base.vectors import dot
-from pvphong.optics.light import Arrival
-from pvphong.optics.reflectance import Lobe, Reflectance
-from pvphong.optics.surface import Surface
+from pvphong.base.formulas import dot, formula
+from pvphong.optics.reflectance import Geometry, Lobe, Reflectance
 from pvphong.shading import kernel
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
@@ -24,6 +21,12 @@ SUN = ph.DirectionalLight(direction=(1, -2, -4), diffuse=1.0)
 SHEAR = np.array([[2.0, 0.7, 0.0, 5.0], [0.0, -1.0, 0.4, 0.0], [0.3, 0.0, 0.5, 1.0], [0.0, 0.0, 0.0, 1.0]])
 
 
+@formula
+def along_tangent(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001
+    l_t = dot(at.l, at.t)
+    return (l_t * l_t,)
+
+
 @dataclass(frozen=True)
 class Brushed(Reflectance):
     """Shows how far the light is along the tangent: (l·t)²."""
@@ -31,28 +34,10 @@ class Brushed(Reflectance):
     lobes: ClassVar[tuple[Lobe, ...]] = (Lobe("diffuse", takes_albedo=True, needs_viewer=False),)
     needs: ClassVar[frozenset[str]] = frozenset({"tangents"})
 
-    def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:  # noqa: ARG002
-        return (dot(arrival.direction, surface.tangents) ** 2,)
+    factors = staticmethod(along_tangent)
 
     def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG002
         return turn
-
-    def stage(self, toolkit: Any, wanted: Sequence[bool]) -> Callable[..., Any] | None:  # noqa: ARG002
-        return _stage(toolkit)
-
-
-def _stage(toolkit: Any) -> Callable[..., Any]:
-    def brushed(_numbers: Any, rows: Any, _points: Any) -> int:
-        for i in range(toolkit.BLOCK):
-            l_t = (
-                rows[toolkit.DX + i] * rows[toolkit.TX + i]
-                + rows[toolkit.DY + i] * rows[toolkit.TY + i]
-                + rows[toolkit.DZ + i] * rows[toolkit.TZ + i]
-            ) * rows[toolkit.NEARNESS + i]
-            rows[toolkit.FIRST + i] = l_t * l_t
-        return 1
-
-    return brushed
 
 
 MATERIAL = ph.Material(ambient=0, diffuse=1, reflectance=Brushed())

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from pvphong.base.vectors import directions_to
 from pvphong.geometry.extent import Extent
 from pvphong.optics import attenuation as weakening
 from pvphong.optics.attenuation import attenuate, coefficients, strongest
-from pvphong.optics.light import NOTHING_KNOWN, POSITION_EFFECT, Arrival, Light, Reach, Simpler, Stage, VtkValues
+from pvphong.optics.light import NOTHING_KNOWN, POSITION_EFFECT, Arrival, Light, Placement, Reach, Simpler, VtkValues
 from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.roles import place
 
@@ -79,40 +78,16 @@ class PointLight(Light):
         """As parallel light, or as strong everywhere as at a point."""
         return placed_without(self, effect, point)
 
-    def parameters(self) -> tuple[float, ...]:
-        """Position and attenuation."""
-        return (*self.position, *self.attenuation)
-
-    def stage(self, toolkit: Any) -> Stage | None:
-        """Ways to its position, and strength if it weakens."""
-        if tuple(self.attenuation) == weakening.NONE:
-            return Stage(_evenly_strong(toolkit), varies=False)
-        if not toolkit.holds(self.attenuation):
-            return None
-        return Stage(_weakening(toolkit), divisors=slice(3, 6), most_gain=math.inf)
+    @property
+    def placement(self) -> Placement:
+        """Where it stands, and how it weakens."""
+        (x, y, z), (c, l, q) = self.position, self.attenuation
+        return Placement((x, y, z), (c, l, q))
 
     def as_vtk(self) -> VtkValues:
         """Position and attenuation; VTK's point light is a spot without a cone."""
         (x, y, z), (c, l, q) = self.position, self.attenuation
         return VtkValues(True, (0.0, 0.0, -1.0), (x, y, z), (c, l, q))
-
-
-@cache
-def _evenly_strong(toolkit: Any) -> Any:
-    def point(numbers: Any, rows: Any, points: Any) -> bool:
-        return toolkit.approach(rows, points, numbers[0], numbers[1], numbers[2])
-
-    return point
-
-
-@cache
-def _weakening(toolkit: Any) -> Any:
-    def weakening_point(numbers: Any, rows: Any, points: Any) -> bool:
-        good = toolkit.approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
-        toolkit.attenuate(rows, numbers[3], numbers[4], numbers[5])
-        return good
-
-    return weakening_point
 
 
 _STEADY = frozenset({POSITION_EFFECT})

@@ -5,18 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
 
+<<<<<<< HEAD
 from pvphong.base.float_range import BRIGHTEST, FAINTEST
+=======
+from pvphong.base.formulas import ONE, ZERO, Power, add, chord_power, formula, square, where
+from pvphong.base.float_range import BRIGHTEST
+>>>>>>> main
 from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
 from pvphong.base.vectors import angle_between, directions_to, dot, unit_vector
 from pvphong.geometry.extent import Extent, Sight
 from pvphong.optics import attenuation as weakening
 from pvphong.optics.attenuation import attenuate, coefficients, strongest
-from pvphong.optics.light import Arrival, Light, Reach, Simpler, Stage, VtkValues
+from pvphong.optics.light import Arrival, Light, Placement, Reach, Simpler, VtkValues
 from pvphong.optics.lights.point import PointLight, placed_effects, placed_reach, placed_without
 from pvphong.optics.roles import aim, angle, place, power, way_from
 
@@ -27,6 +32,16 @@ _HALF = "It is half the opening angle, in degrees; a light without a cone is a P
 
 # Angles are known to this many radians: arc cosines lose half the digits near 0.
 _SLACK = 1e-6
+
+
+@formula
+def _in_cone(own: Any, l: Any) -> Any:
+    """1 inside the cone and 0 outside, and |C|² for the chord C between the axis and the ray: cos θ = 1 − ½|C|².
+
+    By the chord, narrow cones and high exponents keep their digits, where a cosine near 1 has lost them.
+    """
+    chord = square(add((own[0], own[1], own[2]), l))
+    return where(chord <= own[3], ONE, ZERO), chord
 
 
 @dataclass(frozen=True)
@@ -90,23 +105,11 @@ class SpotLight(Light):
             factor[distance == 0.0] = float(self.cone_angle == 90.0 and self.exponent == 0.0)
         return Arrival(ways, attenuate(distance, self.attenuation) * factor, inverse_length)
 
-    def spot_factor(self, to_light: Float64Array) -> Float64Array:
-        """The cosine of θ to the power `exponent` inside the cone, 0 outside, for unit vectors (3, n) to the light.
-
-        With the chord D between the axis and the ray, cos θ = 1 − ½|D|²: narrow cones and high exponents
-        keep their digits, where a cosine near 1 has lost them.
-        """
-        square = self._chord_square(to_light)
-        inside = square <= self._edge
-        if self.exponent == 0.0:
-            return inside.astype(np.float64)
-        with np.errstate(divide="ignore", over="ignore"):  # the far hemisphere: log of 0 gives 0 in the end
-            falloff = np.exp(self.exponent * np.log1p(-np.minimum(0.5 * square, 1.0)))
-        return np.where(inside, falloff, 0.0)
-
-    def _chord_square(self, to_light: FloatArray) -> FloatArray:
-        chord = np.array(self.axis)[:, None] + to_light
-        return np.asarray(dot(chord, chord))
+    def spot_factor(self, to_light: FloatArray) -> Float64Array:
+        """The cosine of θ to the power `exponent` inside the cone, 0 outside, for unit vectors (3, n) to the light."""
+        # in float64, for light may be as bright as its falloff is steep
+        inside, square = _in_cone((*self.axis, self._edge), to_light.astype(np.float64, copy=False))
+        return np.asarray(inside * chord_power(square, self.exponent), np.float64)
 
     @property
     def _edge(self) -> float:
@@ -173,54 +176,18 @@ class SpotLight(Light):
 
     def edges(self, directions: FloatArray) -> Iterator[FloatArray]:
         """Of the cone."""
-        yield self._edge - self._chord_square(directions)
+        yield self._edge - square(add(self.axis, directions))
 
-    def parameters(self) -> tuple[float, ...]:
-        """Position, attenuation, and the cone's axis, edge, exponent and squared chord from which on it is dark."""
-        exponent = self.exponent and max(FAINTEST, min(self.exponent, BRIGHTEST))
-        dark = 2.0 if self.exponent else 8.0
-        return (*self.position, *self.attenuation, *self.axis, self._edge, exponent, dark)
-
-    def stage(self, toolkit: Any) -> Stage | None:
-        """A point light's, times the spot factor."""
-        if not toolkit.holds(self.attenuation):
-            return None
-        weakens = tuple(self.attenuation) != weakening.NONE
+    @property
+    def placement(self) -> Placement:
+        """A point light's, and the spot factor."""
+        (x, y, z), (c, l, q) = self.position, self.attenuation
         # beyond it, strength would be cut off before the falloff brings it down again
-        most_gain = BRIGHTEST * (self.attenuation[0] or 1.0) if self.exponent else math.inf
-        return Stage(_cone(toolkit, int(weakens)), divisors=slice(3, 6 if weakens else 3), most_gain=most_gain)
+        most_gain = BRIGHTEST * (c or 1.0) if self.exponent else math.inf
+        own = (*self.axis, self._edge)
+        return Placement((x, y, z), (c, l, q), _in_cone, Power(self.exponent), own, most_gain)
 
     def as_vtk(self) -> VtkValues:
         """All its fields. VTK takes a cone of 90° for none, and keeps exponents up to 128."""
         (x, y, z), (c, l, q), (dx, dy, dz) = self.position, self.attenuation, self.direction
         return VtkValues(True, (dx, dy, dz), (x, y, z), (c, l, q), self.cone_angle, self.exponent)
-
-
-@cache
-def _cone(toolkit: Any, weakens: int) -> Any:
-    """Strength times spot factor; the first two rows of factors hold what is inside, and the chords |l + axis|²."""
-
-    def spot(numbers: Any, rows: Any, points: Any) -> bool:
-        if weakens:
-            good = toolkit.approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
-            toolkit.attenuate(rows, numbers[3], numbers[4], numbers[5])
-        else:
-            good = toolkit.approach(rows, points, numbers[0], numbers[1], numbers[2])
-        x, y, z = toolkit.like(rows, numbers[6]), toolkit.like(rows, numbers[7]), toolkit.like(rows, numbers[8])
-        edge = toolkit.like(rows, numbers[9])
-        for i in range(toolkit.BLOCK):
-            inverse = rows[toolkit.NEARNESS + i]
-            square = toolkit.square_of(
-                rows[toolkit.DX + i] * inverse + x,
-                rows[toolkit.DY + i] * inverse + y,
-                rows[toolkit.DZ + i] * inverse + z,
-            )
-            rows[toolkit.SECOND + i] = square
-            rows[toolkit.FIRST + i] = toolkit.ONE if square <= edge else toolkit.ZERO
-        toolkit.raise_second(rows, numbers[10], -np.inf, numbers[11])
-        for i in range(toolkit.BLOCK):
-            strength = rows[toolkit.STRENGTH + i] if weakens else toolkit.ONE
-            rows[toolkit.STRENGTH + i] = strength * rows[toolkit.SECOND + i]
-        return good
-
-    return spot

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from pvphong.base.types import ColorLike, Vector, rgb
-from pvphong.optics.reflectance import Lobe
+from pvphong.optics.reflectance import HIGHLIGHT, Lobe
 from pvphong.optics.reflectances.metal import part_of_light
-from pvphong.optics.reflectances.microfacets import Base, Facets, Microfacets, alpha_of, check_roughness
-from pvphong.optics.reflectances.shiny import HIGHLIGHT
+from pvphong.optics.reflectances.microfacets import Facets, Microfacets, alpha_of, check_roughness, coupled
 
 
 @dataclass(frozen=True)
@@ -38,6 +37,8 @@ class GGX(Microfacets):
     roughness: float
     f0: ColorLike = 0.04
 
+    factors = staticmethod(coupled)
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "roughness", check_roughness(self.roughness))
         object.__setattr__(self, "f0", part_of_light("f0", self.f0))
@@ -51,11 +52,6 @@ class GGX(Microfacets):
     def facets(self) -> Facets:
         """Those of its own roughness."""
         return self.facets_of(self.roughness)
-
-    @property
-    def base(self) -> Base:
-        """Reciprocal."""
-        return "coupled"
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:

@@ -1,97 +1,212 @@
-"""Highlights as powers of a cosine f: by chords, and what bounds their change.
+"""Highlights around a peak: by chords, and what bounds their change.
 
-With the chord D = 2(n·l)n − l − v, the difference of mirror direction and viewer, r·v = 1 − ½|D|²; with D = h − n,
-n·h = 1 − ½|D|². Near the peak |D| is small and known to full precision, while a cosine near 1 has lost the digits that
-a high shininess asks for. The first D is taken apart, across n and along it: |D|² = |n × (l + v)|² + (n·(l − v))². Then
-nothing is left of it where n = l = v, and a rounding of n's length does not count elsewhere.
+A highlight is a function of a cosine f that is 1 at its peak. With a chord C that is 0 there, f = 1 − ½|C|². Near the
+peak |C| is small and known to full precision, while a cosine near 1 has lost the digits that a high shininess asks for.
+A `Peak` says where that is; reflectances whose highlight is fⁿ leave the power to the evaluators, because compiled code
+is faster with it in a loop of its own.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
 
+<<<<<<< HEAD
 import numpy as np
 
 from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.types import FloatArray
 from pvphong.base.vectors import dot, square_of_cross
+=======
+from pvphong.base import check
+from pvphong.base.formulas import (
+    HALF,
+    LEAST_SQUARE,
+    ONE,
+    TWO,
+    ZERO,
+    Power,
+    add,
+    cross,
+    dot,
+    formula,
+    inverse_length,
+    like,
+    maximum,
+    multiply_add,
+    sqrt,
+    square,
+    subtract,
+    times,
+    where,
+)
+>>>>>>> main
 from pvphong.geometry.extent import ROUNDED_UP
-from pvphong.optics.surface import Surface
+from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Lobe, Peak, Reflectance
+from pvphong.optics.spherical import CosinePower
 
-# Powers below e to this are 0 in float64: NumPy's exp takes up to fifty times as long from there on.
-_DARK = -707.5
+LIKENESS = 4.0
+"""Blinn-Phong needs about this many times the shininess for the same highlight; see `Material.for_blinn_phong`."""
 
-# Makes room for the square of l + v where it is less than this, for they are nearly opposite; a power of two, so that
-# it changes no bit of the others.
-_LARGER, _SMALL = 2.0**60, 2.0**-60
-
-
-def square(w: FloatArray) -> FloatArray:
-    """|w|² of columns."""
-    return dot(w, w)
+_LARGER = 2.0**60
+"""Makes room for the square of l + v where they are nearly opposite; a power of two, so that it changes no bit."""
 
 
-def mirror_distance(surface: Surface, l: FloatArray, raw_n_l: FloatArray) -> FloatArray:
-    """½|D|² = 1 − r·v."""
-    real = surface.raw.dtype.type
-    along = raw_n_l - surface.facing
-    along *= along
-    along += square_of_cross(surface.raw, l + surface.to_viewer)
-    along *= real(0.5) * surface.inverse_length * surface.inverse_length
-    return along
+# --- where highlights are
 
 
-def halfway_distance(surface: Surface, l: FloatArray) -> FloatArray:
-    """½|D|² = 1 − n·h; opposite l and v have no half-way direction, and no highlight."""
-    real = surface.raw.dtype.type
-    h = l + surface.to_viewer
-    lengths = square(h)
-    least = lengths.min(initial=1.0)
-    if least < _SMALL:
-        h *= real(_LARGER)
-        lengths = square(h)
-    h *= real(1.0) / np.sqrt(np.maximum(lengths, np.finfo(real).tiny))
-    distance = real(0.5) * square(h - surface.normals)
-    if least < _SMALL:
-        np.copyto(distance, 1.0, where=lengths == 0.0)
-    return distance
+@formula
+def _mirror_square(at: Geometry) -> Any:
+    """|C|² for C = 2(n·l)n − l − v, r·v = 1 − ½|C|², taken apart across n and along it.
 
-
-def power(distance: FloatArray, shininess: Any, floor: float) -> Any:
-    """max(f, floor)ⁿ for f = 1 − distance, one n or an array of them; 1 for n = 0, also where f is 0."""
-    real = distance.dtype.type
-    is_flat = np.equal(shininess, 0.0)
-    if is_flat.all():
-        return real(1.0)
-    logarithm = _log1p_of_negative(np.minimum(distance, real(1.0), out=distance))
-    if floor:  # here, because 1 − floor would be rounded by far more than the floor's own last bit
-        np.maximum(logarithm, real(math.log(floor)), out=logarithm)
-    logarithm *= np.clip(shininess, float(np.finfo(real).tiny), BRIGHTEST).astype(real)
-    if real is np.float32:
-        result = np.exp(logarithm, out=logarithm)
-    else:
-        shows = logarithm > _DARK
-        np.maximum(logarithm, _DARK, out=logarithm)
-        result = np.exp(logarithm, out=logarithm)
-        result *= shows
-    np.copyto(result, 1.0, where=is_flat)
-    return result
-
-
-def _log1p_of_negative(d: FloatArray) -> Any:
-    """log(1 − d) for 0 <= d <= 1, to full precision also near 0, in place of NumPy's slower log1p.
-
-    With f the rounded 1 − d and e = (f − 1) + d its error, log(1 − d) = log(f − e) = log f − e/f + O(e²);
-    f − 1 is exact (Sterbenz), or e is far below the last bit.
+    |C|² = |n × (l + v)|² + (n·(l − v))² is 0 where n = l = v, and leaves out the rounding of |n|.
     """
-    f = 1.0 - d
-    error = f - 1.0
-    error += d
-    error /= np.maximum(f, np.finfo(f.dtype).tiny)
-    logarithm = np.log(f, out=f)
-    logarithm -= error
-    return logarithm
+    along = dot(at.n, subtract(at.l, at.v))
+    return multiply_add(along, along, square(cross(at.n, add(at.l, at.v)))) * (at.scale * at.scale)
+
+
+@formula
+def _mirror_chord(n: Any, l: Any, v: Any) -> Any:
+    return subtract(subtract(times(n, TWO * dot(n, l)), l), v)
+
+
+@formula
+def _halfway_square(at: Geometry) -> Any:
+    """|C|² for C = h − n, n·h = 1 − ½|C|²; 2 where l = −v and there is no h."""
+    h = times(add(at.l, at.v), like(at.n_l, _LARGER))
+    length = square(h)
+    chord = square(subtract(times(h, inverse_length(length)), times(at.n, at.scale)))
+    return where(length > LEAST_SQUARE, chord, TWO)
+
+
+@formula
+def _halfway_chord(n: Any, l: Any, v: Any) -> Any:
+    h = add(l, v)
+    return subtract(times(h, inverse_length(square(h))), n)
+
+
+@formula
+def _back_square(at: Geometry) -> Any:
+    """|C|² for C = l − v, l·v = 1 − ½|C|²."""
+    return square(subtract(at.l, at.v))
+
+
+@formula
+def _back_chord(n: Any, l: Any, v: Any) -> Any:  # noqa: ARG001 for any normal
+    return subtract(l, v)
+
+
+@formula
+def _normal_square(at: Geometry) -> Any:
+    """|C|² for C = l − n, n·l = 1 − ½|C|²."""
+    return square(subtract(at.l, times(at.n, at.scale)))
+
+
+@formula
+def _normal_chord(n: Any, l: Any, v: Any) -> Any:  # noqa: ARG001 for any viewer
+    return subtract(l, n)
+
+
+MIRROR = Peak(_mirror_square, _mirror_chord)
+"""Where the viewer stands in the direction r = 2(n·l)n − l in which light is mirrored."""
+
+HALFWAY = Peak(_halfway_square, _halfway_chord)
+"""Where the half-way direction h = (l + v)/|l + v| is n."""
+
+BACK = Peak(_back_square, _back_chord)
+"""Where the viewer stands beside the light."""
+
+NORMAL = Peak(_normal_square, _normal_chord)
+"""Where light falls along the normal."""
+
+
+# --- Schlick's part of the light that is white
+
+
+@formula
+def whiteness(at: Geometry) -> Any:
+    """(1 − h·l)⁵, the part of the way from the reflectance at normal incidence to white (Schlick 1994, equation 15).
+
+    H·l is half the length of l + v. Where l = −v it is 0, and there is no half-way direction.
+    """
+    rest = maximum(ONE - HALF * sqrt(square(add(at.l, at.v))), ZERO)
+    return (rest * rest) * (rest * rest) * rest
+
+
+WHITENESS_SLOPE = 2.5
+"""Its largest change for a turn of l or v by a radian: h·l is the cosine of half the angle between them."""
+
+
+def most_whiteness(psi: float) -> float:
+    """The largest for an angle of at most ψ from light to viewer."""
+    return (1.0 - math.cos(0.5 * min(psi, math.pi))) ** 5
+
+
+# --- reflectances with a power
+
+
+@formula
+def lambert_and_highlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 any reflectance's
+    """max(n·l, 0), and a highlight where n·l is positive."""
+    return maximum(at.n_l, ZERO), where(at.n_l > ZERO, highlight, ZERO)
+
+
+@dataclass(frozen=True)
+class Shiny(Reflectance):
+    """Lambert's cosine, and a highlight that is a power of another cosine.
+
+    Parameters
+    ----------
+    shininess : float, optional
+        The exponent n, >= 0; the material's if not given.
+
+    Raises
+    ------
+    ValueError
+        If the shininess is not such a number.
+    """
+
+    shininess: float | None = None
+
+    maps: ClassVar[frozenset[str]] = frozenset({"specular", "shininess"})
+    factors = staticmethod(lambert_and_highlight)
+
+    @property
+    def lobes(self) -> tuple[Lobe, ...]:
+        """Lambert's, and the highlight."""
+        return LAMBERT, HIGHLIGHT
+
+    def __post_init__(self) -> None:
+        if self.shininess is not None:
+            object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
+
+    def of(self, material: Any) -> Self:
+        """With the material's shininess, where it has none of its own."""
+        return replace(self, shininess=material.shininess) if self.shininess is None else self
+
+    def power(self, maps: Mapping[str, Any]) -> Power | None:
+        """Its shininess, or that of each vertex."""
+        return Power(maps.get("shininess", self.sharpness))
+
+    def extremes(self, field: str, low: float, high: float) -> tuple[Self, ...]:
+        """With the greatest of those below 1, which are infinitely steep, where none of the ends is it."""
+        ends = super().extremes(field, low, high)
+        return (*ends, replace(self, shininess=math.nextafter(1.0, 0.0))) if low < 1.0 <= high else ends
+
+    @property
+    def forms(self) -> tuple[CosinePower | None, ...]:
+        """Lambert's cosine; the highlight's is the kind's own to say."""
+        return CosinePower("normal", 1.0), None
+
+    @property
+    def sharpness(self) -> float:
+        """The shininess."""
+        return self.shininess or 0.0
+
+
+# --- bounds on how highlights change
 
 
 def steepness(shininess: float) -> float:
@@ -140,3 +255,9 @@ def _with_switch(change: float, switched: float, shininess: float, floor: float,
 def largest_power(cosine: float, shininess: float, floor: float) -> float:
     """Of a cosine that is at most so much: at most so much to the n."""
     return float(max(min(cosine * ROUNDED_UP, 1.0), floor, 0.0) ** shininess)
+
+
+def largest_halfway(theta: float, phi: float, psi: float) -> float:
+    """The largest n·h = (cos θ + cos φ) / (2 cos ψ/2): it grows with smaller θ and φ and greater ψ."""
+    middle = 2.0 * math.cos(psi / 2.0)
+    return (math.cos(theta) + math.cos(phi)) / middle if middle > 1e-6 else 1.0

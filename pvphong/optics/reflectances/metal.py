@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
 from pvphong.base import check
-from pvphong.base.types import Color, ColorLike, FloatArray, rgb
-from pvphong.optics.light import Arrival
-from pvphong.optics.reflectance import Lobe, Reflectance, Sightline
-from pvphong.optics.reflectances.fresnel import WHITENESS_SLOPE, most_whiteness, whiteness
+from pvphong.base.formulas import ZERO, Power, formula, like, where
+from pvphong.base.types import Color, ColorLike, rgb
+from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Lobe, Reflectance, Sightline
+from pvphong.optics.reflectances.highlight import (
+    MIRROR,
+    WHITENESS_SLOPE,
+    lambert_and_highlight,
+    most_whiteness,
+    whiteness,
+)
 from pvphong.optics.reflectances.phong import Phong
-from pvphong.optics.reflectances.shiny import HIGHLIGHT, LAMBERT
 from pvphong.optics.spherical import CosinePower
-from pvphong.optics.surface import Surface
+
+
+@formula
+def _parted_highlight(own: Any, at: Geometry, highlight: Any) -> Any:
+    """Phong's factors, the highlight in two parts: in the metal's colour and in white."""
+    n_l, shine = lambert_and_highlight(own, at, highlight)
+    shine = where(shine > like(shine, 2.0**-80), shine, ZERO)  # less may be no normal number once it is parted
+    white = shine * whiteness(at)
+    return n_l, shine - white, white
 
 
 @dataclass(frozen=True)
@@ -48,6 +61,8 @@ class Metal(Reflectance):
     shininess: float | None = None
 
     maps: ClassVar[frozenset[str]] = frozenset({"shininess"})
+    peak: ClassVar = MIRROR
+    factors = staticmethod(_parted_highlight)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "color", part_of_light("color", self.color))
@@ -71,13 +86,9 @@ class Metal(Reflectance):
         """Phong's highlight in the metal's colour, also where light grazes it."""
         return "Phong for Metal", replace(material, specular=self.color, reflectance=Phong(self.shininess))
 
-    def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:
-        """Phong's, parted by Schlick's."""
-        diffuse, highlight = Phong(self.shininess).factors(surface, arrival, (True, any(wanted[1:])))
-        if not any(wanted[1:]):
-            return diffuse, 0.0, 0.0
-        white = highlight * whiteness(surface, arrival.direction)
-        return diffuse, highlight - white, white
+    def power(self, maps: Mapping[str, Any]) -> Power | None:
+        """Phong's."""
+        return Phong(self.shininess).power(maps)
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
@@ -99,18 +110,6 @@ class Metal(Reflectance):
         white = most_whiteness(sightline.psi) if lobe == 2 else 1.0
         return Phong(self.shininess).most(min(lobe, 1), sightline) * white
 
-    def parameters(self) -> tuple[float, ...]:
-        """For the power."""
-        return Phong(self.shininess).parameters()
-
-    def stage(self, toolkit: Any, wanted: Sequence[bool]) -> Callable[..., Any] | None:
-        """Phong's, parted by Schlick's."""
-        return _stage(toolkit) if any(wanted[1:]) else toolkit.only_lambert
-
-    def chords(self, n: FloatArray, l: FloatArray, v: FloatArray) -> FloatArray:
-        """Mirror direction minus viewer."""
-        return Phong(self.shininess).chords(n, l, v)
-
 
 def part_of_light(name: str, value: Any) -> Color:
     """A checked colour of at most 1 in each channel."""
@@ -118,30 +117,3 @@ def part_of_light(name: str, value: Any) -> Color:
     if max(rgb(color)) > 1.0:
         check.refuse(name, value, "a part of the light, at most 1 in each channel", "Divide 0-255 values by 255.")
     return color
-
-
-def _stage(toolkit: Any) -> Callable[..., Any]:
-    def metal(numbers: Any, rows: Any, _points: Any) -> int:
-        dark, half, least = toolkit.like(rows, numbers[2]), toolkit.like(rows, 0.5), toolkit.like(rows, 2.0**-80)
-        shines = False
-        for i in range(toolkit.BLOCK):
-            n_l, middle, chord = toolkit.mirror_chord(rows, i)
-            rows[toolkit.FIRST + i] = max(n_l, toolkit.ZERO)
-            rows[toolkit.SECOND + i] = chord
-            rows[toolkit.THIRD + i] = middle
-            shines = shines | ((n_l > toolkit.ZERO) & (chord < dark))
-        if not shines:
-            return 1
-        toolkit.raise_second(rows, numbers[0], numbers[1], numbers[2])
-        for i in range(toolkit.BLOCK):
-            highlight = rows[toolkit.SECOND + i]
-            highlight = (
-                highlight if highlight > least else toolkit.ZERO
-            )  # less may be no normal number once it is parted
-            rest = max(toolkit.ONE - half * toolkit.root(rows[toolkit.THIRD + i]), toolkit.ZERO)
-            white = highlight * (((rest * rest) * (rest * rest)) * rest)
-            rows[toolkit.SECOND + i] = highlight - white
-            rows[toolkit.THIRD + i] = white
-        return 7
-
-    return metal

@@ -17,33 +17,52 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from pvphong.base import check
+<<<<<<< HEAD
 from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.types import FloatArray, rgb
 from pvphong.base.vectors import dot, square_of_cross, unit
+=======
+from pvphong.base.formulas import (
+    HALF,
+    LEAST_SQUARE,
+    ONE,
+    ZERO,
+    add,
+    cross,
+    formula,
+    like,
+    maximum,
+    minimum,
+    multiply_add,
+    sqrt,
+    square,
+    where,
+)
+from pvphong.base.float_range import BRIGHTEST
+from pvphong.base.types import rgb
+>>>>>>> main
 from pvphong.geometry.extent import ROUNDED_UP
-from pvphong.optics.light import Arrival
-from pvphong.optics.reflectance import Lobe, Reflectance, Sightline
-from pvphong.optics.reflectances.fresnel import WHITENESS_SLOPE, most_whiteness, whiteness
-from pvphong.optics.reflectances.highlight import square
+from pvphong.optics.reflectance import Geometry, Lobe, Reflectance, Sightline
+from pvphong.optics.reflectances.highlight import (
+    HALFWAY,
+    WHITENESS_SLOPE,
+    largest_halfway,
+    most_whiteness,
+    whiteness,
+)
 from pvphong.optics.reflectances.phong import Phong
-from pvphong.optics.surface import Surface
 
 _LEAST_ALPHA = 1e-15
 """Its highlights are narrower than float64 can tell directions apart, and its square is within float32's range."""
 
 _COUPLED = 28.0 / 23.0
-
-Base = Literal["faded", "coupled"]
-"""What is under the facets: Lambert's reflection of what they let in, x(1 − S); or one that is reciprocal and leaves
-the sum at most 1, 28/23 · x(1 − (1 − x/2)⁵)(1 − (1 − y/2)⁵) (Ashikhmin and Shirley, An anisotropic Phong BRDF model,
-2000, equation 5)."""
 
 
 class Facets(NamedTuple):
@@ -62,11 +81,63 @@ class Facets(NamedTuple):
     """The denominator in D is taken to be at least this."""
 
 
+@formula
+def _cosines(own: Any, at: Geometry) -> Any:
+    """X and y, cut off at the floor; x is 0 where there is no normal or no light."""
+    x, y = maximum(at.n_l, own[5]), maximum(at.n_v, own[5])
+    return where((square(at.n) > ZERO) & (square(at.l) > ZERO), x, ZERO), y
+
+
+@formula
+def _highlight(own: Any, at: Geometry, x: Any, y: Any) -> Any:
+    """G in two parts: what is multiplied by F₀, and what is white."""
+    alpha, alpha2, rest, beta2, beyond, least = own[0], own[1], own[2], own[3], own[4], own[6]
+    s = add(at.l, at.v)
+    length = square(s)
+    across = square(cross(at.n, s)) * (at.scale * at.scale)
+    is_above = (length > LEAST_SQUARE) & (at.n_l + at.n_v > ZERO)
+    sine = where(is_above, minimum(across / length, ONE), ONE)  # sin² θ
+    peak = alpha / maximum(multiply_add(rest, sine, alpha2), least)
+    masked = multiply_add(x, sqrt(multiply_add(beyond * y, y, beta2)), y * sqrt(multiply_add(beyond * x, x, beta2)))
+    is_lit = x > ZERO
+    shine = peak * peak * (HALF * x / masked)
+    shine = where(is_lit, minimum(shine, like(x, BRIGHTEST)), ZERO)
+    white = shine * whiteness(at)
+    return shine - white, white
+
+
+@formula
+def faded(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
+    """Lambert's reflection of what the facets let in, x(1 − S), and the highlight in its two colours."""
+    x, y = _cosines(own, at)
+    tinted, white = _highlight(own, at, x, y)
+    return x * (ONE - whiteness(at)), tinted, white
+
+
+@formula
+def _seen(cosine: Any) -> Any:
+    """1 − (1 − c/2)⁵ for a cosine c."""
+    rest = ONE - HALF * maximum(cosine, ZERO)
+    return ONE - (rest * rest) * (rest * rest) * rest
+
+
+@formula
+def coupled(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
+    """A base that is reciprocal and leaves the sum at most 1, 28/23 · x(1 − (1 − x/2)⁵)(1 − (1 − y/2)⁵), and the same.
+
+    Ashikhmin and Shirley, An anisotropic Phong BRDF model, 2000, equation 5.
+    """
+    x, y = _cosines(own, at)
+    tinted, white = _highlight(own, at, x, y)
+    return like(x, _COUPLED) * x * _seen(x) * _seen(y), tinted, white
+
+
 @dataclass(frozen=True)
 class Microfacets(Reflectance):
     """A diffuse base under a highlight of microfacets, in two colours."""
 
     maps: ClassVar[frozenset[str]] = frozenset({"roughness"})
+    peak: ClassVar = HALFWAY
 
     @abstractmethod
     def facets_of(self, roughness: Any) -> Facets:
@@ -78,14 +149,13 @@ class Microfacets(Reflectance):
         """Those of its own roughness."""
 
     @property
-    @abstractmethod
-    def base(self) -> Base:
-        """What is under them."""
+    def _is_faded(self) -> bool:
+        return type(self).factors is faded
 
     def _lobes(self, diffuse: Lobe, tinted: Lobe, white: Lobe) -> tuple[Lobe, ...]:
         """The base, and the highlight in its two colours, with their largest factors."""
         largest = self._largest
-        base = 1.0 if self.base == "faded" else 1.15
+        base = 1.0 if self._is_faded else 1.15
         return diffuse._replace(largest=base), tinted._replace(largest=largest), white._replace(largest=largest)
 
     @property
@@ -93,23 +163,6 @@ class Microfacets(Reflectance):
         """D is at most 1/α², K at most 1/(2β)."""
         alpha, beta, _, least = self.facets
         return min((alpha / max(alpha * alpha, least)) ** 2 / (2.0 * beta) * ROUNDED_UP, BRIGHTEST)
-
-    def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:
-        """As at the module's head."""
-        n, l, v = surface.normals, arrival.direction, surface.to_viewer
-        real = n.dtype.type
-        facets = self.facets_of(surface.maps["roughness"]) if "roughness" in surface.maps else self.facets
-        floor = real(facets.floor)
-        x = np.maximum(surface.raw_cosine(arrival) * surface.inverse_length, floor)
-        y = np.maximum(dot(n, v), floor)
-        x *= (surface.inverse_length > 0.0) & (square(l) > 0.0)
-        white = whiteness(surface, l)
-        base = x * (real(1.0) - white) if self.base == "faded" else real(_COUPLED) * x * _seen(x) * _seen(y)
-        if not any(wanted[1:]):
-            return base, 0.0, 0.0
-        shine = _shine(facets, n, l + v, x, y)
-        white = shine * white
-        return base, shine - white, white
 
     def stand_in(self, material: Any) -> tuple[str, Any] | None:
         """Phong's highlight, as high and half as high at the same angles where light and viewer are above the surface.
@@ -120,7 +173,7 @@ class Microfacets(Reflectance):
         """
         base, tinted, _ = self.lobes
         square = self.facets.alpha**2
-        whole = 1.0 if self.base == "faded" else 1.0 / _COUPLED
+        whole = 1.0 if self._is_faded else 1.0 / _COUPLED
         diffuse = tuple(a * b * whole for a, b in zip(rgb(material.diffuse), base.color, strict=True))
         specular = tuple(channel / (4.0 * square) for channel in tinted.color)
         fitted = Phong(min(math.log(4.0) / (4.0 * (math.sqrt(2.0) - 1.0) * square), BRIGHTEST))
@@ -130,21 +183,19 @@ class Microfacets(Reflectance):
         """Next to the horizon the masking has no bound on its slope, but a highlight is never more than its largest."""
         if lobe:
             return self._largest
-        if self.base == "faded":
+        if self._is_faded:
             return min((WHITENESS_SLOPE + light_moves) * turn, 1.0)
         return min((1.65 if light_moves else 3.0) * turn, 1.15)
 
     def most(self, lobe: int, sightline: Sightline) -> float:
-        """N·h is at most (cos θ + cos φ) / (2 cos ψ/2), as for Blinn-Phong."""
+        """At the largest n·h."""
         theta, phi, psi = sightline
         alpha, _, floor, least = self.facets
         if lobe == 0:
             return self.lobes[0].largest
         if theta >= math.pi / 2 and not floor:
             return 0.0
-        middle = 2.0 * math.cos(psi / 2.0)
-        cosine = (math.cos(theta) + math.cos(phi)) / middle if middle > 1e-6 else 1.0
-        sine = max(1.0 - max(cosine * ROUNDED_UP, 0.0) ** 2, 0.0)
+        sine = max(1.0 - max(largest_halfway(theta, phi, psi) * ROUNDED_UP, 0.0) ** 2, 0.0)
         peak = alpha / max(alpha * alpha + (1.0 - alpha * alpha) * sine, least)
         white = most_whiteness(psi) if lobe == 2 else 1.0
         return min(peak * peak / (2.0 * self.facets.beta) * white * ROUNDED_UP, self._largest)
@@ -154,18 +205,10 @@ class Microfacets(Reflectance):
         """D is about exp(−2 θ²/α²) at its peak."""
         return min(4.0 / self.facets.alpha**2, BRIGHTEST)
 
-    def chords(self, n: FloatArray, l: FloatArray, v: FloatArray) -> FloatArray:
-        """Half-way direction minus normal."""
-        return unit(l + v)[0] - n
-
-    def parameters(self) -> tuple[float, ...]:
-        """α, α², 1 − α², β², 1 − β², and where cosines are cut off."""
-        alpha, beta, floor, least = self.facets
+    def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:
+        """α, α², 1 − α², β², 1 − β², and where cosines and D's denominator are cut off."""
+        alpha, beta, floor, least = self.facets_of(maps["roughness"]) if "roughness" in maps else self.facets
         return alpha, alpha * alpha, 1.0 - alpha * alpha, beta * beta, 1.0 - beta * beta, floor, least
-
-    def stage(self, toolkit: Any, wanted: Sequence[bool]) -> Callable[..., Any] | None:
-        """As `factors`."""
-        return _stage(toolkit, int(self.base == "coupled"), int(any(wanted[1:])))
 
 
 def alpha_of(roughness: Any) -> Any:
@@ -173,67 +216,6 @@ def alpha_of(roughness: Any) -> Any:
     return np.maximum(roughness * roughness, _LEAST_ALPHA)
 
 
-def _shine(facets: Facets, n: FloatArray, s: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
-    """D times K, s being l + v."""
-    alpha, beta, _, least = (np.asarray(number, n.dtype) for number in facets)
-    length, one = square(s), n.dtype.type(1.0)
-    with np.errstate(invalid="ignore"):
-        sine = np.where((length > 0.0) & (dot(n, s) > 0.0), np.minimum(square_of_cross(n, s) / length, one), one)
-        peak = alpha / np.maximum(alpha * alpha + (one - alpha * alpha) * sine, least)
-        masked = x * _masking(y, beta) + y * _masking(x, beta)
-        shine = peak * peak * (n.dtype.type(0.5) * x / masked)
-    return np.where(x > 0.0, np.minimum(shine, n.dtype.type(BRIGHTEST)), n.dtype.type(0.0))
-
-
 def check_roughness(value: Any) -> float:
     """A roughness above 0 and at most 1."""
     return check.number("roughness", value, above=0.0, at_most=1.0, remedy="0.1 is polished, 0.5 satin, 1 matt.")
-
-
-def _masking(cosine: FloatArray, beta: Any) -> Any:
-    return np.sqrt(beta * beta + (beta.dtype.type(1.0) - beta * beta) * cosine * cosine)
-
-
-def _seen(cosine: FloatArray) -> Any:
-    """1 − (1 − c/2)⁵ for a cosine c."""
-    rest = cosine.dtype.type(1.0) - cosine.dtype.type(0.5) * np.maximum(cosine, 0.0)
-    return cosine.dtype.type(1.0) - rest**5
-
-
-def _stage(toolkit: Any, is_coupled: int, shines: int) -> Callable[..., Any]:
-    def microfacets(numbers: Any, rows: Any, _points: Any) -> int:
-        alpha, alpha2 = toolkit.like(rows, numbers[0]), toolkit.like(rows, numbers[1])
-        rest, beta2 = toolkit.like(rows, numbers[2]), toolkit.like(rows, numbers[3])
-        beyond, floor = toolkit.like(rows, numbers[4]), toolkit.like(rows, numbers[5])
-        least, half = toolkit.like(rows, numbers[6]), toolkit.like(rows, 0.5)
-        coupled, bright = toolkit.like(rows, _COUPLED), toolkit.like(rows, BRIGHTEST)
-        for i in range(toolkit.BLOCK):
-            shrink = rows[toolkit.INVERSE + i]
-            raw, across, square = toolkit.halfway_sines(rows, i)
-            facing = rows[toolkit.FACING + i]
-            x, y = max(raw * shrink, floor), max(facing * shrink, floor)
-            x = x if shrink < toolkit.NO_LENGTH else toolkit.ZERO
-            if is_coupled:
-                of_x, of_y = toolkit.ONE - half * x, toolkit.ONE - half * y
-                of_x = toolkit.ONE - (of_x * of_x) * (of_x * of_x) * of_x
-                of_y = toolkit.ONE - (of_y * of_y) * (of_y * of_y) * of_y
-                rows[toolkit.FIRST + i] = coupled * x * of_x * of_y
-            grazing = max(toolkit.ONE - half * toolkit.root(square), toolkit.ZERO)
-            white = (grazing * grazing) * (grazing * grazing) * grazing
-            if not is_coupled:
-                rows[toolkit.FIRST + i] = x * (toolkit.ONE - white)
-            if shines:
-                sine = across * (shrink * shrink) / max(square, toolkit.ZERO_SQUARE)
-                is_there = (square > toolkit.ZERO_SQUARE) & (raw + facing > toolkit.ZERO)
-                sine = min(sine, toolkit.ONE) if is_there else toolkit.ONE
-                peak = alpha / max(toolkit.multiply_add(rest, sine, alpha2), least)
-                of_x = toolkit.root(toolkit.multiply_add(beyond * x, x, beta2))
-                of_y = toolkit.root(toolkit.multiply_add(beyond * y, y, beta2))
-                shine = peak * peak * (half * x / toolkit.multiply_add(x, of_y, y * of_x))
-                shine = min(shine, bright) if x > toolkit.ZERO else toolkit.ZERO
-                white = shine * white
-                rows[toolkit.SECOND + i] = shine - white
-                rows[toolkit.THIRD + i] = white
-        return 7 if shines else 1
-
-    return microfacets

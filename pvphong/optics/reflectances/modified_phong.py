@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
+<<<<<<< HEAD
 from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.types import FloatArray
 from pvphong.base.vectors import dot
@@ -16,8 +17,20 @@ from pvphong.optics.light import Arrival
 from pvphong.optics.reflectance import Lobe, Sightline
 from pvphong.optics.reflectances.highlight import largest_power, mirror_distance, power, steepness
 from pvphong.optics.reflectances.shiny import HIGHLIGHT, LAMBERT, Shiny, lambert, power_numbers
+=======
+from pvphong.base.formulas import ZERO, formula, maximum
+from pvphong.base.float_range import BRIGHTEST
+from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Lobe, Sightline
+from pvphong.optics.reflectances.highlight import MIRROR, Shiny, largest_power, steepness
+>>>>>>> main
 from pvphong.optics.spherical import CosinePower
-from pvphong.optics.surface import Surface
+
+
+@formula
+def normalised_highlight(own: Any, at: Geometry, highlight: Any) -> Any:
+    """max(n·l, 0), and that times a highlight times the one number."""
+    n_l = maximum(at.n_l, ZERO)
+    return n_l, n_l * highlight * own[0]
 
 
 @dataclass(frozen=True)
@@ -43,20 +56,13 @@ class ModifiedPhong(Shiny):
     equations 3 and 4, times π: a light of intensity 1 that faces a white surface makes it 1.
     """
 
+    peak: ClassVar = MIRROR
+    factors = staticmethod(normalised_highlight)
+
     @property
     def lobes(self) -> tuple[Lobe, ...]:
         """Lambert's, and the highlight."""
         return LAMBERT, HIGHLIGHT._replace(largest=normalisation(self.sharpness))
-
-    def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:
-        """By the chord between mirror direction and viewer."""
-        raw_n_l = surface.raw_cosine(arrival)
-        diffuse = lambert(raw_n_l * surface.inverse_length)
-        if not wanted[1]:
-            return diffuse, 0.0
-        shininess = surface.given("shininess", self.sharpness)
-        highlight = power(mirror_distance(surface, arrival.direction, raw_n_l), shininess, 0.0)
-        return diffuse, diffuse * highlight * np.asarray(normalisation(shininess), diffuse.dtype)
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
@@ -76,17 +82,9 @@ class ModifiedPhong(Shiny):
         cosine = 2.0 * n_l * max(math.cos(phi), 0.0) - math.cos(psi)
         return n_l * largest_power(cosine, self.sharpness, 0.0) * normalisation(self.sharpness)
 
-    def parameters(self) -> tuple[float, ...]:
-        """For the power, and what it is multiplied by."""
-        return (*power_numbers(self.sharpness, 0.0), normalisation(self.sharpness))
-
-    def stage(self, toolkit: Any, wanted: Sequence[bool]) -> Callable[..., Any] | None:
-        """Phong's, and the product."""
-        return _stage(toolkit) if wanted[1] else toolkit.only_lambert
-
-    def chords(self, n: FloatArray, l: FloatArray, v: FloatArray) -> FloatArray:
-        """Mirror direction minus viewer."""
-        return 2.0 * dot(n, l) * n - l - v
+    def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:
+        """What the power is multiplied by."""
+        return (normalisation(maps.get("shininess", self.sharpness)),)
 
 
 def normalisation(shininess: Any) -> Any:
@@ -99,22 +97,3 @@ def normalised_change(shininess: float, lobe: int, turn: float, psi: float, *, l
     slope = steepness(shininess) if lobe else 0.0
     change = (slope + light_moves) * turn
     return min(change, 1.0) * (normalisation(shininess) if lobe else 1.0) if change else 0.0
-
-
-def _stage(toolkit: Any) -> Callable[..., Any]:
-    def modified_phong(numbers: Any, rows: Any, _points: Any) -> int:
-        dark, scale = toolkit.like(rows, numbers[2]), toolkit.like(rows, numbers[3])
-        shines = False
-        for i in range(toolkit.BLOCK):
-            n_l, _, chord = toolkit.mirror_chord(rows, i)
-            rows[toolkit.FIRST + i] = max(n_l, toolkit.ZERO)
-            rows[toolkit.SECOND + i] = chord
-            shines = shines | ((n_l > toolkit.ZERO) & (chord < dark))
-        if not shines:
-            return 1
-        toolkit.raise_second(rows, numbers[0], numbers[1], numbers[2])
-        for i in range(toolkit.BLOCK):
-            rows[toolkit.SECOND + i] *= rows[toolkit.FIRST + i] * scale
-        return 3
-
-    return modified_phong

@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from pvphong.base import check
+from pvphong.base.formulas import ONE, ZERO, dot, formula, maximum, minimum, where
 from pvphong.base.types import rgb
-from pvphong.base.vectors import dot
-from pvphong.optics.light import Arrival
-from pvphong.optics.reflectance import Lobe, Reflectance
+from pvphong.optics.reflectance import Geometry, Lobe, Reflectance
 from pvphong.optics.reflectances.phong import Phong
-from pvphong.optics.surface import Surface
+
+
+@formula
+def _rough_diffuse(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it has none
+    """With cos φ sin α sin β = l·v − (n·l)(n·v), and cos β the greater of n·l and n·v: no angle is computed."""
+    a, b = own[0], own[1]
+    n_l = maximum(at.n_l, ZERO)
+    along = maximum(dot(at.l, at.v) - n_l * at.n_v, ZERO)
+    steepest = maximum(n_l, at.n_v)
+    tangent = where(steepest > ZERO, along / steepest, ZERO)
+    # sin α tan β is unbounded where both are grazing, and n·l times it at most 1
+    return (n_l * a + b * minimum(n_l * tangent, ONE),)
 
 
 @dataclass(frozen=True)
@@ -40,6 +48,8 @@ class OrenNayar(Reflectance):
 
     sigma: float
 
+    factors = staticmethod(_rough_diffuse)
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "sigma", check.number("sigma", self.sigma, at_least=0.0, at_most=90.0))
 
@@ -61,46 +71,11 @@ class OrenNayar(Reflectance):
         color = tuple(channel * whole for channel in rgb(material.diffuse))
         return "Lambert for Oren-Nayar", replace(material, diffuse=color, specular=0.0, reflectance=Phong())
 
-    def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:  # noqa: ARG002
-        """With cos φ sin α sin β = l·v − (n·l)(n·v), and cos β the greater of n·l and n·v: no angle is computed."""
-        n, l, v = surface.normals, arrival.direction, surface.to_viewer
-        real = n.dtype.type
-        a, b = map(real, self.coefficients)
-        n_l = np.maximum(surface.raw_cosine(arrival) * surface.inverse_length, real(0.0))
-        n_v = dot(n, v)
-        along = np.maximum(dot(l, v) - n_l * n_v, real(0.0))
-        steepest = np.maximum(n_l, n_v)
-        tangent = np.divide(along, steepest, out=np.zeros_like(along), where=steepest > 0.0)
-        # sin α tan β is unbounded where both are grazing, and n·l times it at most 1
-        return (n_l * a + b * np.minimum(n_l * tangent, real(1.0)),)
-
     def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG002 one lobe
         """Next to the horizon its second part has no bound on its slope, but it is never more than B."""
         a, b = self.coefficients
         return (a * turn if light_moves else 0.0) + b
 
-    def parameters(self) -> tuple[float, ...]:
+    def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:  # noqa: ARG002 it has no maps
         """A and B."""
         return self.coefficients
-
-    def stage(self, toolkit: Any, wanted: Sequence[bool]) -> Callable[..., Any] | None:  # noqa: ARG002 one lobe
-        """As `factors`."""
-        return _stage(toolkit)
-
-
-def _stage(toolkit: Any) -> Callable[..., Any]:
-    def oren_nayar(numbers: Any, rows: Any, _points: Any) -> int:
-        a, b = toolkit.like(rows, numbers[0]), toolkit.like(rows, numbers[1])
-        for i in range(toolkit.BLOCK):
-            dx, dy, dz = rows[toolkit.DX + i], rows[toolkit.DY + i], rows[toolkit.DZ + i]
-            inverse, shrink = rows[toolkit.NEARNESS + i], rows[toolkit.INVERSE + i]
-            n_d = toolkit.normal_dot(rows, i, dx, dy, dz)
-            l_v = toolkit.dot(rows[toolkit.VX + i], rows[toolkit.VY + i], rows[toolkit.VZ + i], dx, dy, dz) * inverse
-            n_l = max(n_d * (inverse * shrink), toolkit.ZERO)
-            n_v = rows[toolkit.FACING + i] * shrink
-            along, steepest = max(l_v - n_l * n_v, toolkit.ZERO), max(n_l, n_v)
-            tangent = along / steepest if steepest > toolkit.ZERO else toolkit.ZERO
-            rows[toolkit.FIRST + i] = n_l * a + b * min(n_l * tangent, toolkit.ONE)
-        return 1
-
-    return oren_nayar

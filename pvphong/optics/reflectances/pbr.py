@@ -11,9 +11,8 @@ import numpy as np
 
 from pvphong.base import check
 from pvphong.base.types import FloatArray, Vector, rgb
-from pvphong.optics.reflectance import WHITE, Lobe, VtkSurface
-from pvphong.optics.reflectances.microfacets import Base, Facets, Microfacets, alpha_of, check_roughness
-from pvphong.optics.reflectances.shiny import HIGHLIGHT
+from pvphong.optics.reflectance import HIGHLIGHT, WHITE, Lobe, VtkSurface
+from pvphong.optics.reflectances.microfacets import Facets, Microfacets, alpha_of, check_roughness, faded
 
 DIELECTRIC = 0.04
 """What all but metals reflect at normal incidence, for an index of refraction of 1.5."""
@@ -55,6 +54,8 @@ class PBR(Microfacets):
     metallic: float = 0.0
     roughness: float = 0.5
 
+    factors = staticmethod(faded)
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "metallic", check.number("metallic", self.metallic, at_least=0.0, at_most=1.0))
         object.__setattr__(self, "roughness", check_roughness(self.roughness))
@@ -80,11 +81,6 @@ class PBR(Microfacets):
     def facets(self) -> Facets:
         """Those of its own roughness."""
         return self.facets_of(self.roughness)
-
-    @property
-    def base(self) -> Base:
-        """Lambert's reflection of what the facets let in."""
-        return "faded"
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import numpy as np
-
-from pvphong.base.types import FloatArray
-from pvphong.optics.light import Arrival
-from pvphong.optics.reflectance import Lobe, Reflectance
-from pvphong.optics.reflectances.highlight import mirror_change, power, square
+from pvphong.base.formulas import ZERO, Power, formula, maximum, square, where
+from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Lobe, Reflectance
+from pvphong.optics.reflectances.highlight import NORMAL, Shiny, mirror_change
 from pvphong.optics.reflectances.phong import Phong
-from pvphong.optics.reflectances.shiny import HIGHLIGHT, LAMBERT, Shiny, power_numbers
 from pvphong.optics.spherical import CosinePower
-from pvphong.optics.surface import Surface
 
 HIGHEST_POWER = 128.0
 """vtkProperty and vtkLight keep exponents in [0, 128]."""
@@ -30,6 +25,13 @@ def vtk_reflectance(shininess: float, *, is_headlight: bool) -> Reflectance:
     return VtkHeadlight(shininess) if is_headlight else Phong(shininess, _FLOOR)
 
 
+@formula
+def _headlight(own: Any, at: Geometry, highlight: Any) -> Any:
+    """max(n·l, floor) and a highlight, but 0 where there is no normal: the floor is not for that."""
+    is_there = square(at.n) > ZERO
+    return where(is_there, maximum(at.n_l, own[0]), ZERO), where(is_there, highlight, ZERO)
+
+
 @dataclass(frozen=True)
 class VtkHeadlight(Shiny):
     """c and cⁿ with c = max(n·l, 1e-6): the shader's first tier; 0 without a normal.
@@ -41,20 +43,13 @@ class VtkHeadlight(Shiny):
     """
 
     floor: ClassVar[float] = _HEADLIGHT_FLOOR
+    peak: ClassVar = NORMAL
+    factors = staticmethod(_headlight)
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:
         """Neither needs the viewer."""
         return LAMBERT, HIGHLIGHT._replace(needs_viewer=False)
-
-    def factors(self, surface: Surface, arrival: Arrival, wanted: Sequence[bool]) -> tuple[Any, ...]:  # noqa: ARG002
-        """By the chord between normal and light."""
-        real = surface.raw.dtype.type
-        n_l = surface.raw_cosine(arrival) * surface.inverse_length
-        is_there = surface.inverse_length > 0.0  # the floor is not for a normal that is not there
-        distance = real(0.5) * square(surface.normals - arrival.direction)
-        highlight = power(distance, self.sharpness, self.floor)
-        return np.maximum(n_l, real(self.floor)) * is_there, highlight * is_there
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
@@ -67,36 +62,10 @@ class VtkHeadlight(Shiny):
             return turn if light_moves else 0.0
         return mirror_change(self.sharpness, self.floor, turn, psi, light_moves=light_moves)
 
-    def parameters(self) -> tuple[float, ...]:
-        """For the power, and the floor."""
-        return (*power_numbers(self.sharpness, self.floor), self.floor)
+    def power(self, maps: Mapping[str, Any]) -> Power:  # noqa: ARG002 no maps in VTK
+        """The shininess, and the floor."""
+        return Power(self.sharpness, self.floor)
 
-    def stage(self, toolkit: Any, wanted: Sequence[bool]) -> Callable[..., Any] | None:  # noqa: ARG002 they are one
-        """By the chord between normal and light."""
-        return _headlight(toolkit)
-
-    def chords(self, n: FloatArray, l: FloatArray, v: FloatArray) -> FloatArray:  # noqa: ARG002 no viewer
-        """Light minus normal."""
-        return l - n
-
-
-def _headlight(toolkit: Any) -> Callable[..., Any]:
-    """max(n·l, floor), but 0 where there is no n, and a power of the chord C = n − l."""
-
-    def headlight(numbers: Any, rows: Any, _points: Any) -> int:
-        floor = toolkit.like(rows, numbers[3])
-        for i in range(toolkit.BLOCK):
-            nx, ny, nz = rows[toolkit.NX + i], rows[toolkit.NY + i], rows[toolkit.NZ + i]
-            dx, dy, dz = rows[toolkit.DX + i], rows[toolkit.DY + i], rows[toolkit.DZ + i]
-            shrink, inverse = rows[toolkit.INVERSE + i], rows[toolkit.NEARNESS + i]
-            n_l = max(toolkit.dot(nx, ny, nz, dx, dy, dz) * (inverse * shrink), floor)
-            rows[toolkit.FIRST + i] = n_l if toolkit.square_of(nx, ny, nz) > toolkit.ZERO else toolkit.ZERO
-            rows[toolkit.SECOND + i] = toolkit.square_of(
-                nx * shrink - dx * inverse,
-                ny * shrink - dy * inverse,
-                nz * shrink - dz * inverse,
-            )
-        toolkit.raise_second(rows, numbers[0], numbers[1], numbers[2])
-        return 3
-
-    return headlight
+    def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:  # noqa: ARG002 as above
+        """The floor."""
+        return (self.floor,)

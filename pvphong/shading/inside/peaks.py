@@ -74,7 +74,9 @@ def chords(term: LightTerm, equation: Equation) -> Offsets:
         v, to_light = to_viewer(p, equation), term.light.arrival(p).direction
         if equation.two_sided:
             n = np.where(dot(n, v) < 0.0, -n, n)
-        return np.asarray(equation.reflectance.chords(n, to_light, v).T, np.float64)
+        peak = equation.reflectance.peak
+        assert peak is not None, "only reflectances with a peak are sharp"
+        return np.stack(np.broadcast_arrays(*peak.chord(n, to_light, v)), axis=1)
 
     return offsets
 

@@ -35,15 +35,15 @@ from pvphong.base.types import Backend, Float64Array, FloatArray, Weighting
 from pvphong.shading.albedo import reflectances
 from pvphong.shading.equation import Equation
 from pvphong.shading.kernel import normals as over_faces
-from pvphong.shading.kernel import pool, records
+from pvphong.shading.kernel import pool
 from pvphong.shading.kernel.background import NotCompiled, Request, ask_for
 from pvphong.shading.kernel.running import Call, Memory, address, is_plain, parts, ready
-from pvphong.shading.kernel.terms import Codes
 from pvphong.shading.reference import shade as light_by_reference
 from pvphong.shading.result import Shading
 
 if TYPE_CHECKING:
     from pvphong.shading.kernel.keeping import Library
+    from pvphong.shading.kernel.terms import Codes
 
 # Vertices that a thread searches for bounds at a time.
 _SEARCHED = 2**17
@@ -192,8 +192,10 @@ def shade(
     library = _library()
     if result.base is not None or not rgb.flags.c_contiguous or library is None:
         return False
+    from pvphong.shading.kernel import records
+
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
-    codes = records.codes_of(whole, library.toolkit, _name_of(real), has_albedo=albedo is not None)
+    codes = records.codes_of(whole, _name_of(real), has_albedo=albedo is not None)
     if codes is None:
         return False
     read = [points] * whole.needs_points + [normals] * whole.needs_normals
@@ -237,6 +239,8 @@ def _name_of(kind: np.dtype[Any]) -> str:
 def _prepared(request: Request, codes: Codes, library: Library, waits: bool, **flags: Any) -> Call | None:
     """Driver and records for a request; None if there is no code, which another process then compiles."""
     source = library if waits else library.at_hand
+    from pvphong.shading.kernel import records
+
     equation, stored, real = request
     try:
         driver = source.driver(stored, real)

@@ -23,6 +23,7 @@ vertex's bits depend neither on its place in a block nor on its neighbours.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
@@ -224,6 +225,8 @@ def _cast_like(_typing: Any, x: Any, value: Any) -> Any:
     return x(x, value), generate
 
 
+_TO_BASE_2 = math.log2(math.e)
+
 _OPERATIONS: dict[Callable[..., Any], Callable[..., Any]] = {
     formulas.sqrt: lambda x: np.sqrt(x),
     formulas.minimum: lambda a, b: min(a, b),
@@ -231,6 +234,7 @@ _OPERATIONS: dict[Callable[..., Any], Callable[..., Any]] = {
     formulas.where: lambda condition, a, b: a if condition else b,
     formulas.multiply_add: lambda a, b, c: multiply_add(a, b, c),
     formulas.like: lambda x, value: _cast_like(x, value),
+    formulas.exponential: lambda x: exp2(x * _cast_like(x, _TO_BASE_2)),
 }
 
 _BOUND: list[Callable[..., Any]] = []

@@ -10,23 +10,23 @@ import os
 import pickle
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import MISSING, fields, replace
+from dataclasses import MISSING, fields
 from functools import partial
 from itertools import product
 from typing import Any, NamedTuple
 
 from pvphong.base.files import locked
 from pvphong.optics.lights import LIGHT_TYPES
+from pvphong.optics.reflectance import LAMBERT
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.vtk import VtkHeadlight
 from pvphong.optics.spherical import CosinePower
-from pvphong.shading.kernel import records
+from pvphong.shading.kernel import records, stages, toolkit
 from pvphong.shading.kernel.background import NotCompiled, Request
 from pvphong.shading.kernel.keeping import Library, what_it_does
 
 _REALS = "float32", "float64"
 _STORED_AND_REAL = ("float32", "float32"), ("float64", "float32"), ("float64", "float64")
-_WEAKENING = (1.0, 1.0, 1.0)
 _NO_FLAGS = {"is_wide": False, "has_albedo": False, "is_display": False}
 
 
@@ -45,10 +45,10 @@ def pieces(library: Library) -> list[CompilationUnit]:
         result.append(CompilationUnit(f"driver, {types}", partial(library.driver, stored, real)))
     for real in _REALS:
         result.append(CompilationUnit(f"bounds, {real}", partial(library.extremes, real)))
-        whole = _of_lights_with_a_size(library) if real == "float32" else ()
+        whole = _of_lights_with_a_size() if real == "float32" else ()
         lights, reflectances = (
-            (*_of_lights(library), *whole),
-            (*_of_reflectances(library), library.toolkit.already_there),
+            (*_of_lights(), *whole),
+            (*_of_reflectances(), stages.already_there),
         )
         for kind, functions in (("light", lights), ("reflectance", reflectances)):
             made = getattr(library, kind)
@@ -68,31 +68,32 @@ def is_kept() -> bool:
     return True
 
 
-def _of_lights(library: Library) -> Iterable[Callable[..., Any]]:
-    """Stages of all kinds of light, as they are by default and as they weaken with distance."""
-    for kind in LIGHT_TYPES.values():
-        light = _sample(kind)
-        weakening = [replace(light, attenuation=_WEAKENING)] if "attenuation" in vars(light) else []
-        stages = [each.stage(library.toolkit) for each in (light, *weakening)]
-        yield from _distinct(stage.function for stage in stages if stage is not None)
+def _of_lights() -> Iterable[Callable[..., Any]]:
+    """Stages of all kinds of light, as they weaken with distance and as they do not."""
+    placements = [_sample(kind).placement for kind in LIGHT_TYPES.values()]
+    falloffs = [each.falloff for each in placements if each is not None]
+    return _distinct(stages.light_stage(falloff, weakens) for falloff in falloffs for weakens in (True, False))
 
 
-def _of_lights_with_a_size(library: Library) -> Iterable[Callable[..., Any]]:
+def _of_lights_with_a_size() -> Iterable[Callable[..., Any]]:
     """Closed stages of all kinds of light, for each choice of what Phong's reflectance has lobes for."""
     diffuse, highlight = CosinePower("normal", 1.0), CosinePower("mirror", 20.0)
     choices = (diffuse, highlight), (diffuse, None), (None, highlight)
     lights = [part for kind in LIGHT_TYPES.values() for _, part in _sample(kind).tints()]
-    stages = [light.closed_stage(library.toolkit, forms) for light in lights for forms in choices]
-    return _distinct(stage.function for stage in stages if stage is not None)
+    closed = [light.closed_stage(toolkit, forms) for light in lights for forms in choices]
+    return _distinct(stage.function for stage in closed if stage is not None)
 
 
-def _of_reflectances(library: Library) -> Iterator[Callable[..., Any]]:
+def _of_reflectances() -> Iterator[Callable[..., Any]]:
     """Stages of all reflectances, for each choice of lobes."""
     for kind in (*REFLECTANCES.values(), VtkHeadlight):
         reflectance = _sample(kind)
         choices = list(product((True, False), repeat=len(reflectance.lobes)))[:-1]
-        stages = (reflectance.stage(library.toolkit, wanted) for wanted in choices)
-        yield from _distinct(stage for stage in stages if stage not in (None, library.toolkit.only_lambert))
+        yield from _distinct(
+            stages.reflectance_stage(reflectance, wanted)
+            for wanted in choices
+            if any(wanted[1:]) or reflectance.lobes[0] is not LAMBERT
+        )
 
 
 def _sample(kind: Any) -> Any:

@@ -23,8 +23,12 @@ from numba import types
 from numba.core import event
 from numba.core.ccallback import CFunc
 
+<<<<<<< HEAD
 from pvphong.base import float_range
 from pvphong.shading.kernel import driver, extremes, facets, toolkit
+=======
+from pvphong.shading.kernel import arithmetic, driver, extremes, facets
+>>>>>>> main
 from pvphong.shading.kernel.background import Key, NotCompiled
 from pvphong.shading.kernel.records import SETTINGS
 from pvphong.shading.kernel.store import Store, digest
@@ -51,6 +55,7 @@ class Code(CFunc):
         if store is not None:
             self._cache = store
         self._compiles = compiles
+        arithmetic.bind_formulas()
         self.compile()
         self.where = int(self.address or 0)
         pointers = [ctypes.c_void_p] * len(signature.args)
@@ -67,18 +72,32 @@ class Code(CFunc):
 
 def store_of(function: Callable[..., Any]) -> Store | None:
     """Where the code of a function is kept; None where Numba finds no folder to write to, or there are no sources."""
+    formulas = [cell.cell_contents for cell in function.__closure__ or () if callable(cell.cell_contents)]
     try:
-        return Store(function, _sources(function.__module__))
+        return Store(function, _sources(tuple(sorted({each.__module__ for each in (function, *formulas)}))))
     except (RuntimeError, OSError):
         return None
 
 
 @functools.cache
+<<<<<<< HEAD
 def _sources(module: str) -> bytes:
     """A digest of all sources that a function of a module may call: this package's; OSError if there are none."""
     called = [source.read_text("utf-8") for source in sorted(Path(__file__).parent.glob("*.py"))]
     sources = [*called, inspect.getsource(float_range), inspect.getsource(sys.modules[module])]
     return digest("".join([*sources, repr((SETTINGS, TERM))]).encode())
+=======
+def _sources(modules: tuple[str, ...]) -> bytes:
+    """A digest of all sources that functions of some modules may call; OSError if there are none.
+
+    These are the modules', and all of this package and of those that formulas stand in.
+    """
+    here = Path(__file__).parent
+    folders = here, here.parents[1] / "base", here.parents[1] / "optics"
+    called = [source.read_text("utf-8") for folder in folders for source in sorted(folder.rglob("*.py"))]
+    own = [inspect.getsource(sys.modules[module]) for module in modules if not module.startswith("pvphong.")]
+    return digest("".join([*called, *own, repr((SETTINGS, TERM))]).encode())
+>>>>>>> main
 
 
 def what_it_does(function: Callable[..., Any]) -> tuple[CodeType, tuple[Any, ...]]:
@@ -88,8 +107,6 @@ def what_it_does(function: Callable[..., Any]) -> tuple[CodeType, tuple[Any, ...
 
 class Library:
     """What has been compiled or read from disk in this process."""
-
-    toolkit = toolkit
 
     def __init__(self) -> None:
         self._lock = threading.RLock()

@@ -6,13 +6,15 @@ import math
 import struct
 from collections.abc import Sequence
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from pvphong.base.formulas import FORMULAS
 from pvphong.base.types import Vector
 from pvphong.geometry.transform import normal_matrix
 from pvphong.shading.equation import Equation
+from pvphong.shading.kernel.stages import LEAST_NUMBERS, reflectance_numbers
 from pvphong.shading.kernel.terms import (
     MOST_LOBES,
     Coder,
@@ -21,6 +23,7 @@ from pvphong.shading.kernel.terms import (
     Stages,
     are_in_range,
     codes_of_lights,
+    holds,
     joined,
     layout_of,
     sum_of,
@@ -85,7 +88,7 @@ class Records(NamedTuple):
     """Floats of the reflectance's stage, then of each light's; a row each, filled up with zeros."""
 
 
-def codes_of(equation: Equation, toolkit: Any, real: str, *, has_albedo: bool) -> Codes | None:
+def codes_of(equation: Equation, real: str, *, has_albedo: bool) -> Codes | None:
     """The code of each of its lights; None where compiled code cannot take the equation.
 
     It can if all lights and the reflectance have stages, and numbers are within its range.
@@ -93,15 +96,15 @@ def codes_of(equation: Equation, toolkit: Any, real: str, *, has_albedo: bool) -
     lobes = equation.reflectance.lobes
     if equation.maps or (has_albedo and any(lobe.tint for lobe in lobes)):
         return None
-    if len(lobes) > MOST_LOBES or equation.reflectance.stage(toolkit, (True,) * len(lobes)) is None:
+    if len(lobes) > MOST_LOBES or type(equation.reflectance).factors not in FORMULAS:
         return None
     if equation.matrix is not None:
         matrix = equation.matrix
         if matrix[3, :3].any() or matrix[3, 3] == 0.0:
             return None  # the reference says what is wrong with it
-        if not toolkit.holds(np.abs(matrix).ravel().tolist()):
+        if not holds(np.abs(matrix).ravel().tolist()):
             return None
-    return codes_of_lights(equation, toolkit, real) if are_in_range(equation.eye or ()) else None
+    return codes_of_lights(equation, real) if are_in_range(equation.eye or ()) else None
 
 
 def records_of(
@@ -126,7 +129,7 @@ def records_of(
         if turns_normals:
             normals_matrix = normal_matrix(equation.matrix).ravel().tolist()
     coder = Coder(equation, codes, stages, real)
-    base, numbers = equation.ambient, [equation.reflectance.parameters()]
+    base, numbers = equation.ambient, [reflectance_numbers(equation.reflectance)]
     lights: list[Record] = []
     for term in equation.terms:
         record, own = coder.record(term)
@@ -134,7 +137,7 @@ def records_of(
             base = _plus(base, record.ambient)
         lights.append(record)
         numbers.append(own)
-    stride = max(map(len, numbers))
+    stride = max(LEAST_NUMBERS, *map(len, numbers))
     scalars = {
         "needs_normals": equation.needs_normals,
         "needs_points": equation.needs_points,

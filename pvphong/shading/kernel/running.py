@@ -5,13 +5,16 @@ from __future__ import annotations
 import itertools
 import threading
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pvphong.base.types import FloatArray
-from pvphong.shading.kernel import pool, records
+from pvphong.shading.kernel import pool
 from pvphong.shading.kernel.rows import AT_WORK, BEGUN, BLOCK, GROUP, LEFT, LINE, ROWS
+
+if TYPE_CHECKING:
+    from pvphong.shading.kernel.records import Records
 
 # Vertices that are copied at a time where arrays are not in the form that compiled code takes: 24 MiB at most.
 COPIED = 2**18
@@ -26,7 +29,7 @@ _PATIENCE = 5000
 class Call:
     """One equation for the driver, which several threads may run at once."""
 
-    def __init__(self, driver: Callable[..., int], equation: records.Records) -> None:
+    def __init__(self, driver: Callable[..., int], equation: Records) -> None:
         self._driver, self._equation = driver, equation
 
     def light(self, arrays: list[Any]) -> list[Any]:

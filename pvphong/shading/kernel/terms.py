@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.types import Vector
-from pvphong.optics.light import Light, Stage
+from pvphong.optics.light import Light
+from pvphong.optics.reflectance import LAMBERT
 from pvphong.shading.equation import Equation, LightTerm
+from pvphong.shading.kernel import toolkit
+from pvphong.shading.kernel.stages import (
+    already_there,
+    light_numbers,
+    light_stage,
+    reflectance_stage,
+)
 
 TERM = np.dtype(
     [
@@ -61,10 +69,6 @@ _LEAST_GAIN, _MOST_GAIN, _IN_FLOAT32 = -20, 100, 126
 class Stages(Protocol):
     """Where stages come from."""
 
-    @property
-    def toolkit(self) -> Any:
-        """What they are written with."""
-
     def light(self, function: Any, real: str) -> int:
         """Address of a light's stage for a type of rows."""
 
@@ -73,10 +77,18 @@ class Stages(Protocol):
 
 
 class TermCode(NamedTuple):
-    """What lights with one term: a stage, or None where the driver does it, and the numbers for it."""
+    """What lights with one term."""
 
-    stage: Stage | None
+    stage: Callable[..., Any] | None
+    """None where the driver does it."""
     numbers: tuple[float, ...] = ()
+    """For the stage."""
+    varies: bool = False
+    """Whether it writes strengths; they are 1 everywhere if not."""
+    divisors: slice = slice(0)
+    """Those of the numbers that divide the strength: all of them times k make it 1/k of what it was.
+
+    With them a light may be so bright, and so far away, that float32 holds neither by itself."""
 
 
 Codes = dict[int, TermCode]
@@ -85,26 +97,45 @@ Codes = dict[int, TermCode]
 _BY_DRIVER = TermCode(None)
 
 
-def codes_of_lights(equation: Equation, toolkit: Any, real: str) -> Codes | None:
+def codes_of_lights(equation: Equation, real: str) -> Codes | None:
     """The code of each light's term; None where one has none, or numbers that are out of its range."""
-    codes = {id(term): _code_of(term, equation, toolkit, real) for term in equation.terms}
+    codes = {id(term): _code_of(term, equation, real) for term in equation.terms}
     return None if None in codes.values() else codes  # type: ignore[return-value]  # none is None
 
 
-def _code_of(term: LightTerm, equation: Equation, toolkit: Any, real: str) -> TermCode | None:
+def _code_of(term: LightTerm, equation: Equation, real: str) -> TermCode | None:
     light = term.light
     if light.is_even and not light.has_size:
         return _BY_DRIVER
     if light.has_size:
         colors = zip(equation.reflectance.forms, term.colors, strict=True)
         forms = tuple([form if any(color) else None for form, color in colors])
-        stage = light.closed_stage(toolkit, forms) if real == "float32" else None
-        numbers = light.closed_parameters(forms)
+        closed = light.closed_stage(toolkit, forms) if real == "float32" else None
+        if closed is None:
+            return None
+        code = TermCode(closed.function, light.closed_parameters(forms), closed.varies, closed.divisors)
+        most_gain, coordinates = closed.most_gain, code.numbers
     else:
-        stage, numbers = light.stage(toolkit), light.parameters()
-    if stage is None or not are_in_range(numbers) or (stage.varies and not term.gain <= stage.most_gain):
-        return None
-    return TermCode(stage, numbers)
+        placement = light.placement
+        if placement is None or not holds(placement.attenuation):
+            return None
+        weakens = placement.attenuation != (1.0, 0.0, 0.0)
+        code = TermCode(
+            light_stage(placement.falloff, weakens),
+            light_numbers(placement),
+            weakens or placement.falloff is not None,
+            slice(3, 6 if weakens else 3),
+        )
+        most_gain, coordinates = placement.most_gain, placement.position
+    return code if are_in_range(coordinates) and (not code.varies or term.gain <= most_gain) else None
+
+
+def holds(numbers: Iterable[Any]) -> bool:
+    """Whether float32 holds products of numbers >= 0: each is 0, or not further than 2¹⁰⁰ from 1."""
+    for x in numbers:  # noqa: SIM110 as for `are_in_range`: a third of the time
+        if x and not 1.0 / _LARGEST <= x <= _LARGEST:
+            return False
+    return True
 
 
 def are_in_range(numbers: Iterable[float]) -> bool:
@@ -154,28 +185,28 @@ class Coder:
 
     def record(self, term: LightTerm) -> tuple[Record, tuple[float, ...]]:
         """A term's record, and the numbers for its stage."""
-        code = self._codes.get(id(term)) or _code_of(term, self._equation, self._stages.toolkit, self._real)
+        code = self._codes.get(id(term)) or _code_of(term, self._equation, self._real)
         assert code is not None
-        stage, numbers = code
+        stage, numbers, varies, divisors = code
         if stage is None:
             return self._even(term), numbers
         strength, gain, lobes = term.gain, 1.0, self._lobes(term)
-        if stage.varies:
+        if varies:
             strength, exponent = _parted(strength)
             kept = min(exponent, _IN_FLOAT32)
-            if numbers[stage.divisors]:
+            if numbers[divisors]:
                 kept = min(max(exponent, _LEAST_GAIN), _MOST_GAIN)
-                numbers = _divided(numbers, stage.divisors, 2.0 ** (exponent - kept))
+                numbers = _divided(numbers, divisors, 2.0 ** (exponent - kept))
             gain = 2.0**kept
         else:
             strength = min(strength, BRIGHTEST)
         return Record(
             is_even=False,
-            varies=stage.varies,
+            varies=varies,
             has_ambient=any(term.ambient),
             wanted=lobes.wanted,
             visible=term.index if term.is_shadowed else -1,
-            arrives=self._light(stage.function),
+            arrives=self._light(stage),
             reflects=lobes.address,
             gain=gain,
             way=_NOWHERE,
@@ -210,13 +241,15 @@ class Coder:
 
     def _lobes(self, term: LightTerm) -> _Lobes:
         """What adds a term's lobes; a light with a size has a stage that writes their factors too."""
-        toolkit, wanted = self._stages.toolkit, term.shines
+        wanted = term.shines
         if term.light.has_size:
-            return _Lobes(sum_of(wanted), self._stages.reflectance(toolkit.already_there, self._real))
+            return _Lobes(sum_of(wanted), self._stages.reflectance(already_there, self._real))
         if wanted not in self._reflects:
-            stage = self._equation.reflectance.stage(toolkit, wanted) if True in wanted else None
-            is_lambert = stage is toolkit.only_lambert
-            address = 0 if stage is None or is_lambert else self._stages.reflectance(stage, self._real)
+            reflectance = self._equation.reflectance
+            is_lambert = wanted[0] and True not in wanted[1:] and reflectance.lobes[0] is LAMBERT
+            address = 0
+            if True in wanted and not is_lambert:
+                address = self._stages.reflectance(reflectance_stage(reflectance, wanted), self._real)
             self._reflects[wanted] = _Lobes(sum_of(wanted), address, is_lambert)
         return self._reflects[wanted]
 

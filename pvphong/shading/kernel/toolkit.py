@@ -8,19 +8,13 @@ arithmetic; sums that are not to be rounded twice are written with `multiply_add
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
-
 import numpy as np
 
-from pvphong.shading.kernel.adding import lambert
-from pvphong.shading.kernel.arithmetic import exp2, multiply_add, plain
+from pvphong.shading.kernel.arithmetic import exp2, multiply_add
 from pvphong.shading.kernel.caps import cap_cosine, cap_power, see_cap
 from pvphong.shading.kernel.disks import disk_cosine, disk_power, see_disk
-from pvphong.shading.kernel.halfway import halfway_sines, mirror_chord
 from pvphong.shading.kernel.harmonics import add_harmonics, hide_below, look_around, not_below
 from pvphong.shading.kernel.pointers import like, shifted
-from pvphong.shading.kernel.powers import raise_second
 from pvphong.shading.kernel.rows import (
     BLOCK,
     DX,
@@ -52,31 +46,6 @@ ZERO, ONE, TWO = np.float32(0.0), np.float32(1.0), np.float32(2.0)
 LOBES = FIRST, SECOND, THIRD
 """The rows of lobes' factors, in their order."""
 
-# Numbers further from 1 are left to the reference: float32 could not hold their products.
-LARGEST, SMALLEST = 2.0**100, 2.0**-100
-
-
-def holds(numbers: Iterable[Any]) -> bool:
-    """Whether float32 holds products of numbers >= 0: each is 0, or not further than 2¹⁰⁰ from 1."""
-    for x in numbers:  # noqa: SIM110 as for `are_in_range`: a third of the time
-        if x and not SMALLEST <= x <= LARGEST:
-            return False
-    return True
-
-
-@plain
-def only_lambert(numbers: Any, rows: Any, _points: Any) -> int:  # noqa: ARG001 as any stage's
-    """The stage of a reflectance of which Lambert's factor alone is wanted; the driver has it in faster loops."""
-    for i in range(BLOCK):
-        rows[FIRST + i] = lambert(rows, i)
-    return 1
-
-
-def already_there(_numbers: Any, _rows: Any, _points: Any) -> int:
-    """In place of a reflectance's stage, where that of a light with a size has written the factors."""
-    return 7
-
-
 __all__ = [
     "BLOCK",
     "DX",
@@ -85,7 +54,6 @@ __all__ = [
     "FACING",
     "FIRST",
     "INVERSE",
-    "LARGEST",
     "LOBES",
     "NEARNESS",
     "NO_LENGTH",
@@ -94,7 +62,6 @@ __all__ = [
     "NZ",
     "ONE",
     "SECOND",
-    "SMALLEST",
     "STRENGTH",
     "THIRD",
     "TWO",
@@ -107,7 +74,6 @@ __all__ = [
     "ZERO",
     "ZERO_SQUARE",
     "add_harmonics",
-    "already_there",
     "approach",
     "approach_measured",
     "attenuate",
@@ -117,20 +83,15 @@ __all__ = [
     "disk_power",
     "dot",
     "exp2",
-    "halfway_sines",
     "hide_below",
-    "holds",
     "inverse_root",
     "like",
     "look_around",
-    "mirror_chord",
     "multiply_add",
     "normal_dot",
     "not_below",
-    "only_lambert",
     "polygon_cosine",
     "polygon_power",
-    "raise_second",
     "root",
     "see_cap",
     "see_disk",

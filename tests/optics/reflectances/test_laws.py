@@ -41,7 +41,7 @@ class Thrown:
         surface = Surface(self.n.astype(real), self.n.any(axis=0).astype(real), v.astype(real), tangents.astype(real))
         lobes = self.reflectance.lobes
         with np.errstate(divide="ignore", under="ignore", over="ignore"):  # as evaluators do
-            found = self.reflectance.factors(surface, Arrival(l.astype(real), 1.0), [True] * len(lobes))
+            found = self.reflectance.evaluate(surface, Arrival(l.astype(real), 1.0), [True] * len(lobes))
         return [np.broadcast_to(factor, self.n.shape[1]) for factor in found]
 
 

@@ -48,10 +48,10 @@ def test_importing_pvphong_does_not_import_numba():
 STAGE = """
 from numba.core import types
 from pvphong.optics.lights import PointLight
-from pvphong.shading.kernel import keeping, toolkit
+from pvphong.shading.kernel import keeping, stages
 def code():
     signature = keeping._stage_of_light(types.float32)
-    return keeping.Code(PointLight().stage(toolkit).function, signature)
+    return keeping.Code(stages.light_stage(PointLight().placement.falloff, False), signature)
 """
 
 

@@ -7,9 +7,7 @@ import pytest
 from strategies import LIGHT_SHAPES, REFLECTANCE_SHAPES, Dice, triple
 
 import pvphong as ph
-from pvphong.optics.light import Light
 from pvphong.optics.lights import LIGHT_TYPES
-from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.shading import kernel
 from pvphong.shading.assembly import assemble
@@ -44,14 +42,14 @@ def lit(light, reflectance, seed, precision, shade_by="numba", albedo=None):
 
 @pytest.mark.parametrize("precision", STEPS)
 @pytest.mark.parametrize("kind", LIGHT_TYPES)
-def test_a_light_without_its_stage_is_the_references(kind, precision, monkeypatch):
+def test_a_light_without_a_placement_is_the_references(kind, precision, monkeypatch):
     for seed in range(4):
         light = light_of(kind, Dice(seed))
         (node, *_) = light.nodes(8)
         compiled = lit(light, None, seed, precision)
         with monkeypatch.context() as patch:
             if not node.is_even:
-                patch.setattr(type(node), "stage", Light.stage)
+                patch.setattr(type(node), "placement", None)
                 equation = in_parts(assemble(ph.Scene([light], ph.Viewer()), ph.Material(), None))
                 nothing = Shading(np.empty((1, 3), precision))
                 assert not kernel.shade(np.ones((1, 3)), np.ones((1, 3)), equation, None, nothing)
@@ -65,7 +63,7 @@ def test_a_light_without_its_stage_is_the_references(kind, precision, monkeypatc
 
 @pytest.mark.parametrize("precision", STEPS)
 @pytest.mark.parametrize("name", REFLECTANCES)
-def test_a_reflectance_without_its_stage_is_the_references(name, precision, monkeypatch):
+def test_a_reflectance_whose_formula_is_not_marked_is_the_references(name, precision, monkeypatch):
     albedo = np.random.default_rng(2).random((COUNT, 3))
     for seed in range(4):
         dice = Dice(seed)
@@ -73,7 +71,8 @@ def test_a_reflectance_without_its_stage_is_the_references(name, precision, monk
         light = light_of(("directional", "point")[seed % 2], dice)
         compiled = lit(light, reflectance, seed, precision, albedo=albedo)
         with monkeypatch.context() as patch:
-            patch.setattr(REFLECTANCES[name], "stage", Reflectance.stage)
+            same = REFLECTANCES[name].factors
+            patch.setattr(REFLECTANCES[name], "factors", staticmethod(lambda *given, same=same: same(*given)))
             plain = lit(light, reflectance, seed, precision, albedo=albedo)
         by_reference = lit(light, reflectance, seed, precision, "numpy", albedo)
         assert np.array_equal(plain, by_reference)

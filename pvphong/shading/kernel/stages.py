@@ -1,0 +1,238 @@
+"""What compiled code runs for a light or a reflectance, put together around the formula that stands in its file.
+
+A stage lights a block of `BLOCK` vertices at once: a loop loads a vertex's numbers from the block's rows, calls the
+formula, which is inlined, and stores what it gives. Such loops have no branches, so LLVM vectorises them. What a stage
+closes over are formulas and integers, by which its code is known on disk.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from pvphong.base.formulas import ONE, TWO, ZERO, Power, dot, minimum, times
+from pvphong.optics.attenuation import divisor
+from pvphong.optics.light import Placement
+from pvphong.optics.reflectance import Geometry, Reflectance
+from pvphong.shading.kernel.arithmetic import exp2, inlined, log2_power, plain
+from pvphong.shading.kernel.pointers import like, shifted
+from pvphong.shading.kernel.rows import (
+    BLOCK,
+    DX,
+    DY,
+    DZ,
+    FACING,
+    FIRST,
+    INVERSE,
+    NEARNESS,
+    NX,
+    NY,
+    NZ,
+    SECOND,
+    STRENGTH,
+    THIRD,
+    TX,
+    TY,
+    TZ,
+    VX,
+    VY,
+    VZ,
+)
+from pvphong.shading.kernel.ways import approach, approach_measured
+
+_NEVER = np.float32(-np.inf)
+
+_STRONGEST = np.float32(2.0**126)
+"""Light is strengthened by no more than this."""
+
+# Where the numbers of a formula begin, after those of its power (and of a light's position and attenuation before).
+_OWN_OF_REFLECTANCE, _OWN_OF_LIGHT, _MOST_PARAMETERS = 3, 9, 8
+
+LEAST_NUMBERS = _OWN_OF_LIGHT + _MOST_PARAMETERS
+"""So many may be read, whether a formula uses them or not."""
+
+
+@inlined
+def _cosine(rows: Any, i: int) -> Any:
+    """N·l, its sign that of the raw vectors."""
+    n_d = dot((rows[NX + i], rows[NY + i], rows[NZ + i]), (rows[DX + i], rows[DY + i], rows[DZ + i]))
+    return n_d * (rows[NEARNESS + i] * rows[INVERSE + i])
+
+
+@inlined
+def _geometry(rows: Any, i: int, n_l: Any) -> Geometry:
+    """What a formula is given of a vertex; what it does not use is not loaded."""
+    scale = rows[INVERSE + i]
+    return Geometry(
+        (rows[NX + i], rows[NY + i], rows[NZ + i]),
+        scale,
+        n_l,
+        rows[FACING + i] * scale,
+        times((rows[DX + i], rows[DY + i], rows[DZ + i]), rows[NEARNESS + i]),
+        (rows[VX + i], rows[VY + i], rows[VZ + i]),
+        (rows[TX + i], rows[TY + i], rows[TZ + i]),
+    )
+
+
+@inlined
+def _parameters(rows: Any, numbers: Any) -> Any:
+    """A formula's numbers in the type of rows: eight, of which it may use fewer."""
+    return (
+        like(rows, numbers[0]),
+        like(rows, numbers[1]),
+        like(rows, numbers[2]),
+        like(rows, numbers[3]),
+        like(rows, numbers[4]),
+        like(rows, numbers[5]),
+        like(rows, numbers[6]),
+        like(rows, numbers[7]),
+    )
+
+
+@inlined
+def _shows(square: Any, n_l: Any, dark: Any) -> bool:
+    """Whether a power is more than 0: from the squared chord `dark` on it is not, unless that is infinite."""
+    return (square < dark) & ((n_l > ZERO) | (dark > TWO))
+
+
+@plain
+def _take_logarithms(rows: Any, exponent: float, log_floor: float, end: float) -> None:
+    """The power's logarithm in place of |C|² in the second row; from the squared chord `end` on it is −∞.
+
+    `_raised` is the other half, in a loop of its own, because a processor sees no further ahead than some hundred
+    steps, and each step of a polynomial waits for the one before: a third less time than in one loop.
+    """
+    n, least, dark = like(rows, exponent), like(rows, log_floor), like(rows, end)
+    for i in range(BLOCK):
+        square = rows[SECOND + i]
+        raised = log2_power(square, n, least)
+        rows[SECOND + i] = raised if square < dark else _NEVER
+
+
+@inlined
+def _raised(rows: Any, i: int) -> Any:
+    y = rows[SECOND + i]
+    return exp2(y) if y > _NEVER else ZERO
+
+
+def already_there(_numbers: Any, _rows: Any, _points: Any) -> int:
+    """In place of a reflectance's stage, where that of a light with a size has written the factors."""
+    return 7
+
+
+def reflectance_stage(reflectance: Reflectance, wanted: Sequence[bool]) -> Callable[..., Any]:
+    """(numbers, rows, points) → int: writes the wanted factors of a reflectance into the first rows.
+
+    It gives which lobes are not 0 everywhere in the block, as the sum of 1, 2 and 4.
+    """
+    factors, peak = type(reflectance).factors, reflectance.peak
+    first, second, third = (int(flag) for flag in (*wanted, False, False)[:3])
+    all_of_them = first + 2 * second + 4 * third
+    if reflectance.power({}) is None or peak is None or not any(wanted[1:]):
+
+        def reflect(numbers: Any, rows: Any, _points: Any) -> int:
+            own = _parameters(rows, shifted(numbers, _OWN_OF_REFLECTANCE))
+            for i in range(BLOCK):
+                found = factors(own, _geometry(rows, i, _cosine(rows, i)), ZERO)
+                if first:
+                    rows[FIRST + i] = found[0]
+                if second:
+                    rows[SECOND + i] = found[1]
+                if third:
+                    rows[THIRD + i] = found[2]
+            return all_of_them
+
+        return reflect
+    square = peak.square
+
+    def reflect_with_power(numbers: Any, rows: Any, _points: Any) -> int:
+        dark, shines = like(rows, numbers[2]), False
+        for i in range(BLOCK):
+            n_l = _cosine(rows, i)
+            chord = square(_geometry(rows, i, n_l))
+            rows[FIRST + i], rows[SECOND + i] = n_l, chord
+            shines = shines | _shows(chord, n_l, dark)
+        own = _parameters(rows, shifted(numbers, _OWN_OF_REFLECTANCE))
+        if not shines:
+            if first:
+                for i in range(BLOCK):
+                    rows[FIRST + i] = factors(own, _geometry(rows, i, rows[FIRST + i]), ZERO)[0]
+            return first
+        _take_logarithms(rows, numbers[0], numbers[1], numbers[2])
+        for i in range(BLOCK):
+            found = factors(own, _geometry(rows, i, rows[FIRST + i]), _raised(rows, i))
+            if first:
+                rows[FIRST + i] = found[0]
+            if second:
+                rows[SECOND + i] = found[1]
+            if third:
+                rows[THIRD + i] = found[2]
+        return all_of_them
+
+    return reflect_with_power
+
+
+def light_stage(falloff: Callable[..., Any] | None, weakens: bool) -> Callable[..., Any]:
+    """(numbers, rows, points) → bool: writes ways to a light's position, and strengths if there is anything to them.
+
+    It gives whether it could take all vertices; `approach` has marked the others, which the reference lights.
+
+    Parameters
+    ----------
+    falloff : formula or None
+        Of the light's parameters and the unit vector to it: 1 inside or 0 outside, and the squared chord whose power
+        the strength is multiplied by.
+    weakens : bool
+        Whether its strength depends on the distance.
+    """
+    measures = int(weakens)
+
+    def arrive(numbers: Any, rows: Any, points: Any) -> bool:
+        if measures == 0:
+            return approach(rows, points, numbers[0], numbers[1], numbers[2])
+        good = approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
+        _weaken(rows, numbers)
+        return good
+
+    if falloff is None:
+        return arrive
+
+    def arrive_in_cone(numbers: Any, rows: Any, points: Any) -> bool:
+        if measures == 0:
+            good = approach(rows, points, numbers[0], numbers[1], numbers[2])
+        else:
+            good = approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
+            _weaken(rows, numbers)
+        own = _parameters(rows, shifted(numbers, _OWN_OF_LIGHT))
+        for i in range(BLOCK):
+            l = times((rows[DX + i], rows[DY + i], rows[DZ + i]), rows[NEARNESS + i])
+            rows[FIRST + i], rows[SECOND + i] = falloff(own, l)
+        _take_logarithms(rows, numbers[6], numbers[7], numbers[8])
+        for i in range(BLOCK):
+            strength = rows[STRENGTH + i] if measures == 1 else ONE
+            rows[STRENGTH + i] = strength * (rows[FIRST + i] * _raised(rows, i))
+        return good
+
+    return arrive_in_cone
+
+
+@plain
+def _weaken(rows: Any, numbers: Any) -> None:
+    """Strengths in place of distances."""
+    constant, linear, quadratic = like(rows, numbers[3]), like(rows, numbers[4]), like(rows, numbers[5])
+    for i in range(BLOCK):
+        rows[STRENGTH + i] = minimum(ONE / divisor(constant, linear, quadratic, rows[STRENGTH + i]), _STRONGEST)
+
+
+def light_numbers(light: Placement) -> tuple[float, ...]:
+    """What `light_stage` reads of a light."""
+    power = light.power or Power(0.0)
+    return *light.position, *light.attenuation, *power.numbers, *light.parameters
+
+
+def reflectance_numbers(reflectance: Reflectance) -> tuple[float, ...]:
+    """What `reflectance_stage` reads of a reflectance."""
+    power = reflectance.power({}) or Power(0.0)
+    return *power.numbers, *reflectance.parameters({})
