@@ -13,13 +13,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
-<<<<<<< HEAD
-import numpy as np
-
-from pvphong.base.float_range import BRIGHTEST
-from pvphong.base.types import FloatArray
-from pvphong.base.vectors import dot, square_of_cross
-=======
 from pvphong.base import check
 from pvphong.base.formulas import (
     HALF,
@@ -42,7 +35,6 @@ from pvphong.base.formulas import (
     times,
     where,
 )
->>>>>>> main
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Lobe, Peak, Reflectance
 from pvphong.optics.spherical import CosinePower

@@ -24,11 +24,6 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from pvphong.base import check
-<<<<<<< HEAD
-from pvphong.base.float_range import BRIGHTEST
-from pvphong.base.types import FloatArray, rgb
-from pvphong.base.vectors import dot, square_of_cross, unit
-=======
 from pvphong.base.formulas import (
     HALF,
     LEAST_SQUARE,
@@ -47,7 +42,6 @@ from pvphong.base.formulas import (
 )
 from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.types import rgb
->>>>>>> main
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.reflectance import Geometry, Lobe, Reflectance, Sightline
 from pvphong.optics.reflectances.highlight import (

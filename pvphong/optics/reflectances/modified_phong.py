@@ -9,20 +9,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-<<<<<<< HEAD
-from pvphong.base.float_range import BRIGHTEST
-from pvphong.base.types import FloatArray
-from pvphong.base.vectors import dot
-from pvphong.optics.light import Arrival
-from pvphong.optics.reflectance import Lobe, Sightline
-from pvphong.optics.reflectances.highlight import largest_power, mirror_distance, power, steepness
-from pvphong.optics.reflectances.shiny import HIGHLIGHT, LAMBERT, Shiny, lambert, power_numbers
-=======
 from pvphong.base.formulas import ZERO, formula, maximum
 from pvphong.base.float_range import BRIGHTEST
 from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Lobe, Sightline
 from pvphong.optics.reflectances.highlight import MIRROR, Shiny, largest_power, steepness
->>>>>>> main
 from pvphong.optics.spherical import CosinePower
 
 

@@ -8,11 +8,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from pvphong.base import check
-<<<<<<< HEAD
-from pvphong.base.float_range import BRIGHTEST
-from pvphong.base.types import FloatArray
-from pvphong.base.vectors import dot, unit
-=======
 from pvphong.base.formulas import (
     ONE,
     ZERO,
@@ -30,7 +25,6 @@ from pvphong.base.formulas import (
     where,
 )
 from pvphong.base.float_range import BRIGHTEST
->>>>>>> main
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Lobe, Reflectance, Sightline
 from pvphong.optics.reflectances.highlight import HALFWAY, largest_halfway

@@ -23,12 +23,7 @@ from numba import types
 from numba.core import event
 from numba.core.ccallback import CFunc
 
-<<<<<<< HEAD
-from pvphong.base import float_range
-from pvphong.shading.kernel import driver, extremes, facets, toolkit
-=======
 from pvphong.shading.kernel import arithmetic, driver, extremes, facets
->>>>>>> main
 from pvphong.shading.kernel.background import Key, NotCompiled
 from pvphong.shading.kernel.records import SETTINGS
 from pvphong.shading.kernel.store import Store, digest
@@ -80,13 +75,6 @@ def store_of(function: Callable[..., Any]) -> Store | None:
 
 
 @functools.cache
-<<<<<<< HEAD
-def _sources(module: str) -> bytes:
-    """A digest of all sources that a function of a module may call: this package's; OSError if there are none."""
-    called = [source.read_text("utf-8") for source in sorted(Path(__file__).parent.glob("*.py"))]
-    sources = [*called, inspect.getsource(float_range), inspect.getsource(sys.modules[module])]
-    return digest("".join([*sources, repr((SETTINGS, TERM))]).encode())
-=======
 def _sources(modules: tuple[str, ...]) -> bytes:
     """A digest of all sources that functions of some modules may call; OSError if there are none.
 
@@ -97,7 +85,6 @@ def _sources(modules: tuple[str, ...]) -> bytes:
     called = [source.read_text("utf-8") for folder in folders for source in sorted(folder.rglob("*.py"))]
     own = [inspect.getsource(sys.modules[module]) for module in modules if not module.startswith("pvphong.")]
     return digest("".join([*called, *own, repr((SETTINGS, TERM))]).encode())
->>>>>>> main
 
 
 def what_it_does(function: Callable[..., Any]) -> tuple[CodeType, tuple[Any, ...]]:
