@@ -10,10 +10,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from pvphong.base.formulas import ONE, ZERO, Power, add, chord_power, formula, square, where
 from pvphong.base.float_range import BRIGHTEST
+from pvphong.base.formulas import ONE, ZERO, Power, add, chord_power, formula, square, where
 from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
-from pvphong.base.vectors import angle_between, dot, unit_vector, directions_to
+from pvphong.base.vectors import angle_between, directions_to, dot, unit_vector
 from pvphong.geometry.extent import Extent, Sight
 from pvphong.optics import attenuation as weakening
 from pvphong.optics.attenuation import attenuate, coefficients, strongest
