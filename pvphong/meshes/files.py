@@ -27,7 +27,7 @@ from pvphong.base import check
 from pvphong.base.files import PREFIX, reserve, sync, written_aside
 from pvphong.base.processes import Watch, begin_work, reading
 from pvphong.meshes.blocks import leaves, map_blocks
-from pvphong.meshes.truncation import refuse_parts
+from pvphong.meshes.whole_files import refuse_parts
 from pvphong.scene.scene import is_scene_file
 
 MESH_FORMATS = (".vtp", ".vtk", ".vtkhdf", ".ply")

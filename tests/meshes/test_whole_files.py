@@ -11,7 +11,7 @@ import pyvista as pv
 from fuzzing import write_formats
 from vtkmodules import vtkIOXML
 
-from pvphong.meshes.truncation import refuse_parts
+from pvphong.meshes.whole_files import refuse_parts
 
 ENDS = (".vtp", ".vtu", ".vts", ".vtr", ".vti", ".vtm", ".vtmb", ".vtkhdf", ".ply", ".stl")
 
