@@ -56,33 +56,19 @@ def number(
     """One finite real number within its bounds, as a float."""
     if type(value) is float and math.isfinite(value) and at_least <= value <= at_most and value > above:
         return value  # as nearly always: files of many lights have many numbers
-    allowed = "a finite number" + _interval(at_least, above, at_most)
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (numbers.Real, np.number)):
+    bounds = [f"> {above:g}"] * (above > -math.inf) + [f">= {at_least:g}"] * (at_least > -math.inf)
+    bounds += [f"<= {at_most:g}"] * (at_most < math.inf)
+    allowed = " ".join(["a finite number", *" and ".join(bounds).split()])
+    is_real = isinstance(value, (numbers.Real, np.number)) and not isinstance(value, np.complexfloating)
+    if isinstance(value, (bool, np.bool_)) or not is_real:
         refuse(name, value, allowed, remedy)
-    if isinstance(value, np.complexfloating):
-        refuse(name, value, allowed, remedy)
-    result = _as_float(name, value, allowed)
+    try:
+        result = float(value)
+    except (TypeError, ValueError, OverflowError):
+        refuse(name, value, allowed)
     if not math.isfinite(result) or result < at_least or result <= above or result > at_most:
         refuse(name, value, allowed, remedy)
     return result
-
-
-def _as_float(name: str, value: Any, allowed: str) -> float:
-    try:
-        return float(value)
-    except (TypeError, ValueError, OverflowError):
-        refuse(name, value, allowed)
-
-
-def _interval(at_least: float, above: float, at_most: float) -> str:
-    parts = []
-    if above > -math.inf:
-        parts.append(f"> {above:g}")
-    if at_least > -math.inf:
-        parts.append(f">= {at_least:g}")
-    if at_most < math.inf:
-        parts.append(f"<= {at_most:g}")
-    return " " + " and ".join(parts) if parts else ""
 
 
 def flag(name: str, value: Any) -> bool:
@@ -174,12 +160,8 @@ def color(name: str, value: Any) -> Color:
     value = getattr(value, "float_rgb", value)  # a pyvista.Color, which has no length
     if isinstance(value, np.ndarray) and value.ndim != 1:
         refuse(name, f"an array of shape {value.shape}", allowed)
-    if isinstance(value, (Sequence, np.ndarray)):
-        return _triple(name, value, allowed)
-    return number(name, value, at_least=0.0)
-
-
-def _triple(name: str, value: Sequence[Any] | np.ndarray, allowed: str) -> Color:
+    if not isinstance(value, (Sequence, np.ndarray)):
+        return number(name, value, at_least=0.0)
     items = list(value)
     if items and all(isinstance(item, (numbers.Integral, np.integer)) for item in items) and max(items) > 1:
         refuse(name, value, allowed, "These look like 0-255 values: divide them by 255.")

@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all.
+"""Files that are there whole or not at all, and locks between processes.
 
 A file is written in a folder of its own beside its place, `.pvphong-` and eight letters, and renamed. The folder holds
 a file that is locked while its writer lives, so that whoever writes there next can clear what a killed process left.
@@ -11,6 +11,7 @@ import json
 import os
 import shutil
 import stat
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -19,16 +20,25 @@ from pathlib import Path
 from typing import Any
 
 from pvphong.base import check
-from pvphong.base.lock import locked
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _take(file: int) -> None:
+        msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
+else:
+    import fcntl
+
+    def _take(file: int) -> None:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
 
 PREFIX = ".pvphong-"
-"""What the name of a folder begins with that is written in."""
+"""Beginning of the name of a folder that is written in."""
 
-_PATTERN = PREFIX + "????????"
 _LOCK = "owner.lock"
 _TRIES = 10  # where files cannot be locked, nothing is ever cleared, and no lock is needed
-_STRAY = 60.0  # seconds after which an empty folder has lost its maker
-_WRITABLE = "a file that can be written"
+_ABANDONED = 60.0  # seconds after which an empty folder has lost its maker
 _NO_ROOM = (errno.EFBIG, errno.ENOSPC, errno.EDQUOT)
 
 announce: list[Callable[[Path], None]] = []
@@ -50,20 +60,48 @@ def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
         into, or if writing fails.
     """
     target = Path(os.path.realpath(path))  # a link keeps pointing to the file
-    old = _status(path)
-    poured = old is not None and (stat.S_ISFIFO(old.st_mode) or stat.S_ISCHR(old.st_mode))
-    if not poured:
-        _refuse_place(target, old)
-    with folder_aside(Path(tempfile.gettempdir()) if poured else target.parent) as aside:
-        written = aside / f"written{target.suffix}"  # a name that every writer can take
+    try:
+        old = os.stat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        old = None
+    except OSError as error:  # a loop of links, a name that is too long, a folder that may not be searched
+        raise ValueError(
+            f"path must be a file that can be written; got {os.fspath(path)} ({error.strerror})."
+        ) from error
+    is_stream = old is not None and (stat.S_ISFIFO(old.st_mode) or stat.S_ISCHR(old.st_mode))
+    if not is_stream:
+        _refuse_target(target, old)
+    with folder_aside(Path(tempfile.gettempdir()) if is_stream else target.parent) as folder:
+        written = folder / f"written{target.suffix}"  # a name that every writer can take
         try:
             yield written
-            if poured:
-                _pour(written, Path(path))
-            else:
-                _take_place(written, target, old)
+            if is_stream:
+                with written.open("rb") as source, open(os.open(path, os.O_WRONLY), "wb") as sink:
+                    shutil.copyfileobj(source, sink)
+                return
+            sync(written)
+            if old is not None:
+                with suppress(OSError):  # only the system's administrator gives files away
+                    if (old.st_uid, old.st_gid) != (written.stat().st_uid, written.stat().st_gid):
+                        os.chown(written, old.st_uid, old.st_gid)
+                written.chmod(stat.S_IMODE(old.st_mode))
+            written.replace(target)
         except OSError as error:
-            raise ValueError(f"path must be {_WRITABLE}; got {target} ({error}).") from error
+            raise ValueError(f"path must be a file that can be written; got {target} ({error}).") from error
+
+
+def _refuse_target(target: Path, old: os.stat_result | None) -> None:
+    """Raise ``ValueError`` where no file can be, or where the one that is there may not be replaced."""
+    if not target.parent.is_dir():
+        check.refuse("path", target, "in a folder that exists", f"Create {target.parent} first.")
+    if old is None:
+        return
+    if stat.S_ISDIR(old.st_mode):
+        check.refuse("path", target, "a file", "It is a folder.")
+    if not stat.S_ISREG(old.st_mode):
+        check.refuse("path", target, "a file, a pipe or a character device")
+    if not os.access(target, os.W_OK):
+        check.refuse("path", target, "a file that can be written", "It is write-protected.")
 
 
 @contextmanager
@@ -75,21 +113,42 @@ def folder_aside(place: Path) -> Iterator[Path]:
     ValueError
         If no folder can be made there.
     """
-    try:
-        _clear(place)
-        with ExitStack() as held:
-            aside = _owned(place, held)
+    _clear_abandoned(place)
+    with ExitStack() as owned:
+        for left in reversed(range(_TRIES)):
             try:
-                yield aside
-            finally:
-                held.close()  # a locked file cannot be removed everywhere
-                shutil.rmtree(aside, ignore_errors=True)
-    except _NoFolder as error:
-        raise ValueError(f"path must be in a folder that can be written to; got {place} ({error}).") from error
+                folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=place))
+            except OSError as error:
+                reason = f"got {place} ({error.strerror})"
+                raise ValueError(f"path must be in a folder that can be written to; {reason}.") from error
+            for notify in announce:
+                notify(folder)
+            if owned.enter_context(locked(folder / _LOCK)) or not left:
+                break
+            shutil.rmtree(folder, ignore_errors=True)  # another writer took the lock first, and is clearing the folder
+        try:
+            yield folder
+        finally:
+            owned.close()  # a locked file cannot be removed everywhere
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _clear_abandoned(place: Path) -> None:
+    """Remove the folders of processes that have ended."""
+    for folder in place.glob(PREFIX + "????????"):
+        with suppress(OSError):
+            if (folder / _LOCK).exists():
+                with locked(folder / _LOCK, makes=False) as is_abandoned:
+                    if is_abandoned:
+                        shutil.rmtree(folder, ignore_errors=True)
+                if is_abandoned:  # but for the locked file itself, where that cannot be removed
+                    shutil.rmtree(folder, ignore_errors=True)
+            elif time.time() - folder.stat().st_mtime > _ABANDONED:
+                folder.rmdir()
 
 
 def reserve(aside: Path, size: int) -> None:
-    """Find out whether there is room for a file, where a writer would not notice that there is none.
+    """Find out whether there is room for a file of `size` bytes, where a writer would not notice that there is none.
 
     Raises
     ------
@@ -112,97 +171,38 @@ def reserve(aside: Path, size: int) -> None:
         trial.unlink(missing_ok=True)
 
 
-def settle(written: Path) -> None:
-    """Bring a file to the disk: some disks and quotas say only now that they are full.
-
-    Raises
-    ------
-    OSError
-        If that fails.
-    """
+def sync(written: Path) -> None:
+    """Bring a file to the disk: some disks and quotas say only now that they are full, by an ``OSError``."""
     with written.open("rb+") as file:
         os.fsync(file.fileno())
 
 
-class _NoFolder(OSError):
-    """No folder can be made."""
-
-
-def _status(path: str | os.PathLike[str]) -> os.stat_result | None:
-    """Of the file that is there; None if there is none."""
-    try:
-        return os.stat(path)
-    except (FileNotFoundError, NotADirectoryError):
-        return None
-    except OSError as error:  # a loop of links, a name that is too long, a folder that may not be searched
-        raise ValueError(f"path must be {_WRITABLE}; got {os.fspath(path)} ({error.strerror}).") from error
-
-
-def _refuse_place(target: Path, old: os.stat_result | None) -> None:
-    folder = target.parent
-    if not folder.is_dir():
-        check.refuse("path", target, "in a folder that exists", f"Create {folder} first.")
-    if old is None:
-        return
-    if stat.S_ISDIR(old.st_mode):
-        check.refuse("path", target, "a file", "It is a folder.")
-    if not stat.S_ISREG(old.st_mode):
-        check.refuse("path", target, "a file, a pipe or a character device")
-    if not os.access(target, os.W_OK):
-        check.refuse("path", target, _WRITABLE, "It is write-protected.")
-
-
-def _owned(place: Path, held: ExitStack) -> Path:
-    """A new folder in which a file stays locked for as long as `held` is open."""
-    for left in reversed(range(_TRIES)):
-        try:
-            aside = Path(tempfile.mkdtemp(prefix=PREFIX, dir=place))
-        except OSError as error:
-            raise _NoFolder(error.strerror) from error
-        for tell in announce:
-            tell(aside)
-        if held.enter_context(locked(aside / _LOCK)) or not left:
-            break
-        shutil.rmtree(aside, ignore_errors=True)  # another writer took the lock first, and is clearing the folder
-    return aside
-
-
-def _clear(place: Path) -> None:
-    """Remove the folders of processes that have ended."""
-    for left in place.glob(_PATTERN):
-        with suppress(OSError):
-            if (left / _LOCK).exists():
-                with locked(left / _LOCK, makes=False) as is_left:
-                    if is_left:
-                        shutil.rmtree(left, ignore_errors=True)
-                if is_left:  # but for the locked file itself, where that cannot be removed
-                    shutil.rmtree(left, ignore_errors=True)
-            elif time.time() - left.stat().st_mtime > _STRAY:
-                left.rmdir()
-
-
-def _take_place(written: Path, target: Path, old: os.stat_result | None) -> None:
-    settle(written)
-    if old is not None:
-        with suppress(OSError):  # only the system's administrator gives files away
-            if (old.st_uid, old.st_gid) != (written.stat().st_uid, written.stat().st_gid):
-                os.chown(written, old.st_uid, old.st_gid)
-        written.chmod(stat.S_IMODE(old.st_mode))
-    written.replace(target)
-
-
-def _pour(written: Path, target: Path) -> None:
-    with written.open("rb") as source, open(os.open(target, os.O_WRONLY), "wb") as sink:
-        shutil.copyfileobj(source, sink)
-
-
 def write_json(document: Any, path: str | os.PathLike[str]) -> None:
-    """Write plain values to a JSON file.
-
-    Raises
-    ------
-    ValueError
-        If the file cannot be written.
-    """
+    """Write plain values to a JSON file; ``ValueError`` if it cannot be written."""
     with written_aside(path) as aside:
         aside.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+
+
+@contextmanager
+def locked(path: Path, *, makes: bool = True) -> Iterator[bool]:
+    """Whether no other process is within such a block for the same path; none gets into one until the end of this.
+
+    The system takes the lock away when the process that holds it ends. The file is made unless `makes` is false, and
+    stays. Where it is missing, cannot be made or locked, or is removed meanwhile, the result is False.
+    """
+    try:
+        file = path.open("ab" if makes else "r+b")
+    except OSError:
+        yield False
+        return
+    with file:
+        try:
+            _take(file.fileno())
+            # whoever had it before may have removed the file, and others may have made another one
+            is_taken = os.path.samestat(os.fstat(file.fileno()), path.stat())
+        except OSError:
+            is_taken = False
+        if is_taken:
+            yield True
+            return
+    yield False

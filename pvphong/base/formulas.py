@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from pvphong.base.ranges import BRIGHTEST, FAINTEST
+from pvphong.base.float_range import BRIGHTEST, FAINTEST
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

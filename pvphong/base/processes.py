@@ -1,7 +1,7 @@
-"""A process that watches another, which may crash, hang or run out of memory.
+"""A process that watches another, which may crash, hang or run out of memory while it reads a stranger's file.
 
-The worker says over a pipe what it is about to do: messages end with a zero byte. The watcher needs little of Python,
-for it is to start fast: this module imports nothing that takes time.
+The worker says over a pipe what it is about to do; messages end with a zero byte. The watcher has to start fast, so
+this module imports nothing that takes time.
 """
 
 import os
@@ -9,18 +9,22 @@ import select
 import signal
 import sys
 import time
+from contextlib import contextmanager
+
+TYPE_CHECKING = False  # as in `pvphong/__init__.py`
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 SECONDS, BYTES_PER_SECOND = 60.0, 1e6
-"""What reading a file may take, and a second more for each megabyte; from when it last got anything from a disk."""
-
-_FOLDER, _READING, _DONE, _STATUS = "folder", "reading", "done", "status"
+"""Seconds that reading a file may take, and a second more for each megabyte; counted from when it last got anything
+from a disk."""
 
 worker: "Worker | None" = None
-"""This process's side of the pipe, if another watches it."""
+"""This process's end of the pipe, if another process watches it."""
 
 
 class Worker:
-    """The side of the process that is watched.
+    """The process that is watched.
 
     Parameters
     ----------
@@ -30,36 +34,39 @@ class Worker:
 
     def __init__(self, end: int) -> None:
         self._end = end
+        self.is_reading = False
 
     def folder(self, path: object) -> None:
-        """A folder is written in, which is to be removed should this process be killed."""
-        self._say(_FOLDER, str(path))
+        """Announce a folder that is written in, to be removed should this process be killed."""
+        self._say(f"folder {path}")
 
     def reading(self, path: str, seconds: float) -> None:
-        """A file is read from now on, until `done`."""
-        self._say(_READING, f"{seconds} {path}")
+        """Announce that a file is read from now on, until `done`."""
+        self.is_reading = True
+        self._say(f"reading {seconds} {path}")
 
     def done(self) -> None:
-        """The file has been read."""
-        self._say(_DONE)
+        """Announce that the file has been read, or could not be."""
+        self.is_reading = False
+        self._say("done ")
 
     def status(self, code: int) -> None:
-        """The work is over with an exit status, whatever libraries do when they are unloaded."""
-        self._say(_STATUS, str(code))
+        """Announce the exit status: the work is over, whatever libraries do when they are unloaded."""
+        self._say(f"status {code}")
 
-    def _say(self, what: str, more: str = "") -> None:
-        os.write(self._end, os.fsencode(f"{what} {more}") + b"\0")
+    def _say(self, message: str) -> None:
+        os.write(self._end, os.fsencode(message) + b"\0")
 
 
 class Watch:
-    """What a worker has said; and it is killed when reading takes too long.
+    """The process that watches: it takes a worker's messages, and kills it when reading takes too long.
 
     Parameters
     ----------
     end : int
         The other end of the worker's pipe.
     process : int
-        Its number.
+        The worker's process number.
     """
 
     def __init__(self, end: int, process: int) -> None:
@@ -70,46 +77,43 @@ class Watch:
         self.limit = 0.0
         self.overdue = False
         self._deadline = 0.0
-        self._got = 0
+        self._bytes_read = 0
 
     def until_it_ends(self) -> None:
-        """Listen until the worker has closed its end, which it does when it ends."""
+        """Listen until the worker has closed its end of the pipe, which it does when it ends."""
         rest = b""
         while True:
             wait = max(self._deadline - time.monotonic(), 0.0) if self._deadline else None
             if not select.select([self._end], [], [], wait)[0]:
-                self._late()
+                if self._count_bytes_read() > self._bytes_read:
+                    self._set_deadline()
+                else:
+                    self.overdue, self._deadline = True, 0.0
+                    os.kill(self._process, signal.SIGKILL)
                 continue
-            said = os.read(self._end, 2**16)
-            if not said:
+            received = os.read(self._end, 2**16)
+            if not received:
                 return
-            *messages, rest = (rest + said).split(b"\0")
+            *messages, rest = (rest + received).split(b"\0")
             for message in messages:
-                self._hear(*os.fsdecode(message).split(" ", 1))
+                self._receive(*os.fsdecode(message).split(" ", 1))
 
-    def _hear(self, what: str, more: str) -> None:
-        if what == _FOLDER:
+    def _receive(self, what: str, more: str) -> None:
+        if what == "folder":
             self.folders.append(more)
-        elif what == _STATUS:
+        elif what == "status":
             self.status = int(more)
-        elif what == _DONE:
+        elif what == "done":
             self.file, self._deadline = "", 0.0
-        elif what == _READING:
+        elif what == "reading":
             seconds, self.file = more.split(" ", 1)
             self.limit = float(seconds)
-            self._wait_on()
+            self._set_deadline()
 
-    def _wait_on(self) -> None:
-        self._deadline, self._got = time.monotonic() + self.limit, self._got_from_files()
+    def _set_deadline(self) -> None:
+        self._deadline, self._bytes_read = time.monotonic() + self.limit, self._count_bytes_read()
 
-    def _late(self) -> None:
-        if self._got_from_files() > self._got:
-            self._wait_on()
-        else:
-            self.overdue, self._deadline = True, 0.0
-            os.kill(self._process, signal.SIGKILL)
-
-    def _got_from_files(self) -> int:
+    def _count_bytes_read(self) -> int:
         """Bytes that the worker has read so far; 0 where the system does not tell."""
         try:
             with open(f"/proc/{self._process}/io") as counts:
@@ -118,7 +122,7 @@ class Watch:
             return 0
 
     def clear_folders(self) -> None:
-        """Remove what the worker has left, after it was killed."""
+        """Remove the folders in which the worker was writing when it was killed."""
         for folder in self.folders:
             from shutil import rmtree
 
@@ -128,19 +132,16 @@ class Watch:
         """One line about the violent end of the worker, by the negative number of the signal."""
         if self.overdue:
             what = f"Reading it has come to no end, {self.limit:.0f} s after it last got anything from the disk."
-        elif code == -9:
+        elif code == -signal.SIGKILL:
             what = "The process was killed, as the system does where memory runs out."
         else:
-            what = f"A library has ended the process ({_name(-code)}), as damaged files make them."
-        told = f"mesh must be a mesh file that PyVista can read; got {self.file}. {what}" if self.file else what
-        return f"{told} {advice}".rstrip()
-
-
-def _name(number: int) -> str:
-    try:
-        return signal.Signals(number).name
-    except ValueError:
-        return f"signal {number}" if number > 0 else f"status {-number}"
+            try:
+                name = signal.Signals(-code).name
+            except ValueError:
+                name = f"signal {-code}" if code < 0 else f"status {code}"
+            what = f"A library has ended the process ({name}), as damaged files make them."
+        line = f"mesh must be a mesh file that PyVista can read; got {self.file}. {what}" if self.file else what
+        return f"{line} {advice}".rstrip()
 
 
 def begin_work(end: int) -> Worker:
@@ -153,3 +154,52 @@ def begin_work(end: int) -> Worker:
 
         ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
     return worker
+
+
+@contextmanager
+def reading(path: "str | os.PathLike[str]") -> "Iterator[None]":
+    """While a file is read: the watching process knows which one, and no more memory can be had than is free.
+
+    Within another such block, and in a process that nobody watches, nothing changes.
+    """
+    if worker is None or worker.is_reading:
+        yield
+        return
+    try:
+        size = os.stat(path).st_size
+    except (OSError, ValueError):
+        size = 0
+    worker.reading(os.fspath(path), SECONDS + size / BYTES_PER_SECOND)
+    try:
+        with _limited_memory():
+            yield
+    finally:
+        worker.done()
+
+
+def available_memory() -> int | None:
+    """Bytes that can be had without swapping; None where the system does not say."""
+    return _bytes_in("/proc/meminfo", "MemAvailable:") if sys.platform == "linux" else None
+
+
+@contextmanager
+def _limited_memory() -> "Iterator[None]":
+    """A limit for this process's data, so that what a damaged file asks for is refused before the system stalls."""
+    if sys.platform != "linux":
+        yield
+        return
+    import resource
+
+    free = _bytes_in("/proc/self/status", "VmData:") + _bytes_in("/proc/meminfo", "MemAvailable:")
+    old, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    bounds = [limit for limit in (free, old, hard) if limit != resource.RLIM_INFINITY]
+    resource.setrlimit(resource.RLIMIT_DATA, (min(bounds), hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_DATA, (old, hard))
+
+
+def _bytes_in(file: str, name: str) -> int:
+    with open(file) as lines:
+        return next(1024 * int(line.split()[1]) for line in lines if line.startswith(name))

@@ -1,10 +1,17 @@
-"""Reports for people: lines and tables that fit a terminal, and tables for notebooks."""
+"""What people read: lines and tables that fit a terminal, tables for notebooks, and the progress of long work.
+
+Progress has three parties that do not know each other: the caller that names the work (`about`), the code that divides
+it and counts (`counting`), and the listener (`listening`). Without a listener nothing is counted.
+"""
 
 from __future__ import annotations
 
 import io
 import textwrap
-from collections.abc import Iterable, Sequence
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import fields
 from html import escape
 from typing import Any
@@ -37,8 +44,8 @@ def rendered(parts: Iterable[Any]) -> str:
     return "\n".join(lines).rstrip("\n")
 
 
-def told(value: Any, without: Sequence[str] = ()) -> str:
-    """The fields of a dataclass that are not at their defaults: their names and values."""
+def changed_fields(value: Any, without: Sequence[str] = ()) -> str:
+    """Names and values of the fields of a dataclass that differ from their defaults, as one line."""
     shown = {field.name: (getattr(value, field.name), field.default) for field in fields(value)}
     return ", ".join(
         f"{name} {entry}" for name, (entry, default) in shown.items() if entry != default and name not in without
@@ -47,11 +54,54 @@ def told(value: Any, without: Sequence[str] = ()) -> str:
 
 def html_table(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A small table for a notebook; all text is escaped. Without headings it has no head."""
-    head = _html_row("th", headings) if headings else ""
-    body = "\n".join(_html_row("td", row) for row in rows)
+
+    def html_row(kind: str, cells: Iterable[str]) -> str:
+        inner = "".join(f'<{kind} style="text-align: left">{escape(cell)}</{kind}>' for cell in cells)
+        return f"<tr>{inner}</tr>"
+
+    head = html_row("th", headings) if headings else ""
+    body = "\n".join(html_row("td", row) for row in rows)
     return f"<table>\n<caption>{escape(title)}</caption>\n{head}\n{body}\n</table>"
 
 
-def _html_row(kind: str, cells: Iterable[str]) -> str:
-    inner = "".join(f'<{kind} style="text-align: left">{escape(cell)}</{kind}>' for cell in cells)
-    return f"<tr>{inner}</tr>"
+Listener = Callable[[str, float], object]
+"""Called with the name of the work and the part of it that is done, in [0, 1]; by any thread, but one at a time."""
+
+_listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
+_subject: ContextVar[str] = ContextVar("subject", default="")
+
+
+@contextmanager
+def listening(listener: Listener) -> Iterator[None]:
+    """Report the progress of all work within the block to a listener."""
+    token = _listener.set(listener)
+    try:
+        yield
+    finally:
+        _listener.reset(token)
+
+
+@contextmanager
+def about(what: str) -> Iterator[None]:
+    """Name the work within the block; work without a name is not reported."""
+    token = _subject.set(what)
+    try:
+        yield
+    finally:
+        _subject.reset(token)
+
+
+def counting(whole: int) -> Callable[[int], None]:
+    """A function that any thread calls with the number of pieces that it has just done, of `whole` pieces in all."""
+    listener, what = _listener.get(), _subject.get()
+    if listener is None or not what:
+        return lambda _: None
+    lock, done = threading.Lock(), 0
+
+    def count(more: int) -> None:
+        nonlocal done
+        with lock:
+            done += more
+            listener(what, done / whole)
+
+    return count

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-from pvphong.base import progress
+from pvphong.base import text
 
 
 class _Here(threading.local):
@@ -85,7 +85,7 @@ def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
 
     After an exception in any of them, or where the calling thread is interrupted, no other range is begun.
     """
-    ranges, lock, note = iter(range(0, stop, step)), threading.Lock(), progress.counting(stop)
+    ranges, lock, note = iter(range(0, stop, step)), threading.Lock(), text.counting(stop)
 
     def take_ranges() -> None:
         nonlocal ranges

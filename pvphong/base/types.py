@@ -1,7 +1,8 @@
-"""The array and vector types that pvphong's signatures speak of."""
+"""Types of arrays, vectors and options in pvphong's signatures."""
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Sequence
 from typing import Any, Literal, cast
 
@@ -41,3 +42,11 @@ def rgb(color: ColorLike) -> Vector:
         return color, color, color
     red, green, blue = cast("Vector", color)
     return red, green, blue
+
+
+class InitSignature:
+    """A class attribute `__signature__`: of a class with `__new__`, `inspect` shows that of `__init__`."""
+
+    def __get__(self, _instance: object, kind: type) -> inspect.Signature:
+        whole = inspect.signature(getattr(kind, "__init__"))  # noqa: B009 a class's own, as mypy would not have it
+        return whole.replace(parameters=list(whole.parameters.values())[1:])

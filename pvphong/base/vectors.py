@@ -37,17 +37,13 @@ def cross(a: NDArray[Real], b: NDArray[Real]) -> NDArray[Real]:
 
 def square_of_cross(a: FloatArray, b: FloatArray) -> Any:
     """|a × b|² of the columns of two (3, n) arrays; exactly 0 where they are equal, or 2^k times as long."""
-    total = _square_of_component(a, b, 1, 2)
-    total += _square_of_component(a, b, 2, 0)
-    total += _square_of_component(a, b, 0, 1)
+    total: Any = 0.0
+    for i, j in ((1, 2), (2, 0), (0, 1)):
+        component = a[i] * b[j]
+        component -= a[j] * b[i]
+        component *= component
+        total += component
     return total
-
-
-def _square_of_component(a: FloatArray, b: FloatArray, i: int, j: int) -> Any:
-    component = a[i] * b[j]
-    component -= a[j] * b[i]
-    component *= component
-    return component
 
 
 def columns(rows: FloatArray) -> Float64Array:
@@ -130,14 +126,14 @@ def _inverse(length: NDArray[Real]) -> NDArray[Real]:
 
 
 def towards(target: Vector, points: Float64Array, real: Any = np.float64) -> tuple[Any, Float64Array]:
-    """Unit vectors from points to a target, and the distances: `ways_to`, with the lengths taken out of the ways."""
-    ways, inverse, distance = ways_to(target, points, real)
-    ways *= inverse
-    return ways, distance
+    """Unit vectors from points to a target, and the distances; see `directions_to`."""
+    directions, inverse, distance = directions_to(target, points, real)
+    directions *= inverse
+    return directions, distance
 
 
-def ways_to(target: Vector, points: Float64Array, real: Any = np.float64) -> tuple[Any, Any, Float64Array]:
-    """Ways from points to a target, of moderate lengths, the inverses of those, and the distances.
+def directions_to(target: Vector, points: Float64Array, real: Any = np.float64) -> tuple[Any, Any, Float64Array]:
+    """Vectors of moderate lengths from points to a target, the inverses of those lengths, and the distances.
 
     The difference of two positions is taken in float64, however near each other and far from the origin they are.
     What follows is computed in the float type `real`; float32 rounds each component to 2⁻¹¹⁹ of the distance too.
@@ -149,11 +145,11 @@ def ways_to(target: Vector, points: Float64Array, real: Any = np.float64) -> tup
     points : ndarray
         Shape (3, n).
     real : type, default float64
-        Float type of the ways and of their inverse lengths.
+        Float type of the vectors and of their inverse lengths.
 
     Returns
     -------
-    ways : ndarray
+    directions : ndarray
         Shape (3, n), the differences, times a power of two where these are very long or short; zero where the point
         is the target or is not finite.
     inverse : ndarray
@@ -162,29 +158,23 @@ def ways_to(target: Vector, points: Float64Array, real: Any = np.float64) -> tup
         Shape (n,), float64; NaN where the point is not finite, and at most the largest float.
     """
     goal = np.array(target)[:, None]
-    ways = np.empty(points.shape, real)
+    directions = np.empty(points.shape, real)
     with np.errstate(all="ignore"):
-        np.subtract(goal, points, out=ways, casting="same_kind")
-        square, comfortable = _squares(ways)
+        np.subtract(goal, points, out=directions, casting="same_kind")
+        square, comfortable = _squares(directions)
         length = np.sqrt(square)
         inverse = 1.0 / length
-    distance = length.astype(np.float64, copy=False)
-    if not comfortable:
-        rare = _is_rare(square)
-        ways[:, rare], inverse[rare], distance[rare] = _rare_ways(goal, points[:, rare], real)
-    return ways, inverse, distance
-
-
-def _rare_ways(goal: Float64Array, points: Float64Array, real: Any) -> tuple[Any, Any, Float64Array]:
-    """`ways_to` where a difference's square is 0, not finite, or has overflowed or underflowed."""
-    with np.errstate(all="ignore"):
-        difference = goal - points
-        far = ~np.isfinite(difference).all(axis=0)
-        difference[:, far] = goal * 0.25 - points[:, far] * 0.25
-        scaled, exponents = _rescaled(difference)
-        ways = scaled.astype(real)
-        length = np.sqrt(dot(ways, ways))
-        distance = np.ldexp(length.astype(np.float64), exponents + 2 * far)
-    np.minimum(distance, np.finfo(np.float64).max, out=distance)
-    distance[~np.isfinite(points).all(axis=0)] = np.nan
-    return ways, _inverse(length), distance
+        distance = length.astype(np.float64, copy=False)
+        if not comfortable:  # a square is 0, not finite, or has overflowed or underflowed
+            rare = _is_rare(square)
+            there = points[:, rare]
+            difference = goal - there
+            far = ~np.isfinite(difference).all(axis=0)
+            difference[:, far] = goal * 0.25 - there[:, far] * 0.25
+            scaled, exponents = _rescaled(difference)
+            scaled = scaled.astype(real)
+            scaled_length = np.sqrt(dot(scaled, scaled))
+            distances = np.minimum(np.ldexp(scaled_length.astype(np.float64), exponents + 2 * far), np.finfo(float).max)
+            distances[~np.isfinite(there).all(axis=0)] = np.nan
+            directions[:, rare], inverse[rare], distance[rare] = scaled, _inverse(scaled_length), distances
+    return directions, inverse, distance

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pvphong.base.progress import counting
+from pvphong.base.text import counting
 from pvphong.batch import indices, receipts
 from pvphong.batch.cluster import Cluster, trouble
 from pvphong.batch.listing import Index, Listing, Piece

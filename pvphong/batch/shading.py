@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from pvphong.base import check
 from pvphong.base.files import folder_aside
-from pvphong.base.progress import about
+from pvphong.base.text import about
 from pvphong.base.types import Backend, Precision
 from pvphong.batch.cluster import connected
 from pvphong.batch.listing import Listing, Piece, Seams, listing, paths_of

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.markdown import Markdown
 
 from pvphong.base.files import written_aside
-from pvphong.base.text import told
+from pvphong.base.text import changed_fields
 from pvphong.cli.spinner import busy
 from pvphong.meshes.files import save_lit
 from pvphong.meshes.lit import shade_mesh
@@ -118,8 +118,8 @@ def _report(lit: pv.PolyData, seconds: float) -> str:
             "|---|---|",
             f"| mesh | {lit.n_points} points, {lit.n_cells} faces |",
             *(f"| light | {_described(light)} |" for light in SCENE.world_lights),
-            f"| material | {told(PLASTIC)} |",
-            f"| light model | {told(SCENE.light_model)} |",
+            f"| material | {changed_fields(PLASTIC)} |",
+            f"| light model | {changed_fields(SCENE.light_model)} |",
             f"| lit in | {1e3 * seconds:.1f} ms, normals included |",
             f"| darkest red, green, blue | {darkest} |",
             f"| brightest red, green, blue | {brightest} |",
@@ -135,4 +135,4 @@ def _report(lit: pv.PolyData, seconds: float) -> str:
 
 
 def _described(light: Light) -> str:
-    return f"{light.name}: {type(light).__name__}, {told(light, without=('name', 'on', 'frame'))}"
+    return f"{light.name}: {type(light).__name__}, {changed_fields(light, without=('name', 'on', 'frame'))}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pvphong.base.limits import reading
+from pvphong.base.processes import reading
 from pvphong.cli.inputs import single_meshes
 from pvphong.cli.options import Verbose
 from pvphong.cli.telling import tell

@@ -10,7 +10,7 @@ from typing import Any
 
 import pyvista as pv
 
-from pvphong.base.limits import reading
+from pvphong.base.processes import reading
 from pvphong.meshes.blocks import datasets, map_blocks
 from pvphong.meshes.default_scene import default_scene, scene_for
 from pvphong.meshes.files import read_mesh

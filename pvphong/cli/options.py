@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from pvphong.base import check
-from pvphong.base.limits import reading
+from pvphong.base.processes import reading
 from pvphong.base.types import ColorLike
 from pvphong.meshes.blocks import DEFAULT, only
 from pvphong.meshes.edges import FeatureAngle

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Task, TextColumn, TimeRemainingColumn
 from rich.text import Text
 
-from pvphong.base.progress import listening
+from pvphong.base.text import listening
 
 # Seconds after which work is long enough for a bar.
 _LONG = 1.0

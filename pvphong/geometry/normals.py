@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pvphong.base import check
+from pvphong.base.float_range import common_integers
 from pvphong.base.types import Float64Array, Weighting
-from pvphong.base.wide import common_integers
 from pvphong.geometry.faces import FaceBlock, Faces
 from pvphong.geometry.transform import normalize, normalize_columns
 

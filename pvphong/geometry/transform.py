@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pvphong.base import check
+from pvphong.base.float_range import common_integers, mantissas_and_exponents, scaled_floats, wide_sums
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike
-from pvphong.base.wide import common_integers, mantissas_and_exponents, scaled_floats, wide_sums
 
 # Squared lengths between these carry no underflow and no overflow into their last bit.
 _LEAST_SQUARE, _MOST_SQUARE = 2.0**-900, 2.0**900

@@ -8,7 +8,7 @@ import numpy as np
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.base.colorimetry import xyz
+from pvphong.base.color import xyz_from_rgb
 from pvphong.base.types import FloatArray
 from pvphong.meshes.sharing import sharing
 from pvphong.meshes.surfaces import surface
@@ -45,7 +45,7 @@ def color_view(mesh: pv.DataSet, space: ColorSpace, *, name: str = "phong") -> p
         If there is no such array or space, the array holds no colours as above, or Matplotlib, which "hsv" needs, is
         not installed.
     """
-    convert = {"hsv": _hsv, "xyz": xyz}[check.choice("space", space, get_args(ColorSpace))]
+    convert = {"hsv": _hsv, "xyz": xyz_from_rgb}[check.choice("space", space, get_args(ColorSpace))]
     source = mesh if isinstance(mesh, pv.PolyData) else surface(mesh)
     result = sharing(source)
     result.point_data[f"{name}_{space}"] = convert(_colors(source, name))

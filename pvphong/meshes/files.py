@@ -16,7 +16,7 @@ import numpy as np
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.base.files import PREFIX, reserve, settle, written_aside
+from pvphong.base.files import PREFIX, reserve, sync, written_aside
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.truncation import refuse_parts
 from pvphong.scene.scene import is_scene_file
@@ -204,7 +204,7 @@ def _save_with_folder(lit: pv.MultiBlock, aside: Path, target: Path, options: di
         if blocks:
             folder.mkdir(exist_ok=True)
         for block in blocks:
-            settle(block)
+            sync(block)
             block.replace(folder / block.name)
     except OSError as error:
         raise ValueError(f"output needs the folder {folder} for its blocks ({error}).") from error

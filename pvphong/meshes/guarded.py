@@ -12,8 +12,7 @@ from pathlib import Path
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.base.limits import reading
-from pvphong.base.processes import Watch, begin_work
+from pvphong.base.processes import Watch, begin_work, reading
 from pvphong.meshes.files import read_mesh
 
 _CHILD = "import sys; from pvphong.meshes.guarded import hand_over; hand_over(*sys.argv[1:])"

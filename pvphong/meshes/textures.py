@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong.base import check
-from pvphong.base.colorimetry import linear
+from pvphong.base.color import linear_from_srgb
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.geometry.tangents import point_tangents
 from pvphong.meshes.surfaces import has_faces, polygons
@@ -101,9 +101,9 @@ def _decoder(texels: NDArray[Any], texture: Any) -> Callable[[Any], Float64Array
     """What makes linear light of texels' numbers."""
     is_encoded = bool(texture.GetUseSRGBColorSpace())
     if texels.dtype != np.uint8:
-        return lambda numbers: linear(numbers.astype(np.float64)) if is_encoded else numbers
+        return lambda numbers: linear_from_srgb(numbers.astype(np.float64)) if is_encoded else numbers
     steps = np.arange(256) / 255.0
-    table = linear(steps) if is_encoded else steps
+    table = linear_from_srgb(steps) if is_encoded else steps
     return lambda numbers: np.take(table, numbers)
 
 

@@ -18,8 +18,7 @@ import numpy as np
 
 from pvphong.base import check, host
 from pvphong.base.formulas import Power
-from pvphong.base.signature import InitSignature
-from pvphong.base.types import ColorLike, Float64Array, FloatArray, Frame, Vector, rgb
+from pvphong.base.types import ColorLike, Float64Array, FloatArray, Frame, InitSignature, Vector, rgb
 from pvphong.geometry.extent import Extent
 from pvphong.optics.roles import Corners, EyeSpace, Place, Role, roles_of
 from pvphong.optics.spherical import CosinePower

@@ -7,8 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, Self
 
 from pvphong.base import check, documents
-from pvphong.base.signature import InitSignature
-from pvphong.base.types import ColorLike, rgb
+from pvphong.base.types import ColorLike, InitSignature, rgb
 from pvphong.optics.named_materials import NAMED, WITH_REFLECTANCE
 from pvphong.optics.physical_property import is_physical, physical_of
 from pvphong.optics.reflectance import Reflectance

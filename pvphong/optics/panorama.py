@@ -18,7 +18,7 @@ from typing import Any, Self
 import numpy as np
 
 from pvphong.base import check, documents
-from pvphong.base.colorimetry import linear
+from pvphong.base.color import linear_from_srgb
 from pvphong.base.types import Float64Array, FloatArray, rgb
 from pvphong.optics.harmonics import BANDS, projected
 
@@ -163,7 +163,7 @@ def _of_texture(name: str, texture: Any) -> FloatArray:
     values = np.asarray(texture.to_array())
     values = values[..., :3] if values.ndim == 3 else values
     if values.dtype == np.uint8 and texture.GetUseSRGBColorSpace():
-        values = linear(values / 255.0)
+        values = linear_from_srgb(values / 255.0)
     return _linear(name, values, _TEXTURE_IN_8_BITS)
 
 

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.limits import available_memory
+from pvphong.base.processes import available_memory
 from pvphong.base.types import BoolArray, FloatArray
 from pvphong.rays.casting import BYTES_PER_TRIANGLE, Caster, rays_each
 from pvphong.rays.faces import Ball, BlockingFaces

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pvphong.base import check, progress
+from pvphong.base import check, text
 from pvphong.base.text import html_table
 from pvphong.base.types import FloatArray, IntArray
 from pvphong.optics.light import Light
@@ -219,7 +219,7 @@ class Visibility:
             if index not in self._done:
                 tell_if_slow(len(self._receiver.points))
                 start, is_sky = time.perf_counter(), index == len(self.lights)
-                with progress.about(f"rays to {'the sky' if is_sky else self.lights[index]}"):
+                with text.about(f"rays to {'the sky' if is_sky else self.lights[index]}"):
                     seen = self._tracer.sky() if is_sky else self._tracer.light(self._lights[index])
                 self._keep(index, seen.part, seen.error)
                 self.rays += seen.rays

@@ -15,7 +15,7 @@ from typing import Any, Self
 
 from pvphong.base import check, documents, host
 from pvphong.base.files import write_json
-from pvphong.base.text import html_table, told
+from pvphong.base.text import changed_fields, html_table
 from pvphong.base.types import VectorLike
 from pvphong.optics.lights import LIGHT_TYPES, Light, type_name
 from pvphong.optics.material import Material
@@ -133,8 +133,8 @@ class Scene:
 
     def _repr_html_(self) -> str:
         parts = [*zip(light_labels(self, "light "), self.lights, strict=True), ("light model", self.light_model)]
-        rows = [(name, type(part).__name__, told(part, without=("name",))) for name, part in parts]
-        viewer = "framing what is lit" if self.viewer is None else told(self.viewer)
+        rows = [(name, type(part).__name__, changed_fields(part, without=("name",))) for name, part in parts]
+        viewer = "framing what is lit" if self.viewer is None else changed_fields(self.viewer)
         title = f"Scene of {len(rows) - 1} lights: what is not at its default"
         return html_table(title, (), [*rows, ("viewer", "Viewer", viewer)])
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from pvphong.base import check
-from pvphong.base.ranges import BRIGHTEST, FARTHEST
+from pvphong.base.float_range import BRIGHTEST, FARTHEST
 from pvphong.base.types import ColorLike, Float64Array, MatrixLike, Vector, VectorLike, rgb
 from pvphong.optics.light import Light
 from pvphong.optics.lights import light_from_homogeneous, light_from_values

@@ -14,8 +14,7 @@ from pathlib import Path
 import pytest
 
 from pvphong.base import files
-from pvphong.base.files import written_aside
-from pvphong.base.lock import locked
+from pvphong.base.files import locked, written_aside
 
 
 @pytest.fixture

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from pvphong.base import lock
-from pvphong.base.lock import locked
+from pvphong.base import files
+from pvphong.base.files import locked
 
 
 @pytest.fixture
@@ -40,14 +40,14 @@ def test_where_it_cannot_be_made_nobody_is_alone(path):
 
 @pytest.mark.parametrize("then", [Path.exists, Path.touch], ids=["gone", "another one"])
 def test_a_file_that_was_removed_before_it_could_be_locked_is_not_the_one(path, monkeypatch, then):
-    take = lock._take
+    take = files._take
 
     def late(file):
         path.unlink()
         then(path)
         take(file)
 
-    monkeypatch.setattr(lock, "_take", late)
+    monkeypatch.setattr(files, "_take", late)
     with locked(path) as is_alone:
         assert not is_alone
 
@@ -56,6 +56,6 @@ def test_where_files_cannot_be_locked_nobody_is_alone(path, monkeypatch):
     def refuse(_):
         raise OSError
 
-    monkeypatch.setattr(lock, "_take", refuse)
+    monkeypatch.setattr(files, "_take", refuse)
     with locked(path) as is_alone:
         assert not is_alone

@@ -1,6 +1,6 @@
 """Whoever listens hears of work that has a name."""
 
-from pvphong.base.progress import about, counting, listening
+from pvphong.base.text import about, counting, listening
 
 
 def test_what_is_done_is_told_with_its_name():

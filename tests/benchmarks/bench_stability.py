@@ -75,7 +75,7 @@ def naive_formulas(real):
         replaced = [(blinn_phong, "halfway_distance", naive_halfway), (blinn_phong, "power", naive_power)]
         replaced += [(reference, "moderate", naive_moderate)]
         replaced += [(reference, "towards", naive_towards)]
-        replaced += [(module, "ways_to", naive_ways_to) for module in (point, spot)]
+        replaced += [(module, "directions_to", naive_ways_to) for module in (point, spot)]
         replaced += [(SpotLight, "spot_factor", naive_spot_factor)]
         replaced += [(reference, "columns", lambda rows: rows.T.astype(real, order="C"))]
         for owner, name, naive in replaced:

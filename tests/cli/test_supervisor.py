@@ -30,7 +30,7 @@ commands.main = main
 sys.modules["pvphong.cli.app"] = commands
 sys.exit(supervisor.main())
 """
-READING = "from pvphong.base.limits import reading\nwith reading('mesh.vtk'): "
+READING = "from pvphong.base.processes import reading\nwith reading('mesh.vtk'): "
 WRITING = """
 from pvphong.base.files import written_aside
 with written_aside("scene.json") as aside:

@@ -12,7 +12,7 @@ from pyvista import examples
 
 import pvphong as ph
 from pvphong.base import threads
-from pvphong.base.progress import listening
+from pvphong.base.text import listening
 from pvphong.rays import casting, sampling, visibility
 from pvphong.rays.locator import Locator
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pvphong.base.types import Float64Array, Vector, VectorLike
-from pvphong.base.vectors import ways_to
+from pvphong.base.vectors import directions_to
 from pvphong.geometry.extent import Extent
 from pvphong.optics import attenuation as weakening
 from pvphong.optics.attenuation import attenuate, coefficients, strongest
@@ -49,7 +49,7 @@ class PointLight(Light):
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
         """Direction to the light, shape (3, n), and attenuation, shape (n,), at points (3, n)."""
         x, y, z = self.position
-        ways, inverse_length, distance = ways_to((x, y, z), points, real)
+        ways, inverse_length, distance = directions_to((x, y, z), points, real)
         return Arrival(ways, attenuate(distance, self.attenuation), inverse_length)
 
     @cached_property

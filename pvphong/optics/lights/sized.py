@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from pvphong.base.types import Float64Array, Vector
-from pvphong.base.vectors import dot, ways_to
+from pvphong.base.vectors import directions_to, dot
 from pvphong.geometry.extent import ROUNDED_UP, Extent, Sight
 from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate, strength_at
 from pvphong.optics.light import (
@@ -182,7 +182,7 @@ class Flat:
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
         """What its middle sends."""
         x, y, z = self.center
-        ways, inverse, distance = ways_to((x, y, z), points, real)
+        ways, inverse, distance = directions_to((x, y, z), points, real)
         cosine = -dot(np.array(self.normal, real)[:, None], ways) * inverse
         shown = np.abs(cosine) if self.two_sided else np.maximum(cosine, real(0.0))
         return Arrival(ways, attenuate(distance, INVERSE_SQUARE) * shown, inverse)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
-from pvphong.base.vectors import dot, ways_to
+from pvphong.base.vectors import directions_to, dot
 from pvphong.geometry.extent import Extent
 from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate
 from pvphong.optics.light import NODES, SIZE_EFFECT, Fewer, Integral, Light, Reach, Simpler, Stage
@@ -64,7 +64,7 @@ class SphereLight(Light):
         """As integrals over the cap as which it is seen (Snyder 1996 for Lambert's cosine)."""
 
         def integral(points: Float64Array, surface: Surface) -> Float64Array:
-            ways, inverse, distance = ways_to(self._center, points)
+            ways, inverse, distance = directions_to(self._center, points)
             n, l, (s, C) = surface.exact_normals, ways * inverse, self._angular_radius(distance)
             with np.errstate(all="ignore"):
                 if form.around == "normal":

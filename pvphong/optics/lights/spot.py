@@ -10,10 +10,10 @@ from typing import Any, Self
 
 import numpy as np
 
+from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.formulas import ONE, ZERO, Power, add, chord_power, formula, square, where
-from pvphong.base.ranges import BRIGHTEST
 from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
-from pvphong.base.vectors import angle_between, dot, unit_vector, ways_to
+from pvphong.base.vectors import angle_between, directions_to, dot, unit_vector
 from pvphong.geometry.extent import Extent, Sight
 from pvphong.optics import attenuation as weakening
 from pvphong.optics.attenuation import attenuate, coefficients, strongest
@@ -95,7 +95,7 @@ class SpotLight(Light):
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
         """Direction to the light, shape (3, n), and attenuation times spot factor, shape (n,), at points (3, n)."""
         x, y, z = self.position
-        ways, inverse_length, distance = ways_to((x, y, z), points, real)
+        ways, inverse_length, distance = directions_to((x, y, z), points, real)
         factor = self.spot_factor(ways * inverse_length)
         if not distance.min(initial=1.0) > 0.0:  # on the light itself cos θ is taken to be 0
             factor[distance == 0.0] = float(self.cone_angle == 90.0 and self.exponent == 0.0)

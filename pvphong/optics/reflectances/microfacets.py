@@ -24,6 +24,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from pvphong.base import check
+from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.formulas import (
     HALF,
     LEAST_SQUARE,
@@ -40,7 +41,6 @@ from pvphong.base.formulas import (
     square,
     where,
 )
-from pvphong.base.ranges import BRIGHTEST
 from pvphong.base.types import rgb
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.reflectance import Geometry, Lobe, Reflectance, Sightline

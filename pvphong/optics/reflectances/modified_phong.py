@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.formulas import ZERO, formula, maximum
-from pvphong.base.ranges import BRIGHTEST
 from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Lobe, Sightline
 from pvphong.optics.reflectances.highlight import MIRROR, Shiny, largest_power, steepness
 from pvphong.optics.spherical import CosinePower

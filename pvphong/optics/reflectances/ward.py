@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from pvphong.base import check
+from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.formulas import (
     ONE,
     ZERO,
@@ -24,7 +25,6 @@ from pvphong.base.formulas import (
     times,
     where,
 )
-from pvphong.base.ranges import BRIGHTEST
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Lobe, Reflectance, Sightline
 from pvphong.optics.reflectances.highlight import HALFWAY, largest_halfway

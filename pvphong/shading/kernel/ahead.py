@@ -15,7 +15,7 @@ from functools import partial
 from itertools import product
 from typing import Any, NamedTuple
 
-from pvphong.base.lock import locked
+from pvphong.base.files import locked
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectance import LAMBERT
 from pvphong.optics.reflectances import REFLECTANCES

@@ -41,8 +41,7 @@ from numba.core.caching import CompileResultCacheImpl
 from numba.core.ccallback import CFunc
 from numba.core.serialize import dumps
 
-from pvphong.base.files import written_aside
-from pvphong.base.lock import locked
+from pvphong.base.files import locked, written_aside
 from pvphong.shading.equation import Equation
 from pvphong.shading.kernel import arithmetic, driver
 from pvphong.shading.kernel.records import SETTINGS, TERM

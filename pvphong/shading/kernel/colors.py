@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pvphong.base.ranges import BRIGHTEST
+from pvphong.base.float_range import BRIGHTEST
 from pvphong.shading.kernel import vertices as at
 from pvphong.shading.kernel.arithmetic import WHOLE32, inlined, like, multiply_add, plain, shifted
 from pvphong.shading.kernel.vertices import BLOCK, dot, in_type, inverse_root, is_moderate, normal_dot, square_of

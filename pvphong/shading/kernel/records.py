@@ -13,8 +13,8 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.formulas import FORMULAS
-from pvphong.base.ranges import BRIGHTEST
 from pvphong.base.types import Vector
 from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.light import Light

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from pvphong.base.ranges import BRIGHTEST
+from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.types import Vector
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics import attenuation

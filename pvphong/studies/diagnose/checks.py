@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pvphong.base import check
+from pvphong.base.float_range import common_integers
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, Vector
-from pvphong.base.wide import common_integers
 from pvphong.geometry.faces import FaceBlock, Faces
 from pvphong.geometry.transform import transform_points
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pvphong.base.colorimetry import XYZ_OF_RGB
+from pvphong.base.color import XYZ_OF_RGB
 from pvphong.base.types import ColorLike, Vector, rgb
 from pvphong.optics.light import Light
 

@@ -14,7 +14,7 @@ import pytest
 from shading.kernel.apart import run_apart
 
 import pvphong as ph
-from pvphong.base.lock import locked
+from pvphong.base.files import locked
 from pvphong.cli import main
 from pvphong.optics.lights import PointLight
 from pvphong.shading import kernel

@@ -1,4 +1,4 @@
-"""Linear RGB from sRGB's numbers, and as CIE XYZ: primaries of ITU-R BT.709, and D65 as white.
+"""Colour spaces: linear RGB from sRGB, and CIE XYZ from linear RGB; primaries of ITU-R BT.709, white point D65.
 
 Source: IEC 61966-2-1:1999, the matrix with the four digits that the standard gives it.
 """
@@ -19,14 +19,14 @@ XYZ_OF_RGB = np.array(
 """Rows X, Y and Z, columns red, green and blue. Y is the relative luminance: 1 for white."""
 
 
-def linear(encoded: Float64Array) -> Float64Array:
-    """Linear light of sRGB's numbers, of any shape: 0 and 1 stay what they are, and what is outside goes on alike."""
+def linear_from_srgb(encoded: Float64Array) -> Float64Array:
+    """Linear light of sRGB values, of any shape; values outside [0, 1] follow the same curve."""
     with np.errstate(invalid="ignore"):
-        bent = np.maximum((encoded + 0.055) / 1.055, 0.0) ** 2.4
-    return np.where(encoded <= 0.04045, encoded / 12.92, bent)
+        curve = np.maximum((encoded + 0.055) / 1.055, 0.0) ** 2.4
+    return np.where(encoded <= 0.04045, encoded / 12.92, curve)
 
 
-def xyz(rgb: FloatArray) -> FloatArray:
-    """CIE XYZ (n, 3) of linear colours (n, 3), of the same type; values above 1 are as good as others."""
+def xyz_from_rgb(rgb: FloatArray) -> FloatArray:
+    """CIE XYZ, shape (n, 3), of linear colours of shape (n, 3), of the same type; values above 1 are allowed."""
     result: FloatArray = (rgb @ XYZ_OF_RGB.T).astype(rgb.dtype)
     return result

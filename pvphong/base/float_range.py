@@ -1,6 +1,6 @@
-"""Arithmetic for the numbers that float64's exponent range would spoil.
+"""The ends of the floats' range: caps that keep results within it, and exact arithmetic for what is beyond it.
 
-Floats become integers in exact proportion, or mantissas with their exponents kept apart.
+Exact: floats become integers in the same proportions, or mantissas with their exponents kept apart.
 """
 
 from __future__ import annotations
@@ -11,6 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pvphong.base.types import Float64Array, FloatArray
+
+BRIGHTEST = 2.0**100
+"""Strengths, colours and exponents are capped here, so that nothing overflows float32; anything near it is white.
+
+(The kernel caps a spot's attenuation before its falloff: where the attenuation has no constant, and so near to the
+light that this matters, 2⁻⁵⁰ of the distance where it is 1, a spot may be darker outside the middle of its cone.)"""
+
+FAINTEST = 2.0**-126
+"""The least normal number of float32."""
+
+FARTHEST = 2.0**1000
+"""The most that a light's colours may be before its attenuation, which may bring them down again."""
 
 # The exponent given to a product that is zero: below every other, and far from the int32 range's end.
 _NO_EXPONENT = -(2**20)
