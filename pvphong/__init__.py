@@ -26,7 +26,7 @@ if TYPE_CHECKING:
         transform_vectors,
     )
     from pvphong.meshes.default_scene import default_scene
-    from pvphong.meshes.guarded import read
+    from pvphong.meshes.files import read
     from pvphong.meshes.lit import plan
     from pvphong.meshes.surfaces import face_normals, vertex_normals
     from pvphong.optics.lights import (
@@ -77,7 +77,7 @@ _PLACES = {
     "geometry.projection": "frustum look_at ortho perspective project",
     "geometry.transform": "SingularMatrixWarning normal_matrix transform_normals transform_points transform_vectors",
     "meshes.default_scene": "default_scene",
-    "meshes.guarded": "read",
+    "meshes.files": "read",
     "meshes.lit": "plan",
     "meshes.surfaces": "face_normals vertex_normals",
     "optics.lights": "DirectionalLight DiskLight EnvironmentLight Light PointLight PolygonLight RectangleLight "

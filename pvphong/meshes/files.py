@@ -1,10 +1,18 @@
-"""Meshes from and to files; whatever a reader or writer complains about becomes one `ValueError`."""
+"""Meshes and textures from files, and lit meshes to files: whole or not at all, and no reader's crash is the caller's.
+
+`read` reads in a process of its own where that is asked for, `read_mesh` in this one; whatever a reader or writer
+complains about becomes one `ValueError`.
+"""
 
 from __future__ import annotations
 
 import logging
 import os
+import pickle
 import re
+import subprocess
+import sys
+import tempfile
 import threading
 import warnings
 from collections.abc import Iterator
@@ -17,7 +25,8 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.base.files import PREFIX, reserve, sync, written_aside
-from pvphong.meshes.blocks import leaves
+from pvphong.base.processes import Watch, begin_work, reading
+from pvphong.meshes.blocks import leaves, map_blocks
 from pvphong.meshes.truncation import refuse_parts
 from pvphong.scene.scene import is_scene_file
 
@@ -31,16 +40,81 @@ Compression = Literal["lz4", "zlib", "none"]
 """How arrays in VTK's XML files are compressed. Of a million points, LZ4 writes ten times as fast as zlib and reads
 more than twice as fast; its files are twice as large."""
 
-_WITH_FOLDER = (".vtm", ".vtmb")
-_alone = threading.RLock()
+_CHILD = "import sys; from pvphong.meshes.files import _hand_over; _hand_over(*sys.argv[1:])"
 
-_READABLE = "a mesh file that PyVista can read (.vtp, .vtu, .vtk, .ply, .stl, .obj, .vtm and many more)"
+_one_at_a_time = threading.RLock()
+"""Held while VTK reads or writes: what is changed to hear its complaints, and put back, is the whole process's."""
 
-_SCENE = "It is a scene file: use it with --scene."
+
+# --- reading ---
+
+
+def read(path: str | os.PathLike[str], *, guarded: bool = False) -> pv.DataSet | pv.MultiBlock:
+    """The mesh in a file of any format that PyVista reads, if the file is whole.
+
+    `pyvista.read` takes what it can get of a damaged file, and prints what it thinks of it; this takes all or nothing.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    guarded : bool, default False
+        Read it in another process and hand the mesh over: some of VTK's readers crash, or come to no end, with files
+        that are damaged. It takes about a second longer. The other process is killed when it has not got anything
+        from a disk for a minute, and a second more for each megabyte of the file.
+
+    Returns
+    -------
+    pyvista.DataSet or pyvista.MultiBlock
+
+    Raises
+    ------
+    ValueError
+        If the file is not there, is not whole, or holds no mesh; or if its reader crashes, where that is guarded.
+    """
+    if not check.flag("guarded", guarded):
+        return read_mesh(os.fspath(path))
+    if os.name != "posix" or not Path(sys.executable or "").name.startswith("python"):
+        check.refuse("guarded", guarded, "False where Python cannot start itself in another process")
+    with tempfile.TemporaryDirectory() as folder:
+        result = Path(folder, "mesh")
+        listening, speaking = os.pipe()
+        # not by multiprocessing, which would run the caller's main module again, and tells no signal and no progress
+        child = subprocess.Popen(
+            [sys.executable, "-W", "ignore", "-c", _CHILD, os.fspath(path), str(result), str(speaking)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            pass_fds=[speaking],
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path)},
+        )
+        os.close(speaking)
+        with child, os.fdopen(listening):
+            watch = Watch(listening, child.pid)
+            watch.until_it_ends()
+            said, _ = child.communicate()
+        if child.returncode or said:
+            failed = watch.failure(child.returncode) if child.returncode else said.decode(errors="surrogateescape")
+            raise ValueError(failed)
+        mesh: pv.DataSet | pv.MultiBlock = pickle.loads(result.read_bytes())
+        return mesh
+
+
+def _hand_over(path: str, result: str, end: str) -> None:
+    """What the other process does: print why the mesh cannot be read, or put it into a file."""
+    begin_work(int(end))
+    try:
+        with reading(path):
+            Path(result).write_bytes(pickle.dumps(read_mesh(path), protocol=5))
+    except ValueError as error:
+        sys.stdout.reconfigure(errors="surrogateescape")  # type: ignore[union-attr]
+        print(error, end="")
 
 
 def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
     """The mesh in a file of any format that PyVista reads.
+
+    Where another process watches this one, it does so while the file is read.
 
     Raises
     ------
@@ -48,18 +122,20 @@ def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
         If the file is not there, cannot be read to its end, or holds no mesh. A file that VTK's readers
         complain about is refused, because what they make of it is often only its first part.
     """
-    if not Path(path).exists():
-        check.refuse("mesh", Path(path), "a file that exists", _nearest_file(Path(path)))
+    _refuse_missing("mesh", Path(path), "a file that exists")
     complaints: list[str] = []
     mesh = None
-    with _heard(complaints):
+    with _complaints_in(complaints), reading(path):
         try:
             refuse_parts(Path(path))
             mesh = pv.read(path)
         except Exception as error:  # readers, VTK's and others', raise what they like
             complaints.insert(0, str(error) or type(error).__name__)
     if complaints:
-        check.refuse("mesh", Path(path), _READABLE, _SCENE if _is_scene(path) else _first_line(complaints))
+        is_scene = Path(path).suffix.lower() == ".json" and is_scene_file(path)
+        reason = "It is a scene file: use it with --scene." if is_scene else _first_line(complaints)
+        readable = "a mesh file that PyVista can read (.vtp, .vtu, .vtk, .ply, .stl, .obj, .vtm and many more)"
+        check.refuse("mesh", Path(path), readable, reason)
     if not isinstance(mesh, (pv.DataSet, pv.MultiBlock)):
         check.refuse("mesh", f"a {type(mesh).__name__} in {path}", "a dataset or a MultiBlock")
     return mesh
@@ -75,8 +151,7 @@ def read_texture(path: str) -> Any:
     """
     from PIL import Image
 
-    if not Path(path).exists():
-        check.refuse("albedo", Path(path), "a point array, or an image file that exists", _nearest_file(Path(path)))
+    _refuse_missing("albedo", Path(path), "a point array, or an image file that exists")
     try:
         with Image.open(path) as image:
             values = np.asarray(image if image.mode[0] in "IF" else image.convert("RGB"))
@@ -85,15 +160,14 @@ def read_texture(path: str) -> Any:
     return pv.Texture(values)
 
 
-def _nearest_file(path: Path) -> str:
-    """The remedy for a file that is not there."""
-    if not path.parent.is_dir():
-        return f"There is no folder {path.parent}."
-    return check.meant(path.name, [each.name for each in path.parent.iterdir()])
+def _refuse_missing(name: str, path: Path, allowed: str) -> None:
+    if not path.exists():
+        is_folder_there = path.parent.is_dir()
+        nearest = check.meant(path.name, [each.name for each in path.parent.iterdir()]) if is_folder_there else ""
+        check.refuse(name, path, allowed, nearest if is_folder_there else f"There is no folder {path.parent}.")
 
 
-def _is_scene(path: str) -> bool:
-    return Path(path).suffix.lower() == ".json" and is_scene_file(path)
+# --- writing ---
 
 
 def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str, compress: Compression = "lz4") -> None:
@@ -124,21 +198,22 @@ def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str, compress: 
     else:
         refuse_suffix(path, "a single mesh", MESH_FORMATS)
     check.choice("compress", compress, get_args(Compression))
+    suffix = path.suffix.lower()
     options: dict[str, Any] = {"compression": None if compress == "none" else compress}
-    if path.suffix.lower() == ".ply":
-        options = {"texture": eight_bit(lit[name]), "recompute_normals": False}
-        lit = _for_ply(lit)
-    target = Path(os.path.realpath(path)) if path.suffix.lower() in _WITH_FOLDER else None
-    try:
-        with written_aside(path) as aside:
-            reserve(aside, _room(lit, path.suffix.lower()))
-            if target is None:
-                _save(lit, aside, options)
-            else:
-                _save_with_folder(lit, aside, target, options)
-    finally:
-        if target is not None:
-            _clear_old_blocks(target)
+    if suffix in (".vtm", ".vtmb"):
+        _save_with_folder(lit, path, options)
+        return
+    if suffix == ".ply":
+        options |= {"texture": eight_bit(lit[name]), "recompute_normals": False}
+        lit = lit.copy(deep=False)  # PyVista adds the colours
+        coordinates = lit.active_texture_coordinates
+        if coordinates is not None and coordinates.dtype != np.float32:  # which VTK's writer crashes at
+            lit.active_texture_coordinates = coordinates.astype(np.float32)
+    with written_aside(path) as aside:
+        if suffix == ".vtkhdf":  # its writer does not notice that a disk is full, nor does the file's length tell
+            chunks = sum(len(part.array_names) + 12 for part in leaves(lit))
+            reserve(aside, sum(map(_data_size, leaves(lit))) + 2**20 * chunks)
+        _save(lit, aside, options)
 
 
 def refuse_suffix(path: Path, what: str, allowed: tuple[str, ...]) -> None:
@@ -154,60 +229,96 @@ def eight_bit(colors: Any) -> np.ndarray[Any, np.dtype[np.uint8]]:
     return np.rint(np.clip(np.asarray(colors), 0.0, 1.0) * 255.0).astype(np.uint8)
 
 
-def _room(lit: Any, suffix: str) -> int:
-    """More bytes than a file will have: twice the memory, and in a .vtkhdf a whole chunk for each array, at least."""
-    chunks = sum(len(part.array_names) + 12 for part in leaves(lit)) if suffix == ".vtkhdf" else 0
-    return 2048 * int(lit.actual_memory_size) + 2**16 + 2**20 * chunks
-
-
-def _for_ply(lit: pv.PolyData) -> pv.PolyData:
-    """A copy to which PyVista can add the colours, with texture coordinates as VTK's writer takes them."""
-    copy = lit.copy(deep=False)
-    coordinates = copy.active_texture_coordinates
-    if coordinates is not None and coordinates.dtype != np.float32:
-        copy.active_texture_coordinates = coordinates.astype(np.float32)
-    return copy
+def _data_size(part: Any) -> int:
+    """Bytes of a mesh's points, arrays and cells, with indices of 8 bytes whatever they are stored in."""
+    arrays = (part.GetPointData(), part.GetCellData(), part.GetFieldData())
+    cells = (
+        (part.GetVerts(), part.GetLines(), part.GetPolys(), part.GetStrips()) if isinstance(part, pv.PolyData) else ()
+    )
+    indices = sum(array.GetNumberOfConnectivityIds() + array.GetNumberOfOffsets() for array in cells)
+    return 1024 * sum(data.GetActualMemorySize() for data in arrays) + 24 * part.n_points + 8 * indices
 
 
 def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:
     """Write a file, and look whether all of it is there: some of VTK's writers do not."""
     complaints: list[str] = []
-    with _heard(complaints):
+    with _complaints_in(complaints):
         try:
-            lit.save(aside, **options)
+            if aside.suffix.lower() == ".vtp" and not _has_room(aside, lit):
+                aside.write_text(_xml_text(lit, options["compression"]), encoding="ascii")
+            else:
+                lit.save(aside, **options)
         except OSError as error:
-            complaints.append(str(error))
-    if not complaints and not aside.is_file():
+            complaints.insert(0, str(error))
+    if not complaints and not (aside.is_file() and aside.stat().st_size):
         complaints.append("there is no file.")
     if complaints:
-        raise ValueError(f"output could not be written: {_first_line(complaints)}")
+        raise ValueError(f"output could not be written: {_first_line(complaints)} There may be no room for it.")
     try:
         refuse_parts(aside)
     except ValueError as error:
         raise ValueError(f"output could not be written. {error}") from error
 
 
-def _save_with_folder(lit: pv.MultiBlock, aside: Path, target: Path, options: dict[str, Any]) -> None:
+def _has_room(aside: Path, lit: pv.PolyData) -> bool:
+    """Whether there is room for the largest .vtp file that a mesh can make, in base64 and if nothing is compressed.
+
+    Where there is none, VTK's writer would end the process; most files are much smaller.
+    """
+    try:
+        reserve(aside, int(1.4 * _data_size(lit)) + 2**16)
+    except OSError:
+        return False
+    return True
+
+
+def _xml_text(lit: pv.PolyData, compression: Any) -> str:
+    """The text of a .vtp file; it takes twice its length of memory, and no disk."""
+    lit._store_metadata()  # as PyVista's `save` does, for arrays of bools and complex numbers
+    writer = pv.XMLPolyDataWriter("", lit)
+    writer.compression = compression
+    writer.writer.WriteToOutputStringOn()
+    writer.write()
+    text: str = writer.writer.GetOutputString()
+    return text
+
+
+def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]) -> None:
     """Write a file that names others in a folder: these are brought to their place first, under names that are new.
 
     So the old file and its blocks are whole until the new one takes its place. A name is that of the folder that is
-    written in, behind the stem.
+    written in, behind the stem. VTK's writer of blocks ends the process where there is no room for one: it writes the
+    file with a point in place of each mesh, and each mesh is then written by itself.
     """
+    target = Path(os.path.realpath(path))
     if target.exists() and not target.is_file():
         check.refuse("path", target, "a file: the blocks need a folder beside it")
-    mark = "-" + aside.parent.name.removeprefix(PREFIX)
-    marked = aside.with_stem(target.stem + mark)
-    _save(lit, marked, options)
-    aside.write_text(marked.read_text(encoding="utf-8").replace(f"{mark}/", "/"), encoding="utf-8")
-    folder, blocks = target.with_suffix(""), sorted(marked.with_suffix("").glob("*"))
     try:
-        if blocks:
-            folder.mkdir(exist_ok=True)
-        for block in blocks:
-            sync(block)
-            block.replace(folder / block.name)
-    except OSError as error:
-        raise ValueError(f"output needs the folder {folder} for its blocks ({error}).") from error
+        with written_aside(path) as aside:
+            mark = "-" + aside.parent.name.removeprefix(PREFIX)
+            marked = aside.with_stem(target.stem + mark)
+            index = map_blocks(blocks, lambda block: pv.PolyData(np.zeros((1, 3))) if _is_surface(block) else block)
+            reserve(aside, 2048 * int(index.actual_memory_size) + 2**12 * (1 + len(leaves(index))))
+            _save(index, marked, options)
+            for number, block in enumerate(blocks.recursive_iterator(skip_none=False, skip_empty=False)):
+                if _is_surface(block):
+                    _save(block, marked.with_suffix("") / f"{marked.stem}_{number}.vtp", options)
+            aside.write_text(marked.read_text(encoding="utf-8").replace(f"{mark}/", "/"), encoding="utf-8")
+            folder, files = target.with_suffix(""), sorted(marked.with_suffix("").glob("*"))
+            try:
+                if files:
+                    folder.mkdir(exist_ok=True)
+                for file in files:
+                    sync(file)
+                    file.replace(folder / file.name)
+            except OSError as error:
+                raise ValueError(f"output needs the folder {folder} for its blocks ({error}).") from error
+    finally:
+        _clear_old_blocks(target)
+
+
+def _is_surface(block: Any) -> bool:
+    return isinstance(block, pv.PolyData) and block.n_points > 0
 
 
 def _clear_old_blocks(target: Path) -> None:
@@ -222,29 +333,25 @@ def _clear_old_blocks(target: Path) -> None:
                 block.unlink(missing_ok=True)
 
 
+# --- what VTK complains about ---
+
+
 @contextmanager
-def _heard(complaints: list[str]) -> Iterator[None]:
-    """Collects VTK's errors, and PyVista's warnings of such errors, instead of letting them be printed.
-
-    One thread at a time: what is changed for that, and put back, is the whole process's.
-    """
-    with _alone:
-        yield from _listened(complaints)
-
-
-def _listened(complaints: list[str]) -> Iterator[None]:
-    logged = logging.root.manager.disable
-    logging.disable(logging.CRITICAL)
-    try:
-        with (
-            pv.vtk_verbosity("off"),
-            warnings.catch_warnings(record=True) as warned,
-            pv.VtkErrorCatcher(send_to_logging=False) as caught,
-        ):
-            warnings.simplefilter("always")
-            yield
-    finally:
-        logging.disable(logged)
+def _complaints_in(complaints: list[str]) -> Iterator[None]:
+    """Collects VTK's errors, and PyVista's warnings of such errors, instead of letting them be printed."""
+    with _one_at_a_time:
+        logged = logging.root.manager.disable
+        logging.disable(logging.CRITICAL)
+        try:
+            with (
+                pv.vtk_verbosity("off"),
+                warnings.catch_warnings(record=True) as warned,
+                pv.VtkErrorCatcher(send_to_logging=False) as caught,
+            ):
+                warnings.simplefilter("always")
+                yield
+        finally:
+            logging.disable(logged)
     complaints += [event.alert for event in caught.error_events]
     complaints += [str(warning.message) for warning in warned if "raised an error" in str(warning.message)]
 

@@ -1,9 +1,11 @@
 import logging
 import os
 import re
+import resource
 import warnings
 from collections import namedtuple
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +13,7 @@ import pytest
 import pyvista as pv
 
 from pvphong.base import files as base_files
+from pvphong.base import processes
 from pvphong.meshes import files as mesh_files
 from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, eight_bit, read_mesh, save_lit
 
@@ -173,22 +176,73 @@ def failing_writer(monkeypatch, kind):
     monkeypatch.setattr(kind, "save", failing)
 
 
-@pytest.mark.parametrize("suffix", [".vtp", ".vtm"])
+FULL = r"^path must be .* needs up to .* MiB on its disk, and 0\.0 are free"
+FAILING = r"^output could not be written: VTK writer failed"
+
+
 @pytest.mark.parametrize(
-    ("mishap", "message"),
+    ("suffix", "mishap", "message"),
     [
-        (full_disk, r"^path must be .* needs up to .* MiB on its disk, and 0\.0 are free"),
-        (failing_writer, r"^output could not be written: VTK writer failed"),
+        (".vtkhdf", full_disk, FULL),
+        (".vtm", full_disk, FULL),
+        (".vtp", failing_writer, FAILING),
+        (".vtm", failing_writer, FAILING),
     ],
 )
 def test_a_mishap_leaves_the_old_file(lit, monkeypatch, suffix, mishap, message):
     Path(f"lit{suffix}").write_text("old")
-    mesh = lit if suffix == ".vtp" else pv.MultiBlock([lit])
+    mesh = pv.MultiBlock([lit]) if suffix == ".vtm" else lit
     mishap(monkeypatch, type(mesh))
     with pytest.raises(ValueError, match=message):
         save(mesh, f"lit{suffix}")
     assert Path(f"lit{suffix}").read_text() == "old"
     assert names() == [f"lit{suffix}"]
+
+
+@contextmanager
+def files_of_at_most(size):
+    """A limit on the size of files, as of a disk that is nearly full."""
+    old = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, old[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, old)
+
+
+@pytest.mark.parametrize("suffix", [".vtp", ".vtk", ".ply", ".vtm"])
+@pytest.mark.usefixtures("lit")
+def test_a_file_needs_no_more_room_than_it_takes_and_without_it_the_old_one_stays(suffix):
+    """Of this mesh much less than its memory."""
+    plane = pv.Plane(i_resolution=200, j_resolution=200)
+    plane["phong"], plane["flag"] = np.full((plane.n_points, 3), 0.5), np.ones(plane.n_points, bool)
+    mesh = pv.MultiBlock({"one": plane, "two": plane.copy()}) if suffix == ".vtm" else plane
+    save(mesh, f"lit{suffix}")
+    size = max(path.stat().st_size for path in Path().rglob("*") if path.is_file())
+    assert suffix in (".vtk", ".ply") or size < 512 * plane.actual_memory_size
+    with files_of_at_most(size + 1):
+        save(mesh, f"lit{suffix}")
+    before = sorted(Path().rglob("*"))
+    with files_of_at_most(size // 2), pytest.raises(ValueError, match=r"^(output could|path must)"):
+        save(mesh, f"lit{suffix}")
+    assert sorted(Path().rglob("*")) == before
+    again = read_mesh(f"lit{suffix}")
+    assert again.bounds == pytest.approx(plane.bounds)
+    assert suffix != ".vtp" or again["flag"].dtype == bool
+
+
+def test_blocks_of_all_sorts_keep_their_places(lit):
+    deep = pv.MultiBlock({"grid": pv.ImageData(dimensions=(2, 2, 2)), "gap": None, "ball": lit.translate((1, 0, 0))})
+    parts = {"gap": None, "hollow": pv.MultiBlock(), "deep": deep}
+    blocks = pv.MultiBlock({**parts, "void": pv.PolyData(), "last": lit})
+    blocks.field_data["made"] = [7.0]
+    save(blocks, "lit.vtm")
+    found = read_mesh("lit.vtm")
+    assert found.keys() == blocks.keys()
+    assert found["deep"].keys() == deep.keys()
+    assert (found["deep"]["ball"], found["last"]) == (deep["ball"], lit)
+    assert (found["gap"], found["deep"]["gap"], found["deep"]["grid"].n_points) == (None, None, 8)
+    assert list(found.field_data["made"]) == [7]
 
 
 # --- reading ---
@@ -223,6 +277,19 @@ def test_what_is_no_whole_mesh_file_is_refused_in_silence_with_one_error(lit, ca
     with pytest.raises(ValueError, match=message):
         read_mesh(name)
     assert capfd.readouterr() == ("", "")
+
+
+def test_where_the_process_is_watched_it_is_while_a_mesh_is_read(lit, monkeypatch):
+    """Whoever reads it: an occluder of the command line's, say."""
+    heard = []
+    monkeypatch.setattr(processes, "worker", processes.Worker(-1))
+    monkeypatch.setattr(processes.Worker, "_say", lambda _worker, message: heard.append(message.split()[::2]))
+    save(lit, "lit.vtp")
+    half_a_file(lit, "half.vtp")
+    read_mesh("lit.vtp")
+    with pytest.raises(ValueError, match="cut short"):
+        read_mesh("half.vtp")
+    assert heard == [["reading", "lit.vtp"], ["done"], ["reading", "half.vtp"], ["done"]]
 
 
 def test_a_table_is_no_mesh(monkeypatch, tmp_path):

@@ -5,7 +5,7 @@ import pytest
 import pyvista as pv
 
 import pvphong
-from pvphong.meshes import guarded
+from pvphong.meshes import files
 
 DIES = "import os, sys; from pvphong.base import processes as p; w = p.begin_work(int(sys.argv[3])); {}"
 READING = "w.reading(sys.argv[1], 0.3); "
@@ -50,7 +50,7 @@ def test_what_the_other_process_refuses_is_refused_in_the_same_words():
     ],
 )
 def test_the_end_of_the_other_process_is_an_error(monkeypatch, work, message):
-    monkeypatch.setattr(guarded, "_CHILD", DIES.format(work))
+    monkeypatch.setattr(files, "_CHILD", DIES.format(work))
     with pytest.raises(ValueError, match=message):
         pvphong.read("some.vtk", guarded=True)
 
@@ -58,6 +58,6 @@ def test_the_end_of_the_other_process_is_an_error(monkeypatch, work, message):
 def test_guarded_is_a_flag_and_needs_a_python_that_can_be_started(monkeypatch):
     with pytest.raises(ValueError, match=r"^guarded must be True or False"):
         pvphong.read("some.vtk", guarded="yes")
-    monkeypatch.setattr(guarded.sys, "executable", "/opt/viewer")
+    monkeypatch.setattr(files.sys, "executable", "/opt/viewer")
     with pytest.raises(ValueError, match=r"^guarded must be False where Python cannot start itself"):
         pvphong.read("some.vtk", guarded=True)
