@@ -13,11 +13,10 @@ from typing import Any, ParamSpec
 
 import numpy as np
 
-from pvphong.base import check
+from pvphong.base import check, threads
 from pvphong.base.types import Float64Array
 from pvphong.scene.scene import Scene, as_scene
 from pvphong.shading import evaluation, kernel
-from pvphong.shading.kernel import pool
 from pvphong.shading.result import Shading
 from pvphong.shading.vertices import Vertices
 
@@ -69,7 +68,7 @@ def _without_rows(name: str, array: Any) -> Any:
 
 def _lit(*arrays: Any, names: Sequence[str], **options: Any) -> Shading:
     """One chunk, by this thread alone."""
-    with pool.single_threaded():
+    with threads.limited(1):
         return evaluation.evaluate(**dict(zip(names, arrays, strict=True)), **options)
 
 

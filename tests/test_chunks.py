@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import pvphong as ph
+from pvphong.base import threads
 from pvphong.shading import evaluation, kernel
-from pvphong.shading.kernel import pool
 
 dask = pytest.importorskip("dask")
 da = pytest.importorskip("dask.array")
@@ -77,7 +77,7 @@ def test_nothing_is_computed_before_it_is_asked_for_and_then_once(monkeypatch):
     calls, whole = [], evaluation.evaluate
 
     def counted(points, *given, **options):
-        calls.append((len(points), pool.count(), threading.get_ident()))
+        calls.append((len(points), threads.count(), threading.get_ident()))
         return whole(points, *given, **options)
 
     monkeypatch.setattr(evaluation, "evaluate", counted)

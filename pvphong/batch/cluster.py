@@ -9,8 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from pvphong.base import check
-from pvphong.shading.kernel import pool
+from pvphong.base import check, threads
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -79,7 +78,7 @@ def _local(workers: int | None, held: ExitStack) -> Client:
     import dask
     from distributed import Client, LocalCluster
 
-    count = pool.count() if workers is None else int(check.number("workers", workers, at_least=1.0))
+    count = threads.count() if workers is None else int(check.number("workers", workers, at_least=1.0))
     held.enter_context(dask.config.set({"distributed.scheduler.worker-saturation": 1.0}))
     try:
         cluster = LocalCluster(

@@ -12,7 +12,7 @@ from typing import Any
 
 import pyvista as pv
 
-from pvphong.base import check
+from pvphong.base import check, threads
 from pvphong.batch import receipts
 from pvphong.batch.indices import Declared
 from pvphong.batch.listing import Piece
@@ -25,7 +25,6 @@ from pvphong.meshes.lit import shade_mesh
 from pvphong.meshes.surfaces import has_normals, surface
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
-from pvphong.shading.kernel import pool
 
 _NORMALS = "_pvphong_normals"
 _TYPES = {"f": "Float{}", "i": "Int{}", "u": "UInt{}", "b": "UInt{}"}
@@ -127,7 +126,7 @@ def light(piece: Piece, job: Job, neighbours: Neighbours | None = None, made_fro
         Checksum of all of that surface; the file's own if not given.
     """
     try:
-        with pool.single_threaded():
+        with threads.limited(1):
             return _light(piece, job, neighbours, made_from)
     except Exception as error:  # one file must not stop the others, whatever is wrong with it
         return Outcome(reason=reason_of(error))

@@ -8,13 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
+from pvphong.base import threads
 from pvphong.base.types import Float64Array, FloatArray, IntArray
 from pvphong.base.vectors import unit
 from pvphong.geometry.convex import is_convex
 from pvphong.geometry.extent import Extent
 from pvphong.rays.faces import BlockingFaces
 from pvphong.rays.starts import into_faces
-from pvphong.shading.kernel import pool
 
 # Finding out whether a mesh of more faces is convex would take longer than its rays.
 _MOST_FACES = 2**15
@@ -61,7 +61,7 @@ class Receiver:
         def work(first: int, last: int) -> None:
             result[first:last] = unit(normals[first:last].T.astype(np.float64))[0].T
 
-        pool.run(work, len(normals), _NORMALS_AT_ONCE)
+        threads.run(work, len(normals), _NORMALS_AT_ONCE)
         return result
 
     @cached_property

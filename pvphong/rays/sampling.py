@@ -23,8 +23,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pvphong.base import threads
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
-from pvphong.shading.kernel import pool
 
 MOST_RAYS = 4096
 """Of a vertex at one target: into so many parts that is divided; a power of two."""
@@ -148,12 +148,12 @@ def look(count: int, ask: Ask, effort: Effort, triangles: NDArray[np.int64]) -> 
     def begin_again(start: int, stop: int) -> None:
         go_on(near[start:stop], _looked(near[start:stop], ask, 0, first))
 
-    pool.run(begin, count, max(_RAYS_AT_ONCE // first, 1))
+    threads.run(begin, count, max(_RAYS_AT_ONCE // first, 1))
     if effort.samples is not None:
         return Seen(part, error, int(rays.sum()))
     agreed = (part == 0.0) | (part == 1.0)
     near = np.flatnonzero(agreed & _is_near_others(part, triangles))
-    pool.run(begin_again, len(near), _GOING_ON_AT_ONCE)
+    threads.run(begin_again, len(near), _GOING_ON_AT_ONCE)
     return Seen(part, error, int(rays.sum()) + first * len(near))
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from pvphong.base import threads
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.base.vectors import dot
 from pvphong.optics.light import Light
@@ -16,7 +17,6 @@ from pvphong.rays.occluders import Occluders
 from pvphong.rays.receiver import Receiver
 from pvphong.rays.sampling import MOST_RAYS, Ask, Effort, Seen, in_tree_order, look
 from pvphong.rays.targets import Target, Targets
-from pvphong.shading.kernel import pool
 
 _VERTICES_AT_ONCE = 2**16
 # Into so many lights without a size one with a size is divided.
@@ -75,7 +75,7 @@ class Tracer:
             part[rows] = ~self.occluders.blocked(begins, ways, end)
             rays.append(len(rows))
 
-        pool.run(work, count, _VERTICES_AT_ONCE)
+        threads.run(work, count, _VERTICES_AT_ONCE)
         return Seen(part, np.zeros(count), sum(rays) * bool(self.occluders.casters))
 
     def _see_part(self, light: Light) -> Seen:

@@ -18,6 +18,7 @@ from rich.table import Table
 from textbook import shade as textbook
 from textbook import vertices
 
+from pvphong.base import threads
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
@@ -25,7 +26,6 @@ from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading import kernel
 from pvphong.shading.assembly import assemble
-from pvphong.shading.kernel import pool
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.result import Shading
@@ -121,7 +121,7 @@ def least_times(calls, repeats, clock=time.perf_counter):
 
 def least_times_alone(calls, repeats):
     """Seconds of processor time of the fastest repeat of each call on one thread."""
-    with pool.limited(1):
+    with threads.limited(1):
         return least_times(calls, repeats, time.thread_time)
 
 
@@ -175,7 +175,7 @@ def measure_growth():
         count: compiled(tuple(np.resize(array, (count, 3)) for array in few), scene_of(*LAMPS), SHINY, np.float32)
         for count in SIZES
     }
-    with pool.limited(1):
+    with threads.limited(1):
         for _ in range(TURNS):
             for count, call in calls.items():
                 call()

@@ -11,10 +11,10 @@ import pyvista as pv
 from pyvista import examples
 
 import pvphong as ph
+from pvphong.base import threads
 from pvphong.base.text import listening
 from pvphong.rays import casting, sampling, visibility
 from pvphong.rays.locator import Locator
-from pvphong.shading.kernel import pool
 
 SUN = ph.DirectionalLight(direction=(0, 0, -1), name="sun")
 LAMP = ph.PointLight(position=(0, 0, 4), name="lamp")
@@ -156,7 +156,7 @@ def soft():
 def test_equal_calls_give_equal_bits_whatever_the_chunks_and_threads(monkeypatch):
     ground, rig, blockers = soft()
     usual = ground.phong.visibility(rig, **blockers)
-    with pool.limited(1):
+    with threads.limited(1):
         monkeypatch.setattr(sampling, "_RAYS_AT_ONCE", 1000)
         other = ground.phong.visibility(rig, **blockers)
         np.testing.assert_array_equal(other.per_light, usual.per_light)

@@ -10,8 +10,8 @@ import numpy as np
 from stability.ledger import U, V, record
 
 from pvphong import LightModel, Material, Scene, Shading, evaluate
+from pvphong.base import threads
 from pvphong.shading import reference
-from pvphong.shading.kernel import pool
 
 STEPS = {"float32": V, "float64": U}
 
@@ -50,7 +50,7 @@ class Evaluator:
         options |= {"precision": self.precision, "backend": self.backend}
         if self.backend == "numpy":
             return evaluate(points, normals, scene, material, **options)
-        with mock.patch.object(reference, "shade", side_effect=Declined), pool.limited(1):
+        with mock.patch.object(reference, "shade", side_effect=Declined), threads.limited(1):
             return evaluate(points, normals, scene, material, **options)
 
     def record(self, row: str, observed: Any, bound: Any) -> None:

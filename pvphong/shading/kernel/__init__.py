@@ -1,10 +1,10 @@
-"""The fused evaluator: the same equation as `reference.py`, compiled by Numba, parallel and vectorised.
+"""The kernel: the same equation and the same formulas as `reference.py`, compiled by Numba, on several threads.
 
 Numba is an optional extra. It is imported when the kernel is first asked for, and what it compiles is kept on disk. Who
 does not want to wait for a compiler is declined until the code is there, and a process of its own makes it meanwhile.
-What cannot be run here is declined too, cheaply, and belongs to the reference: component arrays are wanted, a light or
-reflectance has no stage, a scene coordinate lies beyond 2¹⁰⁰, an attenuation or a matrix has an entry that is not
-between that and 2⁻¹⁰⁰, or a light is brighter than its stage takes.
+What cannot be run here is declined too, cheaply, and belongs to the reference: component arrays are wanted, a light has
+no placement, a reflectance's formula is not marked as one, a scene coordinate lies beyond 2¹⁰⁰, an attenuation or a
+matrix has an entry that is not between that and 2⁻¹⁰⁰, or a light is brighter than its stage takes.
 Single vertices are declined too, and the reference lights those: on a light or the eye, not finite, or so far from a
 light or so near it that float32 does not hold the products.
 
@@ -12,11 +12,11 @@ The kernel differs from the reference by rounding alone. float32 results come fr
 included: differences of positions have full relative precision however far the scene is from the origin, and a
 highlight errs by at most (4√n + 10) · 2⁻²⁴ for shininess n.
 
-Where to look: `driver` lights block after block and calls the stages, which lights and reflectances write with the
-names in `toolkit`; `caps` and `sides` have what they need for lights with a size; `ways` has what concerns directions
-and distances, attenuation included; `records` is the form in which it takes an equation; `facets` sums the normals of
-meshes, which `normals` shares out; `running` calls compiled code, on the threads of `pool`; `keeping` compiles, `store`
-has the code on disk, `compiling` knows all that there is to compile, and `background` has another process do it.
+In reading order: `evaluation` brings arrays to the driver; `driver` lights block after block; `vertices` is
+what a block holds and how it is loaded; `stages` puts a loop around the formula of a light or a reflectance; `area` has
+lights with a size; `colors` adds up what they give. `records` is the form in which the driver takes an equation,
+`arithmetic` what compiled code calculates with, `code` compiles and has the code on disk, `ahead` compiles all there
+is. `normals` sums the normals of meshes.
 """
 
 from __future__ import annotations
@@ -27,26 +27,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
-import numpy as np
 from numpy.typing import NDArray
 
 from pvphong.base import check
 from pvphong.base.types import Backend, Float64Array, FloatArray, Weighting
-from pvphong.shading.albedo import reflectances
 from pvphong.shading.equation import Equation
-from pvphong.shading.kernel import normals as over_faces
-from pvphong.shading.kernel import pool
-from pvphong.shading.kernel.background import NotCompiled, Request, ask_for
-from pvphong.shading.kernel.running import Call, Memory, address, is_plain, parts, ready
-from pvphong.shading.reference import shade as light_by_reference
 from pvphong.shading.result import Shading
 
 if TYPE_CHECKING:
-    from pvphong.shading.kernel.keeping import Library
-    from pvphong.shading.kernel.terms import Codes
+    from pvphong.shading.kernel.code import Library
 
-# Vertices that a thread searches for bounds at a time.
-_SEARCHED = 2**17
 # Rows from which their bounds are found in less time than NumPy takes.
 _MANY = 2**15
 
@@ -98,7 +88,7 @@ def _library() -> Library | None:
     try:
         from numba import config
 
-        from pvphong.shading.kernel.keeping import Library
+        from pvphong.shading.kernel.code import Library
     except ImportError:
         return None
     return None if config.DISABLE_JIT else Library()
@@ -131,7 +121,7 @@ def compile_all(report: Callable[[str, int, int], object]) -> Path:
     if library is None:
         where, remedy = obstacle() or ("", "")
         raise CannotCompile(f"nothing can be compiled {where}. {remedy}")
-    from pvphong.shading.kernel.compiling import is_kept, pieces
+    from pvphong.shading.kernel.ahead import is_kept, pieces
 
     folder = library.folder
     if folder is None:
@@ -188,83 +178,14 @@ def shade(
     bool
         False if the equation was declined and nothing was written.
     """
-    rgb, whole = result.rgb, whole or equation
     library = _library()
-    if result.base is not None or not rgb.flags.c_contiguous or library is None:
+    if library is None:
         return False
-    from pvphong.shading.kernel import records
+    from pvphong.shading.kernel import evaluation
 
-    real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
-    codes = records.codes_of(whole, _name_of(real), has_albedo=albedo is not None)
-    if codes is None:
-        return False
-    read = [points] * whole.needs_points + [normals] * whole.needs_normals
-    stored = np.result_type(real, *read)
-    request = Request(equation, _name_of(stored), _name_of(real))
-    if channels is not None:
-        channels = np.ascontiguousarray(channels, real)
-    call = _prepared(
-        request,
-        codes,
-        library,
-        waits,
-        has_albedo=albedo is not None,
-        is_display=rgb.dtype == np.uint8,
-        channel_length=len(rgb),
-    )
-    if call is None:
-        return False
-    vertices = [
-        (points if equation.needs_points else None, stored),
-        (normals if equation.needs_normals else None, stored),
-    ]
-    for part in parts([*vertices, (albedo, real)], len(rgb)):
-        shades = None if albedo is None else albedo[part]
-        if shades is not None and shades.dtype != real:
-            shades = reflectances(shades)  # the kernel clips what it gets, but this may not even fit its type
-        arrays = [*(None if array is None else array[part] for array, _ in vertices), shades]
-        plain = [ready(array, dtype) for array, dtype in zip(arrays, (stored, stored, real), strict=True)]
-        seen = None if channels is None else channels[:, part]
-        for rows in call.light([*plain, seen, rgb[part]]):
-            _light_declined(points[part], normals[part], shades, equation, rgb[part], rows, seen)
-    _Process.has_run = True
-    return True
-
-
-@functools.cache
-def _name_of(kind: np.dtype[Any]) -> str:
-    return kind.name  # NumPy takes microseconds to put it together
-
-
-def _prepared(request: Request, codes: Codes, library: Library, waits: bool, **flags: Any) -> Call | None:
-    """Driver and records for a request; None if there is no code, which another process then compiles."""
-    source = library if waits else library.at_hand
-    from pvphong.shading.kernel import records
-
-    equation, stored, real = request
-    try:
-        driver = source.driver(stored, real)
-        return Call(driver, records.records_of(equation, codes, source, real, is_wide=stored != real, **flags))
-    except NotCompiled as missing:
-        ask_for(missing.key, request, library.lock)
-        return None
-
-
-def _light_declined(
-    points: FloatArray,
-    normals: FloatArray,
-    albedo: FloatArray | None,
-    equation: Equation,
-    rgb: Any,
-    rows: Any,
-    channels: FloatArray | None,
-) -> None:
-    """Colours of some vertices by the reference."""
-    shades = None if albedo is None else albedo[rows]
-    lit = Shading(np.empty((len(rows), 3), np.float32 if rgb.dtype == np.uint8 else rgb.dtype))
-    seen = None if channels is None else channels[:, rows]
-    light_by_reference(points[rows], normals[rows], equation, shades, lit, seen)
-    rgb[rows] = np.rint(np.clip(lit.rgb, 0.0, 1.0) * 255.0) if rgb.dtype == np.uint8 else lit.rgb
+    done = evaluation.shade(library, points, normals, equation, albedo, result, whole or equation, channels, waits)
+    _Process.has_run |= done
+    return done
 
 
 def find_bounds(rows: FloatArray) -> tuple[Float64Array, Float64Array] | None:
@@ -273,22 +194,11 @@ def find_bounds(rows: FloatArray) -> tuple[Float64Array, Float64Array] | None:
     None where NumPy is to look for them: for few rows, and where compiled code has not run in this process.
     """
     library = _library() if _Process.has_run and len(rows) >= _MANY else None
-    if library is None or rows.dtype not in (np.float32, np.float64) or not is_plain(rows, rows.dtype):
+    if library is None:
         return None
-    try:
-        search = library.at_hand.extremes(_name_of(rows.dtype))
-    except NotCompiled as missing:
-        ask_for(missing.key, None, library.lock)
-        return None
-    found = np.full((-(-len(rows) // _SEARCHED), 6), np.nan)
+    from pvphong.shading.kernel import normals as of_meshes
 
-    def work(first: int, last: int) -> None:
-        low_and_high = np.empty(6)
-        if search(address(rows), first, last, Memory.of_thread().addresses[0], address(low_and_high)):
-            found[first // _SEARCHED] = low_and_high
-
-    pool.run(work, len(rows), _SEARCHED)
-    return found[:, :3].min(axis=0), found[:, 3:].max(axis=0)
+    return of_meshes.find_bounds(library, rows)
 
 
 def point_normals(
@@ -313,12 +223,8 @@ def point_normals(
     library = _library()
     if library is None:
         return None
-    source = library if waits else library.at_hand
-    try:
-        survey, find = source.survey(), source.normals()
-    except NotCompiled as missing:
-        ask_for(missing.key, None, library.lock)
-        return None
-    result = over_faces.point_normals(points, connectivity, offsets, weighting, survey, find)
-    _Process.has_run = True
+    from pvphong.shading.kernel import normals as of_meshes
+
+    result = of_meshes.point_normals(library if waits else library.at_hand, points, connectivity, offsets, weighting)
+    _Process.has_run |= result is not None
     return result

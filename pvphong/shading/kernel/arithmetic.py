@@ -19,6 +19,10 @@ float64  log2(1 + t) = z·P(z²), P of degree 7,  2^r = 1 + r·Q(r), Q of
 Only in these polynomials is LLVM free to contract a product and a sum into one rounding: no digit depends on two.
 Everything else in the kernel is plain IEEE arithmetic, with `multiply_add` where one rounding is wanted, so that a
 vertex's bits depend neither on its place in a block nor on its neighbours.
+
+At the end: what compiled code does with memory that it is given as a plain pointer, which compiles in half the time of
+Numba's arrays and counts no references; calls through addresses, so that no driver is compiled anew for a new light;
+and the operations of `pvphong.base.formulas`.
 """
 
 from __future__ import annotations
@@ -30,6 +34,7 @@ from typing import Any, TypeVar, cast
 import numba
 import numpy as np
 from llvmlite import ir
+from numba.core import types
 from numba.extending import intrinsic, overload, register_jitable
 
 from pvphong.base import formulas
@@ -212,17 +217,82 @@ def _exp2(y: Any) -> Any:
     return implementation
 
 
-# --- the operations of `pvphong.base.formulas`, on one vertex's numbers
-
-_INLINED = {"error_model": "numpy", "_nrt": False, "forceinline": True}
+# --- memory behind plain pointers, and calls through addresses
 
 
 @intrinsic
-def _cast_like(_typing: Any, x: Any, value: Any) -> Any:
+def like(_typing: Any, rows: Any, value: Any) -> Any:
+    """A number in the type of rows, or of a number."""
+    kind = getattr(rows, "dtype", rows)
+
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return context.cast(builder, arguments[1], signature.args[1], signature.return_type)
 
-    return x(x, value), generate
+    return kind(rows, value), generate
+
+
+@intrinsic
+def shifted(_typing: Any, pointer: Any, count: Any) -> Any:  # noqa: ARG001 Numba wants it by name
+    """The pointer to what stands so many entries further on."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.gep(*arguments[:1], [arguments[1]])
+
+    return pointer(pointer, types.intp), generate
+
+
+@intrinsic
+def nowhere(_typing: Any, pointer: Any) -> Any:
+    """A pointer of the same type to nothing."""
+
+    def generate(_context: Any, _builder: Any, _signature: Any, arguments: Any) -> Any:
+        return arguments[0].type(None)
+
+    return pointer(pointer), generate
+
+
+@intrinsic
+def is_nowhere(_typing: Any, pointer: Any) -> Any:
+    """Whether a pointer is to nothing."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.icmp_unsigned("==", arguments[0], arguments[0].type(None))
+
+    return types.boolean(pointer), generate
+
+
+@intrinsic
+def taken(_typing: Any, counter: Any, count: Any) -> Any:  # noqa: ARG001 Numba wants it by name
+    """A counter's value before so much was added to it, at once, whatever other threads do."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.atomic_rmw("add", *arguments, "seq_cst")
+
+    return types.intp(counter, types.intp), generate
+
+
+def _call(result: Any) -> Any:
+    """Compiled code that calls a function at an address with three pointers."""
+
+    @intrinsic
+    def call(_typing: Any, address: Any, numbers: Any, rows: Any, points: Any) -> Any:  # noqa: ARG001 Numba's names
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            target, *pointers = arguments
+            kind = ir.FunctionType(context.get_data_type(result), [pointer.type for pointer in pointers])
+            given = builder.call(builder.inttoptr(target, kind.as_pointer()), pointers)
+            return context.data_model_manager[signature.return_type].from_data(builder, given)
+
+        return result(types.intp, numbers, rows, points), generate
+
+    return call
+
+
+call_light, call_reflectance = _call(types.boolean), _call(types.intp)
+
+
+# --- the operations of `pvphong.base.formulas`, on one vertex's numbers
+
+_INLINED = {"error_model": "numpy", "_nrt": False, "forceinline": True}
 
 
 _TO_BASE_2 = math.log2(math.e)
@@ -233,8 +303,8 @@ _OPERATIONS: dict[Callable[..., Any], Callable[..., Any]] = {
     formulas.maximum: lambda a, b: max(a, b),
     formulas.where: lambda condition, a, b: a if condition else b,
     formulas.multiply_add: lambda a, b, c: multiply_add(a, b, c),
-    formulas.like: lambda x, value: _cast_like(x, value),
-    formulas.exponential: lambda x: exp2(x * _cast_like(x, _TO_BASE_2)),
+    formulas.like: lambda x, value: like(x, value),
+    formulas.exponential: lambda x: exp2(x * like(x, _TO_BASE_2)),
 }
 
 _BOUND: list[Callable[..., Any]] = []

@@ -13,13 +13,10 @@ from typing import Any
 import numpy as np
 
 from pvphong.shading.kernel import rims
-from pvphong.shading.kernel import rows as at
+from pvphong.shading.kernel import vertices as at
 from pvphong.shading.kernel.angles32 import angle_above, less_arctan
-from pvphong.shading.kernel.arithmetic import exp2, exp2_less_one32, inlined, log2_power, multiply_add, plain
-from pvphong.shading.kernel.pointers import like
-from pvphong.shading.kernel.rows import BLOCK
-from pvphong.shading.kernel.vectors import square_of
-from pvphong.shading.kernel.ways import mirrored_viewer, normal_dot
+from pvphong.shading.kernel.arithmetic import exp2, exp2_less_one32, inlined, like, log2_power, multiply_add, plain
+from pvphong.shading.kernel.vertices import BLOCK, mirrored_viewer, normal_dot, square_of
 
 _F = np.float32
 _ZERO, _HALF, _ONE, _TWO = _F(0.0), _F(0.5), _F(1.0), _F(2.0)

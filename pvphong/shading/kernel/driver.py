@@ -10,29 +10,85 @@ from __future__ import annotations
 
 from typing import Any
 
+from llvmlite import ir
 from numba import carray
+from numba.core import types
+from numba.extending import intrinsic
 
-from pvphong.shading.kernel import adding, colors, loading, prefetch, sunlight, ways
-from pvphong.shading.kernel import rows as at
-from pvphong.shading.kernel.arithmetic import pasted
-from pvphong.shading.kernel.pointers import call_light, call_reflectance, like, nowhere, shifted, taken
-from pvphong.shading.kernel.rows import AT_WORK, BEGUN, BLOCK, GROUP, LEFT
-from pvphong.shading.kernel.vectors import in_type
+from pvphong.shading.kernel import colors, vertices
+from pvphong.shading.kernel import vertices as at
+from pvphong.shading.kernel.arithmetic import (
+    call_light,
+    call_reflectance,
+    inlined,
+    like,
+    nowhere,
+    pasted,
+    shifted,
+    taken,
+)
+from pvphong.shading.kernel.vertices import AT_WORK, BEGUN, BLOCK, GROUP, LEFT, LINE, in_type
+
+# Memory for the next block is asked for while this one's lights are computed: a processor guesses how a stream goes on
+# only while it is being read, and a block is read and written in bursts with much arithmetic between them. It can wait
+# for some two dozen cache lines at once, which is one array's share of a block in float32; so each light goes with one
+# array, and what is written first, because it is waited for longest.
+
+
+def _prefetch(for_writing: int) -> Any:
+    """Compiled code that asks for the cache lines of a block's vectors; LLVM's hint, which never fails."""
+
+    @intrinsic
+    def prefetch(_typing: Any, array: Any, first: Any) -> Any:  # noqa: ARG001 Numba wants it by name
+        size = array.dtype.bitwidth // 8
+
+        def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+            array, first = arguments
+            byte, i32 = ir.IntType(8).as_pointer(), ir.IntType(32)
+            kind = ir.FunctionType(ir.VoidType(), [byte, i32, i32, i32])
+            function = builder.module.declare_intrinsic("llvm.prefetch", [byte], kind)
+            start = builder.bitcast(builder.gep(array, [builder.mul(first, first.type(3))]), byte)
+            for offset in range(0, 3 * BLOCK * size, LINE):
+                line = builder.gep(start, [first.type(offset)])
+                builder.call(function, [line, i32(for_writing), i32(3), i32(1)])  # into the nearest cache, of data
+            return context.get_dummy_value()
+
+        return types.void(array, types.intp), generate
+
+    return prefetch
+
+
+_to_read, _to_write = _prefetch(0), _prefetch(1)
+
+
+@inlined
+def _prefetch_block(turn: int, first: int, points: Any, normals: Any, rgb: Any, display: Any, s: Any) -> None:
+    """Ask for the block that begins with vertex `first`: its colours at turn 0, its normals at 1, its points at 2."""
+    if turn == 0:
+        if s.is_display:
+            _to_write(display, first)
+        else:
+            _to_write(rgb, first)
+    elif turn == 1:
+        if s.needs_normals:
+            _to_read(normals, first)
+    elif turn == 2 and s.needs_points:
+        _to_read(points, first)
 
 
 @pasted
 def _load_normals(array: Any, start: int, count: int, s: Any, rows: Any, wide: Any) -> bool:
     """Normals into their rows; whether none is declined."""
     if s.turns_normals:
-        loading.split(array, start, count, wide)
-        loading.rotate_normals(s.normal_matrix, wide, rows)
+        vertices.split(array, start, count, wide)
+        vertices.rotate_normals(s.normal_matrix, wide, rows)
     else:
-        loading.split(array, start, count, shifted(rows, at.NX))
-    if loading.measure_normals(rows):
+        vertices.split(array, start, count, shifted(rows, at.NX))
+    if vertices.measure_normals(rows):
         return True
-    loading.split(array, start, count, wide)
-    good = loading.scale_normals(wide, s.normal_matrix, s.turns_normals, rows)
-    loading.measure_normals(rows)
+    vertices.split(array, start, count, wide)
+    good = vertices.scale_normals(wide, s.normal_matrix, s.turns_normals, rows)
+    vertices.measure_normals(rows)
     return good
 
 
@@ -41,12 +97,12 @@ def _look(s: Any, rows: Any, points: Any) -> bool:
     """Directions to the viewer, and normals turned to it; whether no vertex is declined."""
     good = True
     if s.needs_eye:
-        good = ways.approach(rows, points, s.eye[0], s.eye[1], s.eye[2])
-        ways.look(rows)
+        good = vertices.approach(rows, points, s.eye[0], s.eye[1], s.eye[2])
+        vertices.look(rows)
     if s.is_flipped:
-        ways.turn_normals(rows, not s.has_local_facing)
+        vertices.turn_normals(rows, not s.has_local_facing)
     if s.has_lobes_of_viewer:
-        ways.face(rows)
+        vertices.face(rows)
     return good
 
 
@@ -55,13 +111,13 @@ def _add_lambert(t: Any, varies: bool, gain: Any, rows: Any) -> None:
     """Add the light of one of which Lambert's factor alone is wanted."""
     red, green, blue = in_type(t.colors[0], rows)
     if t.is_even and varies:
-        adding.add_parallel_weakened(rows, red, green, blue, *in_type(t.way, rows))
+        colors.add_parallel_weakened(rows, red, green, blue, *in_type(t.way, rows))
     elif t.is_even:
-        adding.add_parallel(rows, red, green, blue, *in_type(t.way, rows))
+        colors.add_parallel(rows, red, green, blue, *in_type(t.way, rows))
     elif varies:
-        adding.add_weakened(rows, gain, red, green, blue)
+        colors.add_weakened(rows, gain, red, green, blue)
     else:
-        adding.add_lambert(rows, red, green, blue)
+        colors.add_lambert(rows, red, green, blue)
 
 
 @pasted
@@ -70,17 +126,17 @@ def _add_lobes(t: Any, s: Any, reflected: int, varies: bool, gain: Any, rows: An
     if varies:
         for lobe in range(3):
             if reflected & (1 << lobe):
-                adding.weaken(rows, at.FIRST + lobe * BLOCK, gain)
+                colors.weaken(rows, at.FIRST + lobe * BLOCK, gain)
     if not s.has_albedo and reflected == 7:
-        adding.add_three(rows, *in_type(t.colors[0], rows), *in_type(t.colors[1], rows), *in_type(t.colors[2], rows))
+        colors.add_three(rows, *in_type(t.colors[0], rows), *in_type(t.colors[1], rows), *in_type(t.colors[2], rows))
         return
     if not s.has_albedo and reflected & 3 == 3:
-        adding.add_two(rows, *in_type(t.colors[0], rows), *in_type(t.colors[1], rows))
+        colors.add_two(rows, *in_type(t.colors[0], rows), *in_type(t.colors[1], rows))
         reflected &= ~3
     for lobe in range(3):
         if reflected & (1 << lobe):
             target = at.HR if s.has_albedo and not s.takes_albedo & (1 << lobe) else at.R
-            adding.add_lobe(rows, at.FIRST + lobe * BLOCK, target, *in_type(t.colors[lobe], rows))
+            colors.add_lobe(rows, at.FIRST + lobe * BLOCK, target, *in_type(t.colors[lobe], rows))
 
 
 @pasted
@@ -89,13 +145,13 @@ def _add_ambient(t: Any, s: Any, rows: Any) -> None:
     color, gain = in_type(t.ambient, rows), like(rows, t.gain)
     if s.sky < 0:
         if t.varies:
-            adding.add_strength(rows, gain, *color)
+            colors.add_strength(rows, gain, *color)
         else:
-            adding.add_evenly(rows, *color)
+            colors.add_evenly(rows, *color)
     elif t.varies:
-        adding.add_strength_under_sky(rows, gain, *color)
+        colors.add_strength_under_sky(rows, gain, *color)
     else:
-        adding.add_sky(rows, *color)
+        colors.add_sky(rows, *color)
 
 
 @pasted
@@ -112,15 +168,15 @@ def _add_light(
         return good
     varies, gain = t.varies, like(rows, t.gain)
     if t.visible >= 0:
-        loading.take(shifted(channels, t.visible * s.channel_length), first, count, shifted(rows, at.VISIBLE))
-        adding.block(rows, gain, varies)
+        vertices.take(shifted(channels, t.visible * s.channel_length), first, count, shifted(rows, at.VISIBLE))
+        colors.block(rows, gain, varies)
         varies, gain = True, like(rows, 1.0)
     if not t.reflects:
         _add_lambert(t, varies, gain, rows)
         return good
     if t.is_even:
-        adding.fill(rows, at.DX, *in_type(t.way, rows))
-        ways.measure_ways(rows)
+        colors.fill(rows, at.DX, *in_type(t.way, rows))
+        vertices.measure_differences(rows)
     _add_lobes(t, s, t.wanted & call_reflectance(t.reflects, numbers, rows, points), varies, gain, rows)
     return good
 
@@ -148,30 +204,30 @@ def _light(
     places = nowhere(wide)
     if s.is_wide:
         places = wide
-        loading.split(points, first, count, wide)
+        vertices.split(points, first, count, wide)
         if s.moves_points:
-            loading.transform(s.matrix, s.w, wide)
+            vertices.transform(s.matrix, s.w, wide)
     elif s.needs_points:
-        loading.split(points, first, count, shifted(rows, at.PX))
+        vertices.split(points, first, count, shifted(rows, at.PX))
     good = _look(s, rows, places) & good
     if s.tangents >= 0:
         for axis in range(3):
             channel = shifted(channels, (s.tangents + axis) * s.channel_length)
-            loading.take(channel, first, count, shifted(rows, at.TX + axis * BLOCK))
-        ways.straighten_tangents(rows)
+            vertices.take(channel, first, count, shifted(rows, at.TX + axis * BLOCK))
+        vertices.straighten_tangents(rows)
     if s.sky >= 0:
-        loading.take(shifted(channels, s.sky * s.channel_length), first, count, shifted(rows, at.SKY))
-        adding.fill_under_sky(rows, *in_type(s.base, rows), *in_type(s.own, rows))
+        vertices.take(shifted(channels, s.sky * s.channel_length), first, count, shifted(rows, at.SKY))
+        colors.fill_under_sky(rows, *in_type(s.base, rows), *in_type(s.own, rows))
     else:
-        adding.fill(rows, at.R, *in_type(s.base, rows))
+        colors.fill(rows, at.R, *in_type(s.base, rows))
     if s.has_albedo:
-        adding.fill(rows, at.HR, *in_type(s.emission, rows))
+        colors.fill(rows, at.HR, *in_type(s.emission, rows))
     for turn in range(len(terms)):
-        prefetch.ask(turn, first + BLOCK, points, normals, rgb, display, s)
+        _prefetch_block(turn, first + BLOCK, points, normals, rgb, display, s)
         own = shifted(numbers, (turn + 1) * s.stride)
         good = _add_light(first, count, channels, terms[turn], s, numbers, own, rows, places) & good
     if s.has_albedo:
-        loading.split(albedo, first, count, shifted(rows, at.ALBEDO_R))
+        vertices.split(albedo, first, count, shifted(rows, at.ALBEDO_R))
         colors.tint(rows)
     if s.exponent != 1.0:
         colors.encode(rows, like(rows, s.exponent))
@@ -208,7 +264,7 @@ def _light_group(
     none = True
     for first in range(start, stop, BLOCK):
         count = min(stop - first, BLOCK)
-        if s.is_sunlit and count == BLOCK and sunlight.shine_on(normals, first, s, terms[0], rgb):
+        if s.is_sunlit and count == BLOCK and colors.shine_on(normals, first, s, terms[0], rgb):
             continue
         is_like_first = s.is_even and first != start
         if is_like_first or _light(
@@ -219,7 +275,7 @@ def _light_group(
         none = False
         for i in range(count):
             declined[first - start + i] = rows[at.DECLINED + i] != 0.0
-        loading.unmark(rows)
+        vertices.unmark(rows)
         _store(first, count, rgb, display, s, rows)
     return none
 
@@ -274,9 +330,9 @@ def shade(
     """
     s = carray(settings, (1,))[0]
     lights = carray(terms, (s.count,))
-    loading.unmark(rows)
-    adding.fill(rows, at.VX, *in_type(s.to_eye, rows))
-    adding.fill(rows, at.AX, *in_type(s.to_eye, rows))
+    vertices.unmark(rows)
+    colors.fill(rows, at.VX, *in_type(s.to_eye, rows))
+    colors.fill(rows, at.AX, *in_type(s.to_eye, rows))
     at_work, left = shifted(shared, AT_WORK), -1
     taken(at_work, 1)
     length = (count + threads * GROUP - 1) // (threads * GROUP) * GROUP

@@ -14,13 +14,10 @@ from typing import Any
 import numpy as np
 
 from pvphong.shading.kernel import arcs
-from pvphong.shading.kernel import rows as at
+from pvphong.shading.kernel import vertices as at
 from pvphong.shading.kernel.angles32 import angle_above, cosine_and_sine
-from pvphong.shading.kernel.arithmetic import WHOLE32, exp2, exp2_less_one32, inlined, log2_power, multiply_add
-from pvphong.shading.kernel.pointers import like
-from pvphong.shading.kernel.rows import BLOCK
-from pvphong.shading.kernel.vectors import dot, square_of
-from pvphong.shading.kernel.ways import unit_normal
+from pvphong.shading.kernel.arithmetic import WHOLE32, exp2, exp2_less_one32, inlined, like, log2_power, multiply_add
+from pvphong.shading.kernel.vertices import BLOCK, dot, square_of, unit_normal
 
 _F = np.float32
 _ZERO, _QUARTER, _HALF, _ONE, _TWO = _F(0.0), _F(0.25), _F(0.5), _F(1.0), _F(2.0)

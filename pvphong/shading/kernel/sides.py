@@ -14,14 +14,11 @@ from typing import Any
 import numpy as np
 
 from pvphong.shading.kernel import arcs
-from pvphong.shading.kernel import rows as at
+from pvphong.shading.kernel import vertices as at
 from pvphong.shading.kernel.angles32 import angle_above, angle_of
-from pvphong.shading.kernel.arithmetic import exp2, inlined, log2_power, multiply_add
+from pvphong.shading.kernel.arithmetic import exp2, inlined, like, log2_power, multiply_add
 from pvphong.shading.kernel.caps import reaches
-from pvphong.shading.kernel.pointers import like
-from pvphong.shading.kernel.rows import BLOCK
-from pvphong.shading.kernel.vectors import NO_LENGTH, dot, square_of
-from pvphong.shading.kernel.ways import mirrored_viewer, unit_normal
+from pvphong.shading.kernel.vertices import BLOCK, NO_LENGTH, dot, mirrored_viewer, square_of, unit_normal
 
 _F = np.float32
 _ZERO, _HALF, _ONE, _TWO = _F(0.0), _F(0.5), _F(1.0), _F(2.0)

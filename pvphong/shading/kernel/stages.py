@@ -16,9 +16,8 @@ from pvphong.base.formulas import ONE, TWO, ZERO, Power, dot, minimum, times
 from pvphong.optics.attenuation import divisor
 from pvphong.optics.light import Placement
 from pvphong.optics.reflectance import Geometry, Reflectance
-from pvphong.shading.kernel.arithmetic import exp2, inlined, log2_power, plain
-from pvphong.shading.kernel.pointers import like, shifted
-from pvphong.shading.kernel.rows import (
+from pvphong.shading.kernel.arithmetic import exp2, inlined, like, log2_power, plain, shifted
+from pvphong.shading.kernel.vertices import (
     BLOCK,
     DX,
     DY,
@@ -39,8 +38,9 @@ from pvphong.shading.kernel.rows import (
     VX,
     VY,
     VZ,
+    approach,
+    approach_measured,
 )
-from pvphong.shading.kernel.ways import approach, approach_measured
 
 _NEVER = np.float32(-np.inf)
 

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from pvphong.shading.kernel.arithmetic import exp2, multiply_add
+from pvphong.shading.kernel.arithmetic import exp2, like, multiply_add, shifted
 from pvphong.shading.kernel.caps import cap_cosine, cap_power, see_cap
 from pvphong.shading.kernel.disks import disk_cosine, disk_power, see_disk
 from pvphong.shading.kernel.harmonics import add_harmonics, hide_below, look_around, not_below
-from pvphong.shading.kernel.pointers import like, shifted
-from pvphong.shading.kernel.rows import (
+from pvphong.shading.kernel.sides import polygon_cosine, polygon_power, see_polygon
+from pvphong.shading.kernel.vertices import (
     BLOCK,
     DX,
     DY,
@@ -24,6 +24,7 @@ from pvphong.shading.kernel.rows import (
     FIRST,
     INVERSE,
     NEARNESS,
+    NO_LENGTH,
     NX,
     NY,
     NZ,
@@ -36,10 +37,16 @@ from pvphong.shading.kernel.rows import (
     VX,
     VY,
     VZ,
+    ZERO_SQUARE,
+    approach,
+    approach_measured,
+    attenuate,
+    dot,
+    inverse_root,
+    normal_dot,
+    root,
+    square_of,
 )
-from pvphong.shading.kernel.sides import polygon_cosine, polygon_power, see_polygon
-from pvphong.shading.kernel.vectors import NO_LENGTH, ZERO_SQUARE, dot, inverse_root, root, square_of
-from pvphong.shading.kernel.ways import approach, approach_measured, attenuate, normal_dot
 
 ZERO, ONE, TWO = np.float32(0.0), np.float32(1.0), np.float32(2.0)
 

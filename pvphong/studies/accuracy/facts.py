@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import pyvista as pv
 
+from pvphong.base import threads
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
-from pvphong.shading.kernel import pool
 
 
 def facts(mesh: pv.PolyData, scene: Scene, material: Material) -> dict[str, str]:
@@ -57,4 +57,4 @@ def _processor() -> str:
 
 
 def _threads() -> str:
-    return f"1 in NumPy {np.__version__}" + (f", {pool.count()} in the kernel" if "numba" in sys.modules else "")
+    return f"1 in NumPy {np.__version__}" + (f", {threads.count()} in the kernel" if "numba" in sys.modules else "")

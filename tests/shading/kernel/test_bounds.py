@@ -20,7 +20,9 @@ SHINY = ph.Material(ambient=0.3, diffuse=0.5, specular=0.4, shininess=25)
 def _kernel_has_run():
     ph.evaluate(np.ones((9, 3)), np.ones((9, 3)), ph.Scene(), SHINY, backend="numba")
     for stored in ("float32", "float64"):
-        kernel._library().extremes(stored)
+        from pvphong.shading.kernel.normals import extremes_code
+
+        extremes_code(kernel._library(), stored)
 
 
 @pytest.mark.parametrize("count", [2**15, 2**15 + 1, 2**15 + 130, 2**17 + 5, 300_000])

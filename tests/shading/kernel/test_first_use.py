@@ -18,7 +18,7 @@ from pvphong.base.files import locked
 from pvphong.cli import main
 from pvphong.optics.lights import PointLight
 from pvphong.shading import kernel
-from pvphong.shading.kernel import background
+from pvphong.shading.kernel import code as kernel_code
 
 pytest.importorskip("numba", reason="the extra `fast` is not installed")
 pytestmark = pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
@@ -29,12 +29,12 @@ POINTS, NORMALS = np.zeros((2**18, 3), np.float32), np.tile(np.float32([0, 0, 1]
 USE = """
 import numpy as np, pvphong as ph, sys
 from pvphong.shading import kernel
-from pvphong.shading.kernel import background
+from pvphong.shading.kernel import code as kernel_code
 n = 2**18
 lit = ph.evaluate(np.zeros((n, 3), np.float32), np.tile(np.float32([0, 0, 1]), (n, 1)),
                   ph.Scene([ph.PointLight(position=(0, 0, 3))]), ph.Material())
 assert np.ptp(lit.rgb, axis=0).max() == 0.0
-process = background._Compiler.process
+process = kernel_code._Compiler.process
 print(kernel.has_run(), process.pid if process else None)
 """
 
@@ -42,12 +42,10 @@ print(kernel.has_run(), process.pid if process else None)
 @pytest.fixture
 def without_code(monkeypatch):
     """A library that has nothing on disk; gives what is asked for."""
-    from pvphong.shading.kernel import keeping
-
-    library, asked = keeping.Library(), []
-    monkeypatch.setattr(keeping, "store_of", lambda _: None)
+    library, asked = kernel_code.Library(), []
+    monkeypatch.setattr(kernel_code, "store_of", lambda _: None)
     monkeypatch.setattr(kernel, "_library", lambda: library)
-    monkeypatch.setattr(kernel, "ask_for", lambda *request: asked.append(request))
+    monkeypatch.setattr(kernel_code, "ask_for", lambda *request: asked.append(request))
     monkeypatch.setattr(kernel._Process, "has_run", False)
     return asked
 
@@ -92,25 +90,25 @@ def test_the_search_for_bounds_does_not_wait(monkeypatch):
 
 def test_the_same_code_is_asked_for_once(monkeypatch, tmp_path):
     started = []
-    monkeypatch.setattr(background, "_start", lambda request: started.append(request))
-    monkeypatch.setattr(background._Compiler, "asked", set())
-    monkeypatch.setattr(background._Compiler, "process", None)
+    monkeypatch.setattr(kernel_code, "_start", lambda request: started.append(request))
+    monkeypatch.setattr(kernel_code._Compiler, "asked", set())
+    monkeypatch.setattr(kernel_code._Compiler, "process", None)
     lock = tmp_path / "lock"
     for key in ("driver", "driver", "stage"):
-        background.ask_for(key, key, lock)
+        kernel_code.ask_for(key, key, lock)
     assert started == ["driver", "stage"]
-    background.ask_for("nowhere to keep it", "", None)
+    kernel_code.ask_for("nowhere to keep it", "", None)
     assert len(started) == 2
 
 
 def test_nothing_is_started_while_another_process_compiles(monkeypatch, tmp_path):
     started = []
-    monkeypatch.setattr(background, "_start", lambda request: started.append(request))
-    monkeypatch.setattr(background._Compiler, "asked", set())
+    monkeypatch.setattr(kernel_code, "_start", lambda request: started.append(request))
+    monkeypatch.setattr(kernel_code._Compiler, "asked", set())
     with locked(tmp_path / "lock"):
-        background.ask_for("driver", "driver", tmp_path / "lock")
+        kernel_code.ask_for("driver", "driver", tmp_path / "lock")
     assert not started
-    background.ask_for("driver", "driver", tmp_path / "lock")
+    kernel_code.ask_for("driver", "driver", tmp_path / "lock")
     assert started
 
 
@@ -119,16 +117,16 @@ def test_where_no_process_can_be_started_all_goes_on(monkeypatch, tmp_path, erro
     def fail(*_given, **_named):
         raise error
 
-    monkeypatch.setattr(background.subprocess, "Popen", fail)
-    monkeypatch.setattr(background._Compiler, "asked", set())
-    monkeypatch.setattr(background._Compiler, "process", None)
-    background.ask_for("driver", background.Request(None, "float32", "float32"), tmp_path / "lock")
-    assert background._Compiler.process is None
+    monkeypatch.setattr(kernel_code.subprocess, "Popen", fail)
+    monkeypatch.setattr(kernel_code._Compiler, "asked", set())
+    monkeypatch.setattr(kernel_code._Compiler, "process", None)
+    kernel_code.ask_for("driver", kernel_code.Request(None, "float32", "float32"), tmp_path / "lock")
+    assert kernel_code._Compiler.process is None
 
 
 def test_a_program_that_only_embeds_python_is_not_started(monkeypatch, tmp_path):
     monkeypatch.setattr(sys, "executable", str(tmp_path / "paraview"))
-    assert background._start(background.Request(None, "float32", "float32")) is None
+    assert kernel_code._start(kernel_code.Request(None, "float32", "float32")) is None
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
@@ -145,7 +143,7 @@ def test_from_an_empty_folder_to_compiled_code(tmp_path):
     try:
         wait_for(lambda: not is_free(lock))
         assert run_apart(USE, **here) == "False None\n"
-        wait_for(lambda: any(tmp_path.rglob("point-*.pvphong")), seconds=150)
+        wait_for(lambda: any(tmp_path.rglob("arrive-*.pvphong")), seconds=150)
     finally:
         os.kill(int(compiler), signal.SIGKILL)
     assert run_apart(USE, **here) == "True None\n"
@@ -201,29 +199,28 @@ else:
 
 def test_all_code_is_compiled_in_advance(monkeypatch, capsys):
     """With pieces that stand for the real ones, which take half a minute."""
-    from pvphong.shading.kernel import compiling
+    from pvphong.shading.kernel import ahead
 
     made = []
-    fake = [compiling.CompilationUnit(name, lambda name=name: made.append(name)) for name in ("driver", "point")]
-    monkeypatch.setattr(compiling, "pieces", lambda _: fake)
+    fake = [ahead.CompilationUnit(name, lambda name=name: made.append(name)) for name in ("driver", "point")]
+    monkeypatch.setattr(ahead, "pieces", lambda _: fake)
     assert main(["compile"]) == 0
     assert made == ["driver", "point"] * 2
     assert "compiled in" in capsys.readouterr().out
 
 
 def test_every_light_and_reflectance_has_its_pieces():
-    from pvphong.shading.kernel.compiling import pieces
-    from pvphong.shading.kernel.keeping import Library
+    from pvphong.shading.kernel.ahead import pieces
+    from pvphong.shading.kernel.code import Library
 
     names = [piece.name for piece in pieces(Library())]
     assert {"faces", "normals"} <= set(names)
-    # with and without attenuation, and for each choice of lobes, stages are of one name
+    # with and without attenuation, and for each choice of lobes
     several = {name: found for name, found in Counter(names).items() if found > 1}
-    lights = {"spot, float32": 2, "spot, float64": 2}
-    lights |= {f"{kind}, float32": 3 for kind in ("disk", "polygon", "sky", "sphere")}
-    assert several == lights | {"microfacets, float32": 4, "microfacets, float64": 4}
-    assert "sphere, float32" in names
+    assert several["point, float32"] == several["spot, float64"] == 2
+    assert several["sphere, float32"] == several["disk, float32"] == 3
+    assert several["ggx, float32"] == several["metal, float64"] + 1 == 7
     assert "sphere, float64" not in names
     for real in ("float32", "float64"):
-        for name in ("point", "weakening point", "spot", "phong", "blinn phong", "oren nayar", "headlight", "driver,"):
+        for name in ("point", "spot", "phong", "blinn-phong", "oren-nayar", "headlight in VTK", "driver,"):
             assert any(each.startswith(name) and each.endswith(real) for each in names), (name, real)

@@ -10,7 +10,7 @@ import pytest
 import pvphong as ph
 from pvphong.shading import kernel
 from pvphong.shading.assembly import assemble
-from pvphong.shading.kernel.rows import GROUP
+from pvphong.shading.kernel.vertices import GROUP
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.reference import shade as shade_by_reference
 from pvphong.shading.result import Shading

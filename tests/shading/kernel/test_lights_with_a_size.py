@@ -11,6 +11,7 @@ from strategies import LIGHT_SHAPES, Dice, triple
 import pvphong as ph
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.shading import kernel, reference
+from pvphong.shading.kernel import evaluation
 
 pytest.importorskip("numba", reason="the extra `fast` is not installed")
 pytestmark = pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
@@ -47,7 +48,7 @@ def left_to_the_reference(monkeypatch, arguments):
         return original(points, *others)
 
     with monkeypatch.context() as patch:
-        patch.setattr(kernel, "light_by_reference", counted)
+        patch.setattr(evaluation, "shade_by_reference", counted)
         patch.setattr("pvphong.shading.plan.plan.reference.shade", counted)
         ph.evaluate(*arguments, backend="numba")
     return sum(rows)

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from soups import bumpy, soup
 
+from pvphong.base import threads
 from pvphong.geometry.normals import point_normals
 from pvphong.shading import kernel
-from pvphong.shading.kernel import pool
-from pvphong.shading.kernel.face_rows import CHUNK, CORNERS
+from pvphong.shading.kernel.normals import CHUNK, CORNERS
 
 pytest.importorskip("numba", reason="the extra `fast` is not installed")
 pytestmark = pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
@@ -40,11 +40,11 @@ def test_ranges_and_threads_change_no_bit(order, weighting, monkeypatch):
     points[order] = POINTS
     expected = kernel.point_normals(POINTS, *soup(*FACES), weighting)
     assert np.abs(expected - point_normals(POINTS, *soup(*FACES), weighting)).max() <= 8 * 2.0**-53
-    for length, threads in ((10**6, 1), (100, 1), (333, 2), (4096, 2)):
+    for length, most in ((10**6, 1), (100, 1), (333, 2), (4096, 2)):
         monkeypatch.setattr("pvphong.shading.kernel.normals._RANGE", length)
         monkeypatch.setattr("pvphong.shading.kernel.normals._MOST_POINTS", 2 * length)
-        with pool.limited(threads):
-            assert np.array_equal(kernel.point_normals(points, *mesh, weighting)[order], expected), (length, threads)
+        with threads.limited(most):
+            assert np.array_equal(kernel.point_normals(points, *mesh, weighting)[order], expected), (length, most)
 
 
 def ring(count):
@@ -102,7 +102,7 @@ def test_nothing_outside_of_the_arrays_is_read(connectivity, offsets):
 def test_angles_are_those_of_mpmath():
     import numba
 
-    from pvphong.shading.kernel.angles import angle_of
+    from pvphong.shading.kernel.normals import angle_of
 
     angle = numba.njit(lambda y, x: angle_of(y, x))
     rng = np.random.default_rng(2)

@@ -11,8 +11,8 @@ import pytest
 from shading.kernel.apart import EVALUATE, run_apart
 
 import pvphong as ph
+from pvphong.base import threads
 from pvphong.shading import kernel
-from pvphong.shading.kernel import pool
 
 SCENE = ph.Scene(
     [ph.PointLight(position=(2, -1, 3), attenuation=(1, 0.1, 0.02)), ph.DirectionalLight(direction=(-1, -1, -2))],
@@ -20,7 +20,7 @@ SCENE = ph.Scene(
 )
 SHINY = ph.Material(diffuse=0.5, specular=0.4, shininess=25)
 needs_numba = pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
-needs_two = pytest.mark.skipif(not kernel.is_available() or pool.count() < 2, reason="there is a single thread")
+needs_two = pytest.mark.skipif(not kernel.is_available() or threads.count() < 2, reason="there is a single thread")
 
 
 @needs_numba
@@ -32,8 +32,8 @@ def test_their_number_changes_no_bit():
     def lit():
         return ph.evaluate(points, normals, SCENE, SHINY, backend="numba").rgb
 
-    with pool.limited(1):
-        assert pool.count() == 1
+    with threads.limited(1):
+        assert threads.count() == 1
         alone = lit()
     np.testing.assert_array_equal(lit(), alone)
     assert np.isfinite(alone).all()
@@ -48,7 +48,7 @@ def test_ranges_cover_everything_once_and_several_threads_take_them():
         with lock:
             taken.append((first, last, threading.get_ident()))
 
-    pool.run(work, 1003, 50)
+    threads.run(work, 1003, 50)
     assert sorted((first, last) for first, last, _ in taken) == [(k, min(k + 50, 1003)) for k in range(0, 1003, 50)]
     assert len({thread for *_, thread in taken}) > 1
 
@@ -56,8 +56,8 @@ def test_ranges_cover_everything_once_and_several_threads_take_them():
 @needs_numba
 def test_little_work_stays_with_the_caller():
     taken = []
-    pool.run(lambda *part: taken.append((*part, threading.get_ident())), 50, 50)
-    pool.run(lambda *_: taken.append("nothing to do"), 0, 50)
+    threads.run(lambda *part: taken.append((*part, threading.get_ident())), 50, 50)
+    threads.run(lambda *_: taken.append("nothing to do"), 0, 50)
     assert taken == [(0, 50, threading.get_ident())]
 
 
@@ -69,8 +69,8 @@ def test_after_an_exception_no_range_is_begun():
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        pool.run(work, 1000, 10)
-    assert len(begun) <= pool.count()
+        threads.run(work, 1000, 10)
+    assert len(begun) <= threads.count()
 
 
 @needs_numba
@@ -80,7 +80,7 @@ def test_what_goes_wrong_in_any_of_them_is_raised():
             raise ValueError("it went wrong")
 
     with pytest.raises(ValueError, match="it went wrong"):
-        pool.run(work, 1000, 50)
+        threads.run(work, 1000, 50)
 
 
 @needs_two
@@ -94,7 +94,7 @@ def test_one_that_has_nothing_left_to_do_is_not_waited_for():
             has_begun.set()
             assert may_end.wait(60)
 
-    pool.together(work, 2, lambda: True)
+    threads.together(work, 2, lambda: True)
     may_end.set()
 
 
@@ -112,12 +112,12 @@ def test_what_goes_wrong_in_a_helper_is_raised_and_it_helps_again():
     for _ in range(3):
         has_begun.clear()
         with pytest.raises(ValueError, match="it went wrong"):
-            pool.together(work, 2)
+            threads.together(work, 2)
 
 
 @needs_numba
 def test_numbas_setting_is_the_most():
-    code = "from pvphong.shading.kernel import pool; print(pool.count())"
+    code = "from pvphong.base import threads; print(threads.count())"
     assert run_apart(code, NUMBA_NUM_THREADS="1") == "1\n"
 
 

@@ -48,10 +48,10 @@ def test_importing_pvphong_does_not_import_numba():
 STAGE = """
 from numba.core import types
 from pvphong.optics.lights import PointLight
-from pvphong.shading.kernel import keeping, stages
+from pvphong.shading.kernel import code as kernel_code, stages
 def code():
-    signature = keeping._stage_of_light(types.float32)
-    return keeping.Code(stages.light_stage(PointLight().placement.falloff, False), signature)
+    signature = kernel_code._stage_of_light(types.float32)
+    return kernel_code.Code(stages.light_stage(PointLight().placement.falloff, False), signature)
 """
 
 
@@ -95,8 +95,8 @@ def test_a_damaged_file_is_replaced(folder, damage):
 @pytest.mark.parametrize(
     "change",
     [
-        "keeping._sources = lambda _: b'others'",
-        "from pvphong.shading.kernel import store\nstore._VERSIONS = ('0.1', 'of NumPy')",
+        "kernel_code._sources = lambda _: b'others'",
+        "kernel_code._VERSIONS = ('0.1', 'of NumPy')",
         "from numba.core.codegen import JITCPUCodegen\nJITCPUCodegen.magic_tuple = lambda _: ('another processor',)",
     ],
     ids=["sources", "versions", "processor"],
@@ -125,8 +125,8 @@ def test_a_file_in_the_place_of_the_folder_is_passed_over(tmp_path, beyond):
     file.write_text("mine")
     code = f"""
 {EVALUATE}
-from pvphong.shading.kernel import driver, keeping
-store = keeping.store_of(driver.shade)
+from pvphong.shading.kernel import driver, code as kernel_code
+store = kernel_code.store_of(driver.shade)
 assert store is None or store.folder.is_dir()
 assert abs(lit("auto", 300000) - 0.84).max() < 1e-6
 """
@@ -146,7 +146,7 @@ def test_what_cannot_be_compiled_is_an_error():
     from numba.core import types
     from numba.core.errors import TypingError
 
-    from pvphong.shading.kernel import keeping
+    from pvphong.shading.kernel import code as kernel_code
 
     with pytest.raises(TypingError):
-        keeping.Code(lambda rows: rows.nothing, types.boolean(types.CPointer(types.float32)))
+        kernel_code.Code(lambda rows: rows.nothing, types.boolean(types.CPointer(types.float32)))

@@ -1,6 +1,6 @@
 """Compiling in advance: what an equation needs, and all that pvphong's own lights and reflectances need.
 
-`python -m pvphong.shading.kernel.compiling`, which `background` starts, compiles both, the equation's code first.
+`python -m pvphong.shading.kernel.ahead`, which `code` starts, compiles both, the equation's code first.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import contextlib
 import os
 import pickle
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import MISSING, fields
 from functools import partial
 from itertools import product
@@ -21,9 +21,8 @@ from pvphong.optics.reflectance import LAMBERT
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.vtk import VtkHeadlight
 from pvphong.optics.spherical import CosinePower
-from pvphong.shading.kernel import records, stages, toolkit
-from pvphong.shading.kernel.background import NotCompiled, Request
-from pvphong.shading.kernel.keeping import Library, what_it_does
+from pvphong.shading.kernel import normals, records, stages, toolkit
+from pvphong.shading.kernel.code import Library, NotCompiled, Request, what_it_does
 
 _REALS = "float32", "float64"
 _STORED_AND_REAL = ("float32", "float32"), ("float64", "float32"), ("float64", "float64")
@@ -39,22 +38,20 @@ class CompilationUnit(NamedTuple):
 
 def pieces(library: Library) -> list[CompilationUnit]:
     """All code for pvphong's own lights and reflectances."""
-    result = [CompilationUnit("faces", library.survey), CompilationUnit("normals", library.normals)]
+    result = [
+        CompilationUnit("faces", partial(normals.survey_code, library)),
+        CompilationUnit("normals", partial(normals.normals_code, library)),
+    ]
     for stored, real in _STORED_AND_REAL:
         types = real if stored == real else f"{stored} to {real}"
         result.append(CompilationUnit(f"driver, {types}", partial(library.driver, stored, real)))
     for real in _REALS:
-        result.append(CompilationUnit(f"bounds, {real}", partial(library.extremes, real)))
-        whole = _of_lights_with_a_size() if real == "float32" else ()
-        lights, reflectances = (
-            (*_of_lights(), *whole),
-            (*_of_reflectances(), stages.already_there),
-        )
-        for kind, functions in (("light", lights), ("reflectance", reflectances)):
-            made = getattr(library, kind)
-            for function in functions:
-                name = f"{function.__name__.replace('_', ' ')}, {real}"
-                result.append(CompilationUnit(name, partial(made, function, real)))
+        result.append(CompilationUnit(f"bounds, {real}", partial(normals.extremes_code, library, real)))
+        lights = [*_of_lights(), *(_of_lights_with_a_size() if real == "float32" else ())]
+        for name, stage in lights:
+            result.append(CompilationUnit(f"{name}, {real}", partial(library.light, stage, real)))
+        for name, stage in (*_of_reflectances(), ("already there", stages.already_there)):
+            result.append(CompilationUnit(f"{name}, {real}", partial(library.reflectance, stage, real)))
     return result
 
 
@@ -68,32 +65,43 @@ def is_kept() -> bool:
     return True
 
 
-def _of_lights() -> Iterable[Callable[..., Any]]:
+_Named = Iterable[tuple[str, Callable[..., Any]]]
+"""Names, and stages."""
+
+
+def _of_lights() -> _Named:
     """Stages of all kinds of light, as they weaken with distance and as they do not."""
-    placements = [_sample(kind).placement for kind in LIGHT_TYPES.values()]
-    falloffs = [each.falloff for each in placements if each is not None]
-    return _distinct(stages.light_stage(falloff, weakens) for falloff in falloffs for weakens in (True, False))
+    placed = {name: _sample(kind).placement for name, kind in LIGHT_TYPES.items()}
+    return _distinct(
+        (name, stages.light_stage(placement.falloff, weakens))
+        for name, placement in placed.items()
+        if placement is not None
+        for weakens in (True, False)
+    )
 
 
-def _of_lights_with_a_size() -> Iterable[Callable[..., Any]]:
+def _of_lights_with_a_size() -> _Named:
     """Closed stages of all kinds of light, for each choice of what Phong's reflectance has lobes for."""
     diffuse, highlight = CosinePower("normal", 1.0), CosinePower("mirror", 20.0)
-    choices = (diffuse, highlight), (diffuse, None), (None, highlight)
-    lights = [part for kind in LIGHT_TYPES.values() for _, part in _sample(kind).tints()]
-    closed = [light.closed_stage(toolkit, forms) for light in lights for forms in choices]
-    return _distinct(stage.function for stage in closed if stage is not None)
+    lights = [(name, part) for name, kind in LIGHT_TYPES.items() for _, part in _sample(kind).tints()]
+    closed = [
+        (name, light.closed_stage(toolkit, forms))
+        for name, light in lights
+        for forms in ((diffuse, highlight), (diffuse, None), (None, highlight))
+    ]
+    return _distinct((name, stage.function) for name, stage in closed if stage is not None)
 
 
-def _of_reflectances() -> Iterator[Callable[..., Any]]:
+def _of_reflectances() -> _Named:
     """Stages of all reflectances, for each choice of lobes."""
-    for kind in (*REFLECTANCES.values(), VtkHeadlight):
-        reflectance = _sample(kind)
-        choices = list(product((True, False), repeat=len(reflectance.lobes)))[:-1]
-        yield from _distinct(
-            stages.reflectance_stage(reflectance, wanted)
-            for wanted in choices
-            if any(wanted[1:]) or reflectance.lobes[0] is not LAMBERT
-        )
+    kinds: dict[str, Any] = {**REFLECTANCES, "headlight in VTK": VtkHeadlight}
+    samples = {name: _sample(kind) for name, kind in kinds.items()}
+    return _distinct(
+        (name, stages.reflectance_stage(each, wanted))
+        for name, each in samples.items()
+        for wanted in list(product((True, False), repeat=len(each.lobes)))[:-1]
+        if any(wanted[1:]) or each.lobes[0] is not LAMBERT
+    )
 
 
 def _sample(kind: Any) -> Any:
@@ -101,9 +109,9 @@ def _sample(kind: Any) -> Any:
     return kind(*(1.0 for each in fields(kind) if each.default is MISSING))
 
 
-def _distinct(functions: Iterable[Callable[..., Any]]) -> Iterable[Callable[..., Any]]:
-    """Functions without those that do the same."""
-    return {what_it_does(each): each for each in functions}.values()
+def _distinct(stages_of_all: _Named) -> _Named:
+    """Without those that do the same as another."""
+    return {what_it_does(stage): (name, stage) for name, stage in stages_of_all}.values()
 
 
 def main() -> None:

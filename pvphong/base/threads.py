@@ -1,0 +1,105 @@
+"""Threads for work that holds no lock of the interpreter's: compiled code, rays, NumPy on large arrays.
+
+Work comes in ranges, more and smaller ones than there are threads, and each thread takes the next when it is done
+with one: where other programs keep the cores busy, none waits for another for long. The calling thread takes part.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import os
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+from pvphong.base import text
+
+
+class _Here(threading.local):
+    """What holds for the calling thread."""
+
+    limit = sys.maxsize
+
+
+_here = _Here()
+
+
+def _most() -> int:
+    """Numba's setting, NUMBA_NUM_THREADS, which is by default the processors that this process may use."""
+    numba = sys.modules.get("numba")  # rays are cast without it
+    return int(os.environ.get("NUMBA_NUM_THREADS", sys.maxsize) if numba is None else numba.config.NUMBA_NUM_THREADS)
+
+
+def count() -> int:
+    """Threads that work at once: Numba's setting, but no more than the processors that this process may use now."""
+    if _here.limit == 1:
+        return 1
+    return max(1, min(_most(), _processors(os.getpid(), int(time.monotonic())), _here.limit))
+
+
+@functools.lru_cache(maxsize=1)
+def _processors(_process: int, _second: int) -> int:
+    """Those that this process may use; asked for once a second, for the answer takes some 40 µs."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextlib.contextmanager
+def limited(threads: int) -> Iterator[None]:
+    """While it lasts, no more threads work at once on what the calling thread asks for: 1 where others share it out."""
+    before, _here.limit = _here.limit, threads
+    try:
+        yield
+    finally:
+        _here.limit = before
+
+
+@functools.lru_cache(maxsize=1)
+def _executor(_process: int) -> ThreadPoolExecutor:
+    """A process has its own, for threads do not survive a fork. It starts threads as it needs them, and keeps them."""
+    return ThreadPoolExecutor(max_workers=2 * (os.cpu_count() or 1), thread_name_prefix="pvphong")
+
+
+def together(work: Callable[[], Any], threads: int, is_done: Callable[[], bool] = lambda: False) -> None:
+    """Let threads do one piece of work at once, the calling one among them: no more than `count()`.
+
+    An exception in any of them is raised here, when all are done. If `is_done` says so once the calling one is, the
+    others are not waited for.
+    """
+    helpers = [_executor(os.getpid()).submit(work) for _ in range(threads - 1)]
+    waits = True
+    try:
+        work()
+        waits = not is_done()
+    finally:
+        for helper in helpers:
+            if not helper.cancel() and waits:  # those that have not begun have nothing left to do
+                helper.result()
+
+
+def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
+    """Call `work(first, last)` for all ranges of a length from 0 to `stop`.
+
+    After an exception in any of them, or where the calling thread is interrupted, no other range is begun.
+    """
+    ranges, lock, note = iter(range(0, stop, step)), threading.Lock(), text.counting(stop)
+
+    def take_ranges() -> None:
+        nonlocal ranges
+        try:
+            while True:
+                with lock:
+                    first = next(ranges, stop)
+                if first >= stop:
+                    return
+                last = min(first + step, stop)
+                work(first, last)
+                note(last - first)
+        except BaseException:
+            ranges = iter(range(0))
+            raise
+
+    together(take_ranges, min(count(), -(-stop // step)))

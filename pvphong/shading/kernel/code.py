@@ -1,0 +1,346 @@
+"""Compiled code: compiled for use through addresses, kept on disk, and compiled by another process meanwhile.
+
+On disk there is a file for each function, with its types, where Numba would keep it. It is written aside and renamed,
+and starts with a digest of all that the code depends on and one of the code itself, so that what is damaged, cut short,
+or of another version of anything is as if it were not there, and is written anew. So any number of processes may read
+and write at once. (Numba's own files share an index, in which two processes that write at once can give one function
+the other's code; and it asks only whether the file of a function itself has changed since, where here all sources count
+that a function may call.)
+
+Where nobody is to wait, code that is missing is asked of a process of its own, which outlives this one if need be. It
+is asked once for each piece, so that one that cannot be compiled is not tried over and over.
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import copy
+import ctypes
+import functools
+import hashlib
+import inspect
+import os
+import pickle
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import CodeType
+from typing import Any, ClassVar, NamedTuple
+
+import llvmlite
+import numba
+import numpy as np
+from numba import types
+from numba.core import event
+from numba.core.caching import CompileResultCacheImpl
+from numba.core.ccallback import CFunc
+from numba.core.serialize import dumps
+
+from pvphong.base.files import locked, written_aside
+from pvphong.shading.equation import Equation
+from pvphong.shading.kernel import arithmetic, driver
+from pvphong.shading.kernel.records import SETTINGS, TERM
+
+Key = tuple[CodeType, tuple[Any, ...], Callable[..., Any], tuple[str, ...]]
+"""Of a piece of code: a function's code, the values it was made with, its signature, and the names of its types."""
+
+_MODULE = "pvphong.shading.kernel.ahead"
+
+
+class NotCompiled(Exception):
+    """There is no code of a function, and compiling it is not to be waited for.
+
+    Attributes
+    ----------
+    key : tuple
+        Of the function and its types.
+    """
+
+    def __init__(self, key: Key) -> None:
+        super().__init__(key)
+        self.key = key
+
+
+class Request(NamedTuple):
+    """What is to be lit: an equation, the type in which vertices are stored, and that of the arithmetic."""
+
+    equation: Equation
+    stored: str
+    real: str
+
+
+# --- on disk
+
+_DIGEST = 32
+_VERSIONS = (numba.__version__, llvmlite.__version__, np.__version__, sys.version)
+
+
+class Store:
+    """Where the code of one function is kept, in the form in which Numba's `CFunc` asks for it.
+
+    Parameters
+    ----------
+    function : callable
+        What is compiled.
+    sources : bytes
+        A digest of all else that its code is made of.
+
+    Raises
+    ------
+    RuntimeError, OSError
+        If there is no folder that can be written to, or no source of the function.
+    """
+
+    def __init__(self, function: Callable[..., Any], sources: bytes) -> None:
+        self._function, self._sources = function, sources
+        self._form = CompileResultCacheImpl(function)
+
+    @property
+    def folder(self) -> Path:
+        """Where the files are."""
+        return Path(self._form.locator.get_cache_path())
+
+    def load_overload(self, signature: Any, context: Any) -> Any:
+        """Code for a signature, or None."""
+        context.refresh()
+        path, key = self._path_and_key(signature, context.codegen())
+        with contextlib.suppress(OSError):
+            kept = path.read_bytes()
+            code = kept[2 * _DIGEST :]
+            if kept[: 2 * _DIGEST] == key + digest(code):
+                return self._form.rebuild(context, pickle.loads(code))
+        return None
+
+    def save_overload(self, signature: Any, result: Any) -> None:
+        """Keep code, if that is possible."""
+        path, key = self._path_and_key(signature, result.codegen)
+        code = dumps(self._form.reduce(result))
+        with contextlib.suppress(ValueError), written_aside(path) as aside:  # a full disk, a folder that is gone
+            aside.write_bytes(key + digest(code) + code)
+
+    def _path_and_key(self, signature: Any, codegen: Any) -> tuple[Path, bytes]:
+        """A file's name says for what the code is, the key of what it was made."""
+        function = self._function
+        cells = dumps(tuple(cell.cell_contents for cell in function.__closure__ or ()))
+        place = repr((function.__module__, function.__qualname__, str(signature), codegen.magic_tuple()))
+        name = digest(place.encode() + cells + sys.implementation.cache_tag.encode()).hex()[:16]
+        key = digest(repr(_VERSIONS).encode() + self._sources + function.__code__.co_code)
+        return self.folder / f"{function.__name__}-{name}.pvphong", key
+
+
+def digest(data: bytes) -> bytes:
+    """Of `_DIGEST` bytes."""
+    return hashlib.sha256(data).digest()
+
+
+# --- in this process
+
+
+_BYTES, _FLOATS, _INDICES = map(types.CPointer, (types.uint8, types.float64, types.int64))
+# Seconds until the disk is asked again for what was not there.
+_PATIENCE = 0.5
+
+_REALS = {"float32": types.float32, "float64": types.float64}
+_OPTIONS = {"error_model": "numpy", "nopython": True}
+
+
+class _Absent(Exception):
+    """No code of a function is kept."""
+
+
+class Code(CFunc):
+    """A function compiled for being called by its address, from here on; or read, if that was possible before."""
+
+    def __init__(self, function: Callable[..., Any], signature: Any, *, compiles: bool = True) -> None:
+        super().__init__(function, (signature.args, signature.return_type), {}, dict(_OPTIONS))
+        store = store_of(function)
+        if store is not None:
+            self._cache = store
+        self._compiles = compiles
+        arithmetic.bind_formulas()
+        self.compile()
+        self.where = int(self.address or 0)
+        pointers = [ctypes.c_void_p] * len(signature.args)
+        result = ctypes.c_bool if signature.return_type == types.boolean else ctypes.c_ssize_t
+        self.call: Callable[..., int] = ctypes.CFUNCTYPE(result, *pointers)(self.where)
+        """It with addresses, bytes and integers, without the interpreter's lock."""
+
+    def _compile_uncached(self) -> Any:
+        if not self._compiles:
+            raise _Absent
+        with event.trigger_event("numba:compile"):
+            return super()._compile_uncached()  # type: ignore[misc]  # Numba has no types
+
+
+def store_of(function: Callable[..., Any]) -> Store | None:
+    """Where the code of a function is kept; None where Numba finds no folder to write to, or there are no sources."""
+    formulas = [cell.cell_contents for cell in function.__closure__ or () if callable(cell.cell_contents)]
+    try:
+        return Store(function, _sources(tuple(sorted({each.__module__ for each in (function, *formulas)}))))
+    except (RuntimeError, OSError):
+        return None
+
+
+@functools.cache
+def _sources(modules: tuple[str, ...]) -> bytes:
+    """A digest of all sources that functions of some modules may call; OSError if there are none.
+
+    These are the modules', and all of this package and of those that formulas stand in.
+    """
+    here = Path(__file__).parent
+    folders = here, here.parents[1] / "base", here.parents[1] / "optics"
+    called = [source.read_text("utf-8") for folder in folders for source in sorted(folder.rglob("*.py"))]
+    own = [inspect.getsource(sys.modules[module]) for module in modules if not module.startswith("pvphong.")]
+    return digest("".join([*called, *own, repr((SETTINGS, TERM))]).encode())
+
+
+def what_it_does(function: Callable[..., Any]) -> tuple[CodeType, tuple[Any, ...]]:
+    """Equal for functions that do the same: code, and the values it was made with."""
+    return function.__code__, tuple(cell.cell_contents for cell in function.__closure__ or ())
+
+
+class Library:
+    """What has been compiled or read from disk in this process."""
+
+    def __init__(self) -> None:
+        self._lock = threading.RLock()
+        self._codes: dict[Key, Code] = {}
+        self._looks_again: dict[Key, float] = {}
+        self._compiles = True
+
+    def __len__(self) -> int:
+        return len(self._codes)
+
+    @functools.cached_property
+    def at_hand(self) -> Library:
+        """The same code, but what is not there is not compiled: `NotCompiled` is raised."""
+        library = copy.copy(self)
+        library._compiles = False
+        return library
+
+    @property
+    def folder(self) -> Path | None:
+        """Where the driver's code is kept; None if there is no folder to keep code in."""
+        store = store_of(driver.shade)
+        return None if store is None else store.folder
+
+    @property
+    def lock(self) -> Path | None:
+        """The file that is locked by the process that compiles in advance; None as for `folder`."""
+        return self.folder and self.folder / "pvphong.lock"
+
+    def light(self, function: Callable[..., Any], real: str) -> int:
+        """Address of a light's stage for a type of rows."""
+        return self._code(function, _stage_of_light, real).where
+
+    def reflectance(self, function: Callable[..., Any], real: str) -> int:
+        """Address of a reflectance's stage for a type of rows."""
+        return self._code(function, _stage_of_reflectance, real).where
+
+    def driver(self, stored: str, real: str) -> Callable[..., int]:
+        """The driver for vertices of one type and rows of another."""
+        return self._code(driver.shade, _driver, stored, real).call
+
+    def call(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Callable[..., int]:
+        """Any other function; its signature is made of Numba's types of the names of some."""
+        return self._code(function, signature, *kinds).call
+
+    def _code(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Code:
+        """By what a function does, for lights make theirs anew each time; its signature is made of names of types."""
+        key = *what_it_does(function), signature, kinds
+        code = self._codes.get(key)
+        if code is not None:
+            return code
+        if not self._compiles and time.monotonic() < self._looks_again.get(key, 0.0):
+            raise NotCompiled(key)
+        if not self._lock.acquire(blocking=self._compiles):
+            raise NotCompiled(key)  # another thread compiles, maybe for seconds
+        try:
+            if key not in self._codes:
+                types_of_arguments = signature(*(_REALS[kind] for kind in kinds))
+                self._codes[key] = Code(function, types_of_arguments, compiles=self._compiles)
+            return self._codes[key]
+        except _Absent:
+            self._looks_again[key] = time.monotonic() + _PATIENCE
+            raise NotCompiled(key) from None
+        finally:
+            self._lock.release()
+
+
+def _stage_of_light(real: Any) -> Any:
+    return types.boolean(_FLOATS, types.CPointer(real), _FLOATS)
+
+
+def _stage_of_reflectance(real: Any) -> Any:
+    return types.intp(_FLOATS, types.CPointer(real), _FLOATS)
+
+
+def _driver(stored: Any, real: Any) -> Any:
+    vertices, reals = types.CPointer(stored), types.CPointer(real)
+    arrays = vertices, vertices, reals, reals, reals, _BYTES
+    equation = types.CPointer(numba.from_dtype(SETTINGS)), types.CPointer(numba.from_dtype(TERM)), _FLOATS
+    scratch = reals, _FLOATS, _BYTES
+    return types.intp(*arrays, *equation, _INDICES, *(types.intp,) * 4, *scratch)
+
+
+# --- by another process
+
+
+class _Compiler:
+    """What this process has asked for."""
+
+    asked: ClassVar[set[Key]] = set()
+    process: ClassVar[subprocess.Popen[bytes] | None] = None
+    lock: ClassVar[threading.Lock] = threading.Lock()
+
+
+def ask_for(missing: Key, request: Request | None, lock: Path | None) -> None:
+    """Start compiling what is missing for a request, unless it was asked for before or a compiler is at work.
+
+    Without a request, what is missing is among all that there is to compile.
+    `lock` is held by the process that compiles; None if code cannot be kept.
+    """
+    with _Compiler.lock:
+        is_running = _Compiler.process is not None and _Compiler.process.poll() is None
+        if lock is None or is_running or missing in _Compiler.asked:
+            return
+        with locked(lock) as is_alone:
+            if not is_alone:
+                return
+        _Compiler.asked.add(missing)
+        with contextlib.suppress(OSError):  # no processes, no memory, no room: then it is not compiled
+            _Compiler.process = _start(request)
+
+
+def _start(request: Request | None) -> subprocess.Popen[bytes] | None:
+    """A compiler at low priority, apart from this process's terminal; None in a program that only embeds Python."""
+    if not Path(sys.executable or "").name.lower().startswith("python"):
+        return None
+    try:
+        said = pickle.dumps(request)
+    except Exception:  # a light of the user's may raise anything
+        said = b""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)}
+    with tempfile.TemporaryFile() as file:
+        file.write(said)
+        file.seek(0)
+        process = subprocess.Popen(
+            [sys.executable, "-W", "ignore", "-m", _MODULE],
+            stdin=file,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            env=environment,
+            start_new_session=True,
+        )
+    atexit.register(_leave, process)
+    return process
+
+
+def _leave(process: subprocess.Popen[bytes]) -> None:
+    """Tell Popen that it has ended, or it would warn of a process that goes on."""
+    process.returncode = process.returncode or 0
