@@ -12,8 +12,7 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.meshes.blocks import leaves
-from pvphong.meshes.edges import FeatureAngle
-from pvphong.meshes.sharing import in_range
+from pvphong.meshes.surfaces import FeatureAngle, drawable
 from pvphong.optics.lights import Light
 from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
@@ -154,7 +153,7 @@ class PlotterPhong:
             check.refuse("lit", "blocks without any mesh", "a MultiBlock with a mesh in it")
         for mesh in meshes:
             check.choice("name", name, mesh.point_data.keys())
-        actors = tuple(draw(self._plotter, in_range(mesh, name), name, add_mesh_options) for mesh in meshes)
+        actors = tuple(draw(self._plotter, drawable(mesh, name), name, add_mesh_options) for mesh in meshes)
         return actors if isinstance(lit, pv.MultiBlock) else actors[0]
 
     def mesh(self, actor: pv.Actor) -> LiveMesh:

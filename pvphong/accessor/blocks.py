@@ -10,13 +10,11 @@ import pyvista as pv
 from pvphong.accessor.drawing import draw_colors, refuse_unlit
 from pvphong.base.types import MatrixLike, Precision, Weighting
 from pvphong.meshes.blocks import DEFAULT, datasets, map_blocks, materials_of
-from pvphong.meshes.color_views import ColorSpace
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.edges import FeatureAngle
-from pvphong.meshes.one_surface import one_surface
-from pvphong.meshes.shadows import mutual, rays_of
-from pvphong.meshes.sharing import sharing
-from pvphong.meshes.surfaces import surface
+from pvphong.meshes.lit import one_surface
+from pvphong.meshes.pictures import ColorSpace
+from pvphong.meshes.surfaces import FeatureAngle, shallow_copy, surface
+from pvphong.meshes.visibility import occluders_of_blocks, visibility_options
 from pvphong.optics.material import Material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, SceneLike
@@ -63,7 +61,7 @@ class BlocksPhong:
             As for a single dataset; the message names the block.
         """
         scene = self._scene(scene, options.get("matrix"))
-        materials, rays = self._materials(material), rays_of(self._blocks, scene, options)
+        materials, rays = self._materials(material), visibility_options(self._blocks, scene, options)
         return map_blocks(self._blocks, lambda block: block.phong.shade(scene, next(materials), **next(rays)))
 
     def visibility(self, scene: SceneLike | None = None, **options: Any) -> dict[str, Visibility]:
@@ -72,7 +70,7 @@ class BlocksPhong:
         `options` are those for a single dataset. `shade` and `plan` take the result as `visibility`.
         """
         scene = self._scene(scene, options.get("matrix"))
-        among = mutual(self._blocks, options.get("matrix"), options.pop("occluders", ()))
+        among = occluders_of_blocks(self._blocks, options.get("matrix"), options.pop("occluders", ()))
         return {
             path: block.phong.visibility(scene, occluders=next(among), **options)
             for path, block in datasets(self._blocks)
@@ -95,7 +93,7 @@ class BlocksPhong:
         """
 
         def with_normals(block: pv.DataSet) -> pv.PolyData:
-            result = sharing(surface(block))
+            result = shallow_copy(surface(block))
             result.point_data.active_normals = block.phong.normals(weighting, matrix=matrix)
             return result
 
@@ -122,7 +120,7 @@ class BlocksPhong:
         """
         scene, materials = self._scene(scene, matrix), self._materials(material)
         options = {"matrix": matrix, "tolerance": tolerance, "occluders": occluders, "visibility": visibility}
-        rays = rays_of(self._blocks, scene, options)
+        rays = visibility_options(self._blocks, scene, options)
         return {
             path: block.phong.plan(scene, next(materials), feature_angle=feature_angle, **next(rays))
             for path, block in datasets(self._blocks)

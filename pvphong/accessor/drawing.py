@@ -8,7 +8,7 @@ from typing import Any
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.meshes.sharing import in_range
+from pvphong.meshes.surfaces import drawable
 
 
 def refuse_unlit(mesh: pv.DataSet, name: str) -> None:
@@ -22,4 +22,4 @@ def refuse_unlit(mesh: pv.DataSet, name: str) -> None:
 
 def draw_colors(mesh: pv.DataSet, name: str, options: Mapping[str, Any]) -> Any:
     """Show the colours of a point array as they are, clipped to [0, 1], by PyVista's `plot` with some options."""
-    return in_range(mesh, name).plot(rgb=True, lighting=False, scalars=name, **options)
+    return drawable(mesh, name).plot(rgb=True, lighting=False, scalars=name, **options)

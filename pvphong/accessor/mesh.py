@@ -10,12 +10,11 @@ import pyvista as pv
 from pvphong.accessor.drawing import draw_colors, refuse_unlit
 from pvphong.base.types import Backend, FloatArray, MatrixLike, Precision, Weighting
 from pvphong.geometry.transform import transform_normals
-from pvphong.meshes.color_views import ColorSpace, color_view
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
 from pvphong.meshes.lit import plan, point_normals, shade_mesh
-from pvphong.meshes.shadows import visibility_of
-from pvphong.meshes.surfaces import surface
+from pvphong.meshes.pictures import ColorSpace, color_view
+from pvphong.meshes.surfaces import FeatureAngle, split_sharp_edges, surface
+from pvphong.meshes.visibility import visibility_of
 from pvphong.optics.material import Material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import SceneLike
@@ -82,7 +81,7 @@ class MeshPhong:
             (n_points, 3) colours, or the name of a point array, that multiply the material's ambient and
             diffuse. uint8 counts as 0-255; floats are clipped to [0, 1], a NaN counts as 0. Of a texture, the colours
             at the mesh's texture coordinates: bilinear, with its `wrap`, and as linear light where it says that they
-            are sRGB; see `pvphong.meshes.textures.texture_colors`.
+            are sRGB; see `pvphong.meshes.point_data.texture_colors`.
         specular, shininess, roughness : array_like or str, optional
             (n_points,) numbers, of specular (n_points, 3) colours too, or the name of a point array, in place of the
             material's or its reflectance's, which are the same at all points; see `pvphong.evaluate`.
@@ -420,7 +419,7 @@ class MeshPhong:
         space : {"hsv", "xyz"}
             "hsv": hue and saturation from 0 to 1, and value, the largest channel, which may be above 1. "xyz": CIE X,
             Y and Z of the linear colours, of which Y is the relative luminance. See
-            `pvphong.meshes.color_views.color_view`.
+            `pvphong.meshes.pictures.color_view`.
         name : str, default "phong"
             Name of the array of colours.
 

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from pvphong.base.types import BoolArray, FloatArray, IntArray
 from pvphong.meshes.cells import cells
-from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
-from pvphong.meshes.surfaces import polygons, vertex_normals
+from pvphong.meshes.surfaces import FeatureAngle, polygons, split_sharp_edges, vertex_normals
 
 _GHOST = "vtkGhostType"
 _FOREIGN = "_pvphong_foreign"

@@ -20,7 +20,7 @@ from pvphong.batch.result import Batch
 from pvphong.batch.run import Run
 from pvphong.batch.tasks import Job
 from pvphong.meshes.blocks import DEFAULT
-from pvphong.meshes.edges import FeatureAngle
+from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene, SceneLike, as_scene
 

@@ -19,10 +19,9 @@ from pvphong.batch.listing import Piece
 from pvphong.batch.receipts import Receipt
 from pvphong.batch.seams import Border, Neighbours, border_of, with_normals, without_ghosts
 from pvphong.meshes.blocks import check_names, material_of
-from pvphong.meshes.edges import FeatureAngle
 from pvphong.meshes.files import read_mesh, save_lit
 from pvphong.meshes.lit import shade_mesh
-from pvphong.meshes.surfaces import has_normals, surface
+from pvphong.meshes.surfaces import FeatureAngle, has_normals, surface
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 

@@ -10,7 +10,7 @@ import pyvista as pv
 from pvphong.cli.inputs import single_meshes
 from pvphong.meshes.blocks import map_blocks, materials_of, only
 from pvphong.meshes.lit import shade_mesh
-from pvphong.meshes.shadows import rays_of
+from pvphong.meshes.visibility import visibility_options
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 
@@ -25,7 +25,7 @@ def shaded(mesh: Any, scene: Scene, materials: Mapping[str, Material], **how: An
     """The mesh with its lit colours; `how` as for `shade_mesh`."""
     each = _each(mesh, materials)
     if isinstance(mesh, pv.MultiBlock):
-        rays = rays_of(mesh, scene, how)
+        rays = visibility_options(mesh, scene, how)
         return map_blocks(mesh, lambda block: shade_mesh(block, scene, next(each), **next(rays)))
     return shade_mesh(mesh, scene, next(each), **how)
 

@@ -13,8 +13,8 @@ from pvphong.base import check
 from pvphong.base.processes import reading
 from pvphong.base.types import ColorLike
 from pvphong.meshes.blocks import DEFAULT, only
-from pvphong.meshes.edges import FeatureAngle
 from pvphong.meshes.files import read_mesh, read_texture
+from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.material import Material
 from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances import REFLECTANCES

@@ -20,7 +20,7 @@ from pvphong.cli.options import (
 )
 from pvphong.cli.telling import tell
 from pvphong.meshes.lit import plan as plan_mesh
-from pvphong.meshes.shadows import rays_of
+from pvphong.meshes.visibility import visibility_options
 
 
 def plan(
@@ -51,7 +51,7 @@ def plan(
     materials = look.to_materials(scene)
     options: Any = {"tolerance": tolerance, "feature_angle": feature_angle_of(feature_angle)}
     options["occluders"] = blockers.to_meshes()
-    rays = rays_of(outside, lighting, options) if isinstance(outside, pv.MultiBlock) else iter([options])
+    rays = visibility_options(outside, lighting, options) if isinstance(outside, pv.MultiBlock) else iter([options])
     found = (
         (block, plan_mesh(single, lighting, material, **next(rays)))
         for block, single, material in with_materials(outside, materials)

@@ -13,9 +13,9 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.cli.lighting import shaded
 from pvphong.meshes.blocks import DEFAULT, datasets, only
-from pvphong.meshes.edges import FeatureAngle
 from pvphong.meshes.files import save_lit
 from pvphong.meshes.pictures import WITHOUT_DISPLAY, aim, drawing_window, save_picture
+from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.studio.live import ARRAY

@@ -249,10 +249,10 @@ def refuse_invalid(mesh: pv.DataSet) -> None:
         allowed = "a mesh without convex point sets, because VTK's triangulation of some ends the process"
         remedy = "pv.PolyData(points).delaunay_3d() makes tetrahedra of its points."
         check.refuse("mesh", f"cell {hulls[0]}, a convex point set", allowed, remedy)
-    refuse_misfits(mesh)
+    refuse_wrong_sizes(mesh)
 
 
-def refuse_misfits(mesh: pv.DataSet) -> None:
+def refuse_wrong_sizes(mesh: pv.DataSet) -> None:
     """Raise ``ValueError`` for dimensions or an array of another length than the points or cells."""
     if isinstance(mesh, pv.StructuredGrid) and np.prod(mesh.dimensions) != mesh.n_points:
         got = f"{mesh.n_points} points in dimensions {tuple(mesh.dimensions)}"

@@ -1,4 +1,4 @@
-"""Lit meshes: reads points, normals and albedo from PyVista data, writes colours back as arrays."""
+"""Lit meshes: points, normals, albedo and visibility are read from PyVista data, colours written back as arrays."""
 
 from __future__ import annotations
 
@@ -13,13 +13,11 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject
 
 from pvphong.base import check
 from pvphong.base.types import Backend, FloatArray, MatrixLike, Weighting
+from pvphong.meshes.blocks import leaves, map_blocks
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.edges import FeatureAngle
-from pvphong.meshes.per_point import surface_with
-from pvphong.meshes.shadows import visibility_of
-from pvphong.meshes.sharing import sharing
-from pvphong.meshes.surfaces import vertex_normals
-from pvphong.meshes.textures import tangents_from
+from pvphong.meshes.point_data import surface_and_point_data, tangents_from
+from pvphong.meshes.surfaces import FeatureAngle, shallow_copy, surface, vertex_normals
+from pvphong.meshes.visibility import visibility_of
 from pvphong.optics.material import Material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, SceneLike, as_scene, light_labels
@@ -63,7 +61,7 @@ def shade_mesh(
     matrix : array_like, optional
         (4, 4) model matrix. It takes part in the lighting only: the mesh's points stay where they are.
     albedo : array_like, str or pyvista.Texture, optional
-        (n_points, 3) array, or the name of a point array, or a texture, as `pvphong.meshes.textures.texture_colors`
+        (n_points, 3) array, or the name of a point array, or a texture, as `pvphong.meshes.point_data.texture_colors`
         takes it.
     tangents : array_like or str, optional
         As `albedo`: vectors along the surface. From the texture coordinates if not given.
@@ -75,7 +73,7 @@ def shade_mesh(
     tolerance : float, default 0
         As for `evaluate`.
     feature_angle : float, "auto" or None
-        Degrees from which edges are sharp; see `pvphong.meshes.edges.split_sharp_edges`.
+        Degrees from which edges are sharp; see `pvphong.meshes.surfaces.split_sharp_edges`.
     backend : {"auto", "numpy", "numba"}
         Which evaluator computes, as for `evaluate`; and which form computes normals, as for `vertex_normals`.
     occluders : sequence
@@ -99,14 +97,14 @@ def shade_mesh(
     if not isinstance(name, str) or not name:
         check.refuse("name", name, "a string that is not empty")
     # shared first, and then read: what another thread replaces meanwhile is not half seen
-    now = sharing(mesh) if isinstance(mesh, pv.PolyData) else mesh
-    source, given = surface_with(now, {"albedo": albedo, "tangents": tangents, **maps}, feature_angle)
+    now = shallow_copy(mesh) if isinstance(mesh, pv.PolyData) else mesh
+    source, given = surface_and_point_data(now, {"albedo": albedo, "tangents": tangents, **maps}, feature_angle)
     scene = scene_for(source, scene, matrix)
     rays = {"occluders": occluders, "visibility": visibility, "tolerance": tolerance, "matrix": matrix}
     vertices = vertices_of(source, scene=scene, backend=backend, **given, **rays)
     planned = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     shading = planned.run(vertices, components=components, backend=backend, **how)
-    lit = source if source is now else sharing(source)
+    lit = source if source is now else shallow_copy(source)
     if shading.per_light is not None and vertices.screen is not None:
         add_visibility(lit, name, planned.equation, vertices.screen, light_labels(scene))
     if shading.per_light is not None:
@@ -170,7 +168,7 @@ def plan(
         If an argument has the wrong shape, type or range; the message names it.
     """
     if isinstance(mesh_or_points, pv.DataSet):
-        source, given = surface_with(mesh_or_points, maps, feature_angle)
+        source, given = surface_and_point_data(mesh_or_points, maps, feature_angle)
         scene = scene_for(source, scene, matrix)
         rays: dict[str, Any] = {"occluders": occluders, "visibility": visibility, "matrix": matrix}
         vertices = vertices_of(source, scene=scene, **rays, **given)
@@ -237,3 +235,26 @@ def add_visibility(lit: pv.PolyData, name: str, equation: Equation, screen: Scre
         lit.point_data[f"{name}_visibility_{labels[index]}"] = parts[index].copy()
     if equation.is_occluded:
         lit.point_data[f"{name}_sky"] = parts[-1].copy()
+
+
+def one_surface(blocks: pv.MultiBlock) -> pv.PolyData:
+    """The surfaces of all blocks as one, each with the normals that it is lit with, and no other array.
+
+    No points are merged: where blocks touch there are edges, as between the blocks.
+
+    Raises
+    ------
+    ValueError
+        If no block, or one of them, has nothing that can be lit; the message names it.
+    """
+    parts = [part for part in leaves(map_blocks(blocks, surface)) if isinstance(part, pv.PolyData)]
+    if not parts:
+        check.refuse("mesh", f"a MultiBlock of {blocks.n_blocks} without a mesh", "one with a mesh that can be lit")
+    bare = []
+    for part in parts:
+        one = part.copy(deep=False)
+        one.clear_data()
+        bare.append(one)
+    result: pv.PolyData = bare[0].append_polydata(*bare[1:]) if len(bare) > 1 else bare[0]
+    result.point_data.active_normals = np.concatenate([point_normals(part) for part in parts])
+    return result

@@ -9,8 +9,8 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.meshes.blocks import DEFAULT, datasets, materials_of, only
-from pvphong.meshes.edges import FeatureAngle
-from pvphong.meshes.textures import is_texture
+from pvphong.meshes.point_data import is_texture
+from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.material import Material, check_material
 from pvphong.studio.live import Finish, LiveMesh
 

@@ -12,12 +12,10 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong.base import check
 from pvphong.base.types import ByteArray, Float64Array, FloatArray
-from pvphong.meshes.edges import FeatureAngle, split_sharp_edges
 from pvphong.meshes.lit import point_normals
-from pvphong.meshes.per_point import at_points
-from pvphong.meshes.shadows import Among, visibility_of
-from pvphong.meshes.surfaces import has_normals, surface
-from pvphong.meshes.textures import is_texture, tangents_from, texture_colors, texture_edition
+from pvphong.meshes.point_data import is_texture, tangents_from, texture_colors, texture_version, values_at
+from pvphong.meshes.surfaces import FeatureAngle, has_normals, split_sharp_edges, surface
+from pvphong.meshes.visibility import KnownOccluders, visibility_of
 from pvphong.optics.material import Material, check_material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, light_labels
@@ -98,7 +96,7 @@ class LiveMesh:
     def __repr__(self) -> str:
         return f"<LiveMesh of {self.mesh.n_points} points, {self.material}>"
 
-    def refresh(self, scene: Scene, among: Among | None = None, *, samples: int | None = None) -> bool:
+    def refresh(self, scene: Scene, among: KnownOccluders | None = None, *, samples: int | None = None) -> bool:
         """Bring the colours up to date; returns whether they had to be computed.
 
         They are computed only when something that the plan depends on has changed: the viewer counts only
@@ -109,7 +107,7 @@ class LiveMesh:
         ----------
         scene : Scene
             What lights it.
-        among : Among, optional
+        among : KnownOccluders, optional
             What casts shadows on it, where the light model has shadows or ambient occlusion; by itself if not given.
         samples : int, optional
             So many rays for each vertex to a light with a size, in place of as many as it takes.
@@ -149,7 +147,7 @@ class LiveMesh:
         check_material(material)
         self.finish.material = material
 
-    def _screen(self, scene: Scene, among: Among | None, samples: int | None) -> Visibility:
+    def _screen(self, scene: Scene, among: KnownOccluders | None, samples: int | None) -> Visibility:
         """What the vertices see, with what is known of lights that stayed where they were."""
         model = scene.light_model
         key = self.shape(), among and _Same(among.occluders), model.two_sided, model.occlusion_distance
@@ -219,7 +217,7 @@ class LiveMesh:
     @staticmethod
     def _edition_of(albedo: Any) -> Any:
         if is_texture(albedo):
-            return texture_edition(albedo)
+            return texture_version(albedo)
         return _edition(albedo) if hasattr(albedo, "GetMTime") else _Same(albedo)
 
     def _follow_geometry(self) -> None:
@@ -254,7 +252,7 @@ class LiveMesh:
         """At the points that are drawn: edges of the user's mesh may have been split."""
         albedo = self.albedo
         if is_texture(albedo):
-            edition = texture_edition(albedo)
+            edition = texture_version(albedo)
             if self._textured is None or self._textured[0] != edition:
                 self._textured = edition, texture_colors(albedo, self.drawn).astype(np.float32)
             return self._textured[1]
@@ -264,7 +262,7 @@ class LiveMesh:
             albedo = arrays[albedo]
             if not isinstance(self.mesh, pv.PolyData):
                 return albedo
-        return at_points("albedo", albedo, self._points, self._n_whole)
+        return values_at("albedo", albedo, self._points, self._n_whole)
 
     def _arrays(self) -> Any:
         """Where a named albedo is looked up: the user's point arrays, which may be replaced at any time."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from pvphong.meshes.shadows import Among, world_faces
+from pvphong.meshes.visibility import KnownOccluders, world_faces
 from pvphong.rays.faces import BlockingFaces
 from pvphong.rays.occluders import Occluders
 from pvphong.studio.live import LiveMesh
@@ -18,7 +18,7 @@ class Casting:
         self._faces: dict[LiveMesh, tuple[Any, BlockingFaces]] = {}
         self._occluders = Occluders(())
 
-    def among(self, shown: Sequence[LiveMesh]) -> list[Among]:
+    def among(self, shown: Sequence[LiveMesh]) -> list[KnownOccluders]:
         """Each visible mesh among those that cast shadows; the same occluders as before while none of these changes."""
         casting = [live for live in shown if live.casts_shadows and _has_shape(live)]
         faces = {live: self._faces_of(live) for live in casting}
@@ -26,7 +26,7 @@ class Casting:
         if not is_same:
             self._occluders = Occluders([each for _, each in faces.values()])
             self._faces = faces
-        return [Among(self._occluders, casting.index(live) if live in casting else None) for live in shown]
+        return [KnownOccluders(self._occluders, casting.index(live) if live in casting else None) for live in shown]
 
     def _faces_of(self, live: LiveMesh) -> tuple[Any, BlockingFaces]:
         state, known = live.shape(), self._faces.get(live)

@@ -9,8 +9,7 @@ from batch.cutting import bare, cut, read_whole, save_pieces, series, surfaces
 
 import pvphong as ph
 from pvphong.batch.seams import border_of, neighbours_of, with_normals, without_ghosts
-from pvphong.meshes.edges import split_sharp_edges
-from pvphong.meshes.surfaces import polygons
+from pvphong.meshes.surfaces import polygons, split_sharp_edges
 
 MESHES = {
     "ball": pv.Sphere(theta_resolution=40, phi_resolution=30),

@@ -5,7 +5,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.meshes.edges import ORIGINAL_POINT, split_sharp_edges
+from pvphong.meshes.surfaces import ORIGINAL_POINT, split_sharp_edges
 from pvphong.studio.live import LiveMesh
 
 SUN = ph.Scene([ph.DirectionalLight(direction=(-1.0, -2.0, -3.0))], ph.Viewer(position=(2.0, 3.0, 4.0)))

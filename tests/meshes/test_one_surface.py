@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from pvphong.meshes.one_surface import one_surface
+from pvphong.meshes.lit import one_surface
 
 
 def blocks():

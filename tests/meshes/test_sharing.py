@@ -8,7 +8,7 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong.filter import PhongFilter
-from pvphong.meshes.sharing import sharing
+from pvphong.meshes.surfaces import shallow_copy
 from pvphong.optics.lights import DirectionalLight, PointLight
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
@@ -149,7 +149,7 @@ CHANGES = {
 @pytest.mark.parametrize("of", ["input", "result"])
 def test_what_is_replaced_on_one_side_is_not_on_the_other(change, of):
     mesh = ball()
-    lit = sharing(mesh)
+    lit = shallow_copy(mesh)
     assert state(mesh)[1:] == state(lit)[1:]
     changed, kept = (mesh, lit) if of == "input" else (lit, mesh)
     before = state(kept)

@@ -9,7 +9,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.meshes.textures import texture_colors
+from pvphong.meshes.point_data import texture_colors
 
 WRAPS = {"CLAMP_TO_EDGE": "edge", "REPEAT": "wrap", "MIRRORED_REPEAT": "symmetric", "CLAMP_TO_BORDER": "constant"}
 BORDER = (0.2, 0.4, 0.6)

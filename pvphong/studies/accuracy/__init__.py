@@ -16,8 +16,8 @@ from pvphong.base import check
 from pvphong.base.types import MatrixLike
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.lit import point_normals
-from pvphong.meshes.shadows import visibility_of
 from pvphong.meshes.surfaces import surface
+from pvphong.meshes.visibility import visibility_of
 from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import SceneLike
 from pvphong.shading import kernel

@@ -12,8 +12,8 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike
 from pvphong.geometry import normals
 from pvphong.geometry.faces import Faces
-from pvphong.meshes.cells import invalid_cells, refuse_misfits
-from pvphong.meshes.surfaces import outer, unchecked_polygons
+from pvphong.meshes.cells import invalid_cells, refuse_wrong_sizes
+from pvphong.meshes.surfaces import outer_surface, unchecked_polygons
 from pvphong.studies.diagnose.checks import (
     check_edges,
     check_faces,
@@ -62,9 +62,13 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
         remedy = "pyvista.wrap turns VTK's datasets into one; of a MultiBlock diagnose each block."
         check.refuse("mesh", type(mesh).__name__, "a pyvista.DataSet", remedy)
     singular, nearly, mirrored = (False, False, False) if matrix is None else check_matrix(matrix)
-    refuse_misfits(mesh)
+    refuse_wrong_sizes(mesh)
     invalid = invalid_cells(mesh)
-    source = outer(mesh) if isinstance(mesh, pv.PolyData) or not len(invalid) else pv.PolyData(np.asarray(mesh.points))
+    source = (
+        outer_surface(mesh)
+        if isinstance(mesh, pv.PolyData) or not len(invalid)
+        else pv.PolyData(np.asarray(mesh.points))
+    )
     points = check.array("mesh.points", np.asarray(source.points))
     n_faces, numbers, faces = _valid_faces(source, points)
     stored = source.point_data.active_normals

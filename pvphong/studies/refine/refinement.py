@@ -12,11 +12,9 @@ from numpy.typing import NDArray
 from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Precision
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.edges import ORIGINAL_POINT, FeatureAngle
 from pvphong.meshes.lit import point_normals
-from pvphong.meshes.per_point import surface_with
-from pvphong.meshes.sharing import sharing
-from pvphong.meshes.surfaces import has_faces
+from pvphong.meshes.point_data import surface_and_point_data
+from pvphong.meshes.surfaces import ORIGINAL_POINT, FeatureAngle, has_faces, shallow_copy
 from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import SceneLike
 from pvphong.shading.albedo import checked_albedo, reflectances
@@ -197,7 +195,7 @@ def interpolation_error(
     with _far_ranges_allowed():
         vertices = LitVertices(points, normals, normals, lit.shades, lit.lighting.colors(points, normals, lit.shades))
         errors = all_errors(vertices, lit.corners, lit.lighting)
-    result = sharing(lit.mesh)
+    result = shallow_copy(lit.mesh)
     result.cell_data["phong" + _ERROR] = errors
     result.set_active_scalars("phong" + _ERROR, preference="cell")
     return result
@@ -224,7 +222,7 @@ def _lit_triangles(
     feature_angle: FeatureAngle,
 ) -> _LitTriangles:
     check_material(material)
-    source, found = surface_with(mesh, {"albedo": albedo}, feature_angle)
+    source, found = surface_and_point_data(mesh, {"albedo": albedo}, feature_angle)
     given = found["albedo"]
     scene = scene_for(source, given_scene, matrix)
     refuse_rays(scene, "where colours inside of triangles count")
@@ -250,7 +248,7 @@ def _summary(stopped: Stopped, tolerance: float, left: float, counts: tuple[int,
 def _faces_alone(mesh: pv.PolyData) -> pv.PolyData:
     """A mesh without its vertex and line cells, which VTK's triangulation would mix up with the faces' arrays."""
     first = mesh.n_verts + mesh.n_lines
-    result = sharing(mesh)
+    result = shallow_copy(mesh)
     result.clear_cell_data()
     result.SetVerts(None)
     result.SetLines(None)

@@ -25,8 +25,7 @@ from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.files import refuse_suffix
 from pvphong.meshes.lit import point_normals, shade_mesh
 from pvphong.meshes.pictures import refuse_size, save_picture
-from pvphong.meshes.sharing import sharing
-from pvphong.meshes.surfaces import has_faces, surface
+from pvphong.meshes.surfaces import has_faces, shallow_copy, surface
 from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.scene.viewer import Viewer
@@ -178,7 +177,7 @@ def _colored(lit: pv.PolyData) -> vtkOpenGLActor:
 
 def _lit_by_vtk(source: pv.PolyData, material: Material) -> vtkOpenGLActor:
     """The surface with smooth shading, as VTK lights it."""
-    smooth = sharing(source)
+    smooth = shallow_copy(source)
     smooth.point_data.active_normals = point_normals(source)
     mapper = vtkOpenGLPolyDataMapper()
     mapper.SetInputData(smooth)

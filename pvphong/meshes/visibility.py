@@ -15,7 +15,7 @@ from pvphong.base.types import FloatArray, MatrixLike, rgb
 from pvphong.geometry.transform import transform_normals, transform_points
 from pvphong.meshes.blocks import datasets, leaves
 from pvphong.meshes.cells import refuse_invalid
-from pvphong.meshes.surfaces import has_faces, outer, polygons, surface
+from pvphong.meshes.surfaces import has_faces, outer_surface, polygons, surface
 from pvphong.rays.faces import BlockingFaces
 from pvphong.rays.occluders import Occluders
 from pvphong.rays.receiver import Receiver
@@ -41,7 +41,7 @@ def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
     return connectivity[fans]
 
 
-class Among(NamedTuple):
+class KnownOccluders(NamedTuple):
     """A mesh among occluders that are known already."""
 
     occluders: Occluders
@@ -89,17 +89,19 @@ def _outer(name: str, mesh: pv.DataSet) -> pv.PolyData:
         refuse_invalid(mesh)
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from error
-    return outer(mesh) if mesh.n_points else pv.PolyData()
+    return outer_surface(mesh) if mesh.n_points else pv.PolyData()
 
 
-def mutual(blocks: pv.MultiBlock, matrix: MatrixLike | None = None, occluders: Any = ()) -> Iterator[Among]:
+def occluders_of_blocks(
+    blocks: pv.MultiBlock, matrix: MatrixLike | None = None, occluders: Any = ()
+) -> Iterator[KnownOccluders]:
     """Each dataset that is not empty, in their order, among all of them and other occluders."""
     parts = [world_faces(surface(block), matrix) for _, block in datasets(blocks)]
     together = Occluders([*parts, *checked_occluders(occluders)])
-    return (Among(together, index) for index in range(len(parts)))
+    return (KnownOccluders(together, index) for index in range(len(parts)))
 
 
-def rays_of(blocks: pv.MultiBlock, scene: Scene, options: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def visibility_options(blocks: pv.MultiBlock, scene: Scene, options: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """Options for each dataset that is not empty: occluders or visibility are its own.
 
     Raises
@@ -111,7 +113,7 @@ def rays_of(blocks: pv.MultiBlock, scene: Scene, options: dict[str, Any]) -> Ite
     if given is None:
         if not scene.light_model.needs_rays:
             return repeat(options)
-        among = mutual(blocks, options.get("matrix"), options.get("occluders", ()))
+        among = occluders_of_blocks(blocks, options.get("matrix"), options.get("occluders", ()))
         return (options | {"occluders": each} for each in among)
     paths = [path for path, _ in datasets(blocks)]
     if not isinstance(given, Mapping) or not given.keys() >= set(paths):
@@ -136,7 +138,7 @@ def visibility_of(
     tolerance = check.number("tolerance", tolerance, at_least=0.0) or _AS_FINE_AS_A_DISPLAY
     model = scene.light_model
     faces = world_faces(source, matrix)
-    among = occluders if isinstance(occluders, Among) else _among(faces, checked_occluders(occluders))
+    among = occluders if isinstance(occluders, KnownOccluders) else _among(faces, checked_occluders(occluders))
 
     def world_normals() -> FloatArray:
         return normals() if matrix is None else transform_normals(normals(), matrix)
@@ -154,5 +156,5 @@ def visibility_of(
     )
 
 
-def _among(own: BlockingFaces, others: list[BlockingFaces]) -> Among:
-    return Among(Occluders([own, *others]), 0) if len(own) else Among(Occluders(others), None)
+def _among(own: BlockingFaces, others: list[BlockingFaces]) -> KnownOccluders:
+    return KnownOccluders(Occluders([own, *others]), 0) if len(own) else KnownOccluders(Occluders(others), None)
