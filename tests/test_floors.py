@@ -335,5 +335,5 @@ def test_the_way_of_a_scene_goes_down():
         ("geometry.extent", "shading.kernel"),
         ("shading.plan.screens", "rays.visibility"),
         ("base.threads", "rays.receiver"),
-        ("rays.receiver", "meshes.shadows"),
+        ("rays.receiver", "meshes.visibility"),
     }
