@@ -55,13 +55,12 @@ if TYPE_CHECKING:
     from pvphong.studies.diagnose.diagnosis import Diagnosis, diagnose
     from pvphong.studies.validate.comparison import Comparison
     from pvphong.studies.validate.validation import validate
-    from pvphong.vtk.light_kit import light_kit
-    from pvphong.vtk.lights import as_light
+    from pvphong.vtk.lights import as_light, light_kit
     from pvphong.vtk.oracle import vtk_shade
 
 
 def _answer_the_core() -> None:
-    from pvphong.vtk.host import answer_the_core
+    from pvphong.vtk.lights import answer_the_core
 
     answer_the_core()
 
@@ -96,8 +95,8 @@ _PLACES = {
     "studies.diagnose.diagnosis": "Diagnosis diagnose",
     "studies.validate.comparison": "Comparison",
     "studies.validate.validation": "validate",
-    "vtk.light_kit": "light_kit",
-    "vtk.lights": "as_light",
+    
+    "vtk.lights": "as_light light_kit",
     "vtk.oracle": "vtk_shade",
 }
 _PLACE_OF = {name: place for place, names in _PLACES.items() for name in names.split()}

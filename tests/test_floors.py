@@ -334,6 +334,6 @@ def test_the_way_of_a_scene_goes_down():
     assert calls_upward(lambda: ball.phong.shade(shadows, shiny, backend="numpy")) == {
         ("geometry.extent", "shading.kernel"),
         ("shading.plan.screens", "rays.visibility"),
-        ("base.threads", "rays.receiver"),
-        ("rays.receiver", "meshes.visibility"),
+        ("base.threads", "rays.rays"),
+        ("rays.rays", "meshes.visibility"),
     }

@@ -1,4 +1,4 @@
-"""What the core asks of PyVista and VTK, and `pvphong.vtk.host` answers: the core itself imports neither.
+"""What the core asks of PyVista and VTK, and `pvphong.vtk.lights` answers: the core itself imports neither.
 
 `pvphong/__init__.py` says who answers. It loads this module each time, so nothing heavy is imported here.
 """

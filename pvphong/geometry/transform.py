@@ -1,4 +1,6 @@
-"""Points, vectors and normals under a 4x4 affine model matrix, and the normalising of vectors.
+"""Classes of model matrices, as far as they concern normals.
+
+Points, vectors and normals under a 4x4 affine model matrix, and the normalising of vectors.
 
 A model matrix M = [[L, t], [0, 0, 0, w]] takes a point p to (L p + t) / w and a vector v to L v / w. A normal n
 goes by the inverse-transpose of L / w, which is its cofactor matrix up to a positive factor and the sign of
@@ -12,6 +14,7 @@ apart, which gives the same bits wherever both ways are open.
 from __future__ import annotations
 
 import warnings
+from enum import Enum
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +22,36 @@ from numpy.typing import ArrayLike
 from pvphong.base import check
 from pvphong.base.float_range import common_integers, mantissas_and_exponents, scaled_floats, wide_sums
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike
+
+
+class MatrixClass(Enum):
+    """What a matrix does to the directions of normals; the value says it to people."""
+
+    TRANSLATION = "a translation"
+    UNIFORM_SCALE = "a uniform scale"
+    SIMILAR = "rigid or similar: the inverse-transpose is the matrix itself, but for its scale"
+    GENERAL = "general: normals need the inverse-transpose"
+
+    @property
+    def keeps_normals(self) -> bool:
+        """Whether normals point where they did."""
+        return self in {MatrixClass.TRANSLATION, MatrixClass.UNIFORM_SCALE}
+
+
+def class_of(matrix: Float64Array) -> MatrixClass:
+    """Of a (4, 4) affine matrix; what keeps normals is exact, what is similar is so to 1e-12."""
+    linear, w = matrix[:3, :3], matrix[3, 3]
+    if np.array_equal(linear, np.eye(3) * linear[0, 0]) and np.sign(linear[0, 0]) == np.sign(w):
+        return MatrixClass.TRANSLATION if linear[0, 0] == w else MatrixClass.UNIFORM_SCALE
+    scaled = np.ldexp(linear, -np.frexp(np.abs(linear).max())[1])  # so that no product overflows
+    gram = scaled.T @ scaled
+    if np.allclose(gram, np.eye(3) * gram[0, 0], rtol=0.0, atol=1e-12):
+        return MatrixClass.SIMILAR
+    return MatrixClass.GENERAL
+
+
+# --- transform
+
 
 # Squared lengths between these carry no underflow and no overflow into their last bit.
 _LEAST_SQUARE, _MOST_SQUARE = 2.0**-900, 2.0**900

@@ -16,9 +16,8 @@ from pvphong.geometry.transform import transform_normals, transform_points
 from pvphong.meshes.blocks import datasets, leaves
 from pvphong.meshes.cells import refuse_invalid
 from pvphong.meshes.surfaces import has_faces, outer_surface, polygons, surface
-from pvphong.rays.faces import BlockingFaces
-from pvphong.rays.occluders import Occluders
-from pvphong.rays.receiver import Receiver
+from pvphong.rays.casting import BlockingFaces, Occluders
+from pvphong.rays.rays import Receiver
 from pvphong.rays.sampling import MOST_RAYS
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, light_labels

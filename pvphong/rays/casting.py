@@ -3,6 +3,9 @@
 Backends see triangles about their middle, scaled by a power of two so that none is further than 1 from it, and rays
 that begin no further than a few such units away: so single precision has the same resolution whatever the unit of
 length and however far from the origin all of it is.
+
+In order: triangles; the backends, Embree's and VTK's; `Caster`, which takes rays of any length from anywhere; and
+`Occluders`, parts that can block light, each the triangles of one mesh.
 """
 
 from __future__ import annotations
@@ -11,12 +14,20 @@ import functools
 import importlib.util
 import math
 import warnings
-from typing import Protocol
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+from vtkmodules.vtkCommonCore import mutable, vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkStaticCellLocator
 
+from pvphong.base import check
+from pvphong.base.processes import available_memory
 from pvphong.base.types import BoolArray, Float64Array, FloatArray
-from pvphong.rays.faces import BlockingFaces
 
 BYTES_PER_TRIANGLE = 130
 """What a caster takes for each, about, measured with both backends from 1 to 3 million triangles."""
@@ -35,6 +46,76 @@ class SlowRaysWarning(UserWarning):
     """Many rays are cast by VTK, for embreex is not installed."""
 
 
+# --- triangles
+
+
+class Ball(NamedTuple):
+    """A sphere around triangles."""
+
+    center: Float64Array
+    radius: float
+
+
+@dataclass(frozen=True, eq=False)
+class BlockingFaces:
+    """Triangles.
+
+    Parameters
+    ----------
+    points : ndarray
+        Shape (n, 3).
+    corners : ndarray
+        Shape (m, 3): which of the points are a triangle's.
+    """
+
+    points: FloatArray
+    corners: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.corners)
+
+    @classmethod
+    def joined(cls, parts: Sequence[BlockingFaces]) -> BlockingFaces:
+        """All triangles of several."""
+        if len(parts) == 1:
+            return parts[0]
+        starts = np.cumsum([0, *(len(part.points) for part in parts)])
+        corners = [part.corners + start for part, start in zip(parts, starts[:-1], strict=True)]
+        return cls(np.concatenate([part.points for part in parts]), np.concatenate(corners))
+
+    @cached_property
+    def sound(self) -> BlockingFaces:
+        """Those without a corner that is not finite."""
+        if not len(self) or not len(self.points) or np.isfinite(_extremes(self.points)).all():
+            return self
+        finite: Any = np.isfinite(self.points).all(axis=1)
+        left = self.corners[finite[self.corners].all(axis=1)]
+        used, corners = np.unique(left, return_inverse=True)
+        return BlockingFaces(self.points[used], corners.reshape(-1, 3))
+
+    @cached_property
+    def box(self) -> Float64Array:
+        """Least and greatest coordinates, shape (2, 3); 0 where there is no triangle."""
+        return _extremes(self.points) if len(self) else np.zeros((2, 3))
+
+    @cached_property
+    def ball(self) -> Ball | None:
+        """Around those that are sound; None where there is none."""
+        if not len(self.sound):
+            return None
+        low, high = self.sound.box
+        half = high / 2 - low / 2
+        return Ball(low + half, float(np.hypot.reduce(half)) * (1.0 + 1e-9))
+
+
+def _extremes(points: FloatArray) -> Float64Array:
+    columns = np.ascontiguousarray(points.T)  # long rows are searched many times as fast as triples
+    return np.stack([columns.min(axis=1), columns.max(axis=1)]).astype(np.float64)
+
+
+# --- backends
+
+
 class Backend(Protocol):
     """What casts rays at triangles."""
 
@@ -43,6 +124,55 @@ class Backend(Protocol):
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
         """Whether a triangle is met: origins and unit vectors (n, 3), lengths (n,), all of moderate size."""
+
+
+class Embree:
+    """Intel's Embree, through embreex (the extra `rays`), in single precision; several threads may cast at once."""
+
+    def __init__(self, faces: BlockingFaces) -> None:
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+
+        self._scene = EmbreeScene(robust=True)
+        self._mesh = TriangleMesh(self._scene, faces.points.astype(np.float32), faces.corners.astype(np.int32))
+        self.blocked(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.ones(1))  # the first ray builds the tree
+
+    def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
+        """Whether a triangle is met."""
+        rays = (np.ascontiguousarray(a, np.float32) for a in (origins, directions))
+        found: BoolArray = self._scene.run(*rays, dists=lengths.astype(np.float32), query="OCCLUDED") >= 0
+        return found
+
+
+# Places on triangles are rounded too: with a tolerance of 0 some are missed.
+_TOLERANCE = 2.0**-24
+
+
+class Locator:
+    """VTK's static cell locator: slower, and always there."""
+
+    def __init__(self, faces: BlockingFaces) -> None:
+        points, cells, mesh = vtkPoints(), vtkCellArray(), vtkPolyData()
+        points.SetData(numpy_to_vtk(np.ascontiguousarray(faces.points), deep=True))
+        corners = np.ascontiguousarray(faces.corners, np.int64).ravel()
+        offsets = numpy_to_vtkIdTypeArray(np.arange(0, len(corners) + 1, 3, dtype=np.int64), deep=True)
+        cells.SetData(offsets, numpy_to_vtkIdTypeArray(corners, deep=True))
+        mesh.SetPoints(points)
+        mesh.SetPolys(cells)
+        self._locator = vtkStaticCellLocator()
+        self._locator.SetDataSet(mesh)
+        self._locator.BuildLocator()
+
+    def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
+        """Whether a triangle is met."""
+        ends = origins + lengths[:, None] * directions
+        meet: Any = self._locator.IntersectWithLine  # VTK's annotations have no numbers that it changes
+        t, cell, where, inside = mutable(0.0), mutable(0), [0.0] * 3, [0.0] * 3
+        pairs = zip(origins.tolist(), ends.tolist(), strict=True)
+        return np.array([meet(a, b, _TOLERANCE, t, where, inside, cell) != 0 for a, b in pairs], np.bool_)
+
+
+# --- rays of any length from anywhere
 
 
 class Caster:
@@ -149,10 +279,90 @@ def _tell_once() -> None:
 
 @functools.cache
 def _backend() -> type[Backend]:
-    if has_embree():
-        from pvphong.rays.embree import Embree
+    return Embree if has_embree() else Locator
 
-        return Embree
-    from pvphong.rays.locator import Locator
 
-    return Locator
+# --- what can block light
+
+
+# A part so many times smaller than the others is not put into one caster with them, whose resolution is too coarse for
+# it: single precision tells 2⁻²⁴ of the whole apart.
+_ALIKE = 2.0**8
+
+
+class Occluders:
+    """Parts that block light together.
+
+    Parameters
+    ----------
+    parts : sequence of BlockingFaces
+        In the world.
+    """
+
+    def __init__(self, parts: Sequence[BlockingFaces]) -> None:
+        self._parts = tuple(parts)
+
+    def __len__(self) -> int:
+        return len(self._parts)
+
+    @property
+    def count(self) -> int:
+        """Of triangles."""
+        return sum(map(len, self._parts))
+
+    @property
+    def memory(self) -> int:
+        """Bytes that casting rays takes for them, about."""
+        return self.count * BYTES_PER_TRIANGLE
+
+    @cached_property
+    def balls(self) -> list[Ball | None]:
+        """Around each part; None for one without a triangle."""
+        return [part.ball for part in self._parts]
+
+    @cached_property
+    def _groups(self) -> list[list[int]]:
+        """Parts that share a caster: those of nearly the size of the largest, then those of the next sizes."""
+        left = [(ball.radius, index) for index, ball in enumerate(self.balls) if ball is not None]
+        left.sort(reverse=True)
+        groups: list[list[int]] = []
+        while left:
+            alike = [index for radius, index in left if radius * _ALIKE >= left[0][0]]
+            groups.append(alike)
+            left = left[len(alike) :]
+        return groups
+
+    @cached_property
+    def casters(self) -> list[Caster]:
+        """Built when rays are first cast.
+
+        Raises
+        ------
+        ValueError
+            If they would take more memory than there is.
+        """
+        available = available_memory()
+        if available is not None and self.memory > available:
+            got = f"{self.count:,} triangles, which take about {self.memory / 1e9:.3g} GB"
+            allowed = f"as many as fit into the {available / 1e9:.3g} GB of memory that are free"
+            check.refuse("occluders", got, allowed, "Fewer will do for shadows: mesh.decimate(0.9) takes nine in ten.")
+        return [Caster(BlockingFaces.joined([self._parts[index] for index in group])) for group in self._groups]
+
+    def resolution(self, part: int | None) -> float:
+        """The length below which nothing is told apart at a part, or else at the finest one; 0 without any."""
+        if not self.casters:
+            return 0.0
+        own = [caster for group, caster in zip(self._groups, self.casters, strict=True) if part in group]
+        return (own or self.casters)[-1].resolution
+
+    def blocked(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
+        """As `Caster.blocked`, by any part."""
+        found = np.zeros(len(directions), bool)
+        for caster in self.casters:
+            if not found.any():
+                found = caster.blocked(origins, directions, distances)
+                continue
+            free = np.flatnonzero(~found)
+            some = origins[free // rays_each(origins, directions)]
+            found[free] = caster.blocked(some, directions[free], distances[free])
+        return found

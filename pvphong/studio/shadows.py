@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from pvphong.meshes.visibility import KnownOccluders, world_faces
-from pvphong.rays.faces import BlockingFaces
-from pvphong.rays.occluders import Occluders
+from pvphong.rays.casting import BlockingFaces, Occluders
 from pvphong.studio.live import LiveMesh
 
 

@@ -20,9 +20,7 @@ import numpy as np
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.rays.casting import has_embree
-from pvphong.rays.faces import BlockingFaces
-from pvphong.rays.occluders import Occluders
+from pvphong.rays.casting import BlockingFaces, Occluders, has_embree
 
 LIGHTS = [
     ph.DirectionalLight(direction=(1, 0, -1), name="sun"),

@@ -5,7 +5,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.geometry.convex import is_convex
+from pvphong.geometry.extent import is_convex
 
 
 def judged(mesh, normals=None):

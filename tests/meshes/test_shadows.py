@@ -14,7 +14,7 @@ import pvphong as ph
 from pvphong.base import threads
 from pvphong.base.text import listening
 from pvphong.rays import casting, sampling, visibility
-from pvphong.rays.locator import Locator
+from pvphong.rays.casting import Locator
 
 SUN = ph.DirectionalLight(direction=(0, 0, -1), name="sun")
 LAMP = ph.PointLight(position=(0, 0, 4), name="lamp")

@@ -4,11 +4,8 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from pvphong.rays import casting, occluders
-from pvphong.rays.casting import Caster, has_embree
-from pvphong.rays.faces import BlockingFaces
-from pvphong.rays.locator import Locator
-from pvphong.rays.occluders import Occluders
+from pvphong.rays import casting
+from pvphong.rays.casting import BlockingFaces, Caster, Locator, Occluders, has_embree
 
 BACKENDS = ["vtk", *["embree"] * has_embree()]
 
@@ -139,7 +136,7 @@ def test_without_embree_it_is_said_once_and_only_where_it_matters(monkeypatch):
 
 
 def test_more_triangles_than_fit_into_memory_are_refused_before_any_is_read(monkeypatch):
-    monkeypatch.setattr(occluders, "available_memory", lambda: 10**9)
+    monkeypatch.setattr(casting, "available_memory", lambda: 10**9)
     many = BlockingFaces(np.zeros((3, 3)), np.broadcast_to(np.arange(3), (10**7, 3)))
     with pytest.raises(
         ValueError, match=r"^occluders must be as many as fit into the 1 GB.*10,000,000.*1\.3 GB.*decim"

@@ -11,8 +11,7 @@ from pvphong.scene.light_model import LightModel
 from pvphong.scene.presets import three_lights, three_point
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
-from pvphong.vtk.light_kit import light_kit
-from pvphong.vtk.lights import from_vtk
+from pvphong.vtk.lights import from_vtk, light_kit
 
 VIEWER = Viewer(position=(3, -8, 4), focal_point=(0, 0, 0), up=(0, 0, 1))
 

@@ -15,9 +15,7 @@ from stability.ledger import record, same_bits
 
 import pvphong as ph
 from pvphong.rays import casting
-from pvphong.rays.casting import has_embree
-from pvphong.rays.faces import BlockingFaces
-from pvphong.rays.locator import Locator
+from pvphong.rays.casting import BlockingFaces, Locator, has_embree
 
 SLANTED = ph.DirectionalLight(direction=(-3, 1, -0.2))
 SUN = ph.DirectionalLight(direction=(0, 0, -1))

@@ -10,9 +10,9 @@ import pyvista as pv
 from mouse import Mouse
 
 import pvphong as ph
-from pvphong.rays import tracing
+from pvphong.rays import visibility
 from pvphong.rays.casting import Caster
-from pvphong.rays.tracing import Tracer
+from pvphong.rays.visibility import Tracer
 
 SUN = ph.DirectionalLight(direction=(0, 0, -1), name="sun")
 LAMP = ph.PointLight(position=(1, 0, 4), name="lamp")
@@ -184,8 +184,8 @@ def test_a_light_that_rides_along_takes_its_shadows_with_it(window):
 
 def test_a_drag_takes_few_rays_and_its_end_as_many_as_it_takes(window, monkeypatch):
     w = window(BALL, SUN)
-    efforts, look = [], tracing.look
-    monkeypatch.setattr(tracing, "look", lambda count, ask, effort, faces: (
+    efforts, look = [], visibility.look
+    monkeypatch.setattr(visibility, "look", lambda count, ask, effort, faces: (
         efforts.append(effort.samples) or look(count, ask, effort, faces)))  # fmt: skip
     w.phong.add_gizmos()
     mouse = Mouse(w.plotter)

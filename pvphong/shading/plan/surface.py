@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pvphong.geometry.matrix_class import class_of
+from pvphong.geometry.transform import class_of
 from pvphong.shading.equation import BLACK
 from pvphong.shading.plan.draft import Decision, Draft, Effect, unchanged
 

@@ -17,11 +17,10 @@ from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.evaluation import evaluate
 from pvphong.studies.validate.comparison import Comparison
-from pvphong.vtk.limits import Pose, limits
+from pvphong.vtk.lights import allowed_error
+from pvphong.vtk.limits import Pose, in_vtk_terms, limits
 from pvphong.vtk.obstacles import refuse_inexpressible, seen_from_infinity, shining
 from pvphong.vtk.oracle import driver, vtk_shade
-from pvphong.vtk.physical import allowed_error
-from pvphong.vtk.terms import in_vtk_terms
 
 _DOUBTFUL_FACING = 2.0**-40
 """Cosines between normal and viewer below this have no certain sign in float64."""
