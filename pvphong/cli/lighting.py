@@ -8,7 +8,7 @@ from typing import Any
 import pyvista as pv
 
 from pvphong.cli.inputs import single_meshes
-from pvphong.meshes.blocks import map_blocks, materials_of, only
+from pvphong.meshes.blocks import map_blocks, materials_of, single_material
 from pvphong.meshes.lit import shade_mesh
 from pvphong.meshes.visibility import visibility_options
 from pvphong.optics.material import Material
@@ -31,4 +31,4 @@ def shaded(mesh: Any, scene: Scene, materials: Mapping[str, Material], **how: An
 
 
 def _each(mesh: Any, materials: Mapping[str, Material]) -> Iterator[Material]:
-    return materials_of(mesh, materials) if isinstance(mesh, pv.MultiBlock) else iter([only(materials)])
+    return materials_of(mesh, materials) if isinstance(mesh, pv.MultiBlock) else iter([single_material(materials)])

@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from pvphong.base import check
 from pvphong.base.processes import reading
 from pvphong.base.types import ColorLike
-from pvphong.meshes.blocks import DEFAULT, only
+from pvphong.meshes.blocks import DEFAULT, single_material
 from pvphong.meshes.files import read_mesh, read_texture
 from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.material import Material
@@ -68,7 +68,7 @@ class Look:
 
     def to_material(self, file: Path | None) -> Material:
         """The material of a single mesh."""
-        return only(self.to_materials(file))
+        return single_material(self.to_materials(file))
 
 
 def _named(name: str) -> Material:

@@ -12,7 +12,7 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.cli.lighting import shaded
-from pvphong.meshes.blocks import DEFAULT, datasets, only
+from pvphong.meshes.blocks import DEFAULT, datasets, single_material
 from pvphong.meshes.files import save_lit
 from pvphong.meshes.pictures import WITHOUT_DISPLAY, aim, drawing_window, save_picture
 from pvphong.meshes.surfaces import FeatureAngle
@@ -83,7 +83,7 @@ def show(
         plotter.phong.add_light(light)
     several = isinstance(mesh, pv.MultiBlock)
     how = {"albedo": albedo, "feature_angle": feature_angle}
-    drawn = plotter.phong.add_mesh(mesh, materials if several else only(materials), **how)
+    drawn = plotter.phong.add_mesh(mesh, materials if several else single_material(materials), **how)
     for occluder in occluders:
         plotter.phong.add_mesh(occluder)
     names = [name for name, _ in datasets(mesh)] if several else [DEFAULT]

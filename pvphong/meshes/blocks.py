@@ -46,7 +46,16 @@ def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
     A path that several blocks share has their indices appended: "wheel [2]" is blocks[2], "car/wheel [0][2]" is
     blocks[0][2]. A block without a name goes by its index.
     """
-    found = list(_datasets(blocks))
+
+    def paths_in(blocks: pv.MultiBlock, names: tuple[str, ...], place: str) -> Iterator[tuple[str, str, Any]]:
+        for index, block in enumerate(blocks):
+            path, where = (*names, blocks.get_block_name(index) or str(index)), f"{place}[{index}]"
+            if isinstance(block, pv.MultiBlock):
+                yield from paths_in(block, path, where)
+            elif isinstance(block, pv.DataSet) and block.n_points:
+                yield "/".join(path), where, block
+
+    found = list(paths_in(blocks, (), ""))
     counts = Counter(path for path, _, _ in found)
     for path, place, block in found:
         yield (path if counts[path] == 1 else f"{path} {place}"), block
@@ -88,7 +97,7 @@ def material_of(path: str, materials: Mapping[str, Surface]) -> Surface:
     return materials[path if path in materials else DEFAULT]
 
 
-def only(materials: Mapping[str, Surface]) -> Surface:
+def single_material(materials: Mapping[str, Surface]) -> Surface:
     """The material of a mesh without blocks: that of "default", or the only one.
 
     Raises
@@ -106,13 +115,3 @@ def leaves(mesh: Any) -> list[Any]:
     if isinstance(mesh, pv.MultiBlock):
         return list(mesh.recursive_iterator(skip_none=True, skip_empty=True))
     return [mesh]
-
-
-def _datasets(blocks: pv.MultiBlock, names: tuple[str, ...] = (), place: str = "") -> Iterator[tuple[str, str, Any]]:
-    """Path, indices and dataset of each."""
-    for index, block in enumerate(blocks):
-        path, where = (*names, blocks.get_block_name(index) or str(index)), f"{place}[{index}]"
-        if isinstance(block, pv.MultiBlock):
-            yield from _datasets(block, path, where)
-        elif isinstance(block, pv.DataSet) and block.n_points:
-            yield "/".join(path), where, block

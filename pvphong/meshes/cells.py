@@ -8,6 +8,7 @@ else, so it may be called on any mesh.
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -24,31 +25,17 @@ from pvphong.base.types import IntArray
 # Cell arrays in order that are remembered, and offsets that are compared at once.
 _REMEMBERED, _AT_ONCE = 1024, 2**20
 
-
-class _Memory:
-    """Keys of what was found in order, the last so many of them; several threads may ask and add at once."""
-
-    def __init__(self) -> None:
-        self._keys: dict[Any, None] = {}
-        self._lock = threading.Lock()
-
-    def __len__(self) -> int:
-        return len(self._keys)
-
-    def __contains__(self, key: Any) -> bool:
-        return key is not None and key in self._keys
-
-    def add(self, key: Any) -> None:
-        """Remember a key; the oldest one goes where there are too many."""
-        if key is None:
-            return
-        with self._lock:
-            self._keys[key] = None
-            if len(self._keys) > _REMEMBERED:
-                del self._keys[next(iter(self._keys))]
+_in_order: dict[tuple[int, ...], None] = {}
+_lock = threading.Lock()
 
 
-_in_order = _Memory()
+def _remember(version: tuple[int, ...] | None) -> None:
+    """Remember that an array in this state is in order; the oldest one goes where there are too many."""
+    if version is not None:
+        with _lock:
+            _in_order[version] = None
+            if len(_in_order) > _REMEMBERED:
+                del _in_order[next(iter(_in_order))]
 
 
 @dataclass(frozen=True)
@@ -65,7 +52,7 @@ class Cells:
         How many cells there are.
     connectivity : ndarray
         Their point indices, one cell after the other.
-    edition : tuple or None
+    version : tuple or None
         What tells this state of the array from all others, so that it need be checked but once; None if it is
         to be checked each time.
     """
@@ -74,7 +61,7 @@ class Cells:
     first: int
     count: int
     connectivity: NDArray[Any]
-    edition: tuple[int, ...] | None
+    version: tuple[int, ...] | None
     _array: Any
 
     @cached_property
@@ -87,12 +74,10 @@ class Cells:
 
     def out_of_range(self, n_points: int) -> IntArray:
         """Which of the cells have an index that is none of the points'."""
-        key = self.edition and (*self.edition, n_points)
-        if key in _in_order:
-            return np.empty(0, dtype=np.intp)
+        version = self.version and (*self.version, n_points)
         unsigned = self.connectivity.view(f"u{self.connectivity.itemsize}")  # a negative index becomes a large one
-        if not len(unsigned) or unsigned.max() < n_points:
-            _in_order.add(key)
+        if version in _in_order or not len(unsigned) or unsigned.max() < n_points:
+            _remember(version)
             return np.empty(0, dtype=np.intp)
         bad = np.flatnonzero(unsigned >= n_points)
         return np.unique(np.searchsorted(self.offsets, bad, side="right") - 1)
@@ -111,7 +96,7 @@ class Cells:
 def cells(mesh: pv.DataSet) -> list[Cells]:
     """The cell arrays of a mesh; none of a dataset whose cells are implied by its dimensions.
 
-    Those of a PolyData are checked once for each edition of theirs, for VTK counts all objects' modifications by one
+    Those of a PolyData are checked once for each version of theirs, for VTK counts all objects' modifications by one
     counter. Who writes into their memory has to tell VTK by ``Modified()``, as for drawing them. A grid's are checked
     each time: VTK reads them next, to cut out the surface, and one wrong index would end the process.
 
@@ -145,29 +130,24 @@ def _read(label: str, array: Any, first: int = 0, *, once: bool = False) -> Cell
         return Cells(label, first, 0, np.empty(0, dtype=np.int64), None, None)
     indices, offsets = array.GetConnectivityArray(), array.GetOffsetsArray()
     parts = (array, indices, offsets)
-    edition = (*(part.GetMTime() for part in parts), indices.GetNumberOfValues(), count) if once else None
+    version = (*(part.GetMTime() for part in parts), indices.GetNumberOfValues(), count) if once else None
     connectivity = vtk_to_numpy(indices)
     if connectivity.dtype.kind not in "iu":
         check.refuse(
             "mesh", f"{label} indices of type {connectivity.dtype}", "a mesh whose cells refer to points by integers"
         )
-    result = Cells(label, first, count, connectivity[: array.GetOffset(count)], edition, array)
-    if edition in _in_order:
+    result = Cells(label, first, count, connectivity[: array.GetOffset(count)], version, array)
+    if version in _in_order:
         return result
     start, end = array.GetOffset(0), array.GetOffset(count)
-    rises = array.IsStorageFixedSize() or _rises(result.offsets)
+    # a few at a time, for there may be more offsets than memory
+    stretches = (result.offsets[at : at + _AT_ONCE + 1] for at in range(0, count + 1, _AT_ONCE))
+    rises = array.IsStorageFixedSize() or all((part[1:] >= part[:-1]).all() for part in stretches)
     if start != 0 or not 0 <= end <= len(connectivity) or not rises:
         allowed = f"a mesh whose {label} offsets rise from 0 to {len(connectivity)}, the length of their connectivity"
         check.refuse("mesh", f"offsets from {result.offsets.min()} to {result.offsets.max()}", allowed)
-    _in_order.add(edition)
+    _remember(version)
     return result
-
-
-def _rises(numbers: NDArray[Any]) -> bool:
-    """Whether none is less than the one before; a few at a time, for there may be more of them than memory."""
-    starts = range(0, len(numbers), _AT_ONCE)
-    parts = (numbers[start : start + _AT_ONCE + 1] for start in starts)
-    return all((part[1:] >= part[:-1]).all() for part in parts)
 
 
 def _polyhedron_faces(mesh: pv.DataSet) -> tuple[Cells, Cells] | None:
@@ -178,35 +158,36 @@ def _polyhedron_faces(mesh: pv.DataSet) -> tuple[Cells, Cells] | None:
     return faces, _read("polyhedron", mesh.GetPolyhedronFaceLocations())
 
 
-def _too_small(mesh: pv.DataSet) -> tuple[IntArray, NDArray[Any], NDArray[Any]]:
-    """Cells with fewer points than their type has, those numbers of points, and the types' numbers."""
-    none = np.empty(0, dtype=np.intp)
+def _bad_types(mesh: pv.DataSet) -> list[tuple[IntArray, Callable[[int], str], str, str]]:
+    """Cells that VTK cannot take for what their type is: their numbers, a phrase for one, what is allowed, a remedy."""
     if not isinstance(mesh, pv.UnstructuredGrid) or mesh.n_cells == 0:
-        return none, none, none
-    kinds = np.unique(mesh.celltypes)
-    least = np.zeros(256, dtype=np.int64)
-    for kind in kinds.tolist():
-        cell = vtkGenericCell.InstantiateCell(kind)
-        least[kind] = 0 if cell is None else cell.GetNumberOfPoints()
-    sizes, needed = np.diff(cells(mesh)[0].offsets), least[mesh.celltypes]
-    small = np.flatnonzero(sizes < needed)
-    return small, sizes[small], needed[small]
-
-
-def _point_sets(mesh: pv.DataSet) -> IntArray:
-    """Cells that are the hull of their points: VTK's triangulation of some, flat ones above all, ends the process."""
-    if not isinstance(mesh, pv.UnstructuredGrid):
-        return np.empty(0, dtype=np.intp)
-    return np.flatnonzero(mesh.celltypes == pv.CellType.CONVEX_POINT_SET)
-
-
-def _unknown(mesh: pv.DataSet) -> IntArray:
-    """Cells of a type that VTK has not: it would leave them out."""
-    if not isinstance(mesh, pv.UnstructuredGrid) or mesh.n_cells == 0:
-        return np.empty(0, dtype=np.intp)
-    kinds = np.unique(mesh.celltypes)
-    unknown = [kind for kind in kinds.tolist() if kind and vtkGenericCell.InstantiateCell(kind) is None]
-    return np.flatnonzero(np.isin(mesh.celltypes, unknown))
+        return []
+    types, sizes = mesh.celltypes, np.diff(cells(mesh)[0].offsets)
+    least, is_known = np.zeros(256, dtype=np.int64), np.zeros(256, dtype=bool)
+    for number in np.unique(types).tolist():
+        cell = vtkGenericCell.InstantiateCell(number)
+        is_known[number] = number == 0 or cell is not None
+        least[number] = 0 if cell is None else cell.GetNumberOfPoints()
+    return [
+        (
+            np.flatnonzero(sizes < least[types]),
+            lambda cell: f"cell {cell} with {sizes[cell]} points where its type has {least[types[cell]]}",
+            "a mesh whose cells have all their points",
+            "",
+        ),
+        (
+            np.flatnonzero(~is_known[types]),  # VTK would leave them out
+            lambda cell: f"cell {cell} of type {types[cell]}",
+            "a mesh with cells of VTK's types",
+            "",
+        ),
+        (
+            np.flatnonzero(types == pv.CellType.CONVEX_POINT_SET),
+            lambda cell: f"cell {cell}, a convex point set",
+            "a mesh without convex point sets, because VTK's triangulation of some ends the process",
+            "pv.PolyData(points).delaunay_3d() makes tetrahedra of its points.",
+        ),
+    ]
 
 
 def invalid_cells(mesh: pv.DataSet) -> IntArray:
@@ -217,7 +198,7 @@ def invalid_cells(mesh: pv.DataSet) -> IntArray:
     """
     n_points = mesh.n_points
     found = [array.first + array.out_of_range(n_points) for array in cells(mesh)]
-    found += [_too_small(mesh)[0], _unknown(mesh), _point_sets(mesh)]
+    found += [numbers for numbers, *_ in _bad_types(mesh)]
     polyhedra = _polyhedron_faces(mesh)
     if polyhedra is not None:
         faces, owners = polyhedra
@@ -236,19 +217,9 @@ def refuse_invalid(mesh: pv.DataSet) -> None:
     if polyhedra is not None:
         polyhedra[0].refuse_out_of_range(n_points)
         polyhedra[1].refuse_out_of_range(polyhedra[0].count)
-    small, sizes, needed = _too_small(mesh)
-    if len(small):
-        got = f"cell {small[0]} with {sizes[0]} points where its type has {needed[0]}"
-        check.refuse("mesh", got, "a mesh whose cells have all their points")
-    unknown = _unknown(mesh)
-    if len(unknown):
-        got = f"cell {unknown[0]} of type {mesh.celltypes[unknown[0]]}"
-        check.refuse("mesh", got, "a mesh with cells of VTK's types")
-    hulls = _point_sets(mesh)
-    if len(hulls):
-        allowed = "a mesh without convex point sets, because VTK's triangulation of some ends the process"
-        remedy = "pv.PolyData(points).delaunay_3d() makes tetrahedra of its points."
-        check.refuse("mesh", f"cell {hulls[0]}, a convex point set", allowed, remedy)
+    for numbers, phrase, allowed, remedy in _bad_types(mesh):
+        if len(numbers):
+            check.refuse("mesh", phrase(int(numbers[0])), allowed, remedy)
     refuse_wrong_sizes(mesh)
 
 
@@ -263,10 +234,6 @@ def refuse_wrong_sizes(mesh: pv.DataSet) -> None:
         if counts != tuple(mesh.dimensions):
             got = f"{counts} coordinates in dimensions {tuple(mesh.dimensions)}"
             check.refuse("mesh", got, "a grid with a coordinate for each place along its axes")
-    _refuse_short_arrays(mesh)
-
-
-def _refuse_short_arrays(mesh: pv.DataSet) -> None:
     for of, data, count in (("point", mesh.GetPointData(), mesh.n_points), ("cell", mesh.GetCellData(), mesh.n_cells)):
         for number in range(data.GetNumberOfArrays()):
             array = data.GetAbstractArray(number)

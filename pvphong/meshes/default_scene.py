@@ -90,17 +90,14 @@ def _viewer(bounds: Float64Array, aspect: float) -> Viewer:
     far = Viewer.framing(bounds)
     box = bounds if np.isfinite(bounds).all() and (bounds[::2] <= bounds[1::2]).all() else np.array([0.0, 1.0] * 3)
     center, radius = np.array(far.focal_point), far.parallel_scale
-    distance = max(_fitting_distance(0.5 * (box[1::2] - box[::2]), aspect), 0.1 * radius)
+    # from how far away the corners of the box fit into the picture, with a margin
+    corners = 0.5 * (box[1::2] - box[::2]) * np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+    right, up, back = (corners @ axis for axis in (_RIGHT, _UP, _BACK))
+    slope = math.tan(math.radians(0.5 * Viewer.view_angle)) / _MARGIN
+    distance = float(np.max(back + np.maximum(np.abs(right) / aspect, np.abs(up)) / slope))
+    distance = max(distance, 0.1 * radius)
     return replace(
         far,
         position=center + distance * _BACK,
         clipping_range=(max(distance - radius, 0.01 * distance), distance + radius),
     )
-
-
-def _fitting_distance(half: Float64Array, aspect: float) -> float:
-    """From how far away a box with these half edges fits into the picture, with a margin."""
-    corners = half * np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
-    right, up, back = (corners @ axis for axis in (_RIGHT, _UP, _BACK))
-    slope = math.tan(math.radians(0.5 * Viewer.view_angle)) / _MARGIN
-    return float(np.max(back + np.maximum(np.abs(right) / aspect, np.abs(up)) / slope))

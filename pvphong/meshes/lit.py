@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -21,7 +21,7 @@ from pvphong.meshes.visibility import visibility_of
 from pvphong.optics.material import Material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, SceneLike, as_scene, light_labels
-from pvphong.shading.equation import NO_MAPS, Equation
+from pvphong.shading.equation import NO_MAPS
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.screen import Screen, checked_screen
 from pvphong.shading.vertices import Vertices
@@ -106,7 +106,12 @@ def shade_mesh(
     shading = planned.run(vertices, components=components, backend=backend, **how)
     lit = source if source is now else shallow_copy(source)
     if shading.per_light is not None and vertices.screen is not None:
-        add_visibility(lit, name, planned.equation, vertices.screen, light_labels(scene))
+        equation = planned.equation  # of the lights that something may block, and of the sky if that counts
+        seen = vertices.screen.channels(equation.shadowed, sky=equation.is_occluded)
+        for index in equation.shadowed:
+            lit.point_data[f"{name}_visibility_{light_labels(scene)[index]}"] = seen[index].copy()
+        if equation.is_occluded:
+            lit.point_data[f"{name}_sky"] = seen[-1].copy()
     if shading.per_light is not None:
         for part in ("ambient", "diffuse", "specular", "emission", "base"):
             lit.point_data[f"{name}_{part}"] = getattr(shading, part)
@@ -173,23 +178,18 @@ def plan(
         rays: dict[str, Any] = {"occluders": occluders, "visibility": visibility, "matrix": matrix}
         vertices = vertices_of(source, scene=scene, **rays, **given)
         return Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
-    vertices = Vertices(_bare_points(mesh_or_points), None)
+    allowed = "a mesh or an (n, 3) array of real numbers"
+    if isinstance(mesh_or_points, pv.MultiBlock):
+        remedy = "blocks.phong.plan(...) plans each block by itself."
+        check.refuse("mesh_or_points", f"a MultiBlock of {mesh_or_points.n_blocks}", allowed, remedy)
+    if isinstance(mesh_or_points, vtkDataObject):
+        remedy = "pyvista.wrap(...) makes a mesh of VTK's datasets."
+        check.refuse("mesh_or_points", f"a {type(mesh_or_points).__name__}", allowed, remedy)
+    vertices = Vertices(check.array("mesh_or_points", mesh_or_points, allowed=allowed), None)
     scene = as_scene(scene, lambda: vertices.bounds(matrix))
     result = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     is_open = bool(tolerance) and any(result.equation.has(term, "specular") for term in result.equation.terms)
     return replace(result, error_bound=tolerance) if is_open else result
-
-
-def _bare_points(given: Any) -> FloatArray:
-    """Points without a mesh, checked."""
-    allowed = "a mesh or an (n, 3) array of real numbers"
-    if isinstance(given, pv.MultiBlock):
-        remedy = "blocks.phong.plan(...) plans each block by itself."
-        check.refuse("mesh_or_points", f"a MultiBlock of {given.n_blocks}", allowed, remedy)
-    if isinstance(given, vtkDataObject):
-        remedy = "pyvista.wrap(...) makes a mesh of VTK's datasets."
-        check.refuse("mesh_or_points", f"a {type(given).__name__}", allowed, remedy)
-    return check.array("mesh_or_points", given, allowed=allowed)
 
 
 def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None, *, backend: Backend = "auto") -> FloatArray:
@@ -226,15 +226,6 @@ def vertices_of(
         screen = visibility_of(source, normals, scene, occluders=occluders, tolerance=tolerance, matrix=matrix)
     tangents = tangents_from(source, normals) if tangents is None else tangents
     return Vertices(source.points, normals, albedo, screen, tangents=tangents, maps=maps)
-
-
-def add_visibility(lit: pv.PolyData, name: str, equation: Equation, screen: Screen, labels: Sequence[str]) -> None:
-    """Arrays of what the vertices see of each light that something may block, and of the sky if that counts."""
-    parts = screen.channels(equation.shadowed, sky=equation.is_occluded)
-    for index in equation.shadowed:
-        lit.point_data[f"{name}_visibility_{labels[index]}"] = parts[index].copy()
-    if equation.is_occluded:
-        lit.point_data[f"{name}_sky"] = parts[-1].copy()
 
 
 def one_surface(blocks: pv.MultiBlock) -> pv.PolyData:

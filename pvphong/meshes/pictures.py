@@ -191,20 +191,16 @@ def color_view(mesh: pv.DataSet, space: ColorSpace, *, name: str = "phong") -> p
     """
     convert = {"hsv": _hsv, "xyz": xyz_from_rgb}[check.choice("space", space, get_args(ColorSpace))]
     source = mesh if isinstance(mesh, pv.PolyData) else surface(mesh)
+    colors: Any = np.asarray(source.point_data[check.choice("name", name, source.point_data.keys())])
+    allowed = "an array of lit colours: three floats >= 0 per point"
+    if colors.shape != (source.n_points, 3) or colors.dtype.kind != "f":
+        check.refuse("name", f"{name}, an array of {colors.dtype} of shape {colors.shape}", allowed)
+    if not (np.isfinite(colors) & (colors >= 0.0)).all():
+        check.refuse("name", f"{name}, an array with a negative number, NaN or infinity", allowed)
     result = shallow_copy(source)
-    result.point_data[f"{name}_{space}"] = convert(_colors(source, name))
+    result.point_data[f"{name}_{space}"] = convert(colors)
     result.set_active_scalars(f"{name}_{space}", preference="point")
     return result
-
-
-def _colors(mesh: pv.PolyData, name: str) -> FloatArray:
-    found: Any = np.asarray(mesh.point_data[check.choice("name", name, mesh.point_data.keys())])
-    allowed = "an array of lit colours: three floats >= 0 per point"
-    if found.shape != (mesh.n_points, 3) or found.dtype.kind != "f":
-        check.refuse("name", f"{name}, an array of {found.dtype} of shape {found.shape}", allowed)
-    if not (np.isfinite(found) & (found >= 0.0)).all():
-        check.refuse("name", f"{name}, an array with a negative number, NaN or infinity", allowed)
-    return found
 
 
 def _hsv(rgb: FloatArray) -> FloatArray:

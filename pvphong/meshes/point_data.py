@@ -46,35 +46,31 @@ def surface_and_point_data(
         if isinstance(value, np.ndarray) and len(value) == mesh.n_cells != mesh.n_points:
             got = f"{len(value)} rows, one per cell"
             check.refuse(name, got, f"one per point, {mesh.n_points} rows", _TO_POINTS)
-    whole, found = (surface(mesh), arrays) if isinstance(mesh, pv.PolyData) or not arrays else _carry(mesh, arrays)
+    if isinstance(mesh, pv.PolyData) or not arrays:
+        whole = surface(mesh)
+    else:  # a mesh with points inside: its arrays are carried along to its surface
+        carrier = mesh.copy(deep=False)
+        for name, value in arrays.items():
+            carrier.point_data[f"_pvphong_{name}"] = _checked(name, value, mesh.n_points)
+        whole = surface(carrier)
+        arrays = {name: whole.point_data.pop(f"_pvphong_{name}") for name in arrays}
     source, points = split_sharp_edges(whole, feature_angle)
-    found = {name: values_at(name, value, points, whole.n_points) for name, value in found.items()}
-    return source, {name: _found(name, value, mesh, source) for name, value in given.items()} | found
+    found: dict[str, Any] = dict.fromkeys(given)
+    for name, value in given.items():
+        if name in arrays:
+            found[name] = values_at(name, arrays[name], points, whole.n_points)
+        elif is_texture(value):
+            found[name] = texture_colors(value, source)
+        elif isinstance(value, str):
+            if value in mesh.cell_data and value not in source.point_data:
+                check.refuse(name, f"{value!r}, a cell array", "a point array", _TO_POINTS)
+            found[name] = source.point_data[check.choice(name, value, source.point_data.keys())]
+    return source, found
 
 
 def values_at(name: str, given: Any, points: NDArray[Any] | None, count: int) -> Any:
     """What was given for so many points, at those that `split_sharp_edges` gives."""
     return given if given is None or points is None else _checked(name, given, count)[points]
-
-
-def _found(name: str, given: Any, mesh: pv.DataSet, source: pv.PolyData) -> Any:
-    """What the surface has itself: of an array's name the array, of a texture its colours."""
-    if is_texture(given):
-        return texture_colors(given, source)
-    if not isinstance(given, str):
-        return None
-    if given in mesh.cell_data and given not in source.point_data:
-        check.refuse(name, f"{given!r}, a cell array", "a point array", _TO_POINTS)
-    return source.point_data[check.choice(name, given, source.point_data.keys())]
-
-
-def _carry(mesh: pv.DataSet, arrays: Mapping[str, Any]) -> tuple[pv.PolyData, dict[str, Any]]:
-    """Arrays for a mesh with points inside, carried along to its surface."""
-    carrier = mesh.copy(deep=False)
-    for name, value in arrays.items():
-        carrier.point_data[f"_pvphong_{name}"] = _checked(name, value, mesh.n_points)
-    source = surface(carrier)
-    return source, {name: source.point_data.pop(f"_pvphong_{name}") for name in arrays}
 
 
 def _checked(name: str, given: Any, count: int) -> Any:
@@ -128,7 +124,17 @@ def texture_colors(texture: Any, source: pv.PolyData) -> Float64Array:
         allowed = "an array, its name, or a texture for a mesh with texture coordinates"
         check.refuse("albedo", "a texture for a mesh without them", allowed, _TO_COORDINATES)
     texels, wrap = _texels(texture), int(texture.GetWrap())
-    border, decode = np.array(texture.GetBorderColor()[:3]), _decoder(texels, texture)
+    border, is_encoded = np.array(texture.GetBorderColor()[:3]), bool(texture.GetUseSRGBColorSpace())
+    if texels.dtype == np.uint8:
+        steps = np.arange(256) / 255.0
+        table = linear_from_srgb(steps) if is_encoded else steps
+
+    def decode(texels: NDArray[Any]) -> NDArray[Any]:
+        """Linear light of texels."""
+        if texels.dtype == np.uint8:
+            return np.take(table, texels)
+        return linear_from_srgb(texels.astype(np.float64)) if is_encoded else texels
+
     result = np.empty((source.n_points, 3))
     for start in range(0, source.n_points, _AT_ONCE):
         part = slice(start, start + _AT_ONCE)
@@ -163,16 +169,6 @@ def _texels(texture: Any) -> NDArray[Any]:
     width, height, _ = image.GetDimensions()
     texels = values.reshape(height, width, -1)
     return texels[..., :3] if texels.shape[2] > 2 else texels[..., :1]
-
-
-def _decoder(texels: NDArray[Any], texture: Any) -> Callable[[Any], Float64Array]:
-    """What makes linear light of texels' numbers."""
-    is_encoded = bool(texture.GetUseSRGBColorSpace())
-    if texels.dtype != np.uint8:
-        return lambda numbers: linear_from_srgb(numbers.astype(np.float64)) if is_encoded else numbers
-    steps = np.arange(256) / 255.0
-    table = linear_from_srgb(steps) if is_encoded else steps
-    return lambda numbers: np.take(table, numbers)
 
 
 def _bilinear(

@@ -55,7 +55,11 @@ def surface(mesh: pv.DataSet) -> pv.PolyData:
     if not result.n_points or not (has_faces(result) or has_normals(result)):
         allowed = "a mesh with faces, or points with normals"
         remedy = "Points without faces are lit by their normals: set mesh.point_data.active_normals."
-        check.refuse("mesh", _contents(mesh), allowed, remedy)
+        faceless = (
+            "no faces" if isinstance(mesh, (pv.PolyData, pv.PointSet)) else f"{mesh.n_cells} cells but no surface"
+        )
+        what = f", {faceless} and no point normals" if mesh.n_points else ""
+        check.refuse("mesh", f"a {type(mesh).__name__} with {mesh.n_points} points{what}", allowed, remedy)
     return result
 
 
@@ -86,14 +90,6 @@ def has_faces(mesh: pv.PolyData) -> bool:
 def has_normals(mesh: pv.PolyData) -> bool:
     """Whether the points have active normals."""
     return mesh.point_data.active_normals_name is not None
-
-
-def _contents(mesh: pv.DataSet) -> str:
-    what = f"a {type(mesh).__name__} with {mesh.n_points} points"
-    if not mesh.n_points:
-        return what
-    faceless = "no faces" if isinstance(mesh, (pv.PolyData, pv.PointSet)) else f"{mesh.n_cells} cells but no surface"
-    return f"{what}, {faceless} and no point normals"
 
 
 def polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -229,10 +225,6 @@ FeatureAngle = float | Literal["auto"] | None
 ORIGINAL_POINT = "pvphong_original_point"
 """Name of the point array that says which point each one was before edges were split."""
 
-# What Blender's "smooth by angle" takes, and PyVista's `split_sharp_edges`.
-_AUTO = 30.0
-_VTKS_NUMBERS = "pyvistaOriginalPointIds"
-
 
 def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[pv.PolyData, NDArray[np.int64] | None]:
     """A surface whose points are duplicated along its sharp edges.
@@ -246,7 +238,8 @@ def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[p
     feature_angle : float, "auto" or None
         Edges whose faces' normals are further apart than that, in degrees, 0 to 180, are split; 0 is flat shading.
         Point normals that the mesh has are then left out, for they are those of points that are not split. "auto"
-        takes 30 where the mesh has no point normals of its own, and splits nothing where it has. None splits nothing.
+        takes 30, as Blender's "smooth by angle" and PyVista do, where the mesh has no point normals of its own, and
+        splits nothing where it has. None splits nothing.
 
     Returns
     -------
@@ -269,12 +262,7 @@ def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[p
         check.refuse("feature_angle", feature_angle, 'degrees from 0 to 180, "auto" or None')
     if is_auto and has_normals(mesh):
         return mesh, None
-    angle = _AUTO if is_auto else check.number("feature_angle", feature_angle, at_least=0.0, at_most=180.0)
-    split, points = _split(mesh, angle)
-    return (mesh, None) if is_auto and split.n_points == mesh.n_points else (split, points)
-
-
-def _split(mesh: pv.PolyData, angle: float) -> tuple[pv.PolyData, NDArray[np.int64]]:
+    angle = 30.0 if is_auto else check.number("feature_angle", feature_angle, at_least=0.0, at_most=180.0)
     bare = mesh.copy(deep=False)
     if has_normals(mesh):
         del bare.point_data[mesh.point_data.active_normals_name]
@@ -283,13 +271,13 @@ def _split(mesh: pv.PolyData, angle: float) -> tuple[pv.PolyData, NDArray[np.int
         ("cell_normals", "consistent_normals", "auto_orient_normals", "non_manifold_traversal", "flip_normals"), False
     )
     split = bare.compute_normals(point_normals=True, split_vertices=True, feature_angle=angle, **options)
-    points = np.asarray(split.point_data.pop(_VTKS_NUMBERS)).astype(np.int64, copy=False)
+    points = np.asarray(split.point_data.pop("pyvistaOriginalPointIds")).astype(np.int64, copy=False)
     del split.point_data["Normals"]
     if others is not None:
         split.point_data["Normals"] = np.asarray(others)[points]
     before = mesh.point_data.get(ORIGINAL_POINT)
     split.point_data[ORIGINAL_POINT] = points if before is None else np.asarray(before)[points]
-    return split, points
+    return (mesh, None) if is_auto and split.n_points == mesh.n_points else (split, points)
 
 
 _Mesh = TypeVar("_Mesh", bound=pv.PolyData)

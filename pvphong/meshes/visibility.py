@@ -41,11 +41,11 @@ def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
 
 
 class KnownOccluders(NamedTuple):
-    """A mesh among occluders that are known already."""
+    """Occluders that are built already, and a mesh's own place among them."""
 
     occluders: Occluders
-    part: int | None
-    """Which of them it is itself, if it is one."""
+    own_index: int | None
+    """Which of them the mesh itself is, if it is one."""
 
 
 def world_faces(source: pv.PolyData, matrix: MatrixLike | None = None) -> BlockingFaces:
@@ -69,26 +69,24 @@ def checked_occluders(given: Any) -> list[BlockingFaces]:
         check.refuse("occluders", f"a {type(given).__name__}", allowed, "Put a single one into a list.")
     if isinstance(given, str) or not isinstance(given, Iterable):
         check.refuse("occluders", given, allowed)
-    return [part for index, one in enumerate(given) for part in _parts(f"occluders[{index}]", one)]
-
-
-def _parts(name: str, given: Any) -> list[BlockingFaces]:
-    mesh, matrix = given if isinstance(given, tuple) and len(given) == 2 else (given, None)
-    if not isinstance(mesh, (pv.DataSet, pv.MultiBlock)):
-        check.refuse(name, given, "a mesh, or a pair of a mesh and a 4x4 matrix", "pyvista.wrap makes a mesh of VTK's.")
-    if matrix is not None:
-        matrix = check.matrix4(f"{name}[1]", matrix)
-    found = leaves(mesh) if isinstance(mesh, pv.MultiBlock) else [mesh]
-    return [world_faces(source, matrix) for each in found if has_faces(source := _outer(name, each))]
-
-
-def _outer(name: str, mesh: pv.DataSet) -> pv.PolyData:
-    """What has no faces blocks nothing."""
-    try:
-        refuse_invalid(mesh)
-    except ValueError as error:
-        raise ValueError(f"{name}: {error}") from error
-    return outer_surface(mesh) if mesh.n_points else pv.PolyData()
+    parts: list[BlockingFaces] = []
+    for index, one in enumerate(given):
+        name = f"occluders[{index}]"
+        mesh, matrix = one if isinstance(one, tuple) and len(one) == 2 else (one, None)
+        if not isinstance(mesh, (pv.DataSet, pv.MultiBlock)):
+            remedy = "pyvista.wrap makes a mesh of VTK's."
+            check.refuse(name, one, "a mesh, or a pair of a mesh and a 4x4 matrix", remedy)
+        if matrix is not None:
+            matrix = check.matrix4(f"{name}[1]", matrix)
+        for each in leaves(mesh):
+            try:
+                refuse_invalid(each)
+            except ValueError as error:
+                raise ValueError(f"{name}: {error}") from error
+            source = outer_surface(each) if each.n_points else pv.PolyData()
+            if has_faces(source):  # what has no faces blocks nothing
+                parts.append(world_faces(source, matrix))
+    return parts
 
 
 def occluders_of_blocks(
@@ -137,23 +135,22 @@ def visibility_of(
     tolerance = check.number("tolerance", tolerance, at_least=0.0) or _AS_FINE_AS_A_DISPLAY
     model = scene.light_model
     faces = world_faces(source, matrix)
-    among = occluders if isinstance(occluders, KnownOccluders) else _among(faces, checked_occluders(occluders))
+    known = occluders
+    if not isinstance(known, KnownOccluders):
+        others = checked_occluders(occluders)
+        known = KnownOccluders(Occluders([faces, *others] if len(faces) else others), 0 if len(faces) else None)
 
     def world_normals() -> FloatArray:
         return normals() if matrix is None else transform_normals(normals(), matrix)
 
     return Visibility(
-        Receiver(faces, world_normals, among.part),
+        Receiver(faces, world_normals, known.own_index),
         scene.world_lights,
         light_labels(scene),
-        among.occluders,
+        known.occluders,
         two_sided=model.two_sided,
         distance=model.occlusion_distance,
         tolerance=tolerance,
         samples=samples,
         ambient=max(rgb(model.ambient)) + sum(light.intensity * max(rgb(light.ambient)) for light in scene.lights),
     )
-
-
-def _among(own: BlockingFaces, others: list[BlockingFaces]) -> KnownOccluders:
-    return KnownOccluders(Occluders([own, *others]), 0) if len(own) else KnownOccluders(Occluders(others), None)

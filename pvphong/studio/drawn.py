@@ -8,7 +8,7 @@ from typing import Any
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.meshes.blocks import DEFAULT, datasets, materials_of, only
+from pvphong.meshes.blocks import DEFAULT, datasets, materials_of, single_material
 from pvphong.meshes.point_data import is_texture
 from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.material import Material, check_material
@@ -40,7 +40,7 @@ def live_meshes(
         check_material(each)
     finishes = {name: Finish(each) for name, each in given.items()}
     if not isinstance(mesh, pv.MultiBlock):
-        return {"": LiveMesh(mesh, only(finishes), albedo, feature_angle=feature_angle)}
+        return {"": LiveMesh(mesh, single_material(finishes), albedo, feature_angle=feature_angle)}
     if not (isinstance(albedo, str | None) or is_texture(albedo)):
         allowed = "a texture, the name of a point array that every block has, or None"
         check.refuse("albedo", type(albedo).__name__, allowed)
