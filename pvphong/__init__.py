@@ -95,7 +95,6 @@ _PLACES = {
     "studies.diagnose.diagnosis": "Diagnosis diagnose",
     "studies.validate.comparison": "Comparison",
     "studies.validate.validation": "validate",
-    
     "vtk.lights": "as_light light_kit",
     "vtk.oracle": "vtk_shade",
 }

@@ -205,7 +205,7 @@ def invalid_cells(mesh: pv.DataSet) -> IntArray:
         found.append(owners.out_of_range(faces.count))
         owned = np.isin(owners.connectivity, faces.out_of_range(n_points))
         found.append(np.searchsorted(owners.offsets, np.flatnonzero(owned), side="right") - 1)
-    return np.unique(np.concatenate(found))
+    return np.unique(np.concatenate([np.zeros(0, np.int64), *found]))
 
 
 def refuse_invalid(mesh: pv.DataSet) -> None:
