@@ -53,9 +53,7 @@ def _reached(draft: Draft, term: LightTerm, reach: Reach) -> float:
         return 1.0
     reflectance = equation.reflectance
     return max(
-        reflectance.most(k, known) / reflectance.lobes[k].largest
-        for k in equation.lobes_of("specular")
-        if any(term.colors[k])
+        reflectance.most(k, known) / reflectance.most(k) for k in equation.lobes_of("specular") if any(term.colors[k])
     )
 
 
