@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     from pvphong.scene.presets import three_lights, three_point
     from pvphong.scene.scene import Scene, load_materials
     from pvphong.scene.viewer import Viewer
-    from pvphong.shading.plan.draft import Decision
     from pvphong.shading.plan.plan import Plan
     from pvphong.shading.result import Shading
     from pvphong.studies.accuracy import Tradeoff, tradeoff
@@ -88,7 +87,6 @@ _PLACES = {
     "scene.presets": "three_lights three_point",
     "scene.scene": "Scene load_materials",
     "scene.viewer": "Viewer",
-    "shading.plan.draft": "Decision",
     "shading.plan.plan": "Plan",
     "shading.result": "Shading",
     "studies.accuracy": "Tradeoff tradeoff",
@@ -120,7 +118,6 @@ __all__ = [
     "Batch",
     "BlinnPhong",
     "Comparison",
-    "Decision",
     "Diagnosis",
     "DirectionalLight",
     "DiskLight",
