@@ -1,8 +1,10 @@
 """`mesh.phong`: found by PyVista itself, on every dataset with a surface and on MultiBlock."""
 
+import ast
 import inspect
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -64,6 +66,17 @@ def test_every_dataset_has_what_the_functions_give(mesh):
     assert str(mesh.phong.diagnose(matrix=matrix)) == str(ph.diagnose(mesh, matrix=matrix))
     plans = mesh.phong.plan(SCENE, shiny, tolerance=0.01), ph.plan(mesh, SCENE, shiny, tolerance=0.01)
     assert plans[0].explain() == plans[1].explain()
+
+
+def test_a_type_checker_sees_the_names_that_there_are():
+    """They stand in `__init__` twice: as imports for type checkers, and as places to import from when asked for."""
+    source = ast.parse(Path(ph.__file__).read_text())
+    imports = [node for node in ast.walk(source) if isinstance(node, ast.ImportFrom) and node.module != "importlib"]
+    seen = {alias.asname: f"{node.module}.{alias.name}" for node in imports for alias in node.names if alias.asname}
+    assert {name: f"pvphong.{place}.{name}" for name, place in ph._PLACE_OF.items()} == {
+        name: place for name, place in seen.items() if name != "_host"
+    }
+    assert dir(ph) == ph.__all__
 
 
 def test_is_not_there_on_what_has_no_surface():
