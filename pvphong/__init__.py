@@ -12,8 +12,7 @@ TYPE_CHECKING = False  # typing's is the same, and takes milliseconds to import
 if TYPE_CHECKING:
     from typing import Any
 
-    from pvphong.batch.result import Batch
-    from pvphong.batch.shading import shade_files
+    from pvphong.batch.shading import Batch, shade_files
     from pvphong.chunks import evaluate
     from pvphong.filter import PhongFilter
     from pvphong.geometry.normals import implicit_normals, plane_normal
@@ -68,8 +67,7 @@ def _answer_the_core() -> None:
 _host.answered_after(_answer_the_core)
 
 _PLACES = {
-    "batch.result": "Batch",
-    "batch.shading": "shade_files",
+    "batch.shading": "Batch shade_files",
     "chunks": "evaluate",
     "filter": "PhongFilter",
     "geometry.normals": "implicit_normals plane_normal",
