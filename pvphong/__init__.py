@@ -17,7 +17,7 @@ TYPE_CHECKING = False  # typing's is the same, and takes milliseconds to import
 if TYPE_CHECKING:  # by the alias a type checker knows that a name is public
     from typing import Any
 
-    from pvphong.batch.result import Batch as Batch
+    from pvphong.batch.shading import Batch as Batch
     from pvphong.batch.shading import shade_files as shade_files
     from pvphong.chunks import evaluate as evaluate
     from pvphong.filter import PhongFilter as PhongFilter
@@ -86,8 +86,7 @@ def _answer_the_core() -> None:
 _host.answered_after(_answer_the_core)
 
 _PLACES = {
-    "batch.result": "Batch",
-    "batch.shading": "shade_files",
+    "batch.shading": "Batch shade_files",
     "chunks": "evaluate",
     "filter": "PhongFilter",
     "geometry.normals": "implicit_normals plane_normal",
@@ -116,7 +115,7 @@ _PLACES = {
     "vtk.oracle": "vtk_shade",
 }
 _PLACE_OF = {name: place for place, names in _PLACES.items() for name in names.split()}
-__all__ = sorted(_PLACE_OF)  # a list of strings
+__all__ = sorted(_PLACE_OF)
 
 
 def __getattr__(name: str) -> "Any":
