@@ -8,27 +8,35 @@ from unittest import mock
 
 import numpy as np
 
-from pvphong.base.vectors import dot
-from pvphong.optics.reflectances import phong
+from pvphong.base.formulas import dot, times
+from pvphong.optics import reflectance
+from pvphong.optics.reflectances import BlinnPhong, Phong
 
 
-def cosine(surface, to_light, _raw_cosine):
+def mirror_cosine(at):
     """r·v by the mirror direction."""
-    normals = surface.raw * surface.inverse_length
-    mirror = normals * (2.0 * dot(normals, to_light)) - to_light
-    return dot(mirror, surface.to_viewer)
+    normals = times(at.n, at.scale)
+    twice = 2 * dot(normals, at.l)
+    return dot([twice * n - l for n, l in zip(normals, at.l, strict=True)], at.v)
 
 
-def power(cosine, shininess, floor):
-    """max(cosine, floor) to the power of the shininess."""
-    return np.maximum(cosine, cosine.dtype.type(floor)) ** cosine.dtype.type(shininess)
+def halfway_cosine(at):
+    """n·h."""
+    h = at.l + at.v
+    return dot(times(at.n, at.scale), h / np.sqrt(dot(h, h)))
+
+
+def power(cosine, exponent, floor=0.0):
+    """max(cosine, floor) to the power of the exponent."""
+    return np.maximum(cosine, cosine.dtype.type(floor)) ** cosine.dtype.type(exponent)
 
 
 @contextmanager
 def naive_highlights():
-    """While it lasts, `pvphong.evaluate` computes highlights of Phong reflection the naive way."""
+    """While it lasts, highlights of Phong's and Blinn-Phong's reflection are computed the naive way in NumPy."""
     with (
-        mock.patch.object(phong, "mirror_distance", cosine),
-        mock.patch.object(phong, "power", power),
+        mock.patch.object(Phong, "peak", Phong.peak._replace(square=mirror_cosine)),
+        mock.patch.object(BlinnPhong, "peak", BlinnPhong.peak._replace(square=halfway_cosine)),
+        mock.patch.object(reflectance, "chord_power", power),
     ):
         yield
