@@ -12,7 +12,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from pvphong.base import check
-from pvphong.batch.listing import Seams, is_pattern
+from pvphong.batch.pieces import Seams, is_pattern
 from pvphong.batch.shading import shade_files
 from pvphong.cli.options import Blockers, refuse_given
 from pvphong.cli.spinner import busy

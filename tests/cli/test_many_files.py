@@ -6,7 +6,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.batch.result import Batch
+from pvphong.batch.shading import Batch
 from pvphong.cli import many
 from pvphong.cli.app import main
 
