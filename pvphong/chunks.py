@@ -54,7 +54,7 @@ def _evaluate_chunks(points: Any, normals: Any, scene: Any, material: Any, **opt
     kernel.check_backend(options.get("backend", "auto"))
     # which arrays there will be, and of which type, is known from no vertex at all
     shapes = {name: (len(array), 0) if name == _VISIBILITY else (0, *array.shape[1:]) for name, array in arrays.items()}
-    nothing = {name: np.empty(shape, arrays[name].dtype) for name, shape in shapes.items()}
+    nothing: dict[str, Any] = {name: np.empty(shape, arrays[name].dtype) for name, shape in shapes.items()}
     form = evaluation.evaluate(**nothing, scene=scene, **options | {"backend": "numpy"})
     if scene.viewer is None:
         scene = _framed(scene, arrays["points"], options.get("matrix"))
