@@ -40,7 +40,6 @@ from pvphong.optics.area.lobes import (
     POINT,
     RAISED,
     ROUGH,
-    WINDOW,
     arc_between,
     seen_as_point,
     shows,
@@ -51,7 +50,7 @@ from pvphong.optics.area.polygon import is_glowing, scaled
 # What formulas read of a disk: the normal of its front, 1 if its back glows too, its radius.
 RADIUS = 4
 # Half a piece of the rim is as many of a lobe's widths at most; there are so many pieces at most.
-_WIDTHS, _MOST_PIECES = 5.0, 2000.0
+_WIDTHS, _MOST_PIECES = 4.0, 2000.0
 
 
 @formula
@@ -94,8 +93,8 @@ def _above(m: Any, u: Any, r: Any, beta: Any) -> Any:
 def disk_cosine(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
     """1/(π r²) · ∫ max(n·u, 0) du over the part above the horizon.
 
-    Whole, it is (z T + 2 H c) / ((K + S) S), with H = e·m, z = n·e, c = n·m, K = |m|² + r², S² the product of the squares
-    of the least and the greatest distance of the rim, and T = S − (|m|² − r²), where nothing cancels.
+    Whole, it is (z T + 2 H c) / ((K + S) S), with H = e·m, z = n·e, c = n·m, K = |m|² + r², S² the product of the
+    squares of the least and the greatest distance of the rim, and T = S − (|m|² − r²), where nothing cancels.
     """
     m, scale = scaled(d, own[RADIUS])
     is_lit = is_glowing(own, m, n)
@@ -179,7 +178,7 @@ def sphere_cosine(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
 def _cap(own: Any, d: Any, n: Any) -> Any:
     """Way, sine and cosine of the angular radius, distance, scale; whether a vertex is outside and has a normal."""
     m, scale = scaled(d, own[0])
-    r, distance = own[0] * scale, maximum(sqrt(dot(m, m)), 1e-300)
+    r, distance = own[0] * scale, maximum(sqrt(dot(m, m)), 1e-100)
     s = minimum(r / distance, 1.0)
     C = sqrt(maximum((distance - r) / distance, 0.0) * (1.0 + s))
     return m, s, C, distance, scale, (distance > r) & (dot(n, n) > 0.5)
@@ -198,7 +197,7 @@ def disk_power(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
 
 @formula
 def sphere_power(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
-    """∫ max(w·u, 0)ᵏ du / (π r²) over a sphere as it is seen above the horizon: a disk of radius s at the distance C."""
+    """∫ max(w·u, 0)ᵏ du / (π r²) over what is seen of a sphere above the horizon: a disk of radius s at distance C."""
     m, s, C, distance, scale, is_lit = _cap(own, d, n)
     l = times(m, 1.0 / distance)
     return _within_rim(lobe, w, n, times(l, C), l, s, is_lit) / (distance * distance) * scale * scale
@@ -213,7 +212,7 @@ def _within_rim(lobe: Any, w: Any, n: Any, m: Any, e: Any, r: Any, is_lit: Any) 
     distance = sqrt(dot(m, m))
     is_lit = is_lit & shows(lobe, w, m, distance, r)
     is_point = r < lobe[POINT] * distance
-    turned, seen = 0.0 * r, 0.0 * r
+    seen = 0.0 * r
     if any_of(is_lit):
         u, t, beta, steep = _upward(n, m, e, r)
         is_lit = is_lit & (dot(n, m) > -r * steep)
@@ -233,11 +232,13 @@ def _within_rim(lobe: Any, w: Any, n: Any, m: Any, e: Any, r: Any, is_lit: Any) 
 
 @formula
 def _along_rim(lobe: Any, w: Any, m: Any, e: Any, u: Any, t: Any, r: Any, beta: Any, is_long: Any) -> Any:
-    """∫ (1 − max(z, 0)ᵖ) dφ along the rim, in pieces; a low power, which is rough at the equator of w, also ends there."""
+    """∫ (1 − max(z, 0)ᵖ) dφ along the rim in pieces, which end at the equator of w where a low power is rough there."""
     over = dot(e, m)
     level = subtract(m, times(e, over))
     off = sqrt(dot(level, level)) - r
-    wide = r / maximum(sqrt(off * off + over * over), 1e-6 * r)  # next to the vertex the rim is seen in that many radians
+    wide = r / maximum(
+        sqrt(off * off + over * over), 1e-6 * r
+    )  # next to the vertex the rim is seen in that many radians
     low, high, parts = beta, beta, 1
     if lobe[RAISED] < ROUGH:
         ahead, aside, height = r * dot(w, u), r * dot(w, t), dot(w, m)

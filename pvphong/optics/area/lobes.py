@@ -47,15 +47,15 @@ class CosinePower(NamedTuple):
     """The k, >= 0."""
 
 
-# What formulas read of a lobe: the k and p; the 1 − z from which on zᵖ is left out, and the angle; the angular size from
-# which down a light is a point to the lobe; how many nodes, then nodes on [−1, 1] and their weights by turns.
+# What formulas read of a lobe: the k and p; the 1 − z from which on zᵖ is left out, and the angle; the angular size
+# below which a light is a point to the lobe; how many nodes, then nodes on [−1, 1] and their weights by turns.
 POWER, RAISED, NOTHING, WINDOW, POINT, COUNT, NODES = range(7)
 
 ROUGH = 8.0
 """Of a lower power p integrands are not smooth on the equator of w, and nodes are to crowd there."""
 # For float64 and float32 results: the zᵖ that is left out, nodes that are exact to 1e-12 and 1e-7 on a Gaussian that is
 # cut off there, and the angular size over a lobe's width at which a region's middle stands for it to 4e-10 and 1e-7.
-_EXACT, _ROUNDED = (1e-12, 32, 4e-5), (1e-7, 12, 5e-4)
+_EXACT, _ROUNDED = (1e-12, 32, 4e-5), (1e-7, 14, 5e-4)
 
 
 @cache
@@ -82,8 +82,8 @@ def lobe_numbers(power: float, *, rounded: bool = False) -> tuple[float, ...]:
 def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> Any:
     """∫ (1 − max(z, 0)ᵖ) dφ along arcs of great circles, counter-clockwise around their poles m.
 
-    At the angle y from where it is next to w, z = across · cos y and dφ = along · dy / (1 − z²); 1 − z is pole + 2 across
-    sin² y/2, with nothing that cancels.
+    At the angle y from where it is next to w, z = across · cos y and dφ = along · dy / (1 − z²), and 1 − z is
+    pole + 2 across sin² y/2, with nothing that cancels.
 
     Parameters
     ----------
@@ -98,10 +98,12 @@ def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> An
     middle = middle - 2.0 * math.pi * nearest(middle * (0.5 / math.pi))
     first, last = middle - 0.5 * length, middle + 0.5 * length
     pole = along * along / (1.0 + across)
-    square = minimum(maximum(0.5 * (lobe[NOTHING] - pole) / maximum(across, 1e-300), 0.0), 0.5)  # sin² of half the window
+    square = minimum(
+        maximum(0.5 * (lobe[NOTHING] - pole) / maximum(across, 1e-300), 0.0), 0.5
+    )  # sin² of half the window
     window = 2.0 * arctan2(sqrt(square), sqrt(1.0 - square))
     start, stop = minimum(maximum(first, -window), window), minimum(maximum(last, -window), window)
-    is_shown_all = (start == first) & (stop == last)
+    is_shown_all = (start <= first) & (stop >= last)
     shown = where(is_shown_all, length, stop - start)  # ends have lost digits of short arcs
     total = 0.0 * shown
     if any_of(shown > 0.0):
