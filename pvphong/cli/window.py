@@ -18,7 +18,7 @@ from pvphong.meshes.pictures import WITHOUT_DISPLAY, aim, drawing_window, save_p
 from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
-from pvphong.studio.live import ARRAY
+from pvphong.studio.lit_actors import ARRAY
 
 _INSTEAD = "A picture needs no window: pvphong shade MESH -o picture.png."
 
