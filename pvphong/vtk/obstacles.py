@@ -88,8 +88,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
 
 def _refuse_unknown(scene: Scene, material: Material) -> None:
     for index, light in enumerate(scene.lights):
-        if obstacle := light.vtk_obstacle:
-            check.refuse(f"lights[{index}]", obstacle.what, "a light that VTK has", obstacle.remedy)
+        light.refuse_unless_in_vtk(f"lights[{index}]", "a light that VTK has")
     if not is_vtks(material):
         allowed = "None or PBR where VTK is to draw it"
         check.refuse("reflectance", material.reflectance, allowed, nearest_in_vtk(material))
