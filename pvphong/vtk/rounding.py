@@ -19,7 +19,7 @@ import numpy as np
 
 from pvphong.base.types import BoolArray, Float64Array, Vector, rgb
 from pvphong.optics.light import Light, VtkValues
-from pvphong.optics.reflectance import VtkSurface
+from pvphong.optics.reflectances import PBR
 from pvphong.vtk.scenes import Terms, reflected
 
 _ROUNDING = 2.0**-24
@@ -104,7 +104,7 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
         makes a difference are open too.
     """
     surface = _surface(pose, terms)
-    physical = terms.material.reflectance and terms.material.reflectance.as_vtk()
+    physical = terms.material.reflectance and terms.material.reflectance.in_vtk()
     if physical:
         return _physical_limits(surface, terms, physical, tolerance)
     shares = [_phong_share(surface, light, terms, _DOUBT * tolerance) for light in terms.lights if light.on]
@@ -240,7 +240,7 @@ def _phong_share(surface: _Surface, light: Light, terms: Terms, doubt: float) ->
         )
 
 
-def _physical_limits(surface: _Surface, terms: Terms, values: VtkSurface, tolerance: float) -> Limits:
+def _physical_limits(surface: _Surface, terms: Terms, values: PBR, tolerance: float) -> Limits:
     """For VTK's physically based shading: the light of all, and the power that the sum is raised to."""
     sums, errors, edges = np.zeros((3, *surface.points.shape))
     if not terms.tier:
@@ -264,7 +264,7 @@ def _physical_limits(surface: _Surface, terms: Terms, values: VtkSurface, tolera
 
 
 def _physical_share(
-    surface: _Surface, came: _Arrival, diffuse: Vector, values: VtkSurface
+    surface: _Surface, came: _Arrival, diffuse: Vector, values: PBR
 ) -> tuple[Float64Array, Float64Array]:
     """What leaves of white light, shape (n, 3), and its relative error in roundings, likewise."""
     middle = came.direction + surface.to_eye

@@ -130,7 +130,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
     for index, light in enumerate(scene.lights):
         if obstacle := light.vtk_obstacle:
             check.refuse(f"lights[{index}]", obstacle.what, "a light that VTK has", obstacle.remedy)
-    if material.reflectance is not None and material.reflectance.as_vtk() is None:
+    if material.reflectance is not None and material.reflectance.in_vtk() is None:
         allowed = "None or PBR where VTK is to draw it"
         check.refuse("reflectance", material.reflectance, allowed, nearest_in_vtk(material))
     found = list(obstacles(scene, material, matrix))
