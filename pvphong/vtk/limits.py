@@ -26,7 +26,7 @@ from pvphong.base.types import BoolArray, Float64Array, Vector, rgb
 from pvphong.optics.light import Light, VtkValues
 from pvphong.optics.lights import light_from_values
 from pvphong.optics.material import Material
-from pvphong.optics.reflectance import VtkSurface
+from pvphong.optics.reflectances import PBR
 from pvphong.optics.roles import Angle
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
@@ -252,7 +252,7 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
         makes a difference are open too.
     """
     surface = _surface(pose, terms)
-    physical = terms.material.reflectance and terms.material.reflectance.as_vtk()
+    physical = terms.material.reflectance and terms.material.reflectance.in_vtk()
     if physical:
         return _physical_limits(surface, terms, physical, tolerance)
     shares = [_share(surface, light, terms, tolerance) for light in terms.lights if light.on]
@@ -268,7 +268,7 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
     return Limits(scale, reasons | {"float32": lost})
 
 
-def _physical_limits(surface: _Surface, terms: Terms, values: VtkSurface, tolerance: float) -> Limits:
+def _physical_limits(surface: _Surface, terms: Terms, values: PBR, tolerance: float) -> Limits:
     """For VTK's physically based shading: the light of all, and the power that the sum is raised to."""
     sums, errors, edges = np.zeros((3, *surface.points.shape))
     if not terms.tier:
@@ -292,7 +292,7 @@ def _physical_limits(surface: _Surface, terms: Terms, values: VtkSurface, tolera
 
 
 def _physical_share(
-    surface: _Surface, came: _Arrival, diffuse: Vector, values: VtkSurface
+    surface: _Surface, came: _Arrival, diffuse: Vector, values: PBR
 ) -> tuple[Float64Array, Float64Array]:
     middle = came.direction + surface.to_eye
     length = np.linalg.norm(middle, axis=1)

@@ -97,7 +97,7 @@ def _refuse_unknown(scene: Scene, material: Material) -> None:
 
 def is_vtks(material: Material) -> bool:
     """Whether VTK has the material's reflectance."""
-    return material.reflectance is None or material.reflectance.as_vtk() is not None
+    return material.reflectance is None or material.reflectance.in_vtk() is not None
 
 
 def _of_physical(scene: Scene, material: Material) -> Iterator[Obstacle]:

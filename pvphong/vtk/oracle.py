@@ -23,7 +23,7 @@ from pvphong.meshes.lit import point_normals
 from pvphong.meshes.surfaces import surface
 from pvphong.optics.lights import Light
 from pvphong.optics.material import Material, nearest_in_vtk
-from pvphong.optics.physical_property import is_physical, physical_of
+from pvphong.optics.reflectances.pbr import is_physical, physical_of
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER
 from pvphong.scene.viewer import Viewer
 from pvphong.vtk.lights import write_light
@@ -151,7 +151,7 @@ def write_material(material: Material, appearance: vtkProperty) -> None:
     if physical is None:
         appearance.SetInterpolationToPhong()
         _within_vtk("shininess", material.shininess)
-    elif (values := physical.as_vtk()) is None:
+    elif (values := physical.in_vtk()) is None:
         check.refuse("reflectance", physical, "None or PBR in VTK", nearest_in_vtk(material))
     else:
         appearance.SetInterpolationToPBR()

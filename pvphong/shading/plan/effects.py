@@ -340,7 +340,7 @@ class Specular(Effect):
         if not is_weak and not (equation.is_flipped or equation.fields_with_maps):
             known, reflectance = sightline(draft, term), equation.reflectance
             if known is not None:  # how much of a lobe normals and directions allow
-                reached = max(reflectance.most(k, known) / reflectance.lobes[k].largest for k in lobes)
+                reached = max(reflectance.most(k, known) / reflectance.most(k) for k in lobes)
                 bound *= reached * ROUNDED_UP
         if not bound <= draft.allowance:
             return None

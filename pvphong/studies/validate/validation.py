@@ -151,7 +151,7 @@ def _box(points: Float64Array) -> tuple[Float64Array, float]:
 def _tolerance(scene: Scene, material: Material) -> float:
     """16 · power · 2⁻²⁴ + 1e-6, see `pvphong.vtk.oracle`; and `allowed_error` where shading is physically based."""
     exponents = [light.as_vtk().exponent for light in shining(scene)]
-    physical = material.reflectance and material.reflectance.as_vtk()
+    physical = material.reflectance and material.reflectance.in_vtk()
     shininess, more = (0.0, allowed_error(physical.roughness)) if physical else (material.shininess, 1e-6)
     return 16.0 * max(shininess, *exponents, 0.0) * 2.0**-24 + more
 
