@@ -20,7 +20,7 @@ from pvphong.optics.lights.sized import fewer_nodes
 from pvphong.optics.roles import Aim, Corners, Place, Role, Turn, Up
 from pvphong.shading import kernel
 from pvphong.shading.plan.effects import EFFECTS
-from pvphong.vtk.obstacles import refuse_inexpressible
+from pvphong.vtk.scenes import refuse_inexpressible
 
 FRAMES = ("world", "camera", "headlight")
 SEEDS = range(8)
