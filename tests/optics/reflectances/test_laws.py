@@ -19,7 +19,7 @@ from pvphong.optics.reflectances import PBR, REFLECTANCES, BlinnPhong, OrenNayar
 from pvphong.optics.reflectances.vtk import VtkHeadlight
 from pvphong.optics.surface import Surface
 from pvphong.shading import kernel
-from pvphong.vtk.obstacles import refuse_inexpressible
+from pvphong.vtk.scenes import refuse_inexpressible
 
 SEEDS = range(4)
 COUNT = 400
