@@ -77,13 +77,13 @@ if TYPE_CHECKING:  # by the alias a type checker knows that a name is public
     from pvphong.vtk.oracle import vtk_shade as vtk_shade
 
 
-def _answer_the_core() -> None:
-    from pvphong.vtk.lights import answer_the_core
+def _vtk_lights() -> "Any":
+    from pvphong.vtk import lights
 
-    answer_the_core()
+    return lights
 
 
-_host.answered_after(_answer_the_core)
+_host.answered_by(_vtk_lights)
 
 _PLACES = {
     "batch.shading": "Batch shade_files",

@@ -18,9 +18,8 @@ from pvphong.meshes.pictures import aim, drawing_window, preferring
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.vtk.lights import write_light
-from pvphong.vtk.limits import in_vtk_terms
-from pvphong.vtk.obstacles import InexpressibleError, refuse_inexpressible
 from pvphong.vtk.oracle import driver, write_material
+from pvphong.vtk.scenes import InexpressibleError, in_vtk_terms, refuse_inexpressible
 
 FRAME = (1024, 768)
 """Pixels of a frame that VTK draws."""

@@ -15,7 +15,7 @@ from pvphong.meshes.surfaces import has_faces
 from pvphong.studies.accuracy.rows import UNTIMED, Errors, Row, triangle_errors
 from pvphong.studies.accuracy.subject import Subject
 from pvphong.studies.accuracy.timing import Clock, timed
-from pvphong.studies.refine.refinement import interpolation_error, refine
+from pvphong.studies.refine import interpolation_error, refine
 
 AS_IT_IS = "as it is"
 ADAPTIVE = "refined adaptively"
