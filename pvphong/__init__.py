@@ -50,7 +50,8 @@ if TYPE_CHECKING:
     from pvphong.shading.plan.draft import Decision
     from pvphong.shading.plan.plan import Plan
     from pvphong.shading.result import Shading
-    from pvphong.studies.accuracy import Tradeoff, tradeoff
+    from pvphong.studies.accuracy.measure import tradeoff
+    from pvphong.studies.accuracy.report import Tradeoff
     from pvphong.studies.diagnose.diagnosis import Diagnosis, diagnose
     from pvphong.studies.validate.comparison import Comparison
     from pvphong.studies.validate.validation import validate
@@ -89,7 +90,8 @@ _PLACES = {
     "shading.plan.draft": "Decision",
     "shading.plan.plan": "Plan",
     "shading.result": "Shading",
-    "studies.accuracy": "Tradeoff tradeoff",
+    "studies.accuracy.measure": "tradeoff",
+    "studies.accuracy.report": "Tradeoff",
     "studies.diagnose.diagnosis": "Diagnosis diagnose",
     "studies.validate.comparison": "Comparison",
     "studies.validate.validation": "validate",

@@ -12,7 +12,7 @@ from pvphong.cli.inputs import SIZE, surface_and_scene
 from pvphong.cli.options import NONE, PLAIN, BlockerOptions, LookOptions, SceneFile, Verbose
 from pvphong.cli.telling import tell
 from pvphong.meshes.lit import one_surface
-from pvphong.studies.accuracy import tradeoff as measure_tradeoff
+from pvphong.studies.accuracy.measure import tradeoff as measure_tradeoff
 from pvphong.studies.accuracy.figure import refuse_format
 
 

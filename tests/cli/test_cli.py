@@ -163,7 +163,7 @@ REFUSED = {
 @pytest.mark.usefixtures("sphere")
 @pytest.mark.parametrize(("words", "message"), REFUSED.items(), ids=REFUSED)
 def test_a_wrong_call_or_input_is_one_line_status_2_and_no_file(capfd, monkeypatch, words, message):
-    monkeypatch.setattr("pvphong.studies.accuracy.measurement.interleaved", lambda *_: pytest.fail("it measured"))
+    monkeypatch.setattr("pvphong.studies.accuracy.measure.interleaved", lambda *_: pytest.fail("it measured"))
     CLOUD.save("cloud.vtp")
     BEYOND.save("beyond.vtp")
     save_blocks(**({"cloud": CLOUD} if words.startswith(("shade", "tradeoff")) else {"one": pv.Sphere()}))

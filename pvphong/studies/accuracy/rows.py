@@ -1,4 +1,4 @@
-"""The rows of a report on accuracy and time: errors by kind, times, ledger entries, and which rows are on a front."""
+"""Rows of a report on accuracy and time: errors by kind, times, effects' costs, and the Pareto fronts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,11 @@ from pvphong.base.types import Float64Array, FloatArray
 Kind = Literal["arithmetic", "light model", "sampling", "interpolation"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
-_AT_ONCE = 2**18
+Question = Literal["at the vertices", "casting rays", "inside triangles"]
+QUESTIONS: tuple[Question, ...] = get_args(Question)
+"""What a row answers: how to light vertices, how to cast rays from them, how to light between them."""
+
+_VERTICES_AT_ONCE = 2**18
 
 
 @dataclass(frozen=True)
@@ -39,33 +43,33 @@ class Errors:
     p99: float
     count: int
 
+    @classmethod
+    def at_vertices(cls, colors: FloatArray, truth: FloatArray) -> Errors:
+        """Errors of colours (n, 3) against the truth at the same vertices."""
+        worst, squares = np.empty(len(truth)), 0.0
+        for start in range(0, len(truth), _VERTICES_AT_ONCE):
+            part = slice(start, start + _VERTICES_AT_ONCE)
+            difference = np.abs(colors[part].astype(np.float64) - truth[part])
+            worst[part] = difference.max(axis=1)
+            squares += float(np.square(difference).sum())
+        rms = math.sqrt(squares / max(3 * len(truth), 1))
+        return cls(float(worst.max()), rms, float(np.percentile(worst, 99.0)), len(truth))
 
-def vertex_errors(colors: FloatArray, truth: FloatArray) -> Errors:
-    """Errors of colours (n, 3) against the truth at the same vertices."""
-    worst, squares = np.empty(len(truth)), 0.0
-    for start in range(0, len(truth), _AT_ONCE):
-        part = slice(start, start + _AT_ONCE)
-        difference = np.abs(colors[part].astype(np.float64) - truth[part])
-        worst[part] = difference.max(axis=1)
-        squares += float(np.square(difference).sum())
-    rms = math.sqrt(squares / max(3 * len(truth), 1))
-    return Errors(float(worst.max()), rms, float(np.percentile(worst, 99.0)), len(truth))
+    @classmethod
+    def inside_triangles(cls, errors: Float64Array, areas: Float64Array) -> Errors:
+        """Errors of triangles (m,), each of which stands for so much of a surface, in any unit.
 
-
-def triangle_errors(errors: Float64Array, areas: Float64Array) -> Errors:
-    """Errors of triangles (m,), each of which stands for so much of a surface, in any unit.
-
-    By area, for what is seen of a triangle is its area: counted one by one, the many small triangles of a mesh that
-    is refined where it errs most would make it look worse than it was.
-    """
-    whole = areas.sum()
-    if not whole:  # triangles without an area have no error either
-        return Errors(0.0, 0.0, 0.0, len(errors))
-    order = np.argsort(errors)
-    cumulative = np.cumsum(areas[order])
-    rank = np.searchsorted(cumulative, 0.99 * cumulative[-1])
-    rms = math.sqrt(float(np.dot(errors**2, areas / whole)))
-    return Errors(float(errors.max()), rms, float(errors[order[min(rank, len(order) - 1)]]), len(errors))
+        By area, for what is seen of a triangle is its area: counted one by one, the many small triangles of a mesh
+        that is refined where it errs most would make it look worse than it was.
+        """
+        whole = areas.sum()
+        if not whole:  # triangles without an area have no error either
+            return cls(0.0, 0.0, 0.0, len(errors))
+        order = np.argsort(errors)
+        cumulative = np.cumsum(areas[order])
+        rank = np.searchsorted(cumulative, 0.99 * cumulative[-1])
+        rms = math.sqrt(float(np.dot(errors**2, areas / whole)))
+        return cls(float(errors.max()), rms, float(errors[order[min(rank, len(order) - 1)]]), len(errors))
 
 
 NO_ERROR = Errors(0.0, 0.0, 0.0, 0)
@@ -106,7 +110,7 @@ UNTIMED = Timing(0.0, 0.0, 0.0, 0)
 
 @dataclass(frozen=True)
 class Row:
-    """One way of lighting a mesh: what it costs, how far it is off.
+    """One variant of lighting a mesh: what it costs, how far it is off.
 
     The kinds of error are measured apart, each against a float64 truth in which only that kind is missing:
     `arithmetic` against the same equation in float64, `light_model` between two equations in float64, both at
@@ -117,16 +121,16 @@ class Row:
     ----------
     name : str
         What is done.
-    kind : {"arithmetic", "light model", "interpolation"}
+    kind : {"arithmetic", "light model", "sampling", "interpolation"}
         The kind of error that it trades for time; rows of one kind can be compared.
-    time : Timing
-        Of one evaluation of all its vertices, the plan included; of a peer that draws, of one frame.
-    arithmetic, light_model, interpolation, sampling : Errors or None
-        None where that kind was not measured.
-    points : int
-        Vertices that it evaluates.
     backend, precision : str
         What computes.
+    points : int
+        Vertices that it evaluates.
+    time : Timing
+        Of one evaluation of all its vertices, the plan included; of a peer that draws, of one frame.
+    arithmetic, light_model, sampling, interpolation : Errors or None
+        None where that kind was not measured.
     promised : float or None
         The bound on the light-model error that the plan gave before anything ran.
     preparation : float
@@ -141,19 +145,24 @@ class Row:
 
     name: str
     kind: Kind
-    time: Timing
-    arithmetic: Errors | None
-    light_model: Errors | None
-    interpolation: Errors | None
-    points: int
     backend: str
     precision: str
+    points: int
+    time: Timing = UNTIMED
+    arithmetic: Errors | None = None
+    light_model: Errors | None = None
+    sampling: Errors | None = None
+    interpolation: Errors | None = None
     promised: float | None = None
     preparation: float = 0.0
     is_peer: bool = False
     note: str = ""
     on_front: bool = False
-    sampling: Errors | None = None
+
+    @property
+    def question(self) -> Question:
+        """What it is an answer to."""
+        return {"sampling": QUESTIONS[1], "interpolation": QUESTIONS[2]}.get(self.kind, QUESTIONS[0])
 
     @property
     def error(self) -> Errors:
@@ -161,10 +170,6 @@ class Row:
         error: Errors | None = getattr(self, self.kind.replace(" ", "_"))
         assert error is not None, "a row is made with the error of its own kind"
         return error
-
-    def answers(self, inside: bool, rays: bool) -> bool:
-        """Whether it is a way to light inside triangles, to cast rays, or else to light vertices."""
-        return (self.kind == "interpolation", self.kind == "sampling") == (inside, rays)
 
     @property
     def decisive_error(self) -> float:
@@ -209,7 +214,7 @@ class LedgerEntry:
 
 @dataclass(frozen=True)
 class Promise:
-    """What the plan promised of one approximation, and what it turned out to be.
+    """The bound that the plan took for one approximation, and the error that was measured.
 
     Attributes
     ----------
@@ -230,23 +235,19 @@ class Promise:
 
 
 def with_fronts(rows: Sequence[Row]) -> tuple[Row, ...]:
-    """The rows, each with whether it is on the Pareto front of its kind.
+    """The rows, each with whether it is on the Pareto front of its kind: no other is better in time and in error.
 
-    A light-model row is also held against the exact equation on the same evaluator, an arithmetic row whose
+    A light-model row is also compared with the exact equation on the same evaluator, an arithmetic row whose
     light-model error is 0.
     """
-    return tuple(replace(row, on_front=not any(_dominates(other, row) for other in rows)) for row in rows)
 
+    def dominates(a: Row, b: Row) -> bool:
+        evaluators = (a.backend, a.precision), (b.backend, b.precision)
+        is_exact = (a.kind, b.kind) == ("arithmetic", "light model") and evaluators[0] == evaluators[1]
+        if a.kind != b.kind and not is_exact:
+            return False
+        error = 0.0 if is_exact else a.error.largest
+        no_worse = a.time.median <= b.time.median and error <= b.error.largest
+        return no_worse and (a.time.median < b.time.median or error < b.error.largest)
 
-def _dominates(a: Row, b: Row) -> bool:
-    """Whether a is no slower and no farther off than b, and better in one of the two."""
-    exact = b.kind == "light model" and a.kind == "arithmetic" and _evaluator(a) == _evaluator(b)
-    if a.kind != b.kind and not exact:
-        return False
-    error = 0.0 if exact else a.error.largest
-    times = a.time.median, b.time.median
-    return times[0] <= times[1] and error <= b.error.largest and (times[0] < times[1] or error < b.error.largest)
-
-
-def _evaluator(row: Row) -> tuple[str, str]:
-    return row.backend, row.precision
+    return tuple(replace(row, on_front=not any(dominates(other, row) for other in rows)) for row in rows)
