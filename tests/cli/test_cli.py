@@ -196,7 +196,7 @@ def test_an_interruption_and_a_failing_machine_are_no_traceback(monkeypatch, cap
     def fail(_path):
         raise error
 
-    monkeypatch.setattr("pvphong.cli.inputs.read_mesh", fail)
+    monkeypatch.setattr("pvphong.cli.options.read_mesh", fail)
     assert run("shade sphere.vtp -o lit.vtp") == status
     assert capsys.readouterr().err == said
 

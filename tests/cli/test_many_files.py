@@ -7,7 +7,7 @@ import pyvista as pv
 
 import pvphong as ph
 from pvphong.batch.shading import Batch
-from pvphong.cli import many
+from pvphong.cli import shade
 from pvphong.cli.app import main
 
 pytest.importorskip("distributed")
@@ -48,7 +48,7 @@ def test_words_become_arguments(words, expected, monkeypatch, capsys):
         given.update(options, paths=paths, out=out, scene=scene)
         return Batch((Path("a.vtp"),), (), {})
 
-    monkeypatch.setattr(many, "shade_files", lit)
+    monkeypatch.setattr(shade, "shade_files", lit)
     assert main(["shade", *words.split()]) == 0
     assert capsys.readouterr().out == "1 done, 0 skipped, 0 failed.\n"
     assert given | expected == given

@@ -5,8 +5,8 @@ import pytest
 import pyvista as pv
 
 from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Viewer, load_materials
-from pvphong.cli import window
-from pvphong.cli.window import show
+from pvphong.cli import view
+from pvphong.cli.view import show
 from pvphong.meshes.files import eight_bit
 from pvphong.meshes.lit import shade_mesh
 from pvphong.plotter import PlotterPhong
@@ -27,7 +27,7 @@ def shown(monkeypatch):
     """The plotters that were shown; nothing opens."""
     plotters = []
     monkeypatch.setattr(pv, "OFF_SCREEN", False)
-    monkeypatch.setattr(window, "drawing_window", lambda: "vtkXOpenGLRenderWindow")
+    monkeypatch.setattr(view, "drawing_window", lambda: "vtkXOpenGLRenderWindow")
     monkeypatch.setattr(pv.Plotter, "show", lambda plotter: plotters.append(plotter))
     yield plotters
     for plotter in plotters:
@@ -82,7 +82,7 @@ def test_edges_are_sharp_and_the_background_is_dark_unless_others_are_asked_for(
 @pytest.mark.parametrize(("display", "got"), [(":99", ":99"), ("", "none")])
 def test_where_no_window_can_open_a_picture_is_offered(shown, monkeypatch, off_screen, display, got):
     monkeypatch.setattr(pv, "OFF_SCREEN", off_screen)
-    monkeypatch.setattr(window, "drawing_window", lambda: "vtkEGLRenderWindow")
+    monkeypatch.setattr(view, "drawing_window", lambda: "vtkEGLRenderWindow")
     monkeypatch.setenv("DISPLAY", display)
     refused = "PYVISTA_OFF_SCREEN must be unset" if off_screen else rf"DISPLAY must be a display to open .* got {got}\."
     with pytest.raises(ValueError, match=rf"^{refused}.* A picture needs .*pvphong shade MESH -o picture\.png"):

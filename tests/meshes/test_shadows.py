@@ -492,7 +492,7 @@ def test_studies_say_that_they_cast_no_rays():
     for study in (ball.phong.interpolation_error, lambda s, m: ball.phong.refine(s, m, tolerance=1)):
         with pytest.raises(ValueError, match=r"light_model must be without shadows .*without_rays\(\).*shade"):
             study(rig, WHITE)
-    from pvphong.vtk.obstacles import InexpressibleError
+    from pvphong.vtk.scenes import InexpressibleError
 
     with pytest.raises(InexpressibleError, match="shadows or ambient occlusion") as caught:
         ph.validate(ball, rig, WHITE)

@@ -13,7 +13,8 @@ from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.assembly import vtk_tier
-from pvphong.vtk.limits import Pose, Terms, limits
+from pvphong.vtk.rounding import Pose, limits
+from pvphong.vtk.scenes import Terms
 
 SHINY = Material(ambient=0.1, diffuse=0.5, specular=0.5, shininess=4.0)
 EYE = Viewer(position=(3.0, 2.0, 4.0))

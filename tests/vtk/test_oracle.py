@@ -22,7 +22,7 @@ from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import GGX
 from pvphong.scene.viewer import Viewer
-from pvphong.vtk import vertex_window as _vertex_bench
+from pvphong.vtk import oracle as _vertex_bench
 from pvphong.vtk.oracle import driver, vtk_shade
 
 # --- the formula: VTK's three tiers in eye space, float64 -------------------------------------------------------

@@ -15,8 +15,8 @@ from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.assembly import vtk_tier
-from pvphong.vtk.limits import in_vtk_terms
 from pvphong.vtk.oracle import vtk_shade
+from pvphong.vtk.scenes import in_vtk_terms
 
 SUN = DirectionalLight(direction=(0.0, 1.0, -1.0))
 HEADLIGHT = DirectionalLight(frame="headlight")

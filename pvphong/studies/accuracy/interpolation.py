@@ -15,7 +15,7 @@ from pvphong.shading.vertices import Vertices
 from pvphong.studies.accuracy.rows import Errors, Row
 from pvphong.studies.accuracy.timing import Clock, timed
 from pvphong.studies.accuracy.variants import Subject, Variant
-from pvphong.studies.refine.refinement import interpolation_error, refine
+from pvphong.studies.refine import interpolation_error, refine
 
 AS_IT_IS = "as it is"
 ADAPTIVE = "refined adaptively"

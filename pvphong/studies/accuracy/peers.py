@@ -25,9 +25,8 @@ from pvphong.shading.screen import refuse_rays
 from pvphong.studies.accuracy.rows import NO_ERROR, Errors, Row
 from pvphong.studies.accuracy.variants import Subject, Variant
 from pvphong.vtk.lights import write_light
-from pvphong.vtk.limits import in_vtk_terms
-from pvphong.vtk.obstacles import InexpressibleError, refuse_inexpressible
 from pvphong.vtk.oracle import driver, write_material
+from pvphong.vtk.scenes import InexpressibleError, in_vtk_terms, refuse_inexpressible
 
 TEXTBOOK, LIGHT_SOURCE = "textbook NumPy", "Matplotlib LightSource"
 PER_PIXEL, LIT_ARRAY = "VTK per pixel", "VTK drawing lit array"

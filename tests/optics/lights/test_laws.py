@@ -19,7 +19,7 @@ from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.roles import Aim, Corners, Place, Role, Turn, Up
 from pvphong.shading import kernel
 from pvphong.shading.plan.effects import EFFECTS
-from pvphong.vtk.obstacles import refuse_inexpressible
+from pvphong.vtk.scenes import refuse_inexpressible
 
 FRAMES = ("world", "camera", "headlight")
 SEEDS = range(8)

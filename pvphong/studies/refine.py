@@ -18,9 +18,8 @@ from pvphong.meshes.surfaces import ORIGINAL_POINT, FeatureAngle, has_faces, sha
 from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import SceneLike
 from pvphong.shading.albedo import checked_albedo, reflectances
-from pvphong.shading.inside.interpolation import all_errors
-from pvphong.shading.inside.lit_vertices import Lighting, LitVertices, scaled_together
-from pvphong.shading.inside.refining import Refinement, Stopped
+from pvphong.shading.inside.interpolation import Lighting, LitVertices, all_errors
+from pvphong.shading.inside.splitting import Refinement, Stopped
 from pvphong.shading.screen import refuse_rays
 
 Placement = Literal["linear", "smooth"]
@@ -140,22 +139,30 @@ def refine(
        (2001), 159-166.
     """
     tolerance = check.number("tolerance", tolerance, above=0.0)
-    _check_name(name)
+    if not isinstance(name, str) or not name:
+        check.refuse("name", name, "a string that is not empty")
     smooth = check.choice("placement", placement, get_args(Placement)) == "smooth"
     real = check.choice("precision", precision, get_args(Precision))
     lit = _lit_triangles(mesh, scene, material, matrix, albedo, feature_angle)
-    limit = _limit(max_points, lit.mesh.n_points)
+    count = lit.mesh.n_points
+    limit = count + _MOST_ADDED if max_points is None else max_points
+    if isinstance(limit, bool) or not isinstance(limit, numbers.Integral) or limit < count:
+        check.refuse("max_points", max_points, f"an integer >= {count}, the points that the mesh has, or None")
     with _far_ranges_allowed():
-        refinement = Refinement(lit.mesh.points, lit.blended, lit.shades, lit.corners, lit.lighting, smooth)
-        stopped = refinement.run(tolerance, limit)
-    result = _split_mesh(lit, refinement)
+        refinement = Refinement(lit.mesh.points, lit.blended, lit.albedo, lit.corners, lit.lighting, smooth)
+        stopped = refinement.run(tolerance, int(limit))
+    result, left = _split_mesh(lit, refinement), float(refinement.errors.max(initial=0.0))
+    quality = f"{tolerance:.3g} everywhere, off by up to {left:.3g}"
+    points = f"{result.n_points} points, {result.n_points - count} of them new"
+    summary = f"Within {quality}: {points}."
+    if stopped != "tolerance":
+        summary = f"Not within {quality}: {_NOT_REACHED[stopped]}; {points}."
     result.cell_data[name + _ERROR] = refinement.errors
-    left, counts = float(refinement.errors.max(initial=0.0)), (lit.mesh.n_points, result.n_points)
     result.field_data[f"{name}_refinement_reached"] = [stopped == "tolerance"]
-    result.field_data[f"{name}_refinement_summary"] = _summary(stopped, tolerance, left, counts)
+    result.field_data[f"{name}_refinement_summary"] = summary
     result.field_data[f"{name}_refinement_error"] = [left]
     result.field_data[f"{name}_refinement_stopped"] = stopped
-    result.field_data[f"{name}_refinement_points"] = counts
+    result.field_data[f"{name}_refinement_points"] = [count, result.n_points]
     result.point_data[name] = lit.lighting.shown(refinement.vertices.colors).astype(real)
     result.set_active_scalars(name, preference="point")
     return result
@@ -193,7 +200,7 @@ def interpolation_error(
     lit = _lit_triangles(mesh, scene, material, matrix, albedo, feature_angle)
     points, normals = lit.mesh.points.astype(np.float64), lit.blended
     with _far_ranges_allowed():
-        vertices = LitVertices(points, normals, normals, lit.shades, lit.lighting.colors(points, normals, lit.shades))
+        vertices = LitVertices(points, normals, normals, lit.albedo, lit.lighting.colors(points, normals, lit.albedo))
         errors = all_errors(vertices, lit.corners, lit.lighting)
     result = shallow_copy(lit.mesh)
     result.cell_data["phong" + _ERROR] = errors
@@ -207,9 +214,9 @@ class _LitTriangles(NamedTuple):
     normals: FloatArray
     """As they are stored."""
     blended: Float64Array
-    """The same, divided by 2**exponent."""
+    """The same, divided by 2**exponent so that the longest is near 1 and no blend overflows; 0 if not finite."""
     exponent: int
-    shades: Float64Array | None
+    albedo: Float64Array | None
     lighting: Lighting
 
 
@@ -223,38 +230,27 @@ def _lit_triangles(
 ) -> _LitTriangles:
     check_material(material)
     source, found = surface_and_point_data(mesh, {"albedo": albedo}, feature_angle)
-    given = found["albedo"]
-    scene = scene_for(source, given_scene, matrix)
+    scene, given = scene_for(source, given_scene, matrix), found["albedo"]
     refuse_rays(scene, "where colours inside of triangles count")
     if not has_faces(source):
         check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", "A cloud has no inside.")
-    shades = None if given is None else reflectances(checked_albedo(given, source.n_points)).astype(np.float64)
-    triangles = source if source.is_all_triangles else _faces_alone(source).triangulate()
-    corners: IntArray = triangles.regular_faces.astype(np.intp)
+    factors = None if given is None else reflectances(checked_albedo(given, source.n_points)).astype(np.float64)
+    triangles, first = source, source.n_verts + source.n_lines
+    if not source.is_all_triangles:  # VTK's triangulation would mix up the arrays of vertex and line cells and of faces
+        faces = shallow_copy(source)
+        faces.clear_cell_data()
+        faces.SetVerts(None)
+        faces.SetLines(None)
+        for key in source.cell_data:
+            faces.cell_data[key] = np.asarray(source.cell_data[key])[first:]
+        triangles = faces.triangulate()
     normals = point_normals(source)
-    return _LitTriangles(
-        triangles, corners, normals, *scaled_together(normals), shades, Lighting(scene, material, matrix)
-    )
-
-
-def _summary(stopped: Stopped, tolerance: float, left: float, counts: tuple[int, int]) -> str:
-    """How the refinement ended, in a sentence."""
-    points = f"{counts[1]} points, {counts[1] - counts[0]} of them new"
-    if stopped == "tolerance":
-        return f"Within {tolerance:.3g} everywhere, off by up to {left:.3g}: {points}."
-    return f"Not within {tolerance:.3g} everywhere, off by up to {left:.3g}: {_NOT_REACHED[stopped]}; {points}."
-
-
-def _faces_alone(mesh: pv.PolyData) -> pv.PolyData:
-    """A mesh without its vertex and line cells, which VTK's triangulation would mix up with the faces' arrays."""
-    first = mesh.n_verts + mesh.n_lines
-    result = shallow_copy(mesh)
-    result.clear_cell_data()
-    result.SetVerts(None)
-    result.SetLines(None)
-    for key in mesh.cell_data:
-        result.cell_data[key] = np.asarray(mesh.cell_data[key])[first:]
-    return result
+    blended = normals.astype(np.float64)
+    blended[~np.isfinite(blended).all(axis=1)] = 0.0
+    exponent = int(np.frexp(np.abs(blended).max(initial=0.0))[1])
+    corners, blended = triangles.regular_faces.astype(np.intp), np.ldexp(blended, -exponent)
+    lighting = Lighting(scene, material, matrix)
+    return _LitTriangles(triangles, corners, normals, blended, exponent, factors, lighting)
 
 
 def _far_ranges_allowed() -> np.errstate:
@@ -275,10 +271,13 @@ def _split_mesh(lit: _LitTriangles, refinement: Refinement) -> pv.PolyData:
     for key in source.cell_data:
         result.cell_data[key] = np.asarray(source.cell_data[key])[triangles.source]
     result.field_data.update(source.field_data)
+    key = source.point_data.active_normals_name
+    if key is None:
+        key = "Normals"
+        while key in source.point_data:  # it names something else
+            key += "_"
     new_normals = np.ldexp(vertices.stored[added], lit.exponent)
-    normals = np.concatenate([lit.normals, new_normals.astype(lit.normals.dtype)])
-    key = source.point_data.active_normals_name or _unused("Normals", source)
-    result.point_data[key] = normals
+    result.point_data[key] = np.concatenate([lit.normals, new_normals.astype(lit.normals.dtype)])
     result.point_data.active_normals_name = key
     result.point_data.active_texture_coordinates_name = source.point_data.active_texture_coordinates_name
     result.point_data.active_vectors_name = source.point_data.active_vectors_name
@@ -286,40 +285,20 @@ def _split_mesh(lit: _LitTriangles, refinement: Refinement) -> pv.PolyData:
 
 
 def _interpolated(values: NDArray[Any], rounds: list[IntArray]) -> NDArray[Any]:
-    """A point array with the values of new points, round by round."""
-    start = len(values)
-    result = np.empty((start + sum(map(len, rounds)), *values.shape[1:]), dtype=values.dtype)
+    """A point array with the values of new points, round by round.
+
+    They are means of floats and of colours; of what may be labels, the value of the end with the lower number.
+    """
+    start, kind = len(values), values.dtype
+    result = np.empty((start + sum(map(len, rounds)), *values.shape[1:]), dtype=kind)
     result[:start] = values
     for parents in rounds:
-        low, high = np.sort(parents, axis=1).T
-        result[start : start + len(parents)] = _between(result[low], result[high])
+        low, high = (result[ends] for ends in np.sort(parents, axis=1).T)
+        if kind.kind in "fc":
+            with np.errstate(invalid="ignore", under="ignore"):
+                low = low * kind.type(0.5) + high * kind.type(0.5)
+        elif kind == np.uint8 and values.ndim == 2 and values.shape[1] in (3, 4):
+            low = ((low.astype(np.uint16) + high + 1) // 2).astype(np.uint8)
+        result[start : start + len(parents)] = low
         start += len(parents)
     return result
-
-
-def _between(low: NDArray[Any], high: NDArray[Any]) -> NDArray[Any]:
-    if low.dtype.kind in "fc":
-        with np.errstate(invalid="ignore", under="ignore"):
-            return low * low.dtype.type(0.5) + high * low.dtype.type(0.5)
-    if low.dtype == np.uint8 and low.ndim == 2 and low.shape[1] in (3, 4):
-        return ((low.astype(np.uint16) + high + 1) // 2).astype(np.uint8)
-    return low
-
-
-def _unused(name: str, mesh: pv.PolyData) -> str:
-    while name in mesh.point_data:
-        name = f"{name}_"
-    return name
-
-
-def _limit(max_points: Any, n_points: int) -> int:
-    if max_points is None:
-        return n_points + _MOST_ADDED
-    if isinstance(max_points, bool) or not isinstance(max_points, numbers.Integral) or max_points < n_points:
-        check.refuse("max_points", max_points, f"an integer >= {n_points}, the points that the mesh has, or None")
-    return int(max_points)
-
-
-def _check_name(name: str) -> None:
-    if not isinstance(name, str) or not name:
-        check.refuse("name", name, "a string that is not empty")

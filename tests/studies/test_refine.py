@@ -12,7 +12,7 @@ from strategies import hunt, moderate_case
 
 import pvphong as ph
 from pvphong.meshes.surfaces import surface
-from pvphong.studies.refine.refinement import interpolation_error, refine
+from pvphong.studies.refine import interpolation_error, refine
 
 STEP = 1 / 255
 TO_LIGHT = np.array([1.0, 1.0, 2.0]) / math.sqrt(6.0)

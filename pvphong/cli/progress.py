@@ -13,8 +13,8 @@ from rich.text import Text
 
 from pvphong.base.text import listening
 
-# Seconds after which work is long enough for a bar.
 _LONG = 1.0
+"""Seconds after which work is long enough for a bar."""
 
 
 @contextmanager
@@ -25,11 +25,11 @@ def busy(what: str) -> Iterator[None]:
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as shown:
         task = shown.add_task(what, total=None)
 
-        def tell(doing: str, part: float) -> None:
+        def update(doing: str, part: float) -> None:
             if time.perf_counter() - begun > _LONG:
                 shown.update(task, description=f"{what}: {doing}", completed=part, total=1.0)
 
-        with listening(tell):
+        with listening(update):
             yield
 
 
