@@ -18,8 +18,7 @@ from pvphong.geometry.transform import transform_points
 from pvphong.meshes.default_scene import default_scene
 from pvphong.meshes.pictures import draw
 from pvphong.scene.viewer import Viewer
-from pvphong.studies.accuracy.report import Tradeoff, cost_text, is_noise, number
-from pvphong.studies.accuracy.rows import KINDS, Kind, Row
+from pvphong.studies.accuracy.result import KINDS, Kind, Result, Row, number
 
 _FORMATS = (".png", ".pdf", ".svg")
 _SIZE = (16.0, 13.5)
@@ -58,7 +57,7 @@ def refuse_format(path: str | os.PathLike[str]) -> None:
         raise ValueError('Figures need Matplotlib: pip install "pvphong[plot]".') from error
 
 
-def save_figure(report: Tradeoff, path: str | os.PathLike[str]) -> None:
+def save_figure(report: Result, path: str | os.PathLike[str]) -> None:
     """Draw a report into a file.
 
     Raises
@@ -87,14 +86,14 @@ def save_figure(report: Tradeoff, path: str | os.PathLike[str]) -> None:
 # --- Pareto fronts: time against error, one marker a row, for each kind of error
 
 
-def draw_fronts(part: Any, report: Tradeoff) -> None:
+def draw_fronts(part: Any, report: Result) -> None:
     """Every kind of row beside the others, in a part of a Matplotlib figure."""
     shown = [kind for kind in KINDS if any(row.kind == kind for row in report.rows)]
     for axes, kind in zip(np.atleast_1d(part.subplots(1, len(shown))), shown, strict=True):
         _draw_front(axes, report, kind)
 
 
-def _draw_front(axes: Any, report: Tradeoff, kind: Kind) -> None:
+def _draw_front(axes: Any, report: Result, kind: Kind) -> None:
     rows = sorted((row for row in report.rows if row.kind == kind), key=lambda row: row.time.median)
     tolerance, chosen = report.tolerance, report.chosen
     # An error of 0 is drawn a decade and a half below the least that is not.
@@ -202,7 +201,7 @@ class Picture(NamedTuple):
     scale: Any = None
 
 
-def linked_pictures(report: Tradeoff) -> list[Picture]:
+def linked_pictures(report: Result) -> list[Picture]:
     """One mesh from one place: the reference, the chosen colours, their errors, the errors inside triangles.
 
     The scene's own viewer is used where it sees the mesh, else one that does. Errors at the vertices have a colour
@@ -273,7 +272,7 @@ def _scaled(errors: Float64Array, scale: Any) -> Float64Array:
     return np.asarray(scale.to_rgba(np.maximum(errors, scale.norm.vmin)))[:, :3]  # a logarithm of 0 would be masked
 
 
-def _draw_pictures(part: Any, report: Tradeoff) -> None:
+def _draw_pictures(part: Any, report: Result) -> None:
     try:
         pictures = linked_pictures(report)
     except ValueError as error:
@@ -309,7 +308,7 @@ def _draw_pictures(part: Any, report: Tradeoff) -> None:
 # --- the histogram and the ledger
 
 
-def _draw_histogram(axes: Any, report: Tradeoff) -> None:
+def _draw_histogram(axes: Any, report: Result) -> None:
     at_vertices = np.abs(report.chosen_colors - report.reference_colors).max(axis=1)
     chosen = report.best()
     name = "chosen" if chosen is None else chosen.name
@@ -333,16 +332,16 @@ def _draw_histogram(axes: Any, report: Tradeoff) -> None:
     axes.legend(fontsize=9, frameon=False)
 
 
-def _draw_ledger(axes: Any, report: Tradeoff) -> None:
+def _draw_ledger(axes: Any, report: Result) -> None:
     measured = [(entry, entry.cost) for entry in reversed(report.ledger) if entry.cost is not None]
     axes.set_title("What each effect costs, and the largest error without it")
     axes.set_xlabel("time with it minus time without it, in ms: median and quartiles")
     for place, (entry, cost) in enumerate(measured):
-        color = _GREY if is_noise(cost) else _COLORS["arithmetic"]
+        color = _GREY if cost.is_noise else _COLORS["arithmetic"]
         spread = [[(cost.median - cost.low) * 1e3], [(cost.high - cost.median) * 1e3]]
         axes.barh(place, cost.median * 1e3, xerr=spread, color=color, ecolor=_INK, capsize=2, height=0.6)
         error = "" if entry.error is None else f"error {number(entry.error)}"
-        text = f"{cost_text(cost)}, {error}{'' if entry.runs else ', left out'}"
+        text = f"{entry.cost_text}, {error}{'' if entry.runs else ', left out'}"
         at = (max(cost.high, 0.0) * 1e3, place)
         axes.annotate(text, at, xytext=(8, 0), textcoords="offset points", va="center", fontsize=9)
     axes.set_yticks(range(len(measured)), [entry.effect for entry, _ in measured])

@@ -12,7 +12,7 @@ from pvphong.geometry.transform import transform_points
 from pvphong.meshes.surfaces import has_faces
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
-from pvphong.studies.accuracy.rows import Errors, Row
+from pvphong.studies.accuracy.result import Errors, Row
 from pvphong.studies.accuracy.timing import Clock, timed
 from pvphong.studies.accuracy.variants import Subject, Variant
 from pvphong.studies.refine import interpolation_error, refine

@@ -25,7 +25,7 @@ from pvphong.shading.plan.effects import EFFECTS
 from pvphong.studies.accuracy.interpolation import AS_IT_IS, Interpolation, interpolation, least_seconds
 from pvphong.studies.accuracy.peers import LIGHT_SOURCE, PER_PIXEL, TEXTBOOK, light_source, textbook, vtk_frames
 from pvphong.studies.accuracy.report import Tradeoff, circumstances
-from pvphong.studies.accuracy.rows import NO_ERROR, Errors, LedgerEntry, Promise, Row, Timing, with_fronts
+from pvphong.studies.accuracy.result import NO_ERROR, Errors, LedgerEntry, Promise, Row, Timing, with_fronts
 from pvphong.studies.accuracy.timing import FEWEST_REPEATS, Clock, Run, interleaved, progress, timed
 from pvphong.studies.accuracy.variants import (
     REFERENCE,

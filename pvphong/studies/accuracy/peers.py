@@ -22,7 +22,7 @@ from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.equation import Equation
 from pvphong.shading.screen import refuse_rays
-from pvphong.studies.accuracy.rows import NO_ERROR, Errors, Row
+from pvphong.studies.accuracy.result import NO_ERROR, Errors, Row
 from pvphong.studies.accuracy.variants import Subject, Variant
 from pvphong.vtk.lights import write_light
 from pvphong.vtk.oracle import driver, write_material

@@ -1,4 +1,4 @@
-"""What accuracy costs in time, for its reader: the choice among the rows, sentences, tables and files."""
+"""What accuracy costs in time, for its reader: sentences, tables and files."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ import os
 import platform
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from datetime import date
-from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,31 +18,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyvista as pv
 
-from pvphong.base import check, threads
+from pvphong.base import threads
 from pvphong.base.files import write_json, written_aside
 from pvphong.base.text import html_table, rendered, wrapped
-from pvphong.base.types import Float64Array, FloatArray, MatrixLike
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
-from pvphong.studies.accuracy.rows import (
+from pvphong.studies.accuracy.figure import save_figure
+from pvphong.studies.accuracy.result import (
     KINDS,
     QUESTIONS,
     Errors,
-    LedgerEntry,
-    Promise,
     Question,
+    Result,
     Row,
-    Timing,
+    number,
+    seconds,
 )
-from pvphong.studies.accuracy.timing import FEWEST_REPEATS
 
 if TYPE_CHECKING:
     from rich.table import Table
-
-_AT_VERTICES, _CASTING_RAYS, _INSIDE = QUESTIONS
-
-# Vertices that are named as the worst.
-_WORST = 5
 
 # Seconds that a call of `mesh.phong.shade` takes beside the lighting, about; see the whole job's times in the README.
 _CALL = 1e-3
@@ -55,7 +48,7 @@ _HEADINGS = ("", "way", "time", "spread", "largest", "RMS", "99 %", "points")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tradeoff:
+class Tradeoff(Result):
     """What accuracy costs in time on one mesh and scene.
 
     `print(report)` says what to choose, `print(report.explain())` all of it.
@@ -88,92 +81,6 @@ class Tradeoff:
         Shape (n_points, 3): colours of the float64 reference.
     """
 
-    tolerance: float
-    rows: tuple[Row, ...]
-    ledger: tuple[LedgerEntry, ...]
-    baseline: str
-    promises: tuple[Promise, ...]
-    left_out: dict[str, str]
-    facts: dict[str, str]
-    inside_errors: Float64Array
-    inside_areas: Float64Array
-    surface: pv.PolyData
-    scene: Scene
-    matrix: MatrixLike | None
-    reference_colors: Float64Array
-    _lighting: Mapping[str, Callable[[], FloatArray]] = field(kw_only=True)
-    """Lights the vertices again, by the names of rows; the reference comes first."""
-
-    # -- the choice among the rows
-
-    def best(self, tolerance: float | None = None, *, inside: bool = False, rays: bool = False) -> Row | None:
-        """The cheapest row within a tolerance; peers are not chosen.
-
-        Parameters
-        ----------
-        tolerance : float, optional
-            Largest absolute colour error; the report's own if not given.
-        inside : bool, default False
-            False: at the vertices, where the largest arithmetic and light-model error must not add up to more
-            than the tolerance. True: inside triangles, by the largest interpolation error.
-        rays : bool, default False
-            Of the ways to cast rays, by the root mean square of what sampling leaves.
-
-        Returns
-        -------
-        Row or None
-            None if no row is within it.
-
-        Raises
-        ------
-        ValueError
-            If the tolerance is not a number >= 0.
-        """
-        allowed = self.tolerance if tolerance is None else check.number("tolerance", tolerance, at_least=0.0)
-        return self._cheapest(_question(inside, rays), allowed)
-
-    def nearest(self, *, inside: bool = False, rays: bool = False) -> Row:
-        """The row that errs least, for when none is within the tolerance; peers are not chosen."""
-        return min(self._rows_for(_question(inside, rays)), key=lambda row: row.decisive_error)
-
-    def next_step(self, row: Row) -> Row | None:
-        """The cheapest row that errs less than a row and answers the same question; None where there is none."""
-        better = (other for other in self._rows_for(row.question) if other.decisive_error < row.decisive_error)
-        return min(better, key=lambda other: other.time.median, default=None)
-
-    @property
-    def chosen(self) -> list[Row]:
-        """The best row for each question."""
-        best = (self._cheapest(question, self.tolerance) for question in QUESTIONS)
-        return [row for row in best if row is not None]
-
-    def _rows_for(self, question: Question, *, peers: bool = False) -> Iterator[Row]:
-        return (row for row in self.rows if row.question == question and row.is_peer == peers)
-
-    def _cheapest(self, question: Question, tolerance: float, *, peers: bool = False) -> Row | None:
-        within = (row for row in self._rows_for(question, peers=peers) if row.decisive_error <= tolerance)
-        return min(within, key=lambda row: row.time.median, default=None)
-
-    @property
-    def noise(self) -> float:
-        """The spread of times in the middle row: from quartile to quartile, as a part of the median."""
-        return float(np.median([row.time.spread for row in self.rows]))
-
-    # -- colours
-
-    @cached_property
-    def chosen_colors(self) -> FloatArray:
-        """Shape (n_points, 3): the colours of the row that is chosen at the vertices, evaluated again."""
-        chosen = self.best()
-        name = chosen.name if chosen is not None and chosen.name in self._lighting else next(iter(self._lighting))
-        return self._lighting[name]()
-
-    def worst(self) -> list[tuple[int, float]]:
-        """The vertices where the chosen row errs most: number and error, largest first."""
-        errors = np.abs(self.chosen_colors.astype(np.float64) - self.reference_colors).max(axis=1)
-        order = np.argsort(-errors, kind="stable")[:_WORST]
-        return [(int(index), float(errors[index])) for index in order]
-
     def to_mesh(self) -> pv.PolyData:
         """A copy of the surface to look at.
 
@@ -193,8 +100,6 @@ class Tradeoff:
         mesh.set_active_scalars("phong_chosen", preference="point")
         return mesh
 
-    # -- sentences and tables
-
     def __str__(self) -> str:
         return "\n".join(line for sentence in self.summary() for line in wrapped(sentence))
 
@@ -208,15 +113,15 @@ class Tradeoff:
 
     def _questions(self) -> list[Question]:
         """What is answered: always how to light vertices."""
-        return [question for question in QUESTIONS if question == _AT_VERTICES or any(self._rows_for(question))]
+        return [question for question in QUESTIONS if question == QUESTIONS[0] or any(self.rows_for(question))]
 
     def summary(self) -> list[str]:
         """What to choose in plain words: a few lines that fit a terminal."""
         count = sum(not row.is_peer for row in self.rows)
         found = [f"Cheapest within {number(self.tolerance)}, of {count} ways to light {self.surface.n_points} points:"]
         for question in self._questions():
-            chosen = self._cheapest(question, self.tolerance)
-            row = chosen or min(self._rows_for(question), key=lambda row: row.decisive_error)
+            chosen = self.cheapest(question, self.tolerance)
+            row = chosen or min(self.rows_for(question), key=lambda row: row.decisive_error)
             error = f"{seconds(row.time.median)}, off by {number(row.decisive_error)}"
             found.append(f"  {question}: {'' if chosen else 'none; nearest '}{row.name}, {error}")
         return [*found, *self._remarks()]
@@ -225,9 +130,9 @@ class Tradeoff:
         """What to choose, at what price, and what the next step would cost: a sentence or two per question."""
         found = []
         for question in self._questions():
-            chosen = self._cheapest(question, self.tolerance)
+            chosen = self.cheapest(question, self.tolerance)
             if chosen is None:
-                nearest = min(self._rows_for(question), key=lambda row: row.decisive_error)
+                nearest = min(self.rows_for(question), key=lambda row: row.decisive_error)
                 found.append(
                     f"{question.capitalize()} nothing is within {number(self.tolerance)}; nearest is {nearest.name}: "
                     f"{number(nearest.decisive_error)} in {seconds(nearest.time.median)}."
@@ -251,13 +156,13 @@ class Tradeoff:
         """Whether peers within the tolerance cost less, and whether it matters."""
         cheaper = []
         for question in self._questions():
-            own = self._cheapest(question, self.tolerance)
-            peer = self._cheapest(question, self.tolerance, peers=True)
+            own = self.cheapest(question, self.tolerance)
+            peer = self.cheapest(question, self.tolerance, peers=True)
             if peer is not None and (own is None or peer.time.median < own.time.median):
                 cheaper.append(f"{peer.name} does it{' for less' if own else ''}, {seconds(peer.time.median)}")
         if cheaper:
             yield f"Of the peers {'; '.join(cheaper)}."
-        slowest = max(row.time.median for row in self._rows_for(_AT_VERTICES))
+        slowest = max(row.time.median for row in self.rows_for(QUESTIONS[0]))
         if slowest <= _CALL:
             yield f"On so small a mesh everything is cheap: {seconds(slowest)} at the vertices at most."
 
@@ -328,7 +233,7 @@ class Tradeoff:
             column.justify = "right"
         for entry in self.ledger:
             error = "" if entry.error is None else number(entry.error)
-            table.add_row(entry.effect, "on" if entry.runs else "off", cost_text(entry.cost), error, entry.why)
+            table.add_row(entry.effect, "on" if entry.runs else "off", entry.cost_text, error, entry.why)
         return table
 
     # -- files
@@ -395,13 +300,7 @@ class Tradeoff:
         ValueError
             If Matplotlib is missing, or the file cannot be written.
         """
-        from pvphong.studies.accuracy.figure import save_figure
-
         save_figure(self, path)
-
-
-def _question(inside: bool, rays: bool) -> Question:
-    return _INSIDE if inside else _CASTING_RAYS if rays else _AT_VERTICES
 
 
 def _pairs_table(title: str, rows: list[tuple[str, str]]) -> Table:
@@ -421,29 +320,6 @@ def _table(title: str, *headings: str) -> Table:
     for heading in headings:
         table.add_column(heading, overflow="fold")
     return table
-
-
-def is_noise(cost: Timing) -> bool:
-    """Whether a cost, a difference of times, cannot be told from none: by its quartiles, or by too few repeats."""
-    return cost.low <= 0.0 or cost.repeats < FEWEST_REPEATS
-
-
-def cost_text(cost: Timing | None) -> str:
-    """A cost in the ledger; empty where it was not measured."""
-    return "" if cost is None else "in the noise" if is_noise(cost) else seconds(cost.median)
-
-
-def seconds(value: float) -> str:
-    """A time in the unit that suits it."""
-    for unit, size in (("s", 1.0), ("ms", 1e-3)):
-        if abs(value) >= size:
-            return f"{value / size:.3g} {unit}"
-    return f"{value * 1e6:.3g} µs"
-
-
-def number(value: float) -> str:
-    """An error in three digits."""
-    return "0" if value == 0.0 else f"{value:.3g}"
 
 
 def circumstances(mesh: pv.PolyData, scene: Scene, material: Material) -> dict[str, str]:

@@ -27,7 +27,7 @@ from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan, is_worth_loading
 from pvphong.shading.result import Shading
 from pvphong.shading.vertices import Vertices
-from pvphong.studies.accuracy.rows import NO_ERROR, Errors, Row, Timing
+from pvphong.studies.accuracy.result import NO_ERROR, Errors, Row, Timing
 from pvphong.studies.accuracy.timing import Clock, timed
 
 REFERENCE = "float64 reference"

@@ -9,7 +9,7 @@ import pyvista as pv
 
 import pvphong as ph
 from pvphong.studies.accuracy.figure import decades, draw_fronts, linked_pictures, signed_scale, worst_channel
-from pvphong.studies.accuracy.rows import Errors, Row, Timing, with_fronts
+from pvphong.studies.accuracy.result import Errors, Row, Timing, with_fronts
 
 figure = pytest.importorskip("matplotlib.figure")
 

@@ -13,7 +13,7 @@ import pvphong as ph
 from pvphong.shading.assembly import assemble
 from pvphong.studies.accuracy import peers
 from pvphong.studies.accuracy.peers import height_field, hillshading, textbook_colors
-from pvphong.studies.accuracy.rows import Errors
+from pvphong.studies.accuracy.result import Errors
 from pvphong.studies.accuracy.variants import Subject
 
 # --- a textbook's NumPy

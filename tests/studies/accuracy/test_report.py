@@ -6,8 +6,8 @@ import pyvista as pv
 
 import pvphong as ph
 from pvphong.base import text
-from pvphong.studies.accuracy.report import Tradeoff, is_noise
-from pvphong.studies.accuracy.rows import Errors, LedgerEntry, Promise, Row, Timing, with_fronts
+from pvphong.studies.accuracy.report import Tradeoff
+from pvphong.studies.accuracy.result import Errors, LedgerEntry, Promise, Row, Timing, with_fronts
 
 
 def report(*rows, **fields):
@@ -46,7 +46,7 @@ def report(*rows, **fields):
     ],
 )
 def test_a_cost_is_noise_where_it_cannot_be_told_from_none(cost, noise):
-    assert is_noise(cost) is noise
+    assert cost.is_noise is noise
 
 
 LONGEST = "Blinn-Phong, shininess × 128"

@@ -17,7 +17,7 @@ import pvphong as ph
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.studies.accuracy.measure import promises, tradeoff
 from pvphong.studies.accuracy.peers import textbook_colors
-from pvphong.studies.accuracy.rows import Errors
+from pvphong.studies.accuracy.result import Errors
 from pvphong.studies.accuracy.variants import Subject, variants
 
 STEP = 1 / 255
@@ -97,13 +97,13 @@ def test_light_model_errors_are_those_of_the_changed_scene(mesh, report):
 def test_simpler_reflectances_are_priced(mesh, reflectance, name, simpler):
     material = ph.Material(diffuse=0.5, reflectance=reflectance)
     subject = Subject(mesh.points, mesh.point_data.active_normals, SCENE, material, None)
-    (found,) = [variant for variant in variants(subject, STEP)[0] if variant.name == name]
+    (found,) = [variant for variant in variants(subject, STEP)[0] if variant.row.name == name]
     truth, expected = exact(mesh, SCENE, material), exact(mesh, SCENE, simpler)
     np.testing.assert_allclose(
         subject.exact(found.equation), expected, rtol=0, atol=1e-3 * np.abs(expected - truth).max()
     )
     np.testing.assert_allclose(found.run(), expected, rtol=0, atol=1e-5)
-    assert found.kind == "light model"
+    assert found.row.kind == "light model"
 
 
 def test_interpolation_errors_fall_when_the_mesh_is_refined(mesh, report):

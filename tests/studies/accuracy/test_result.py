@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pvphong.studies.accuracy.rows import Errors, Row, Timing, with_fronts
+from pvphong.studies.accuracy.result import Errors, Row, Timing, with_fronts
 
 
 def row(name, seconds, error, kind="arithmetic", **fields):

@@ -1,15 +1,20 @@
-"""Rows of a report on accuracy and time: errors by kind, times, effects' costs, and the Pareto fronts."""
+"""What was measured of accuracy and time: errors by kind, times, rows and their Pareto fronts, and the choice."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Literal, get_args
 
 import numpy as np
+import pyvista as pv
 
-from pvphong.base.types import Float64Array, FloatArray
+from pvphong.base import check
+from pvphong.base.types import Float64Array, FloatArray, MatrixLike
+from pvphong.scene.scene import Scene
+from pvphong.studies.accuracy.timing import FEWEST_REPEATS
 
 Kind = Literal["arithmetic", "light model", "sampling", "interpolation"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
@@ -19,6 +24,9 @@ QUESTIONS: tuple[Question, ...] = get_args(Question)
 """What a row answers: how to light vertices, how to cast rays from them, how to light between them."""
 
 _VERTICES_AT_ONCE = 2**18
+
+# Vertices that are named as the worst.
+_WORST = 5
 
 
 @dataclass(frozen=True)
@@ -96,6 +104,11 @@ class Timing:
     def spread(self) -> float:
         """From quartile to quartile, as a part of the median."""
         return (self.high - self.low) / self.median
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether a difference of times cannot be told from none: by its quartiles, or by too few repeats."""
+        return self.low <= 0.0 or self.repeats < FEWEST_REPEATS
 
     @classmethod
     def of(cls, seconds: Sequence[float] | Float64Array) -> Timing:
@@ -211,6 +224,11 @@ class LedgerEntry:
     runs: bool
     why: str
 
+    @property
+    def cost_text(self) -> str:
+        """The cost for people; empty where it was not measured."""
+        return "" if self.cost is None else "in the noise" if self.cost.is_noise else seconds(self.cost.median)
+
 
 @dataclass(frozen=True)
 class Promise:
@@ -251,3 +269,109 @@ def with_fronts(rows: Sequence[Row]) -> tuple[Row, ...]:
         return no_worse and (a.time.median < b.time.median or error < b.error.largest)
 
     return tuple(replace(row, on_front=not any(dominates(other, row) for other in rows)) for row in rows)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Result:
+    """What was measured on one mesh and scene, and the choice among the rows; `Tradeoff` says what the fields are."""
+
+    tolerance: float
+    rows: tuple[Row, ...]
+    ledger: tuple[LedgerEntry, ...]
+    baseline: str
+    promises: tuple[Promise, ...]
+    left_out: dict[str, str]
+    facts: dict[str, str]
+    inside_errors: Float64Array
+    inside_areas: Float64Array
+    surface: pv.PolyData
+    scene: Scene
+    matrix: MatrixLike | None
+    reference_colors: Float64Array
+    _lighting: Mapping[str, Callable[[], FloatArray]] = field(kw_only=True)
+    """Lights the vertices again, by the names of rows; the reference comes first."""
+
+    def best(self, tolerance: float | None = None, *, inside: bool = False, rays: bool = False) -> Row | None:
+        """The cheapest row within a tolerance; peers are not chosen.
+
+        Parameters
+        ----------
+        tolerance : float, optional
+            Largest absolute colour error; the report's own if not given.
+        inside : bool, default False
+            False: at the vertices, where the largest arithmetic and light-model error must not add up to more
+            than the tolerance. True: inside triangles, by the largest interpolation error.
+        rays : bool, default False
+            Of the ways to cast rays, by the root mean square of what sampling leaves.
+
+        Returns
+        -------
+        Row or None
+            None if no row is within it.
+
+        Raises
+        ------
+        ValueError
+            If the tolerance is not a number >= 0.
+        """
+        allowed = self.tolerance if tolerance is None else check.number("tolerance", tolerance, at_least=0.0)
+        return self.cheapest(_question(inside, rays), allowed)
+
+    def nearest(self, *, inside: bool = False, rays: bool = False) -> Row:
+        """The row that errs least, for when none is within the tolerance; peers are not chosen."""
+        return min(self.rows_for(_question(inside, rays)), key=lambda row: row.decisive_error)
+
+    def next_step(self, row: Row) -> Row | None:
+        """The cheapest row that errs less than a row and answers the same question; None where there is none."""
+        better = (other for other in self.rows_for(row.question) if other.decisive_error < row.decisive_error)
+        return min(better, key=lambda other: other.time.median, default=None)
+
+    @property
+    def chosen(self) -> list[Row]:
+        """The best row for each question."""
+        best = (self.cheapest(question, self.tolerance) for question in QUESTIONS)
+        return [row for row in best if row is not None]
+
+    def rows_for(self, question: Question, *, peers: bool = False) -> Iterator[Row]:
+        """The rows that answer a question: pvphong's own, or those of peers."""
+        return (row for row in self.rows if row.question == question and row.is_peer == peers)
+
+    def cheapest(self, question: Question, tolerance: float, *, peers: bool = False) -> Row | None:
+        """The row within a tolerance that takes the least time, or None."""
+        within = (row for row in self.rows_for(question, peers=peers) if row.decisive_error <= tolerance)
+        return min(within, key=lambda row: row.time.median, default=None)
+
+    @property
+    def noise(self) -> float:
+        """The spread of times in the middle row: from quartile to quartile, as a part of the median."""
+        return float(np.median([row.time.spread for row in self.rows]))
+
+    @cached_property
+    def chosen_colors(self) -> FloatArray:
+        """Shape (n_points, 3): the colours of the row that is chosen at the vertices, evaluated again."""
+        chosen = self.best()
+        name = chosen.name if chosen is not None and chosen.name in self._lighting else next(iter(self._lighting))
+        return self._lighting[name]()
+
+    def worst(self) -> list[tuple[int, float]]:
+        """The vertices where the chosen row errs most: number and error, largest first."""
+        errors = np.abs(self.chosen_colors.astype(np.float64) - self.reference_colors).max(axis=1)
+        order = np.argsort(-errors, kind="stable")[:_WORST]
+        return [(int(index), float(errors[index])) for index in order]
+
+
+def _question(inside: bool, rays: bool) -> Question:
+    return QUESTIONS[2] if inside else QUESTIONS[1] if rays else QUESTIONS[0]
+
+
+def seconds(value: float) -> str:
+    """A time in the unit that suits it."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3)):
+        if abs(value) >= size:
+            return f"{value / size:.3g} {unit}"
+    return f"{value * 1e6:.3g} µs"
+
+
+def number(value: float) -> str:
+    """An error in three digits."""
+    return "0" if value == 0.0 else f"{value:.3g}"
