@@ -88,8 +88,7 @@ def textbook_colors(
     if model.convention != "standard":
         check.refuse("convention", model.convention, "'standard' for the textbook formula")
     for index, light in enumerate(scene.lights):
-        if obstacle := light.vtk_obstacle:
-            check.refuse(f"lights[{index}]", obstacle.what, "one that the textbook knows", obstacle.remedy)
+        light.refuse_unless_in_vtk(f"lights[{index}]", "one that the textbook knows")
     refuse_rays(scene, "for the textbook formula")
     if material.reflectance is not None:
         check.refuse("reflectance", material.reflectance, "None for the textbook formula")
