@@ -56,7 +56,7 @@ def scene(*lights, **model):
 @pytest.fixture(params=["vtk", *["embree"] * casting.has_embree()])
 def backend(request, monkeypatch):
     if request.param == "vtk":
-        monkeypatch.setattr(casting, "_backend", lambda: Locator)
+        monkeypatch.setattr(casting, "backend", lambda: Locator)
     return request.param
 
 

@@ -13,7 +13,7 @@ BACKENDS = ["vtk", *["embree"] * has_embree()]
 @pytest.fixture(params=BACKENDS, autouse=True)
 def backend(request, monkeypatch):
     if request.param == "vtk":
-        monkeypatch.setattr(casting, "_backend", lambda: Locator)
+        monkeypatch.setattr(casting, "backend", lambda: Locator)
     return request.param
 
 
@@ -126,13 +126,13 @@ def test_rays_in_pieces_are_the_same_rays(monkeypatch):
 
 
 def test_without_embree_it_is_said_once_and_only_where_it_matters(monkeypatch):
-    casting._tell_once.cache_clear()
-    casting.tell_if_slow(10**6)
+    casting._warn_once.cache_clear()
+    casting.warn_if_slow(10**6)
     monkeypatch.setattr(casting, "has_embree", lambda: False)
-    casting.tell_if_slow(100)
+    casting.warn_if_slow(100)
     with pytest.warns(casting.SlowRaysWarning, match=r"pvphong\[rays\]"):
-        casting.tell_if_slow(10**6)
-    casting.tell_if_slow(10**6)  # a warning would be an error
+        casting.warn_if_slow(10**6)
+    casting.warn_if_slow(10**6)  # a warning would be an error
 
 
 def test_more_triangles_than_fit_into_memory_are_refused_before_any_is_read(monkeypatch):
