@@ -96,7 +96,7 @@ def run(words):
 def test_a_wrong_call_or_input_is_one_line_status_2_and_no_file(capfd, monkeypatch, words, message):
     if "lit" in words:
         pytest.importorskip("distributed")
-    monkeypatch.setattr("pvphong.studies.accuracy.measurement.interleaved", lambda *_: pytest.fail("it measured"))
+    monkeypatch.setattr("pvphong.studies.accuracy.measure.interleaved", lambda *_: pytest.fail("it measured"))
     before = sorted(os.listdir())
     assert run(words) == 2
     out, err = capfd.readouterr()
