@@ -128,8 +128,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
     What has no effect is no obstacle: the specular colour of a light on a material without specular, say.
     """
     for index, light in enumerate(scene.lights):
-        if obstacle := light.vtk_obstacle:
-            check.refuse(f"lights[{index}]", obstacle.what, "a light that VTK has", obstacle.remedy)
+        light.refuse_unless_in_vtk(f"lights[{index}]", "a light that VTK has")
     if material.reflectance is not None and material.reflectance.in_vtk() is None:
         allowed = "None or PBR where VTK is to draw it"
         check.refuse("reflectance", material.reflectance, allowed, nearest_in_vtk(material))

@@ -27,6 +27,7 @@ from pvphong.geometry.transform import class_of
 from pvphong.optics import attenuation
 from pvphong.optics.harmonics import BANDS
 from pvphong.optics.light import NODES, POSITION_EFFECT, SIZE_EFFECT
+from pvphong.optics.lights.sized import fewer_nodes
 from pvphong.optics.reflectance import Component
 from pvphong.shading.equation import BLACK, Equation, LightTerm
 from pvphong.shading.parts import by_closed_form, in_parts
@@ -219,13 +220,13 @@ class LightEffect(Effect):
         choice = term.light.simpler(self.name, draft.extent, exactly=not draft.allowance)
         if choice is None:
             return None
-        if choice.make is None:  # it is dark here
+        if not choice.lights:  # it is dark here
             return None, Note(self.name, term.label, choice.why), Note(_LIGHTS, term.label, choice.why)
         bound, gain = stand_in_error(draft, term, choice), term.gain * choice.factor
         if not bound <= draft.allowance or not 1.0 / BRIGHTEST < gain < BRIGHTEST:
             return None
         note = Note(self.name, term.label, choice.why.format(bound=bound), bound)
-        return replace(term, light=choice.make(), gain=gain), note
+        return replace(term, light=choice.lights[0], gain=gain), note
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
         return self.name in term.light.effects
@@ -245,11 +246,11 @@ class Size(LightEffect):
         _, summed = by_closed_form(term, draft.equation.forms)
         part = replace(term, ambient=BLACK, colors=summed)
         for count in () if part.is_black else (1, 4, 16):
-            choice = term.light.fewer(count, draft.extent)
+            choice = fewer_nodes(term.light, count, draft.extent)
             bound = math.inf if choice is None else stand_in_error(draft, part, choice)
             if choice is not None and bound <= draft.allowance:
                 why = f"{NODES - count} of {NODES} nodes, at most {bound:.2g}"
-                return replace(term, nodes=choice.nodes), Note(self.name, term.label, why, bound)
+                return replace(term, nodes=choice.lights), Note(self.name, term.label, why, bound)
         return None
 
     def decide(self, draft: Draft) -> Decision:
@@ -290,7 +291,9 @@ class Sky(Effect):
         if not terms:
             return decision
         count = max(map(_bands, terms))
-        beyond = max(_largest_error(equation, term, term.light.unknown) for term in terms)
+        beyond = max(
+            _largest_error(equation, term, partial(term.light.left_out, bands=term.light.bands)) for term in terms
+        )
         labels, noted = ", ".join(term.label for term in terms), draft.why_without(self.name)
         why = f"{labels}: {count} bands, those beyond {BANDS} hold at most {beyond:.2g}"
         return replace(decision, why=f"{why} (left out: {noted})" if noted else why)
