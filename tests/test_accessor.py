@@ -1,8 +1,10 @@
 """`mesh.phong`: found by PyVista itself, on every dataset with a surface and on MultiBlock."""
 
+import ast
 import inspect
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,11 +14,10 @@ import vtk
 import pvphong as ph
 from pvphong.meshes.blocks import datasets
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.lit import shade_mesh
 from pvphong.optics.lights import DirectionalLight, PointLight
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
-from pvphong.studies.refine import refinement
+from pvphong.studies import refine
 
 SCENE = Scene(lights=[DirectionalLight(direction=(-1, -2, -3)), PointLight(position=(1, 1, 2))])
 GRID = pv.ImageData(dimensions=(3, 3, 3))
@@ -59,11 +60,23 @@ def test_works_with_nothing_imported_but_pyvista(mesh, check):
 def test_every_dataset_has_what_the_functions_give(mesh):
     matrix, shiny = np.diag([1.0, 1, -1, 1]), Material(specular=0.3, shininess=4)
     assert "phong" in dir(mesh)
-    lit, expected = mesh.phong.shade(SCENE, shiny, name="glow"), shade_mesh(mesh, SCENE, shiny, name="glow")
-    assert lit["glow"].tobytes() == expected["glow"].tobytes()
+    lit = mesh.phong.shade(SCENE, shiny, name="glow")
+    framed = scene_for(lit, SCENE)
+    np.testing.assert_array_equal(lit["glow"], ph.evaluate(lit.points, lit.phong.normals(), framed, shiny).rgb)
     assert str(mesh.phong.diagnose(matrix=matrix)) == str(ph.diagnose(mesh, matrix=matrix))
     plans = mesh.phong.plan(SCENE, shiny, tolerance=0.01), ph.plan(mesh, SCENE, shiny, tolerance=0.01)
     assert plans[0].explain() == plans[1].explain()
+
+
+def test_a_type_checker_sees_the_names_that_there_are():
+    """They stand in `__init__` twice: as imports for type checkers, and as places to import from when asked for."""
+    source = ast.parse(Path(ph.__file__).read_text())
+    imports = [node for node in ast.walk(source) if isinstance(node, ast.ImportFrom) and node.module != "importlib"]
+    seen = {alias.asname: f"{node.module}.{alias.name}" for node in imports for alias in node.names if alias.asname}
+    assert {name: f"pvphong.{place}.{name}" for name, place in ph._PLACE_OF.items()} == {
+        name: place for name, place in seen.items() if name != "_host"
+    }
+    assert dir(ph) == ph.__all__
 
 
 def test_is_not_there_on_what_has_no_surface():
@@ -81,35 +94,58 @@ def test_the_signature_is_the_documented_one():
     assert {p.kind for p in parameters[2:]} == {inspect.Parameter.KEYWORD_ONLY}
 
 
-@pytest.mark.parametrize("name", ["refine", "interpolation_error"])
-def test_what_a_study_takes_is_written_out_for_a_mesh_and_for_blocks(name):
-    """The function's own parameters, all with its defaults but scene and material, which may be left out."""
-    taken = list(inspect.signature(getattr(refinement, name)).parameters.values())[1:]
-    expected = [(p.name, p.kind, p.default) for p in taken]
-    for kind, material in (("scene", None), ("material", Material())):
-        place = [entry[0] for entry in expected].index(kind)
-        expected[place] = (kind, inspect.Parameter.POSITIONAL_OR_KEYWORD, material)
-    for phong in (type(pv.Sphere().phong), type(pv.MultiBlock().phong)):
-        found = list(inspect.signature(getattr(phong, name)).parameters.values())[1:]
-        assert [(p.name, p.kind, p.default) for p in found] == expected, phong
+MESH, BLOCKS = type(pv.Sphere().phong), type(pv.MultiBlock().phong)
+METHODS = [name for name in vars(MESH) if not name.startswith("_")]
 
 
-def test_blocks_are_refined_by_themselves_in_one_scene():
-    blocks = pv.MultiBlock({"ball": pv.Sphere(theta_resolution=8, phi_resolution=8), "gap": None})
-    blocks["ball"]["tint"] = np.linspace(0.2, 1, 3 * blocks["ball"].n_points).reshape(-1, 3)
-    options = {"tolerance": 0.02, "max_points": 500, "name": "lit", "placement": "smooth", "albedo": "tint"}
-    options |= {"matrix": np.diag([1, 1, 2.0, 1]), "precision": "float64", "feature_angle": 20}
-    found = blocks.phong.refine(SCENE, **options)
-    assert found.keys() == ["ball", "gap"]
-    assert found["gap"] is None
-    framed = scene_for(blocks, SCENE, options["matrix"])
-    expected = refinement.refine(blocks["ball"], framed, Material(), **options)
-    np.testing.assert_array_equal(found["ball"]["lit"], expected["lit"])
-    assert expected["lit"].dtype == np.float64
-    errors = blocks.phong.interpolation_error(SCENE, albedo="tint", matrix=options["matrix"], feature_angle=20)
-    options = {"albedo": "tint", "matrix": options["matrix"], "feature_angle": 20}
-    expected = refinement.interpolation_error(blocks["ball"], framed, Material(), **options)
-    np.testing.assert_array_equal(errors["ball"].active_scalars, expected.active_scalars)
+@pytest.mark.parametrize("name", METHODS)
+def test_blocks_take_what_a_mesh_takes(name):
+    """And a mesh what the function takes that does the work."""
+    of_mesh, of_blocks = (
+        list(inspect.signature(getattr(kind, name)).parameters.values())[1:] for kind in (MESH, BLOCKS)
+    )
+    assert of_mesh == of_blocks
+    function = {"refine": refine.refine, "interpolation_error": refine.interpolation_error}.get(name)
+    function = function or getattr(ph, name, None)
+    if function is not None:
+        taken = list(inspect.signature(function).parameters)[1:]
+        assert [p.name for p in of_mesh] == taken
+
+
+def test_every_option_reaches_each_block():
+    """Each result is what the mesh gives by itself, in the scene of all."""
+    ball = pv.Sphere(theta_resolution=8, phi_resolution=8)
+    ball["tint"], ball["rough"] = np.linspace(0.2, 1, 3 * ball.n_points).reshape(-1, 3), np.full(ball.n_points, 0.3)
+    blocks, matrix = pv.MultiBlock({"ball": ball, "gap": None}), np.diag([1, 1, 2.0, 1])
+    framed, metal = scene_for(blocks, SCENE, matrix), Material(specular=0.5, reflectance=ph.GGX(0.5))
+    common = {"matrix": matrix, "feature_angle": 20}
+    options = {
+        "shade": (common | {"albedo": "tint", "roughness": "rough", "name": "lit", "components": True}, metal),
+        "plan": (common | {"roughness": "rough", "tolerance": 0.01}, metal),
+        "refine": (common | {"albedo": "tint", "tolerance": 0.02, "max_points": 500, "name": "lit"}, Material()),
+        "interpolation_error": (common | {"albedo": "tint"}, Material()),
+        "validate": ({"matrix": matrix}, Material()),
+    }
+    options["refine"][0].update(placement="smooth", precision="float64")
+    for name, (how, material) in options.items():
+        found, alone = getattr(blocks.phong, name)(SCENE, material, **how), getattr(ball.phong, name)
+        expected = alone(framed, material, **how)
+        if isinstance(found, dict):
+            assert list(found) == ["ball"]
+            assert str(found["ball"]) == str(expected)
+        else:
+            assert (found.keys(), found["gap"]) == (["ball", "gap"], None)
+            assert found["ball"] == expected
+    for how in ({"matrix": matrix}, {"weighting": "area", "backend": "numpy"}):
+        normals = blocks.phong.normals(**how)["ball"].point_data.active_normals
+        np.testing.assert_array_equal(normals, ball.phong.normals(**how))
+    shadows = Scene(SCENE.lights, framed.viewer, ph.LightModel(shadows=True))
+    seen = blocks.phong.visibility(shadows, samples=4, occluders=[pv.Plane(center=(2, 2, 3))])
+    lit = blocks.phong.shade(shadows, visibility=seen)
+    alone = ball.phong.visibility(shadows, samples=4, occluders=[pv.Plane(center=(2, 2, 3))])
+    np.testing.assert_array_equal(lit["ball"]["phong"], ball.phong.shade(shadows, visibility=alone)["phong"])
+    with pytest.raises(TypeError, match="unexpected keyword argument 'rougness'"):
+        blocks.phong.plan(SCENE, rougness=0.5)
 
 
 def test_every_study_of_blocks_takes_a_material_for_each():

@@ -5,11 +5,12 @@ from __future__ import annotations
 import logging
 import socket
 from asyncio import CancelledError
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pvphong.base import check, threads
+from pvphong.batch.worker import Result, reason_of
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -28,42 +29,38 @@ _ADDRESS = "a distributed.Client, or the address of a Dask scheduler that answer
 
 
 @contextmanager
-def connected(client: Any, workers: int | None) -> Iterator[Cluster]:
-    """The workers of a cluster: of a client, at an address, or of a local cluster that lasts as long as this.
+def connected(client: Any, workers: int | None) -> Iterator[Client]:
+    """A client of a cluster: that which is given, one for an address, or of a local cluster that lasts as long as this.
 
     Raises
     ------
     ValueError
         If there is no Dask, no scheduler or no worker, or if they run other versions than this process.
     """
-    with ExitStack() as held:
-        try:
-            found = _connected(client, workers, held)
-        except ImportError as error:
-            remedy = 'pip install "pvphong[dask]" installs it.'
-            check.refuse("client", f"no Dask here ({error})", "one where Dask is installed", remedy)
-        _refuse_versions(found)
-        yield Cluster(found)
-
-
-def _connected(client: Any, workers: int | None, held: ExitStack) -> Client:
-    from distributed import Client
-
-    if client is None:
-        return _local(workers, held)
-    if workers is not None:
-        check.refuse("workers", workers, "left out beside a client, whose cluster has its own")
-    if not isinstance(client, str):
-        return client if isinstance(client, Client) else check.refuse("client", client, _ADDRESS)
     try:
-        _knock(client)
-        return held.enter_context(Client(client, timeout=_SECONDS, set_as_default=False))
-    except (OSError, ValueError) as error:
-        check.refuse("client", client, _ADDRESS, f"{error}.")
+        from distributed import Client
+    except ImportError as error:
+        remedy = 'pip install "pvphong[dask]" installs it.'
+        check.refuse("client", f"no Dask here ({error})", "one where Dask is installed", remedy)
+    if client is not None and workers is not None:
+        check.refuse("workers", workers, "left out beside a client, whose cluster has its own")
+    if client is not None and not isinstance(client, (str, Client)):
+        check.refuse("client", client, _ADDRESS)
+    with ExitStack() as held:
+        if client is None:
+            client = _local(workers, held)
+        elif isinstance(client, str):
+            try:
+                _refuse_silent(client)
+                client = held.enter_context(Client(client, timeout=_SECONDS, set_as_default=False))
+            except (OSError, ValueError) as error:
+                check.refuse("client", client, _ADDRESS, f"{error}.")
+        _refuse_other_versions(client)
+        yield client
 
 
-def _knock(address: str) -> None:
-    """Raise an error where nobody listens: Dask would try for seconds, and tell of each try."""
+def _refuse_silent(address: str) -> None:
+    """Raise an error where nobody listens: Dask would try for seconds, and print each try."""
     scheme, _, place = address.rpartition("://")
     host, _, port = place.rpartition(":")
     if scheme in ("", "tcp", "tls"):
@@ -96,7 +93,7 @@ def _local(workers: int | None, held: ExitStack) -> Client:
     return held.enter_context(Client(cluster, set_as_default=False))
 
 
-def _refuse_versions(client: Client) -> None:
+def _refuse_other_versions(client: Client) -> None:
     """By Dask's own check, for what colours depend on; of its own packages Dask warns when one connects."""
     found = client.get_versions(packages=list(_PACKAGES))
     if not found["workers"]:
@@ -106,48 +103,24 @@ def _refuse_versions(client: Client) -> None:
         for package in _PACKAGES:
             got = there["packages"].get(package)
             if got != here.get(package):
-                told = f"{package} {got or 'missing'} at {address}"
+                allowed = f"one whose workers have {package} {here.get(package)} as here"
                 remedy = "Install the same version there."
-                check.refuse("client", told, f"one whose workers have {package} {here.get(package)} as here", remedy)
+                check.refuse("client", f"{package} {got or 'missing'} at {address}", allowed, remedy)
 
 
-class Cluster:
-    """The workers of a cluster."""
+def ended(client: Client, tasks: Mapping[Any, Item], *, fetches: bool = True) -> Iterator[tuple[Item, Any]]:
+    """What tasks stand for, as they end, and their values, or a `Result` with the reason why there is none.
 
-    def __init__(self, client: Client) -> None:
-        self._client = client
+    Without `fetches` values stay with the workers, and the task itself is given.
+    """
+    from distributed import KilledWorker, as_completed
 
-    def begin(self, work: Callable[..., Any], *arguments: Any) -> Any:
-        """A task; its arguments may be others, which then go from worker to worker."""
-        return self._client.submit(work, *arguments, pure=False)
-
-    def ended(self, tasks: Iterable[Any]) -> Iterator[Any]:
-        """Tasks as they end; their values stay with the workers."""
-        from distributed import as_completed
-
-        return iter(as_completed(list(tasks), loop=self._client.loop))
-
-    def done(self, tasks: Mapping[Any, Item], failed: Callable[[str], Any]) -> Iterator[tuple[Item, Any]]:
-        """What tasks stand for, and the value of each as it ends; else what `failed` makes of the reason."""
-        for task in self.ended(tasks):
-            yield tasks[task], self._value(task, failed)
-
-    @staticmethod
-    def _value(task: Any, failed: Callable[[str], Any]) -> Any:
-        why = trouble(task)
-        try:
-            return failed(why) if why else task.result()
-        except (OSError, CancelledError):  # the scheduler went in between
-            return failed(_GONE)
-
-
-def trouble(task: Any) -> str:
-    """Why a task that has ended has no value; "" if it has one."""
-    from distributed import KilledWorker
-
-    if task.status == "finished":
-        return ""
-    if task.status != "error":
-        return _GONE
-    error = task.exception()
-    return _KILLED if isinstance(error, KilledWorker) else " ".join(str(error).split()) or type(error).__name__
+    for task in as_completed(list(tasks), loop=client.loop):
+        value: Any = Result(reason=_GONE)
+        if task.status == "error":
+            error = task.exception()
+            value = Result(reason=_KILLED if isinstance(error, KilledWorker) else reason_of(error))
+        elif task.status == "finished":
+            with suppress(OSError, CancelledError):  # the scheduler may go in between
+                value = task.result() if fetches else task
+        yield tasks[task], value

@@ -20,9 +20,11 @@ from pvphong.base.types import BoolArray, FloatArray, IntArray
 from pvphong.meshes.cells import cells
 from pvphong.meshes.surfaces import FeatureAngle, polygons, split_sharp_edges, vertex_normals
 
+NORMALS = "_pvphong_normals"
+"""Name of the point normals that `with_normals` gives a piece."""
+
 _GHOST = "vtkGhostType"
 _FOREIGN = "_pvphong_foreign"
-_NORMALS = "_pvphong_normals"
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ class Border:
     is_border : ndarray
         Shape (m,): whether it is on the border.
     connectivity, offsets : ndarray
-        The faces, by places in `points`.
+        The faces, by rows of `points`.
     count : int
         How many points the piece has.
     """
@@ -60,12 +62,95 @@ class Neighbours:
     points : ndarray
         Shape (m, 3): those corners that are none of the piece's border points.
     connectivity, offsets : ndarray
-        The faces: by the piece's own numbers, and after these by places in `points`.
+        The faces: by the piece's own numbers, and after these by rows of `points`.
     """
 
     points: FloatArray
     connectivity: IntArray
     offsets: IntArray
+
+
+def border_of(surface: pv.PolyData, *, of_volume: bool = False) -> Border:
+    """The faces of a surface that touch an edge which only one of them has; all of it if it is a volume's.
+
+    A volume's surface is closed: what it shares with its neighbours may be anywhere on it.
+    """
+    connectivity, offsets = polygons(surface)
+    sizes = np.diff(offsets)
+    on_border = np.full(surface.n_points, of_volume)
+    if not of_volume:
+        following = np.arange(1, len(connectivity) + 1)  # corner of the same face
+        following[offsets[1:][sizes > 0] - 1] = offsets[:-1][sizes > 0]
+        low, high = np.sort([connectivity, connectivity[following]], axis=0)
+        edges, uses = np.unique(low * surface.n_points + high, return_counts=True)
+        on_border[np.concatenate(np.divmod(edges[uses == 1], surface.n_points))] = True
+    face = np.repeat(np.arange(len(sizes)), sizes)
+    touches = np.zeros(len(sizes), bool)
+    touches[face[on_border[connectivity]]] = True
+    numbers, corners = np.unique(connectivity[touches[face]], return_inverse=True)
+    points = np.asarray(surface.points)[numbers]
+    return Border(points, numbers, on_border[numbers], corners, _offsets(sizes[touches]), surface.n_points)
+
+
+def neighbours_of(borders: Sequence[Border]) -> list[Neighbours]:
+    """For each piece the others' faces with a corner on one of its border points."""
+    # all faces along borders, one piece after the other: of each corner its row among all points, and its place, a
+    # number that points have in common whose coordinates are the same
+    points = np.concatenate([border.points.astype(np.float64) for border in borders])
+    place = np.unique(points + 0.0, axis=0, return_inverse=True)[1].reshape(-1)  # -0 and 0 are one place
+    first = _offsets([len(border.points) for border in borders])
+    corners = np.concatenate([border.connectivity + row for border, row in zip(borders, first, strict=False)])
+    sizes = np.concatenate([np.diff(border.offsets) for border in borders])
+    offsets = _offsets(sizes)
+    piece = np.repeat(np.arange(len(borders)), [len(border.offsets) - 1 for border in borders])
+    order = np.argsort(place[corners], kind="stable")
+    places, faces = place[corners][order], np.repeat(np.arange(len(sizes)), sizes)[order]
+    result = []
+    for number, border in enumerate(borders):
+        own = place[first[number] : first[number + 1]][border.is_border]
+        low, high = (np.searchsorted(places, own, side=side) for side in ("left", "right"))
+        near = np.unique(faces[_ranges(low, high)])
+        near = near[piece[near] != number]
+        around = corners[_ranges(offsets[near], offsets[near + 1])]
+        # by the piece's own number where it has a border point at that place, the first of several
+        found, some, inverse = np.unique(place[around], return_index=True, return_inverse=True)
+        own, rows = np.unique(own, return_index=True)
+        at = np.searchsorted(own, found).clip(max=len(own) - 1)
+        is_own = own[at] == found
+        numbers = np.empty(len(found), np.intp)
+        numbers[is_own] = border.numbers[border.is_border][rows[at[is_own]]]
+        numbers[~is_own] = border.count + np.arange(np.count_nonzero(~is_own))
+        others = points[around[some[~is_own]]].astype(border.points.dtype)
+        result.append(Neighbours(others, numbers[inverse], _offsets(sizes[near])))
+    return result
+
+
+def with_normals(surface: pv.PolyData, neighbours: Neighbours, feature_angle: FeatureAngle) -> pv.PolyData:
+    """The surface, split along its sharp edges; its active point normals are those of the surface in one piece."""
+    added, extra = len(neighbours.offsets) - 1, len(neighbours.points)
+    polys = cells(surface)[2]
+    end = polys.first + polys.count
+    joined = pv.PolyData()
+    joined.points = np.concatenate([surface.points, neighbours.points])
+    joined.SetVerts(surface.GetVerts())
+    joined.SetLines(surface.GetLines())
+    offsets = np.concatenate([polys.offsets, polys.offsets[-1] + neighbours.offsets[1:]])
+    joined.SetPolys(pv.CellArray.from_arrays(offsets, np.concatenate([polys.connectivity, neighbours.connectivity])))
+    joined.SetStrips(surface.GetStrips())
+    for name, array in surface.point_data.items():
+        joined.point_data[name] = np.concatenate([array, np.zeros((extra, *array.shape[1:]), array.dtype)])
+    for name, array in surface.cell_data.items():
+        zeros = np.zeros((added, *array.shape[1:]), array.dtype)
+        joined.cell_data[name] = np.concatenate([array[:end], zeros, array[end:]])
+    joined.cell_data[_FOREIGN] = np.repeat(np.array([0, 1, 0], np.uint8), [end, added, surface.n_cells - end])
+    joined.field_data.update(surface.field_data)
+    joined.point_data.active_normals_name = surface.point_data.active_normals_name
+    split, _ = split_sharp_edges(joined, feature_angle)
+    split.point_data[NORMALS] = vertex_normals(split)
+    own = _with_cells(split, np.asarray(split.cell_data[_FOREIGN]) == 0)
+    del own.cell_data[_FOREIGN]
+    own.point_data.active_normals_name = NORMALS
+    return own
 
 
 def without_ghosts(surface: pv.PolyData) -> pv.PolyData:
@@ -80,144 +165,25 @@ def without_ghosts(surface: pv.PolyData) -> pv.PolyData:
     return kept
 
 
-def border_of(surface: pv.PolyData, *, of_volume: bool = False) -> Border:
-    """The faces of a surface that touch an edge which only one of them has; all of it if it is a volume's.
-
-    A volume's surface is closed: what it shares with its neighbours may be anywhere on it.
-    """
-    connectivity, offsets = polygons(surface)
-    sizes = np.diff(offsets)
-    after = np.arange(1, len(connectivity) + 1)
-    after[offsets[1:][sizes > 0] - 1] = offsets[:-1][sizes > 0]
-    on_border = np.full(surface.n_points, of_volume)
-    if not of_volume:
-        low, high = np.sort([connectivity, connectivity[after]], axis=0)
-        edges, uses = np.unique(low * surface.n_points + high, return_counts=True)
-        on_border[np.concatenate(np.divmod(edges[uses == 1], surface.n_points))] = True
-    face = np.repeat(np.arange(len(sizes)), sizes)
-    touches = np.zeros(len(sizes), bool)
-    touches[face[on_border[connectivity]]] = True
-    numbers, corners = np.unique(connectivity[touches[face]], return_inverse=True)
-    return Border(
-        np.asarray(surface.points)[numbers],
-        numbers,
-        on_border[numbers],
-        corners.astype(np.intp),
-        _starts(sizes[touches]),
-        surface.n_points,
-    )
-
-
-def neighbours_of(borders: Sequence[Border]) -> list[Neighbours]:
-    """For each piece the others' faces around its border points."""
-    together = _Together(borders)
-    return [together.around(number) for number in range(len(borders))]
-
-
-class _Together:
-    """The faces along all borders, and at which place each corner is; places count from 0."""
-
-    def __init__(self, borders: Sequence[Border]) -> None:
-        self._borders = borders
-        self._points = np.concatenate([border.points.astype(np.float64) for border in borders])
-        places = np.unique(self._points + 0.0, axis=0, return_inverse=True)[1]  # -0 and 0 are one place
-        self._place = places.reshape(-1)
-        self._first = _starts([len(border.points) for border in borders])
-        shifted = [border.connectivity + first for border, first in zip(borders, self._first, strict=False)]
-        self._corners = np.concatenate(shifted)
-        self._sizes = np.concatenate([np.diff(border.offsets) for border in borders])
-        self._starts = _starts(self._sizes)
-        self._piece = np.repeat(np.arange(len(borders)), [len(border.offsets) - 1 for border in borders])
-        places = self._place[self._corners]
-        order = np.argsort(places, kind="stable")
-        self._sorted_places = places[order]
-        self._sorted_faces = np.repeat(np.arange(len(self._sizes)), self._sizes)[order]
-
-    def around(self, number: int) -> Neighbours:
-        """Other pieces' faces with a corner on the border of this one."""
-        border = self._borders[number]
-        places = self._place[self._first[number] : self._first[number + 1]][border.is_border]
-        low, high = (np.searchsorted(self._sorted_places, places, side=side) for side in ("left", "right"))
-        near = np.unique(self._sorted_faces[_ranges(low, high)])
-        near = near[self._piece[near] != number]
-        corners = self._corners[_ranges(self._starts[near], self._starts[near + 1])]
-        return self._numbered(border, places, corners, self._sizes[near])
-
-    def _numbered(self, border: Border, own: IntArray, corners: IntArray, sizes: IntArray) -> Neighbours:
-        """Foreign faces, by the numbers that their corners have on the piece; `own` are places of its border points."""
-        order = np.argsort(own, kind="stable")  # of several points at one place the first counts
-        places, some, inverse = np.unique(self._place[corners], return_index=True, return_inverse=True)
-        at = np.searchsorted(own, places, sorter=order).clip(max=len(own) - 1)
-        found = order[at]
-        is_own = own[found] == places
-        numbers = np.where(is_own, border.numbers[border.is_border][found], 0)
-        numbers[~is_own] = border.count + np.arange(np.count_nonzero(~is_own))
-        others = self._points[corners[some[~is_own]]].astype(border.points.dtype)
-        return Neighbours(others, numbers[inverse], _starts(sizes))
-
-
-def with_normals(
-    surface: pv.PolyData, neighbours: Neighbours, feature_angle: FeatureAngle
-) -> tuple[pv.PolyData, FloatArray]:
-    """The surface, split along its sharp edges, and the normals of its points on the surface in one piece."""
-    split, _ = split_sharp_edges(_joined(surface, neighbours), feature_angle)
-    split.point_data[_NORMALS] = vertex_normals(split)
-    own = _with_cells(split, np.asarray(split.cell_data[_FOREIGN]) == 0)
-    del own.cell_data[_FOREIGN]
-    return own, np.asarray(own.point_data.pop(_NORMALS))
-
-
-def _joined(surface: pv.PolyData, neighbours: Neighbours) -> pv.PolyData:
-    """A surface with foreign faces, which are marked, behind its own polygons."""
-    added, extra = len(neighbours.offsets) - 1, len(neighbours.points)
-    polys = cells(surface)[2]
-    joined = pv.PolyData()
-    joined.points = np.concatenate([surface.points, neighbours.points])
-    joined.SetVerts(surface.GetVerts())
-    joined.SetLines(surface.GetLines())
-    joined.SetPolys(
-        pv.CellArray.from_arrays(
-            np.concatenate([polys.offsets, polys.offsets[-1] + neighbours.offsets[1:]]),
-            np.concatenate([polys.connectivity, neighbours.connectivity]),
-        )
-    )
-    joined.SetStrips(surface.GetStrips())
-    for name, array in surface.point_data.items():
-        joined.point_data[name] = np.concatenate([array, np.zeros((extra, *array.shape[1:]), array.dtype)])
-    behind = polys.first + polys.count
-    for name, array in surface.cell_data.items():
-        between = np.zeros((added, *array.shape[1:]), array.dtype)
-        joined.cell_data[name] = np.concatenate([array[:behind], between, array[behind:]])
-    joined.field_data.update(surface.field_data)
-    foreign = np.zeros(surface.n_cells + added, np.uint8)
-    foreign[behind : behind + added] = 1
-    joined.cell_data[_FOREIGN] = foreign
-    joined.point_data.active_normals_name = surface.point_data.active_normals_name
-    return joined
-
-
 def _with_cells(mesh: pv.PolyData, kept: BoolArray) -> pv.PolyData:
     """Some of a mesh's cells, with their points, and with those points that no cell has."""
-    arrays = cells(mesh)
-    parts = [(array, kept[array.first : array.first + array.count]) for array in arrays]
-    used, wanted = np.zeros(mesh.n_points, bool), np.zeros(mesh.n_points, bool)
+    has_cell, is_kept = np.zeros(mesh.n_points, bool), np.zeros(mesh.n_points, bool)
     found: list[tuple[Any, Any]] = []
-    for array, keep in parts:
-        sizes = np.diff(array.offsets)
-        mine = array.connectivity[np.repeat(keep, sizes)]
-        used[array.connectivity] = True
-        wanted[mine] = True
-        found.append((mine, _starts(sizes[keep])))
-    points = np.flatnonzero(wanted | ~used)
-    number = np.zeros(mesh.n_points, np.int64)
-    number[points] = np.arange(len(points))
+    for array in cells(mesh):
+        keep, sizes = kept[array.first : array.first + array.count], np.diff(array.offsets)
+        connectivity = array.connectivity[np.repeat(keep, sizes)]
+        has_cell[array.connectivity] = True
+        is_kept[connectivity] = True
+        found.append((_offsets(sizes[keep]), connectivity))
+    is_kept |= ~has_cell
+    number = np.cumsum(is_kept) - 1
     result = pv.PolyData()
-    result.points = np.asarray(mesh.points)[points]
+    result.points = np.asarray(mesh.points)[is_kept]
     setters = (result.SetVerts, result.SetLines, result.SetPolys, result.SetStrips)
-    for put, (connectivity, offsets) in zip(setters, found, strict=True):
+    for put, (offsets, connectivity) in zip(setters, found, strict=True):
         put(pv.CellArray.from_arrays(offsets, number[connectivity]))
     for name, array in mesh.point_data.items():
-        result.point_data[name] = np.asarray(array)[points]
+        result.point_data[name] = np.asarray(array)[is_kept]
     for name, array in mesh.cell_data.items():
         result.cell_data[name] = np.asarray(array)[kept]
     result.field_data.update(mesh.field_data)
@@ -225,7 +191,7 @@ def _with_cells(mesh: pv.PolyData, kept: BoolArray) -> pv.PolyData:
     return result
 
 
-def _starts(sizes: Any) -> NDArray[np.intp]:
+def _offsets(sizes: Any) -> NDArray[np.intp]:
     """Where each of some runs begins, and the end."""
     return np.concatenate([[0], np.cumsum(np.asarray(sizes, np.intp))]).astype(np.intp)
 
@@ -233,5 +199,5 @@ def _starts(sizes: Any) -> NDArray[np.intp]:
 def _ranges(low: IntArray, high: IntArray) -> IntArray:
     """The integers of all ranges from low to high, one range after the other."""
     sizes = high - low
-    before = np.repeat(low - _starts(sizes)[:-1], sizes)
+    before = np.repeat(low - _offsets(sizes)[:-1], sizes)
     return before + np.arange(len(before))

@@ -4,22 +4,27 @@ from __future__ import annotations
 
 import os
 import uuid
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from operator import getitem
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
+import numpy as np
+
 from pvphong.base import check
 from pvphong.base.files import folder_aside
-from pvphong.base.text import about
+from pvphong.base.text import about, counting, html_table, wrapped
 from pvphong.base.types import Backend, Precision
-from pvphong.batch.cluster import connected
-from pvphong.batch.listing import Listing, Piece, Seams, listing, paths_of
-from pvphong.batch.result import Batch
-from pvphong.batch.run import Run
-from pvphong.batch.tasks import Job
+from pvphong.batch.cluster import connected, ended
+from pvphong.batch.pieces import Index, Piece, Seams, paths_of, pieces_and_indices, write_index
+from pvphong.batch.seams import neighbours_of
+from pvphong.batch.worker import Job, Result, border_in, bounds_of, checksum_of, light, look
 from pvphong.meshes.blocks import DEFAULT
+from pvphong.meshes.default_scene import default_scene_of
+from pvphong.meshes.files import Compression
 from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene, SceneLike, as_scene
@@ -28,7 +33,41 @@ if TYPE_CHECKING:
     from distributed import Client
 
 _DULL = Material()
-_LEFT = 'Each file was lit by itself: seams="merge" takes them for pieces of one surface.'
+_APART = 'Each file was lit by itself: seams="merge" takes them for pieces of one surface.'
+
+
+@dataclass(frozen=True)
+class Batch:
+    """The results of many files; each is in one of the three.
+
+    Attributes
+    ----------
+    done : tuple of Path
+        The files that were lit now, and the indices that were written.
+    skipped : tuple of Path
+        Those of which the lit file was there already, made from the same file and in the same way.
+    failed : mapping of Path to str
+        Those that could not be lit, and why. Nothing was written for them.
+    note : str
+        What was left as it is, if there is anything to say: seams between files.
+    """
+
+    done: tuple[Path, ...]
+    skipped: tuple[Path, ...]
+    failed: Mapping[Path, str]
+    note: str = ""
+
+    def __str__(self) -> str:
+        counts = f"{len(self.done)} done, {len(self.skipped)} skipped, {len(self.failed)} failed."
+        reasons = [line for path, why in self.failed.items() for line in wrapped(f"{path}: {why}")]
+        return "\n".join([counts, *reasons, *wrapped(self.note)])
+
+    def __repr__(self) -> str:
+        return f"<Batch: {len(self.done)} done, {len(self.skipped)} skipped, {len(self.failed)} failed>"
+
+    def _repr_html_(self) -> str:
+        rows = [(str(path), why) for path, why in self.failed.items()]
+        return html_table(repr(self)[1:-1], ("failed", "why") if rows else (), rows)
 
 
 def shade_files(
@@ -47,6 +86,7 @@ def shade_files(
     precision: Precision = "float32",
     backend: Backend = "auto",
     feature_angle: FeatureAngle = None,
+    compress: Compression = "lz4",
 ) -> Batch:
     """Light many files in many processes; each comes out as a .vtp file of its name with its colours.
 
@@ -84,6 +124,8 @@ def shade_files(
     name, albedo, components, tolerance, precision, backend, feature_angle
         As for `mesh.phong.shade`; `albedo` is the name of a point array. Each piece is planned for by itself, within
         the tolerance. Sharp edges are found across pieces whose seams are merged.
+    compress : {"lz4", "zlib", "none"}, default "lz4"
+        How arrays in the lit files are compressed: zlib takes about half the room of LZ4, and ten times as long.
 
     Returns
     -------
@@ -100,7 +142,8 @@ def shade_files(
     if seams is not None:
         check.choice("seams", seams, get_args(Seams))
     given = None if scene is None else as_scene(scene)
-    materials = material if isinstance(material, Mapping) else {DEFAULT: material}
+    check.choice("compress", compress, get_args(Compression))
+    materials = dict(material) if isinstance(material, Mapping) else {DEFAULT: material}
     options = {
         "name": name,
         "albedo": albedo,
@@ -109,22 +152,25 @@ def shade_files(
         "precision": precision,
         "backend": backend,
     }
-    job = Job(given or Scene(), materials, feature_angle, options, uuid.uuid4().hex)
-    found = listing(paths_of(paths), Path(out), as_one=seams == "merge")
-    job.refuse_wrong({piece.label for piece in found.pieces})
-    _refuse_shadows(job.scene, found.pieces)
-    with connected(client, workers) as cluster, _folders(found, Path(out)), about("files"):
-        run = Run(cluster, job, found, merges=seams != "keep")
+    job = Job(given or Scene(), materials, feature_angle, options, uuid.uuid4().hex, compress)
+    folder = Path(out)
+    pieces, indices = pieces_and_indices(paths_of(paths), folder, as_one=seams == "merge")
+    job.refuse_wrong({piece.label for piece in pieces})
+    _refuse_shadows(job.scene, pieces)
+    outputs = [piece.output for piece in pieces] + [index.output for index in indices]
+    folders = sorted({folder, *(output.parent for output in outputs)})
+    with connected(client, workers) as workforce, _folders(folders), about("files"):
+        run = _Run(workforce, job, pieces, indices)
         if given is None or given.viewer is None:
             run.frame(given)
-        run.light()
+        run.light(merges=seams != "keep")
         run.write_indices()
-    apart = sum(not piece.surface for piece in found.pieces) > 1
-    return run.batch(note=_LEFT if apart and seams is None else "")
+    are_apart = sum(not piece.surface for piece in pieces) > 1
+    return run.batch(note=_APART if are_apart and seams is None else "")
 
 
 def _refuse_shadows(scene: Scene, pieces: Sequence[Piece]) -> None:
-    """Who lights a piece does not have the others."""
+    """Raise ``ValueError`` for rays where a surface is in pieces: who lights a piece does not have the others."""
     several = [name for name, count in Counter(piece.surface for piece in pieces).items() if name and count > 1]
     if several and scene.light_model.needs_rays:
         remedy = "scene.light_model.without_rays() is the same without them; or join the pieces: pyvista.read(path)."
@@ -133,22 +179,123 @@ def _refuse_shadows(scene: Scene, pieces: Sequence[Piece]) -> None:
 
 
 @contextmanager
-def _folders(found: Listing, out: Path) -> Iterator[None]:
-    """The folders that are written in; what killed workers have left there is cleared before and after."""
-    folders = sorted({each.output.parent for each in found.each} | {out})
+def _folders(folders: Iterable[Path]) -> Iterator[None]:
+    """Make the folders that are written in; what killed workers have left there is cleared before and after."""
+
+    def clear() -> None:
+        for folder in folders:
+            with folder_aside(folder):
+                pass
+
     try:
         for folder in folders:
             folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         check.refuse("out", folder, "a folder that can be made", f"{error.strerror}.")
-    _clear(folders)
+    clear()
     try:
         yield
     finally:
-        _clear(folders)
+        clear()
 
 
-def _clear(folders: Iterable[Path]) -> None:
-    for folder in folders:
-        with folder_aside(folder):
-            pass
+class _Run:
+    """One call: what workers are asked for, in which order, and the result of each piece and index, by its output."""
+
+    def __init__(self, client: Client, job: Job, pieces: Sequence[Piece], indices: Sequence[Index]) -> None:
+        self._client, self._job, self._pieces, self._indices = client, job, pieces, indices
+        self._count = counting(len(pieces))
+        self._results: dict[Path, Result] = {}
+
+    def frame(self, given: Scene | None) -> None:
+        """Give the scene a viewer that sees all pieces; the default scene if none is given."""
+        low, high, is_open = np.full(3, np.nan), np.full(3, np.nan), False
+        for _, (bounds, has_edges) in self._each(bounds_of, self._pieces):
+            low, high = np.fmin(low, bounds[::2]), np.fmax(high, bounds[1::2])
+            is_open = is_open or has_edges
+        box = np.column_stack([low, high]).ravel()
+        scene = default_scene_of(box, is_open=is_open) if given is None else given.framed(box)
+        self._job = replace(self._job, scene=scene)
+
+    def light(self, *, merges: bool) -> None:
+        """Light all pieces that have not failed; with normals of surfaces in one piece, if they are merged."""
+        surfaces: dict[Any, list[Piece]] = defaultdict(list)
+        for piece in self._pieces:
+            surfaces[piece.surface if merges and piece.surface else piece].append(piece)
+        tasks: dict[Any, Piece] = {}
+        for pieces in surfaces.values():
+            if len(pieces) > 1:
+                tasks |= self._begin_merged(pieces)
+            else:
+                tasks |= {self._begin(light, piece, self._job): piece for piece in self._left(pieces)}
+        for piece, result in ended(self._client, tasks):
+            self._end(piece, result)
+
+    def _begin_merged(self, pieces: Sequence[Piece]) -> dict[Any, Piece]:
+        """Tasks for the pieces of one surface: each depends on all, for it gets its neighbours' faces."""
+        looked = dict(self._each(look, self._left(pieces), self._job))
+        made_from = checksum_of([looked[piece][0] if piece in looked else "" for piece in pieces])
+        for piece, (_, receipt) in looked.items():
+            if receipt is not None and receipt.input == made_from:
+                self._end(piece, Result(arrays=receipt.arrays))
+        if not self._left(pieces):
+            return {}
+        asked = {self._begin(border_in, piece): piece for piece in pieces if piece in looked}
+        borders = dict(self._ended(asked, fetches=False))
+        known = [piece for piece in pieces if piece in borders]
+        if len(known) < len(pieces):  # these have to be lit again when the others are there
+            made_from = checksum_of([made_from, [number for number, piece in enumerate(pieces) if piece not in known]])
+        shared = self._client.submit(neighbours_of, [borders[piece] for piece in known], pure=False)
+        return {
+            self._begin(light, piece, self._job, self._client.submit(getitem, shared, number), made_from): piece
+            for number, piece in enumerate(known)
+            if piece.output not in self._results
+        }
+
+    def write_indices(self) -> None:
+        """Write those of which all pieces have a lit file."""
+        for index in self._indices:
+            named = [self._results[output] for output in index.outputs]
+            failed = sum(bool(result.reason) for result in named)
+            if failed:
+                result = Result(reason=f"not written, for {failed} of the {len(named)} files that it names failed")
+            else:
+                try:
+                    result = Result(write_index(index, [result.arrays for result in named]))
+                except ValueError as error:
+                    result = Result(reason=str(error))
+            self._results[index.output] = result
+
+    def batch(self, note: str) -> Batch:
+        """All results, by the files that were given."""
+        results = [(piece.input, self._results[piece.output]) for piece in self._pieces]
+        results += [(index.input, self._results[index.output]) for index in self._indices]
+        failed = {path: result.reason for path, result in results if result.reason}
+        done = dict.fromkeys(path for path, result in results if result.is_new and path not in failed)
+        skipped = dict.fromkeys(path for path, _ in results if path not in failed and path not in done)
+        return Batch(tuple(done), tuple(skipped), failed, note)
+
+    def _begin(self, work: Callable[..., Any], piece: Piece, *more: Any) -> Any:
+        """A task; among `more` may be others, whose values then go from worker to worker."""
+        return self._client.submit(work, piece.absolute(), *more, pure=False)
+
+    def _each(self, work: Callable[..., Any], pieces: Iterable[Piece], *more: Any) -> Iterator[tuple[Piece, Any]]:
+        """The pieces, and the value of some work on each, as it ends."""
+        return self._ended({self._begin(work, piece, *more): piece for piece in pieces})
+
+    def _ended(self, tasks: Mapping[Any, Piece], *, fetches: bool = True) -> Iterator[tuple[Piece, Any]]:
+        """The same of tasks; a piece whose task has failed has ended."""
+        for piece, value in ended(self._client, tasks, fetches=fetches):
+            if isinstance(value, Result):
+                self._end(piece, value)
+            else:
+                yield piece, value
+
+    def _left(self, pieces: Iterable[Piece]) -> list[Piece]:
+        return [piece for piece in pieces if piece.output not in self._results]
+
+    def _end(self, piece: Piece, result: Result) -> None:
+        """Take down a piece's result; the first one counts."""
+        if piece.output not in self._results:
+            self._results[piece.output] = result
+            self._count(1)

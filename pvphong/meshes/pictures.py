@@ -97,6 +97,36 @@ def draw(
             plotter.close()
 
 
+def plot(mesh: pv.DataSet, /, *, name: str = "phong", **options: Any) -> Any:
+    """Show a lit mesh: the colours as they are, clipped to [0, 1], by PyVista's `plot` and with its options.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        With lit colours.
+    name : str, default "phong"
+        Name of the array with the colours.
+    **options
+        As for `pyvista.plot`, such as `screenshot`, `off_screen`, `cpos` or `background`.
+
+    Raises
+    ------
+    ValueError
+        If the mesh has no point array of that name.
+    """
+    refuse_unlit(mesh, name)
+    return drawable(mesh, name).plot(rgb=True, lighting=False, scalars=name, **options)
+
+
+def refuse_unlit(mesh: pv.DataSet, name: str) -> None:
+    """Raise ``ValueError`` for a mesh that has no array of lit colours."""
+    if name == "phong" and name not in mesh.point_data:
+        allowed = "lit, with colours in its point array 'phong' or that of `name`"
+        remedy = "mesh.phong.shade(...).phong.plot() lights it first."
+        check.refuse("mesh", "one that has no colours yet", allowed, remedy)
+    check.choice("name", name, mesh.point_data.keys())
+
+
 def refuse_size(size: tuple[int, int]) -> None:
     """Raise ``ValueError`` for a picture's size that cannot be drawn."""
     for label, pixels in zip(("width", "height"), size, strict=True):
@@ -188,6 +218,14 @@ def color_view(mesh: pv.DataSet, space: ColorSpace, *, name: str = "phong") -> p
     ValueError
         If there is no such array or space, the array holds no colours as above, or Matplotlib, which "hsv" needs, is
         not installed.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> lit = pv.Sphere().phong.shade(ph.DirectionalLight())
+    >>> luminance = lit.phong.color_view("xyz")["phong_xyz"][:, 1]
+    >>> float(luminance.min().round(2))
+    0.04
     """
     convert = {"hsv": _hsv, "xyz": xyz_from_rgb}[check.choice("space", space, get_args(ColorSpace))]
     source = mesh if isinstance(mesh, pv.PolyData) else surface(mesh)

@@ -15,7 +15,7 @@ import pyvista as pv
 from batch.cutting import bare
 
 import pvphong as ph
-from pvphong.batch import receipts
+from pvphong.batch import worker
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="nothing is killed there")
@@ -88,7 +88,7 @@ def test_a_worker_that_is_killed_loses_nothing(files, cluster):
     thread.join()
     assert (batch.done, batch.skipped, batch.failed) == (tuple(files), (), {})
     assert len(all_whole()) == COUNT
-    runs = {json.loads(receipts.beside(Path(f"lit/{path.name}")).read_text())["run"] for path in files}
+    runs = {json.loads(worker.receipt_path(Path(f"lit/{path.name}")).read_text())["run"] for path in files}
     assert len(runs) == 1
 
 

@@ -47,9 +47,9 @@ def test_normals_and_sharp_edges_are_those_of_one_piece(mesh, angle):
     pieces = surfaces(bare(MESHES[mesh]))
     found = []
     for piece, around in zip(pieces, neighbours_of([border_of(piece) for piece in pieces]), strict=True):
-        own, normals = with_normals(piece, around, angle)
+        own = with_normals(piece, around, angle)
         assert own.n_points == piece.n_points or angle is not None
-        own.point_data["n"] = normals
+        own.point_data["n"] = own.point_data.active_normals
         found.append(own)
     same_at_corners(found, whole, "n", 1e-6)
     for piece in pieces:
@@ -69,12 +69,12 @@ def test_arrays_lines_and_lonely_points_stay_with_their_piece():
     left.field_data["time"] = [2.5]
     around = neighbours_of([border_of(left), border_of(right)])[0]
     assert len(around.offsets) > 1
-    own, normals = with_normals(left, around, None)
+    own = with_normals(left, around, None)
     assert (own.n_lines, own.n_cells, own.field_data["time"].tolist()) == (1, left.n_cells, [2.5])
     for data in ("point_data", "cell_data"):
         for name, array in getattr(left, data).items():
             np.testing.assert_array_equal(getattr(own, data)[name], array)
-    assert normals.shape == left.points.shape
+    assert own.point_data.active_normals.shape == left.points.shape
 
 
 def test_ghost_cells_are_left_out():

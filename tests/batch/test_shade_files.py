@@ -12,8 +12,8 @@ import pyvista as pv
 from batch.cutting import bare, save_pieces, series, surfaces
 
 import pvphong as ph
-from pvphong.batch import receipts
-from pvphong.batch.listing import listing, paths_of
+from pvphong.batch import worker
+from pvphong.batch.pieces import paths_of, pieces_and_indices
 
 SCENE = ph.Scene([ph.DirectionalLight(direction=(-1, -2, -3))], ph.Viewer(position=(3, 4, 5)))
 GOLD = ph.Material.named("gold")
@@ -77,12 +77,12 @@ def test_what_is_done_is_not_done_again_until_something_changes(files, client, m
     assert run() == (names, [])
     assert run(material=ph.Material()) == (names, [])
     assert run(material=ph.Material(), tolerance=0.1) == (names, [])
-    monkeypatch.setattr(receipts, "own_version", lambda: "99")
+    monkeypatch.setattr(worker, "version", lambda _: "99")
     assert run(material=ph.Material(), tolerance=0.1) == (names, [])
 
 
 def test_a_rig_is_told_from_another_by_all_that_colors_depend_on():
-    told = receipts.checksum_of
+    told = worker.checksum_of
     assert told(ph.DirectionalLight()) != told(ph.PointLight(position=(0, 0, 1)))
     assert told([SCENE, {"default": GOLD}]) == told([SCENE, {"default": ph.Material.named("gold")}])
     assert told(ph.Material(diffuse=0.1)) != told(ph.Material(diffuse=np.nextafter(0.1, 1)))
@@ -138,15 +138,15 @@ def test_a_block_has_the_material_of_its_name(client):
 def test_outputs_have_the_names_of_their_inputs_and_indices_folders_of_theirs():
     save_pieces(surfaces(bare(pv.Sphere()), 1), "in", ".pvtp")
     Path("in/steps.pvd").write_text(series(["whole.pvtp", "../../up/one.stl", "/abs/two.vtu"], [0, 1, 2]))
-    found = listing([Path("in/steps.pvd"), Path("in/a.stl")], Path("lit"))
-    assert [str(piece.output) for piece in found.pieces] == [
+    pieces, indices = pieces_and_indices([Path("in/steps.pvd"), Path("in/a.stl")], Path("lit"))
+    assert [str(piece.output) for piece in pieces] == [
         "lit/steps/whole/part_0.vtp",
         "lit/steps/up/one.vtp",
         "lit/steps/abs/two.vtp",
         "lit/a.vtp",
     ]
-    assert [str(index.output) for index in found.indices] == ["lit/steps/whole.pvtp", "lit/steps.pvd"]
-    assert [piece.surface for piece in found.pieces] == ["in/steps.pvd@0", "in/steps.pvd@1", "in/steps.pvd@2", ""]
+    assert [str(index.output) for index in indices] == ["lit/steps/whole.pvtp", "lit/steps.pvd"]
+    assert [piece.surface for piece in pieces] == ["in/steps.pvd@0", "in/steps.pvd@1", "in/steps.pvd@2", ""]
 
 
 def test_patterns_and_paths_name_each_file_once(files):
@@ -265,6 +265,6 @@ def test_workers_with_other_versions_are_refused(files, client, monkeypatch, cha
 def test_a_receipt_says_what_was_read(files, client):
     ph.shade_files(files[:1], "lit", SCENE, GOLD, client=client)
     told = json.loads(Path("lit/.ball_0.vtp.json").read_text())
-    assert told["input"] == receipts.checksum(files[0])
-    assert told["output"] == receipts.checksum(Path("lit/ball_0.vtp"))
+    assert told["input"] == worker.checksum_of_file(files[0])
+    assert told["output"] == worker.checksum_of_file(Path("lit/ball_0.vtp"))
     assert ["PointData", "Float32", "phong", 3] in told["arrays"]

@@ -20,9 +20,9 @@ from rich.table import Table
 from textbook import measured_scene
 
 import pvphong as ph
-from pvphong.batch.listing import Piece
+from pvphong.batch.pieces import Piece
 from pvphong.batch.seams import border_of
-from pvphong.batch.tasks import Job, Outcome
+from pvphong.batch.worker import Job, Result
 from pvphong.meshes.files import read_mesh
 
 FILES, POINTS = (int(word) for word in [*sys.argv[1:], "20", "1000000"][:2])
@@ -119,7 +119,7 @@ def overhead(crew, folder, piece):
     scene, material = measured_scene()
     job = Job(scene, {"default": material}, None, {"name": "phong"}, "of three lights")
     sent = len(pickle.dumps((Piece(Path(pattern), Path(pattern)), job)))
-    back = len(pickle.dumps(Outcome(True, ())))
+    back = len(pickle.dumps(Result(True, ())))
     border = len(pickle.dumps(border_of(piece)))
     return [
         ("a finished piece, looked at again", f"{1e3 * wall / SMALL:.2f} ms", "2 workers"),

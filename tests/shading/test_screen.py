@@ -10,6 +10,7 @@ import pytest
 import pvphong as ph
 from pvphong.shading import kernel
 from pvphong.shading.assembly import assemble
+from pvphong.shading.plan.draft import Decision
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 
@@ -178,7 +179,7 @@ def test_what_nothing_can_block_is_left_out(given):
     assert plan.effects["shadow"].on
     assert "sun: it is noon" in plan.effects["shadow"].why
     assert "lamp" in plan.effects["shadow"].why
-    assert plan.effects["occlusion"] == ph.Decision(False, "it is noon")
+    assert plan.effects["occlusion"] == Decision(False, "it is noon")
     plan.run(vertices)
     assert screen.asked == [((1, 3, 4, 5), False)]
     assert plan.error_bound == 0.0

@@ -1,0 +1,314 @@
+"""`mesh.phong` and `blocks.phong`: PyVista imports this module, by its entry point, when `phong` is first asked for.
+
+What a mesh's method does stands in `meshes/lit.py` and `meshes/pictures.py`, or, where it measures something, in a
+package of `studies/`, which is imported when it is used: those load what draws. Blocks do the same, each by itself.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Mapping
+from itertools import repeat
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
+
+import pyvista as pv
+
+from pvphong.base.types import MatrixLike, Precision, Weighting
+from pvphong.meshes import lit, pictures
+from pvphong.meshes.blocks import DEFAULT, datasets, map_blocks, materials_of
+from pvphong.meshes.default_scene import scene_for
+from pvphong.meshes.surfaces import FeatureAngle, shallow_copy, surface
+from pvphong.meshes.visibility import occluders_of_blocks, visibility_options
+from pvphong.optics.material import Material
+from pvphong.rays.visibility import Visibility
+from pvphong.scene.scene import SceneLike
+from pvphong.shading.plan.plan import Plan
+
+if TYPE_CHECKING:
+    from pvphong.studies.accuracy.report import Tradeoff
+    from pvphong.studies.diagnose.diagnosis import Diagnosis
+    from pvphong.studies.refine import Placement
+    from pvphong.studies.validate.comparison import Comparison
+
+_PLAIN = Material()
+
+Options = ParamSpec("Options")
+Result = TypeVar("Result")
+Method = TypeVar("Method", bound=Callable[..., Any])
+Materials = Material | Mapping[str, Material]
+
+
+def _of_mesh(
+    function: Callable[Concatenate[Any, Options], Result],
+) -> Callable[Concatenate[MeshPhong, Options], Result]:
+    """A method that calls a function with the mesh, and then as it is called itself."""
+
+    @functools.wraps(function)
+    def method(self: MeshPhong, /, *args: Options.args, **options: Options.kwargs) -> Result:
+        return function(self._mesh, *args, **options)
+
+    return method
+
+
+@pv.register_dataset_accessor("phong", pv.DataSet)
+class MeshPhong:
+    """Lighting of one dataset; results are new datasets and arrays, the dataset is never modified."""
+
+    def __init__(self, mesh: pv.DataSet) -> None:
+        self._mesh = mesh
+
+    def __repr__(self) -> str:
+        mesh = self._mesh
+        return f"<phong of a {type(mesh).__name__}: {mesh.n_points} points, {mesh.n_cells} cells>"
+
+    shade = _of_mesh(lit.shade_mesh)
+    plan = _of_mesh(lit.plan)
+    visibility = _of_mesh(lit.visibility)
+    normals = _of_mesh(lit.normals)
+    plot = _of_mesh(pictures.plot)
+    color_view = _of_mesh(pictures.color_view)
+
+    def validate(
+        self, scene: SceneLike | None = None, material: Material = _PLAIN, *, matrix: MatrixLike | None = None
+    ) -> Comparison:
+        """Compare the lit colours with those of VTK's own shader, vertex by vertex; see `pvphong.validate`."""
+        from pvphong.studies.validate.validation import validate
+
+        return validate(self._mesh, scene, material, matrix=matrix)
+
+    def refine(
+        self,
+        scene: SceneLike | None = None,
+        material: Material = _PLAIN,
+        *,
+        tolerance: float,
+        max_points: int | None = None,
+        name: str = "phong",
+        placement: Placement = "linear",
+        matrix: MatrixLike | None = None,
+        albedo: Any = None,
+        precision: Precision = "float32",
+        feature_angle: FeatureAngle = None,
+    ) -> pv.PolyData:
+        """A new lit mesh, split where colours interpolated across its triangles miss the evaluated ones.
+
+        Triangles are bisected until every error is within the tolerance, or `max_points` are spent; there are no
+        T-junctions, and parts keep the shape of what they come from. The result says how it ended:
+        ``refined["phong_refinement_summary"]`` in words, ``refined["phong_refinement_reached"]`` yes or no.
+
+        Parameters
+        ----------
+        scene, material, name, matrix, albedo, precision, feature_angle
+            As for `shade`.
+        tolerance : float
+            Largest absolute colour error that may be left inside triangles, > 0; 1/255 is one step of a display.
+        max_points : int, optional
+            Points that the result may have, at least those of the mesh; a million more if not given.
+        placement : {"linear", "smooth"}
+            Where new points lie: on the side that they split, or on a curve that meets the normals of its ends at right
+            angles.
+
+        Returns
+        -------
+        pyvista.PolyData
+            Triangles with the lit array, all point and cell arrays carried along, the cell array
+            ``<name>_interpolation_error``, and in the field data ``<name>_refinement_reached``, ``_summary``,
+            ``_error``, ``_stopped`` and ``_points``; see `pvphong.studies.refine.refine`.
+
+        Raises
+        ------
+        ValueError
+            If an argument has the wrong shape, type or range, or the mesh has no faces.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> refined = pv.Sphere().phong.refine(ph.PointLight(position=(0, 0, 2)), tolerance=0.01)
+        >>> bool(refined["phong_refinement_reached"][0])
+        True
+        """
+        from pvphong.studies.refine import refine
+
+        return refine(
+            self._mesh,
+            scene,
+            material,
+            tolerance=tolerance,
+            max_points=max_points,
+            name=name,
+            placement=placement,
+            matrix=matrix,
+            albedo=albedo,
+            precision=precision,
+            feature_angle=feature_angle,
+        )
+
+    def interpolation_error(
+        self,
+        scene: SceneLike | None = None,
+        material: Material = _PLAIN,
+        *,
+        matrix: MatrixLike | None = None,
+        albedo: Any = None,
+        feature_angle: FeatureAngle = None,
+    ) -> pv.PolyData:
+        """A new mesh that says for each triangle how far interpolated colours are from per-pixel shading.
+
+        Parameters
+        ----------
+        scene, material, matrix, albedo, feature_angle
+            As for `shade`.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The surface's triangles with the cell array ``phong_interpolation_error``, active: the largest absolute
+            difference of any channel that was found in each. It shares memory as the result of `shade` does.
+
+        Raises
+        ------
+        ValueError
+            If an argument has the wrong shape, type or range, or the mesh has no faces.
+        """
+        from pvphong.studies.refine import interpolation_error
+
+        options: dict[str, Any] = {"matrix": matrix, "albedo": albedo, "feature_angle": feature_angle}
+        return interpolation_error(self._mesh, scene, material, **options)
+
+    def tradeoff(
+        self,
+        scene: SceneLike | None = None,
+        material: Material = _PLAIN,
+        *,
+        tolerance: float = 1.0 / 255.0,
+        seconds: float = 20.0,
+        matrix: MatrixLike | None = None,
+        occluders: Any = (),
+    ) -> Tradeoff:
+        """What accuracy costs in time on this mesh, measured; see `pvphong.studies.accuracy.measure.tradeoff`."""
+        from pvphong.studies.accuracy.measure import tradeoff
+
+        how: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "matrix": matrix, "occluders": occluders}
+        return tradeoff(self._mesh, scene, material, **how)
+
+    def diagnose(self, *, matrix: MatrixLike | None = None) -> Diagnosis:
+        """What in the mesh, or in a model matrix for it, will not light as it should; see `pvphong.diagnose`."""
+        from pvphong.studies.diagnose.diagnosis import diagnose
+
+        return diagnose(self._mesh, matrix=matrix)
+
+
+def _options_of(method: Callable[..., Any]) -> Callable[[Method], Method]:
+    """For a method of blocks that passes its options on to a method of each: help() and tab see what those are."""
+
+    def with_signature(own: Method) -> Method:
+        own.__signature__ = inspect.signature(method)  # type: ignore[attr-defined]
+        return own
+
+    return with_signature
+
+
+@pv.register_dataset_accessor("phong", pv.MultiBlock)
+class BlocksPhong:
+    """Lighting of every dataset in a MultiBlock: structure and names are kept, an empty block stays empty.
+
+    Methods take what those of a single dataset do, see `MeshPhong`. One scene, with one viewer, lights all blocks; they
+    shadow each other. An array that is given for each point is the name of one that every block has, or a texture.
+    `material` is one for all, or a mapping of a block's name, of a block inside a block the names with "/" between
+    them; blocks that are not named have that of the name "default". What is no dataset is given by the path of its
+    block's names. Errors name the block.
+    """
+
+    def __init__(self, blocks: pv.MultiBlock) -> None:
+        self._blocks = blocks
+
+    def __repr__(self) -> str:
+        return f"<phong of a MultiBlock: {self._blocks.n_blocks} blocks>"
+
+    @_options_of(MeshPhong.shade)
+    def shade(self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any) -> pv.MultiBlock:
+        """A new MultiBlock of lit meshes; `visibility` is what `visibility` gives."""
+        return map_blocks(self._blocks, self._each("shade", scene, material, options))
+
+    @_options_of(MeshPhong.plan)
+    def plan(self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any) -> dict[str, Plan]:
+        """A plan for each dataset; `visibility` is what `visibility` gives."""
+        return self._by_path(self._each("plan", scene, material, options))
+
+    @_options_of(MeshPhong.visibility)
+    def visibility(self, scene: SceneLike | None = None, **options: Any) -> dict[str, Visibility]:
+        """What the vertices of each dataset see, other blocks being in the way."""
+        matrix = options.get("matrix")
+        scene = scene_for(map_blocks(self._blocks, surface), scene, matrix)
+        among = occluders_of_blocks(self._blocks, matrix, options.pop("occluders", ()))
+        return self._by_path(lambda block: block.phong.visibility(scene, occluders=next(among), **options))
+
+    @_options_of(MeshPhong.normals)
+    def normals(self, weighting: Weighting | None = None, **options: Any) -> pv.MultiBlock:
+        """A new MultiBlock of surfaces that carry their normals as active point normals.
+
+        Each shares points, cells and arrays with its block, as results of `shade` do.
+        """
+
+        def with_normals(block: pv.DataSet) -> pv.PolyData:
+            result = shallow_copy(surface(block))
+            result.point_data.active_normals = block.phong.normals(weighting, **options)
+            return result
+
+        return map_blocks(self._blocks, with_normals)
+
+    @_options_of(MeshPhong.refine)
+    def refine(self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any) -> pv.MultiBlock:
+        """A new MultiBlock of refined meshes, each block by itself; `max_points` is for each block."""
+        return map_blocks(self._blocks, self._each("refine", scene, material, options))
+
+    @_options_of(MeshPhong.interpolation_error)
+    def interpolation_error(
+        self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any
+    ) -> pv.MultiBlock:
+        """A new MultiBlock of meshes with the errors inside triangles."""
+        return map_blocks(self._blocks, self._each("interpolation_error", scene, material, options))
+
+    @_options_of(MeshPhong.validate)
+    def validate(
+        self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any
+    ) -> dict[str, Comparison]:
+        """A comparison with VTK's own shader for each dataset."""
+        return self._by_path(self._each("validate", scene, material, options))
+
+    @_options_of(MeshPhong.tradeoff)
+    def tradeoff(self, scene: SceneLike | None = None, material: Material = _PLAIN, **options: Any) -> Tradeoff:
+        """What accuracy costs in time on all blocks together, as one surface of one material."""
+        from pvphong.studies.accuracy.measure import tradeoff
+
+        return tradeoff(lit.one_surface(self._blocks), scene, material, **options)
+
+    @_options_of(MeshPhong.diagnose)
+    def diagnose(self, **options: Any) -> dict[str, Diagnosis]:
+        """A diagnosis for each dataset."""
+        return self._by_path(lambda block: block.phong.diagnose(**options))
+
+    def plot(self, *, name: str = "phong", **options: Any) -> Any:
+        """Show lit blocks in one picture; see `MeshPhong.plot`."""
+        for _, block in datasets(self._blocks):
+            pictures.refuse_unlit(block, name)
+        return pictures.plot(self._blocks.combine(), name=name, **options)  # one by one they would ignore `rgb`
+
+    @_options_of(MeshPhong.color_view)
+    def color_view(self, space: pictures.ColorSpace, **options: Any) -> pv.MultiBlock:
+        """A new MultiBlock with the blocks' lit colours in other terms."""
+        return map_blocks(self._blocks, lambda block: block.phong.color_view(space, **options))
+
+    def _each(
+        self, method: str, scene: SceneLike | None, material: Materials, options: dict[str, Any]
+    ) -> Callable[[pv.DataSet], Any]:
+        """What calls a method for one dataset after the other, with the scene of all, and its own material and rays."""
+        scene = scene_for(map_blocks(self._blocks, surface), scene, options.get("matrix"))
+        materials = materials_of(self._blocks, material if isinstance(material, Mapping) else {DEFAULT: material})
+        takes_rays = method in ("shade", "plan")
+        own = visibility_options(self._blocks, scene, options) if takes_rays else repeat(options)
+        return lambda block: getattr(block.phong, method)(scene, next(materials), **next(own))
+
+    def _by_path(self, operation: Callable[[pv.DataSet], Any]) -> dict[str, Any]:
+        return {path: operation(block) for path, block in datasets(self._blocks)}

@@ -1,0 +1,244 @@
+"""Which files are lit, where the lit ones go, and the indices that name them.
+
+An index is a file that names others: blocks (.vtm), pieces of a surface (.pvtp, .pvtu), a time series (.pvd), all of
+them small XML.
+"""
+
+from __future__ import annotations
+
+import glob
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
+from typing import Any, Literal, NamedTuple
+from xml.etree import ElementTree
+
+from pvphong.base import check
+from pvphong.base.files import written_aside
+from pvphong.meshes.blocks import DEFAULT
+
+Seams = Literal["merge", "keep"]
+"""Whether points of several pieces at one place get one normal, that of all faces around it."""
+
+_PATHS = "a pattern, a path, or a sequence of them"
+_INDICES = (".vtm", ".pvtp", ".pvtu", ".pvd")
+_PARALLEL = ("PPolyData", "PUnstructuredGrid")
+_READABLE = f"a file of one of {', '.join(_INDICES)} that can be read"
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A file to be lit: one mesh, or a part of one.
+
+    Attributes
+    ----------
+    input, output : Path
+        The file, and its lit one, .vtp.
+    label : str
+        Path of names of the block that it is, for its material; "default" elsewhere.
+    surface : str
+        The same for the pieces of one surface; "" for a surface of its own.
+    """
+
+    input: Path
+    output: Path
+    label: str = DEFAULT
+    surface: str = ""
+
+    def absolute(self) -> Piece:
+        """As workers get it: they may run in another folder."""
+        return replace(self, input=self.input.absolute(), output=self.output.absolute())
+
+
+@dataclass(frozen=True)
+class Index:
+    """A file that names others, and where an index of the lit files goes, which are given in its order."""
+
+    input: Path
+    output: Path
+    outputs: tuple[Path, ...]
+
+
+class ArrayType(NamedTuple):
+    """An array of a lit file, as a .pvtp file declares those that all pieces have."""
+
+    place: str
+    """"PointData", "CellData" or "Points"."""
+    type: str
+    name: str
+    components: int
+
+
+def paths_of(given: Any) -> list[Path]:
+    """The files that paths and patterns name, in order and each once.
+
+    Raises
+    ------
+    ValueError
+        If a pattern or a path names none.
+    """
+    if isinstance(given, (str, os.PathLike)):
+        given = [given]
+    if not isinstance(given, Iterable):
+        check.refuse("paths", given, _PATHS)
+    found: dict[Path, None] = {}
+    for path in given:
+        if not isinstance(path, (str, os.PathLike)):
+            check.refuse("paths", path, _PATHS)
+        if not is_pattern(os.fspath(path)):
+            found[Path(path)] = None
+            continue
+        matches = sorted(Path(match) for match in glob.glob(os.fspath(path), recursive=True) if os.path.isfile(match))
+        if not matches:
+            check.refuse("paths", Path(path), "a pattern that some file matches", "Patterns know *, ?, [abc] and **.")
+        found.update(dict.fromkeys(matches))
+    if not found:
+        check.refuse("paths", "none", "at least one file")
+    return list(found)
+
+
+def is_pattern(path: str) -> bool:
+    """Whether it is to be matched with the names of files: a file of just that name is taken as it is."""
+    return glob.has_magic(path) and not os.path.lexists(path)
+
+
+def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False) -> tuple[list[Piece], list[Index]]:
+    """All pieces that some files are or name, with their lit files `out`/name.vtp; and the indices.
+
+    What an index names goes into a folder of the index's name; an index comes after those that it names.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+        Meshes, and indices.
+    out : Path
+        The folder.
+    as_one : bool
+        Whether all are pieces of one surface; else what one index names for one time is.
+
+    Raises
+    ------
+    ValueError
+        If two would have one output, an output would be an input, or an index cannot be read or names itself.
+    """
+    pieces: dict[Path, Piece] = {}
+    indices: dict[Path, Index] = {}
+    source_of: dict[Path, Path] = {}
+
+    def claim(output: Path, source: Path) -> None:
+        other = source_of.setdefault(output, source)
+        if other != source:
+            remedy = "Light them into two folders, or rename one."
+            check.refuse("paths", f"{other} and {source}, both {output}", "files with different names", remedy)
+
+    def add(path: Path, target: Path, label: str, surface: str, above: tuple[Path, ...]) -> Path:
+        """Add a file, and what it names; `target` is its output without a suffix. Gives the output."""
+        suffix = path.suffix.lower()
+        if suffix not in _INDICES:
+            output = target.with_name(f"{target.name}.vtp")
+            claim(output, path)
+            pieces.setdefault(output, Piece(path, output, label, surface))
+            return output
+        if path.resolve() in above:
+            check.refuse("paths", path, "an index that does not name itself")
+        named = _named_files(_root(path))
+        if not named:
+            check.refuse("paths", path, "an index that names files")
+        outputs = []
+        for element, attribute, name in named:
+            file = element.get(attribute, "")
+            # where it lies beside the index, but never outside of the folder
+            parts = [part for part in PurePosixPath(file.replace("\\", "/")).parts if part not in ("..", "/", ".")]
+            if not parts:
+                check.refuse("paths", path, "an index that names files", f"One of its entries names {file!r}.")
+            inner = target.joinpath(*parts[int(parts[0] == target.name) : -1], Path(parts[-1]).stem)
+            one = surface or f"{path}@{element.get('timestep', '')}"  # files of one time are pieces of one surface
+            outputs.append(add(path.parent / file, inner, name or label, one, (*above, path.resolve())))
+        output = target.with_name(target.name + (".pvtp" if suffix == ".pvtu" else suffix))  # lit are surfaces
+        claim(output, path)
+        indices[output] = Index(path, output, tuple(outputs))
+        return output
+
+    for path in paths:
+        add(path, out / path.stem, DEFAULT, "all" if as_one else "", ())
+    inputs = {os.path.realpath(path) for path in source_of.values()}
+    for output in source_of:
+        if os.path.realpath(output) in inputs:
+            check.refuse("out", output.parent, "another folder than that of the files", "It would replace them.")
+    return list(pieces.values()), list(indices.values())
+
+
+def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
+    """Write an index of lit files, whole or not at all; False where it was there already.
+
+    Parameters
+    ----------
+    index : Index
+        What else its input says is kept.
+    arrays : sequence
+        Of each lit file; those that all have are declared where the format asks for it.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be written.
+    """
+    root = _root(index.input)
+    names = [Path(os.path.relpath(file, index.output.parent)).as_posix() for file in index.outputs]
+    if root.get("type") in _PARALLEL:
+        # VTK's reader passes over arrays that the file does not declare (VTK's "XML file formats")
+        root = ElementTree.Element("VTKFile", type="PPolyData", version="0.1", byte_order="LittleEndian")
+        whole = ElementTree.SubElement(root, "PPolyData", GhostLevel="0")
+        common = [array for array in arrays[0] if all(array in others for others in arrays)]
+        for place in ("PointData", "CellData", "Points"):
+            parent = ElementTree.SubElement(whole, f"P{place}")
+            for array in common:
+                if array.place == place:
+                    declared = {"type": array.type, "Name": array.name, "NumberOfComponents": str(array.components)}
+                    ElementTree.SubElement(parent, "PDataArray", declared)
+        for name in names:
+            ElementTree.SubElement(whole, "Piece", Source=name)
+    else:
+        for (element, attribute, _), name in zip(_named_files(root), names, strict=True):
+            element.set(attribute, name)
+    text = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
+    if index.output.is_file() and index.output.read_bytes() == text:
+        return False
+    with written_aside(index.output) as aside:
+        aside.write_bytes(text)
+    return True
+
+
+def _root(path: Path) -> ElementTree.Element:
+    """The root of an index's XML; ValueError if it is none."""
+    if not path.is_file():
+        check.refuse("paths", path, "a file that exists")
+    try:
+        root = ElementTree.parse(path).getroot()
+    except (ElementTree.ParseError, OSError, ValueError) as error:
+        check.refuse("paths", path, _READABLE, f"It cannot be understood: {error}.")
+    if root.tag != "VTKFile" or root.get("type") not in (*_PARALLEL, "vtkMultiBlockDataSet", "Collection"):
+        check.refuse("paths", path, _READABLE, f"It holds {root.get('type') or root.tag}.")
+    return root
+
+
+def _named_files(root: ElementTree.Element) -> list[tuple[ElementTree.Element, str, str]]:
+    """The elements that name a file, each with its attribute that does, and a block's path of names."""
+    if root.get("type") in _PARALLEL:
+        return [(element, "Source", "") for element in root.iter("Piece")]
+    if root.get("type") == "Collection":
+        return [(element, "file", "") for element in root.iter("DataSet")]
+    found = []
+
+    def add_blocks(parent: ElementTree.Element, above: tuple[str, ...]) -> None:
+        for element in parent:
+            names = (*above, element.get("name") or element.get("index") or "")
+            if element.tag == "Block":
+                add_blocks(element, names)
+            elif element.get("file"):  # else it is empty
+                found.append((element, "file", "/".join(names)))
+
+    for blocks in root[:1]:
+        add_blocks(blocks, ())
+    return found

@@ -1,0 +1,240 @@
+"""What a worker does: look at a piece, or light it, and write a receipt by which the next run knows that it is done.
+
+A worker has as many threads as Dask gave it, each with a piece of its own: the evaluator's own threads stay out.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from contextlib import suppress
+from dataclasses import dataclass, fields, is_dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import pyvista as pv
+
+from pvphong.base import check, threads
+from pvphong.base.files import write_json
+from pvphong.batch.pieces import ArrayType, Piece
+from pvphong.batch.seams import NORMALS, Border, Neighbours, border_of, with_normals, without_ghosts
+from pvphong.meshes.blocks import check_names, material_of
+from pvphong.meshes.files import Compression, read_mesh, save_lit
+from pvphong.meshes.lit import shade_mesh
+from pvphong.meshes.surfaces import FeatureAngle, has_normals, surface
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
+
+_TYPES = {"f": "Float{}", "i": "Int{}", "u": "UInt{}", "b": "UInt{}"}
+"""VTK's names of types in XML, by NumPy's kinds."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """How all pieces are lit.
+
+    Attributes
+    ----------
+    scene : Scene
+        With a viewer.
+    materials : dict
+        By the names of blocks, "default" for those not named.
+    feature_angle : float, "auto" or None
+        As for `shade`.
+    options : dict
+        More of `shade`'s.
+    run : str
+        Names the call of `shade_files`.
+    compress : {"lz4", "zlib", "none"}
+        How arrays in the lit files are compressed.
+    """
+
+    scene: Scene
+    materials: dict[str, Material]
+    feature_angle: FeatureAngle
+    options: dict[str, Any]
+    run: str
+    compress: Compression = "lz4"
+
+    def refuse_wrong(self, labels: set[str]) -> None:
+        """Raise ``ValueError`` for what no piece could be lit with: it is tried on a triangle."""
+        check_names(self.materials, sorted(labels))
+        albedo = self.options["albedo"]
+        if albedo is not None and not isinstance(albedo, str):
+            check.refuse("albedo", albedo, "the name of a point array that the files have")
+        for material in self.materials.values():
+            without = self.options | {"albedo": None}
+            shade_mesh(pv.Triangle(), self.scene, material, feature_angle=self.feature_angle, **without)
+
+    @property
+    def checksum(self) -> str:
+        """Of all that a lit file depends on beside the mesh."""
+        return checksum_of([self.scene, self.materials, self.feature_angle, self.options, self.compress])
+
+
+def checksum_of(value: Any) -> str:
+    """SHA-256 of plain values, and of dataclasses of such, whose classes count too."""
+
+    def plain(other: Any) -> Any:
+        if is_dataclass(other):
+            return [type(other).__name__, {field.name: getattr(other, field.name) for field in fields(other)}]
+        return repr(other)
+
+    return hashlib.sha256(json.dumps(value, default=plain, sort_keys=True).encode()).hexdigest()
+
+
+# --- receipts ---
+
+
+@dataclass(frozen=True)
+class Receipt:
+    """What a lit file was made from, in a small file beside it.
+
+    Attributes
+    ----------
+    input : str
+        Checksum of the file, or of all pieces of a surface across which normals were merged.
+    lighting : str
+        That of the scene, the materials and the options.
+    version : str
+        Of pvphong.
+    run : str
+        Names the call that made it.
+    output : str
+        Checksum of the lit file.
+    arrays : tuple of ArrayType
+        What it has, for an index.
+    """
+
+    input: str
+    lighting: str
+    version: str
+    run: str
+    output: str
+    arrays: tuple[ArrayType, ...]
+
+
+def receipt_path(output: Path) -> Path:
+    """Where a lit file's receipt is."""
+    return output.with_name(f".{output.name}.json")
+
+
+def valid_receipt(piece: Piece, job: Job) -> Receipt | None:
+    """The receipt of a lit file that is there as it was written, lit in just this way."""
+    with suppress(OSError, ValueError, TypeError):
+        found = json.loads(receipt_path(piece.output).read_text(encoding="utf-8"))
+        receipt = Receipt(**found | {"arrays": tuple(ArrayType(*array) for array in found["arrays"])})
+        is_for_this = (receipt.lighting, receipt.version) == (job.checksum, version("pvphong"))
+        if is_for_this and receipt.output == checksum_of_file(piece.output):
+            return receipt
+    return None
+
+
+def checksum_of_file(path: Path) -> str:
+    """SHA-256 of a file's contents."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+# --- what is asked of a worker ---
+
+
+@dataclass(frozen=True)
+class Result:
+    """Of a piece or an index: whether it was written now, and its arrays; or the reason why there is none."""
+
+    is_new: bool = False
+    arrays: tuple[ArrayType, ...] = ()
+    reason: str = ""
+
+
+def look(piece: Piece, job: Job) -> tuple[str, Receipt | None]:
+    """A piece's checksum, and what its lit file was made from, if that is lit in just this way."""
+    return _checksum_of_input(piece), valid_receipt(piece, job)
+
+
+def bounds_of(piece: Piece) -> tuple[tuple[float, ...], bool]:
+    """x_min, …, z_max of a piece's surface, and whether that has open edges."""
+    outside, _ = _surface(piece)
+    return tuple(outside.bounds), bool(outside.n_open_edges)
+
+
+def border_in(piece: Piece) -> Border:
+    """What a piece's neighbours have to know of it."""
+    outside, of_volume = _surface(piece)
+    return border_of(outside, of_volume=of_volume)
+
+
+def light(piece: Piece, job: Job, neighbours: Neighbours | None = None, made_from: str = "") -> Result:
+    """Light a piece and write it, unless that is done already: maybe by a worker that was killed before it said so.
+
+    Parameters
+    ----------
+    piece : Piece
+        Which one.
+    job : Job
+        How.
+    neighbours : Neighbours, optional
+        Faces of other pieces of its surface, for normals across them.
+    made_from : str
+        Checksum of all of that surface; the file's own if not given.
+    """
+    try:
+        made_from = made_from or _checksum_of_input(piece)
+        receipt = valid_receipt(piece, job)
+        if receipt is None or receipt.input != made_from:
+            with threads.limited(1):
+                lit = _lit(piece, job, neighbours)
+                save_lit(lit, piece.output, job.options["name"], job.compress)
+            output = checksum_of_file(piece.output)
+            receipt = Receipt(made_from, job.checksum, version("pvphong"), job.run, output, _array_types(lit))
+            write_json(vars(receipt), receipt_path(piece.output))
+        return Result(receipt.run == job.run, receipt.arrays)
+    except Exception as error:  # one file must not stop the others, whatever is wrong with it
+        return Result(reason=reason_of(error))
+
+
+def reason_of(error: BaseException) -> str:
+    """An error in one line; of those that are not about input, with its type."""
+    message = " ".join(str(error).split())
+    return message if isinstance(error, ValueError) else f"{type(error).__name__}: {message}".rstrip(": ")
+
+
+def _checksum_of_input(piece: Piece) -> str:
+    if not piece.input.is_file():
+        check.refuse("mesh", piece.input, "a file that exists")
+    return checksum_of_file(piece.input)
+
+
+def _surface(piece: Piece) -> tuple[pv.PolyData, bool]:
+    """The surface of a file without ghost cells, and whether it is that of a volume."""
+    mesh = read_mesh(str(piece.input))
+    if isinstance(mesh, pv.MultiBlock):
+        check.refuse("mesh", piece.input, "a file with a single mesh", "Save its blocks as a .vtm file.")
+    return without_ghosts(surface(mesh)), mesh.GetMaxSpatialDimension() == 3
+
+
+def _lit(piece: Piece, job: Job, neighbours: Neighbours | None) -> pv.PolyData:
+    mesh, _ = _surface(piece)
+    material, angle = material_of(piece.label, job.materials), job.feature_angle
+    has_own = has_normals(mesh) and angle in (None, "auto")
+    if neighbours is None or has_own or len(neighbours.offsets) == 1:
+        return shade_mesh(mesh, job.scene, material, feature_angle=angle, **job.options)
+    lit = shade_mesh(with_normals(mesh, neighbours, angle), job.scene, material, **job.options)
+    del lit.point_data[NORMALS]
+    return lit
+
+
+def _array_types(lit: pv.PolyData) -> tuple[ArrayType, ...]:
+    """The numeric arrays of a mesh; its points come last."""
+    named = [
+        *(("PointData", name, lit.point_data[name]) for name in lit.point_data),
+        *(("CellData", name, lit.cell_data[name]) for name in lit.cell_data),
+        ("Points", "Points", lit.points),
+    ]
+    return tuple(
+        ArrayType(place, _TYPES[array.dtype.kind].format(8 * array.itemsize), name, array[:1].size)
+        for place, name, array in named
+        if array.dtype.kind in _TYPES
+    )
