@@ -4,67 +4,86 @@
 finds them by this package's entry points.
 A name is imported when it is first asked for: the command line's supervisor must stay light, and computing colours
 needs neither what draws nor what measures.
+
+The packages, from the lowest: `base`, `geometry`, `optics` (lights, reflectances, materials), `scene`, `shading` (the
+equation, its plan, its two evaluators), `rays`, `meshes` (PyVista's data in and out), `vtk` and `batch`, `studies`,
+`studio`, `cli`. Beside them `accessor` is `mesh.phong`, `plotter` is `plotter.phong`, `filter` is VTK's pipeline,
+`chunks` is Dask.
 """
 
 from pvphong.base import host as _host
 
 TYPE_CHECKING = False  # typing's is the same, and takes milliseconds to import
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # by the alias a type checker knows that a name is public
     from typing import Any
 
-    from pvphong.batch.shading import Batch, shade_files
-    from pvphong.chunks import evaluate
-    from pvphong.filter import PhongFilter
-    from pvphong.geometry.normals import implicit_normals, plane_normal
-    from pvphong.geometry.projection import frustum, look_at, ortho, perspective, project
-    from pvphong.geometry.transform import (
-        SingularMatrixWarning,
-        normal_matrix,
-        transform_normals,
-        transform_points,
-        transform_vectors,
-    )
-    from pvphong.meshes.default_scene import default_scene
-    from pvphong.meshes.files import read
-    from pvphong.meshes.lit import plan
-    from pvphong.meshes.surfaces import face_normals, vertex_normals
-    from pvphong.optics.lights import (
-        DirectionalLight,
-        DiskLight,
-        EnvironmentLight,
-        Light,
-        PointLight,
-        PolygonLight,
-        RectangleLight,
-        SphereLight,
-        SpotLight,
-        light_from_homogeneous,
-    )
-    from pvphong.optics.material import Material
-    from pvphong.optics.reflectances import GGX, PBR, BlinnPhong, Metal, ModifiedPhong, OrenNayar, Phong, Retro, Ward
-    from pvphong.rays.visibility import Visibility
-    from pvphong.scene.light_model import LightModel
-    from pvphong.scene.presets import three_lights, three_point
-    from pvphong.scene.scene import Scene, load_materials
-    from pvphong.scene.viewer import Viewer
-    from pvphong.shading.plan.draft import Decision
-    from pvphong.shading.plan.plan import Plan
-    from pvphong.shading.result import Shading
-    from pvphong.studies.accuracy import Tradeoff, tradeoff
-    from pvphong.studies.diagnose.diagnosis import Diagnosis, diagnose
-    from pvphong.studies.validate.comparison import Comparison
-    from pvphong.studies.validate.validation import validate
-    from pvphong.vtk.lights import as_light, light_kit
-    from pvphong.vtk.oracle import vtk_shade
+    from pvphong.batch.shading import Batch as Batch
+    from pvphong.batch.shading import shade_files as shade_files
+    from pvphong.chunks import evaluate as evaluate
+    from pvphong.filter import PhongFilter as PhongFilter
+    from pvphong.geometry.normals import implicit_normals as implicit_normals
+    from pvphong.geometry.normals import plane_normal as plane_normal
+    from pvphong.geometry.projection import frustum as frustum
+    from pvphong.geometry.projection import look_at as look_at
+    from pvphong.geometry.projection import ortho as ortho
+    from pvphong.geometry.projection import perspective as perspective
+    from pvphong.geometry.projection import project as project
+    from pvphong.geometry.transform import SingularMatrixWarning as SingularMatrixWarning
+    from pvphong.geometry.transform import normal_matrix as normal_matrix
+    from pvphong.geometry.transform import transform_normals as transform_normals
+    from pvphong.geometry.transform import transform_points as transform_points
+    from pvphong.geometry.transform import transform_vectors as transform_vectors
+    from pvphong.meshes.default_scene import default_scene as default_scene
+    from pvphong.meshes.files import read as read
+    from pvphong.meshes.lit import plan as plan
+    from pvphong.meshes.surfaces import face_normals as face_normals
+    from pvphong.meshes.surfaces import vertex_normals as vertex_normals
+    from pvphong.optics.lights import DirectionalLight as DirectionalLight
+    from pvphong.optics.lights import DiskLight as DiskLight
+    from pvphong.optics.lights import EnvironmentLight as EnvironmentLight
+    from pvphong.optics.lights import Light as Light
+    from pvphong.optics.lights import PointLight as PointLight
+    from pvphong.optics.lights import PolygonLight as PolygonLight
+    from pvphong.optics.lights import RectangleLight as RectangleLight
+    from pvphong.optics.lights import SphereLight as SphereLight
+    from pvphong.optics.lights import SpotLight as SpotLight
+    from pvphong.optics.lights import light_from_homogeneous as light_from_homogeneous
+    from pvphong.optics.material import Material as Material
+    from pvphong.optics.reflectances import GGX as GGX
+    from pvphong.optics.reflectances import PBR as PBR
+    from pvphong.optics.reflectances import BlinnPhong as BlinnPhong
+    from pvphong.optics.reflectances import Metal as Metal
+    from pvphong.optics.reflectances import ModifiedPhong as ModifiedPhong
+    from pvphong.optics.reflectances import OrenNayar as OrenNayar
+    from pvphong.optics.reflectances import Phong as Phong
+    from pvphong.optics.reflectances import Retro as Retro
+    from pvphong.optics.reflectances import Ward as Ward
+    from pvphong.rays.visibility import Visibility as Visibility
+    from pvphong.scene.light_model import LightModel as LightModel
+    from pvphong.scene.presets import three_point as three_point
+    from pvphong.scene.scene import Scene as Scene
+    from pvphong.scene.scene import load_materials as load_materials
+    from pvphong.scene.viewer import Viewer as Viewer
+    from pvphong.shading.plan.plan import Plan as Plan
+    from pvphong.shading.result import Shading as Shading
+    from pvphong.studies.accuracy.measure import tradeoff as tradeoff
+    from pvphong.studies.accuracy.report import Tradeoff as Tradeoff
+    from pvphong.studies.diagnose.diagnosis import Diagnosis as Diagnosis
+    from pvphong.studies.diagnose.diagnosis import diagnose as diagnose
+    from pvphong.studies.validate.comparison import Comparison as Comparison
+    from pvphong.studies.validate.validation import validate as validate
+    from pvphong.vtk.lights import as_light as as_light
+    from pvphong.vtk.lights import light_kit as light_kit
+    from pvphong.vtk.oracle import vtk_shade as vtk_shade
 
 
-def _answer_the_core() -> None:
-    from pvphong.vtk.lights import answer_the_core
+def _vtk_lights() -> "Any":
+    from pvphong.vtk import lights
 
-    answer_the_core()
+    return lights
 
 
-_host.answered_after(_answer_the_core)
+_host.answered_by(_vtk_lights)
 
 _PLACES = {
     "batch.shading": "Batch shade_files",
@@ -83,13 +102,13 @@ _PLACES = {
     "optics.reflectances": "GGX PBR BlinnPhong Metal ModifiedPhong OrenNayar Phong Retro Ward",
     "rays.visibility": "Visibility",
     "scene.light_model": "LightModel",
-    "scene.presets": "three_lights three_point",
+    "scene.presets": "three_point",
     "scene.scene": "Scene load_materials",
     "scene.viewer": "Viewer",
-    "shading.plan.draft": "Decision",
     "shading.plan.plan": "Plan",
     "shading.result": "Shading",
-    "studies.accuracy": "Tradeoff tradeoff",
+    "studies.accuracy.measure": "tradeoff",
+    "studies.accuracy.report": "Tradeoff",
     "studies.diagnose.diagnosis": "Diagnosis diagnose",
     "studies.validate.comparison": "Comparison",
     "studies.validate.validation": "validate",
@@ -97,6 +116,7 @@ _PLACES = {
     "vtk.oracle": "vtk_shade",
 }
 _PLACE_OF = {name: place for place, names in _PLACES.items() for name in names.split()}
+__all__ = sorted(_PLACE_OF)
 
 
 def __getattr__(name: str) -> "Any":
@@ -109,68 +129,4 @@ def __getattr__(name: str) -> "Any":
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
-
-
-__all__ = [
-    "GGX",
-    "PBR",
-    "Batch",
-    "BlinnPhong",
-    "Comparison",
-    "Decision",
-    "Diagnosis",
-    "DirectionalLight",
-    "DiskLight",
-    "EnvironmentLight",
-    "Light",
-    "LightModel",
-    "Material",
-    "Metal",
-    "ModifiedPhong",
-    "OrenNayar",
-    "Phong",
-    "PhongFilter",
-    "Plan",
-    "PointLight",
-    "PolygonLight",
-    "RectangleLight",
-    "Retro",
-    "Scene",
-    "Shading",
-    "SingularMatrixWarning",
-    "SphereLight",
-    "SpotLight",
-    "Tradeoff",
-    "Viewer",
-    "Visibility",
-    "Ward",
-    "as_light",
-    "default_scene",
-    "diagnose",
-    "evaluate",
-    "face_normals",
-    "frustum",
-    "implicit_normals",
-    "light_from_homogeneous",
-    "light_kit",
-    "load_materials",
-    "look_at",
-    "normal_matrix",
-    "ortho",
-    "perspective",
-    "plan",
-    "plane_normal",
-    "project",
-    "read",
-    "shade_files",
-    "three_lights",
-    "three_point",
-    "tradeoff",
-    "transform_normals",
-    "transform_points",
-    "transform_vectors",
-    "validate",
-    "vertex_normals",
-    "vtk_shade",
-]
+    return __all__

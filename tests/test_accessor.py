@@ -1,8 +1,10 @@
 """`mesh.phong`: found by PyVista itself, on every dataset with a surface and on MultiBlock."""
 
+import ast
 import inspect
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ from pvphong.meshes.default_scene import scene_for
 from pvphong.optics.lights import DirectionalLight, PointLight
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
-from pvphong.studies.refine import refinement
+from pvphong.studies import refine
 
 SCENE = Scene(lights=[DirectionalLight(direction=(-1, -2, -3)), PointLight(position=(1, 1, 2))])
 GRID = pv.ImageData(dimensions=(3, 3, 3))
@@ -66,6 +68,17 @@ def test_every_dataset_has_what_the_functions_give(mesh):
     assert plans[0].explain() == plans[1].explain()
 
 
+def test_a_type_checker_sees_the_names_that_there_are():
+    """They stand in `__init__` twice: as imports for type checkers, and as places to import from when asked for."""
+    source = ast.parse(Path(ph.__file__).read_text())
+    imports = [node for node in ast.walk(source) if isinstance(node, ast.ImportFrom) and node.module != "importlib"]
+    seen = {alias.asname: f"{node.module}.{alias.name}" for node in imports for alias in node.names if alias.asname}
+    assert {name: f"pvphong.{place}.{name}" for name, place in ph._PLACE_OF.items()} == {
+        name: place for name, place in seen.items() if name != "_host"
+    }
+    assert dir(ph) == ph.__all__
+
+
 def test_is_not_there_on_what_has_no_surface():
     assert not hasattr(pv.Table({"a": np.zeros(3)}), "phong")
 
@@ -92,7 +105,7 @@ def test_blocks_take_what_a_mesh_takes(name):
         list(inspect.signature(getattr(kind, name)).parameters.values())[1:] for kind in (MESH, BLOCKS)
     )
     assert of_mesh == of_blocks
-    function = {"refine": refinement.refine, "interpolation_error": refinement.interpolation_error}.get(name)
+    function = {"refine": refine.refine, "interpolation_error": refine.interpolation_error}.get(name)
     function = function or getattr(ph, name, None)
     if function is not None:
         taken = list(inspect.signature(function).parameters)[1:]

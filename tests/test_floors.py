@@ -333,7 +333,7 @@ def test_the_way_of_a_scene_goes_down():
     shadows = replace(scene, light_model=pvphong.LightModel(shadows=True))
     assert calls_upward(lambda: ball.phong.shade(shadows, shiny, backend="numpy")) == {
         ("geometry.extent", "shading.kernel"),
-        ("shading.plan.screens", "rays.visibility"),
+        ("shading.plan.effects", "rays.visibility"),
         ("base.threads", "rays.rays"),
         ("rays.rays", "meshes.visibility"),
     }

@@ -52,7 +52,7 @@ VALUES = {
     for value in (
         *(kind() for kind in LIGHT_TYPES.values()), SCENE, SCENE.viewer, SCENE.light_model,
         *(kind(**REFLECTANCE_SHAPES[name](Dice(1))) for name, kind in REFLECTANCES.items()),
-        ph.Material(), MESH.phong.plan(SCENE).effects["lights"],
+        ph.Material(),
     )
 }  # fmt: skip
 """These show their fields."""

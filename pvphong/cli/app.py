@@ -1,23 +1,23 @@
-"""The commands put together, and what their errors come to."""
+"""The commands put together, the exit status and the line for each of their errors; and `pvphong compile`."""
 
 from __future__ import annotations
 
 import sys
+import time
 import traceback
 from collections.abc import Sequence
 from importlib.metadata import version
 from inspect import signature
 
 from cyclopts import App, CycloptsError
+from rich.console import Console
+from rich.progress import Progress
 
-from pvphong.cli.compile import compile_code
 from pvphong.cli.demo import demo
-from pvphong.cli.diagnose import diagnose
-from pvphong.cli.plan import plan
+from pvphong.cli.reports import diagnose, plan, tradeoff, validate
 from pvphong.cli.shade import shade
-from pvphong.cli.tradeoff import tradeoff
-from pvphong.cli.validate import validate
 from pvphong.cli.view import view
+from pvphong.shading import kernel
 
 _VERBOSE = "--verbose"
 
@@ -28,6 +28,27 @@ app = App(
     version=version("pvphong"),
     suppress_keyboard_interrupt=False,
 )
+
+
+def compile_code() -> int:
+    """Compile the fast evaluator in advance, once per installation; it says what is in the way if that cannot be done.
+
+    Without this, the first large mesh is lit by NumPy, while another process compiles.
+    """
+    began, console = time.perf_counter(), Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task("compiling", total=None)
+        try:
+            folder = kernel.compile_all(
+                lambda name, done, total: progress.update(task, description=name, completed=done, total=total)
+            )
+        except kernel.CannotCompile as reason:
+            print("error:", reason, file=sys.stderr)
+            return 1
+    print(f"compiled in {time.perf_counter() - began:.0f} s, kept in {folder}")
+    return 0
+
+
 _COMMANDS = {
     **{command.__name__: command for command in (demo, shade, view, plan, validate, tradeoff, diagnose)},
     "compile": compile_code,

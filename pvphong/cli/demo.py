@@ -12,16 +12,14 @@ from rich.markdown import Markdown
 
 from pvphong.base.files import written_aside
 from pvphong.base.text import changed_fields
-from pvphong.cli.spinner import busy
+from pvphong.cli.progress import busy
 from pvphong.meshes.files import save_lit
-from pvphong.meshes.lit import shade_mesh
 from pvphong.meshes.pictures import draw, save_picture
-from pvphong.optics.lights import DirectionalLight, Light, SpotLight
+from pvphong.optics.lights import DirectionalLight, SpotLight
 from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
-from pvphong.studies.diagnose.diagnosis import diagnose
 
 SCENE = Scene(
     lights=[
@@ -51,8 +49,26 @@ def demo(*, folder: Path = Path("pvphong-demo")) -> None:
     folder
         Where the four files go; it is made if it does not exist.
     """
+    files = {
+        "mesh": folder / "airplane.vtp",
+        "picture": folder / "airplane.png",
+        "rig": folder / "rig.json",
+        "report": folder / "report.md",
+    }
     with busy("Lighting the airplane"):
-        report, files = run_demo(folder)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ValueError(f"folder must be one that can be made; got {folder} ({error}).") from error
+        mesh = examples.load_airplane()
+        started = time.perf_counter()
+        lit = mesh.phong.shade(SCENE, PLASTIC)
+        report = _report(lit, time.perf_counter() - started)
+        save_picture(draw(lit, SCENE.viewer), files["picture"])
+        save_lit(lit, files["mesh"], "phong")
+        SCENE.save(files["rig"])
+        with written_aside(files["report"]) as aside:
+            aside.write_text(report, encoding="utf-8")
     console = Console()
     console.print(Markdown(report))
     console.print()
@@ -60,79 +76,21 @@ def demo(*, folder: Path = Path("pvphong-demo")) -> None:
         print(f"{what:8}{path}")
 
 
-def run_demo(folder: Path) -> tuple[str, dict[str, Path]]:
-    """Light the airplane and leave four files in a folder.
-
-    Parameters
-    ----------
-    folder : Path
-        Made if it does not exist; files of the same names in it are replaced.
-
-    Returns
-    -------
-    report : str
-        In Markdown.
-    files : dict
-        What it is → where: mesh (.vtp), picture (.png), rig (.json) and report (.md).
-
-    Raises
-    ------
-    ValueError
-        If the folder cannot be made or written to, or the machine cannot draw.
-    """
-    _make(folder)
-    mesh = examples.load_airplane()
-    started = time.perf_counter()
-    lit = shade_mesh(mesh, SCENE, PLASTIC)
-    seconds = time.perf_counter() - started
-    report = _report(lit, seconds)
-    files = {
-        "mesh": folder / "airplane.vtp",
-        "picture": folder / "airplane.png",
-        "rig": folder / "rig.json",
-        "report": folder / "report.md",
-    }
-    save_picture(draw(lit, SCENE.viewer), files["picture"])
-    save_lit(lit, files["mesh"], "phong")
-    SCENE.save(files["rig"])
-    with written_aside(files["report"]) as aside:
-        aside.write_text(report, encoding="utf-8")
-    return report, files
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ValueError(f"folder must be one that can be made; got {folder} ({error}).") from error
-
-
 def _report(lit: pv.PolyData, seconds: float) -> str:
-    colors = lit["phong"]
-    darkest, brightest = (", ".join(f"{c:.3f}" for c in end(axis=0)) for end in (colors.min, colors.max))
-    return "\n".join(
-        [
-            "# Lit airplane",
-            "",
-            "| | |",
-            "|---|---|",
-            f"| mesh | {lit.n_points} points, {lit.n_cells} faces |",
-            *(f"| light | {_described(light)} |" for light in SCENE.world_lights),
-            f"| material | {changed_fields(PLASTIC)} |",
-            f"| light model | {changed_fields(SCENE.light_model)} |",
-            f"| lit in | {1e3 * seconds:.1f} ms, normals included |",
-            f"| darkest red, green, blue | {darkest} |",
-            f"| brightest red, green, blue | {brightest} |",
-            "",
-            "## Diagnosis of the mesh",
-            "",
-            "```text",
-            diagnose(lit).explain(),
-            "```",
-            "",
-        ]
-    )
-
-
-def _described(light: Light) -> str:
-    return f"{light.name}: {type(light).__name__}, {changed_fields(light, without=('name', 'on', 'frame'))}"
+    """What was lit, by what, and the diagnosis of the mesh, in Markdown."""
+    darkest, brightest = (", ".join(f"{c:.3f}" for c in end(axis=0)) for end in (lit["phong"].min, lit["phong"].max))
+    rows = [
+        ("mesh", f"{lit.n_points} points, {lit.n_cells} faces"),
+        *(
+            ("light", f"{light.name}: {type(light).__name__}, {changed_fields(light, without=('name', 'on', 'frame'))}")
+            for light in SCENE.world_lights
+        ),
+        ("material", changed_fields(PLASTIC)),
+        ("light model", changed_fields(SCENE.light_model)),
+        ("lit in", f"{1e3 * seconds:.1f} ms, normals included"),
+        ("darkest red, green, blue", darkest),
+        ("brightest red, green, blue", brightest),
+    ]
+    table = "\n".join(f"| {name} | {value} |" for name, value in rows)
+    diagnosis = lit.phong.diagnose().explain()
+    return f"# Lit airplane\n\n| | |\n|---|---|\n{table}\n\n## Diagnosis of the mesh\n\n```text\n{diagnosis}\n```\n"

@@ -1,32 +1,61 @@
-"""Options that several commands share: the scene, and how the surface reflects."""
+"""Options that several commands share, and what commands read: a mesh file's surface, its scene, its materials."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import pyvista as pv
 from cyclopts import Parameter
 
 from pvphong.base import check
 from pvphong.base.processes import reading
 from pvphong.base.types import ColorLike
-from pvphong.meshes.blocks import DEFAULT, single_material
+from pvphong.meshes.blocks import DEFAULT, map_blocks, single_material
+from pvphong.meshes.default_scene import default_scene, scene_for
 from pvphong.meshes.files import read_mesh, read_texture
-from pvphong.meshes.surfaces import FeatureAngle
+from pvphong.meshes.surfaces import FeatureAngle, surface
 from pvphong.optics.material import Material
 from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.scene import Scene, load_materials
 
+SIZE = (1024, 768)
+"""Width and height in pixels of the picture or window that a scene is made for, if none are asked for."""
+
+_IMAGES = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff")
+
+Flag = Annotated[bool, Parameter(negative="", show_default=False)]
+Verbose = Annotated[
+    bool, Parameter(name=["--verbose", "-v"], negative="", show_default=False, help="Tell all of it, not a few lines.")
+]
+Albedo = Annotated[
+    str | None,
+    Parameter(
+        help="Colours that multiply the material's ambient and diffuse: the name of a point array, or an image file "
+        "that is laid on by the mesh's texture coordinates."
+    ),
+]
+FeatureAngleOption = Annotated[
+    float | Literal["auto", "none"],
+    Parameter(
+        help='Degrees between two faces from which their common edge is sharp; "auto" takes 30 where the mesh has no '
+        'point normals of its own, and "none" leaves all of it smooth.'
+    ),
+]
+
 
 @dataclass(frozen=True)
-class Look:
-    """How the surface reflects.
+class Lighting:
+    """What lights a mesh, and how it reflects.
 
     Parameters
     ----------
+    scene
+        Lights, viewer, light model, materials, as Scene.save writes them (JSON).
     material
         A named material such as "gold" or "car paint"; the rig's if not given, or else a dull grey.
     reflectance
@@ -44,6 +73,7 @@ class Look:
         Exponent of the highlight, in place of the material's.
     """
 
+    scene: Path | None = None
     material: str | None = None
     reflectance: str | None = None
     ambient: str | None = None
@@ -52,33 +82,103 @@ class Look:
     emission: str | None = None
     shininess: float | None = None
 
-    def to_materials(self, file: Path | None) -> dict[str, Material]:
-        """The materials that the options describe, by the names of their blocks: the rig's if none is named."""
+    def materials(self) -> dict[str, Material]:
+        """The materials by the names of their blocks: the rig's if none is named, changed by the other options."""
         if self.material is not None:
-            begun = {DEFAULT: _named(self.material)}
+            try:
+                found = {DEFAULT: Material.named(self.material)}
+            except ValueError as error:
+                raise ValueError(f"material {error}") from error
         else:
-            begun = ({} if file is None else load_materials(file)) or {DEFAULT: Material()}
+            found = ({} if self.scene is None else load_materials(self.scene)) or {DEFAULT: Material()}
         colors = {term: getattr(self, term) for term in ("ambient", "diffuse", "specular", "emission")}
         changes: dict[str, Any] = {term: _color(text) for term, text in colors.items() if text is not None}
         if self.shininess is not None:
             changes["shininess"] = self.shininess
         if self.reflectance is not None:
             changes["reflectance"] = _reflectance(self.reflectance)
-        return {name: replace(material, **changes) for name, material in begun.items()}
+        return {name: replace(material, **changes) for name, material in found.items()}
 
-    def to_material(self, file: Path | None) -> Material:
-        """The material of a single mesh."""
-        return single_material(self.to_materials(file))
+    def read(self, path: str, size: tuple[int, int] = SIZE) -> tuple[Any, Scene]:
+        """The surface in a mesh file, or several; and the rig's scene, or one made for a picture of this size."""
+        given = None if self.scene is None else Scene.load(self.scene)
+        with reading(path):
+            mesh = read_mesh(path)
+            outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
+        return outside, default_scene(outside, size[0] / size[1]) if given is None else scene_for(outside, given)
 
 
-def _named(name: str) -> Material:
-    try:
-        return Material.named(name)
-    except ValueError as error:
-        raise ValueError(f"material {error}") from error
+LightingOptions = Annotated[Lighting, Parameter(name="*")]
+DEFAULT_LIGHTING = Lighting()
+"""None of its options given."""
+
+
+@dataclass(frozen=True)
+class Rays:
+    """Whether light is hidden, and by what beside the mesh itself.
+
+    Parameters
+    ----------
+    shadows
+        Multiply what lights add by the part of them that each vertex sees; blocks shadow each other.
+    ambient_occlusion
+        Multiply ambient light by the open part of the sky.
+    occluder
+        A file with a mesh that casts shadows too; may be given several times.
+    """
+
+    shadows: Flag = False
+    ambient_occlusion: Flag = False
+    occluder: Annotated[tuple[str, ...], Parameter(negative="", show_default=False)] = ()
+
+    def added_to(self, scene: Scene) -> Scene:
+        """A scene with what is asked for beside its own."""
+        model = scene.light_model
+        occlusion = model.ambient_occlusion or self.ambient_occlusion  # a rig's may be a distance
+        model = replace(model, shadows=model.shadows or self.shadows, ambient_occlusion=occlusion)
+        if self.occluder and not model.needs_rays:
+            remedy = "Give --shadows, --ambient-occlusion or a rig with them too."
+            check.refuse("--occluder", self.occluder[0], "left out where nothing casts shadows", remedy)
+        return replace(scene, light_model=model)
+
+    def occluders(self) -> list[Any]:
+        """The meshes that cast shadows too."""
+        return [read_mesh(path) for path in self.occluder]
+
+
+RayOptions = Annotated[Rays, Parameter(name="*")]
+NO_RAYS = Rays()
+"""None of its options given."""
+
+
+def material_for(mesh: Any, materials: Mapping[str, Material]) -> Any:
+    """The material as `mesh.phong` takes it: one for a single mesh, or for several blocks all by their names."""
+    return materials if isinstance(mesh, pv.MultiBlock) else single_material(materials)
+
+
+def albedo_of(given: str | None) -> Any:
+    """A texture from an image file, or the name of a point array."""
+    if given is None or Path(given).suffix.lower() not in _IMAGES:
+        return given
+    with reading(given):
+        return read_texture(given)
+
+
+def feature_angle_of(given: FeatureAngleOption) -> FeatureAngle:
+    """The angle as `shade` takes it."""
+    return None if given == "none" else given
+
+
+def seeing(scene: Scene, mesh: Any, size: tuple[int, int]) -> Scene:
+    """The scene for a picture of a mesh: a rig's viewer that sees nothing of it is moved, and that is said."""
+    if scene.viewer.sees(mesh.bounds, size[0] / size[1]):
+        return scene
+    print("note: the scene's viewer sees nothing of this mesh, and was moved to see all of it.", file=sys.stderr)
+    return replace(scene, viewer=scene.viewer.moved_to_see(mesh.bounds))
 
 
 def _reflectance(text: str) -> Reflectance:
+    """A reflectance from its name and fields, as in ggx:roughness=0.3:f0=1,0.78,0.34."""
     name, *parts = text.split(":")
     kind = REFLECTANCES[check.choice("--reflectance", name, REFLECTANCES)]
     known, given = [each.name for each in fields(kind)], dict[str, ColorLike]()
@@ -100,81 +200,3 @@ def _color(text: str) -> ColorLike:
     except ValueError:
         return text
     return numbers[0] if len(numbers) == 1 else numbers
-
-
-SceneFile = Annotated[
-    Path | None, Parameter(help="Lights, viewer, light model, materials, as Scene.save writes them (JSON).")
-]
-LookOptions = Annotated[Look, Parameter(name="*")]
-Verbose = Annotated[
-    bool, Parameter(name=["--verbose", "-v"], negative="", show_default=False, help="Tell all of it, not a few lines.")
-]
-PLAIN = Look()
-"""None of its options given."""
-
-
-@dataclass(frozen=True)
-class Blockers:
-    """What stands before lights and sky.
-
-    Parameters
-    ----------
-    shadows
-        Multiply what lights add by the part of them that each vertex sees; blocks shadow each other.
-    ambient_occlusion
-        Multiply ambient light by the open part of the sky.
-    occluder
-        A file with a mesh that casts shadows too; may be given several times.
-    """
-
-    shadows: Annotated[bool, Parameter(negative="", show_default=False)] = False
-    ambient_occlusion: Annotated[bool, Parameter(negative="", show_default=False)] = False
-    occluder: Annotated[tuple[str, ...], Parameter(negative="", show_default=False)] = ()
-
-    def to_scene(self, scene: Scene) -> Scene:
-        """A scene with what is asked for beside its own."""
-        model = scene.light_model
-        if self.shadows:
-            model = replace(model, shadows=True)
-        if self.ambient_occlusion and not model.ambient_occlusion:
-            model = replace(model, ambient_occlusion=True)
-        if self.occluder and not model.needs_rays:
-            remedy = "Give --shadows, --ambient-occlusion or a rig with them too."
-            check.refuse("--occluder", self.occluder[0], "left out where nothing casts shadows", remedy)
-        return replace(scene, light_model=model)
-
-    def to_meshes(self) -> list[Any]:
-        """The meshes that cast shadows too."""
-        return [read_mesh(path) for path in self.occluder]
-
-
-BlockerOptions = Annotated[Blockers, Parameter(name="*")]
-NONE = Blockers()
-"""None of its options given."""
-
-
-_IMAGES = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff")
-
-
-def albedo_of(given: str | None) -> Any:
-    """What the command line's word for it means: a texture from an image file, or the name of a point array."""
-    if given is None or Path(given).suffix.lower() not in _IMAGES:
-        return given
-    with reading(given):
-        return read_texture(given)
-
-
-FeatureAngleOption = float | Literal["auto", "none"]
-"""Degrees between two faces from which their common edge is sharp."""
-
-
-def feature_angle_of(given: FeatureAngleOption) -> FeatureAngle:
-    """What the command line's word for it means."""
-    return None if given == "none" else given
-
-
-def refuse_given(options: Mapping[str, Any], allowed: str) -> None:
-    """Raise ``ValueError`` for the first option that is given."""
-    for option, given in options.items():
-        if given not in (None, False, ()):
-            check.refuse(option, given, allowed)

@@ -1,33 +1,64 @@
-"""`pvphong shade`: a mesh with its colours, or a picture of it."""
+"""`pvphong shade`: a mesh with its colours, a picture of it, or many meshes into a folder."""
 
 from __future__ import annotations
 
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from pvphong.base import check
 from pvphong.base.types import Precision
-from pvphong.cli.inputs import SIZE, seeing, surface_and_scene
-from pvphong.cli.lighting import shaded
-from pvphong.cli.many import HERE, ManyFilesOptions, are_many
+from pvphong.batch.pieces import Seams, is_pattern
+from pvphong.batch.shading import shade_files
 from pvphong.cli.options import (
-    NONE,
-    PLAIN,
-    BlockerOptions,
+    DEFAULT_LIGHTING,
+    NO_RAYS,
+    SIZE,
+    Albedo,
     FeatureAngleOption,
-    LookOptions,
-    SceneFile,
+    Flag,
+    LightingOptions,
+    RayOptions,
     albedo_of,
     feature_angle_of,
-    refuse_given,
+    material_for,
+    seeing,
 )
-from pvphong.cli.spinner import busy
+from pvphong.cli.progress import busy
 from pvphong.meshes import pictures
-from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, refuse_suffix, save_lit
+from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, Compression, refuse_suffix, save_lit
+from pvphong.scene.scene import Scene
 
 _OUTPUTS = (*dict.fromkeys(MESH_FORMATS + BLOCK_FORMATS), ".png")
-_WITHOUT_ARRAYS = (".png", ".ply")
+_COMPRESSED = (".vtp", ".vtm", ".vtmb")
+
+
+@dataclass(frozen=True)
+class ManyFiles:
+    """Many files: who lights them.
+
+    Parameters
+    ----------
+    workers
+        How many processes light them here; as many as there are processors if not given.
+    scheduler
+        The address of a Dask scheduler, as tcp://host:8786, of which the workers light them.
+    seams
+        "merge" gives points at one place the normal of all pieces' faces there, "keep" that of their own piece's; if
+        not given, pieces that a .vtm, .pvtp, .pvtu or .pvd file names are merged.
+    """
+
+    workers: int | None = None
+    scheduler: str | None = None
+    seams: Seams | None = None
+
+
+_ONE_FILE = ManyFiles()
 
 
 def shade(
@@ -35,18 +66,18 @@ def shade(
     /,
     *more: str,
     output: Annotated[str, Parameter(name=["--output", "-o"])],
-    scene: SceneFile = None,
-    look: LookOptions = PLAIN,
-    albedo: str | None = None,
+    lighting: LightingOptions = DEFAULT_LIGHTING,
+    albedo: Albedo = None,
     array: str | None = None,
-    components: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    components: Flag = False,
     precision: Precision = "float32",
     tolerance: float = 0.0,
     feature_angle: FeatureAngleOption = "auto",
-    blockers: BlockerOptions = NONE,
+    rays: RayOptions = NO_RAYS,
+    compress: Compression | None = None,
     size: Annotated[tuple[int, int] | None, Parameter(negative="")] = None,
     background: str | None = None,
-    many: ManyFilesOptions = HERE,
+    many: Annotated[ManyFiles, Parameter(name="*")] = _ONE_FILE,
 ) -> int:
     """Light a mesh; write it with its colours, or write a picture of it. Or light many meshes into a folder.
 
@@ -63,9 +94,6 @@ def shade(
     output
         .vtp, .vtk, .vtkhdf or .ply (8-bit vertex colours) for a mesh; .vtm, .vtmb or .vtkhdf for several
         blocks; .png for a picture. A folder, as lit/, for many files, each as .vtp.
-    albedo
-        Colours that multiply the material's ambient and diffuse: the name of a point array, or an image file that is
-        laid on by the mesh's texture coordinates.
     array
         Name of the array of lit colours, "phong" if not given.
     components
@@ -74,46 +102,75 @@ def shade(
         Of the arrays and the arithmetic.
     tolerance
         Largest absolute colour error that may be traded for time.
-    feature_angle
-        Degrees between two faces from which their common edge is sharp; "auto" takes 30 where the mesh has no point
-        normals of its own, and "none" leaves all of it smooth.
+    compress
+        How arrays are compressed in .vtp, .vtm and .vtmb files, lz4 if not given; zlib takes half the room, and longer.
     size
         Width and height of a picture in pixels, 1024 768 if not given.
     background
         Colour of a picture's background, white if not given.
     """
-    how: dict[str, Any] = {
+    materials = lighting.materials()
+    options: dict[str, Any] = {
+        "name": "phong" if array is None else array,
         "albedo": albedo_of(albedo),
         "components": components,
         "precision": precision,
         "tolerance": tolerance,
+        "feature_angle": feature_angle_of(feature_angle),
     }
-    how["feature_angle"] = feature_angle_of(feature_angle)
-    materials, name = look.to_materials(scene), "phong" if array is None else array
-    if are_many((mesh, *more), output):
-        refuse_given({"--size": size, "--background": background}, "left out, for a mesh has none")
-        how |= {"material": materials, "name": name}
-        return many.shade((mesh, *more), output, scene, blockers, how)
-    many.refuse_any()
-    target = Path(output)
-    refuse_suffix(target, "a mesh", _OUTPUTS)
+    meshes, target = (mesh, *more), Path(output)
     suffix = target.suffix.lower()
-    draws = suffix == ".png"
-    if not draws:
-        refuse_given({"--size": size, "--background": background}, "left out, for a mesh has none")
-    if suffix in _WITHOUT_ARRAYS:
-        refuse_given({"--array": array, "--components": components}, f"left out, for a {suffix} holds no arrays")
+    is_folder = output.endswith(("/", os.sep)) or target.is_dir() or bool(more) or is_pattern(mesh)
+    if is_folder or suffix != ".png":
+        _refuse_given({"--size": size, "--background": background}, "left out, for a mesh has none")
+    if is_folder:
+        scene = None if lighting.scene is None else Scene.load(lighting.scene)
+        return _shade_many(meshes, output, scene, many, rays, options | {"material": materials, "compress": compress})
+    allowed = "left out where a single mesh is lit into a file; -o FOLDER/ is for many"
+    _refuse_given({f"--{name}": given for name, given in vars(many).items()}, allowed)
+    refuse_suffix(target, "a mesh", _OUTPUTS)
+    if suffix in (".png", ".ply"):
+        _refuse_given({"--array": array, "--components": components}, f"left out, for a {suffix} holds no arrays")
+    if suffix not in _COMPRESSED:
+        _refuse_given({"--compress": compress}, f"left out, for a {suffix} is not compressed by it")
     size = size or SIZE
     pictures.refuse_size(size)
     with busy(f"Lighting {mesh}"):
-        outside, lighting = surface_and_scene(mesh, scene, size)
-        lighting = blockers.to_scene(seeing(lighting, outside, size) if draws else lighting)
-        how["occluders"] = blockers.to_meshes()
-        lit = shaded(outside, lighting, materials, name=name, **how)
-        if draws:
-            image = pictures.draw(lit, lighting.viewer, name=name, size=size, background=background or "white")
+        outside, scene = lighting.read(mesh, size)
+        scene = rays.added_to(seeing(scene, outside, size) if suffix == ".png" else scene)
+        lit = outside.phong.shade(scene, material_for(outside, materials), occluders=rays.occluders(), **options)
+        if suffix == ".png":
+            name = options["name"]
+            image = pictures.draw(lit, scene.viewer, name=name, size=size, background=background or "white")
             pictures.save_picture(image, target)
         else:
-            save_lit(lit, target, name)
+            save_lit(lit, target, options["name"], compress or "lz4")
     print(target)
     return 0
+
+
+def _shade_many(
+    meshes: Sequence[str], output: str, scene: Scene | None, many: ManyFiles, rays: RayOptions, options: dict[str, Any]
+) -> int:
+    """Light many files, print the results, and give the exit status."""
+    if many.workers is not None and many.scheduler is not None:
+        check.refuse("--workers", many.workers, "left out beside --scheduler, which has its own")
+    _refuse_given({"--occluder": rays.occluder}, "left out where many files are lit, each by itself")
+    if scene is None:
+        given = {"--shadows": rays.shadows, "--ambient-occlusion": rays.ambient_occlusion}
+        _refuse_given(given, "left out without --scene where many files are lit")
+    else:
+        scene = rays.added_to(scene)
+    options["compress"] = options["compress"] or "lz4"
+    who: dict[str, Any] = {"client": many.scheduler, "workers": many.workers, "seams": many.seams}
+    with busy("Lighting many files"):
+        batch = shade_files(meshes, output, scene, **who, **options)
+    print(batch, file=sys.stderr if batch.failed else sys.stdout)
+    return 1 if batch.failed else 0
+
+
+def _refuse_given(options: Mapping[str, Any], allowed: str) -> None:
+    """Raise ``ValueError`` for the first option that is given."""
+    for option, given in options.items():
+        if given not in (None, False, ()):
+            check.refuse(option, given, allowed)

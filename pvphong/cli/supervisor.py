@@ -21,7 +21,6 @@ FORKS = sys.platform not in ("darwin", "win32")
 
 _CHANNEL = "PVPHONG_CHANNEL"
 _VERBOSE = "--verbose"
-_ADVICE = f"{_VERBOSE} shows what it says."
 _QUIET = ("SIGINT", "SIGTERM", "SIGHUP", "SIGPIPE")
 """What ends the work without a word, with the status that shells give: 128 and the signal's number."""
 
@@ -36,78 +35,62 @@ def main(tokens: "Sequence[str] | None" = None) -> int:
 
         return run(tokens)
     end = os.environ.pop(_CHANNEL, None)
-    if end is not None:
-        return _work(int(end))
-    if sys.platform == "win32":
-        return _work(None)
-    return _supervise()
+    if end is None and sys.platform != "win32":
+        return _supervise()
+    return _work(None if end is None else int(end))
 
 
 def _supervise() -> int:
+    """Have a child do the work, and watch it until it ends; what it has not said itself is said here."""
     listening, speaking = os.pipe()
-    process = _forked(listening) if FORKS else _spawned(speaking)
-    if process == 0:
-        return _work(speaking)
+    if FORKS:
+        process = os.fork()
+        if process == 0:
+            os.close(listening)
+            return _work(speaking)
+    else:
+        os.set_inheritable(speaking, True)
+        process = os.posix_spawn(sys.executable, sys.orig_argv, os.environ | {_CHANNEL: str(speaking)})
     os.close(speaking)
+
+    def pass_on(number: int, _frame: object) -> None:
+        with contextlib.suppress(ProcessLookupError):  # it has just ended
+            os.kill(process, number)
+
     for name in _QUIET[:3]:  # a terminal's come to both
-        signal.signal(getattr(signal, name), lambda number, _frame: _pass_on(process, number))
+        signal.signal(getattr(signal, name), pass_on)
     watch = Watch(listening, process)
     watch.until_it_ends()
     code = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
-    if watch.status is not None:
-        return watch.status
-    return code if code >= 0 else _after_crash(watch, code)
-
-
-def _forked(listening: int) -> int:
-    process = os.fork()
-    if process == 0:
-        os.close(listening)
-    return process
-
-
-def _spawned(speaking: int) -> int:
-    os.set_inheritable(speaking, True)
-    return os.posix_spawn(sys.executable, sys.orig_argv, os.environ | {_CHANNEL: str(speaking)})
-
-
-def _pass_on(process: int, number: int) -> None:
-    with contextlib.suppress(ProcessLookupError):  # it has just ended
-        os.kill(process, number)
-
-
-def _after_crash(watch: Watch, code: int) -> int:
+    if watch.status is not None or code >= 0:
+        return code if watch.status is None else watch.status
     watch.clear_folders()
     if sys.stderr is not None and sys.stderr.isatty():
         sys.stderr.write("\r\x1b[K\x1b[?25h")  # a spinner's line, and the cursor that it hides
     if signal.Signals(-code).name in _QUIET:
         return 128 - code
-    line = watch.failure(code, "" if watch.overdue or code == -signal.SIGKILL else _ADVICE)
-    _print_error(line)
+    line = watch.failure(code, "" if watch.overdue or code == -signal.SIGKILL else f"{_VERBOSE} shows what it says.")
+    if sys.stderr is not None:
+        os.write(2, f"error: {' '.join(line.split())}\n".encode(errors="backslashreplace"))
     return 2
 
 
-def _print_error(line: str) -> None:
-    if sys.stderr is not None:
-        os.write(2, f"error: {' '.join(line.split())}\n".encode(errors="backslashreplace"))
-
-
 def _work(end: int | None) -> int:
-    """What the child does."""
+    """What the child does; `end` is its end of the pipe to the parent, if it has one."""
     _set_outputs(_VERBOSE in sys.argv)
-    if end is None:
-        from pvphong.cli.app import main as run
+    worker = None
+    if end is not None:
+        for name in _QUIET:
+            signal.signal(getattr(signal, name), signal.SIG_DFL)
+        worker = begin_work(end)
+        from pvphong.base.files import announce
 
-        return run()
-    for name in _QUIET:
-        signal.signal(getattr(signal, name), signal.SIG_DFL)
-    worker = begin_work(end)
-    from pvphong.base.files import announce
+        announce.append(worker.folder)
     from pvphong.cli.app import main as run
 
-    announce.append(worker.folder)
     status = run()
-    worker.status(status)
+    if worker is not None:
+        worker.status(status)
     return status
 
 

@@ -1,32 +1,50 @@
-"""`pvphong view`: a lit mesh in a window."""
+"""`pvphong view`: a lit mesh in a window, with gizmos for its lights and keys that save what is shown."""
 
 from __future__ import annotations
 
+import os
+import sys
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
-from pvphong.cli.inputs import SIZE, seeing, surface_and_scene
+import pyvista as pv
+
+from pvphong.base import check
 from pvphong.cli.options import (
-    NONE,
-    PLAIN,
-    BlockerOptions,
+    DEFAULT_LIGHTING,
+    NO_RAYS,
+    SIZE,
+    Albedo,
     FeatureAngleOption,
-    LookOptions,
-    SceneFile,
+    LightingOptions,
+    RayOptions,
     albedo_of,
     feature_angle_of,
+    material_for,
+    seeing,
 )
-from pvphong.cli.window import BACKGROUND, show
+from pvphong.meshes.blocks import DEFAULT, datasets
+from pvphong.meshes.files import save_lit
+from pvphong.meshes.pictures import WITHOUT_DISPLAY, aim, drawing_window, save_picture
+from pvphong.meshes.surfaces import FeatureAngle
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
+
+BACKGROUND = "#2b2e34"
+"""Dark, so that lights and their gizmos are what is bright."""
+
+_INSTEAD = "A picture needs no window: pvphong shade MESH -o picture.png."
 
 
 def view(
     mesh: str,
     /,
     *,
-    scene: SceneFile = None,
-    look: LookOptions = PLAIN,
-    albedo: str | None = None,
+    lighting: LightingOptions = DEFAULT_LIGHTING,
+    albedo: Albedo = None,
     feature_angle: FeatureAngleOption = "auto",
-    blockers: BlockerOptions = NONE,
+    rays: RayOptions = NO_RAYS,
     background: str = BACKGROUND,
 ) -> None:
     """Show a lit mesh in a window, with gizmos to place its lights; the key h lists the keys.
@@ -35,25 +53,119 @@ def view(
     ----------
     mesh
         A file of any format that PyVista reads.
-    albedo
-        Colours that multiply the material's ambient and diffuse: the name of a point array, or an image file that is
-        laid on by the mesh's texture coordinates.
-    feature_angle
-        Degrees between two faces from which their common edge is sharp; "auto" takes 30 where the mesh has no point
-        normals of its own, and "none" leaves all of it smooth.
     background
         Colour of the window's background.
     """
-    outside, lighting = surface_and_scene(mesh, scene, SIZE)
-    lighting = blockers.to_scene(lighting)
+    outside, scene = lighting.read(mesh)
     show(
         outside,
-        seeing(lighting, outside, SIZE),
-        look.to_materials(scene),
+        seeing(rays.added_to(scene), outside, SIZE),
+        lighting.materials(),
         title=f"pvphong: {mesh}",
         stem=Path(mesh).stem,
         background=background,
         albedo=albedo_of(albedo),
         feature_angle=feature_angle_of(feature_angle),
-        occluders=blockers.to_meshes(),
+        occluders=rays.occluders(),
     )
+
+
+def show(
+    mesh: pv.PolyData | pv.MultiBlock,
+    scene: Scene,
+    materials: Mapping[str, Material],
+    *,
+    title: str,
+    stem: str = "pvphong",
+    background: str = BACKGROUND,
+    albedo: Any = None,
+    feature_angle: FeatureAngle = "auto",
+    occluders: Sequence[Any] = (),
+) -> None:
+    """Open a window with a lit mesh and gizmos for its lights, and come back when it is closed.
+
+    Lights that ride along with the viewer, and highlights, follow the camera as it is moved. The key h lists
+    the keys; d, x and 4 write files into the current folder and say so.
+
+    Parameters
+    ----------
+    mesh : pyvista.PolyData or pyvista.MultiBlock
+        A surface, or several.
+    scene : Scene
+        Its viewer is where the camera stands at first.
+    materials : mapping
+        Material of each block, or of "default".
+    title : str
+        Of the window.
+    stem : str
+        What the names of saved files begin with.
+    background : str
+        A colour name or hex string.
+    albedo, feature_angle
+        As for `shade`.
+    occluders : sequence
+        Meshes that are shown too, and shadow the others where the scene has shadows.
+
+    Raises
+    ------
+    ValueError
+        If there is no display to open it on, or an argument is not allowed.
+    """
+    if pv.OFF_SCREEN:
+        check.refuse("PYVISTA_OFF_SCREEN", "true", "unset where a window is to open", _INSTEAD)
+    if drawing_window() in WITHOUT_DISPLAY:
+        check.refuse("DISPLAY", os.environ.get("DISPLAY") or "none", "a display to open a window on", _INSTEAD)
+    check.color("background", background)
+    plotter = pv.Plotter(title=title, lighting="none")
+    plotter.set_background(background)
+    aim(plotter, scene.viewer)
+    plotter.phong.light_model = scene.light_model
+    for light in scene.lights:
+        plotter.phong.add_light(light)
+    options = {"albedo": albedo, "feature_angle": feature_angle}
+    drawn = plotter.phong.add_mesh(mesh, material_for(mesh, materials), **options)
+    for occluder in occluders:
+        plotter.phong.add_mesh(occluder)
+    has_blocks = isinstance(mesh, pv.MultiBlock)
+    names = [name for name, _ in datasets(mesh)] if has_blocks else [DEFAULT]
+    actors = dict(zip(names, drawn if has_blocks else [drawn], strict=True))
+
+    def current() -> dict[str, Material]:
+        """The materials as keys have left them."""
+        found = {name: plotter.phong.mesh(actor).material for name, actor in actors.items()}
+        first = next(iter(found.values()))
+        return {DEFAULT: first} if all(material == first for material in found.values()) else found
+
+    def save_rig(path: Path) -> None:
+        plotter.phong.scene.save(path, materials=current())
+
+    def save_lit_mesh(path: Path) -> None:
+        material = material_for(mesh, current())
+        save_lit(mesh.phong.shade(plotter.phong.scene, material, occluders=occluders, **options), path, "phong")
+
+    def save_screenshot(path: Path) -> None:
+        save_picture(plotter.screenshot(return_img=True), path)
+
+    plotter.reset_camera_clipping_range()  # PyVista leaves it alone once the camera has been placed
+    keys = {
+        "d": _saving("the rig", Path(f"{stem}-rig.json"), save_rig),
+        "x": _saving("the lit mesh", Path(f"{stem}-lit.{'vtm' if has_blocks else 'vtp'}"), save_lit_mesh),
+        "4": _saving("a picture", Path(f"{stem}.png"), save_screenshot),
+    }
+    plotter.phong.add_gizmos(keys=keys)
+    plotter.show()
+
+
+def _saving(what: str, path: Path, save: Callable[[Path], None]) -> tuple[str, Callable[[], str]]:
+    """What a key does in words, and the function that does it: an error is printed, for a window must outlive it."""
+
+    def press() -> str:
+        try:
+            save(path)
+        except ValueError as error:
+            print("error:", error, file=sys.stderr)
+            return f"error: {error}"
+        print(path)
+        return f"saved {path}"
+
+    return f"save {what} as {path}", press

@@ -9,9 +9,9 @@ from typing import Any, Self
 from pvphong.base import check, documents
 from pvphong.base.types import ColorLike, InitSignature, rgb
 from pvphong.optics.named_materials import NAMED, WITH_REFLECTANCE
-from pvphong.optics.physical_property import is_physical, physical_of
 from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances import REFLECTANCES, reflectance_name
+from pvphong.optics.reflectances.pbr import is_physical, physical_of
 
 # A surface may be made to reflect more than all of the light, but whole numbers above this are 0-255 in disguise.
 _MOST = 16.0

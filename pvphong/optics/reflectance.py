@@ -1,13 +1,14 @@
 """What every reflectance is: how much of the light that arrives leaves towards the viewer.
 
 A new reflectance is one file in `pvphong/optics/reflectances/` and its entry in `REFLECTANCES` there; what makes it
-public and tested is said there. It must say its `lobes`, at most three, the formula of their `factors`, and how much
-these `change`; everything else has an answer here. Users give it as `Material(reflectance=...)`. A field without a
+public and tested is said there. It must say its `lobes`, at most three, the formula of their `factors`, and the `most`
+that these can be; everything else has an answer here. Users give it as `Material(reflectance=...)`. A field without a
 default takes a 1, with which its formula is compiled in advance.
 """
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -48,6 +49,21 @@ class Geometry(NamedTuple):
     """Unit tangent across n, for reflectances that need it; zero where there is none."""
 
 
+class Sightline(NamedTuple):
+    """Bounds on angles over all vertices, in radians: what is known of where light, viewer and normals are."""
+
+    theta: float
+    """The least from normal to light."""
+    phi: float
+    """The least from normal to viewer."""
+    psi: float
+    """The greatest from light to viewer."""
+
+
+ANYWHERE = Sightline(0.0, 0.0, math.pi)
+"""Nothing is known."""
+
+
 class Peak(NamedTuple):
     """Where a highlight is brightest: the chord C is 0 there, and the highlight a function of f = 1 − ½|C|²."""
 
@@ -55,6 +71,10 @@ class Peak(NamedTuple):
     """Formula of |C|²."""
     chord: Callable[[Any, Any, Any], Any]
     """Formula of a vector as long as C, for unit vectors n, l and v."""
+    most: Callable[[Sightline], float]
+    """The largest f for vertices of which bounds are known."""
+    speed: Callable[[float], float] = lambda _: 1.0
+    """How many times as far as l or v, whose angle is at most ψ, the direction around which f is a cosine turns."""
 
 
 class Lobe(NamedTuple):
@@ -68,9 +88,6 @@ class Lobe(NamedTuple):
 
     needs_viewer: bool
     """Whether its factor depends on the direction to the viewer."""
-
-    largest: float = 1.0
-    """The factor is never more."""
 
     color: Vector = WHITE
     """What its colour is multiplied by."""
@@ -86,24 +103,6 @@ LAMBERT = Lobe("diffuse", takes_albedo=True, needs_viewer=False)
 """The factor max(n·l, 0); where no more is wanted of a reflectance, its formula is not called."""
 
 HIGHLIGHT = Lobe("specular", takes_albedo=False, needs_viewer=True)
-
-
-class VtkSurface(NamedTuple):
-    """What VTK keeps of a surface that it shades physically based."""
-
-    metallic: float
-    roughness: float
-
-
-class Sightline(NamedTuple):
-    """Bounds on angles over all vertices, in radians: what is known of where light, viewer and normals are."""
-
-    theta: float
-    """The least from normal to light."""
-    phi: float
-    """The least from normal to viewer."""
-    psi: float
-    """The greatest from light to viewer."""
 
 
 @dataclass(frozen=True)
@@ -142,12 +141,8 @@ class Reflectance(ABC):
         """What a cheaper reflection in its place is called, and a material that looks much the same with it."""
         return None
 
-    def in_vtk(self) -> Reflectance | None:
+    def in_vtk(self) -> Any:
         """What VTK's shader makes of it; None where VTK has no such."""
-        return None
-
-    def as_vtk(self) -> VtkSurface | None:
-        """The values of the property by which VTK's shader makes that; None where VTK has no such."""
         return None
 
     factors: ClassVar[staticmethod[[Any, Geometry, Any], tuple[Any, ...]]]
@@ -196,7 +191,10 @@ class Reflectance(ABC):
             return type(self).factors(own, at, highlight)
 
     @abstractmethod
-    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
+    def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+        """The largest factor of a lobe for vertices of which bounds are known."""
+
+    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG002 for any ψ
         """The largest change of a lobe's factor when l or v turns by `turn` radians, for any normal.
 
         Parameters
@@ -210,10 +208,9 @@ class Reflectance(ABC):
         light_moves : bool
             Whether l turns, rather than v.
         """
-
-    def most(self, lobe: int, sightline: Sightline) -> float:  # noqa: ARG002 nothing better is known
-        """The largest factor of a lobe for vertices of which bounds are known."""
-        return self.lobes[lobe].largest
+        if self.lobes[lobe] is LAMBERT:
+            return turn if light_moves else 0.0
+        return self.most(lobe)
 
     def extremes(self, field: str, low: float, high: float) -> tuple[Self, ...]:
         """Of all with a field from `low` to `high`, some of which `change` adds up to no less than any other's.
@@ -228,7 +225,7 @@ class Reflectance(ABC):
 
         For such there are exact integrals over lights with a size (`Light.closed`).
         """
-        return (None,) * len(self.lobes)
+        return tuple(CosinePower("normal", 1.0) if lobe is LAMBERT else None for lobe in self.lobes)
 
     @property
     def sharpness(self) -> float:

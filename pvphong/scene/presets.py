@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.types import Vector
 from pvphong.optics.lights import DirectionalLight, Light, PointLight
 from pvphong.scene.viewer import Viewer
 
@@ -52,30 +51,12 @@ def three_point(mesh: Any, viewer: Viewer | None = None, *, ratio: float = 4.0) 
         check.refuse("bounds", bounds.tolist(), "those of a mesh with points in more than one place")
 
     def light(name: str, azimuth: float, elevation: float, intensity: float) -> Light:
-        way = np.array(viewer.vector_to_world(_towards(azimuth, elevation)))
-        return PointLight(position=center + _AWAY * size * way, intensity=intensity, name=name)
+        across, above = math.radians(azimuth), math.radians(elevation)  # right of the view axis, and over it
+        in_eye_space = math.sin(across) * math.cos(above), math.sin(above), math.cos(across) * math.cos(above)
+        direction = np.array(viewer.vector_to_world(in_eye_space))
+        return PointLight(position=center + _AWAY * size * direction, intensity=intensity, name=name)
 
     return light("key", -45.0, 30.0, 0.9), light("fill", 50.0, 5.0, 0.9 / ratio), light("rim", 160.0, 50.0, 0.6)
-
-
-def three_lights() -> tuple[Light, ...]:
-    """The three camera lights of PyVista's ``lighting="three lights"``.
-
-    Source: ``pyvista.Plotter.enable_3_lights``, after Mayavi's version of Raymond Maple's illumination.
-
-    Returns
-    -------
-    tuple of Light
-        "upper right", "lower left" and "lower right", in the camera's frame.
-    """
-    return tuple(
-        DirectionalLight(direction=_from(azimuth, elevation), intensity=intensity, frame="camera", name=name)
-        for name, azimuth, elevation, intensity in (
-            ("upper right", 45.0, 45.0, 1.0),
-            ("lower left", -60.0, -30.0, 0.6),
-            ("lower right", 60.0, -30.0, 0.5),
-        )
-    )
 
 
 def key_fill_rim() -> tuple[Light, ...]:
@@ -91,14 +72,3 @@ def key_fill_rim() -> tuple[Light, ...]:
         DirectionalLight(direction=(-1.0, 0.1, -0.8), diffuse=(0.18, 0.2, 0.24), frame="camera", name="fill"),
         DirectionalLight(direction=(-0.4, -1.0, 0.9), diffuse=(0.35, 0.35, 0.35), frame="camera", name="rim"),
     )
-
-
-def _towards(azimuth: float, elevation: float) -> Vector:
-    """Unit vector in eye space (x right, y up, z back to the eye) at angles right of and above the view axis."""
-    across, above = math.radians(azimuth), math.radians(elevation)
-    return math.sin(across) * math.cos(above), math.sin(above), math.cos(across) * math.cos(above)
-
-
-def _from(azimuth: float, elevation: float) -> Vector:
-    x, y, z = _towards(azimuth, elevation)
-    return -x, -y, -z

@@ -19,7 +19,7 @@ from pvphong.base.text import changed_fields, html_table
 from pvphong.base.types import VectorLike
 from pvphong.optics.lights import LIGHT_TYPES, Light, type_name
 from pvphong.optics.material import Material
-from pvphong.optics.physical_property import is_physical
+from pvphong.optics.reflectances.pbr import is_physical
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.viewer import Viewer
 

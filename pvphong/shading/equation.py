@@ -149,8 +149,7 @@ class Equation:
     @cached_property
     def largest(self) -> tuple[float, ...]:
         """The largest factor of each lobe at any vertex."""
-        alike = zip(*(each.lobes for each in self.extremes), strict=True)
-        return tuple(max(lobe.largest for lobe in lobes) for lobes in alike)
+        return tuple(max(each.most(k) for each in self.extremes) for k in range(len(self.reflectance.lobes)))
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:

@@ -8,7 +8,7 @@ import pyvista as pv
 
 from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
-from pvphong.scene.presets import three_lights, three_point
+from pvphong.scene.presets import three_point
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.vtk.lights import from_vtk, light_kit
@@ -23,9 +23,8 @@ def of_plotter(lighting):
     return lights
 
 
-@pytest.mark.parametrize(("preset", "lighting"), [(light_kit, "light kit"), (three_lights, "three lights")])
-def test_they_are_what_a_plotter_has(preset, lighting):
-    ours, pyvistas = preset(), of_plotter(lighting)
+def test_the_light_kit_is_what_a_plotter_has():
+    ours, pyvistas = light_kit(), of_plotter("light kit")
     assert len({light.name for light in ours}) == len(ours) == len(pyvistas)
     for light, expected in zip(ours, pyvistas, strict=True):
         assert (light.frame, light.on) == (expected.frame, expected.on)
@@ -34,13 +33,12 @@ def test_they_are_what_a_plotter_has(preset, lighting):
         assert light.intensity == pytest.approx(expected.intensity)
 
 
-@pytest.mark.parametrize(("preset", "lighting"), [(light_kit, "light kit"), (three_lights, "three lights")])
-def test_they_light_as_a_plotters_do(preset, lighting):
+def test_the_light_kit_lights_as_a_plotters_does():
     mesh, material = pv.Sphere(), Material(specular=0.4, shininess=20)
     model = LightModel.vtk(two_sided=False)
     ours, theirs = (
         mesh.phong.shade(Scene(lights=lights, viewer=VIEWER, light_model=model), material, precision="float64")
-        for lights in (preset(), of_plotter(lighting))
+        for lights in (light_kit(), of_plotter("light kit"))
     )
     np.testing.assert_allclose(ours["phong"], theirs["phong"], atol=0.02)
     assert np.ptp(ours["phong"]) > 0.3

@@ -10,6 +10,7 @@ import pytest
 import pvphong as ph
 from pvphong.shading import kernel
 from pvphong.shading.assembly import assemble
+from pvphong.shading.plan.draft import Decision
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 
@@ -139,7 +140,7 @@ def test_pieces_are_shadowed_by_their_own_parts(given, monkeypatch):
     full = scene(shadows=True, ambient_occlusion=True)
     whole = {backend: run(given, full, SHINY, backend).rgb for backend in BACKENDS}
     monkeypatch.setattr(reference, "BLOCK", 100)
-    monkeypatch.setattr(evaluation, "COPIED", 256)
+    monkeypatch.setattr(evaluation, "LONGEST", 256)
     columns = np.asfortranarray(given[0]), np.asfortranarray(given[1]), given[2]
     for backend in BACKENDS:
         np.testing.assert_array_equal(run(columns, full, SHINY, backend).rgb, whole[backend])
@@ -178,7 +179,7 @@ def test_what_nothing_can_block_is_left_out(given):
     assert plan.effects["shadow"].on
     assert "sun: it is noon" in plan.effects["shadow"].why
     assert "lamp" in plan.effects["shadow"].why
-    assert plan.effects["occlusion"] == ph.Decision(False, "it is noon")
+    assert plan.effects["occlusion"] == Decision(False, "it is noon")
     plan.run(vertices)
     assert screen.asked == [((1, 3, 4, 5), False)]
     assert plan.error_bound == 0.0

@@ -185,8 +185,8 @@ def test_a_light_that_rides_along_takes_its_shadows_with_it(window):
 def test_a_drag_takes_few_rays_and_its_end_as_many_as_it_takes(window, monkeypatch):
     w = window(BALL, SUN)
     efforts, look = [], visibility.look
-    monkeypatch.setattr(visibility, "look", lambda count, ask, effort, faces: (
-        efforts.append(effort.samples) or look(count, ask, effort, faces)))  # fmt: skip
+    monkeypatch.setattr(visibility, "look", lambda *what, samples, **how: (
+        efforts.append(samples) or look(*what, samples=samples, **how)))  # fmt: skip
     w.phong.add_gizmos()
     mouse = Mouse(w.plotter)
     end = mouse.pull(mouse.at("ball", "position"), (3, 1))

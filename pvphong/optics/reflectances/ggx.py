@@ -7,8 +7,8 @@ from typing import Any
 
 from pvphong.base.types import ColorLike, Vector, rgb
 from pvphong.optics.reflectance import HIGHLIGHT, Lobe
-from pvphong.optics.reflectances.metal import part_of_light
-from pvphong.optics.reflectances.microfacets import Facets, Microfacets, alpha_of, check_roughness, coupled
+from pvphong.optics.reflectances.highlight import part_of_light
+from pvphong.optics.reflectances.microfacets import Facets, Microfacets, alpha_of, coupled
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class GGX(Microfacets):
     factors = staticmethod(coupled)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "roughness", check_roughness(self.roughness))
+        super().__post_init__()
         object.__setattr__(self, "f0", part_of_light("f0", self.f0))
 
     def facets_of(self, roughness: Any) -> Facets:
@@ -49,17 +49,9 @@ class GGX(Microfacets):
         return Facets(alpha, alpha)
 
     @property
-    def facets(self) -> Facets:
-        """Those of its own roughness."""
-        return self.facets_of(self.roughness)
-
-    @property
     def lobes(self) -> tuple[Lobe, ...]:
         """What lies under the facets, and the highlight in the colour of f0 and in white."""
         red, green, blue = rgb(self.f0)
         left: Vector = (1.0 - red, 1.0 - green, 1.0 - blue)
-        return self._lobes(
-            Lobe("diffuse", takes_albedo=True, needs_viewer=True, color=left),
-            HIGHLIGHT._replace(is_own=True, color=(red, green, blue)),
-            HIGHLIGHT._replace(is_own=True),
-        )
+        base = Lobe("diffuse", takes_albedo=True, needs_viewer=True, color=left)
+        return base, HIGHLIGHT._replace(is_own=True, color=(red, green, blue)), HIGHLIGHT._replace(is_own=True)

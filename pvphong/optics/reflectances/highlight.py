@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, ClassVar, Self
 
 from pvphong.base import check
@@ -35,9 +35,18 @@ from pvphong.base.formulas import (
     times,
     where,
 )
+from pvphong.base.types import Color, rgb
 from pvphong.geometry.extent import ROUNDED_UP
-from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Lobe, Peak, Reflectance
-from pvphong.optics.spherical import CosinePower
+from pvphong.optics.reflectance import (
+    ANYWHERE,
+    HIGHLIGHT,
+    LAMBERT,
+    Geometry,
+    Lobe,
+    Peak,
+    Reflectance,
+    Sightline,
+)
 
 LIKENESS = 4.0
 """Blinn-Phong needs about this many times the shininess for the same highlight; see `Material.for_blinn_phong`."""
@@ -101,16 +110,31 @@ def _normal_chord(n: Any, l: Any, v: Any) -> Any:  # noqa: ARG001 for any viewer
     return subtract(l, n)
 
 
-MIRROR = Peak(_mirror_square, _mirror_chord)
-"""Where the viewer stands in the direction r = 2(n·l)n − l in which light is mirrored."""
+def largest_halfway(line: Sightline) -> float:
+    """The largest n·h = (cos θ + cos φ) / (2 cos ψ/2): it grows with smaller θ and φ and greater ψ.
 
-HALFWAY = Peak(_halfway_square, _halfway_chord)
-"""Where the half-way direction h = (l + v)/|l + v| is n."""
+    H is the middle of the arc from l to v, so its angle from n is no less than θ − ψ/2, and than φ − ψ/2.
+    """
+    theta, phi, psi = line
+    nearest = math.cos(max(theta - 0.5 * psi, phi - 0.5 * psi, 0.0))
+    middle = 2.0 * math.cos(0.5 * psi)
+    return min((math.cos(theta) + math.cos(phi)) / middle, nearest) if middle > 1e-6 else nearest
 
-BACK = Peak(_back_square, _back_chord)
-"""Where the viewer stands beside the light."""
 
-NORMAL = Peak(_normal_square, _normal_chord)
+MIRROR = Peak(
+    _mirror_square,
+    _mirror_chord,
+    lambda line: 2.0 * math.cos(line.theta) * max(math.cos(line.phi), 0.0) - math.cos(line.psi),
+)
+"""Where the viewer stands in the direction r = 2(n·l)n − l in which light is mirrored: r·v = 2(n·l)(n·v) − l·v."""
+
+HALFWAY = Peak(_halfway_square, _halfway_chord, largest_halfway, lambda psi: 0.5 / max(math.cos(0.5 * psi), 1e-6))
+"""Where the half-way direction h = (l + v)/|l + v| is n. H is the middle of the arc from l to v."""
+
+BACK = Peak(_back_square, _back_chord, lambda _: 1.0)
+"""Where the viewer stands beside the light. Nothing is known of the least angle between them."""
+
+NORMAL = Peak(_normal_square, _normal_chord, lambda line: math.cos(line.theta))
 """Where light falls along the normal."""
 
 
@@ -136,7 +160,22 @@ def most_whiteness(psi: float) -> float:
     return (1.0 - math.cos(0.5 * min(psi, math.pi))) ** 5
 
 
+def part_of_light(name: str, value: Any) -> Color:
+    """A checked colour of at most 1 in each channel."""
+    color = check.color(name, value)
+    if max(rgb(color)) > 1.0:
+        check.refuse(name, value, "a part of the light, at most 1 in each channel", "Divide 0-255 values by 255.")
+    return color
+
+
 # --- reflectances with a power
+
+
+def steepness(shininess: float) -> float:
+    """The largest slope of cosⁿ θ: √n · ((n − 1)/n)^((n − 1)/2) for n >= 1; unbounded below 1, except at 0."""
+    if shininess < 1.0:
+        return math.inf if shininess else 0.0
+    return math.sqrt(shininess) * (1.0 - 1.0 / shininess) ** (0.5 * (shininess - 1.0))
 
 
 @formula
@@ -145,111 +184,68 @@ def lambert_and_highlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noq
     return maximum(at.n_l, ZERO), where(at.n_l > ZERO, highlight, ZERO)
 
 
-@dataclass(frozen=True)
 class Shiny(Reflectance):
-    """Lambert's cosine, and a highlight that is a power of another cosine.
+    """Lambert's cosine, and a highlight that is a power of the cosine around its peak.
 
-    Parameters
-    ----------
-    shininess : float, optional
-        The exponent n, >= 0; the material's if not given.
-
-    Raises
-    ------
-    ValueError
-        If the shininess is not such a number.
+    Each kind has the field `shininess`, whose default None stands for the material's.
     """
 
-    shininess: float | None = None
+    shininess: float | None
+    floor: float = 0.0
+    """The cosine is taken to be at least this."""
 
+    peak: ClassVar[Peak]
     maps: ClassVar[frozenset[str]] = frozenset({"specular", "shininess"})
     factors = staticmethod(lambert_and_highlight)
+
+    def __post_init__(self) -> None:
+        if self.shininess is not None:
+            object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:
         """Lambert's, and the highlight."""
         return LAMBERT, HIGHLIGHT
 
-    def __post_init__(self) -> None:
-        if self.shininess is not None:
-            object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
-
     def of(self, material: Any) -> Self:
         """With the material's shininess, where it has none of its own."""
-        return replace(self, shininess=material.shininess) if self.shininess is None else self
+        own: dict[str, Any] = {"shininess": material.shininess}
+        return replace(self, **own) if self.shininess is None else self
 
-    def power(self, maps: Mapping[str, Any]) -> Power | None:
-        """Its shininess, or that of each vertex."""
-        return Power(maps.get("shininess", self.sharpness))
-
-    def extremes(self, field: str, low: float, high: float) -> tuple[Self, ...]:
-        """With the greatest of those below 1, which are infinitely steep, where none of the ends is it."""
-        ends = super().extremes(field, low, high)
-        return (*ends, replace(self, shininess=math.nextafter(1.0, 0.0))) if low < 1.0 <= high else ends
-
-    @property
-    def forms(self) -> tuple[CosinePower | None, ...]:
-        """Lambert's cosine; the highlight's is the kind's own to say."""
-        return CosinePower("normal", 1.0), None
+    def power(self, maps: Mapping[str, Any]) -> Power:
+        """Its shininess, or that of each vertex; and its floor."""
+        return Power(maps.get("shininess", self.sharpness), self.floor)
 
     @property
     def sharpness(self) -> float:
         """The shininess."""
         return self.shininess or 0.0
 
+    def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+        """1, and where light can arrive at all, the power at the largest cosine."""
+        if lobe == 0:
+            return 1.0
+        return self.largest_power(sightline) if sightline.theta < math.pi / 2 else 0.0
 
-# --- bounds on how highlights change
+    def largest_power(self, sightline: Sightline) -> float:
+        """The largest power of a cosine, on either side of the surface."""
+        return float(max(min(self.peak.most(sightline) * ROUNDED_UP, 1.0), self.floor, 0.0) ** self.sharpness)
 
+    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
+        """The power's slope times the turn; where the light moves, a vertex may also change sides.
 
-def steepness(shininess: float) -> float:
-    """The largest slope of cosⁿ θ: √n · ((n − 1)/n)^((n − 1)/2) for n >= 1; unbounded below 1, except at 0."""
-    if shininess == 0.0:
-        return 0.0
-    if shininess < 1.0:
-        return math.inf
-    if shininess == 1.0:
-        return 1.0
-    return math.sqrt(shininess) * ((shininess - 1.0) / shininess) ** ((shininess - 1.0) / 2.0)
+        There n·l is at most the sine of the turn, and the angle from normal to viewer no less than the rest up to ψ.
+        """
+        if lobe == 0:
+            return super().change(lobe, turn, psi, light_moves=light_moves)
+        widest = min(psi + turn, math.pi)
+        change = steepness(self.sharpness) * turn * self.peak.speed(widest)
+        if light_moves:
+            theta = max(math.pi / 2 - turn, 0.0)
+            change += self.largest_power(Sightline(theta, max(theta - psi, 0.0), widest))
+        return min(change * ROUNDED_UP, 1.0)
 
-
-def mirror_change(shininess: float, floor: float, turn: float, psi: float, *, light_moves: bool) -> float:
-    """The largest change of (r·v)ⁿ when l or v turns by `turn`, for an angle of at most ψ from light to viewer.
-
-    R turns as much as l does, and (r·v)ⁿ changes by no more than `steepness` times the turn. Where the light moves, a
-    vertex may also change sides: there n·l is at most sin δ, so r·v = 2(n·l)(n·v) − l·v is at most 2 sin δ − cos ψ, and
-    the highlight that is switched is at most that to the n.
-    """
-    delta = math.sin(min(turn, math.pi / 2))
-    switched = 2.0 * delta - math.cos(min(psi + turn, math.pi))
-    return _with_switch(steepness(shininess) * turn, switched, shininess, floor, light_moves)
-
-
-def halfway_change(shininess: float, turn: float, psi: float, *, light_moves: bool) -> float:
-    """`mirror_change` for (n·h)ⁿ.
-
-    H is the middle of the arc from l to v and turns by at most turn / (2 cos ψ/2); at n·l ≈ 0,
-    n·h = (n·l + n·v) / (2 cos ψ/2) is at most sin ψ/2 + sin δ / cos ψ/2.
-    """
-    delta = math.sin(min(turn, math.pi / 2))
-    middle = math.cos(min(psi + turn, math.pi) / 2.0)
-    if middle <= 1e-6:
-        return 1.0
-    switched = math.sin(psi / 2.0) + delta / middle
-    return _with_switch(steepness(shininess) * turn / (2.0 * middle), switched, shininess, 0.0, light_moves)
-
-
-def _with_switch(change: float, switched: float, shininess: float, floor: float, light_moves: bool) -> float:
-    if light_moves:
-        change += min(max(switched, floor, 0.0), 1.0) ** shininess
-    return min(change * ROUNDED_UP, 1.0)
-
-
-def largest_power(cosine: float, shininess: float, floor: float) -> float:
-    """Of a cosine that is at most so much: at most so much to the n."""
-    return float(max(min(cosine * ROUNDED_UP, 1.0), floor, 0.0) ** shininess)
-
-
-def largest_halfway(theta: float, phi: float, psi: float) -> float:
-    """The largest n·h = (cos θ + cos φ) / (2 cos ψ/2): it grows with smaller θ and φ and greater ψ."""
-    middle = 2.0 * math.cos(psi / 2.0)
-    return (math.cos(theta) + math.cos(phi)) / middle if middle > 1e-6 else 1.0
+    def extremes(self, field: str, low: float, high: float) -> tuple[Self, ...]:
+        """With the greatest of those below 1, which are infinitely steep, where none of the ends is it."""
+        ends = super().extremes(field, low, high)
+        return (*ends, replace(self, **{field: math.nextafter(1.0, 0.0)})) if low < 1.0 <= high else ends

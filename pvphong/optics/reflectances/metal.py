@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
-from pvphong.base import check
-from pvphong.base.formulas import ZERO, Power, formula, like, where
-from pvphong.base.types import Color, ColorLike, rgb
-from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Lobe, Reflectance, Sightline
+from pvphong.base.formulas import ZERO, formula, like, where
+from pvphong.base.types import ColorLike, rgb
+from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, LAMBERT, Geometry, Lobe, Sightline
 from pvphong.optics.reflectances.highlight import (
     MIRROR,
     WHITENESS_SLOPE,
+    Shiny,
     lambert_and_highlight,
     most_whiteness,
+    part_of_light,
     whiteness,
 )
 from pvphong.optics.reflectances.phong import Phong
-from pvphong.optics.spherical import CosinePower
 
 
 @formula
@@ -31,7 +30,7 @@ def _parted_highlight(own: Any, at: Geometry, highlight: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class Metal(Reflectance):
+class Metal(Shiny):
     """Phong's reflection with a highlight that is tinted by the metal, and white only where light grazes it.
 
     max(n·l, 0), and F · max(r·v, 0)ˢ where n·l > 0, with Schlick's F = C + (1 − C)(1 − h·l)⁵ for the metal's colour C
@@ -66,15 +65,7 @@ class Metal(Reflectance):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "color", part_of_light("color", self.color))
-        object.__setattr__(self, "shininess", Phong(self.shininess).shininess)
-
-    def of(self, material: Any) -> Self:
-        """With the material's shininess, where it has none of its own."""
-        return replace(self, shininess=Phong(self.shininess).of(material).shininess)
-
-    def extremes(self, field: str, low: float, high: float) -> tuple[Self, ...]:
-        """Phong's."""
-        return tuple(replace(self, shininess=each.shininess) for each in Phong().extremes(field, low, high))
+        super().__post_init__()
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:
@@ -86,34 +77,11 @@ class Metal(Reflectance):
         """Phong's highlight in the metal's colour, also where light grazes it."""
         return "Phong for Metal", replace(material, specular=self.color, reflectance=Phong(self.shininess))
 
-    def power(self, maps: Mapping[str, Any]) -> Power | None:
-        """Phong's."""
-        return Phong(self.shininess).power(maps)
-
-    @property
-    def forms(self) -> tuple[CosinePower | None, ...]:
-        """Lambert's alone."""
-        return Phong(self.shininess).forms[0], None, None
-
-    @property
-    def sharpness(self) -> float:
-        """The shininess."""
-        return self.shininess or 0.0
+    def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+        """Phong's, times the largest part that is white."""
+        return super().most(lobe, sightline) * (most_whiteness(sightline.psi) if lobe == 2 else 1.0)
 
     def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
         """Phong's, and Schlick's."""
-        change = Phong(self.shininess).change(min(lobe, 1), turn, psi, light_moves=light_moves)
+        change = super().change(lobe, turn, psi, light_moves=light_moves)
         return min(change + WHITENESS_SLOPE * turn, 1.0) if lobe else change
-
-    def most(self, lobe: int, sightline: Sightline) -> float:
-        """Phong's, times the largest part that is white."""
-        white = most_whiteness(sightline.psi) if lobe == 2 else 1.0
-        return Phong(self.shininess).most(min(lobe, 1), sightline) * white
-
-
-def part_of_light(name: str, value: Any) -> Color:
-    """A checked colour of at most 1 in each channel."""
-    color = check.color(name, value)
-    if max(rgb(color)) > 1.0:
-        check.refuse(name, value, "a part of the light, at most 1 in each channel", "Divide 0-255 values by 255.")
-    return color

@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -43,7 +43,7 @@ from pvphong.base.formulas import (
 )
 from pvphong.base.types import rgb
 from pvphong.geometry.extent import ROUNDED_UP
-from pvphong.optics.reflectance import Geometry, Lobe, Reflectance, Sightline
+from pvphong.optics.reflectance import ANYWHERE, Geometry, Reflectance, Sightline
 from pvphong.optics.reflectances.highlight import (
     HALFWAY,
     WHITENESS_SLOPE,
@@ -126,37 +126,34 @@ def coupled(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it i
     return like(x, _COUPLED) * x * _seen(x) * _seen(y), tinted, white
 
 
-@dataclass(frozen=True)
 class Microfacets(Reflectance):
-    """A diffuse base under a highlight of microfacets, in two colours."""
+    """A diffuse base, `faded` or `coupled`, under a highlight of microfacets in two colours.
+
+    Each kind has the field `roughness`.
+    """
+
+    roughness: float
 
     maps: ClassVar[frozenset[str]] = frozenset({"roughness"})
     peak: ClassVar = HALFWAY
+
+    def __post_init__(self) -> None:
+        remedy = "0.1 is polished, 0.5 satin, 1 matt."
+        roughness = check.number("roughness", self.roughness, above=0.0, at_most=1.0, remedy=remedy)
+        object.__setattr__(self, "roughness", roughness)
 
     @abstractmethod
     def facets_of(self, roughness: Any) -> Facets:
         """Its microfacets, for a roughness or an array of them."""
 
     @property
-    @abstractmethod
     def facets(self) -> Facets:
         """Those of its own roughness."""
+        return self.facets_of(self.roughness)
 
     @property
     def _is_faded(self) -> bool:
         return type(self).factors is faded
-
-    def _lobes(self, diffuse: Lobe, tinted: Lobe, white: Lobe) -> tuple[Lobe, ...]:
-        """The base, and the highlight in its two colours, with their largest factors."""
-        largest = self._largest
-        base = 1.0 if self._is_faded else 1.15
-        return diffuse._replace(largest=base), tinted._replace(largest=largest), white._replace(largest=largest)
-
-    @property
-    def _largest(self) -> float:
-        """D is at most 1/α², K at most 1/(2β)."""
-        alpha, beta, _, least = self.facets
-        return min((alpha / max(alpha * alpha, least)) ** 2 / (2.0 * beta) * ROUNDED_UP, BRIGHTEST)
 
     def stand_in(self, material: Any) -> tuple[str, Any] | None:
         """Phong's highlight, as high and half as high at the same angles where light and viewer are above the surface.
@@ -173,26 +170,24 @@ class Microfacets(Reflectance):
         fitted = Phong(min(math.log(4.0) / (4.0 * (math.sqrt(2.0) - 1.0) * square), BRIGHTEST))
         return "Phong for microfacets", replace(material, diffuse=diffuse, specular=specular, reflectance=fitted)
 
-    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG002 for any ψ
-        """Next to the horizon the masking has no bound on its slope, but a highlight is never more than its largest."""
-        if lobe:
-            return self._largest
-        if self._is_faded:
-            return min((WHITENESS_SLOPE + light_moves) * turn, 1.0)
-        return min((1.65 if light_moves else 3.0) * turn, 1.15)
-
-    def most(self, lobe: int, sightline: Sightline) -> float:
-        """At the largest n·h."""
-        theta, phi, psi = sightline
-        alpha, _, floor, least = self.facets
+    def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+        """D at the largest n·h; K is at most 1/(2β)."""
         if lobe == 0:
-            return self.lobes[0].largest
-        if theta >= math.pi / 2 and not floor:
+            return 1.0 if self._is_faded else 1.15
+        alpha, beta, floor, least = self.facets
+        if sightline.theta >= math.pi / 2 and not floor:
             return 0.0
-        sine = max(1.0 - max(largest_halfway(theta, phi, psi) * ROUNDED_UP, 0.0) ** 2, 0.0)
+        sine = max(1.0 - max(largest_halfway(sightline) * ROUNDED_UP, 0.0) ** 2, 0.0)
         peak = alpha / max(alpha * alpha + (1.0 - alpha * alpha) * sine, least)
-        white = most_whiteness(psi) if lobe == 2 else 1.0
-        return min(peak * peak / (2.0 * self.facets.beta) * white * ROUNDED_UP, self._largest)
+        white = most_whiteness(sightline.psi) if lobe == 2 else 1.0
+        return float(min(peak * peak / (2.0 * beta) * white * ROUNDED_UP, BRIGHTEST))
+
+    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
+        """That of the base; next to the horizon the masking has no bound on its slope."""
+        if lobe:
+            return super().change(lobe, turn, psi, light_moves=light_moves)
+        for_light, for_viewer = (1.0 + WHITENESS_SLOPE, WHITENESS_SLOPE) if self._is_faded else (1.65, 3.0)
+        return min((for_light if light_moves else for_viewer) * turn, self.most(0))
 
     @property
     def sharpness(self) -> float:
@@ -201,15 +196,10 @@ class Microfacets(Reflectance):
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:
         """α, α², 1 − α², β², 1 − β², and where cosines and D's denominator are cut off."""
-        alpha, beta, floor, least = self.facets_of(maps["roughness"]) if "roughness" in maps else self.facets
+        alpha, beta, floor, least = self.facets_of(maps.get("roughness", self.roughness))
         return alpha, alpha * alpha, 1.0 - alpha * alpha, beta * beta, 1.0 - beta * beta, floor, least
 
 
 def alpha_of(roughness: Any) -> Any:
     """The α of a roughness that looks even: its square."""
     return np.maximum(roughness * roughness, _LEAST_ALPHA)
-
-
-def check_roughness(value: Any) -> float:
-    """A roughness above 0 and at most 1."""
-    return check.number("roughness", value, above=0.0, at_most=1.0, remedy="0.1 is polished, 0.5 satin, 1 matt.")

@@ -11,13 +11,12 @@ import numpy as np
 
 from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.formulas import ZERO, formula, maximum
-from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Lobe, Sightline
-from pvphong.optics.reflectances.highlight import MIRROR, Shiny, largest_power, steepness
-from pvphong.optics.spherical import CosinePower
+from pvphong.optics.reflectance import ANYWHERE, Geometry, Sightline
+from pvphong.optics.reflectances.highlight import MIRROR, Shiny, steepness
 
 
 @formula
-def normalised_highlight(own: Any, at: Geometry, highlight: Any) -> Any:
+def _normalised_highlight(own: Any, at: Geometry, highlight: Any) -> Any:
     """max(n·l, 0), and that times a highlight times the one number."""
     n_l = maximum(at.n_l, ZERO)
     return n_l, n_l * highlight * own[0]
@@ -46,44 +45,22 @@ class ModifiedPhong(Shiny):
     equations 3 and 4, times π: a light of intensity 1 that faces a white surface makes it 1.
     """
 
+    shininess: float | None = None
+
     peak: ClassVar = MIRROR
-    factors = staticmethod(normalised_highlight)
-
-    @property
-    def lobes(self) -> tuple[Lobe, ...]:
-        """Lambert's, and the highlight."""
-        return LAMBERT, HIGHLIGHT._replace(largest=normalisation(self.sharpness))
-
-    @property
-    def forms(self) -> tuple[CosinePower | None, ...]:
-        """Lambert's alone: the highlight is more than a power."""
-        return super().forms[0], None
-
-    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-        """See `normalised_change`."""
-        return normalised_change(self.sharpness, lobe, turn, psi, light_moves=light_moves)
-
-    def most(self, lobe: int, sightline: Sightline) -> float:
-        """As Phong's, times n·l."""
-        theta, phi, psi = sightline
-        if lobe == 0:
-            return 1.0
-        n_l = max(math.cos(theta), 0.0)
-        cosine = 2.0 * n_l * max(math.cos(phi), 0.0) - math.cos(psi)
-        return n_l * largest_power(cosine, self.sharpness, 0.0) * normalisation(self.sharpness)
+    factors = staticmethod(_normalised_highlight)
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:
-        """What the power is multiplied by."""
-        return (normalisation(maps.get("shininess", self.sharpness)),)
+        """(s + 2)/2, with which the highlight around a direction reflects all light at normal incidence."""
+        return (np.minimum(0.5 * maps.get("shininess", self.sharpness) + 1.0, BRIGHTEST),)
 
+    def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+        """The power times n·l and the number."""
+        factor = self.parameters({})[0] * max(math.cos(sightline.theta), 0.0) if lobe else 1.0
+        return super().most(lobe, sightline) * float(factor)
 
-def normalisation(shininess: Any) -> Any:
-    """(s + 2)/2, with which the lobe around a direction reflects all light at normal incidence."""
-    return np.minimum(0.5 * shininess + 1.0, BRIGHTEST)
-
-
-def normalised_change(shininess: float, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001 for any ψ
-    """The largest change of a power times n·l and `normalisation`: both fall to 0 at the horizon, so nothing jumps."""
-    slope = steepness(shininess) if lobe else 0.0
-    change = (slope + light_moves) * turn
-    return min(change, 1.0) * (normalisation(shininess) if lobe else 1.0) if change else 0.0
+    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
+        """As of a product of two: both fall to 0 at the horizon, so nothing jumps there."""
+        if lobe == 0:
+            return super().change(lobe, turn, psi, light_moves=light_moves)
+        return min((steepness(self.sharpness) + light_moves) * turn, 1.0) * float(self.parameters({})[0])

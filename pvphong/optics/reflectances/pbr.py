@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -11,8 +10,8 @@ import numpy as np
 
 from pvphong.base import check
 from pvphong.base.types import FloatArray, Vector, rgb
-from pvphong.optics.reflectance import HIGHLIGHT, WHITE, Lobe, VtkSurface
-from pvphong.optics.reflectances.microfacets import Facets, Microfacets, alpha_of, check_roughness, faded
+from pvphong.optics.reflectance import HIGHLIGHT, WHITE, Lobe
+from pvphong.optics.reflectances.microfacets import Facets, Microfacets, alpha_of, faded
 
 DIELECTRIC = 0.04
 """What all but metals reflect at normal incidence, for an index of refraction of 1.5."""
@@ -58,19 +57,18 @@ class PBR(Microfacets):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "metallic", check.number("metallic", self.metallic, at_least=0.0, at_most=1.0))
-        object.__setattr__(self, "roughness", check_roughness(self.roughness))
+        super().__post_init__()
 
-    def of(self, material: Any) -> Microfacets:
+    def of(self, material: Any) -> PBR:
         """With the material's diffuse colour."""
-        return _Colored(self.metallic, self.roughness, _at_most_white(rgb(material.diffuse)))
+        color = rgb(material.diffuse)
+        if max(color) > 1.0:
+            check.refuse("diffuse", color, "at most 1 in each channel for PBR", "More is no part of the light.")
+        return _Colored(self.metallic, self.roughness, color)
 
-    def in_vtk(self) -> Microfacets | None:
+    def in_vtk(self) -> PBR:
         """As the shader has it; for that it must have its colour."""
         return _Shaded(self.metallic, self.roughness)
-
-    def as_vtk(self) -> VtkSurface:
-        """Its fields."""
-        return VtkSurface(self.metallic, self.roughness)
 
     def facets_of(self, roughness: Any) -> Facets:
         """D has the square of the roughness, the masking the roughness itself."""
@@ -78,29 +76,29 @@ class PBR(Microfacets):
         return Facets(alpha, np.sqrt(alpha))
 
     @property
-    def facets(self) -> Facets:
-        """Those of its own roughness."""
-        return self.facets_of(self.roughness)
-
-    @property
     def lobes(self) -> tuple[Lobe, ...]:
         """The base, and the highlight in the colour of F₀ and in white."""
-        return self._lobes_of(WHITE, 1.0)
+        return self._lobes(WHITE, 1.0)
 
-    def _lobes_of(self, color: Vector, scale: float) -> tuple[Lobe, ...]:
+    def _lobes(self, color: Vector, scale: float) -> tuple[Lobe, ...]:
+        """Of a metal in so far as `metallic` says, whose F₀ is no multiple of the albedo in between."""
         m = self.metallic
-        f0 = _mapped(lambda a: (1.0 - m) * DIELECTRIC + m * a, color)
-        left = _mapped(lambda f: (1.0 - m) * (1.0 - f) * scale, f0)
-        is_blend = 0.0 < m < 1.0
-        return self._lobes(
-            Lobe("diffuse", takes_albedo=True, needs_viewer=True, color=left, tint=_left(m, f0) if is_blend else None),
-            HIGHLIGHT._replace(
-                is_own=True,
-                color=_mapped(lambda f: f * scale, f0),
-                takes_albedo=m > 0.0,
-                tint=_tinted(m, f0) if is_blend else None,
-            ),
-            HIGHLIGHT._replace(is_own=True, color=(scale, scale, scale)),
+        dielectric, metal = (1.0 - m) * DIELECTRIC, m * np.array(color)[:, None]
+        f0 = dielectric + metal
+
+        def f0_left(albedo: FloatArray) -> FloatArray:
+            return np.asarray(albedo * (1.0 - (dielectric + metal * albedo)) / (1.0 - f0), albedo.dtype)
+
+        def f0_tint(albedo: FloatArray) -> FloatArray:
+            return np.asarray((dielectric + metal * albedo) / f0, albedo.dtype)
+
+        left, tint = (f0_left, f0_tint) if 0.0 < m < 1.0 else (None, None)
+        under, over = ((1.0 - m) * (1.0 - f0) * scale).ravel(), (f0 * scale).ravel()
+        highlight = HIGHLIGHT._replace(is_own=True, color=(scale, scale, scale))
+        return (
+            Lobe("diffuse", takes_albedo=True, needs_viewer=True, color=rgb(tuple(under.tolist())), tint=left),
+            highlight._replace(color=rgb(tuple(over.tolist())), takes_albedo=m > 0.0, tint=tint),
+            highlight,
         )
 
 
@@ -113,9 +111,9 @@ class _Colored(PBR):
     @property
     def lobes(self) -> tuple[Lobe, ...]:
         """With F₀ from the colour."""
-        return self._lobes_of(self.color, 1.0)
+        return self._lobes(self.color, 1.0)
 
-    def in_vtk(self) -> Microfacets | None:
+    def in_vtk(self) -> PBR:
         """With its colour."""
         return _Shaded(self.metallic, self.roughness, self.color)
 
@@ -134,36 +132,30 @@ class _Shaded(_Colored):
     @property
     def lobes(self) -> tuple[Lobe, ...]:
         """Over π."""
-        return self._lobes_of(self.color, 1.0 / math.pi)
+        return self._lobes(self.color, 1.0 / math.pi)
 
 
-def _at_most_white(color: Vector) -> Vector:
-    if max(color) > 1.0:
-        check.refuse("diffuse", color, "at most 1 in each channel for PBR", "More is no part of the light.")
-    return color
+# --- VTK's properties
 
 
-def _mapped(function: Callable[[float], float], color: Vector) -> Vector:
-    red, green, blue = color
-    return function(red), function(green), function(blue)
+def is_physical(prop: Any) -> bool:
+    """Whether VTK draws a property with physically based shading."""
+    return bool(prop.GetInterpolationAsString() == "Physically based rendering")
 
 
-def _f0(metallic: float, f0: Vector, albedo: FloatArray) -> Any:
-    """F₀ where the colour is multiplied by an albedo."""
-    base = (1.0 - metallic) * DIELECTRIC
-    return base + (np.array(f0)[:, None] - base) * albedo
-
-
-def _left(metallic: float, f0: Vector) -> Callable[[FloatArray], FloatArray]:
-    def tint(albedo: FloatArray) -> FloatArray:
-        left = albedo * (1.0 - _f0(metallic, f0, albedo)) / (1.0 - np.array(f0)[:, None])
-        return np.asarray(left, albedo.dtype)
-
-    return tint
-
-
-def _tinted(metallic: float, f0: Vector) -> Callable[[FloatArray], FloatArray]:
-    def tint(albedo: FloatArray) -> FloatArray:
-        return np.asarray(_f0(metallic, f0, albedo) / np.array(f0)[:, None], albedo.dtype)
-
-    return tint
+def physical_of(prop: Any) -> PBR:
+    """The reflectance of such a property; ValueError naming what of VTK's shading it asks for that is not here."""
+    asked = {
+        "anisotropy": (prop.GetAnisotropy(), 0.0),
+        "coat_strength": (prop.GetCoatStrength(), 0.0),
+        "edge_tint": (tuple(prop.GetEdgeTint()), (1.0, 1.0, 1.0)),
+        "base_ior": (prop.GetBaseIOR(), 1.5),
+        "textures": (prop.GetNumberOfTextures(), 0),
+    }
+    for name, (given, only) in asked.items():
+        if given != only:
+            check.refuse(f"prop.{name}", given, f"{only} with pbr=True", "Of VTK's shading that part is not here.")
+    if prop.GetRoughness() <= 0.0:
+        remedy = "VTK draws no highlight with a roughness of 0; 0.05 is next to a mirror."
+        check.refuse("prop.roughness", prop.GetRoughness(), "above 0", remedy)
+    return PBR(prop.GetMetallic(), prop.GetRoughness())

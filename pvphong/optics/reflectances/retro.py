@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Lobe, Sightline
-from pvphong.optics.reflectances.highlight import BACK, Shiny
-from pvphong.optics.reflectances.modified_phong import normalisation, normalised_change, normalised_highlight
-from pvphong.optics.spherical import CosinePower
+from pvphong.optics.reflectances.highlight import BACK
+from pvphong.optics.reflectances.modified_phong import ModifiedPhong
 
 
 @dataclass(frozen=True)
-class Retro(Shiny):
+class Retro(ModifiedPhong):
     """max(n·l, 0), and (s + 2)/2 · max(l·v, 0)ˢ · max(n·l, 0), s the shininess: brightest where the light comes from.
 
-    It is `ModifiedPhong` with the way to the light in place of the mirror direction: reciprocal, and no more than all
-    light is reflected where diffuse and specular together are at most 1. A headlight shows all of it.
+    It is `ModifiedPhong` with the direction to the light in place of the mirror direction: reciprocal, and no more than
+    all light is reflected where diffuse and specular together are at most 1. A headlight shows all of it.
 
     Parameters
     ----------
@@ -37,26 +33,3 @@ class Retro(Shiny):
     """
 
     peak: ClassVar = BACK
-    factors = staticmethod(normalised_highlight)
-
-    @property
-    def lobes(self) -> tuple[Lobe, ...]:
-        """Lambert's, and the highlight."""
-        return LAMBERT, HIGHLIGHT._replace(largest=normalisation(self.sharpness))
-
-    @property
-    def forms(self) -> tuple[CosinePower | None, ...]:
-        """Lambert's alone."""
-        return super().forms[0], None
-
-    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-        """As for `ModifiedPhong`: the angle between l and v changes by no more than the turn."""
-        return normalised_change(self.sharpness, lobe, turn, psi, light_moves=light_moves)
-
-    def most(self, lobe: int, sightline: Sightline) -> float:
-        """Nothing is known of the least angle from light to viewer."""
-        return max(math.cos(sightline.theta), 0.0) * normalisation(self.sharpness) if lobe else 1.0
-
-    def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:
-        """What the power is multiplied by."""
-        return (normalisation(maps.get("shininess", self.sharpness)),)

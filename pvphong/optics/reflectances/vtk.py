@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from pvphong.base.formulas import ZERO, Power, formula, maximum, square, where
-from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Lobe, Reflectance
-from pvphong.optics.reflectances.highlight import NORMAL, Shiny, mirror_change
+from pvphong.base.formulas import ZERO, formula, maximum, square, where
+from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, LAMBERT, Geometry, Lobe, Reflectance, Sightline
+from pvphong.optics.reflectances.highlight import NORMAL, Shiny
 from pvphong.optics.reflectances.phong import Phong
 from pvphong.optics.spherical import CosinePower
 
@@ -42,7 +42,9 @@ class VtkHeadlight(Shiny):
         The exponent n.
     """
 
-    floor: ClassVar[float] = _HEADLIGHT_FLOOR
+    shininess: float | None = None
+
+    floor = _HEADLIGHT_FLOOR
     peak: ClassVar = NORMAL
     factors = staticmethod(_headlight)
 
@@ -56,16 +58,10 @@ class VtkHeadlight(Shiny):
         """None: both have a floor."""
         return None, None
 
-    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-        """As Phong's; this tier's light has no position, and is never turned."""
-        if lobe == 0:
-            return turn if light_moves else 0.0
-        return mirror_change(self.sharpness, self.floor, turn, psi, light_moves=light_moves)
+    def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+        """Its highlight does not end at the horizon."""
+        return self.largest_power(sightline) if lobe else 1.0
 
-    def power(self, maps: Mapping[str, Any]) -> Power:  # noqa: ARG002 no maps in VTK
-        """The shininess, and the floor."""
-        return Power(self.sharpness, self.floor)
-
-    def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:  # noqa: ARG002 as above
+    def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:  # noqa: ARG002 no maps in VTK
         """The floor."""
         return (self.floor,)

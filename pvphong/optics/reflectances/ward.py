@@ -26,9 +26,8 @@ from pvphong.base.formulas import (
     where,
 )
 from pvphong.geometry.extent import ROUNDED_UP
-from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Lobe, Reflectance, Sightline
+from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, LAMBERT, Geometry, Lobe, Reflectance, Sightline
 from pvphong.optics.reflectances.highlight import HALFWAY, largest_halfway
-from pvphong.optics.spherical import CosinePower
 
 _LEAST_HEIGHT = 1e-3
 """N·l + n·v is taken to be at least this: the formula has no bound where both are grazing."""
@@ -93,45 +92,30 @@ class Ward(Reflectance):
     @property
     def lobes(self) -> tuple[Lobe, ...]:
         """Lambert's, and the highlight."""
-        return LAMBERT, HIGHLIGHT._replace(largest=self._largest)
+        return LAMBERT, HIGHLIGHT
 
-    @property
-    def _inverse(self) -> tuple[float, float]:
+    def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:  # noqa: ARG002 no field has a map
+        """1/α_x and 1/α_y."""
         return 1.0 / max(self.alpha_x, _LEAST_ALPHA), 1.0 / max(self.alpha_y, _LEAST_ALPHA)
 
-    @property
-    def _largest(self) -> float:
-        """(1 + tan² θ) exp(−E) is at most 1 for the angle θ from n to s, and x/z² at most 1/z."""
-        return min(math.prod(self._inverse) / _LEAST_HEIGHT * ROUNDED_UP, BRIGHTEST)
+    def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
+        """At the largest n·h: x/z² is at most 1/z, and with θ the angle from n to s, |s|²/z² is 1 + tan² θ.
 
-    @property
-    def forms(self) -> tuple[CosinePower | None, ...]:
-        """Lambert's alone."""
-        return CosinePower("normal", 1.0), None
-
-    def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG002 for any ψ
-        """Next to the horizon nothing is known of the highlight's slope, but it is never more than its largest."""
-        return self._largest if lobe else light_moves * turn
-
-    def most(self, lobe: int, sightline: Sightline) -> float:
-        """At the largest n·h."""
-        theta, phi, psi = sightline
+        (1 + tan² θ) exp(−E) is at most 1, and falls where n·v is positive.
+        """
         if lobe == 0:
             return 1.0
-        cosine = largest_halfway(theta, phi, psi) * ROUNDED_UP
-        if theta >= math.pi / 2 or cosine <= 1e-6:
+        cosine = largest_halfway(sightline) * ROUNDED_UP
+        if sightline.theta >= math.pi / 2 or cosine <= 1e-6:
             return 0.0
-        if phi > math.pi / 2 or cosine >= 1.0:
-            return self._largest
+        inverse = self.parameters({})
+        largest = min(math.prod(inverse) / _LEAST_HEIGHT * ROUNDED_UP, BRIGHTEST)
+        if sightline.phi > math.pi / 2 or cosine >= 1.0:
+            return largest
         tangent2 = 1.0 / cosine**2 - 1.0
-        fall = tangent2 * min(self._inverse) ** 2
-        return self._largest * (1.0 + tangent2) * math.exp(-min(fall, 700.0)) * ROUNDED_UP
+        return largest * (1.0 + tangent2) * math.exp(-min(tangent2 * min(inverse) ** 2, 700.0)) * ROUNDED_UP
 
     @property
     def sharpness(self) -> float:
         """That of the narrower direction."""
-        return min(2.0 * max(self._inverse) ** 2, BRIGHTEST)
-
-    def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:  # noqa: ARG002 no field has a map
-        """1/α_x and 1/α_y."""
-        return self._inverse
+        return min(2.0 * max(self.parameters({})) ** 2, BRIGHTEST)

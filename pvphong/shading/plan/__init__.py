@@ -1,6 +1,6 @@
 """Which effects a scene needs.
 
-`plan.py` is the Plan; `effects.py` lists all effects in their order; `draft.py` says what an effect is and gets to see;
-`bounds.py` bounds errors; the others are the effects, by what they belong to: lights, light from all around (`sky`),
-reflection, viewer, surface, and what stands before it (`screens`).
+In reading order: `plan` is what a caller gets, runs and prints; `effects` are all effects, each with how it is left out
+and what is then said of it, a light that is left out among them; `draft` is the equation that they rewrite in turn, and
+`bounds` says how wrong it gets by that.
 """

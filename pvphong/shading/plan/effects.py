@@ -1,36 +1,494 @@
-"""The effects that a scene may call for, in the order in which they are left out.
+"""The effects that a scene may call for: how each is left out, what is said of it, and what the scene is without it.
 
-A new effect is an `Effect` (see `draft.py`) in the file of what it belongs to, and one entry here. One that lights call
-for and can do without is made by `lights.light_effect`, and lights name it in `Light.effects`.
+An effect is a class here and its row in `EFFECTS`, at the end, which plans and the accuracy report read. One that
+lights call for by its name (`Light.effects`) and can say how to do without is a row alone, of `LightEffect`.
 
-What is left out early makes what follows cheaper to judge: first what adds nothing whatever the tolerance, then whole
-lights, then what each light that is left can do without. A new one stands with its like.
+In order: what an effect is; the surface (matrix, emission, ambient light); lights (whether one shines at all, its
+position, attenuation and cone, its size, its bands); reflection; the viewer; what stands before the vertices.
 """
+
+# Methods do what `Effect` says of them; not every effect reads all that it is given.
+# ruff: noqa: D102, ARG002
 
 from __future__ import annotations
 
-from pvphong.shading.plan.draft import Effect
-from pvphong.shading.plan.lights import ATTENUATION, CONE, LIGHTS, POSITION, SIZE
-from pvphong.shading.plan.reflection import DIFFUSE, SPECULAR
-from pvphong.shading.plan.screens import OCCLUSION, SHADOW
-from pvphong.shading.plan.sky import SKY
-from pvphong.shading.plan.surface import AMBIENT, EMISSION, NORMAL_TRANSFORM
-from pvphong.shading.plan.viewer import LOCAL_VIEWER, TWO_SIDED
+import math
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
+import numpy as np
+
+from pvphong.base.float_range import BRIGHTEST
+from pvphong.base.types import Vector
+from pvphong.base.vectors import angle_between
+from pvphong.geometry.extent import ROUNDED_UP
+from pvphong.geometry.transform import class_of
+from pvphong.optics import attenuation
+from pvphong.optics.harmonics import BANDS
+from pvphong.optics.light import NODES, POSITION_EFFECT, SIZE_EFFECT
+from pvphong.optics.lights.sized import fewer_nodes
+from pvphong.optics.reflectance import Component
+from pvphong.shading.equation import BLACK, Equation, LightTerm
+from pvphong.shading.parts import by_closed_form, in_parts
+from pvphong.shading.plan.bounds import largest_change, most_color, sightline, stand_in_error, viewer_seen
+from pvphong.shading.plan.draft import Decision, Draft, Note
+
+Change = tuple[LightTerm | None, *tuple[Note, ...]] | None
+"""What is left of a light's term, None for nothing, and why; or None where the term stays as it is."""
+
+_LIGHTS = "lights"
+_NO_LIGHT = "no light reaches the mesh"
+
+
+@dataclass(frozen=True)
+class Effect:
+    """An effect that is left out light by light, and is on where a light that is left has it.
+
+    Parameters
+    ----------
+    name : str
+        Its name in a plan.
+    inputs : tuple of str
+        What it reads of each vertex, or of the scene: "points", "normals", "viewer".
+    absent : str
+        Why it is off where a scene does not call for it.
+    once, each : float
+        About how many nanoseconds per vertex it takes, whatever the lights, and for each light it runs for: rounded
+        differences of runs with and without it of the compiled evaluator in float32, on one core of a server's
+        processor of 2022 at 3.7 GHz.
+    """
+
+    name: str
+    inputs: tuple[str, ...]
+    absent: str
+    once: float = 0.0
+    each: float = 0.0
+
+    def simplify(self, draft: Draft) -> Draft:
+        """The draft without the effect where it can be left out; each light sees the bounds taken before it."""
+        before = draft.equation.terms
+        terms: list[LightTerm] = []
+        exact: list[Note] = []
+        for term in before:
+            change = self.leave_out(draft, term)
+            if change is None:
+                terms.append(term)
+                continue
+            left, *notes = change
+            exact += notes
+            if any(note.bound for note in notes):  # exact ones can wait: a draft for each of many would take long
+                draft, exact = replace(draft, notes=(*draft.notes, *exact)), []
+            if left is not None:
+                terms.append(left)
+        if exact:
+            draft = replace(draft, notes=(*draft.notes, *exact))
+        left_terms = tuple(terms)
+        return draft if left_terms == before else replace(draft, equation=replace(draft.equation, terms=left_terms))
+
+    def leave_out(self, draft: Draft, term: LightTerm) -> Change:
+        """One light's term without the effect, where it can be left out."""
+        return None
+
+    def has(self, equation: Equation, term: LightTerm) -> bool:
+        """Whether the effect runs for a light."""
+        return False
+
+    def decide(self, draft: Draft) -> Decision:
+        """Whether the effect is left in a finished draft.
+
+        It is off for the reasons noted, or because there is no light, or none that has it.
+        """
+        noted, bound = draft.why_without(self.name), draft.bound_of(self.name)
+        having = [term for term in draft.equation.terms if self.has(draft.equation, term)]
+        if having:
+            why = ", ".join(term.label for term in having) + (f" (left out: {noted})" if noted else "")
+            return Decision(True, why, bound, _evaluated(draft.equation, having))
+        return Decision(False, noted or (self.absent if draft.equation.terms else _NO_LIGHT), bound)
+
+    def without(self, equation: Equation, point: Vector) -> Equation:
+        """The equation without the effect, whatever the error; what varies is taken as it is at the point.
+
+        What the accuracy report measures the effect by; no plan does this.
+        """
+        return replace(equation, terms=tuple(self.term_without(equation, term, point) for term in equation.terms))
+
+    def term_without(self, equation: Equation, term: LightTerm, point: Vector) -> LightTerm:
+        """One light's term without it, for effects that are of lights."""
+        return term
+
+    def nanoseconds(self, decision: Decision) -> float:
+        """About what it takes per vertex; 0 where it does not run."""
+        return self.once + self.each * decision.lights if decision.on else 0.0
+
+
+def _evaluated(equation: Equation, terms: list[LightTerm]) -> int:
+    """How many lights are evaluated for some terms: the parts of a light that has a size count each for itself."""
+    return len(in_parts(replace(equation, terms=tuple(terms))).terms)
+
+
+# --- the surface
+
+
+class NormalTransform(Effect):
+    """The model matrix: the identity goes altogether, and some matrices leave normals as they are."""
+
+    def simplify(self, draft: Draft) -> Draft:
+        equation = draft.equation
+        if equation.matrix is None:
+            return draft
+        if np.array_equal(equation.matrix, np.eye(4)):
+            return replace(draft, equation=replace(equation, matrix=None, turns_normals=False))
+        return replace(draft, equation=replace(equation, turns_normals=not class_of(equation.matrix).keeps_normals))
+
+    def decide(self, draft: Draft) -> Decision:
+        equation = draft.equation
+        if equation.matrix is None:
+            return Decision(False, self.absent)
+        if not equation.needs_normals:
+            return Decision(False, "nothing depends on the normal")
+        kind = class_of(equation.matrix).value
+        return Decision(
+            equation.turns_normals, kind if equation.turns_normals else f"{kind} leaves normals as they are"
+        )
+
+    def without(self, equation: Equation, point: Vector) -> Equation:
+        return replace(equation, turns_normals=False)
+
+
+class Emission(Effect):
+    """Light that the surface itself sends."""
+
+    def decide(self, draft: Draft) -> Decision:
+        if any(draft.equation.emission):
+            return Decision(True, "one constant for all vertices")
+        return Decision(False, self.absent)
+
+    def without(self, equation: Equation, point: Vector) -> Equation:
+        return replace(equation, emission=BLACK)
+
+
+class Ambient(Effect):
+    """Ambient light: the light model's, and that of lights, which is a constant too where they have no position."""
+
+    def decide(self, draft: Draft) -> Decision:
+        equation = draft.equation
+        sources = ["one constant for all vertices"] * any(equation.ambient)
+        if lights := [term for term in equation.terms if any(term.ambient)]:
+            sources.append(f"of {', '.join(term.label for term in lights)}")
+        varying = [term for term in lights if not term.light.is_even]
+        if not sources:
+            return Decision(False, self.absent)
+        return Decision(True, "; ".join(sources), lights=_evaluated(equation, varying))
+
+    def without(self, equation: Equation, point: Vector) -> Equation:
+        return replace(equation, ambient=BLACK)
+
+
+# --- lights
+
+
+class Lights(Effect):
+    """Whether a light shines at all: one that is black goes, and one that is too weak for the tolerance."""
+
+    def leave_out(self, draft: Draft, term: LightTerm) -> Change:
+        if term.is_black:
+            why = "adds black: its colour, intensity or the material's is 0"
+            return None, Note(self.name, term.label, why)
+        if not draft.allowance:
+            return None
+        bound = term.gain * draft.reach(term).strongest * most_color(draft, term)
+        if bound <= draft.allowance:
+            return None, Note(self.name, term.label, f"too weak to be seen, at most {bound:.2g}", bound)
+        return None
+
+    def has(self, equation: Equation, term: LightTerm) -> bool:
+        return True
+
+    def without(self, equation: Equation, point: Vector) -> Equation:
+        return replace(equation, terms=())
+
+
+class LightEffect(Effect):
+    """What some lights call for. Which cheaper lights may stand in for one, and how wrong they are, is the light's to
+    say (`Light.simpler`); whether that is within the tolerance is decided here.
+    """
+
+    def leave_out(self, draft: Draft, term: LightTerm) -> Change:
+        if self.name not in term.light.effects:
+            return None
+        choice = term.light.simpler(self.name, draft.extent, exactly=not draft.allowance)
+        if choice is None:
+            return None
+        if not choice.lights:  # it is dark here
+            return None, Note(self.name, term.label, choice.why), Note(_LIGHTS, term.label, choice.why)
+        bound, gain = stand_in_error(draft, term, choice), term.gain * choice.factor
+        if not bound <= draft.allowance or not 1.0 / BRIGHTEST < gain < BRIGHTEST:
+            return None
+        note = Note(self.name, term.label, choice.why.format(bound=bound), bound)
+        return replace(term, light=choice.lights[0], gain=gain), note
+
+    def has(self, equation: Equation, term: LightTerm) -> bool:
+        return self.name in term.light.effects
+
+    def term_without(self, equation: Equation, term: LightTerm, point: Vector) -> LightTerm:
+        light, factor = term.light.without(self.name, point)
+        return replace(term, light=light, gain=term.gain * factor)
+
+
+class Size(LightEffect):
+    """A point in place of a light with a size; or as few nodes as do, for lobes without a closed form."""
+
+    def leave_out(self, draft: Draft, term: LightTerm) -> Change:
+        change = super().leave_out(draft, term)
+        if change is not None or not (draft.allowance and term.light.has_size):
+            return change
+        _, summed = by_closed_form(term, draft.equation.forms)
+        part = replace(term, ambient=BLACK, colors=summed)
+        for count in () if part.is_black else (1, 4, 16):
+            choice = fewer_nodes(term.light, count, draft.extent)
+            bound = math.inf if choice is None else stand_in_error(draft, part, choice)
+            if choice is not None and bound <= draft.allowance:
+                why = f"{NODES - count} of {NODES} nodes, at most {bound:.2g}"
+                return replace(term, nodes=choice.lights), Note(self.name, term.label, why, bound)
+        return None
+
+    def decide(self, draft: Draft) -> Decision:
+        """With how lobes are integrated over the lights: exactly, or by nodes."""
+        decision, equation = super().decide(draft), draft.equation
+        components_by_way: dict[str, list[str]] = {}
+        components: tuple[Component, ...] = ("diffuse", "specular")
+        for component in components if decision.on else ():
+            for term in equation.terms:
+                if self.has(equation, term) and equation.has(term, component):
+                    _, summed = by_closed_form(term, equation.forms)
+                    is_summed = any(any(summed[k]) for k in equation.lobes_of(component))
+                    way = f"by {NODES if term.nodes is None else len(term.nodes)} nodes" if is_summed else "exact"
+                    components_by_way.setdefault(way, []).append(component)
+        said = ", ".join(f"{' and '.join(dict.fromkeys(found))} {way}" for way, found in components_by_way.items())
+        return replace(decision, why=f"{decision.why}: {said}") if said else decision
+
+
+class Sky(Effect):
+    """How finely a light from all around is taken: in how many bands of spherical harmonics."""
+
+    def leave_out(self, draft: Draft, term: LightTerm) -> Change:
+        """The fewest bands that do."""
+        for bands in range(1, _bands(term)) if draft.allowance else ():
+            bound = _largest_error(draft.equation, term, partial(term.light.left_out, bands=bands))
+            if bound <= draft.allowance:
+                note = Note(self.name, term.label, f"bands from {bands} on, at most {bound:.2g}", bound)
+                return replace(term, bands=bands), note
+        return None
+
+    def has(self, equation: Equation, term: LightTerm) -> bool:
+        return _bands(term) > 1
+
+    def decide(self, draft: Draft) -> Decision:
+        """With what the bands hold at most that no light has."""
+        decision, equation = super().decide(draft), draft.equation
+        terms = [term for term in equation.terms if self.has(equation, term)]
+        if not terms:
+            return decision
+        count = max(map(_bands, terms))
+        beyond = max(
+            _largest_error(equation, term, partial(term.light.left_out, bands=term.light.bands)) for term in terms
+        )
+        labels, noted = ", ".join(term.label for term in terms), draft.why_without(self.name)
+        why = f"{labels}: {count} bands, those beyond {BANDS} hold at most {beyond:.2g}"
+        return replace(decision, why=f"{why} (left out: {noted})" if noted else why)
+
+    def term_without(self, equation: Equation, term: LightTerm, point: Vector) -> LightTerm:
+        return replace(term, bands=1) if _bands(term) > 1 else term
+
+
+def _bands(term: LightTerm) -> int:
+    return term.light.bands if term.bands is None else term.bands
+
+
+def _largest_error(equation: Equation, term: LightTerm, off: Any) -> float:
+    """In a colour, where each lobe may be off by what `off` gives for its form."""
+    errors = [
+        max(color) * off(form)
+        for form, color in zip(equation.forms, term.colors, strict=True)
+        if form is not None and any(color)
+    ]
+    return term.gain * sum(errors) * ROUNDED_UP
+
+
+# --- reflection
+
+
+class Diffuse(Effect):
+    """A black product is a zero coefficient of its term, which every evaluator skips: nothing is rewritten."""
+
+    def has(self, equation: Equation, term: LightTerm) -> bool:
+        return equation.has(term, "diffuse")
+
+    def term_without(self, equation: Equation, term: LightTerm, point: Vector) -> LightTerm:
+        return equation.without(term, "diffuse")
+
+
+class Specular(Effect):
+    """A light's highlight, where it is too weak for the tolerance, or hardly reaches a vertex."""
+
+    def leave_out(self, draft: Draft, term: LightTerm) -> Change:
+        equation = draft.equation
+        lobes = [k for k in equation.lobes_of("specular") if any(term.colors[k])]
+        if not (draft.allowance and lobes):
+            return None
+        peak = sum(max(term.colors[k]) * equation.largest[k] for k in lobes)
+        bound = term.gain * draft.reach(term).strongest * peak * ROUNDED_UP
+        is_weak = bound <= draft.allowance
+        if not is_weak and not (equation.is_flipped or equation.fields_with_maps):
+            known, reflectance = sightline(draft, term), equation.reflectance
+            if known is not None:  # how much of a lobe normals and directions allow
+                reached = max(reflectance.most(k, known) / reflectance.most(k) for k in lobes)
+                bound *= reached * ROUNDED_UP
+        if not bound <= draft.allowance:
+            return None
+        why = f"its highlight {'is too weak to be seen' if is_weak else 'hardly reaches a vertex'}, at most {bound:.2g}"
+        return equation.without(term, "specular"), Note(self.name, term.label, why, bound, here=not is_weak)
+
+    def has(self, equation: Equation, term: LightTerm) -> bool:
+        return equation.has(term, "specular")
+
+    def term_without(self, equation: Equation, term: LightTerm, point: Vector) -> LightTerm:
+        return equation.without(term, "specular")
+
+
+# --- the viewer
+
+# Float32 knows which side of a surface the viewer is on unless he is within this many radians of its plane.
+_EDGE_ON = 1e-4
+
+
+class TwoSided(Effect):
+    """The turning of normals to the viewer, which is left out where no vertex faces away.
+
+    A closed mesh seen from outside hides the others, but their colours are data too.
+    """
+
+    def simplify(self, draft: Draft) -> Draft:
+        equation = draft.equation
+        normals = draft.extent.normal_cone if equation.is_flipped else None
+        viewer = viewer_seen(draft, equation.eye if equation.local_facing else None) if normals else None
+        if normals is None or viewer is None:
+            return draft
+        (axis, opening), (to_viewer, spread) = normals, viewer
+        if angle_between(axis, to_viewer) + opening + spread > math.pi / 2 - _EDGE_ON:
+            return draft
+        note = Note(self.name, "", "no vertex faces away from the viewer", here=True)
+        return replace(draft, equation=replace(equation, two_sided=False), notes=(*draft.notes, note))
+
+    def decide(self, draft: Draft) -> Decision:
+        if draft.equation.is_flipped:
+            return Decision(True, "vertices that face away are lit with the opposite normal")
+        unused = "nothing depends on the normal" if draft.equation.two_sided else self.absent
+        return Decision(False, draft.why_without(self.name) or unused)
+
+    def without(self, equation: Equation, point: Vector) -> Equation:
+        return replace(equation, two_sided=False)
+
+
+class LocalViewer(Effect):
+    """A viewer with a place, which may be taken at infinity where he is far away."""
+
+    def simplify(self, draft: Draft) -> Draft:
+        equation = draft.equation
+        if equation.eye is None or not equation.has_highlights or equation.is_flipped or not draft.allowance:
+            return draft
+        seen = draft.extent.sight(equation.eye)
+        if seen is None or seen.distance < 2 * seen.radius:
+            return draft
+        changes = [
+            term.gain * draft.reach(term).strongest * change
+            for term in equation.terms
+            if equation.needs_viewer(term) and (change := largest_change(draft, term, seen.turn, light_moves=False))
+        ]
+        bound = math.fsum(changes) * ROUNDED_UP
+        if not bound <= draft.allowance:
+            return draft
+        note = Note(self.name, "", f"far away: its direction is the same to {bound:.2g}", bound, here=True)
+        far = replace(equation, eye=None, to_eye=seen.direction, local_facing=False)
+        return replace(draft, equation=far, notes=(*draft.notes, note))
+
+    def decide(self, draft: Draft) -> Decision:
+        equation = draft.equation
+        if equation.needs_eye:
+            mirrors = any(equation.has(term, "specular") for term in equation.terms)
+            read_by = "highlights" if mirrors else "diffuse reflection"
+            return Decision(True, read_by if equation.has_highlights else "normals are turned to it")
+        unused = "the viewer is at infinity" if equation.has_highlights else self.absent
+        return Decision(False, draft.why_without(self.name) or unused, draft.bound_of(self.name))
+
+    def without(self, equation: Equation, point: Vector) -> Equation:
+        """The viewer at infinity, along the view axis: what `LightModel(local_viewer=False)` asks for."""
+        return replace(equation, eye=None, local_facing=False)
+
+
+# --- what stands before the vertices
+
+
+class Shadow(Effect):
+    """A light's shadows, where nothing can stand before it."""
+
+    def leave_out(self, draft: Draft, term: LightTerm) -> Change:
+        if not term.is_shadowed:
+            return None
+        why = "" if draft.screen is None else draft.screen.why_clear(term.index)
+        if not term.needs_normals:
+            why = "adds ambient light alone"
+        return (replace(term, is_shadowed=False), Note(self.name, term.label, why)) if why else None
+
+    def has(self, equation: Equation, term: LightTerm) -> bool:
+        return term.is_shadowed
+
+    def term_without(self, equation: Equation, term: LightTerm, point: Vector) -> LightTerm:
+        return replace(term, is_shadowed=False)
+
+
+class Occlusion(Effect):
+    """Ambient light by how open the sky is, where something can hide it."""
+
+    def simplify(self, draft: Draft) -> Draft:
+        equation = draft.equation
+        if not equation.is_occluded:
+            return draft
+        why = "" if draft.screen is None else draft.screen.why_open()
+        if not (any(equation.ambient) or any(any(term.ambient) for term in equation.terms)):
+            why = "there is no ambient light"
+        if not why:
+            return draft
+        open_sky = replace(equation, is_occluded=False)
+        return replace(draft, equation=open_sky, notes=(*draft.notes, Note(self.name, "", why)))
+
+    def decide(self, draft: Draft) -> Decision:
+        if draft.equation.is_occluded:
+            return Decision(True, "ambient light, times the open part of the sky")
+        return Decision(False, draft.why_without(self.name) or self.absent)
+
+    def without(self, equation: Equation, point: Vector) -> Equation:
+        return replace(equation, is_occluded=False)
+
+
+# In the order in which they are left out, for what goes early makes what follows cheaper to judge: first what adds
+# nothing whatever the tolerance, then whole lights, then what each light that is left can do without.
+# The cost of what stands before the vertices is that of reading it: rays are cast once for all materials and colours.
 EFFECTS: tuple[Effect, ...] = (
-    NORMAL_TRANSFORM,
-    TWO_SIDED,
-    EMISSION,
-    AMBIENT,
-    LIGHTS,
-    SIZE,
-    SKY,
-    CONE,
-    SPECULAR,
-    ATTENUATION,
-    POSITION,
-    LOCAL_VIEWER,
-    DIFFUSE,
-    SHADOW,
-    OCCLUSION,
+    NormalTransform("normal transform", ("normals",), "no matrix, or the identity", once=0.7),
+    TwoSided("two-sided", ("normals", "viewer"), "the light model is one-sided", once=0.5),
+    Emission("emission", (), "black emission"),
+    Ambient("ambient", (), "black ambient light or ambient reflectance", each=0.3),
+    Lights(_LIGHTS, (), _NO_LIGHT),
+    Size(SIZE_EFFECT, ("points",), "no light has a size"),
+    Sky("sky", ("normals",), "no light from all around varies", each=13.0),  # for each channel, with about nine bands
+    LightEffect("cone", ("points",), "no spot light", each=1.6),
+    Specular("specular", ("normals", "viewer"), "black specular colour", each=1.4),
+    LightEffect(attenuation.EFFECT, ("points",), "no light weakens with distance", each=0.7),
+    LightEffect(POSITION_EFFECT, ("points",), "every light is directional", once=0.5, each=0.2),
+    LocalViewer("local viewer", ("points", "viewer"), "no highlight is left that depends on it", once=0.6),
+    Diffuse("diffuse", ("normals",), "black diffuse colour", once=0.5, each=0.2),
+    Shadow("shadow", ("points", "normals"), "the light model has no shadows", each=0.2),
+    Occlusion("occlusion", ("points", "normals"), "the light model has no ambient occlusion", once=0.2),
 )

@@ -1,16 +1,16 @@
-"""Which effects a scene needs: the plan collects what each effect decides.
+"""The plan for a scene: the equation that effects leave of it, how it is run, and what it says of each effect.
 
-`Plan.run` carries it out, and chooses who does: the compiled evaluator where that is worth its start and does not
-decline (`kernel.shade`), else the readable one (`reference.shade`).
+`Plan.run` chooses who evaluates it: the compiled evaluator where that is worth its start and does not decline
+(`kernel.shade`), else the readable one (`reference.shade`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property, reduce
+from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, get_args
+from typing import Any, get_args
 
 import numpy as np
 
@@ -29,9 +29,6 @@ from pvphong.shading.plan.draft import Decision, Draft
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.result import Shading
 from pvphong.shading.vertices import Vertices
-
-if TYPE_CHECKING:
-    from rich.table import Table
 
 # Vertices times lights from which the compiled evaluator is worth the half second that it takes to load. The rule looks
 # at nothing that has been called before, so that equal calls on few vertices give equal bits.
@@ -80,7 +77,14 @@ class Plan:
     @cached_property
     def needs(self) -> frozenset[str]:
         """What will be read."""
-        return _needs(self._draft.equation)
+        equation = self._draft.equation
+        read = {
+            "points": equation.needs_points or equation.has_screen,
+            "normals": equation.needs_normals or equation.has_screen,
+            "tangents": equation.needs_tangents,
+            "viewer": equation.has_highlights or equation.is_flipped,
+        }
+        return frozenset(name for name, is_read in read.items() if is_read)
 
     @classmethod
     def of(
@@ -114,7 +118,8 @@ class Plan:
         # sums of light that differ by x differ by at most x^(1/gamma) when they are raised to 1/gamma
         allowed = tolerance**whole.gamma
         draft = Draft.first(whole, vertices.extent(whole.matrix), allowed, vertices.screen)
-        draft = reduce(lambda so_far, effect: effect.simplify(so_far), EFFECTS, draft)
+        for effect in EFFECTS:
+            draft = effect.simplify(draft)
         left = draft.equation
         return cls(
             view_dependent=(
@@ -127,7 +132,7 @@ class Plan:
             error_bound=min(draft.error_bound ** (1.0 / whole.gamma), tolerance),
             equation=in_parts(left),
             whole=in_parts(whole),
-            _draft=draft.kept(),
+            _draft=draft.without_vertices(),
         )
 
     def run(
@@ -162,17 +167,17 @@ class Plan:
     def run_for_display(self, vertices: Vertices, out: ByteArray) -> None:
         """Lit colours of the vertices, computed in float32 and written as 0-255 into `out`, shape (n, 3), uint8."""
         points, normals = vertices.points, vertices.normals_if(self.equation.needs_normals)
-        albedo, count, channels = vertices.albedo, len(out), vertices.channels(self.equation)
+        albedo, channels = vertices.albedo, vertices.channels(self.equation)
+        is_worth_it = len(out) * len(self.whole.terms) >= (_WORTH_STARTING if kernel.has_run() else _WORTH_LOADING)
         arrays = points, normals, self.equation, albedo, Shading(out), self.whole
-        is_worth_it = count * len(self.whole.terms) >= (_WORTH_STARTING if kernel.has_run() else _WORTH_LOADING)
         if is_worth_it and kernel.shade(*arrays, channels=channels, waits=False):
             return
-        for start in range(0, count, _DISPLAYED_AT_ONCE):
+        for start in range(0, len(out), _DISPLAYED_AT_ONCE):
             part = slice(start, start + _DISPLAYED_AT_ONCE)
             shading = Shading(np.empty((len(points[part]), 3), np.float32))
-            shades = None if albedo is None else albedo[part]
-            seen = None if channels is None else channels[:, part]
-            reference.shade(points[part], normals[part], self.equation, shades, shading, seen)
+            albedo_part = None if albedo is None else albedo[part]
+            channels_part = None if channels is None else channels[:, part]
+            reference.shade(points[part], normals[part], self.equation, albedo_part, shading, channels_part)
             np.rint(np.clip(shading.rgb, 0.0, 1.0) * 255.0, out=out[part], casting="unsafe")
 
     def __getstate__(self) -> dict[str, Any]:
@@ -180,9 +185,9 @@ class Plan:
         return {name: value for name, value in vars(self).items() if name != "effects"}
 
     def __str__(self) -> str:
-        running = [name for name, choice in self.effects.items() if choice.on]
-        off = [name for name, choice in self.effects.items() if not choice.on]
-        cost = f"about {sum(self._nanoseconds.values()):.1f} ns a vertex"
+        running = [name for name, decision in self.effects.items() if decision.on]
+        off = [name for name, decision in self.effects.items() if not decision.on]
+        cost = f"about {sum(self._nanoseconds):.1f} ns a vertex"
         return "\n".join(
             [
                 *wrapped(f"Runs: {', '.join(running) or 'nothing'}."),
@@ -193,7 +198,7 @@ class Plan:
         )
 
     def __repr__(self) -> str:
-        running = sum(choice.on for choice in self.effects.values())
+        running = sum(decision.on for decision in self.effects.values())
         return f"<Plan: {running} of {len(self.effects)} effects run, error bound {self.error_bound:.3g}>"
 
     def _repr_html_(self) -> str:
@@ -205,8 +210,21 @@ class Plan:
         Nanoseconds are those of the compiled evaluator in float32 on one core of a server's processor of 2022,
         as estimates; `tradeoff` measures what leaving out an effect saves where you are.
         """
+        from rich import box
+        from rich.table import Table
+
+        taken = sum(decision.bound for decision in self.effects.values())
+        table = Table(title=self._accuracy, box=box.SIMPLE, padding=(0, 1, 0, 0), show_footer=True, expand=True)
+        table.add_column("effect", "sum", no_wrap=True)
+        table.add_column("", no_wrap=True)
+        table.add_column("why", ratio=1, overflow="fold")
+        table.add_column("reads", width=len("normals,"))
+        table.add_column("bound", f"{taken:.2g}", justify="right", no_wrap=True)
+        table.add_column("ns", f"{sum(self._nanoseconds):.1f}", justify="right", no_wrap=True)
+        for row in self._rows:
+            table.add_row(*row)
         estimates = "ns: a vertex, estimates for the compiled evaluator in float32 on one core."
-        return rendered([self._table(), estimates, self._dependence]) + "\n"
+        return rendered([table, estimates, self._dependence]) + "\n"
 
     @property
     def _accuracy(self) -> str:
@@ -220,47 +238,21 @@ class Plan:
         return f"It reads {reads}; the colours {depends} when the viewer moves."
 
     @property
-    def _nanoseconds(self) -> dict[str, float]:
-        return {effect.name: effect.nanoseconds(self.effects[effect.name]) for effect in EFFECTS}
+    def _nanoseconds(self) -> list[float]:
+        """What each effect takes, per vertex."""
+        return [effect.nanoseconds(self.effects[effect.name]) for effect in EFFECTS]
 
     @property
     def _rows(self) -> list[tuple[str, ...]]:
         """Of each effect: name, on or off, why, what it reads, bound, nanoseconds."""
-        spent = self._nanoseconds
         rows: list[tuple[str, ...]] = []
-        for effect in EFFECTS:
-            choice = self.effects[effect.name]
-            reads = ", ".join(effect.inputs) if choice.on else ""
-            bound = f"{choice.bound:.2g}" if choice.bound else ""
-            cost = f"{spent[effect.name]:.1f}" if spent[effect.name] else ""
-            rows.append((effect.name, "on" if choice.on else "off", choice.why, reads, bound, cost))
+        for effect, nanoseconds in zip(EFFECTS, self._nanoseconds, strict=True):
+            decision = self.effects[effect.name]
+            reads = ", ".join(effect.inputs) if decision.on else ""
+            bound = f"{decision.bound:.2g}" if decision.bound else ""
+            cost = f"{nanoseconds:.1f}" if nanoseconds else ""
+            rows.append((effect.name, "on" if decision.on else "off", decision.why, reads, bound, cost))
         return rows
-
-    def _table(self) -> Table:
-        from rich import box
-        from rich.table import Table
-
-        table = Table(title=self._accuracy, box=box.SIMPLE, padding=(0, 1, 0, 0), show_footer=True, expand=True)
-        table.add_column("effect", "sum", no_wrap=True)
-        table.add_column("", no_wrap=True)
-        table.add_column("why", ratio=1, overflow="fold")
-        table.add_column("reads", width=len("normals,"))
-        taken = sum(choice.bound for choice in self.effects.values())
-        table.add_column("bound", f"{taken:.2g}", justify="right", no_wrap=True)
-        table.add_column("ns", f"{sum(self._nanoseconds.values()):.1f}", justify="right", no_wrap=True)
-        for row in self._rows:
-            table.add_row(*row)
-        return table
-
-
-def _needs(equation: Equation) -> frozenset[str]:
-    needs = {
-        "points": equation.needs_points or equation.has_screen,
-        "normals": equation.needs_normals or equation.has_screen,
-        "tangents": equation.needs_tangents,
-        "viewer": equation.has_highlights or equation.is_flipped,
-    }
-    return frozenset(name for name, needed in needs.items() if needed)
 
 
 def is_worth_loading(count: int, equation: Equation) -> bool:

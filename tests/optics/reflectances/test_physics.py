@@ -130,7 +130,7 @@ def test_albedos_that_are_known_in_closed_form():
             assert albedo(kind(s), 0.0, diffuse=0.0, specular=1.0) == pytest.approx(1.0, abs=1e-4)
     # At α = 1 and normal incidence the facets' factor is c / 2(1 + c), whose integral is 1 − ln 2
     assert albedo(GGX(1.0, 1.0), 0.0, diffuse=0.0) == pytest.approx(1.0 - math.log(2.0), abs=1e-5)
-    a, _ = OrenNayar(30.0).coefficients
+    a, _ = OrenNayar(30.0).parameters({})
     assert albedo(OrenNayar(30.0), 0.0, diffuse=1.0) == pytest.approx(a, abs=1e-5)
 
 

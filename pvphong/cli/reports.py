@@ -1,0 +1,204 @@
+"""Commands that report on a mesh: `plan`, `validate`, `tradeoff`, `diagnose`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import pyvista as pv
+from cyclopts import Parameter
+
+from pvphong.base import check
+from pvphong.base.files import write_json
+from pvphong.base.processes import reading
+from pvphong.cli.options import (
+    DEFAULT_LIGHTING,
+    NO_RAYS,
+    FeatureAngleOption,
+    LightingOptions,
+    RayOptions,
+    Verbose,
+    feature_angle_of,
+    material_for,
+)
+from pvphong.cli.progress import busy
+from pvphong.meshes.blocks import single_material
+from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, read_mesh, refuse_suffix, save_lit
+
+
+def plan(
+    mesh: str,
+    /,
+    *,
+    lighting: LightingOptions = DEFAULT_LIGHTING,
+    tolerance: float = 0.0,
+    feature_angle: FeatureAngleOption = "auto",
+    rays: RayOptions = NO_RAYS,
+    verbose: Verbose = False,
+) -> None:
+    """Say which effects a scene calls for on a mesh and which are left out; with --verbose, why.
+
+    Parameters
+    ----------
+    mesh
+        A file of any format that PyVista reads.
+    tolerance
+        Largest absolute colour error that may be traded for time; 1/255 = 0.0039 is one step of a display.
+    """
+    outside, scene = lighting.read(mesh)
+    found = outside.phong.plan(
+        rays.added_to(scene),
+        material_for(outside, lighting.materials()),
+        tolerance=tolerance,
+        feature_angle=feature_angle_of(feature_angle),
+        occluders=rays.occluders(),
+    )
+    _print_reports(found, verbose)
+
+
+def validate(
+    mesh: str | None = None,
+    /,
+    *,
+    lighting: LightingOptions = DEFAULT_LIGHTING,
+    json: Path | None = None,
+    output: Path | None = None,
+    every: Annotated[bool, Parameter(name="--all", negative="", show_default=False)] = False,
+    report: Path | None = None,
+    verbose: Verbose = False,
+) -> int:
+    """Compare the lit colours with those of VTK's own shader; the exit status is 1 if they are too far apart.
+
+    Parameters
+    ----------
+    mesh
+        A file of any format that PyVista reads.
+    json
+        A file for the comparison as JSON; of several blocks, by their names.
+    output
+        .vtp, .vtk or .vtkhdf for the mesh with the signed errors; .vtm, .vtmb or .vtkhdf for several blocks.
+    every
+        In place of a mesh: a standing list of scenes, on meshes that come with PyVista.
+    report
+        .md for the results of --all, with pictures in a folder beside it.
+    """
+    if every:
+        if mesh is not None or lighting != DEFAULT_LIGHTING or json is not None or output is not None:
+            check.refuse("--all", "a mesh, a scene, a look, --json or --output beside it", "alone or with --report")
+        return _validate_all(report, verbose)
+    if report is not None:
+        check.refuse("--report", str(report), "given together with --all")
+    if mesh is None:
+        check.refuse("MESH", "none", "given, or --all in its place")
+    materials = lighting.materials()
+    outside, scene = lighting.read(mesh)
+    has_blocks = isinstance(outside, pv.MultiBlock)
+    if output is not None:
+        formats = BLOCK_FORMATS if has_blocks else tuple(suffix for suffix in MESH_FORMATS if suffix != ".ply")
+        refuse_suffix(output, "signed errors", formats)
+    with busy(f"Drawing {mesh} with VTK"):
+        found = outside.phong.validate(scene, material_for(outside, materials))
+    by_block = found if has_blocks else {"": found}
+    _print_reports(found, verbose)
+    if json is not None:
+        numbers = {block: comparison.to_dict() for block, comparison in by_block.items()}
+        write_json(numbers if has_blocks else numbers[""], json)
+    if output is not None:
+        meshes = {block: comparison.to_mesh() for block, comparison in by_block.items()}
+        save_lit(pv.MultiBlock(meshes) if has_blocks else meshes[""], output, "")
+    return 0 if by_block and all(comparison.passed for comparison in by_block.values()) else 1
+
+
+def _validate_all(report: Path | None, verbose: bool) -> int:
+    from pvphong.studies.validate.report import refuse_path, standing_report  # it loads VTK's rendering
+
+    if report is not None:
+        refuse_path(report)
+    with busy("Drawing a list of scenes with VTK"):
+        found = standing_report()
+    _print_reports(found, verbose)
+    if report is not None:
+        found.save(report)
+        print(report)
+    return 0 if found.passed else 1
+
+
+def tradeoff(
+    mesh: str,
+    /,
+    *,
+    lighting: LightingOptions = DEFAULT_LIGHTING,
+    tolerance: float = 1.0 / 255.0,
+    seconds: float = 20.0,
+    rays: RayOptions = NO_RAYS,
+    plot: Path | None = None,
+    csv: Path | None = None,
+    json: Path | None = None,
+    verbose: Verbose = False,
+) -> None:
+    """Measure what accuracy costs in time on a mesh: evaluators, simpler light models, refined meshes, VTK.
+
+    Parameters
+    ----------
+    mesh
+        A file of any format that PyVista reads; several blocks are measured together, as one surface.
+    tolerance
+        Largest absolute colour error that is to be allowed; 1/255 = 0.0039 is one step of a display.
+    seconds
+        What the measuring may take; compiling the kernel, once per installation, is not counted.
+    plot
+        A figure: .png, .pdf or .svg.
+    csv
+        The rows as a table.
+    json
+        All numbers.
+    """
+    if plot is not None:
+        from pvphong.studies.accuracy.figure import refuse_format
+
+        refuse_format(plot)
+    for output in (plot, csv, json):
+        if output is not None and not output.resolve().parent.is_dir():
+            check.refuse("path", output, "in a folder that exists", f"Create {output.parent} first.")
+    outside, scene = lighting.read(mesh)
+    result = outside.phong.tradeoff(
+        rays.added_to(scene),
+        single_material(lighting.materials()),
+        tolerance=tolerance,
+        seconds=seconds,
+        occluders=rays.occluders(),
+    )
+    _print_reports(result, verbose)
+    for path, save in ((plot, result.plot), (csv, result.to_csv), (json, result.to_json)):
+        if path is not None:
+            save(path)
+            print(path)
+
+
+def diagnose(mesh: str, /, *, verbose: Verbose = False) -> int:
+    """Say what in a mesh will not light as it should; the exit status is 1 if there is anything.
+
+    Parameters
+    ----------
+    mesh
+        A file of any format that PyVista reads.
+    """
+    with reading(mesh):
+        found = read_mesh(mesh).phong.diagnose()
+    _print_reports(found, verbose)
+    diagnoses = list(found.values()) if isinstance(found, dict) else [found]
+    return 0 if diagnoses and all(diagnosis.ok for diagnosis in diagnoses) else 1
+
+
+def _print_reports(found: Any, verbose: bool) -> None:
+    """Print a report, or several after the names of their blocks: a few lines of each, or all of it."""
+    reports = found if isinstance(found, dict) else {"": found}
+    for block, report in reports.items():
+        if block:
+            print(f"{block}:")
+        print(report.explain().rstrip() if verbose else report)
+    if not reports:
+        print("nothing to light: no block of the file holds a mesh")
+    elif not verbose and sys.stdout.isatty():
+        print("(--verbose tells all of it.)", file=sys.stderr)
