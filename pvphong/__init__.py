@@ -66,8 +66,8 @@ if TYPE_CHECKING:  # by the alias a type checker knows that a name is public
     from pvphong.scene.viewer import Viewer as Viewer
     from pvphong.shading.plan.plan import Plan as Plan
     from pvphong.shading.result import Shading as Shading
-    from pvphong.studies.accuracy import Tradeoff as Tradeoff
-    from pvphong.studies.accuracy import tradeoff as tradeoff
+    from pvphong.studies.accuracy.measure import tradeoff as tradeoff
+    from pvphong.studies.accuracy.report import Tradeoff as Tradeoff
     from pvphong.studies.diagnose.diagnosis import Diagnosis as Diagnosis
     from pvphong.studies.diagnose.diagnosis import diagnose as diagnose
     from pvphong.studies.validate.comparison import Comparison as Comparison
@@ -106,7 +106,8 @@ _PLACES = {
     "scene.viewer": "Viewer",
     "shading.plan.plan": "Plan",
     "shading.result": "Shading",
-    "studies.accuracy": "Tradeoff tradeoff",
+    "studies.accuracy.measure": "tradeoff",
+    "studies.accuracy.report": "Tradeoff",
     "studies.diagnose.diagnosis": "Diagnosis diagnose",
     "studies.validate.comparison": "Comparison",
     "studies.validate.validation": "validate",

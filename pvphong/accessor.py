@@ -26,7 +26,7 @@ from pvphong.scene.scene import SceneLike
 from pvphong.shading.plan.plan import Plan
 
 if TYPE_CHECKING:
-    from pvphong.studies.accuracy import Tradeoff
+    from pvphong.studies.accuracy.report import Tradeoff
     from pvphong.studies.diagnose.diagnosis import Diagnosis
     from pvphong.studies.refine import Placement
     from pvphong.studies.validate.comparison import Comparison
@@ -186,8 +186,8 @@ class MeshPhong:
         matrix: MatrixLike | None = None,
         occluders: Any = (),
     ) -> Tradeoff:
-        """What accuracy costs in time on this mesh, measured; see `pvphong.studies.accuracy.tradeoff`."""
-        from pvphong.studies.accuracy import tradeoff
+        """What accuracy costs in time on this mesh, measured; see `pvphong.studies.accuracy.measure.tradeoff`."""
+        from pvphong.studies.accuracy.measure import tradeoff
 
         how: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "matrix": matrix, "occluders": occluders}
         return tradeoff(self._mesh, scene, material, **how)
@@ -280,7 +280,7 @@ class BlocksPhong:
     @_options_of(MeshPhong.tradeoff)
     def tradeoff(self, scene: SceneLike | None = None, material: Material = _PLAIN, **options: Any) -> Tradeoff:
         """What accuracy costs in time on all blocks together, as one surface of one material."""
-        from pvphong.studies.accuracy import tradeoff
+        from pvphong.studies.accuracy.measure import tradeoff
 
         return tradeoff(lit.one_surface(self._blocks), scene, material, **options)
 

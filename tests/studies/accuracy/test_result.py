@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pvphong.studies.accuracy.rows import Errors, Row, Timing, triangle_errors, vertex_errors, with_fronts
+from pvphong.studies.accuracy.result import Errors, Row, Timing, with_fronts
 
 
 def row(name, seconds, error, kind="arithmetic", **fields):
-    errors = {"arithmetic": None, "light_model": None, "interpolation": None}
-    errors[kind.replace(" ", "_")] = Errors(error, error / 2, error / 1.1, 100)
-    made = Row(name, kind, Timing(seconds, seconds, seconds, 3), **errors, points=100, backend="a", precision="b")
+    errors = {kind.replace(" ", "_"): Errors(error, error / 2, error / 1.1, 100)}
+    made = Row(name, kind, backend="a", precision="b", points=100, time=Timing(seconds, seconds, seconds, 3), **errors)
     return replace(made, **fields)
 
 
@@ -19,7 +18,7 @@ def test_vertex_errors_are_largest_rms_and_percentile():
     truth = np.zeros((100, 3))
     colors = np.zeros((100, 3), np.float32)
     colors[7] = (0.0, -0.5, 0.25)
-    errors = vertex_errors(colors, truth)
+    errors = Errors.at_vertices(colors, truth)
     assert errors.largest == 0.5
     assert errors.rms == pytest.approx(np.sqrt((0.25 + 0.0625) / 300))
     assert errors.p99 == pytest.approx(0.005)  # between the last but one, 0, and the last, 0.5, at 98.01 of 99
@@ -27,7 +26,7 @@ def test_vertex_errors_are_largest_rms_and_percentile():
 
 
 def test_triangle_errors_count_by_area():
-    errors = triangle_errors(np.array([0.5, 0.1]), np.array([1.0, 199.0]))
+    errors = Errors.inside_triangles(np.array([0.5, 0.1]), np.array([1.0, 199.0]))
     assert errors.largest == 0.5
     assert errors.p99 == 0.1  # the large one is one part in two hundred
     assert errors.rms == pytest.approx(np.sqrt((0.25 + 199 * 0.01) / 200))
@@ -37,16 +36,16 @@ def test_triangle_errors_count_by_area():
 def test_splitting_triangles_without_changing_an_error_changes_no_number():
     random = np.random.default_rng(1)
     errors, areas = random.random(50), random.random(50)
-    whole = triangle_errors(errors, areas)
+    whole = Errors.inside_triangles(errors, areas)
     parts = np.where(errors > 0.8, 9, 1)  # those that refinement would split
-    split = triangle_errors(np.repeat(errors, parts), np.repeat(areas / parts, parts))
+    split = Errors.inside_triangles(np.repeat(errors, parts), np.repeat(areas / parts, parts))
     assert (split.largest, split.p99) == (whole.largest, whole.p99)
     assert split.rms == pytest.approx(whole.rms)
-    assert triangle_errors(errors, 1e3 * areas).rms == pytest.approx(whole.rms)
+    assert Errors.inside_triangles(errors, 1e3 * areas).rms == pytest.approx(whole.rms)
 
 
 def test_triangles_without_an_area_have_no_error():
-    assert triangle_errors(np.zeros(3), np.zeros(3)) == Errors(0.0, 0.0, 0.0, 3)
+    assert Errors.inside_triangles(np.zeros(3), np.zeros(3)) == Errors(0.0, 0.0, 0.0, 3)
 
 
 def test_timing_has_quartiles():

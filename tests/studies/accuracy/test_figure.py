@@ -1,13 +1,32 @@
-"""The pictures of a report: errors in colours that show them, however small they are."""
+"""The figure of a report: fronts with room for whatever was measured, and errors in colours that show them."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.studies.accuracy.pictures import decades, linked_pictures, signed_scale, worst_channel
+from pvphong.studies.accuracy.figure import decades, draw_fronts, linked_pictures, signed_scale, worst_channel
+from pvphong.studies.accuracy.result import Errors, Row, Timing, with_fronts
+
+figure = pytest.importorskip("matplotlib.figure")
+
+
+@pytest.mark.parametrize("error", [0.0, 1e-3, 1.0])
+@pytest.mark.parametrize("seconds", [1e-4, 0.1, 0.11])
+def test_one_row_of_any_time_has_room_in_both_directions(seconds, error):
+    """A power of ten in ms, too, around which Matplotlib finds no limits."""
+    errors = Errors(error, error, error, 10)
+    row = Row("VTK per pixel", "interpolation", "VTK", "float32", 10, Timing.of([seconds]), interpolation=errors)
+    whole = figure.Figure(layout="constrained")
+    draw_fronts(whole, SimpleNamespace(rows=with_fronts([row]), tolerance=1 / 255, chosen=()))
+    whole.draw_without_rendering()
+    (axes,) = whole.axes
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    assert left < 0.99 * seconds * 1e3 < 1.01 * seconds * 1e3 < right
+    assert 0 < low < min(error or np.inf, 1 / 255) <= max(error, 1 / 255) < high
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,9 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.studies.accuracy.inside import ADAPTIVE, AS_IT_IS, SampledTriangles, inside, split
-from pvphong.studies.accuracy.subject import Subject
+from pvphong.studies.accuracy.interpolation import ADAPTIVE, AS_IT_IS, Triangles, interpolation, split
 from pvphong.studies.accuracy.timing import Clock
+from pvphong.studies.accuracy.variants import Subject
 
 SCENE = ph.Scene([ph.PointLight(position=(1, 0.5, 2))], ph.Viewer(position=(0, 0, 3)))
 SHINY = ph.Material(specular=0.4, shininess=30)
@@ -17,14 +17,14 @@ def refined(tolerance, seconds=20.0, scene=SCENE, mesh=None):
     """Meshes by name, errors of the triangles that were searched, and what is left out."""
     mesh = mesh or pv.Sphere(theta_resolution=12, phi_resolution=12)
     subject = Subject(mesh.points, mesh.point_data.active_normals, scene, SHINY, None)
-    found = inside(mesh, subject, tolerance, 1e-4, Clock(seconds))
-    return {one.name: one for one in found.refined}, found.errors, found.left_out
+    found = interpolation(mesh, subject, tolerance, 1e-4, Clock(seconds))
+    return {variant.row.name: variant.row for variant in found.variants}, found.errors, found.left_out
 
 
 def test_it_is_refined_to_the_tolerance_and_only_where_it_is_not_within():
     found, errors, left_out = refined(0.02)
     assert found[ADAPTIVE].note == "reached the tolerance"
-    assert found[ADAPTIVE].errors.largest <= 0.02 < found[AS_IT_IS].errors.largest == errors.max() < 0.9
+    assert found[ADAPTIVE].error.largest <= 0.02 < found[AS_IT_IS].error.largest == errors.max() < 0.9
     assert ADAPTIVE not in left_out
     found, _, left_out = refined(0.9)
     assert ADAPTIVE not in found
@@ -44,7 +44,7 @@ def test_without_time_meshes_are_left_out_and_few_triangles_searched():
 
 def test_split_triangles_share_their_new_points_and_lie_where_they_did():
     mesh = pv.Sphere(theta_resolution=12, phi_resolution=10)
-    start = SampledTriangles(
+    start = Triangles(
         np.asarray(mesh.points), np.asarray(mesh.point_normals), mesh.regular_faces, np.arange(float(mesh.n_cells))
     )
     points, normals, corners, areas = split(start)
@@ -65,7 +65,7 @@ def test_refining_where_it_matters_lessens_what_is_seen_of_the_error():
     """Counted by triangle, its RMS rose with the number of small triangles round the worst places."""
     lamp = ph.SpotLight(position=(0, 0, 2), direction=(0, 0, -1), cone_angle=8)
     found, _, _ = refined(1 / 255, scene=ph.Scene([lamp], ph.Viewer(position=(0, 0, 3))))
-    before, after = found[AS_IT_IS].errors, found[ADAPTIVE].errors
+    before, after = found[AS_IT_IS].error, found[ADAPTIVE].error
     assert found[ADAPTIVE].note == "within the tolerance but for jumps of the colour"
     assert after.rms < 0.5 * before.rms
     assert after.p99 < 0.5 * before.p99
@@ -76,7 +76,7 @@ def test_areas_are_parts_of_the_surface_in_the_world(matrix):
     mesh = pv.Box((0, 1, 0, 2, 0, 3)).triangulate()
     mesh.points = mesh.points.astype(float)
     normals = np.tile((0.0, 0.0, 1.0), (mesh.n_points, 1))
-    found = inside(mesh, Subject(mesh.points, normals, SCENE, SHINY, matrix), 0.5, 1e-4, Clock(20.0))
+    found = interpolation(mesh, Subject(mesh.points, normals, SCENE, SHINY, matrix), 0.5, 1e-4, Clock(20.0))
     placed = mesh if matrix is None else mesh.scale(np.diag(matrix)[:3] / matrix[0, 0])
     sizes = placed.compute_cell_sizes()["Area"]
     np.testing.assert_allclose(found.areas, sizes / sizes.sum(), rtol=1e-6)

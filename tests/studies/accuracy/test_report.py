@@ -1,14 +1,39 @@
-"""The sentences and tables of a report: what they call noise, and what is left out for one reason."""
+"""The choice among rows, its sentences and its tables, on rows with known numbers."""
 
-from dataclasses import replace
-
+import numpy as np
 import pytest
 import pyvista as pv
 
 import pvphong as ph
 from pvphong.base import text
-from pvphong.studies.accuracy.rows import Errors, Row, Timing, with_fronts
-from pvphong.studies.accuracy.tables import by_reason, conclusions, in_short, is_noise
+from pvphong.studies.accuracy.report import Tradeoff
+from pvphong.studies.accuracy.result import Errors, LedgerEntry, Promise, Row, Timing, with_fronts
+
+
+def report(*rows, **fields):
+    """Of rows: name, seconds, error, kind, and whether it is a peer."""
+    found = []
+    for name, seconds, error, kind, is_peer in rows:
+        errors = {kind.replace(" ", "_"): Errors(error, error / 2, error / 1.1, 100)}
+        time = Timing(seconds, 0.95 * seconds, 1.07 * seconds, 9)
+        found.append(Row(name, kind, "a", "b", 12345678, time, is_peer=is_peer, **errors))
+    cloud = pv.PolyData(np.eye(3))
+    given = {
+        "tolerance": 1 / 255,
+        "ledger": (LedgerEntry("local viewer", Timing(1e-3, 9e-4, 2e-3, 9), 0.2, True, "highlights of the lamp"),),
+        "baseline": "float32 kernel",
+        "promises": (Promise("lights", "glow: too weak to be seen, at most 0.0005", 0.0005, 0.0003),),
+        "left_out": {},
+        "facts": {"machine": "some processor, 2 cores"},
+        "inside_errors": np.zeros(0),
+        "inside_areas": np.zeros(0),
+        "surface": cloud,
+        "scene": ph.Scene(),
+        "matrix": None,
+        "reference_colors": np.zeros((3, 3)),
+        "_lighting": {"float64 reference": lambda: np.full((3, 3), 1e-8)},
+    }
+    return Tradeoff(rows=with_fronts(found), **(given | fields))
 
 
 @pytest.mark.parametrize(
@@ -21,79 +46,48 @@ from pvphong.studies.accuracy.tables import by_reason, conclusions, in_short, is
     ],
 )
 def test_a_cost_is_noise_where_it_cannot_be_told_from_none(cost, noise):
-    assert is_noise(cost) is noise
-
-
-def test_what_is_left_out_for_one_reason_is_one_line():
-    assert by_reason({"a": "no time", "b": "no highlight", "c": "no time"}) == [
-        ("a, c", "no time"),
-        ("b", "no highlight"),
-    ]
+    assert cost.is_noise is noise
 
 
 LONGEST = "Blinn-Phong, shininess × 128"
-
-
-@pytest.fixture(scope="module")
-def measured():
-    scene = ph.Scene([ph.PointLight(position=(1, 1, 2), name="lamp")], ph.Viewer(position=(0, 0, 3)))
-    return ph.tradeoff(pv.Sphere(), scene, ph.Material(specular=0.3, shininess=20), seconds=1)
-
-
-@pytest.fixture
-def report(measured):
-    """The report with other rows: name, seconds, error, kind, and whether it is a peer."""
-
-    def made(*rows):
-        found = []
-        for name, seconds, error, kind, is_peer in rows:
-            errors = dict.fromkeys(("arithmetic", "light_model", "interpolation"))
-            errors[kind.replace(" ", "_")] = Errors(error, error / 2, error / 1.1, 100)
-            time = Timing(seconds, 0.95 * seconds, 1.07 * seconds, 9)
-            found.append(Row(name, kind, time, **errors, points=12345678, backend="a", precision="b", is_peer=is_peer))
-        return replace(measured, rows=with_fronts(found))
-
-    return made
-
-
 SLOW, QUICK = ("float64 reference", 0.8, 0.0), ("float32 kernel", 0.02, 1e-7)
 
 
-def test_a_cheaper_peer_within_the_tolerance_is_told_in_words_and_gets_no_star(report):
+def test_a_cheaper_peer_within_the_tolerance_is_told_in_words_and_gets_no_star():
     rows = [(*SLOW, "arithmetic", False), (*QUICK, "arithmetic", False), ("textbook", 0.01, 1e-9, "arithmetic", True)]
     cheaper = report(*rows)
     assert cheaper.best().name == "float32 kernel"
     said = "Of the peers textbook does it for less, 10 ms."
-    assert said in in_short(cheaper)
-    assert said in conclusions(cheaper)
+    assert said in cheaper.summary()
+    assert said in cheaper.conclusions()
     (starred,) = [line for line in cheaper.explain().splitlines() if line.lstrip().startswith("★") and "kernel" in line]
     assert "textbook" not in starred
     for changed in (("textbook", 0.03, 1e-9, "arithmetic", True), ("textbook", 0.01, 0.1, "arithmetic", True)):
         assert "peers" not in str(report(*rows[:2], changed))
 
 
-def test_where_nothing_of_ones_own_is_within_the_tolerance_a_peer_that_is_is_told(report):
+def test_where_nothing_of_ones_own_is_within_the_tolerance_a_peer_that_is_is_told():
     found = report(
         (*QUICK, "arithmetic", False),
         ("as it is", 0.02, 0.5, "interpolation", False),
         ("refined", 0.03, 0.4, "interpolation", False),
         ("VTK per pixel", 0.9, 0.0, "interpolation", True),
     )
-    assert in_short(found)[2:] == [
+    assert found.summary()[2:] == [
         "  inside triangles: none; nearest refined, 30 ms, off by 0.4",
         "Of the peers VTK per pixel does it, 900 ms.",
     ]
 
 
-def test_on_a_small_mesh_everything_is_cheap_and_on_a_large_one_it_is_not(report):
+def test_on_a_small_mesh_everything_is_cheap_and_on_a_large_one_it_is_not():
     small = report(("reference", 9e-4, 0.0, "arithmetic", False), ("refined", 0.2, 0.0, "interpolation", False))
-    assert in_short(small)[-1] == "On so small a mesh everything is cheap: 900 µs at the vertices at most."
+    assert small.summary()[-1] == "On so small a mesh everything is cheap: 900 µs at the vertices at most."
     assert "everything is cheap" not in str(report((*SLOW, "arithmetic", False), (*QUICK, "arithmetic", False)))
     peer = report(("reference", 9e-4, 0.0, "arithmetic", False), ("textbook", 0.5, 0.0, "arithmetic", True))
     assert "everything is cheap" in str(peer)
 
 
-def test_no_report_is_wider_than_80_columns_and_none_breaks_a_word(report, monkeypatch):
+def test_no_report_is_wider_than_80_columns_and_none_breaks_a_word(monkeypatch):
     found = report(
         (LONGEST, 0.0123, 1.23e-10, "light model", False),
         ("Matplotlib LightSource", 0.0103, 1.11e-10, "light model", True),
@@ -106,3 +100,8 @@ def test_no_report_is_wider_than_80_columns_and_none_breaks_a_word(report, monke
     monkeypatch.setattr(text, "WIDTH", 1000)
     for narrow, wide in zip(shown, (found.explain(), str(found)), strict=True):
         assert sorted(narrow.replace("─", "").split()) == sorted(wide.replace("─", "").split())
+
+
+def test_one_line_has_all_that_is_left_out_for_the_same_reason():
+    found = report((*SLOW, "arithmetic", False), left_out={"a": "no time", "b": "no highlight", "c": "no time"})
+    assert [line.split() for line in found.explain().splitlines()].count(["a,", "c", "no", "time"]) == 1
