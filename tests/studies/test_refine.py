@@ -156,18 +156,6 @@ def test_dense_samples_are_within_the_tolerance(make, scene, material, options):
         assert largest(fine, scene, material, matrix=MATRIX) <= STEP < largest(fine, scene, material)  # lit elsewhere
 
 
-def test_a_tenth_of_the_points_of_uniform_subdivision():
-    coarse = coarse_sphere()
-    fine = refine(coarse, SUNNY, SHARP, tolerance=STEP)
-    uniform = coarse.copy()
-    uniform.point_data.active_normals = coarse.phong.normals()
-    uniform = uniform.subdivide(5, "linear")  # its normals are interpolated and not made unit length
-    uniform["phong"] = SHARP_TRUTH(uniform.points.astype(float), uniform.point_data.active_normals.astype(float))
-    assert dense_errors(fine, SHARP_TRUTH).max() <= STEP
-    assert dense_errors(uniform, SHARP_TRUTH, count=10).max() > 3 * STEP  # so uniform needs more points than these
-    assert fine.n_points <= uniform.n_points / 10
-
-
 def test_errors_do_not_depend_on_how_normals_are_blended():
     # In the original mesh normals are blended over its large triangles, in the result over the parts.
     coarse = coarse_sphere()
@@ -205,10 +193,6 @@ def test_sharp_edges_are_split_before_triangles_and_stay_where_they_are():
     rows = fine.points, fine.point_data.active_normals
     np.testing.assert_array_equal(fine["phong"], ph.evaluate(*rows, lamp, MATT, precision="float64").rgb.astype("f4"))
 
-
-def test_interpolation_error_is_that_of_the_mesh_that_is_split_at_its_sharp_edges():
-    cube, lamp = pv.Cube(clean=True).triangulate(), lamp_at(0.8, 0.6, 0.9)
-    cube.clear_data()
     sharp = cube.phong.shade(lamp, MATT, feature_angle="auto")
     errors = interpolation_error(cube, lamp, MATT, feature_angle="auto")["phong_interpolation_error"]
     np.testing.assert_allclose(errors, interpolation_error(sharp, lamp, MATT)["phong_interpolation_error"])
@@ -281,27 +265,22 @@ def test_a_light_that_shines_inside_a_triangle_only_is_found(light):
     assert largest(triangle(), ph.Scene(lights=[light]), MATT) > 0.75
 
 
-def test_interpolation_error_is_that_of_dense_samples():
-    mesh = torus()
+def test_interpolation_error_is_that_of_dense_samples_and_leaves_the_mesh_as_it_is():
+    mesh = torus().compute_cell_sizes()
     mesh.point_data.active_normals = mesh.phong.normals()
     shaded = mesh.phong.shade(SUNNY, SHARP, precision="float64")
     dense = dense_errors(shaded, SHARP_TRUTH, count=300)
-    errors = interpolation_error(mesh, SUNNY, SHARP)["phong_interpolation_error"]
+    before, result = mesh.copy(), interpolation_error(mesh, SUNNY, SHARP)
+    assert mesh == before
+    assert result.active_scalars_name == "phong_interpolation_error"
+    assert np.array_equal(result.points, mesh.points)
+    assert np.array_equal(result["Area"], mesh["Area"])
+    errors = result["phong_interpolation_error"]
     large = dense > 0.05
     assert large.sum() > 20
     assert (errors[large] >= 0.8 * dense[large]).all()
     assert errors.max() >= dense.max()
     assert (errors <= 1.25 * dense + 0.01)[dense > 0.01].mean() > 0.95  # nor does it invent any
-
-
-def test_interpolation_error_leaves_mesh_and_colours_as_they_are():
-    mesh = pv.Sphere().compute_cell_sizes()
-    before = mesh.copy()
-    result = interpolation_error(mesh, SUNNY, SHARP)
-    assert mesh == before
-    assert result.active_scalars_name == "phong_interpolation_error"
-    assert np.array_equal(result.points, mesh.points)
-    assert np.array_equal(result["Area"], mesh["Area"])
 
 
 # Topology
@@ -408,10 +387,7 @@ def test_point_arrays_are_interpolated():
     assert fine["flag"].dtype == bool
     assert len(set(fine["color"][:, 0])) > n  # colours are
     assert fine.active_texture_coordinates == pytest.approx(fine.points[:, :2] + 1, abs=1e-6)
-
-
-def test_a_label_comes_from_the_end_with_the_lower_number():
-    mesh = triangle()
+    mesh = triangle()  # a label comes from the end with the lower number
     mesh["label"] = [7, 8, 9]
     fine = refine(mesh, lamp_at(0.4, 0.3, 0.1), MATT, tolerance=0.01)
     for low, high in ((0, 1), (1, 2), (0, 2)):

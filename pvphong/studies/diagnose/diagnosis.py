@@ -15,7 +15,7 @@ from pvphong.base import check
 from pvphong.base.text import WIDTH, html_table, wrapped
 from pvphong.base.types import FloatArray, IntArray, MatrixLike, Vector
 from pvphong.geometry import normals
-from pvphong.geometry.faces import Faces
+from pvphong.geometry.normals import Faces
 from pvphong.meshes.cells import invalid_cells, refuse_wrong_sizes
 from pvphong.meshes.surfaces import outer_surface, unchecked_polygons
 from pvphong.studies.diagnose.checks import (

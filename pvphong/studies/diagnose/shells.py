@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pvphong.base.types import Float64Array, FloatArray, IntArray
-from pvphong.geometry.faces import Faces
+from pvphong.geometry.normals import Faces
 from pvphong.studies.diagnose.checks import edges_of, finite_rows
 
 _ROUNDING = 1e-9  # of the sum of a volume's terms, below which its sign is nobody's

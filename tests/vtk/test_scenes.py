@@ -45,23 +45,11 @@ def test_the_tier_is_the_one_that_vtk_draws(kinds, on):
 
 
 @pytest.mark.parametrize(
-    ("lights", "expected"),
-    [
-        ([], 0),
-        ([HEADLIGHT], 1),
-        ([SUN], 2),
-        ([HEADLIGHT, HEADLIGHT], 2),
-        ([HEADLIGHT, SUN], 2),
-        ([RIDER], 2),
-        ([SUN, BULB], 3),
-        ([HEADLIGHT, replace(BULB, on=False)], 3),
-        ([replace(BULB, on=False)], 0),
-        ([replace(SUN, on=False), HEADLIGHT], 1),
-        ([HEADLIGHT, replace(SUN, on=False)], 2),
-    ],
+    ("lights", "tier"),
+    [([HEADLIGHT, HEADLIGHT], 2), ([SUN, BULB], 3), ([HEADLIGHT, replace(BULB, on=False)], 3)],
 )
-def test_tiers(lights, expected):
-    assert vtk_tier(lights) == expected
+def test_a_second_light_and_one_with_a_position_change_the_tier(lights, tier):
+    assert vtk_tier(lights) == tier
 
 
 # --- terms --------------------------------------------------------------------------------------------------------
