@@ -1,7 +1,6 @@
 """What a light's field means: from its role follow its check, its frame, its handle, its readout and how it is moved.
 
-Handles and readouts by role are in `studio/gizmos` (`handles.py`, `looks.py`, `readout.py`). A light declares its
-fields with these::
+Handles and readouts by role are in `studio/gizmos/handles.py`. A light declares its fields with these::
 
     position: VectorLike = place()
     direction: VectorLike = aim()

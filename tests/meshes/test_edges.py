@@ -6,7 +6,7 @@ import pyvista as pv
 
 import pvphong as ph
 from pvphong.meshes.surfaces import ORIGINAL_POINT, split_sharp_edges
-from pvphong.studio.live import LiveMesh
+from pvphong.studio.lit_actors import LitMesh
 
 SUN = ph.Scene([ph.DirectionalLight(direction=(-1.0, -2.0, -3.0))], ph.Viewer(position=(2.0, 3.0, 4.0)))
 DULL = ph.Material(ambient=0.1)
@@ -146,7 +146,7 @@ def test_live_meshes_follow_what_becomes_sharp():
     folded = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, 1], [1, 1, 1]], float)
     hinge = pv.PolyData(folded, faces=[4, 0, 1, 2, 3, 4, 1, 4, 5, 2])
     hinge["tint"] = TINT[:6]
-    live = LiveMesh(hinge, ph.Material(ambient=1, diffuse=0), "tint", feature_angle="auto")
+    live = LitMesh(hinge, ph.Material(ambient=1, diffuse=0), "tint", feature_angle="auto")
     assert drawn_in(live).n_points == 8
     np.testing.assert_array_equal(live.drawn["phong"], np.round(0.2 * 255 * TINT[live.drawn[ORIGINAL_POINT]]))
     hinge.points = np.where(hinge.points[:, 2:] > 0, np.add(hinge.points, (1, 0, -1)), hinge.points)

@@ -13,7 +13,7 @@ from pvphong.optics.lights import DirectionalLight, PointLight
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
-from pvphong.studio.live import LiveMesh
+from pvphong.studio.lit_actors import LitMesh
 
 SCENE = Scene([DirectionalLight(direction=(-1, 0.5, -1)), PointLight(position=(2, -1, 3))], Viewer(position=(1, 2, 6)))
 MATERIAL = Material(ambient=0.1, specular=0.4, shininess=12)
@@ -70,7 +70,7 @@ def filtered(mesh):
 
 
 def drawn_live(mesh):
-    live = LiveMesh(mesh, MATERIAL, albedo="tint")
+    live = LitMesh(mesh, MATERIAL, albedo="tint")
     for scene in (SCENE, Scene(SCENE.lights[:1], SCENE.viewer)):
         live.refresh(scene)
     return live.drawn

@@ -94,7 +94,7 @@ def angle_of(y: float, x: float) -> float:
 
 _BY_ANGLE, _BY_AREA = map(WEIGHTINGS.index, ("angle", "area"))
 
-# As in geometry.faces, geometry.normals and geometry.transform.
+# As in geometry.normals.
 _LEAST_SPAN, _MOST_SPAN = 2.0**-100, 2.0**100
 _NOISE_OF_AREA, _NOISE_OF_SUM = 4 * 2.0**-53, 16 * 2.0**-53
 _LEAST_SQUARE, _MOST_SQUARE = 2.0**-900, 2.0**900

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pvphong.base import check
-from pvphong.base.float_range import common_integers
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, Vector
-from pvphong.geometry.faces import FaceBlock, Faces
-from pvphong.geometry.transform import transform_points
+from pvphong.geometry.normals import FaceBlock, Faces
+from pvphong.geometry.transform import common_integers, transform_points
 
 # A normal is uncertain where the rounding of its corners may turn it further (radians): by Lambert's law
 # that may change a colour by one of 255 steps.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike
 from pvphong.geometry import normals
-from pvphong.geometry.faces import Faces
+from pvphong.geometry.normals import Faces
 from pvphong.meshes.cells import invalid_cells, refuse_wrong_sizes
 from pvphong.meshes.surfaces import outer_surface, unchecked_polygons
 from pvphong.studies.diagnose.checks import (

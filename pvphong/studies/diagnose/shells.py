@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pvphong.base.types import Float64Array, FloatArray, IntArray
-from pvphong.geometry.faces import Faces
+from pvphong.geometry.normals import Faces
 from pvphong.studies.diagnose.checks import finite_rows
 
 _ROUNDING = 1e-9  # of the sum of a volume's terms, below which its sign is nobody's
