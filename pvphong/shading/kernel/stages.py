@@ -39,7 +39,6 @@ from pvphong.shading.kernel.vertices import (
     VY,
     VZ,
     approach,
-    approach_measured,
 )
 
 _NEVER = np.float32(-np.inf)
@@ -190,20 +189,17 @@ def light_stage(falloff: Callable[..., Any] | None, weakens: bool) -> Callable[.
     measures = int(weakens)
 
     def arrive(numbers: Any, rows: Any, points: Any) -> bool:
-        if measures == 0:
-            return approach(rows, points, numbers[0], numbers[1], numbers[2])
-        good = approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
-        _weaken(rows, numbers)
+        good = approach(rows, points, numbers[0], numbers[1], numbers[2])
+        if measures == 1:
+            _weaken(rows, numbers)
         return good
 
     if falloff is None:
         return arrive
 
     def arrive_in_cone(numbers: Any, rows: Any, points: Any) -> bool:
-        if measures == 0:
-            good = approach(rows, points, numbers[0], numbers[1], numbers[2])
-        else:
-            good = approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
+        good = approach(rows, points, numbers[0], numbers[1], numbers[2])
+        if measures == 1:
             _weaken(rows, numbers)
         own = _parameters(rows, shifted(numbers, _OWN_OF_LIGHT))
         for i in range(BLOCK):
