@@ -21,12 +21,12 @@ if TYPE_CHECKING:  # by the alias a type checker knows that a name is public
     from pvphong.batch.shading import shade_files as shade_files
     from pvphong.chunks import evaluate as evaluate
     from pvphong.filter import PhongFilter as PhongFilter
-    from pvphong.geometry.normals import implicit_normals as implicit_normals
-    from pvphong.geometry.normals import plane_normal as plane_normal
     from pvphong.geometry.projection import frustum as frustum
+    from pvphong.geometry.projection import implicit_normals as implicit_normals
     from pvphong.geometry.projection import look_at as look_at
     from pvphong.geometry.projection import ortho as ortho
     from pvphong.geometry.projection import perspective as perspective
+    from pvphong.geometry.projection import plane_normal as plane_normal
     from pvphong.geometry.projection import project as project
     from pvphong.geometry.transform import SingularMatrixWarning as SingularMatrixWarning
     from pvphong.geometry.transform import normal_matrix as normal_matrix
@@ -66,8 +66,8 @@ if TYPE_CHECKING:  # by the alias a type checker knows that a name is public
     from pvphong.scene.viewer import Viewer as Viewer
     from pvphong.shading.plan.plan import Plan as Plan
     from pvphong.shading.result import Shading as Shading
-    from pvphong.studies.accuracy import Tradeoff as Tradeoff
-    from pvphong.studies.accuracy import tradeoff as tradeoff
+    from pvphong.studies.accuracy.measure import tradeoff as tradeoff
+    from pvphong.studies.accuracy.report import Tradeoff as Tradeoff
     from pvphong.studies.diagnose.diagnosis import Diagnosis as Diagnosis
     from pvphong.studies.diagnose.diagnosis import diagnose as diagnose
     from pvphong.studies.validate.comparison import Comparison as Comparison
@@ -77,20 +77,19 @@ if TYPE_CHECKING:  # by the alias a type checker knows that a name is public
     from pvphong.vtk.oracle import vtk_shade as vtk_shade
 
 
-def _answer_the_core() -> None:
-    from pvphong.vtk.lights import answer_the_core
+def _vtk_lights() -> "Any":
+    from pvphong.vtk import lights
 
-    answer_the_core()
+    return lights
 
 
-_host.answered_after(_answer_the_core)
+_host.answered_by(_vtk_lights)
 
 _PLACES = {
     "batch.shading": "Batch shade_files",
     "chunks": "evaluate",
     "filter": "PhongFilter",
-    "geometry.normals": "implicit_normals plane_normal",
-    "geometry.projection": "frustum look_at ortho perspective project",
+    "geometry.projection": "frustum implicit_normals look_at ortho perspective plane_normal project",
     "geometry.transform": "SingularMatrixWarning normal_matrix transform_normals transform_points transform_vectors",
     "meshes.default_scene": "default_scene",
     "meshes.files": "read",
@@ -107,7 +106,8 @@ _PLACES = {
     "scene.viewer": "Viewer",
     "shading.plan.plan": "Plan",
     "shading.result": "Shading",
-    "studies.accuracy": "Tradeoff tradeoff",
+    "studies.accuracy.measure": "tradeoff",
+    "studies.accuracy.report": "Tradeoff",
     "studies.diagnose.diagnosis": "Diagnosis diagnose",
     "studies.validate.comparison": "Comparison",
     "studies.validate.validation": "validate",

@@ -26,9 +26,9 @@ from pvphong.scene.scene import SceneLike
 from pvphong.shading.plan.plan import Plan
 
 if TYPE_CHECKING:
-    from pvphong.studies.accuracy import Tradeoff
+    from pvphong.studies.accuracy.report import Tradeoff
     from pvphong.studies.diagnose.diagnosis import Diagnosis
-    from pvphong.studies.refine.refinement import Placement
+    from pvphong.studies.refine import Placement
     from pvphong.studies.validate.comparison import Comparison
 
 _PLAIN = Material()
@@ -114,7 +114,7 @@ class MeshPhong:
         pyvista.PolyData
             Triangles with the lit array, all point and cell arrays carried along, the cell array
             ``<name>_interpolation_error``, and in the field data ``<name>_refinement_reached``, ``_summary``,
-            ``_error``, ``_stopped`` and ``_points``; see `pvphong.studies.refine.refinement.refine`.
+            ``_error``, ``_stopped`` and ``_points``; see `pvphong.studies.refine.refine`.
 
         Raises
         ------
@@ -128,7 +128,7 @@ class MeshPhong:
         >>> bool(refined["phong_refinement_reached"][0])
         True
         """
-        from pvphong.studies.refine.refinement import refine
+        from pvphong.studies.refine import refine
 
         return refine(
             self._mesh,
@@ -171,7 +171,7 @@ class MeshPhong:
         ValueError
             If an argument has the wrong shape, type or range, or the mesh has no faces.
         """
-        from pvphong.studies.refine.refinement import interpolation_error
+        from pvphong.studies.refine import interpolation_error
 
         options: dict[str, Any] = {"matrix": matrix, "albedo": albedo, "feature_angle": feature_angle}
         return interpolation_error(self._mesh, scene, material, **options)
@@ -186,8 +186,8 @@ class MeshPhong:
         matrix: MatrixLike | None = None,
         occluders: Any = (),
     ) -> Tradeoff:
-        """What accuracy costs in time on this mesh, measured; see `pvphong.studies.accuracy.tradeoff`."""
-        from pvphong.studies.accuracy import tradeoff
+        """What accuracy costs in time on this mesh, measured; see `pvphong.studies.accuracy.measure.tradeoff`."""
+        from pvphong.studies.accuracy.measure import tradeoff
 
         how: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "matrix": matrix, "occluders": occluders}
         return tradeoff(self._mesh, scene, material, **how)
@@ -280,7 +280,7 @@ class BlocksPhong:
     @_options_of(MeshPhong.tradeoff)
     def tradeoff(self, scene: SceneLike | None = None, material: Material = _PLAIN, **options: Any) -> Tradeoff:
         """What accuracy costs in time on all blocks together, as one surface of one material."""
-        from pvphong.studies.accuracy import tradeoff
+        from pvphong.studies.accuracy.measure import tradeoff
 
         return tradeoff(lit.one_surface(self._blocks), scene, material, **options)
 

@@ -17,7 +17,7 @@ from pvphong.meshes.default_scene import scene_for
 from pvphong.optics.lights import DirectionalLight, PointLight
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
-from pvphong.studies.refine import refinement
+from pvphong.studies import refine
 
 SCENE = Scene(lights=[DirectionalLight(direction=(-1, -2, -3)), PointLight(position=(1, 1, 2))])
 GRID = pv.ImageData(dimensions=(3, 3, 3))
@@ -105,7 +105,7 @@ def test_blocks_take_what_a_mesh_takes(name):
         list(inspect.signature(getattr(kind, name)).parameters.values())[1:] for kind in (MESH, BLOCKS)
     )
     assert of_mesh == of_blocks
-    function = {"refine": refinement.refine, "interpolation_error": refinement.interpolation_error}.get(name)
+    function = {"refine": refine.refine, "interpolation_error": refine.interpolation_error}.get(name)
     function = function or getattr(ph, name, None)
     if function is not None:
         taken = list(inspect.signature(function).parameters)[1:]

@@ -12,18 +12,12 @@ if TYPE_CHECKING:
 
     from pvphong.base.types import Vector
 
-_answers: dict[str, Callable[..., Any]] = {}
-_loads: list[Callable[[], object]] = []
+_load: list[Callable[[], Any]] = []
 
 
-def answered_after(load: Callable[[], object]) -> None:
-    """Say what to call before the first question, for somebody to `answer` all of them."""
-    _loads[:] = [load]
-
-
-def answer(**functions: Callable[..., Any]) -> None:
-    """Say by which functions the questions below are answered."""
-    _answers.update(functions)
+def answered_by(load: Callable[[], Any]) -> None:
+    """Say what gives the module that answers; it is called at the first question."""
+    _load[:] = [load]
 
 
 def color_by_name(name: str) -> Vector:
@@ -34,31 +28,24 @@ def color_by_name(name: str) -> Vector:
     ValueError
         If PyVista knows no such colour, or it is not opaque.
     """
-    return _ask("color_by_name", name)
+    return _load[0]().color_by_name(name)
 
 
 def color_names() -> list[str]:
     """PyVista's colour names, without their other spellings."""
-    return _ask("color_names")
+    return _load[0]().color_names()
 
 
 def light_to_pyvista(light: Any, viewer: Any) -> Any:
     """A light of pvphong's as a new `pyvista.Light`."""
-    return _ask("light_to_pyvista", light, viewer)
+    return _load[0]().to_pyvista(light, viewer)
 
 
 def light_from_vtk(light: Any, distance: float) -> Any:
     """Any light as one of pvphong's, for an eye at a distance from its focal point."""
-    return _ask("light_from_vtk", light, distance)
+    return _load[0]().from_vtk(light, distance)
 
 
 def light_placed(light: Any, viewer: Any) -> Any:
     """Any light as one of pvphong's, where a viewer has it in the world."""
-    return _ask("light_placed", light, viewer)
-
-
-def _ask(question: str, *arguments: Any) -> Any:
-    if question not in _answers:
-        (load,) = _loads
-        load()
-    return _answers[question](*arguments)
+    return _load[0]().as_light(light, viewer)

@@ -19,7 +19,7 @@ from pvphong.meshes.surfaces import has_faces, outer_surface, polygons, surface
 from pvphong.rays.casting import BlockingFaces, Occluders
 from pvphong.rays.rays import Receiver
 from pvphong.rays.sampling import MOST_RAYS
-from pvphong.rays.visibility import Visibility
+from pvphong.rays.visibility import Tracer, Visibility
 from pvphong.scene.scene import Scene, light_labels
 
 _AS_FINE_AS_A_DISPLAY = 1.0 / 255.0
@@ -143,14 +143,13 @@ def visibility_of(
     def world_normals() -> FloatArray:
         return normals() if matrix is None else transform_normals(normals(), matrix)
 
-    return Visibility(
+    tracer = Tracer(
         Receiver(faces, world_normals, known.own_index),
-        scene.world_lights,
-        light_labels(scene),
         known.occluders,
-        two_sided=model.two_sided,
-        distance=model.occlusion_distance,
-        tolerance=tolerance,
-        samples=samples,
+        model.two_sided,
+        model.occlusion_distance,
+        tolerance,
+        samples,
         ambient=max(rgb(model.ambient)) + sum(light.intensity * max(rgb(light.ambient)) for light in scene.lights),
     )
+    return Visibility(tracer, scene.world_lights, light_labels(scene))

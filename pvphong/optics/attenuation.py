@@ -1,7 +1,6 @@
 """Attenuation with distance, 1 / (c + l·d + q·d²), of lights with a position (OpenGL 2.1 specification, 2.14.1).
 
-A plan leaves it out by `ATTENUATION` in
-`pvphong/shading/plan/lights.py`, which asks each light for what is `simpler`; lights answer with `taken_as_even`.
+Lights without a size say in `lights/point.py` what may stand in for it.
 
 Symbols: c, l, q the constant, linear and quadratic coefficient; d the distance from the light.
 """
@@ -9,7 +8,6 @@ Symbols: c, l, q the constant, linear and quadratic coefficient; d the distance 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,8 +15,7 @@ import numpy as np
 from pvphong.base import check
 from pvphong.base.formulas import formula, multiply_add
 from pvphong.base.types import Float64Array, Vector, VectorLike
-from pvphong.geometry.extent import ROUNDED_UP, Extent, Sight
-from pvphong.optics.light import Simpler
+from pvphong.geometry.extent import ROUNDED_UP, Sight
 from pvphong.optics.roles import falloff
 
 NONE = (1.0, 0.0, 0.0)
@@ -95,26 +92,3 @@ def distance_of(fraction: float, attenuation: VectorLike) -> float | None:
 def strongest(seen: Sight, attenuation: VectorLike) -> float:
     """No vertex gets more from a position that is so seen."""
     return strength_at(max(seen.distance - seen.radius, 0.0) / ROUNDED_UP, attenuation) * ROUNDED_UP
-
-
-def taken_as_even(light: Any, extent: Extent, *, exactly: bool) -> Simpler | None:
-    """A light with `position` and `attenuation`, as one that is equally strong at all vertices."""
-    constant, linear, quadratic = light.attenuation
-
-    def make() -> Any:
-        return replace(light, attenuation=NONE)
-
-    if not linear and not quadratic:
-        return Simpler(f"constant, {1.0 / constant:g}", make, factor=1.0 / constant)
-    seen = None if exactly else extent.sight(light.position)
-    if seen is None or seen.distance <= seen.radius:
-        return None
-    reach = seen.radius * ROUNDED_UP
-    near, far = (strength_at(seen.distance + way, light.attenuation) for way in (-reach, reach))
-    return Simpler("even over the mesh to {bound:.2g}", make, factor=(near + far) / 2, spread=(near - far) / 2)
-
-
-def taken_as_at(light: Any, point: Vector) -> tuple[Any, float]:
-    """A light with `position` and `attenuation`, as one that is as strong everywhere as it is at a point."""
-    distance = np.array([math.dist(light.position, point)])
-    return replace(light, attenuation=NONE), float(attenuate(distance, light.attenuation)[0])

@@ -1,9 +1,10 @@
 """What every light is: fields and checks that all share, and the questions that a light answers for itself.
 
 A new light is one file in `pvphong/optics/lights/` and its entry in `LIGHT_TYPES` there, by which scene files know it;
-what makes it public and tested is said there. It declares its fields with roles (`roles.py`) and must say what arrives
-at a vertex (`arrival`), or of which lights without a size it consists (`nodes`); everything else has an answer here
-that assumes nothing of it. Without a `placement` or nodes it is evaluated in NumPy.
+what makes it public and tested is said there. It declares its fields with roles (`roles.py`) and must say where it
+stands and how it weakens (`placement`), or of which lights without a size it consists (`nodes`), or what arrives at a
+vertex (`arrival`, which only the readable evaluator runs). Everything else has an answer here that assumes nothing of
+it.
 """
 
 from __future__ import annotations
@@ -17,11 +18,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, get_args
 import numpy as np
 
 from pvphong.base import check, host
-from pvphong.base.formulas import Power
+from pvphong.base.formulas import Power, chord_power
 from pvphong.base.types import ColorLike, Float64Array, FloatArray, Frame, InitSignature, Vector, rgb
+from pvphong.base.vectors import directions_to
 from pvphong.geometry.extent import Extent
 from pvphong.optics.area.lobes import CosinePower
-from pvphong.optics.roles import Corners, EyeSpace, Place, Role, roles_of
+from pvphong.optics.attenuation import attenuate
+from pvphong.optics.roles import Corners, Place, Role, roles_of
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -30,7 +33,7 @@ if TYPE_CHECKING:
 class Arrival(NamedTuple):
     """What reaches a block of n points from one light, before its colour is taken into account."""
 
-    way: FloatArray
+    to_light: FloatArray
     """Vectors towards the light, shape (3, n), or (3, 1) where it is constant: unit vectors, or such of moderate
     length as are known better. Which side of a surface the light is on is decided on these."""
 
@@ -38,24 +41,24 @@ class Arrival(NamedTuple):
     """Attenuation times spot factor, a · s in the model: shape (n,), or one float where it is constant."""
 
     inverse_length: FloatArray | float = 1.0
-    """Of the ways, shape (n,) or one float; 0 where a way is zero."""
+    """Of those vectors, shape (n,) or one float; 0 where one is zero."""
 
     @property
     def direction(self) -> FloatArray:
-        """Unit vectors towards the light, l in the model: as `way`, and zero where there is no direction."""
-        return self.way * self.inverse_length
+        """Unit vectors towards the light, l in the model: as `to_light`, and zero where there is no direction."""
+        return self.to_light * self.inverse_length
 
 
 class Reach(NamedTuple):
-    """What of a light can reach the vertices inside a sphere."""
+    """What of a light can reach the vertices inside a sphere; nothing is known by default, and it is never left out."""
 
-    strongest: float
+    strongest: float = math.inf
     """No vertex gets more strength, rounded up; infinite where there is no bound."""
 
-    direction: Vector | None
+    direction: Vector | None = None
     """Unit vector to the light from the sphere's centre; None where it is not known."""
 
-    turn: float
+    turn: float = 0.0
     """The largest angle in radians by which the direction at a vertex may be off that one."""
 
 
@@ -64,9 +67,6 @@ POSITION_EFFECT, SIZE_EFFECT = "position", "size"
 
 NODES = 64
 """As so many lights a light with a size is evaluated where there is no closed form."""
-
-NOTHING_KNOWN = Reach(float("inf"), None, 0.0)
-"""Of a light that says nothing of itself: it is never left out."""
 
 
 class Integral(NamedTuple):
@@ -83,17 +83,17 @@ class Integral(NamedTuple):
     numbers: tuple[float, ...]
 
 
-class Simpler(NamedTuple):
-    """A cheaper light that may stand in for one, and by how much that is wrong."""
+class StandIn(NamedTuple):
+    """Cheaper lights that may stand in for one, and by how much that is wrong."""
 
-    why: str
+    lights: tuple[Light, ...]
+    """Of these only what arrives counts: colours and intensity stay. None: the one is dark here."""
+
+    why: str = ""
     """The reason, in which `{bound}` stands for the error in a colour."""
 
-    make: Callable[[], Light] | None
-    """Gives what stands in; only what arrives from it counts, colours and intensity stay. None: it is dark here."""
-
     factor: float = 1.0
-    """What its strength is to be multiplied by."""
+    """What their strength is to be multiplied by."""
 
     spread: float = 0.0
     """The largest error of the strength."""
@@ -105,33 +105,8 @@ class Simpler(NamedTuple):
     """Where the direction is off, no vertex gets more strength, of all parts of a light that has a size."""
 
 
-class VtkObstacle(NamedTuple):
-    """Why VTK has no such light."""
-
-    what: str
-    """The kind, with an article."""
-
-    remedy: str = ""
-    """A sentence that says what is nearest, if anything is."""
-
-
-class Fewer(NamedTuple):
-    """Fewer nodes that may stand in for a light's own, and by how much that is wrong."""
-
-    nodes: tuple[Light, ...]
-
-    spread: float
-    """The largest error of their strengths' sum, for intensity 1."""
-
-    turn: float
-    """No direction is further off, in radians."""
-
-    strongest: float
-    """No vertex gets more strength of all of them."""
-
-
 class Placement(NamedTuple):
-    """Where a light without a size stands and how strong it is around there: of this compiled code makes its stage."""
+    """Where a light without a size stands and how strong it is around there: what `arrival` and compiled code run."""
 
     position: Vector
 
@@ -139,11 +114,11 @@ class Placement(NamedTuple):
     """Constant, linear and quadratic coefficient."""
 
     falloff: Callable[[Any, Any], tuple[Any, Any]] | None = None
-    """Formula of the parameters and of the unit vector to it: 1 where it shines, else 0; and the squared chord of whose
-    cosine a power is a factor of its strength."""
+    """Formula of the parameters and of the unit vector to it, which is zero on the light itself: 1 where it shines,
+    else 0; and the squared chord of whose cosine a power is a factor of its strength."""
 
     power: Power | None = None
-    """That power."""
+    """That power, where there is a falloff."""
 
     parameters: tuple[float, ...] = ()
     """At most eight."""
@@ -217,8 +192,8 @@ class Light:
         super().__init_subclass__(**options)
         if Light not in cls.__bases__:
             raise TypeError(f"{cls.__name__} must derive from Light itself; got {cls.__bases__[0].__name__}.")
-        if cls.arrival is Light.arrival and cls.nodes is Light.nodes:
-            raise TypeError(f"{cls.__name__} must say what arrives from it: it has neither `arrival` nor `nodes`.")
+        if (cls.arrival, cls.nodes, cls.placement) == (Light.arrival, Light.nodes, Light.placement):
+            raise TypeError(f"{cls.__name__} must say what arrives from it, by `placement`, `arrival` or `nodes`.")
 
     def __post_init__(self) -> None:
         if type(self) is Light:
@@ -263,27 +238,26 @@ class Light:
         """The points that its fields say it stands at."""
         return [*self.values(Place), *(corner for corners in self.values(Corners) for corner in corners)]
 
-    @property
-    def is_placed(self) -> bool:
-        """Whether its fields say where it is: it has places, or is everywhere the same."""
-        return self.is_even or bool(self.places)
-
     def moved(self, move: Callable[[Vector], Vector]) -> Self:
         """This light with every place moved, and no direction or size."""
-        return self._with(lambda role, value: role.moved(value, move))
+        return self._with(lambda role, value: role.mapped(value, move, lambda vector: vector))
 
-    def in_world(self, viewer: EyeSpace) -> Self:
+    def in_world(self, viewer: Any) -> Self:
         """This light with its coordinates in the world, as `viewer` makes them."""
         if self.frame == "world":
             return self
         if self.frame == "camera":
-            return self._with(lambda role, value: role.to_world(value, viewer), frame="world")
+            return self._with(
+                lambda role, value: role.mapped(value, viewer.point_to_world, viewer.vector_to_world), frame="world"
+            )
         return self._with(lambda role, value: role.of_viewer(value, viewer), frame="world")
 
-    def in_frame(self, frame: Frame, viewer: EyeSpace) -> Self:
+    def in_frame(self, frame: Frame, viewer: Any) -> Self:
         """A light of the world with its coordinates in another frame: the inverse of `in_world`."""
         if frame == "camera":
-            return self._with(lambda role, value: role.to_eye(value, viewer), frame=frame)
+            return self._with(
+                lambda role, value: role.mapped(value, viewer.point_to_eye, viewer.vector_to_eye), frame=frame
+            )
         return replace(self, frame=frame)
 
     def _with(self, change: Callable[[Role, Any], Any], **fields: Any) -> Self:
@@ -301,12 +275,31 @@ class Light:
 
     # -- what it does to vertices
 
+    @property
+    def placement(self) -> Placement | None:
+        """Where it stands and how strong it is around there, for a light without a size that has a place.
+
+        None where `arrival` says what arrives; then only the readable evaluator lights a scene with it, unless it is
+        even.
+        """
+        return None
+
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
-        """What reaches points (3, n) in its own frame; ways to the light are in the float type `real`.
+        """What reaches points (3, n) in its own frame; vectors to the light are in the float type `real`.
 
         Of an extended light this is what its centre sends.
         """
-        return self.nodes(1)[0].arrival(points, real)
+        placed = self.placement
+        if placed is None:
+            return self.nodes(1)[0].arrival(points, real)
+        to_light, inverse_length, distance = directions_to(placed.position, points, real)
+        strength = attenuate(distance, placed.attenuation)
+        if placed.falloff and placed.power:
+            # in float64, for light may be as bright as its falloff is steep
+            l = (to_light * inverse_length).astype(np.float64, copy=False)
+            inside, chord = placed.falloff(placed.parameters, l)
+            strength = strength * (inside * np.asarray(chord_power(chord, placed.power.exponent), np.float64))
+        return Arrival(to_light, strength, inverse_length)
 
     @property
     def has_size(self) -> bool:
@@ -320,21 +313,16 @@ class Light:
         """
         return (self,)
 
-    def fewer(self, count: int, extent: Extent) -> Fewer | None:  # noqa: ARG002 nothing is known of them
-        """At most so many nodes that may stand in for `NODES`, for the vertices; None where no bound is known."""
-        return None
-
     @property
     def bands(self) -> int:
         """Of spherical harmonics, in which it may be divided: for a light from all around. 0 of others."""
         return 0
 
     def left_out(self, form: CosinePower, bands: int) -> float:  # noqa: ARG002 it has none
-        """The most by which what a lobe reflects of it, at intensity 1, changes without the bands from this one on."""
-        return 0.0
+        """The most by which what a lobe reflects of it, at intensity 1, changes without the bands from this one on.
 
-    def unknown(self, form: CosinePower) -> float:  # noqa: ARG002 it is known
-        """The most by which what a lobe reflects of it, at intensity 1, is off with all its bands."""
+        For as many as it has: by which it may be off with all of them.
+        """
         return 0.0
 
     def tints(self, bands: int | None = None) -> tuple[tuple[Vector, Light], ...]:  # noqa: ARG002 it has none
@@ -358,9 +346,9 @@ class Light:
 
     def reach(self, extent: Extent) -> Reach:  # noqa: ARG002 nothing is known of it
         """What of it can reach the vertices."""
-        return NOTHING_KNOWN
+        return Reach()
 
-    def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> Simpler | None:  # noqa: ARG002 there is none
+    def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:  # noqa: ARG002 there is none
         """A cheaper light that could stand in for the vertices.
 
         Parameters
@@ -390,16 +378,6 @@ class Light:
         """For unit vectors (3, k) to it, values (k,) that change their sign where it ends."""
         return iter(())
 
-    # -- what compiled code does for it
-
-    @property
-    def placement(self) -> Placement | None:
-        """Where it stands, for compiled code; None where the readable evaluator is to light a scene with it.
-
-        A light that is the same everywhere needs none.
-        """
-        return None
-
     # -- what VTK knows of it
 
     @property
@@ -415,26 +393,27 @@ class Light:
         ValueError
             If there is none.
         """
-        nearest = self.stand_in
-        if nearest is self:
+        if self.stand_in is self:
             remedy = "It can be evaluated and planned; a kind with `as_vtk` can also be drawn and compared."
             check.refuse("light", self, "one that VTK has", remedy)
-        return nearest.as_vtk()
+        return self.stand_in.as_vtk()
 
     @property
-    def vtk_obstacle(self) -> VtkObstacle | None:
-        """What it is that VTK has no such light of, and the nearest; None where `as_vtk` says all of it."""
-        if type(self).as_vtk is not Light.as_vtk:
-            return None
-        nearest = self.stand_in
-        kind = type(self).__name__
-        kind = f"{'an' if kind[0] in 'AEIOU' else 'a'} {kind}"
-        if nearest is self:
-            return VtkObstacle(kind)
-        shape = ", ".join(f"{field}={getattr(nearest, field)}" for field in nearest.roles)
-        return VtkObstacle(kind, f"The nearest that VTK has is {type(nearest).__name__}({shape}).")
+    def is_in_vtk(self) -> bool:
+        """Whether `as_vtk` says all of it."""
+        return type(self).as_vtk is not Light.as_vtk
 
-    def to_pyvista(self, viewer: EyeSpace | None = None) -> pv.Light:
+    def refuse_unless_in_vtk(self, argument: str, allowed: str) -> None:
+        """Raise ValueError, which names the argument and the nearest light that VTK has, unless VTK has this one."""
+        if self.is_in_vtk:
+            return
+        kind, nearest, remedy = type(self).__name__, self.stand_in, ""
+        if nearest is not self:
+            shape = ", ".join(f"{field}={getattr(nearest, field)}" for field in nearest.roles)
+            remedy = f"The nearest that VTK has is {type(nearest).__name__}({shape})."
+        check.refuse(argument, f"{'an' if kind[0] in 'AEIOU' else 'a'} {kind}", allowed, remedy)
+
+    def to_pyvista(self, viewer: Any = None) -> pv.Light:
         """The same light as a new `pyvista.Light`, its floats unrounded; of a light that VTK has not, the nearest.
 
         A light in the camera's frame becomes a camera light, a headlight a headlight, any other a

@@ -24,7 +24,7 @@ class Surface:
     Attributes
     ----------
     raw : ndarray
-        Normals before they were made unit length. The sign of n·l is decided on these and on ways to the light, so
+        Normals before they were made unit length. The sign of n·l is decided on these and on vectors to the light, so
         that the rounding of unit vectors has no part in it.
     inverse_length : ndarray
         1/|n| of those, shape (n,); 0 where there is no normal.
@@ -67,15 +67,15 @@ class Surface:
         return unit(2.0 * dot(n, v) * n - v)[0]
 
     def cosine(self, arrival: Arrival) -> Any:
-        """N·l, shape (n,). Its sign is that of n·D, D the way to the light, and exact where these products are."""
-        way, inverse = arrival.way, arrival.inverse_length
-        n_d = dot(self.raw, way)
+        """N·l, shape (n,). Its sign is that of n·D, D the vector to the light, and exact where these products are."""
+        to_light, inverse = arrival.to_light, arrival.inverse_length
+        n_d = dot(self.raw, to_light)
         n_l = n_d * inverse
         if isinstance(inverse, np.ndarray):
             sizes, least = np.abs(n_d), _LEAST_PRODUCT[n_d.dtype.type]
             if sizes.min(initial=least) < least:  # the least floats round products of D, but less those of D near 1
                 small = sizes < least
                 exponents = np.frexp(inverse[small])[1]
-                n_d = dot(self.raw[:, small], np.ldexp(way[:, small], exponents))
+                n_d = dot(self.raw[:, small], np.ldexp(to_light[:, small], exponents))
                 n_l[small] = n_d * np.ldexp(inverse[small], -exponents)
         return n_l * self.inverse_length

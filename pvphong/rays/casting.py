@@ -1,11 +1,11 @@
-"""Whether rays are blocked by triangles, in coordinates of any size, by one of two backends of one behaviour.
+"""Whether rays are blocked by triangles, in coordinates of any size.
 
-Backends see triangles about their middle, scaled by a power of two so that none is further than 1 from it, and rays
-that begin no further than a few such units away: so single precision has the same resolution whatever the unit of
-length and however far from the origin all of it is.
+In order: triangles; the backends, Embree's and VTK's, which do the same; `Caster`, which takes rays of any length from
+anywhere to a backend; and `Occluders`, parts that can block light, each the triangles of one mesh.
 
-In order: triangles; the backends, Embree's and VTK's; `Caster`, which takes rays of any length from anywhere; and
-`Occluders`, parts that can block light, each the triangles of one mesh.
+A backend is built of at least one triangle, of finite coordinates from -1 to 1: a caster's triangles are moved to
+their middle and scaled by a power of two. Its rays begin no further than a few such units away. So single precision has
+the same resolution whatever the unit of length and however far from the origin all of it is.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkStaticCe
 from pvphong.base import check
 from pvphong.base.processes import available_memory
 from pvphong.base.types import BoolArray, Float64Array, FloatArray
+from pvphong.geometry.extent import Sphere
 
 BYTES_PER_TRIANGLE = 130
 """What a caster takes for each, about, measured with both backends from 1 to 3 million triangles."""
@@ -47,13 +48,6 @@ class SlowRaysWarning(UserWarning):
 
 
 # --- triangles
-
-
-class Ball(NamedTuple):
-    """A sphere around triangles."""
-
-    center: Float64Array
-    radius: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,35 +89,25 @@ class BlockingFaces:
 
     @cached_property
     def box(self) -> Float64Array:
-        """Least and greatest coordinates, shape (2, 3); 0 where there is no triangle."""
-        return _extremes(self.points) if len(self) else np.zeros((2, 3))
+        """Least and greatest coordinates, shape (2, 3), of those that are sound; 0 where there is none."""
+        return _extremes(self.sound.points) if len(self.sound) else np.zeros((2, 3))
 
     @cached_property
-    def ball(self) -> Ball | None:
+    def sphere(self) -> Sphere | None:
         """Around those that are sound; None where there is none."""
-        if not len(self.sound):
-            return None
-        low, high = self.sound.box
+        low, high = self.box
         half = high / 2 - low / 2
-        return Ball(low + half, float(np.hypot.reduce(half)) * (1.0 + 1e-9))
+        x, y, z = (low + half).tolist()
+        return Sphere((x, y, z), float(np.hypot.reduce(half)) * (1.0 + 1e-9)) if len(self.sound) else None
 
 
 def _extremes(points: FloatArray) -> Float64Array:
+    """Least and greatest coordinates, shape (2, 3)."""
     columns = np.ascontiguousarray(points.T)  # long rows are searched many times as fast as triples
     return np.stack([columns.min(axis=1), columns.max(axis=1)]).astype(np.float64)
 
 
 # --- backends
-
-
-class Backend(Protocol):
-    """What casts rays at triangles."""
-
-    def __init__(self, faces: BlockingFaces) -> None:
-        """At least one triangle, of finite coordinates from -1 to 1."""
-
-    def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
-        """Whether a triangle is met: origins and unit vectors (n, 3), lengths (n,), all of moderate size."""
 
 
 class Embree:
@@ -138,7 +122,7 @@ class Embree:
         self.blocked(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.ones(1))  # the first ray builds the tree
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
-        """Whether a triangle is met."""
+        """Whether a triangle is met: origins and unit vectors (n, 3), lengths (n,), all of moderate size."""
         rays = (np.ascontiguousarray(a, np.float32) for a in (origins, directions))
         found: BoolArray = self._scene.run(*rays, dists=lengths.astype(np.float32), query="OCCLUDED") >= 0
         return found
@@ -164,7 +148,7 @@ class Locator:
         self._locator.BuildLocator()
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
-        """Whether a triangle is met."""
+        """As `Embree.blocked`."""
         ends = origins + lengths[:, None] * directions
         meet: Any = self._locator.IntersectWithLine  # VTK's annotations have no numbers that it changes
         t, cell, where, inside = mutable(0.0), mutable(0), [0.0] * 3, [0.0] * 3
@@ -185,13 +169,13 @@ class Caster:
     """
 
     def __init__(self, faces: BlockingFaces) -> None:
-        sound = faces.sound
-        low, high = sound.box
+        low, high = faces.box
         half = high / 2 - low / 2
-        self.middle: Float64Array = low + half
+        self._middle: Float64Array = low + half
         self._exponent = int(np.frexp(half.max())[1])
-        scaled = np.ldexp(sound.points - self.middle, -self._exponent)
-        self._backend = _backend()(BlockingFaces(scaled, sound.corners)) if len(sound) else None
+        scaled = np.ldexp(faces.sound.points - self._middle, -self._exponent)
+        is_empty = not len(faces.sound)
+        self._backend = None if is_empty else backend()(BlockingFaces(scaled, faces.sound.corners))
 
     @property
     def resolution(self) -> float:
@@ -217,11 +201,9 @@ class Caster:
             Shape (n,), bool.
         """
         result = np.zeros(len(directions), bool)
-        if self._backend is None:
-            return result
         each = rays_each(origins, directions)
         step = max(_RAYS_AT_ONCE // each, 1)
-        for start in range(0, len(origins), step):
+        for start in range(0, len(origins), step) if self._backend else ():
             part = slice(each * start, each * (start + step))
             result[part] = self._cast(origins[start : start + step], directions[part], distances[part])
         return result
@@ -229,29 +211,25 @@ class Caster:
     def _cast(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
         assert self._backend is not None
         with np.errstate(over="ignore", invalid="ignore"):
-            begins = np.ldexp(origins - self.middle, -self._exponent)
+            begins = np.ldexp(origins - self._middle, -self._exponent)
+            is_far = ~(np.abs(begins) <= _NEAR).all(axis=1)
+            each = rays_each(origins, directions)
+            begins, is_far = begins.repeat(each, axis=0), is_far.repeat(each)
             lengths = np.ldexp(np.asarray(distances, np.float64), -self._exponent)
-            is_near = np.abs(begins).max(initial=0.0) <= _NEAR
-        begins = begins.repeat(rays_each(begins, directions), axis=0)
-        if is_near and (lengths > 0.0).all() and np.isfinite(directions).all():
-            return self._backend.blocked(begins, directions, np.minimum(lengths, 4 * _NEAR))
-        return self._cast_some(begins, directions, lengths)
-
-    def _cast_some(self, begins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
-        """Rays of which some may begin far away, or be none."""
-        assert self._backend is not None
-        with np.errstate(over="ignore", invalid="ignore"):
-            ahead = np.zeros(len(begins))
-            far = ~(np.abs(begins) <= _NEAR).all(axis=1)
-            if far.any():  # begun where the ray is nearest to the middle, less than what triangles reach
-                along = -(begins[far] * directions[far]).sum(axis=1)
-                ahead[far] = np.maximum(along - _NEAR / 2, 0.0)
-                begins[far] += ahead[far, None] * directions[far]
-            lengths = np.minimum(lengths - ahead, 4 * _NEAR)
-            meets = (np.abs(begins) <= 2 * _NEAR).all(axis=1) & (lengths > 0.0) & np.isfinite(directions).all(axis=1)
+            can_meet = np.isfinite(directions).all(axis=1)
+            if is_far.any():  # begun where the ray is nearest to the middle, less than what triangles reach
+                toward = directions[is_far]
+                ahead = np.maximum(-(begins[is_far] * toward).sum(axis=1) - _NEAR / 2, 0.0)
+                begins[is_far] += ahead[:, None] * toward
+                lengths[is_far] -= ahead
+                can_meet &= (np.abs(begins) <= 2 * _NEAR).all(axis=1)
+        can_meet &= lengths > 0.0
+        lengths = np.minimum(lengths, 4 * _NEAR)
+        if can_meet.all():
+            return self._backend.blocked(begins, directions, lengths)
         result = np.zeros(len(begins), bool)
-        if meets.any():
-            result[meets] = self._backend.blocked(begins[meets], directions[meets], lengths[meets])
+        if can_meet.any():
+            result[can_meet] = self._backend.blocked(begins[can_meet], directions[can_meet], lengths[can_meet])
         return result
 
 
@@ -265,21 +243,22 @@ def has_embree() -> bool:
     return importlib.util.find_spec("embreex") is not None
 
 
-def tell_if_slow(vertices: int) -> None:
+@functools.cache
+def backend() -> type[Embree | Locator]:
+    """What casts rays here."""
+    return Embree if has_embree() else Locator
+
+
+def warn_if_slow(vertices: int) -> None:
     """Warn, once in a process, where the rays of so many vertices will take long without embreex."""
     if vertices >= _WORTH_TELLING and not has_embree():
-        _tell_once()
+        _warn_once()
 
 
 @functools.cache
-def _tell_once() -> None:
+def _warn_once() -> None:
     message = 'VTK casts the rays, which takes long; pip install "pvphong[rays]" makes them twenty times as fast.'
     warnings.warn(message, SlowRaysWarning, stacklevel=2)
-
-
-@functools.cache
-def _backend() -> type[Backend]:
-    return Embree if has_embree() else Locator
 
 
 # --- what can block light
@@ -302,9 +281,6 @@ class Occluders:
     def __init__(self, parts: Sequence[BlockingFaces]) -> None:
         self._parts = tuple(parts)
 
-    def __len__(self) -> int:
-        return len(self._parts)
-
     @property
     def count(self) -> int:
         """Of triangles."""
@@ -315,15 +291,15 @@ class Occluders:
         """Bytes that casting rays takes for them, about."""
         return self.count * BYTES_PER_TRIANGLE
 
-    @cached_property
-    def balls(self) -> list[Ball | None]:
+    @property
+    def spheres(self) -> list[Sphere | None]:
         """Around each part; None for one without a triangle."""
-        return [part.ball for part in self._parts]
+        return [part.sphere for part in self._parts]
 
     @cached_property
     def _groups(self) -> list[list[int]]:
         """Parts that share a caster: those of nearly the size of the largest, then those of the next sizes."""
-        left = [(ball.radius, index) for index, ball in enumerate(self.balls) if ball is not None]
+        left = [(sphere.radius, index) for index, sphere in enumerate(self.spheres) if sphere is not None]
         left.sort(reverse=True)
         groups: list[list[int]] = []
         while left:
@@ -358,11 +334,11 @@ class Occluders:
     def blocked(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
         """As `Caster.blocked`, by any part."""
         found = np.zeros(len(directions), bool)
+        each = rays_each(origins, directions)
         for caster in self.casters:
-            if not found.any():
-                found = caster.blocked(origins, directions, distances)
-                continue
             free = np.flatnonzero(~found)
-            some = origins[free // rays_each(origins, directions)]
-            found[free] = caster.blocked(some, directions[free], distances[free])
+            if len(free) == len(found):
+                found = caster.blocked(origins, directions, distances)
+            else:
+                found[free] = caster.blocked(origins[free // each], directions[free], distances[free])
         return found

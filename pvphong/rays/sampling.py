@@ -17,7 +17,6 @@ and where there are no faces, they stop after 64.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -27,16 +26,16 @@ from pvphong.base import threads
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 
 MOST_RAYS = 4096
-"""Of a vertex at one target: into so many parts that is divided; a power of two."""
+"""Of a vertex at one target: into so many nodes that is divided; a power of two."""
 
-_MOST = 1024
-
+# So many where the number follows from the error.
+_MOST_ADAPTIVE = 1024
 # Rays of vertices that agree beside others that do not.
 _NEAR_OTHERS = 64
 _RAYS_AT_ONCE = 2**18
 _GOING_ON_AT_ONCE = 2**11
 
-Ask = Callable[[IntArray, IntArray], tuple[FloatArray, BoolArray]]
+Cast = Callable[[IntArray, IntArray], tuple[FloatArray, BoolArray]]
 """(vertices (m,), nodes (m, k)) → what each node sends there, and whether it is seen, (m, k) each."""
 
 
@@ -50,12 +49,26 @@ class Seen(NamedTuple):
     rays: int
 
 
-@dataclass(frozen=True)
-class Effort:
-    """How many rays are worth it.
+def look(
+    count: int,
+    cast: Cast,
+    triangles: NDArray[np.int64],
+    *,
+    tolerance: float,
+    samples: int | None,
+    brightness: float,
+    least: int,
+) -> Seen:
+    """The part that each of `count` vertices sees.
 
     Parameters
     ----------
+    count : int
+        Of vertices.
+    cast : callable
+        Casts rays.
+    triangles : ndarray
+        Shape (m, 3): which vertices share a face.
     tolerance : float
         Rays are cast until the standard error of what is seen is at most that.
     samples : int or None
@@ -65,91 +78,38 @@ class Effort:
     least : int
         Rays that every vertex gets, a power of two.
     """
+    is_adaptive = samples is None
+    first = least if samples is None else min(1 << (samples - 1).bit_length(), MOST_RAYS)
+    part, error, rays = np.zeros(count), np.zeros(count), np.zeros(count, np.int64)
 
-    tolerance: float
-    samples: int | None = None
-    brightness: float = 1.0
-    least: int = 16
-
-    @property
-    def first(self) -> int:
-        """Rays that every vertex gets."""
-        return self.least if self.samples is None else min(1 << (self.samples - 1).bit_length(), MOST_RAYS)
-
-
-class _Looks(NamedTuple):
-    """What the nodes taken so far send to some vertices, and what of it is seen: (m, k) each."""
-
-    sent: FloatArray
-    seen: FloatArray
-
-    def followed_by(self, more: _Looks) -> _Looks:
-        return _Looks(*(np.concatenate(pair, axis=1) for pair in zip(self, more, strict=True)))
-
-    def of(self, rows: IntArray | BoolArray) -> _Looks:
-        return _Looks(self.sent[rows], self.seen[rows])
-
-    def estimate(self) -> tuple[Float64Array, Float64Array]:
-        """The part that is seen, a ratio of means, and its standard error."""
-        count = self.sent.shape[1]
-        sent, seen = self.sent.sum(axis=1, dtype=np.float64), self.seen.sum(axis=1, dtype=np.float64)
-        whole = np.where(sent > 0.0, sent, 1.0)
-        part = np.clip(seen / whole, 0.0, 1.0)
-        if count == 1:
-            return part, np.zeros(len(part))
-        off = self.seen - part[:, None] * self.sent
-        apart = off[:, : count // 2] - off[:, count // 2 :]  # halves the tree's parts, so pairs them with neighbours
-        least = 0.25 * (sent / count) ** 2  # where pairs happen to agree, though not all do
-        error = np.sqrt(np.maximum((apart * apart).sum(axis=1), least)) / whole
-        return part, np.where((part > 0.0) & (part < 1.0), error, 0.0)
-
-
-def look(count: int, ask: Ask, effort: Effort, triangles: NDArray[np.int64]) -> Seen:
-    """The part that each of `count` vertices sees.
-
-    Parameters
-    ----------
-    count : int
-        Of vertices.
-    ask : callable
-        Casts rays.
-    effort : Effort
-        How many.
-    triangles : ndarray
-        Shape (m, 3): which vertices share a face.
-    """
-    part, error = np.zeros(count), np.zeros(count)
-    rays, first = np.zeros(count, np.int64), effort.first
-
-    def take(vertices: IntArray, looks: _Looks) -> None:
-        part[vertices], error[vertices] = looks.estimate()
-
-    def go_on(vertices: IntArray, looks: _Looks) -> None:
+    def go_on(vertices: IntArray, sent: FloatArray, seen: FloatArray) -> None:
+        """Twice as many rays again and again, for those whose error is still too large."""
         done = first
-        while len(vertices) and done < _MOST:
-            more = _looked(vertices, ask, done, 2 * done)
-            rays[vertices] += np.count_nonzero(more.sent, axis=1)
-            looks, done = looks.followed_by(more), 2 * done
-            take(vertices, looks)
-            bright = effort.brightness * looks.sent.mean(axis=1)
-            is_unsure = (done < _NEAR_OTHERS) | (error[vertices] * bright > effort.tolerance)
-            vertices, looks = vertices[is_unsure], looks.of(is_unsure)
+        while len(vertices) and done < _MOST_ADAPTIVE:
+            more = _cast_turns(cast, vertices, done, 2 * done)
+            rays[vertices] += np.count_nonzero(more[0], axis=1)
+            sent, seen = (np.concatenate(pair, axis=1) for pair in zip((sent, seen), more, strict=True))
+            part[vertices], error[vertices] = _estimate(sent, seen)
+            done *= 2
+            bright = brightness * sent.mean(axis=1)
+            is_unsure = (done < _NEAR_OTHERS) | (error[vertices] * bright > tolerance)
+            vertices, sent, seen = vertices[is_unsure], sent[is_unsure], seen[is_unsure]
 
     def begin(start: int, stop: int) -> None:
         vertices = np.arange(start, stop)
-        looks = _looked(vertices, ask, 0, first)
-        take(vertices, looks)
-        rays[vertices] += np.count_nonzero(looks.sent, axis=1)
-        unsure = np.flatnonzero(error[start:stop] > 0.0) if effort.samples is None else vertices[:0]
+        sent, seen = _cast_turns(cast, vertices, 0, first)
+        rays[vertices] += np.count_nonzero(sent, axis=1)
+        part[vertices], error[vertices] = _estimate(sent, seen)
+        unsure = np.flatnonzero(error[start:stop] > 0.0) if is_adaptive else vertices[:0]
         for at in range(0, len(unsure), _GOING_ON_AT_ONCE):
             some = unsure[at : at + _GOING_ON_AT_ONCE]
-            go_on(vertices[some], looks.of(some))
+            go_on(vertices[some], sent[some], seen[some])
 
     def begin_again(start: int, stop: int) -> None:
-        go_on(near[start:stop], _looked(near[start:stop], ask, 0, first))
+        go_on(near[start:stop], *_cast_turns(cast, near[start:stop], 0, first))
 
     threads.run(begin, count, max(_RAYS_AT_ONCE // first, 1))
-    if effort.samples is not None:
+    if not is_adaptive:
         return Seen(part, error, int(rays.sum()))
     agreed = (part == 0.0) | (part == 1.0)
     near = np.flatnonzero(agreed & _is_near_others(part, triangles))
@@ -157,14 +117,30 @@ def look(count: int, ask: Ask, effort: Effort, triangles: NDArray[np.int64]) -> 
     return Seen(part, error, int(rays.sum()) + first * len(near))
 
 
-def _looked(vertices: IntArray, ask: Ask, begin: int, end: int) -> _Looks:
-    """The nodes from one turn to another."""
+def _estimate(sent: FloatArray, seen: FloatArray) -> tuple[Float64Array, Float64Array]:
+    """The part that is seen of what nodes send, (m, k) each: a ratio of means, and its standard error, (m,) each."""
+    count = sent.shape[1]
+    sum_sent, sum_seen = (each.sum(axis=1, dtype=np.float64) for each in (sent, seen))
+    whole = np.where(sum_sent > 0.0, sum_sent, 1.0)
+    part = np.clip(sum_seen / whole, 0.0, 1.0)
+    if count == 1:
+        return part, np.zeros(len(part))
+    off = seen - part[:, None] * sent
+    apart = off[:, : count // 2] - off[:, count // 2 :]  # halves the tree's parts, so pairs them with neighbours
+    least = 0.25 * (sum_sent / count) ** 2  # where pairs happen to agree, though not all do
+    error = np.sqrt(np.maximum((apart * apart).sum(axis=1), least)) / whole
+    return part, np.where((part > 0.0) & (part < 1.0), error, 0.0)
+
+
+def _cast_turns(cast: Cast, vertices: IntArray, begin: int, end: int) -> tuple[FloatArray, FloatArray]:
+    """What the nodes from one turn to another send to vertices, and what of it these see, (m, end - begin) each."""
     step = max(_RAYS_AT_ONCE // max(len(vertices), 1), 1)
     parts = []
     for first in range(begin, end, step):
-        sent, are_seen = ask(vertices, _nodes(vertices, np.arange(first, min(first + step, end))))
-        parts.append(_Looks(sent, np.where(are_seen, sent, sent.dtype.type(0.0))))
-    return _Looks(*(np.concatenate(each, axis=1) for each in zip(*parts, strict=True)))
+        sent, are_seen = cast(vertices, _nodes(vertices, np.arange(first, min(first + step, end))))
+        parts.append((sent, np.where(are_seen, sent, sent.dtype.type(0.0))))
+    sent, seen = (np.concatenate(each, axis=1) for each in zip(*parts, strict=True))
+    return sent, seen
 
 
 def _nodes(vertices: IntArray, turns: IntArray) -> NDArray[np.int64]:

@@ -1,6 +1,7 @@
-"""What the vertices of a mesh see, as arrays to keep; and what a plan asks before any ray is cast.
+"""What the vertices of a mesh see of a scene's lights and of the sky.
 
-Rays from the vertices of a mesh to lights, and into the sky.
+In order: `Tracer` casts a receiver's rays; `Visibility` keeps what they found, as arrays to shade with again, and
+answers what a plan asks before any ray is cast.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import math
 import time
 import zlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -20,11 +21,175 @@ from pvphong.base import check, text, threads
 from pvphong.base.text import html_table
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.base.vectors import dot
+from pvphong.geometry.extent import Sphere
 from pvphong.optics.light import Light
-from pvphong.rays.casting import Ball, Occluders, tell_if_slow
-from pvphong.rays.rays import Receiver, Target, Targets, may_block
-from pvphong.rays.sampling import MOST_RAYS, Ask, Effort, Seen, in_tree_order, look
+from pvphong.rays.casting import Occluders, warn_if_slow
+from pvphong.rays.rays import Receiver, Targets, may_block, place_or_direction, rays_to
+from pvphong.rays.sampling import MOST_RAYS, Cast, Seen, in_tree_order, look
 from pvphong.scene.light_model import LightModel
+
+# --- casting a receiver's rays
+
+_VERTICES_AT_ONCE = 2**16
+# Into so many lights without a size one with a size is divided.
+_LIGHTS = 1024
+# So many rays every vertex gets.
+_LEAST, _LEAST_OF_ALL_AROUND = 16, 64
+# In units of the resolution: rays end so far before a light, for it may stand on a face.
+_BEFORE_LIGHT = 2.0
+
+
+@dataclass(frozen=True)
+class Tracer:
+    """Casts the rays of the vertices of one mesh.
+
+    Parameters
+    ----------
+    receiver : Receiver
+        Whose vertices look.
+    occluders : Occluders
+        What is in the way.
+    two_sided : bool
+        Whether vertices that face away from a light see it too: from their other side.
+    distance : float
+        Up to where something hides the sky.
+    tolerance : float
+        Largest standard error of the colours of a white surface.
+    samples : int or None
+        So many rays for each vertex in place of that.
+    ambient : float
+        The sky's brightness, which that tolerance counts with.
+    """
+
+    receiver: Receiver
+    occluders: Occluders
+    two_sided: bool = False
+    distance: float = math.inf
+    tolerance: float = 1.0 / 255.0
+    samples: int | None = None
+    ambient: float = 1.0
+
+    def light(self, light: Light) -> Seen:
+        """What the vertices see of a light in the world."""
+        self._prepare()
+        return self._part_of(light) if light.has_size else self._all_or_nothing_of(light)
+
+    def _prepare(self) -> None:
+        """Compute what threads are to share."""
+        self.receiver.origins.shape, self.occluders.casters  # noqa: B018
+
+    def _sides(self, light: Light, some: slice = slice(None)) -> Float64Array:
+        """1 where vertices face a light, -1 where they see it from their other side, 0 where not at all."""
+        normals, points = self.receiver.unit_normals[some], self.receiver.points[some]
+        with np.errstate(all="ignore"):
+            facing = np.nan_to_num(dot(normals.T, light.arrival(np.ascontiguousarray(points.T)).direction))
+        return np.sign(facing) if self.two_sided else (facing > 0.0).astype(np.float64)
+
+    def _origins(self, rows: Any, sides: Any) -> Float64Array:
+        """Where rays begin at some vertices, on the side of the surface that sees the light."""
+        above = self.occluders.resolution(self.receiver.part)
+        return self.receiver.origins[rows] + above * sides * self.receiver.unit_normals[rows]
+
+    def _blocked_before_light(
+        self, origins: Float64Array, directions: Float64Array, distances: Float64Array
+    ) -> BoolArray:
+        margin = _BEFORE_LIGHT * self.occluders.resolution(self.receiver.part)
+        return self.occluders.blocked(origins, directions, distances - margin)
+
+    def _all_or_nothing_of(self, light: Light) -> Seen:
+        """A light without a size: one ray for each vertex."""
+        count = len(self.receiver.points)
+        part, rays = np.zeros(count), list[int]()
+
+        def work(first: int, last: int) -> None:
+            sides = self._sides(light, slice(first, last))
+            facing = np.flatnonzero(sides)
+            rows = first + facing
+            origins = self._origins(rows, sides[facing, None])
+            part[rows] = ~self._blocked_before_light(origins, *rays_to(light, origins))
+            rays.append(len(rows))
+
+        threads.run(work, count, _VERTICES_AT_ONCE)
+        return Seen(part, np.zeros(count), sum(rays) * bool(self.occluders.casters))
+
+    def _part_of(self, light: Light) -> Seen:
+        """A light with a size: as many rays as it takes, weighted with what its parts send."""
+        targets = Targets(light, _LIGHTS)
+        sides = self._sides(light.nodes(1)[0]) if self.two_sided else np.ones(len(self.receiver.points))
+        sides[sides == 0.0] = 1.0
+
+        def cast(vertices: IntArray, nodes: IntArray) -> tuple[FloatArray, BoolArray]:
+            picked = nodes.ravel() * len(targets) // MOST_RAYS
+            rows = np.repeat(vertices, nodes.shape[1])
+            normals = self.receiver.unit_normals[rows] * sides[rows, None]
+            origins = self._origins(vertices, sides[vertices, None]).repeat(nodes.shape[1], axis=0)
+            directions, distances = targets.rays_to(picked, origins)
+            weights = np.maximum(dot(directions.T, normals.T), 0.0) * targets.strengths(picked, origins)
+            weights[~np.isfinite(weights)] = 0.0
+            sent = np.flatnonzero(weights)
+            seen = np.zeros(len(weights), bool)
+            seen[sent] = ~self._blocked_before_light(origins[sent], directions[sent], distances[sent])
+            return weights.reshape(nodes.shape), seen.reshape(nodes.shape)
+
+        brightness = len(targets) * light.intensity * max(np.ravel(light.diffuse).tolist())
+        return self._look(cast, brightness, _LEAST_OF_ALL_AROUND if light.is_even else _LEAST)
+
+    def sky(self) -> Seen:
+        """What the vertices see of the hemispheres around their normals."""
+        self._prepare()
+        sky = np.ascontiguousarray(_sky_directions().T, np.float32)
+        normals = self.receiver.unit_normals
+        frame = np.stack([*_frame(normals), normals]).astype(np.float32)
+        has_normal: BoolArray = (normals != 0.0).any(axis=1)
+
+        def cast(vertices: IntArray, nodes: IntArray) -> tuple[FloatArray, BoolArray]:
+            directions, (x, y, z) = np.empty((*nodes.shape, 3), np.float32), (column[nodes] for column in sky)
+            for axis in range(3):  # long rows at a time
+                a, b, c = frame[:, vertices, axis, None]
+                directions[..., axis] = x * a + y * b + z * c
+            ends = np.broadcast_to(self.distance, nodes.size)
+            seen = ~self.occluders.blocked(self._origins(vertices, 1.0), directions.reshape(-1, 3), ends)
+            sent = np.broadcast_to(has_normal[vertices, None], nodes.shape).astype(np.float32)
+            return sent, seen.reshape(nodes.shape)
+
+        seen = self._look(cast, self.ambient, _LEAST_OF_ALL_AROUND)
+        return seen._replace(part=np.where(has_normal, seen.part, 1.0))
+
+    def _look(self, cast: Cast, brightness: float, least: int) -> Seen:
+        return look(
+            len(self.receiver.points),
+            cast,
+            self.receiver.faces.corners,
+            tolerance=self.tolerance,
+            samples=self.samples,
+            brightness=brightness,
+            least=least,
+        )
+
+
+@functools.cache
+def _sky_directions() -> Float64Array:
+    """Unit vectors about (0, 0, 1), as many as nodes, with the density of the cosine: a sunflower's seeds, projected.
+
+    Sources: H. Vogel, "A better way to construct the sunflower head" (1979); Nusselt's analogon.
+    """
+    k = np.arange(MOST_RAYS)
+    radius, around = np.sqrt((k + 0.5) / MOST_RAYS), k * math.pi * (3.0 - math.sqrt(5.0))
+    directions = np.stack([radius * np.cos(around), radius * np.sin(around), np.sqrt(1.0 - radius * radius)], axis=1)
+    return directions[in_tree_order(directions[:, :2])]
+
+
+def _frame(normals: Float64Array) -> tuple[Float64Array, Float64Array]:
+    """Two unit vectors across each normal (T. Duff et al., "Building an orthonormal basis, revisited", 2017)."""
+    x, y, z = normals.T
+    sign = np.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    first = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=1)
+    return first, np.stack([b, sign + y * y * a, -y], axis=1)
+
+
+# --- what they found, kept
 
 # Triangles of which it is said beforehand what memory their rays take.
 _MANY = 2_000_000
@@ -47,44 +212,19 @@ class Visibility:
 
     Parameters
     ----------
-    receiver : Receiver
-        Whose vertices look.
+    tracer : Tracer
+        Casts the rays.
     lights : sequence of Light
         The scene's, in the world, those that are off too.
     labels : sequence of str
         Their names.
-    occluders : Occluders
-        What is in the way.
-    two_sided : bool
-        Whether vertices that face away from a light see it too: from their other side.
-    distance : float
-        Up to where something hides the sky.
-    tolerance : float
-        Largest standard error of the colours of a white surface.
-    samples : int or None
-        So many rays for each vertex in place of that.
-    ambient : float
-        The sky's brightness, which that tolerance counts with.
     """
 
-    def __init__(
-        self,
-        receiver: Receiver,
-        lights: Sequence[Light],
-        labels: Sequence[str],
-        occluders: Occluders,
-        *,
-        two_sided: bool = False,
-        distance: float = math.inf,
-        tolerance: float = 1.0 / 255.0,
-        samples: int | None = None,
-        ambient: float = 1.0,
-    ) -> None:
-        self._receiver, self._lights, self._occluders = receiver, tuple(lights), occluders
+    def __init__(self, tracer: Tracer, lights: Sequence[Light], labels: Sequence[str]) -> None:
+        self._tracer, self._receiver, self._lights = tracer, tracer.receiver, tuple(lights)
         self.lights = tuple(labels)
         """Names of the lights, in the order of `per_light`."""
-        self._tracer = Tracer(receiver, occluders, two_sided, distance, tolerance, samples, ambient)
-        self._parts = np.ones((len(self.lights) + 1, len(receiver.points)), np.float32)
+        self._parts = np.ones((len(self.lights) + 1, len(self._receiver.points)), np.float32)
         self._errors = np.zeros_like(self._parts)
         self._done: set[int] = set()
         self.rays = 0
@@ -93,28 +233,18 @@ class Visibility:
         """How long that took."""
 
     def __repr__(self) -> str:
-        return (
-            f"<Visibility of {len(self.lights)} lights from {self._parts.shape[1]} vertices: "
-            f"{self.rays} rays in {self.seconds:.3g} s{self._memory}>"
-        )
-
-    @property
-    def _memory(self) -> str:
-        """What the triangles in the way take, where that is much."""
-        occluders = self._occluders
-        much = f"; {occluders.count:,} triangles in the way take about {occluders.memory / 1e9:.2g} GB"
-        return much if occluders.count >= _MANY else ""
+        seen = f"{len(self.lights)} lights from {self._parts.shape[1]} vertices"
+        count, memory = self._tracer.occluders.count, self._tracer.occluders.memory
+        much = f"; {count:,} triangles in the way take about {memory / 1e9:.2g} GB" if count >= _MANY else ""
+        return f"<Visibility of {seen}: {self.rays} rays in {self.seconds:.3g} s{much}>"
 
     def _repr_html_(self) -> str:
-        headings = ("seen", "mean part", "largest standard error")
-        rows = [(name, *self._summary(row)) for row, name in enumerate((*self.lights, "the sky"))]
-        return html_table(repr(self)[1:-1], headings, rows)
-
-    def _summary(self, row: int) -> tuple[str, str]:
-        """Of one array, if it has been computed: showing something casts no ray."""
-        if row not in self._done:
-            return "not asked for yet", ""
-        return f"{self._parts[row].mean(dtype=np.float64):.3f}", f"{self._errors[row].max(initial=0.0):.4f}"
+        """Showing it casts no ray."""
+        rows = [(name, "not asked for yet", "") for name in (*self.lights, "the sky")]
+        for row in self._done:
+            part, error = self._parts[row].mean(dtype=np.float64), self._errors[row].max(initial=0.0)
+            rows[row] = rows[row][0], f"{part:.3f}", f"{error:.4f}"
+        return html_table(repr(self)[1:-1], ("seen", "mean part", "largest standard error"), rows)
 
     @property
     def per_light(self) -> FloatArray:
@@ -148,14 +278,14 @@ class Visibility:
         samples : int, optional
             Of what is not known yet.
         """
-        result = self._anew(self._receiver, lights, labels, samples)
-        as_good = self._tracer.samples in (None, samples)
+        result = Visibility(replace(self._tracer, samples=samples), lights, labels)
+        is_as_good = self._tracer.samples in (None, samples)
         known = {_light_stamp(light): index for index, light in enumerate(self._lights) if index in self._done}
         for index, light in enumerate(result._lights):
             before = known.get(_light_stamp(light))
-            if before is not None and (as_good or not light.has_size):
+            if before is not None and (is_as_good or not light.has_size):
                 result._keep(index, self._parts[before], self._errors[before])
-        if len(self._lights) in self._done and as_good:
+        if len(self._lights) in self._done and is_as_good:
             result._keep(len(result._lights), self._parts[-1], self._errors[-1])
         return result
 
@@ -165,61 +295,22 @@ class Visibility:
         Parameters
         ----------
         samples : int, optional
-            As for the class.
+            As for the tracer.
         rows : ndarray, optional
             Shape (m,): of these vertices alone. They share no face with others, so that adaptive rays may be more.
         """
         receiver = self._receiver if rows is None else self._receiver.some(rows)
-        return self._anew(receiver, self._lights, self.lights, samples)
-
-    def _anew(
-        self, receiver: Receiver, lights: Sequence[Light], labels: Sequence[str], samples: int | None
-    ) -> Visibility:
-        tracer = self._tracer
-        return Visibility(
-            receiver,
-            lights,
-            labels,
-            self._occluders,
-            two_sided=tracer.two_sided,
-            distance=tracer.distance,
-            tolerance=tracer.tolerance,
-            samples=samples,
-            ambient=tracer.ambient,
-        )
+        return Visibility(replace(self._tracer, receiver=receiver, samples=samples), self._lights, self.lights)
 
     def _keep(self, row: int, part: FloatArray, error: FloatArray) -> None:
         self._parts[row], self._errors[row] = part, error
         self._done.add(row)
 
-    # -- what plans and evaluators ask
-
-    def why_clear(self, light: int) -> str:
-        """Why nothing can block a light; "" where something may."""
-        return self._why_nothing(
-            lambda ball: may_block(self._lights[light], self._receiver.extent.sphere, ball), "stands between"
-        )
-
-    def why_open(self) -> str:
-        """Why nothing can hide the sky; "" where something may."""
-        if math.isinf(self._tracer.distance):
-            return self._why_nothing(lambda _: True, "is around it")
-        sphere = self._receiver.extent.sphere
-
-        def is_near(ball: Ball) -> bool:
-            if sphere is None:
-                return True
-            return math.dist(ball.center, sphere.center) <= 1.001 * (
-                ball.radius + sphere.radius + self._tracer.distance
-            )
-
-        return self._why_nothing(is_near, "is near enough")
-
     def channels(self, lights: Sequence[int], *, sky: bool) -> FloatArray:
         """Shape (lights + 1, n): `per_light` with `sky` in the last row; rows not asked for may not be computed yet."""
         for index in (*lights, *[len(self.lights)] * sky):
             if index not in self._done:
-                tell_if_slow(len(self._receiver.points))
+                warn_if_slow(len(self._receiver.points))
                 start, is_sky = time.perf_counter(), index == len(self.lights)
                 with text.about(f"rays to {'the sky' if is_sky else self.lights[index]}"):
                     seen = self._tracer.sky() if is_sky else self._tracer.light(self._lights[index])
@@ -230,7 +321,32 @@ class Visibility:
         result.flags.writeable = False
         return result
 
-    # -- whether it fits
+    def why_clear(self, light: int) -> str:
+        """Why nothing can block a light; "" where something may."""
+        seen_from = self._receiver.extent.sphere
+        return self._why_nothing(lambda part: may_block(self._lights[light], seen_from, part), "stands between")
+
+    def why_open(self) -> str:
+        """Why nothing can hide the sky; "" where something may."""
+        sphere, distance = self._receiver.extent.sphere, self._tracer.distance
+
+        def may_hide(part: Sphere) -> bool:
+            if sphere is None:
+                return True
+            return math.dist(part.center, sphere.center) <= 1.001 * (part.radius + sphere.radius + distance)
+
+        return self._why_nothing(may_hide, "is around it" if math.isinf(distance) else "is near enough")
+
+    def _why_nothing(self, may_block: Callable[[Sphere], bool], nothing: str) -> str:
+        own, spheres = self._receiver.part, self._tracer.occluders.spheres
+        others = [sphere for index, sphere in enumerate(spheres) if sphere and index != own]
+        if any(map(may_block, others)):
+            return ""
+        if own is None or spheres[own] is None:
+            return f"nothing {nothing}"
+        if self._tracer.two_sided or not self._receiver.is_convex:
+            return ""
+        return f"nothing {nothing}, and the mesh is convex" if others else "the mesh is convex, and alone"
 
     @cached_property
     def _stamp(self) -> tuple[int, ...]:
@@ -257,19 +373,6 @@ class Visibility:
             got = f"one with occlusion up to {self._tracer.distance:g}"
             check.refuse("visibility", got, f"one up to {model.occlusion_distance:g}", remedy)
 
-    # -- what is known before any ray is cast
-
-    def _why_nothing(self, may: Callable[[Ball], bool], nothing: str) -> str:
-        others = [ball for index, ball in enumerate(self._occluders.balls) if ball and index != self._receiver.part]
-        if any(map(may, others)):
-            return ""
-        own = self._receiver.part
-        if own is None or self._occluders.balls[own] is None:
-            return f"nothing {nothing}"
-        if self._tracer.two_sided or not self._receiver.is_convex:
-            return ""
-        return f"nothing {nothing}, and the mesh is convex" if others else "the mesh is convex, and alone"
-
 
 def _stamp(points: FloatArray, lights: Sequence[Light]) -> tuple[int, ...]:
     """Numbers that tell apart points, and each light's place, direction and size."""
@@ -279,142 +382,5 @@ def _stamp(points: FloatArray, lights: Sequence[Light]) -> tuple[int, ...]:
 
 def _light_stamp(light: Light) -> int:
     """A number that tells a light's place, direction and size, and of which parts it is, from others."""
-    nodes = [
-        (Target.of(node).place_or_way.tolist(), node.intensity if light.has_size else 1.0) for node in light.nodes(4)
-    ]
+    nodes = [(place_or_direction(node).tolist(), light.has_size and node.intensity) for node in light.nodes(4)]
     return zlib.crc32(repr((nodes, light.is_even)).encode())
-
-
-# --- tracing
-
-
-_VERTICES_AT_ONCE = 2**16
-# Into so many lights without a size one with a size is divided.
-_LIGHTS = 1024
-# So many rays every vertex gets.
-_LEAST, _LEAST_OF_ALL_AROUND = 16, 64
-# In units of the resolution: rays end so far before a light, for it may stand on a face.
-_BEFORE_LIGHT = 2.0
-
-
-@dataclass(frozen=True)
-class Tracer:
-    """Casts a receiver's rays; the arguments are those of `Visibility`."""
-
-    receiver: Receiver
-    occluders: Occluders
-    two_sided: bool
-    distance: float
-    tolerance: float
-    samples: int | None
-    ambient: float
-
-    def _prepare(self) -> None:
-        """Compute what threads are to share."""
-        self.receiver.beside.shape, self.occluders.casters  # noqa: B018
-
-    def _begins(self, rows: Any, sides: Any) -> Float64Array:
-        above = self.occluders.resolution(self.receiver.part)
-        return self.receiver.beside[rows] + above * sides * self.receiver.unit_normals[rows]
-
-    def _sides(self, light: Light, some: slice = slice(None)) -> Float64Array:
-        """1 where vertices face a light, -1 where they see it from their other side, 0 where not at all."""
-        normals, points = self.receiver.unit_normals[some], self.receiver.points[some]
-        with np.errstate(all="ignore"):
-            ways = light.arrival(np.ascontiguousarray(points.T)).direction
-            facing = np.nan_to_num(dot(normals.T, ways))
-        return np.sign(facing) if self.two_sided else (facing > 0.0).astype(np.float64)
-
-    def light(self, light: Light) -> Seen:
-        """What the vertices see of a light in the world."""
-        return self._see_part(light) if light.has_size else self._see_or_not(light)
-
-    def _see_or_not(self, light: Light) -> Seen:
-        """A light without a size: one ray for each vertex."""
-        self._prepare()
-        count, target = len(self.receiver.points), Target.of(light)
-        part, rays = np.zeros(count), list[int]()
-
-        def work(first: int, last: int) -> None:
-            sides = self._sides(light, slice(first, last))
-            facing = np.flatnonzero(sides)
-            rows = first + facing
-            begins = self._begins(rows, sides[facing, None])
-            ways, distances = target.seen_from(begins)
-            end = distances - _BEFORE_LIGHT * self.occluders.resolution(self.receiver.part)
-            part[rows] = ~self.occluders.blocked(begins, ways, end)
-            rays.append(len(rows))
-
-        threads.run(work, count, _VERTICES_AT_ONCE)
-        return Seen(part, np.zeros(count), sum(rays) * bool(self.occluders.casters))
-
-    def _see_part(self, light: Light) -> Seen:
-        targets = Targets(light, _LIGHTS)
-        sides = self._sides(light.nodes(1)[0]) if self.two_sided else np.ones(len(self.receiver.points))
-        sides[sides == 0.0] = 1.0
-        brightness = len(targets) * light.intensity * max(np.ravel(light.diffuse).tolist())
-
-        def ask(vertices: IntArray, chosen: IntArray) -> tuple[FloatArray, BoolArray]:
-            picked = chosen.ravel() * len(targets) // MOST_RAYS
-            rows = np.repeat(vertices, chosen.shape[1])
-            normals = self.receiver.unit_normals[rows] * sides[rows, None]
-            begins = self._begins(vertices, sides[vertices, None]).repeat(chosen.shape[1], axis=0)
-            ways, distances = targets.seen_from(picked, begins)
-            weights = np.maximum(dot(ways.T, normals.T), 0.0) * targets.strengths(picked, begins)
-            weights[~np.isfinite(weights)] = 0.0
-            sent = np.flatnonzero(weights)
-            seen = np.zeros(len(weights), bool)
-            end = distances[sent] - _BEFORE_LIGHT * self.occluders.resolution(self.receiver.part)
-            seen[sent] = ~self.occluders.blocked(begins[sent], ways[sent], end)
-            return weights.reshape(chosen.shape), seen.reshape(chosen.shape)
-
-        return self._look(ask, brightness, least=_LEAST_OF_ALL_AROUND if light.is_even else _LEAST)
-
-    def sky(self) -> Seen:
-        """What the vertices see of the hemispheres around their normals."""
-        ways = np.ascontiguousarray(_sky_ways().T, np.float32)
-        normals = self.receiver.unit_normals
-        frame = np.stack([*_frame(normals), normals]).astype(np.float32)
-        has_normal: BoolArray = (normals != 0.0).any(axis=1)
-
-        def ask(vertices: IntArray, chosen: IntArray) -> tuple[FloatArray, BoolArray]:
-            toward, (x, y, z) = np.empty((*chosen.shape, 3), np.float32), (way[chosen] for way in ways)
-            for axis in range(3):  # long rows at a time
-                a, b, c = frame[:, vertices, axis, None]
-                toward[..., axis] = x * a + y * b + z * c
-            ends = np.broadcast_to(self.distance, chosen.size)
-            seen = ~self.occluders.blocked(self._begins(vertices, 1.0), toward.reshape(-1, 3), ends)
-            sent = np.broadcast_to(has_normal[vertices, None], chosen.shape).astype(np.float32)
-            return sent, seen.reshape(chosen.shape)
-
-        seen = self._look(ask, self.ambient, _LEAST_OF_ALL_AROUND)
-        return seen._replace(part=np.where(has_normal, seen.part, 1.0))
-
-    def _look(self, ask: Ask, brightness: float, least: int) -> Seen:
-        receiver = self.receiver
-        self._prepare()
-        return look(
-            len(receiver.points), ask, Effort(self.tolerance, self.samples, brightness, least), receiver.faces.corners
-        )
-
-
-@functools.cache
-def _sky_ways() -> Float64Array:
-    """Unit vectors about (0, 0, 1), as many as nodes, with the density of the cosine: a sunflower's seeds, projected.
-
-    Sources: H. Vogel, "A better way to construct the sunflower head" (1979); Nusselt's analogon.
-    """
-    k = np.arange(MOST_RAYS)
-    radius, around = np.sqrt((k + 0.5) / MOST_RAYS), k * math.pi * (3.0 - math.sqrt(5.0))
-    ways = np.stack([radius * np.cos(around), radius * np.sin(around), np.sqrt(1.0 - radius * radius)], axis=1)
-    return ways[in_tree_order(ways[:, :2])]
-
-
-def _frame(normals: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Two unit vectors across each normal (T. Duff et al., "Building an orthonormal basis, revisited", 2017)."""
-    x, y, z = normals.T
-    sign = np.copysign(1.0, z)
-    a = -1.0 / (sign + z)
-    b = x * y * a
-    first = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=1)
-    return first, np.stack([b, sign + y * y * a, -y], axis=1)

@@ -162,8 +162,7 @@ def vtk_tier(lights: Iterable[Light]) -> int:
 def _as_vtk_lights(term: LightTerm, reflectances: _Reflectances) -> LightTerm:
     """A light as VTK takes it: a cone of 90° is none, exponents end at 128, highlights have the diffuse colour."""
     light = term.light
-    if obstacle := light.vtk_obstacle:
-        check.refuse(f"lights[{term.index}]", obstacle.what, "one that VTK has, in VTK's convention", obstacle.remedy)
+    light.refuse_unless_in_vtk(f"lights[{term.index}]", "one that VTK has, in VTK's convention")
     values = light.as_vtk()
     values = values._replace(exponent=min(values.exponent, HIGHEST_POWER))
     shape = light_from_values(values, diffuse=light.diffuse, intensity=light.intensity)

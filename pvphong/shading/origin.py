@@ -30,7 +30,7 @@ def beside_the_mesh(equation: Equation) -> Equation:
     matrix = equation.matrix
     if matrix is None or matrix[3, :3].any() or not matrix[3, 3] or not matrix[:3, 3].any():
         return equation
-    if not all(term.light.is_placed for term in equation.terms):
+    if not all(term.light.is_even or term.light.places for term in equation.terms):
         return equation  # nobody knows where they are
     with np.errstate(over="ignore", invalid="ignore"):
         offset = matrix[:3, 3] / matrix[3, 3]

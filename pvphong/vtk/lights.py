@@ -1,37 +1,30 @@
-"""Lights of VTK's and PyVista's as pvphong's, and the other way round.
+"""Lights of VTK and PyVista as pvphong's, and the other way round, with nothing rounded; and VTK's light kit.
 
-Answers the core's questions to PyVista and VTK.
-
-VTK's light kit, as lights.
-
-What float32 does to VTK's physically based shading: an estimate in float64, apart from evaluator and shader.
-
-Symbols as in `pvphong.optics.reflectances.microfacets`. Errors are in roundings of 2⁻²⁴.
+This module answers the core's questions to PyVista and VTK, see `pvphong.base.host`.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkLightKit, vtkRenderer
 
-from pvphong.base import check, host
-from pvphong.base.types import Float64Array, Frame, Vector, rgb
+from pvphong.base import check
+from pvphong.base.types import Frame, Vector, rgb
 from pvphong.base.vectors import unit
 from pvphong.optics.light import Light, VtkValues
 from pvphong.optics.lights import light_from_values
-from pvphong.optics.roles import EyeSpace
 from pvphong.scene.viewer import Viewer
 
 # A focal point this many bits closer than the coordinates are large still tells the direction to 2⁻³².
 _KEPT_BITS = 20
 
 
-def as_light(light: Any, viewer: EyeSpace | None = None) -> Light:
+def as_light(light: Any, viewer: Any = None) -> Light:
     """A pvphong light from a `pyvista.Light` or `vtkLight`, its colours unrounded.
 
     A scene light gives frame "world", through its transform matrix if it has one; a headlight gives
@@ -60,8 +53,11 @@ def as_light(light: Any, viewer: EyeSpace | None = None) -> Light:
     if viewer is None:
         return from_vtk(light, _camera_distance(light))
     _check_viewer(viewer)
-    if _is_moved_headlight(light):
-        return _moved_headlight(light, viewer)
+    if _is_moved_headlight(light):  # as VTK draws it: the eye, and the point that it looks at, are transformed
+        eye, ahead = np.array(viewer.position), np.array(viewer.view_direction) * viewer.distance
+        matrix = light.GetTransformMatrix()
+        position, focal_point = (matrix.MultiplyPoint((*point, 1.0))[:3] for point in (eye, eye + ahead))
+        return _light_at(light, "world", position, _direction(position, focal_point))
     converted = from_vtk(light, viewer.distance)
     if converted is light or converted.frame == "world":
         return converted
@@ -85,13 +81,14 @@ def from_vtk(light: Any, distance: float) -> Light:
         check.refuse("light", "a headlight with one", "a headlight without a transform matrix", remedy)
     if light.LightTypeIsHeadlight():
         # VTK overwrites its coordinates at every frame; in eye space they are always these.
-        return _with_shape(light, "headlight", (0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+        return _light_at(light, "headlight", (0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     if light.LightTypeIsCameraLight():
         # Its transform is VTK's own, and stale; its untransformed coordinates are the user's.
-        position, focal_point = light.GetPosition(), light.GetFocalPoint()
-        return _with_shape(light, "camera", _eye_space(position, distance), _between(position, focal_point))
+        (x, y, z), focal_point = light.GetPosition(), light.GetFocalPoint()
+        in_eye_space = x * distance, y * distance, (z - 1.0) * distance  # inverse of `_place_for_vtk`
+        return _light_at(light, "camera", in_eye_space, _direction((x, y, z), focal_point))
     position, focal_point = light.GetTransformedPosition(), light.GetTransformedFocalPoint()
-    return _with_shape(light, "world", position, _between(position, focal_point))
+    return _light_at(light, "world", position, _direction(position, focal_point))
 
 
 def _is_moved_headlight(light: Any) -> bool:
@@ -102,19 +99,12 @@ def _is_moved_headlight(light: Any) -> bool:
     return matrix is not None and not matrix.IsIdentity()
 
 
-def _moved_headlight(light: Any, viewer: EyeSpace) -> Light:
-    """The headlight in the world, as VTK draws it: the eye and what it looks at, transformed."""
-    eye, ahead = np.array(viewer.position), np.array(viewer.view_direction) * viewer.distance
-    matrix = light.GetTransformMatrix()
-    position, focal_point = (matrix.MultiplyPoint((*point, 1.0))[:3] for point in (eye, eye + ahead))
-    return _with_shape(light, "world", position, _between(position, focal_point))
-
-
-def _between(start: Vector, end: Vector) -> Vector:
+def _direction(start: Vector, end: Vector) -> Vector:
     return end[0] - start[0], end[1] - start[1], end[2] - start[2]
 
 
-def _with_shape(light: Any, frame: Frame, position: Vector, direction: Vector) -> Light:
+def _light_at(light: Any, frame: Frame, position: Vector, direction: Vector) -> Light:
+    """VTK's light with a place and a direction in a frame."""
     common: dict[str, Any] = {
         "diffuse": light.GetDiffuseColor(),
         "specular": light.GetSpecularColor(),
@@ -136,12 +126,6 @@ def _with_shape(light: Any, frame: Frame, position: Vector, direction: Vector) -
     return light_from_values(values, **common)
 
 
-def _eye_space(point: Vector, distance: float) -> Vector:
-    """Inverse of `_place_for_vtk` for a camera light."""
-    x, y, z = point
-    return x * distance, y * distance, (z - 1.0) * distance
-
-
 def _camera_distance(light: Any) -> float:
     """The eye's distance that VTK last used to place a camera light, or 1 where it has not placed it yet."""
     matrix = getattr(light, "GetTransformMatrix", lambda: None)()
@@ -151,7 +135,7 @@ def _camera_distance(light: Any) -> float:
     return float(unit(scale)[1][0]) or 1.0
 
 
-def to_pyvista(light: Light, viewer: EyeSpace | None = None) -> pv.Light:
+def to_pyvista(light: Light, viewer: Any = None) -> pv.Light:
     """`Light.to_pyvista`."""
     if viewer is not None:
         _check_viewer(viewer)
@@ -160,7 +144,7 @@ def to_pyvista(light: Light, viewer: EyeSpace | None = None) -> pv.Light:
     return result
 
 
-def write_light(light: Light, target: Any, viewer: EyeSpace | None = None) -> None:
+def write_light(light: Light, target: Any, viewer: Any = None) -> None:
     """Give an existing `pyvista.Light` or `vtkLight` a light's values, as `Light.to_pyvista` does."""
     values = light.as_vtk()
     {
@@ -175,23 +159,19 @@ def write_light(light: Light, target: Any, viewer: EyeSpace | None = None) -> No
     target.SetIntensity(light.intensity)
     target.SetSwitch(light.on)
     target.SetPositional(values.is_positional)
-    if values.is_positional:
-        _write_place(values, light.frame, 1.0 if viewer is None else viewer.distance, target)
-    else:
-        x, y, z = values.direction
+    x, y, z = values.direction
+    if not values.is_positional:
         target.SetPosition(-x, -y, -z)
         target.SetFocalPoint(0.0, 0.0, 0.0)
-
-
-def _write_place(values: VtkValues, frame: Frame, distance: float, target: Any) -> None:
-    """Position, attenuation and cone, or a cone of 90° and any focal point where there is no cone."""
-    target.SetAttenuationValues(*values.attenuation)
-    position = _place_for_vtk(values.position, frame, distance)
+        return
+    distance = 1.0 if viewer is None else viewer.distance
+    position = _place_for_vtk(values.position, light.frame, distance)
     target.SetPosition(position)
-    if values.cone_angle is None:
+    target.SetAttenuationValues(*values.attenuation)
+    if values.cone_angle is None:  # VTK has none from 90° on, whatever the focal point is
         x, y, z = values.position
         target.SetConeAngle(90.0)
-        target.SetFocalPoint(_place_for_vtk((x, y, z - 1.0), frame, distance))
+        target.SetFocalPoint(_place_for_vtk((x, y, z - 1.0), light.frame, distance))
     else:
         target.SetConeAngle(values.cone_angle)
         target.SetExponent(values.exponent)
@@ -218,31 +198,17 @@ def _point_ahead(position: Vector, direction: Vector) -> Vector:
     return x, y, z
 
 
-# --- host
-
-
-def _color_by_name(name: str) -> Vector:
+def color_by_name(name: str) -> Vector:
+    """See `pvphong.base.host.color_by_name`."""
     red, green, blue, opacity = pv.Color(name).float_rgba
     if opacity != 1.0:
         raise ValueError(f"{name} has an opacity")
     return float(red), float(green), float(blue)
 
 
-def answer_the_core() -> None:
-    """Say which functions answer; see `pvphong.base.host`."""
-    host.answer(
-        color_by_name=_color_by_name,
-        color_names=lambda: list(pv.hex_colors),
-        light_to_pyvista=to_pyvista,
-        light_from_vtk=from_vtk,
-        light_placed=as_light,
-    )
-
-
-# --- light_kit
-
-
-_NAMES = ("head", "key", "fill", "back left", "back right")
+def color_names() -> list[str]:
+    """See `pvphong.base.host.color_names`."""
+    return list(pv.hex_colors)
 
 
 def light_kit() -> tuple[Light, ...]:
@@ -259,74 +225,5 @@ def light_kit() -> tuple[Light, ...]:
     kit, renderer = vtkLightKit(), vtkRenderer()
     kit.AddLightsToRenderer(renderer)
     kit.Update()
-    lights = [from_vtk(light, 1.0) for light in renderer.GetLights()]
-    return tuple(replace(light, name=name) for light, name in zip(lights, _NAMES, strict=True))
-
-
-# --- physical
-
-
-GAMMA = 2.2
-"""The shader raises the sum of all light to 1/2.2."""
-
-_FLOOR = 1e-5
-"""Under which no cosine falls there."""
-
-_LEAST = math.sqrt(1e-8 / math.pi)
-"""Under which D's denominator does not fall."""
-
-_DIELECTRIC = 0.04
-
-
-class Cosines(NamedTuple):
-    """Of n vertices and one light, and by how much float32 turns the directions that they are of."""
-
-    n_l: Float64Array
-    n_v: Float64Array
-    n_h: Float64Array
-    h_l: Float64Array
-    light_turn: Any
-    """Of the angle between n and l."""
-    eye_turn: Any
-    """Of that between n and v."""
-
-
-def allowed_error(roughness: float) -> float:
-    """6 · 2⁻²⁴ / roughness⁴ + 2e-6, relative where a colour is more than 1.
-
-    D's denominator 1 − (1 − α²)(n·h)² is α² = roughness⁴ at the peak. Five or six roundings of n·h and of its
-    square count there so much more; D has its square, and the picture its power 1/2.2.
-    """
-    return 6.0 * 2.0**-24 / max(roughness**4, _LEAST) + 2e-6
-
-
-def reflected(metallic: float, roughness: float, color: Vector, c: Cosines) -> tuple[Float64Array, Float64Array]:
-    """What leaves of white light, shape (n, 3), and its relative error in roundings, likewise."""
-    x, y, m = np.maximum(c.n_l, _FLOOR), np.maximum(c.n_v, _FLOOR), metallic
-    a = np.array(color)
-    f0 = (1.0 - m) * _DIELECTRIC + m * a
-    grazing = (1.0 - np.clip(c.h_l, _FLOOR, 1.0))[:, None]
-    f = f0 + (1.0 - f0) * grazing**5
-    denominator = np.maximum(1.0 - (1.0 - roughness**4) * np.maximum(c.n_h, 0.0) ** 2, _LEAST)
-    r2 = roughness**2
-    masked = x * np.sqrt(r2 + (1.0 - r2) * y * y) + y * np.sqrt(r2 + (1.0 - r2) * x * x)
-    shine = ((r2 / denominator) ** 2 * x / (2.0 * masked))[:, None]
-    base = (1.0 - m) * (1.0 - f) * a * x[:, None]
-    half_turn = (c.light_turn + c.eye_turn) / (2.0 * np.maximum(c.h_l, 1e-9))
-    of_x, of_y = _relative(c.n_l, c.light_turn), _relative(c.n_v, c.eye_turn)
-    of_f = 5.0 * grazing**4 * (1.0 - f0) * (_sine(c.h_l) * half_turn + 3.0)[:, None]
-    of_cosine = 2.0 * np.maximum(c.n_h, 0.0) * (_sine(c.n_h) * half_turn + 2.0) + 1.5
-    of_shine = (of_x + of_y + 2.0 * of_cosine / denominator + 12.0)[:, None]
-    light = base + shine * f
-    error = base * (of_x[:, None] + 8.0) + (1.0 - m) * a * x[:, None] * of_f + shine * (f * of_shine + of_f)
-    return light / math.pi, error / np.maximum(light, np.finfo(np.float64).tiny)
-
-
-def _relative(cosine: Float64Array, turn: Any) -> Float64Array:
-    """Of a cosine that is not below its floor."""
-    lost = _sine(cosine) * turn + 3.0
-    return np.where(cosine > _FLOOR - lost * 2.0**-24, lost / np.maximum(cosine, _FLOOR), 0.0)
-
-
-def _sine(cosine: Float64Array) -> Any:
-    return np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
+    named = zip(renderer.GetLights(), ("head", "key", "fill", "back left", "back right"), strict=True)
+    return tuple(replace(from_vtk(light, 1.0), name=name) for light, name in named)

@@ -8,18 +8,31 @@ keeps what the shader wrote: unclamped, uninterpolated.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import functools
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.vtkCommonCore import VTK_FLOAT, vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
-from vtkmodules.vtkRenderingCore import vtkCamera, vtkLight, vtkProperty
+from vtkmodules.vtkRenderingCore import vtkCamera, vtkLight, vtkProperty, vtkRenderer, vtkRenderWindow
+from vtkmodules.vtkRenderingOpenGL2 import (
+    vtkFramebufferPass,
+    vtkOpenGLActor,
+    vtkOpenGLPolyDataMapper,
+    vtkRenderStepsPass,
+    vtkTextureObject,
+)
 
 from pvphong.base import check
-from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike, rgb
+from pvphong.base.types import FloatArray, MatrixLike, rgb
 from pvphong.meshes.lit import point_normals
+from pvphong.meshes.pictures import drawing_window, preferring
 from pvphong.meshes.surfaces import surface
 from pvphong.optics.lights import Light
 from pvphong.optics.material import Material, nearest_in_vtk
@@ -27,9 +40,20 @@ from pvphong.optics.reflectances.pbr import is_physical, physical_of
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER
 from pvphong.scene.viewer import Viewer
 from pvphong.vtk.lights import write_light
-from pvphong.vtk.vertex_window import driver, shade_vertices
 
-__all__ = ["driver", "vtk_shade"]
+SIDE = 2048
+"""Width of the framebuffer and its greatest height: one pass shades up to 2048² vertices in 64 MiB."""
+
+_TO_PIXEL = """//VTK::CustomEnd::Impl
+  int place = gl_VertexID - firstVertex;
+  vec2 pixel = vec2(float(place % framebufferSize.x), float(place / framebufferSize.x)) + 0.5;
+  gl_Position = vec4(2.0 * pixel / vec2(framebufferSize) - 1.0, 0.0, 1.0);
+  if (place < 0) { gl_Position.x = 2.0; }  // an earlier pass has shaded it; a later pass's lie above the top
+"""
+
+_COLORS = "Ambient", "Diffuse", "Specular"
+_OF_PROPERTY = (*_COLORS, *(f"{name}Color" for name in _COLORS), "SpecularPower", "Lighting")
+"""What of a `vtkProperty` counts, beside what physically based shading has of its own."""
 
 
 def vtk_shade(
@@ -83,31 +107,26 @@ def vtk_shade(
     """
     source = surface(mesh)
     points, normals = check.array("points", source.points), check.array("normals", point_normals(source))
-    placed = None if matrix is None else _vtk_matrix(check.matrix4("matrix", matrix))
-    given = _listed(lights)
+    placed = None
+    if matrix is not None:
+        placed = vtkMatrix4x4()
+        placed.DeepCopy(check.matrix4("matrix", matrix).ravel().tolist())
+    if not isinstance(lights, Iterable) or isinstance(lights, (str, bytes, dict)):
+        check.refuse("lights", lights, "a sequence of lights", "Put a single light into a list.")
+    given = list(lights)
     camera = vtk_camera(viewer, rides=any(getattr(light, "frame", "") == "camera" for light in given))
     copies = [vtk_light(light, Viewer.from_camera(camera)) for light in given]
     appearance = vtk_property(property_or_material)
+    with np.errstate(over="ignore"):
+        p, n = points.astype(np.float32), normals.astype(np.float32)
+    drawable = (np.isfinite(p) & np.isfinite(n)).all(axis=1) & (n != 0.0).any(axis=1)
     colors = np.full(points.shape, np.nan, dtype=np.float32)
-    drawable = _drawable(points, normals)
     if drawable.any():
-        shown = points[drawable], normals[drawable]
-        colors[drawable] = shade_vertices(*shown, copies, appearance, camera, placed)
+        colors[drawable] = _shade_vertices(points[drawable], normals[drawable], copies, appearance, camera, placed)
     return colors
 
 
-def _drawable(points: FloatArray, normals: FloatArray) -> BoolArray:
-    """Rows that are finite in float32 and have a normal there."""
-    with np.errstate(over="ignore"):
-        p, n = points.astype(np.float32), normals.astype(np.float32)
-    drawable: BoolArray = np.logical_and.reduce(np.isfinite(p) & np.isfinite(n), axis=1)
-    return drawable & np.logical_or.reduce(n != 0.0, axis=1)
-
-
-def _listed(lights: Any) -> list[Any]:
-    if not isinstance(lights, Iterable) or isinstance(lights, (str, bytes, dict)):
-        check.refuse("lights", lights, "a sequence of lights", "Put a single light into a list.")
-    return list(lights)
+# --- what VTK is given: copies of lights, material and camera ---
 
 
 def vtk_light(light: Any, viewer: Viewer) -> vtkLight:
@@ -136,7 +155,14 @@ def vtk_property(property_or_material: Any) -> vtkProperty:
     if isinstance(property_or_material, Material):
         write_material(property_or_material, appearance)
     elif isinstance(property_or_material, vtkProperty):
-        _write_property(property_or_material, appearance)
+        appearance.SetInterpolationToPhong()
+        if is_physical(property_or_material):
+            physical_of(property_or_material)  # refuses what it has not
+            appearance.SetInterpolationToPBR()
+            appearance.SetMetallic(property_or_material.GetMetallic())
+            appearance.SetRoughness(property_or_material.GetRoughness())
+        for name in _OF_PROPERTY:
+            getattr(appearance, f"Set{name}")(getattr(property_or_material, f"Get{name}")())
     else:
         allowed = "a Material, a pyvista.Property or a vtkProperty"
         check.refuse("property_or_material", property_or_material, allowed)
@@ -160,30 +186,10 @@ def write_material(material: Material, appearance: vtkProperty) -> None:
     if any(rgb(material.emission)):
         remedy = "VTK's shading has none. Without any light, ambient is the same: add it there."
         check.refuse("emission", material.emission, "0 in VTK", remedy)
-    appearance.SetAmbient(1.0)
-    appearance.SetDiffuse(1.0)
-    appearance.SetSpecular(1.0)
-    appearance.SetAmbientColor(rgb(material.ambient))
-    appearance.SetDiffuseColor(rgb(material.diffuse))
-    appearance.SetSpecularColor(rgb(material.specular))
+    for part in _COLORS:
+        getattr(appearance, f"Set{part}")(1.0)
+        getattr(appearance, f"Set{part}Color")(rgb(getattr(material, part.lower())))
     appearance.SetSpecularPower(material.shininess)
-
-
-def _write_property(source: vtkProperty, appearance: vtkProperty) -> None:
-    appearance.SetInterpolationToPhong()
-    if is_physical(source):
-        physical_of(source)  # refuses what it has not
-        appearance.SetInterpolationToPBR()
-        appearance.SetMetallic(source.GetMetallic())
-        appearance.SetRoughness(source.GetRoughness())
-    appearance.SetAmbient(source.GetAmbient())
-    appearance.SetDiffuse(source.GetDiffuse())
-    appearance.SetSpecular(source.GetSpecular())
-    appearance.SetAmbientColor(source.GetAmbientColor())
-    appearance.SetDiffuseColor(source.GetDiffuseColor())
-    appearance.SetSpecularColor(source.GetSpecularColor())
-    appearance.SetSpecularPower(source.GetSpecularPower())
-    appearance.SetLighting(source.GetLighting())
 
 
 def vtk_camera(viewer: Any, *, rides: bool) -> vtkCamera:
@@ -203,7 +209,102 @@ def vtk_camera(viewer: Any, *, rides: bool) -> vtkCamera:
     return camera
 
 
-def _vtk_matrix(matrix: Float64Array) -> vtkMatrix4x4:
-    result = vtkMatrix4x4()
-    result.DeepCopy(matrix.ravel().tolist())
-    return result
+# --- the window: one pixel per vertex, kept in float32 ---
+
+
+def _shade_vertices(
+    points: FloatArray,
+    normals: FloatArray,
+    lights: Sequence[vtkLight],
+    appearance: vtkProperty,
+    camera: vtkCamera,
+    matrix: vtkMatrix4x4 | None,
+) -> NDArray[np.float32]:
+    """What VTK's fragment shader makes of n >= 1 vertices that are finite and have normals, shape (n, 3).
+
+    Lights and camera are moved by the renderer. Raises ``RuntimeError`` if the driver left vertices undrawn.
+    """
+    count = len(points)
+    cloud, vertices, cells = vtkPolyData(), vtkPoints(), vtkCellArray()
+    vertices.SetData(numpy_to_vtk(points, deep=True))  # in their own precision
+    cells.SetData(1, numpy_to_vtk(np.arange(count), deep=True))  # each a cell
+    cloud.SetPoints(vertices)
+    cloud.GetPointData().SetNormals(numpy_to_vtk(normals, deep=True))
+    cloud.SetVerts(cells)
+    mapper, actor, renderer = vtkOpenGLPolyDataMapper(), vtkOpenGLActor(), vtkRenderer()
+    mapper.SetInputData(cloud)
+    mapper.ScalarVisibilityOff()
+    actor.SetMapper(mapper)
+    actor.SetProperty(appearance)
+    actor.SetUserMatrix(matrix)
+    actor.GetShaderProperty().AddVertexShaderReplacement("//VTK::CustomEnd::Impl", True, _TO_PIXEL, False)
+    renderer.AutomaticLightCreationOff()
+    renderer.GetCullers().RemoveAllItems()  # a mesh outside the view must be drawn all the same
+    renderer.SetActiveCamera(camera)
+    renderer.AddActor(actor)
+    for light in lights:
+        renderer.AddLight(light)
+    framebuffer = vtkFramebufferPass()
+    framebuffer.SetColorFormat(vtkTextureObject.Float32)
+    framebuffer.SetDelegatePass(vtkRenderStepsPass())
+    renderer.SetPass(framebuffer)
+    width, height = SIDE, min(-(-count // SIDE), SIDE)
+    uniforms = actor.GetShaderProperty().GetVertexCustomUniforms()
+    uniforms.SetUniform2i("framebufferSize", (width, height))
+    colors = np.empty((count, 3), dtype=np.float32)
+    with off_screen_window(width, height) as window:
+        window.AddRenderer(renderer)
+        for first in range(0, count, width * height):
+            uniforms.SetUniformi("firstVertex", first)
+            window.Render()
+            part = colors[first : first + width * height]
+            part[:] = _drawn(framebuffer, len(part))
+    return colors
+
+
+def _drawn(framebuffer: vtkFramebufferPass, count: int) -> NDArray[np.float32]:
+    """The first `count` pixels of the framebuffer, red, green and blue, shape (count, 3)."""
+    texture = framebuffer.GetColorTexture()
+    width, height, components = texture.GetWidth(), texture.GetHeight(), texture.GetComponents()
+    pixels = np.empty(width * height * components, dtype=np.float32)
+    buffer = texture.Download()
+    buffer.Download2D(VTK_FLOAT, pixels, [width, height], components, [0, 0])
+    pixels = pixels.reshape(-1, components)[:count]
+    undrawn = int(count - np.count_nonzero(pixels[:, 3] == 1.0)) if components == 4 else count
+    if undrawn or len(pixels) < count:
+        msg = f"VTK's driver left {undrawn} of {count} vertices undrawn ({driver()})."
+        raise RuntimeError(msg)
+    return pixels[:, :3]
+
+
+@functools.cache
+def driver() -> str:
+    """Name and version of the graphics driver that VTK draws with, for reports; asked once per process."""
+    with off_screen_window(1, 1) as window:
+        window.AddRenderer(vtkRenderer())
+        window.Render()
+        lines = [line.split(":", 1) for line in window.ReportCapabilities().splitlines() if ":" in line]
+    known = {name.strip(): value.strip() for name, value in lines}
+    return ", ".join(known[f"OpenGL {part} string"] for part in ("vendor", "renderer", "version"))
+
+
+@contextmanager
+def off_screen_window(width: int, height: int) -> Iterator[vtkRenderWindow]:
+    """An off-screen window that is empty and closed again on leaving, whatever happened inside.
+
+    Raises ``ValueError`` if VTK cannot draw on this machine.
+    """
+    with preferring(drawing_window()):
+        window = vtkRenderWindow()
+    window.SetOffScreenRendering(True)
+    window.SetMultiSamples(0)
+    window.SetSize(width, height)
+    try:
+        yield window
+    finally:
+        for renderer in list(window.GetRenderers()):
+            renderer.RemoveAllViewProps()
+            renderer.RemoveAllLights()
+            renderer.ReleaseGraphicsResources(window)
+            window.RemoveRenderer(renderer)
+        window.Finalize()

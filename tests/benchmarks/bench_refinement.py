@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.table import Table
 
 import pvphong as ph
-from pvphong.studies.refine.refinement import refine
+from pvphong.studies.refine import refine
 
 TOLERANCE = 1 / 255
 ALLOWED_SHARE = 0.1

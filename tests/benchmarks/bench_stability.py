@@ -17,15 +17,15 @@ from unittest import mock
 
 import numpy as np
 from naive_block import naive_highlights
-from naive_block import power as naive_power
 from rich.console import Console
 from rich.table import Table
 from textbook import measured_scene, vertices
 
 from pvphong import DirectionalLight, LightModel, Material, Scene, SpotLight, evaluate, normal_matrix
 from pvphong.base.vectors import dot
-from pvphong.optics.lights import point, spot
-from pvphong.optics.reflectances import blinn_phong
+from pvphong.optics import light
+from pvphong.optics.attenuation import attenuate
+from pvphong.optics.light import Arrival
 from pvphong.shading import reference
 
 COUNT = 250_000
@@ -34,7 +34,7 @@ ALLOWED = 0.25
 ALLOWED_MATRIX = 1e-3
 
 
-def naive_ways_to(target, points, real):
+def naive_directions_to(target, points, real):
     """`naive_towards`, in the form that lights take."""
     direction, distance = naive_towards(target, points, real)
     return direction, 1.0, distance
@@ -54,17 +54,13 @@ def naive_moderate(w, real):
     return w, 1.0 / np.sqrt(dot(w, w))
 
 
-def naive_spot_factor(self, to_light):
-    axis = np.array(self.direction, to_light.dtype)
-    cosine = -dot(axis[:, None] / np.sqrt(axis @ axis), to_light)
-    edge = to_light.dtype.type(np.cos(np.radians(self.cone_angle)))
-    return np.where(cosine >= edge, np.maximum(cosine, 0) ** to_light.dtype.type(self.exponent), 0)
-
-
-def naive_halfway(surface, to_light):
-    """n·h."""
-    h = to_light + surface.to_viewer
-    return dot(surface.normals, h / np.sqrt(dot(h, h)))
+def naive_spot(self, points, real=np.float64):
+    directions, _, distance = naive_directions_to(self.position, points, real)
+    axis = np.array(self.direction, real)
+    cosine = -dot(axis[:, None] / np.sqrt(axis @ axis), directions)
+    inside = cosine >= real(np.cos(np.radians(self.cone_angle)))
+    factor = np.where(inside, np.maximum(cosine, 0) ** real(self.exponent), 0)
+    return Arrival(directions, attenuate(distance, self.attenuation) * factor)
 
 
 @contextmanager
@@ -72,11 +68,8 @@ def naive_formulas(real):
     """While it lasts, `evaluate` computes with naive formulas, from positions in the float type `real`."""
     with ExitStack() as stack:
         stack.enter_context(naive_highlights())
-        replaced = [(blinn_phong, "halfway_distance", naive_halfway), (blinn_phong, "power", naive_power)]
-        replaced += [(reference, "moderate", naive_moderate)]
-        replaced += [(reference, "towards", naive_towards)]
-        replaced += [(module, "directions_to", naive_ways_to) for module in (point, spot)]
-        replaced += [(SpotLight, "spot_factor", naive_spot_factor)]
+        replaced = [(reference, "moderate", naive_moderate), (reference, "towards", naive_towards)]
+        replaced += [(light, "directions_to", naive_directions_to), (SpotLight, "arrival", naive_spot)]
         replaced += [(reference, "columns", lambda rows: rows.T.astype(real, order="C"))]
         for owner, name, naive in replaced:
             stack.enter_context(mock.patch.object(owner, name, naive))

@@ -17,8 +17,8 @@ from textbook import measured_scene, vertices
 
 from pvphong import evaluate
 from pvphong.shading import kernel
-from pvphong.vtk.limits import in_vtk_terms
 from pvphong.vtk.oracle import driver, vtk_shade
+from pvphong.vtk.scenes import in_vtk_terms
 
 COUNT = 1_000_000
 REPEATS = 5

@@ -6,7 +6,7 @@ from pvphong.optics.lights import PointLight
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
-from pvphong.studies.accuracy.textbook import textbook_colors as shade
+from pvphong.studies.accuracy.peers import textbook_colors as shade
 
 __all__ = ["measured_scene", "shade", "vertices"]
 

@@ -56,7 +56,7 @@ def scene(*lights, **model):
 @pytest.fixture(params=["vtk", *["embree"] * casting.has_embree()])
 def backend(request, monkeypatch):
     if request.param == "vtk":
-        monkeypatch.setattr(casting, "_backend", lambda: Locator)
+        monkeypatch.setattr(casting, "backend", lambda: Locator)
     return request.param
 
 
@@ -77,11 +77,12 @@ def test_a_disk_casts_a_round_shadow(light, edge):
     assert not seen.standard_error.per_light.any()
 
 
-def test_a_spot_and_a_riding_light_cast_shadows_as_others_do():
+def test_lights_at_one_place_cast_one_shadow():
+    """A point, a spot, a light that moves with the viewer, and one that is very small."""
     ground = floor()
     spot = ph.SpotLight(position=LAMP.position, cone_angle=60)
     head = ph.PointLight(frame="headlight")
-    rig = ph.Scene([LAMP, spot, head], ph.Viewer(position=LAMP.position), MODEL)
+    rig = ph.Scene([LAMP, spot, head, replace(BALL, radius=1e-9)], ph.Viewer(position=LAMP.position), MODEL)
     lamp, *others = ground.phong.visibility(rig, occluders=[disk(2.0)]).per_light
     for other in others:
         np.testing.assert_array_equal(other, lamp)
@@ -193,13 +194,6 @@ def test_its_standard_error_is_honest():
             assert np.mean(np.abs(off) < 3 * stated) > 0.9
             scores = np.abs(off) / np.sqrt((stated**2).mean())
             assert (np.quantile(scores, [0.68, 0.95]) < [1.2, 2.2]).all()  # a normal variable's, or nearer
-
-
-def test_a_small_ball_casts_the_shadow_of_a_lamp():
-    ground = floor()
-    hard = ground.phong.visibility([LAMP], occluders=[disk(2.0)]).per_light[0]
-    point = replace(BALL, radius=1e-9)
-    np.testing.assert_array_equal(ground.phong.visibility([point], occluders=[disk(2.0)]).per_light[0], hard)
 
 
 @pytest.mark.skipif(not casting.has_embree(), reason="too many rays for VTK")
@@ -325,10 +319,13 @@ def plan_of(mesh, *lights, occluders=(), **model):
     return mesh.phong.plan(scene(*lights, **model), WHITE, occluders=occluders)
 
 
-def test_plans_leave_out_what_nothing_can_block():
+def test_plans_leave_out_what_nothing_can_block_without_a_ray():
     ball = pv.Sphere()
     assert plan_of(ball, SUN, LAMP).effects["shadow"].why == "sun, lamp: the mesh is convex, and alone"
     assert plan_of(ball, SUN).effects["occlusion"].why == "the mesh is convex, and alone"
+    seen = floor().phong.visibility(scene(SUN))
+    assert floor().phong.plan(scene(SUN), WHITE, visibility=seen).effects["shadow"].on
+    assert seen.rays == 0  # none is cast for a plan
     above, below = disk(4.0), disk(-4.0)
     behind = plan_of(ball, SUN, LAMP, occluders=[below])
     assert behind.effects["shadow"].why == "sun, lamp: nothing stands between, and the mesh is convex"
@@ -342,18 +339,10 @@ def test_plans_leave_out_what_nothing_can_block():
 
 
 def test_what_a_plan_leaves_out_changes_no_colour(monkeypatch):
-    from pvphong.rays.visibility import Visibility
-
     ball, rig = pv.Sphere(), scene(SUN, LAMP, BALL)
     left_out = ball.phong.shade(rig, WHITE, occluders=[disk(-4.0)])["phong"]
-    monkeypatch.setattr(Visibility, "why_clear", lambda *_: "")
+    monkeypatch.setattr(ph.Visibility, "why_clear", lambda *_: "")
     np.testing.assert_allclose(ball.phong.shade(rig, WHITE, occluders=[disk(-4.0)])["phong"], left_out, atol=1e-6)
-
-
-def test_no_ray_is_cast_for_a_plan():
-    seen = floor().phong.visibility(scene(SUN))
-    floor().phong.plan(scene(SUN), WHITE, visibility=seen)
-    assert seen.rays == 0
 
 
 # --- what is hard
@@ -393,8 +382,9 @@ def test_what_has_no_faces_blocks_nothing(nothing):
 
 
 @pytest.mark.usefixtures("backend")
-def test_touching_and_coplanar_meshes():
+def test_touching_coplanar_and_thin_meshes():
     """A cube on the floor, which is dark below it and lit beside it; of the cube, all that faces the sun is lit."""
+    assert not floor().phong.visibility([SUN, LAMP], occluders=[floor(center=(0, 0, 1e-3))]).per_light.any()
     ground, cube = floor(cells=36), pv.Cube(center=(0, 0, 0.5), clean=False)
     seen = ground.phong.visibility([SUN], occluders=[cube]).per_light[0]
     inside = (np.abs(ground.points[:, :2]) < 0.49).all(axis=1)
@@ -416,11 +406,6 @@ def test_a_closed_room_has_no_leaks():
         assert not seen.sky.any()
         inside = room.phong.visibility([ph.PointLight(position=(0.1, 0.2, 1.1))], feature_angle=angle)
         assert inside.per_light.all()
-
-
-def test_thin_walls_stop_light():
-    ground, roof = floor(), floor(center=(0, 0, 1e-3))
-    assert not ground.phong.visibility([SUN, LAMP], occluders=[roof]).per_light.any()
 
 
 def test_lights_at_awkward_places():
@@ -492,7 +477,7 @@ def test_studies_say_that_they_cast_no_rays():
     for study in (ball.phong.interpolation_error, lambda s, m: ball.phong.refine(s, m, tolerance=1)):
         with pytest.raises(ValueError, match=r"light_model must be without shadows .*without_rays\(\).*shade"):
             study(rig, WHITE)
-    from pvphong.vtk.obstacles import InexpressibleError
+    from pvphong.vtk.scenes import InexpressibleError
 
     with pytest.raises(InexpressibleError, match="shadows or ambient occlusion") as caught:
         ph.validate(ball, rig, WHITE)

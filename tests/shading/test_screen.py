@@ -140,7 +140,7 @@ def test_pieces_are_shadowed_by_their_own_parts(given, monkeypatch):
     full = scene(shadows=True, ambient_occlusion=True)
     whole = {backend: run(given, full, SHINY, backend).rgb for backend in BACKENDS}
     monkeypatch.setattr(reference, "BLOCK", 100)
-    monkeypatch.setattr(evaluation, "COPIED", 256)
+    monkeypatch.setattr(evaluation, "LONGEST", 256)
     columns = np.asfortranarray(given[0]), np.asfortranarray(given[1]), given[2]
     for backend in BACKENDS:
         np.testing.assert_array_equal(run(columns, full, SHINY, backend).rgb, whole[backend])

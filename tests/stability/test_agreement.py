@@ -1,4 +1,4 @@
-"""Evaluators agree with the oracle and with each other, plans keep their promise: hunted for as `properties` says."""
+"""Evaluators agree with the oracle and with each other, plans keep their promise: hunted for as `hunting` says."""
 
 from __future__ import annotations
 
@@ -12,8 +12,17 @@ import pytest
 from judging import FIELDS, judge
 from stability.conditioning import Change, largest_power
 from stability.evaluators import BACKENDS, STEPS, Evaluator
-from stability.hunting import Promise, blunt, promising_case, rows_of, smooth_case
-from stability.properties import FLATTENING_IS_NO_FAILURE, hunted, on_every_backend, on_every_evaluator
+from stability.hunting import (
+    FLATTENING_IS_NO_FAILURE,
+    Promise,
+    blunt,
+    hunted,
+    on_every_backend,
+    on_every_evaluator,
+    promising_case,
+    rows_of,
+    smooth_case,
+)
 from strategies import Case, Dice, hard_case, hunt, moderate_case
 
 from pvphong import plan

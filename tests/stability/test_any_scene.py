@@ -1,4 +1,4 @@
-"""What any scene gives, hunted for as `properties` says."""
+"""What any scene gives, hunted for as `hunting` says."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from stability.evaluators import BACKENDS, STEPS, Declined, Evaluator
-from stability.hunting import positive_of, wide_case
-from stability.properties import FLATTENING_IS_NO_FAILURE, arrays, hunted
+from stability.hunting import FLATTENING_IS_NO_FAILURE, arrays, hunted, positive_of, wide_case
 from strategies import Case, Dice, hard_case, hunt
 
 from pvphong import SpotLight

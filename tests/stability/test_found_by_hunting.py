@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from stability.evaluators import BACKENDS, EVALUATORS, UNLIT, Evaluator
-from stability.properties import FLATTENING_IS_NO_FAILURE, on_every_backend, on_every_evaluator
+from stability.hunting import FLATTENING_IS_NO_FAILURE, on_every_backend, on_every_evaluator
 
 from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer, evaluate
 from pvphong.geometry.transform import transform_points

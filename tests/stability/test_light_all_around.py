@@ -129,7 +129,7 @@ def half_a_sky(evaluator: Evaluator, power: float) -> None:
     for eye in EYES:
         exact = over_caps(eye, power, (CAP,)) * color
         cut = color / (2.0 * (power + 1.0))
-        allowed = bound(evaluator, light, power) + cut + light.unknown(CosinePower("mirror", power))
+        allowed = bound(evaluator, light, power) + cut + light.left_out(CosinePower("mirror", power), light.bands)
         got = lit(evaluator, [UP], light, material_of("", power), eye)[0]
         evaluator.record("E half a sky", abs(got - exact), allowed)
 
@@ -147,7 +147,7 @@ def left_out(evaluator: Evaluator, sky: str) -> None:
     light = SKIES[sky]
     for way in WAYS:
         exact = irradiance(sky, way)
-        allowed = light.unknown(DIFFUSE) + bound(evaluator, light, 1.0)
+        allowed = light.left_out(DIFFUSE, light.bands) + bound(evaluator, light, 1.0)
         got = lit(evaluator, [way], light, material_of("diffuse"), EYES[0])[0]
         evaluator.record("E left out", abs(got - exact), allowed)
 
@@ -164,7 +164,7 @@ def energy(evaluator: Evaluator, sky: str) -> None:
     assert (got >= 0.0).all()
     mean = weights @ got.reshape(*ways.shape).mean(axis=1) / 2.0
     total = light.panorama.total
-    allowed = light.unknown(DIFFUSE) + bound(evaluator, light, 1.0)
+    allowed = light.left_out(DIFFUSE, light.bands) + bound(evaluator, light, 1.0)
     evaluator.record("E energy", abs(mean - total / 4.0), allowed)
     nodes = sum(node.intensity * np.array(node.diffuse) for node in light.nodes(64))
     evaluator.record("E energy", abs(nodes - total), 64 * STEPS["float64"] * total)
@@ -248,7 +248,7 @@ def naive_excess(sky: str, bands: int, real: Any) -> float:
     exact = np.array([irradiance(sky, way)[0] for way in WAYS])
     with np.errstate(all="ignore"):
         got = in_harmonics(*in_points(sky), ways, bands, real)
-    allowed = light.unknown(DIFFUSE) + bound(EVALUATORS[0], light, 1.0)[0]
+    allowed = light.left_out(DIFFUSE, light.bands) + bound(EVALUATORS[0], light, 1.0)[0]
     return least_excess(abs(got - exact), allowed)
 
 

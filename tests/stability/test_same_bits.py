@@ -1,4 +1,4 @@
-"""What changes no bit of a colour, hunted for as `properties` says.
+"""What changes no bit of a colour, hunted for as `hunting` says.
 
 The unit of length; the order, the selection and the layout of vertices; what becomes of another vertex.
 """
@@ -12,8 +12,17 @@ from typing import Any
 
 import numpy as np
 from stability.evaluators import Declined, Evaluator
-from stability.hunting import LAYOUTS, in_either_type, mixed_case, rows_of
-from stability.properties import FLATTENING_IS_NO_FAILURE, arrays, assert_same_bits, hunted, on_every_backend
+from stability.hunting import (
+    FLATTENING_IS_NO_FAILURE,
+    LAYOUTS,
+    arrays,
+    assert_same_bits,
+    hunted,
+    in_either_type,
+    mixed_case,
+    on_every_backend,
+    rows_of,
+)
 from strategies import Case, Dice, hunt, triple
 
 from pvphong import DirectionalLight

@@ -249,7 +249,7 @@ def as_vtk_keeps(name, seed):
 
 
 @pytest.mark.parametrize("seed", range(60))
-@pytest.mark.parametrize("kind", [name for name, kind in LIGHT_TYPES.items() if not kind().vtk_obstacle])
+@pytest.mark.parametrize("kind", [name for name, kind in LIGHT_TYPES.items() if kind().is_in_vtk])
 def test_lights_come_back_but_for_the_rounding_of_vtks_focal_point_and_its_highest_exponent(kind, seed):
     light = as_vtk_keeps(kind, seed)
     back, kept = as_light(light.to_pyvista()), {}

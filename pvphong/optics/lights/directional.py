@@ -9,10 +9,10 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from pvphong.base.types import Float64Array, Vector, VectorLike
-from pvphong.base.vectors import moderate_vector
+from pvphong.base.vectors import moderate_vector, unit_vector
 from pvphong.geometry.extent import Extent
 from pvphong.optics.light import Arrival, Light, Reach, VtkValues
-from pvphong.optics.roles import aim, way_from
+from pvphong.optics.roles import aim, direction_from
 
 # Radians by which a direction may be off in float64.
 _SLACK = 1e-7
@@ -55,24 +55,18 @@ class DirectionalLight(Light):
         ValueError
             As for the light itself, or if the places are the same.
         """
-        return cls(direction=way_from(position, target), **fields)
-
-    def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:  # noqa: ARG002 the same everywhere
-        """The direction against the light's travel, shape (3, 1), and strength 1."""
-        way, inverse_length = self.way
-        return Arrival(np.array(way, dtype=real)[:, None], 1.0, inverse_length)
-
-    @cached_property
-    def way(self) -> tuple[Vector, float]:
-        """To the light, in its own frame: the direction given, but for a power of two and the sign; and 1/length."""
-        (x, y, z), inverse_length = moderate_vector(self.direction)
-        return (-x, -y, -z), inverse_length
+        return cls(direction=direction_from(position, target), **fields)
 
     @cached_property
     def to_light(self) -> Vector:
         """Unit vector to the light, in its own frame."""
-        (x, y, z), inverse_length = self.way
-        return x * inverse_length, y * inverse_length, z * inverse_length
+        x, y, z = unit_vector(self.direction)
+        return -x, -y, -z
+
+    def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:  # noqa: ARG002 the same everywhere
+        """Strength 1 against the light's travel: the direction given, but for a power of two, and 1/length."""
+        direction, inverse_length = moderate_vector(self.direction)
+        return Arrival(-np.array(direction, dtype=real)[:, None], 1.0, inverse_length)
 
     def reach(self, extent: Extent) -> Reach:  # noqa: ARG002 the same everywhere
         """Strength 1 from one direction."""

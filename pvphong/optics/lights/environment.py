@@ -139,13 +139,9 @@ class EnvironmentLight(Light):
         return self.panorama.harmonics.shape[1]
 
     def left_out(self, form: CosinePower, bands: int) -> float:
-        """How far off what a lobe reflects is without the bands from this one on, at most."""
-        kept = self.panorama.harmonics
-        found = self._strengths(form)[:, bands:].sum(axis=1)
-        return float(found.max()) * self.panorama.largest * ROUNDED_UP if bands < kept.shape[1] else 0.0
-
-    def unknown(self, form: CosinePower) -> float:
-        """How far off what a lobe reflects is with all its bands, at most: by the energy of the others."""
+        """The sum of what the bands from this one on add at most; with all of them, by the energy of the others."""
+        if bands < self.bands:
+            return float(self._strengths(form)[:, bands:].sum(axis=1).max()) * self.panorama.largest * ROUNDED_UP
         if self.bands == 1:
             return 0.0
         energy = np.maximum(self.panorama.energy - energies(self.panorama.harmonics).sum(axis=1), 0.0).max()

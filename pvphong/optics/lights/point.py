@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from pvphong.base.types import Float64Array, Vector, VectorLike
-from pvphong.base.vectors import directions_to
-from pvphong.geometry.extent import Extent
-from pvphong.optics import attenuation as weakening
-from pvphong.optics.attenuation import attenuate, coefficients, strongest
-from pvphong.optics.light import NOTHING_KNOWN, POSITION_EFFECT, Arrival, Light, Placement, Reach, Simpler, VtkValues
+from pvphong.base.types import Vector, VectorLike
+from pvphong.geometry.extent import ROUNDED_UP, Extent
+from pvphong.optics.attenuation import EFFECT as ATTENUATION_EFFECT
+from pvphong.optics.attenuation import NONE, attenuate, coefficients, strength_at, strongest
+from pvphong.optics.light import POSITION_EFFECT, Light, Placement, Reach, StandIn, VtkValues
 from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.roles import place
+
+_POSITION = frozenset({POSITION_EFFECT})
 
 # Radians by which a direction may be off in float64.
 _SLACK = 1e-7
@@ -24,8 +26,58 @@ _SLACK = 1e-7
 _FAR = 2
 
 
+class Weakening:
+    """A light with `position` and `attenuation`, whatever its directions. For kinds of `Light`."""
+
+    position: Any
+    attenuation: Any
+
+    @cached_property
+    def effects(self) -> frozenset[str]:
+        """Its position, and its attenuation if it weakens."""
+        return _POSITION if tuple(self.attenuation) == NONE else _POSITION | {ATTENUATION_EFFECT}
+
+    def reach(self, extent: Extent) -> Reach:
+        """The nearest vertex gets most; the direction turns as its position is seen."""
+        seen = extent.sight(self.position)
+        return Reach() if seen is None else Reach(strongest(seen, self.attenuation), seen.direction, seen.turn + _SLACK)
+
+    def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
+        """As one that is equally strong at all vertices."""
+        if effect != ATTENUATION_EFFECT:
+            return None
+        this: Any = self
+        constant, linear, quadratic = self.attenuation
+        even = replace(this, attenuation=NONE)
+        if not linear and not quadratic:
+            return StandIn((even,), f"constant, {1.0 / constant:g}", 1.0 / constant)
+        seen = None if exactly else extent.sight(self.position)
+        if seen is None or seen.distance <= seen.radius:
+            return None
+        radius = seen.radius * ROUNDED_UP
+        near, far = (strength_at(seen.distance + way, self.attenuation) for way in (-radius, radius))
+        return StandIn((even,), "even over the mesh to {bound:.2g}", (near + far) / 2, (near - far) / 2)
+
+    def without(self, effect: str, point: Vector) -> tuple[Light, float]:
+        """Taken as it is at a point: its strength, or with it its direction too."""
+        this: Any = self
+        if effect == ATTENUATION_EFFECT:
+            distance = np.array([math.dist(self.position, point)])
+            return replace(this, attenuation=NONE), float(attenuate(distance, self.attenuation)[0])
+        return parallel_at(this, point) if effect == POSITION_EFFECT else (this, 1.0)
+
+
+def parallel_at(light: Light, point: Vector) -> tuple[Light, float]:
+    """A light taken as it is at a point: parallel light, and its strength."""
+    arrival = light.arrival(np.array(point)[:, None])
+    x, y, z = (-arrival.direction[:, 0]).tolist()
+    if not (x or y or z):  # it is at that very point, where its light comes from nowhere
+        return light, 1.0
+    return DirectionalLight(direction=(x, y, z)), float(np.broadcast_to(arrival.strength, 1)[0])
+
+
 @dataclass(frozen=True)
-class PointLight(Light):
+class PointLight(Weakening, Light):
     """Light from a position, in all directions.
 
     Parameters
@@ -46,77 +98,24 @@ class PointLight(Light):
     position: VectorLike = place()
     attenuation: VectorLike = coefficients()
 
-    def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
-        """Direction to the light, shape (3, n), and attenuation, shape (n,), at points (3, n)."""
-        x, y, z = self.position
-        ways, inverse_length, distance = directions_to((x, y, z), points, real)
-        return Arrival(ways, attenuate(distance, self.attenuation), inverse_length)
-
-    @cached_property
-    def effects(self) -> frozenset[str]:
-        """Its position, and its attenuation if it weakens."""
-        return placed_effects(self)
-
-    def reach(self, extent: Extent) -> Reach:
-        """What it sends to the nearest vertex."""
-        return placed_reach(self, extent)
-
-    def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> Simpler | None:
-        """As one that does not weaken; such a one as parallel light."""
-        if effect == weakening.EFFECT:
-            return weakening.taken_as_even(self, extent, exactly=exactly)
-        if exactly or tuple(self.attenuation) != weakening.NONE:
-            return None
-        seen = extent.sight(self.position)
-        if seen is None or seen.distance < _FAR * seen.radius:
-            return None
-        x, y, z = seen.direction
-        why = "far away: its direction is the same to {bound:.2g}"
-        return Simpler(why, lambda: DirectionalLight(direction=(-x, -y, -z)), turn=seen.turn)
-
-    def without(self, effect: str, point: Vector) -> tuple[Light, float]:
-        """As parallel light, or as strong everywhere as at a point."""
-        return placed_without(self, effect, point)
-
     @property
     def placement(self) -> Placement:
         """Where it stands, and how it weakens."""
         (x, y, z), (c, l, q) = self.position, self.attenuation
         return Placement((x, y, z), (c, l, q))
 
+    def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
+        """As one that does not weaken; such a one as parallel light."""
+        if effect != POSITION_EFFECT or exactly or tuple(self.attenuation) != NONE:
+            return super().simpler(effect, extent, exactly=exactly)
+        seen = extent.sight(self.position)
+        if seen is None or seen.distance < _FAR * seen.radius:
+            return None
+        x, y, z = seen.direction
+        why = "far away: its direction is the same to {bound:.2g}"
+        return StandIn((DirectionalLight(direction=(-x, -y, -z)),), why, turn=seen.turn)
+
     def as_vtk(self) -> VtkValues:
         """Position and attenuation; VTK's point light is a spot without a cone."""
         (x, y, z), (c, l, q) = self.position, self.attenuation
         return VtkValues(True, (0.0, 0.0, -1.0), (x, y, z), (c, l, q))
-
-
-_STEADY = frozenset({POSITION_EFFECT})
-_WEAKENING = _STEADY | {weakening.EFFECT}
-
-# What holds for a light with `position` and `attenuation`, whatever its directions.
-
-
-def placed_effects(light: Any) -> frozenset[str]:
-    """The effects that it calls for."""
-    return _STEADY if tuple(light.attenuation) == weakening.NONE else _WEAKENING
-
-
-def placed_reach(light: Any, extent: Extent) -> Reach:
-    """The nearest vertex gets most; the direction turns as its position is seen."""
-    seen = extent.sight(light.position)
-    if seen is None:
-        return NOTHING_KNOWN
-    return Reach(strongest(seen, light.attenuation), seen.direction, seen.turn + _SLACK)
-
-
-def placed_without(light: Any, effect: str, point: Vector) -> tuple[Light, float]:
-    """Taken as it is at a point: its strength, or with it its direction too."""
-    if effect == weakening.EFFECT:
-        return weakening.taken_as_at(light, point)
-    if effect != POSITION_EFFECT:
-        return light, 1.0
-    arrival = light.arrival(np.array(point)[:, None])
-    x, y, z = (-arrival.direction[:, 0]).tolist()
-    if not (x or y or z):  # it is at that very point, where its light comes from nowhere
-        return light, 1.0
-    return DirectionalLight(direction=(x, y, z)), float(np.broadcast_to(arrival.strength, 1)[0])

@@ -21,17 +21,15 @@ from pvphong.optics.area.polygon import polygon_cosine, polygon_power
 from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate, strength_at
 from pvphong.optics.light import (
     NODES,
-    NOTHING_KNOWN,
     POSITION_EFFECT,
     SIZE_EFFECT,
     Arrival,
-    Fewer,
     Integral,
     Light,
     Reach,
-    Simpler,
+    StandIn,
 )
-from pvphong.optics.lights.point import placed_without
+from pvphong.optics.lights.point import parallel_at
 from pvphong.optics.lights.spot import SpotLight
 
 EFFECTS = frozenset({POSITION_EFFECT, SIZE_EFFECT})
@@ -44,13 +42,13 @@ def reach_within(center: Vector, radius: float, extent: Extent) -> Reach:
     """Of a light within a sphere, whose parts weaken by 1/d²: the nearest may be as near as the sphere."""
     seen = extent.sight(center)
     if seen is None:
-        return NOTHING_KNOWN
+        return Reach()
     nearest, wide = max(seen.distance - seen.radius - radius, 0.0) / ROUNDED_UP, seen.radius + radius
     turn = math.asin(wide / seen.distance) * ROUNDED_UP if wide < seen.distance else math.pi
     return Reach(strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP, seen.direction, turn)
 
 
-def as_point(seen: Sight | None, radius: float, light: Light, spread: Any) -> Simpler | None:
+def as_point(seen: Sight | None, radius: float, light: Light, spread: Any) -> StandIn | None:
     """A light without a size in place of one within a sphere.
 
     Parameters
@@ -71,27 +69,31 @@ def as_point(seen: Sight | None, radius: float, light: Light, spread: Any) -> Si
     sine, middle = radius / nearest, strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP
     why = "small: as a point it is the same to {bound:.2g}"
     off, turn = middle * spread(sine), math.asin(sine) * ROUNDED_UP
-    return Simpler(why, lambda: light, spread=off, turn=turn, strongest=middle + off)
+    return StandIn((light,), why, spread=off, turn=turn, strongest=middle + off)
 
 
-def fewer_nodes(nodes: Sequence[Any], count: int, center: Vector, radius: float, extent: Extent) -> Fewer | None:
-    """For `Light.fewer`, of nodes within a sphere: those that stand together as one in their middle.
+def fewer_nodes(light: Light, count: int, extent: Extent) -> StandIn | None:
+    """At most so many nodes that may stand in for `NODES`; None where no bound is known.
 
-    At the distance d, 1/d² changes by at most 2/d³ along a way of length 1, and so does h/d³, the field of a dipole,
-    with which a flat light weakens at the height h over its plane.
+    Nodes that stand together are one in their middle. At the distance d, 1/d² changes by at most 2/d³ along a way of
+    length 1, and so does h/d³, the field of a dipole, with which a flat light weakens at the height h over its plane.
 
     Parameters
     ----------
-    nodes : sequence of Light
-        With a position, of the same intensity.
+    light : Light
+        One whose nodes have the same intensity.
     count : int
-        As for `Light.fewer`.
-    center, radius
-        The sphere's.
+        So many at most.
     extent : Extent
         Where the vertices are.
     """
-    seen = extent.sight(center)
+    nodes: tuple[Any, ...] = light.nodes(NODES)
+    if not nodes[0].places:
+        return None
+    positions = np.array([node.position for node in nodes])
+    x, y, z = positions.mean(axis=0).tolist()
+    radius = float(np.linalg.norm(positions - (x, y, z), axis=1).max()) * ROUNDED_UP
+    seen = extent.sight((x, y, z))
     nearest = 0.0 if seen is None else (seen.distance - seen.radius) / ROUNDED_UP - radius
     alike: dict[Any, list[Any]] = {}
     for node in nodes:
@@ -107,7 +109,8 @@ def fewer_nodes(nodes: Sequence[Any], count: int, center: Vector, radius: float,
     if not farthest < nearest:
         return None
     strongest = strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP
-    return Fewer(tuple(found), 2.0 * farthest / nearest * strongest, math.asin(farthest / nearest), strongest)
+    spread, turn = 2.0 * farthest / nearest * strongest, math.asin(farthest / nearest)
+    return StandIn(tuple(found), spread=spread, turn=turn, strongest=strongest)
 
 
 def _halved(places: Float64Array, count: int) -> list[Float64Array]:
@@ -183,7 +186,7 @@ class Flat:
         """Its parts are within a sphere."""
         return reach_within(self.center, self.reach_radius, extent)
 
-    def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> Simpler | None:
+    def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
         """As a spot light in its middle; off where the mesh is behind it.
 
         H over its plane, a part sends h/d³: with s the sine of its angular radius, a mean around its middle is off by
@@ -195,22 +198,19 @@ class Flat:
         height = -seen.distance * sum(a * b for a, b in zip(seen.direction, self.normal, strict=True))
         clear = seen.radius * ROUNDED_UP + 1e-9 * (seen.distance + self.reach_radius)
         if height <= -clear and not self.two_sided:
-            return Simpler("mesh lies behind it", None)
+            return StandIn((), "mesh lies behind it")
         if exactly or (self.two_sided and abs(height) < clear):
             return None
         part = _part(self.center, math.copysign(1.0, height) if self.two_sided else 1.0, self.normal, 1.0)
         return as_point(seen, self.reach_radius, part, lambda s: 6.0 * s * s / (1.0 - s) ** 5)
-
-    def fewer(self, count: int, extent: Extent) -> Fewer | None:
-        """In the middles of groups, each side for itself: no vertex gets light of both."""
-        return fewer_nodes(self.nodes(NODES), count, self.center, self.reach_radius, extent)
 
     def without(self, effect: str, point: Vector) -> tuple[Light, float]:
         """As a spot light in its middle, or as parallel light."""
         if effect == SIZE_EFFECT:
             height = sum(n * (p - c) for n, p, c in zip(self.normal, point, self.center, strict=True))
             return _part(self.center, -1.0 if self.two_sided and height < 0.0 else 1.0, self.normal, 1.0), 1.0
-        return placed_without(self, effect, point)
+        this: Any = self
+        return parallel_at(this, point)
 
 
 def _part(place: Sequence[float], sign: float, normal: Vector, intensity: float) -> SpotLight:

@@ -13,9 +13,9 @@ from pvphong.geometry.extent import Extent
 from pvphong.optics.area.disk import sphere_cosine, sphere_power
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.attenuation import INVERSE_SQUARE
-from pvphong.optics.light import NODES, SIZE_EFFECT, Fewer, Integral, Light, Reach, Simpler
-from pvphong.optics.lights.point import PointLight, placed_without
-from pvphong.optics.lights.sized import EFFECTS, as_point, fewer_nodes, reach_within
+from pvphong.optics.light import SIZE_EFFECT, Integral, Light, Reach, StandIn
+from pvphong.optics.lights.point import PointLight, parallel_at
+from pvphong.optics.lights.sized import EFFECTS, as_point, reach_within
 from pvphong.optics.roles import length, place
 
 
@@ -71,7 +71,7 @@ class SphereLight(Light):
         """Its surface may be as near as that; it is seen as far off as its edge is."""
         return reach_within(self._center, self.radius, extent)
 
-    def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> Simpler | None:
+    def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
         """As a point light in its middle.
 
         It is seen as a disk of one colour, s the sine of its angular radius, that sends 2 / (1 + √(1 − s²)) times 1/d².
@@ -80,13 +80,9 @@ class SphereLight(Light):
             return None
         return as_point(extent.sight(self._center), self.radius, self.nodes(1)[0], lambda s: s * s / 2.0)
 
-    def fewer(self, count: int, extent: Extent) -> Fewer | None:
-        """In the middles of groups."""
-        return fewer_nodes(self.nodes(NODES), count, self._center, self.radius, extent)
-
     def without(self, effect: str, point: Vector) -> tuple[Light, float]:
         """As a point light in its middle, or as parallel light."""
-        return (self.nodes(1)[0], 1.0) if effect == SIZE_EFFECT else placed_without(self, effect, point)
+        return (self.nodes(1)[0], 1.0) if effect == SIZE_EFFECT else parallel_at(self, point)
 
     @property
     def _center(self) -> Vector:

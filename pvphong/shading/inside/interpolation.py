@@ -1,35 +1,315 @@
-"""How far colours interpolated across triangles are from the lit ones: samples, and what they miss.
+"""How far colours interpolated across triangles are from the lit ones: what is compared, where, and the errors there.
 
 The colour inside a triangle is the linear blend of the colours at its corners. The truth is the lighting
 equation at the blended point with the blended normal, made unit length: per-pixel shading.
+
+They are compared at a fixed pattern of places, and where no fixed pattern would hit: at peaks, where a light is
+brightest, and at creases, where colours bend or jump. Places are barycentric coordinates, (s, 3) or (m, s, 3).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from itertools import chain
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from pvphong.base.types import BoolArray, Float64Array, IntArray
+from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike
+from pvphong.base.vectors import columns, dot, towards, unit
 from pvphong.geometry.transform import normal_matrix, transform_points
-from pvphong.shading.inside.creases import creases, sign_changes
-from pvphong.shading.inside.lit_vertices import Lighting, LitVertices, sizes
-from pvphong.shading.inside.peaks import Places, peaks
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
+from pvphong.shading.assembly import assemble
+from pvphong.shading.equation import Equation, LightTerm
+from pvphong.shading.evaluation import evaluate
 
 # Samples that are held in memory at a time.
 _SAMPLES = 2**18
 
-# Over a triangle, the ratio of a normal's two lengths may vary by this much and change no colour.
-_SAME_RATIO = 1e-4
 
-# Halvings of a distance after which a difference that is still there is a jump.
-_HALVINGS = 20
+# --- what is compared
 
-# An error from which on triangles are searched for jumps.
-_LARGE = 1.0 / 255.0
+
+@dataclass(frozen=True)
+class Lighting:
+    """What a surface is lit by."""
+
+    scene: Scene
+    material: Material
+    matrix: MatrixLike | None
+
+    def colors(self, points: FloatArray, normals: FloatArray, albedo: Float64Array | None) -> Float64Array:
+        """(n, 3) lit colours before they are clamped."""
+        unclamped = replace(self.scene, light_model=replace(self.scene.light_model, clamp=False))
+        options: dict[str, Any] = {"matrix": self.matrix, "precision": "float64", "backend": "numpy"}
+        shading = evaluate(points, normals, unclamped, self.material, albedo=albedo, **options)
+        return shading.rgb.astype(np.float64, copy=False)
+
+    def shown(self, colors: Float64Array) -> Float64Array:
+        """Colours as the light model shows them, clamped or not."""
+        return np.clip(colors, 0.0, 1.0) if self.scene.light_model.clamp else colors
+
+    @cached_property
+    def equation(self) -> Equation:
+        """The whole lighting equation."""
+        return assemble(self.scene, self.material, self.matrix)
+
+
+@dataclass(frozen=True)
+class LitVertices:
+    """Points, and what is interpolated between them: float64 arrays of shape (n, 3).
+
+    Attributes
+    ----------
+    points : ndarray
+        Where they are.
+    normals : ndarray
+        Of the lengths with which they are blended.
+    stored : ndarray
+        The same directions, of the lengths with which whoever gets the mesh will blend them.
+    albedo : ndarray or None
+        In [0, 1].
+    colors : ndarray
+        The lit colours before they are clamped.
+    """
+
+    points: Float64Array
+    normals: Float64Array
+    stored: Float64Array
+    albedo: Float64Array | None
+    colors: Float64Array
+
+    def followed_by(self, others: LitVertices) -> LitVertices:
+        """These vertices and then others."""
+        pairs = [(getattr(self, field.name), getattr(others, field.name)) for field in fields(self)]
+        joined: list[Any] = [None if mine is None else np.concatenate([mine, theirs]) for mine, theirs in pairs]
+        return LitVertices(*joined)
+
+
+def _lit_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
+    """(m, s, 3): the truth at places in triangles (m, 3), as it is shown."""
+    points, normals = weights @ vertices.points[corners], weights @ vertices.normals[corners]
+    albedo = None if vertices.albedo is None else (weights @ vertices.albedo[corners]).reshape(-1, 3)
+    return lighting.shown(lighting.colors(points.reshape(-1, 3), normals.reshape(-1, 3), albedo)).reshape(points.shape)
+
+
+def _errors_at(vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
+    """(m, s): difference of blended and lit colours at places in triangles (m, 3), in the worst channel."""
+    blended = weights @ lighting.shown(vertices.colors[corners])
+    return _difference(blended, _lit_inside(vertices, corners, weights, lighting))
+
+
+def _difference(colors: Float64Array, others: Float64Array) -> Float64Array:
+    """Of colours (..., 3), in the channel where it is largest."""
+    return np.abs(colors - others).max(axis=-1)
+
+
+def sizes(points: Float64Array) -> tuple[Float64Array, Float64Array]:
+    """Longest side and least height (m,) of triangles (m, 3, 3).
+
+    The height is zero or NaN where a triangle has no area, or a point that is not finite.
+    """
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        sides = np.roll(points, -1, axis=1) - points
+        scale = np.abs(sides).max(axis=(1, 2), initial=0.0)
+        sides /= scale[:, None, None]
+        longest = np.linalg.norm(sides, axis=2).max(axis=1, initial=0.0)
+        double_area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+        return longest * scale, double_area / longest * scale
+
+
+# --- where: places that no fixed pattern would hit
+
+
+class Places(NamedTuple):
+    """One place in each of some triangles."""
+
+    rows: IntArray
+    """(k,): the triangles."""
+
+    weights: Float64Array
+    """(k, 3): where in each, in barycentric coordinates."""
+
+
+def _in_world(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> tuple[Float64Array, Float64Array]:
+    """Points and normals (m, 3, 3) of triangles; the matrix takes the normals' lengths along."""
+    points, normals, matrix = vertices.points[corners], vertices.normals[corners], lighting.matrix
+    if matrix is None:
+        return points, normals
+    return transform_points(points.reshape(-1, 3), matrix).reshape(points.shape), normals @ normal_matrix(matrix).T
+
+
+def _to_viewer(points: Float64Array, equation: Equation) -> Float64Array:
+    """Unit vectors v to the viewer, (3, k), or (3, 1) where they are all the same, from points (3, k)."""
+    return np.array(equation.to_eye)[:, None] if equation.eye is None else towards(equation.eye, points)[0]
+
+
+def _chords(term: LightTerm, equation: Equation, points: Float64Array, normals: Float64Array) -> Float64Array:
+    """D (k, 3), whose half square is one minus the cosine that a highlight is a power of: between mirror direction and
+    viewer, say. See `pvphong.shading.reference`.
+    """
+    p, n = columns(points), unit(columns(normals))[0]
+    v, to_light = _to_viewer(p, equation), term.light.arrival(p).direction
+    if equation.two_sided:
+        n = np.where(dot(n, v) < 0.0, -n, n)
+    peak = equation.reflectance.peak
+    assert peak is not None, "only reflectances with a peak are sharp"
+    return np.stack(np.broadcast_arrays(*peak.chord(n, to_light, v)), axis=1)
+
+
+# Nearer to a corner than this, a peak is at it.
+_AT_CORNER = 2.0**-20
+
+
+def _peaks(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Iterator[Places]:
+    """Where every light's share is largest, in triangles that do not have it at a corner.
+
+    There a vector that varies over the triangle is shortest: the chord D for a highlight, the offset from a spot's
+    axis, the offset from a light at a position.
+    """
+    equation, (points, normals) = lighting.equation, _in_world(vertices, corners, lighting)
+    for term in equation.terms:
+        found = []
+        for offsets in term.light.offsets(columns(points.reshape(-1, 3))):
+            found.append(Places(np.arange(len(points)), _shortest(offsets.T.reshape(points.shape))))
+        if equation.reflectance.sharpness > 0.0 and equation.has(term, "specular"):
+            found.append(_highlight_peaks(term, equation, points, normals))
+        for rows, weights in found:
+            inside = weights.max(axis=1) < 1.0 - _AT_CORNER
+            yield Places(rows[inside], weights[inside])
+
+
+# Step, in barycentric coordinates, of the differences by which a highlight's chord is followed.
+_STEP = 2.0**-12
+
+# Each turn squares the distance to a highlight's peak.
+_TURNS = 5
+
+# Half of n |D|² beyond which a highlight of shininess n is below 1e-9.
+_INVISIBLE = 21.0
+
+
+def _highlight_peaks(term: LightTerm, equation: Equation, points: Float64Array, normals: Float64Array) -> Places:
+    """By Gauss-Newton steps, in triangles that are large against the highlight; a fixed pattern serves the others.
+
+    A chord's length bends by less than a quarter of the square of its spread over the triangle, so that
+    triangles too far from the highlight are passed over.
+    """
+    sharpness = equation.reflectance.sharpness
+    at_corners = _chords(term, equation, points.reshape(-1, 3), normals.reshape(-1, 3)).reshape(points.shape)
+    spread = np.abs(at_corners - np.roll(at_corners, 1, axis=1)).max(axis=(1, 2))
+    weights = _shortest(at_corners)
+    nearest = np.linalg.norm(_blend(weights, at_corners), axis=1) - spread**2 / 4.0
+    is_large = spread * math.sqrt(sharpness) > 1.0
+    rows = np.flatnonzero(is_large & (nearest < math.sqrt(2.0 * _INVISIBLE / sharpness)))
+    p, n, weights = points[rows], normals[rows], weights[rows]
+    for _ in range(_TURNS):  # shortest is the linear expansion of the chord about the last place
+        here = _chords(term, equation, _blend(weights, p), _blend(weights, n))
+        expanded = np.empty_like(p)
+        for corner in range(3):
+            aside = (1.0 - _STEP) * weights
+            aside[:, corner] += _STEP
+            there = _chords(term, equation, _blend(aside, p), _blend(aside, n))
+            expanded[:, corner] = here + (there - here) / _STEP
+        weights = _shortest(expanded)
+    return Places(rows, weights)
+
+
+def _blend(weights: Float64Array, at_corners: Float64Array) -> Float64Array:
+    return np.einsum("ki,kij->kj", weights, at_corners)
+
+
+def _shortest(at_corners: Float64Array) -> Float64Array:
+    """Barycentric coordinates (k, 3) of the shortest among the blends of three vectors (k, 3, 3).
+
+    The nearest point of a triangle to the origin: the foot of the perpendicular if it lies inside, else the
+    nearest of the three sides' nearest points (C. Ericson: Real-Time Collision Detection (2005), section 5.1.5).
+    """
+    a, b, c = at_corners.transpose(1, 2, 0)
+    ab, ac = b - a, c - a
+    # The normal equations of |a + s ab + t ac| -> min.
+    g11, g12, g22 = dot(ab, ab), dot(ab, ac), dot(ac, ac)
+    h1, h2 = -dot(a, ab), -dot(a, ac)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        determinant = g11 * g22 - g12 * g12
+        s, t = (g22 * h1 - g12 * h2) / determinant, (g11 * h2 - g12 * h1) / determinant
+        r = 1.0 - s - t
+    result = np.stack([r, s, t], axis=1)
+    outside = np.flatnonzero(~((r >= 0.0) & (s >= 0.0) & (t >= 0.0)))  # a NaN is outside
+    on_sides, lengths = np.zeros((3, len(outside), 3)), np.empty((3, len(outside)))
+    for side in range(3):
+        p, q = at_corners[outside, side], at_corners[outside, (side + 1) % 3]
+        pq = q - p
+        square = np.einsum("ki,ki->k", pq, pq)
+        along = np.clip(np.einsum("ki,ki->k", -p, pq) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
+        on_sides[side, :, side], on_sides[side, :, (side + 1) % 3] = 1.0 - along, along
+        lengths[side] = np.linalg.norm(p + along[:, None] * pq, axis=1)
+    result[outside] = on_sides[lengths.argmin(axis=0), np.arange(len(outside))]
+    return result
+
+
+# From this shininess on, a highlight has no bend where its cosine reaches zero.
+_SMOOTH = 2.0
+
+
+def _creases(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Iterator[Places]:
+    """Where triangles cross a crease of the lighting, where some value changes its sign.
+
+    It is n·l where a light's dark side begins, n·v where a two-sided surface turns, a spot's angle at the edge of its
+    cone, a highlight's cosine where it is cut off, a colour less 1 where it saturates.
+    """
+    equation, at_corners = lighting.equation, _in_world(vertices, corners, lighting)
+    points, normals = (rows.reshape(-1, 3) for rows in at_corners)
+    p, n = columns(points), columns(normals)
+    values: list[FloatArray] = [dot(n, _to_viewer(p, equation))] if equation.two_sided else []
+    for term in equation.terms:
+        to_light = term.light.arrival(p).direction
+        if term.needs_normals:
+            values.append(dot(n, to_light))  # with the normal's length: so it is linear under a distant light
+        values += term.light.edges(to_light)
+        if equation.has(term, "specular") and 0.0 < equation.reflectance.sharpness < _SMOOTH:
+            chord = _chords(term, equation, points, normals)
+            values.append(1.0 - np.einsum("ki,ki->k", chord, chord) / 2.0)
+    if lighting.scene.light_model.clamp:
+        values += [vertices.colors[corners, channel].ravel() - 1.0 for channel in range(3)]
+    for value in values:
+        yield from _sign_changes(value.reshape(-1, 3))
+
+
+# How far beside a crease, in parts of a side, a jump's two sides are looked at.
+_ASIDE = 2.0**-5
+
+
+def _sign_changes(values: FloatArray) -> Iterator[Places]:
+    """Where a value changes its sign in triangles: on two sides, half-way between, and a little beside each.
+
+    Parameters
+    ----------
+    values : ndarray
+        Shape (m, 3): at each triangle's corners, and linear between.
+    """
+    above = values > 0.0
+    rows = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1) & np.isfinite(values).all(axis=1))
+    values, above = values[rows], above[rows]
+    alone = (above == (above.sum(axis=1) == 1)[:, None]).argmax(axis=1)  # the corner whose sign no other has
+    turn = (alone[:, None] + np.arange(3)) % 3
+    values = np.take_along_axis(values, turn, axis=1)
+    crossing = values[:, :1] / (values[:, :1] - values[:, 1:])
+    for aside in (0.0, -_ASIDE, _ASIDE):
+        along = np.clip(crossing + aside, 0.0, 1.0)
+        ends = np.zeros((2, len(rows), 3))
+        for end in range(2):
+            np.put_along_axis(ends[end], turn[:, :1], 1.0 - along[:, end : end + 1], axis=1)
+            np.put_along_axis(ends[end], turn[:, end + 1 : end + 2], along[:, end : end + 1], axis=1)
+        for weights in (*ends, ends.mean(axis=0)):
+            yield Places(rows, weights)
+
+
+# --- the errors
 
 
 def _lattice(order: int) -> Float64Array:
@@ -43,32 +323,41 @@ _MORE = np.array([weights for weights in _lattice(4) if (weights * 2.0 % 1.0).an
 _ALL = np.concatenate([_FIRST, _MORE])
 _DENSE = _lattice(8)
 
+# Over a triangle, the ratio of a normal's two lengths may vary by this much and change no colour.
+_SAME_RATIO = 1e-4
+
+# Halvings of a distance after which a difference that is still there is a jump.
+_HALVINGS = 20
+
+# An error from which on triangles are searched for jumps.
+_LARGE = 1.0 / 255.0
+
 
 def first_errors(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
     """Largest error (m,) of triangles (m, 3) at middles of sides, centroids, and where colours peak, bend or jump."""
-    result = _errors(vertices, corners, _FIRST, lighting)
-    step = _SAMPLES // 8
-    for start in range(0, len(corners), step):
-        part = corners[start : start + step]
-        places = chain(_peaks(vertices, part, lighting), _creases(vertices, part, lighting))
-        worst = _worst_of(places, vertices, part, lighting)
-        result[start + worst.rows] = np.maximum(result[start + worst.rows], worst.errors)
+    result = _pattern_errors(vertices, corners, _FIRST, lighting)
+    for part in _at_once(len(corners), 8):
+        there = vertices, corners[part], lighting
+        rows, _, errors = _worst(chain(_peaks(*there), _creases(*there)), *there)
+        result[part][rows] = np.maximum(result[part][rows], errors)
     return result
 
 
 def more_errors(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
     """Largest error (m,) at further samples, and with the stored normals blended."""
-    result = _errors(vertices, corners, _MORE, lighting)
-    rows = np.flatnonzero(_blend_differently(vertices, corners))
-    others = replace(vertices, normals=vertices.stored)
-    for errors in (first_errors(others, corners[rows], lighting), _errors(others, corners[rows], _MORE, lighting)):
-        result[rows] = np.maximum(result[rows], errors)
+    result = _pattern_errors(vertices, corners, _MORE, lighting)
+    length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
+    ratio = np.divide(length, stored, out=np.ones_like(length), where=stored > 0.0)[corners]
+    rows = np.flatnonzero(np.ptp(ratio, axis=1) > _SAME_RATIO * ratio.max(axis=1))  # they blend differently
+    others = replace(vertices, normals=vertices.stored), corners[rows]
+    errors = np.maximum(first_errors(*others, lighting), _pattern_errors(*others, _MORE, lighting))
+    result[rows] = np.maximum(result[rows], errors)
     return result
 
 
 def dense_errors(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
     """Largest error (m,) at samples so dense that hardly anything lies between them."""
-    return _errors(vertices, corners, _DENSE, lighting)
+    return _pattern_errors(vertices, corners, _DENSE, lighting)
 
 
 def all_errors(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
@@ -78,127 +367,65 @@ def all_errors(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> 
     shown = corners[rows]
     errors = np.maximum(first_errors(vertices, shown, lighting), more_errors(vertices, shown, lighting))
     large = np.flatnonzero(errors >= _LARGE)
-    errors[large] = np.maximum(errors[large], jumps(vertices, shown[large], lighting).errors)
+    _, beside_jumps = jumps(vertices, shown[large], lighting)
+    errors[large] = np.maximum(errors[large], beside_jumps)
     result[rows] = errors
     return result
 
 
-@dataclass(frozen=True)
-class Jumps:
-    """The largest step of the colour that was found in each of some triangles."""
+def jumps(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> tuple[Float64Array, Float64Array]:
+    """The largest step of the colour in each triangle, which no splitting would cure, and the error beside it: (m,).
 
-    sizes: Float64Array
-    """(m,): difference of the colours on its two sides; 0 where colours are continuous."""
-
-    errors: Float64Array
-    """(m,): the error beside it."""
-
-
-def jumps(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Jumps:
-    """Look for steps of the colour, which no splitting would cure."""
-    result = Jumps(np.zeros(len(corners)), np.zeros(len(corners)))
-    step = _SAMPLES // len(_ALL)
-    for start in range(0, len(corners), step):
-        part = slice(start, start + step)
-        result.sizes[part], result.errors[part] = _jumps(vertices, corners[part], lighting)
-    return result
-
-
-def _jumps(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> tuple[Float64Array, Float64Array]:
-    """From the worst sample to the corner whose colour differs most from it: the half that keeps more of the
-    difference, again and again. What is left of the difference is a jump.
+    The search goes from the worst sample, peaks left out, to the corner whose colour differs most from it: to the half
+    that keeps more of the difference, again and again. What is left of the difference is a jump.
     """
-    near = _worst_place(vertices, corners, lighting)
-    near_color = _truth(vertices, corners, near[:, None], lighting)[:, 0]
-    at_corners = lighting.shown(vertices.colors[corners])
-    corner = _largest(at_corners - near_color[:, None]).argmax(axis=1)
-    far, far_color = np.eye(3)[corner], at_corners[np.arange(len(corners)), corner]
-    for _ in range(_HALVINGS):
-        middle = (near + far) / 2.0
-        color = _truth(vertices, corners, middle[:, None], lighting)[:, 0]
-        near_half = (_largest(color - near_color) >= _largest(color - far_color))[:, None]
-        far, far_color = np.where(near_half, middle, far), np.where(near_half, color, far_color)
-        near, near_color = np.where(near_half, near, middle), np.where(near_half, near_color, color)
-    beside = _misses(vertices, corners, np.stack([near, far], axis=1), lighting)
-    return _largest(far_color - near_color), beside.max(axis=1)
+    steps, errors = np.zeros((2, len(corners)))
+    for part in _at_once(len(corners), len(_ALL)):
+        some = corners[part]
+        at_samples = _errors_at(vertices, some, _ALL, lighting)
+        near = _ALL[at_samples.argmax(axis=1)]
+        rows, weights, at_creases = _worst(_creases(vertices, some, lighting), vertices, some, lighting)
+        is_worse = at_creases > at_samples.max(axis=1)[rows]
+        near[rows[is_worse]] = weights[is_worse]
+        near_color = _lit_inside(vertices, some, near[:, None], lighting)[:, 0]
+        at_corners = lighting.shown(vertices.colors[some])
+        corner = _difference(at_corners, near_color[:, None]).argmax(axis=1)
+        far, far_color = np.eye(3)[corner], at_corners[np.arange(len(some)), corner]
+        for _ in range(_HALVINGS):
+            middle = (near + far) / 2.0
+            color = _lit_inside(vertices, some, middle[:, None], lighting)[:, 0]
+            near_half = (_difference(color, near_color) >= _difference(color, far_color))[:, None]
+            far, far_color = np.where(near_half, middle, far), np.where(near_half, color, far_color)
+            near, near_color = np.where(near_half, near, middle), np.where(near_half, near_color, color)
+        steps[part] = _difference(far_color, near_color)
+        errors[part] = _errors_at(vertices, some, np.stack([near, far], axis=1), lighting).max(axis=1)
+    return steps, errors
 
 
-class _Worst(NamedTuple):
-    rows: IntArray
-    weights: Float64Array
-    errors: Float64Array
-
-
-def _worst_place(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
-    """Barycentric coordinates (m, 3) of the sample with the largest error; peaks are left out."""
-    missed = _misses(vertices, corners, _ALL, lighting)
-    result, errors = _ALL[missed.argmax(axis=1)], missed.max(axis=1)
-    worst = _worst_of(_creases(vertices, corners, lighting), vertices, corners, lighting)
-    worse = worst.errors > errors[worst.rows]
-    result[worst.rows[worse]] = worst.weights[worse]
+def _pattern_errors(
+    vertices: LitVertices, corners: IntArray, pattern: Float64Array, lighting: Lighting
+) -> Float64Array:
+    """Largest error (m,) at places (s, 3) that are the same for all triangles."""
+    result = np.zeros(len(corners))
+    for part in _at_once(len(corners), len(pattern)):
+        result[part] = _errors_at(vertices, corners[part], pattern, lighting).max(axis=1)
     return result
 
 
-def _worst_of(places: Iterable[Places], vertices: LitVertices, corners: IntArray, lighting: Lighting) -> _Worst:
-    """In each triangle that has any of the places, the one with the largest error."""
+def _worst(
+    places: Iterable[Places], vertices: LitVertices, corners: IntArray, lighting: Lighting
+) -> tuple[IntArray, Float64Array, Float64Array]:
+    """The triangles (k,) that have any of the places, with the place (k, 3) of the largest error in each, and that."""
     places = list(places)
     rows = np.concatenate([np.empty(0, dtype=np.intp), *(place.rows for place in places)])
     weights = np.concatenate([np.empty((0, 3)), *(place.weights for place in places)])
-    errors = _misses(vertices, corners[rows], weights[:, None], lighting)[:, 0]
+    errors = _errors_at(vertices, corners[rows], weights[:, None], lighting)[:, 0]
     order = np.lexsort([errors, rows])
     last = order[np.diff(rows[order], append=-1) != 0]  # of each row
-    return _Worst(rows[last], weights[last], errors[last])
+    return rows[last], weights[last], errors[last]
 
 
-def _peaks(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Iterator[Places]:
-    return peaks(*_in_world(vertices, corners, lighting), lighting.equation)
-
-
-def _creases(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Iterator[Places]:
-    yield from creases(*_in_world(vertices, corners, lighting), lighting.equation)
-    if lighting.scene.light_model.clamp:
-        for channel in range(3):
-            yield from sign_changes(vertices.colors[corners, channel] - 1.0)
-
-
-def _in_world(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> tuple[Float64Array, Float64Array]:
-    """Points and normals (m, 3, 3) of triangles; the matrix takes the normals' lengths along."""
-    points, normals, matrix = vertices.points[corners], vertices.normals[corners], lighting.matrix
-    if matrix is None:
-        return points, normals
-    return transform_points(points.reshape(-1, 3), matrix).reshape(points.shape), normals @ normal_matrix(matrix).T
-
-
-def _errors(vertices: LitVertices, corners: IntArray, samples: Float64Array, lighting: Lighting) -> Float64Array:
-    """Largest error (m,) at samples (s, 3) that are the same for all triangles."""
-    result = np.zeros(len(corners))
-    step = _SAMPLES // len(samples)
-    for start in range(0, len(corners), step):
-        part = slice(start, start + step)
-        result[part] = _misses(vertices, corners[part], samples, lighting).max(axis=1)
-    return result
-
-
-def _misses(vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
-    """(m, s): difference of blended and lit colours, in the worst channel, at weights (s, 3) or (m, s, 3)."""
-    blended = weights @ lighting.shown(vertices.colors[corners])
-    return _largest(blended - _truth(vertices, corners, weights, lighting))
-
-
-def _truth(vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
-    points, normals = weights @ vertices.points[corners], weights @ vertices.normals[corners]
-    shades = None if vertices.shades is None else (weights @ vertices.shades[corners]).reshape(-1, 3)
-    colors = lighting.colors(points.reshape(-1, 3), normals.reshape(-1, 3), shades)
-    return lighting.shown(colors).reshape(points.shape)
-
-
-def _largest(colors: Float64Array) -> Float64Array:
-    return np.abs(colors).max(axis=-1)
-
-
-def _blend_differently(vertices: LitVertices, corners: IntArray) -> BoolArray:
-    """Where the two lengths of the normals are in different proportions at the corners."""
-    length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
-    ratio = np.divide(length, stored, out=np.ones_like(length), where=stored > 0.0)[corners]
-    result: BoolArray = np.ptp(ratio, axis=1) > _SAME_RATIO * ratio.max(axis=1)
-    return result
+def _at_once(triangles: int, samples: int) -> Iterator[slice]:
+    """Parts of so many triangles that their samples fit into memory."""
+    step = _SAMPLES // samples
+    return (slice(start, start + step) for start in range(0, triangles, step))

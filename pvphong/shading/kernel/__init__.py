@@ -12,11 +12,11 @@ The kernel differs from the reference by rounding alone. float32 results come fr
 included: differences of positions have full relative precision however far the scene is from the origin, and a
 highlight errs by at most (4√n + 10) · 2⁻²⁴ for shininess n.
 
-In reading order: `evaluation` brings arrays to the driver; `driver` lights block after block; `vertices` is
-what a block holds and how it is loaded; `stages` puts a loop around the formula of a light or a reflectance; `area` has
-lights with a size; `colors` adds up what they give. `records` is the form in which the driver takes an equation,
-`arithmetic` what compiled code calculates with, `code` compiles and has the code on disk, `ahead` compiles all there
-is. `normals` sums the normals of meshes.
+In reading order: `evaluation` brings ranges of vertices to the driver, on several threads; `driver` is what happens to
+a block of them, from loading to colours; `vertices` is where a block's values stand and how they are loaded; `stages`
+puts a loop around the formula of a light or a reflectance. `records` is the form in which the driver takes an
+equation, `arithmetic` what compiled code calculates with, `code` compiles and has the code on disk, `ahead` compiles
+all there is. `normals` sums the normals of meshes.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ from pvphong.shading.kernel.code import Library, NotCompiled, Request, what_it_d
 
 _REALS = "float32", "float64"
 _STORED_AND_REAL = ("float32", "float32"), ("float64", "float32"), ("float64", "float64")
-_NO_FLAGS = {"is_wide": False, "has_albedo": False, "is_display": False}
+_NO_FLAGS = {"has_albedo": False, "is_display": False}
 
 
 class CompilationUnit(NamedTuple):

@@ -285,7 +285,7 @@ def _driver(stored: Any, real: Any) -> Any:
     arrays = vertices, vertices, reals, reals, reals, _BYTES
     equation = types.CPointer(numba.from_dtype(SETTINGS)), types.CPointer(numba.from_dtype(TERM)), _FLOATS
     scratch = reals, _FLOATS, _BYTES
-    return types.intp(*arrays, *equation, _INDICES, *(types.intp,) * 4, *scratch)
+    return types.boolean(*arrays, *equation, types.intp, *scratch)
 
 
 # --- by another process

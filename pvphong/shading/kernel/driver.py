@@ -1,283 +1,39 @@
-"""One block of vertices after the other through the stages that its equation calls for.
+"""What happens to vertices, block after block: they are loaded, light after light is added, colours are stored.
 
 The equation comes as records, so that its values are arguments of compiled code: moving or tinting a light
 compiles nothing. What the driver branches on, it branches on once per block. It knows no light and no reflectance:
 theirs are the stages, called through pointers, once per block and light. What it knows is what all of them share:
 a light that is the same everywhere, and Lambert's factor, which it adds without writing it down first.
+
+Its loops are simple enough for LLVM to vectorise. Literals are float32: a Python float would widen float32 arithmetic,
+and these are widened, exactly, where rows are float64. There is no fast-math: each vertex's bits are what IEEE
+arithmetic makes of its own numbers. Products and sums are fused by `multiply_add` alone, and so alike in every loop.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from llvmlite import ir
+import numpy as np
 from numba import carray
-from numba.core import types
-from numba.extending import intrinsic
 
-from pvphong.shading.kernel import colors, vertices
+from pvphong.base.float_range import BRIGHTEST
+from pvphong.base.formulas import ONE, ZERO, dot, inverse_length, square
 from pvphong.shading.kernel import vertices as at
 from pvphong.shading.kernel.arithmetic import (
+    WHOLE32,
     call_light,
     call_reflectance,
     inlined,
     like,
-    nowhere,
+    multiply_add,
     pasted,
+    plain,
     shifted,
-    taken,
 )
-from pvphong.shading.kernel.vertices import AT_WORK, BEGUN, BLOCK, GROUP, LEFT, LINE, in_type
+from pvphong.shading.kernel.vertices import BLOCK, in_type, put, vector
 
-# Memory for the next block is asked for while this one's lights are computed: a processor guesses how a stream goes on
-# only while it is being read, and a block is read and written in bursts with much arithmetic between them. It can wait
-# for some two dozen cache lines at once, which is one array's share of a block in float32; so each light goes with one
-# array, and what is written first, because it is waited for longest.
-
-
-def _prefetch(for_writing: int) -> Any:
-    """Compiled code that asks for the cache lines of a block's vectors; LLVM's hint, which never fails."""
-
-    @intrinsic
-    def prefetch(_typing: Any, array: Any, first: Any) -> Any:  # noqa: ARG001 Numba wants it by name
-        size = array.dtype.bitwidth // 8
-
-        def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-            array, first = arguments
-            byte, i32 = ir.IntType(8).as_pointer(), ir.IntType(32)
-            kind = ir.FunctionType(ir.VoidType(), [byte, i32, i32, i32])
-            function = builder.module.declare_intrinsic("llvm.prefetch", [byte], kind)
-            start = builder.bitcast(builder.gep(array, [builder.mul(first, first.type(3))]), byte)
-            for offset in range(0, 3 * BLOCK * size, LINE):
-                line = builder.gep(start, [first.type(offset)])
-                builder.call(function, [line, i32(for_writing), i32(3), i32(1)])  # into the nearest cache, of data
-            return context.get_dummy_value()
-
-        return types.void(array, types.intp), generate
-
-    return prefetch
-
-
-_to_read, _to_write = _prefetch(0), _prefetch(1)
-
-
-@inlined
-def _prefetch_block(turn: int, first: int, points: Any, normals: Any, rgb: Any, display: Any, s: Any) -> None:
-    """Ask for the block that begins with vertex `first`: its colours at turn 0, its normals at 1, its points at 2."""
-    if turn == 0:
-        if s.is_display:
-            _to_write(display, first)
-        else:
-            _to_write(rgb, first)
-    elif turn == 1:
-        if s.needs_normals:
-            _to_read(normals, first)
-    elif turn == 2 and s.needs_points:
-        _to_read(points, first)
-
-
-@pasted
-def _load_normals(array: Any, start: int, count: int, s: Any, rows: Any, wide: Any) -> bool:
-    """Normals into their rows; whether none is declined."""
-    if s.turns_normals:
-        vertices.split(array, start, count, wide)
-        vertices.rotate_normals(s.normal_matrix, wide, rows)
-    else:
-        vertices.split(array, start, count, shifted(rows, at.NX))
-    if vertices.measure_normals(rows):
-        return True
-    vertices.split(array, start, count, wide)
-    good = vertices.scale_normals(wide, s.normal_matrix, s.turns_normals, rows)
-    vertices.measure_normals(rows)
-    return good
-
-
-@pasted
-def _look(s: Any, rows: Any, points: Any) -> bool:
-    """Directions to the viewer, and normals turned to it; whether no vertex is declined."""
-    good = True
-    if s.needs_eye:
-        good = vertices.approach(rows, points, s.eye[0], s.eye[1], s.eye[2])
-        vertices.look(rows)
-    if s.is_flipped:
-        vertices.turn_normals(rows, not s.has_local_facing)
-    if s.has_lobes_of_viewer:
-        vertices.face(rows)
-    return good
-
-
-@pasted
-def _add_lambert(t: Any, varies: bool, gain: Any, rows: Any) -> None:
-    """Add the light of one of which Lambert's factor alone is wanted."""
-    red, green, blue = in_type(t.colors[0], rows)
-    if t.is_even and varies:
-        colors.add_parallel_weakened(rows, red, green, blue, *in_type(t.way, rows))
-    elif t.is_even:
-        colors.add_parallel(rows, red, green, blue, *in_type(t.way, rows))
-    elif varies:
-        colors.add_weakened(rows, gain, red, green, blue)
-    else:
-        colors.add_lambert(rows, red, green, blue)
-
-
-@pasted
-def _add_lobes(t: Any, s: Any, reflected: int, varies: bool, gain: Any, rows: Any) -> None:
-    """Add the light of one whose lobes' factors stand in their rows; those that are 0 everywhere are left out."""
-    if varies:
-        for lobe in range(3):
-            if reflected & (1 << lobe):
-                colors.weaken(rows, at.FIRST + lobe * BLOCK, gain)
-    if not s.has_albedo and reflected == 7:
-        colors.add_three(rows, *in_type(t.colors[0], rows), *in_type(t.colors[1], rows), *in_type(t.colors[2], rows))
-        return
-    if not s.has_albedo and reflected & 3 == 3:
-        colors.add_two(rows, *in_type(t.colors[0], rows), *in_type(t.colors[1], rows))
-        reflected &= ~3
-    for lobe in range(3):
-        if reflected & (1 << lobe):
-            target = at.HR if s.has_albedo and not s.takes_albedo & (1 << lobe) else at.R
-            colors.add_lobe(rows, at.FIRST + lobe * BLOCK, target, *in_type(t.colors[lobe], rows))
-
-
-@pasted
-def _add_ambient(t: Any, s: Any, rows: Any) -> None:
-    """Add what a light adds whatever the normal."""
-    color, gain = in_type(t.ambient, rows), like(rows, t.gain)
-    if s.sky < 0:
-        if t.varies:
-            colors.add_strength(rows, gain, *color)
-        else:
-            colors.add_evenly(rows, *color)
-    elif t.varies:
-        colors.add_strength_under_sky(rows, gain, *color)
-    else:
-        colors.add_sky(rows, *color)
-
-
-@pasted
-def _add_light(
-    first: int, count: int, channels: Any, t: Any, s: Any, numbers: Any, own: Any, rows: Any, points: Any
-) -> bool:
-    """Add one light; whether no vertex is declined."""
-    good = True
-    if not t.is_even:
-        good = call_light(t.arrives, own, rows, points)
-        if t.has_ambient:
-            _add_ambient(t, s, rows)
-    if not t.wanted:
-        return good
-    varies, gain = t.varies, like(rows, t.gain)
-    if t.visible >= 0:
-        vertices.take(shifted(channels, t.visible * s.channel_length), first, count, shifted(rows, at.VISIBLE))
-        colors.block(rows, gain, varies)
-        varies, gain = True, like(rows, 1.0)
-    if not t.reflects:
-        _add_lambert(t, varies, gain, rows)
-        return good
-    if t.is_even:
-        colors.fill(rows, at.DX, *in_type(t.way, rows))
-        vertices.measure_differences(rows)
-    _add_lobes(t, s, t.wanted & call_reflectance(t.reflects, numbers, rows, points), varies, gain, rows)
-    return good
-
-
-@pasted
-def _light(
-    first: int,
-    count: int,
-    points: Any,
-    normals: Any,
-    albedo: Any,
-    channels: Any,
-    rgb: Any,
-    display: Any,
-    s: Any,
-    terms: Any,
-    numbers: Any,
-    rows: Any,
-    wide: Any,
-) -> bool:
-    """Colours of one block's vertices, in its rows; whether no vertex is declined."""
-    good = True
-    if s.needs_normals:
-        good = _load_normals(normals, first, count, s, rows, wide) & good
-    places = nowhere(wide)
-    if s.is_wide:
-        places = wide
-        vertices.split(points, first, count, wide)
-        if s.moves_points:
-            vertices.transform(s.matrix, s.w, wide)
-    elif s.needs_points:
-        vertices.split(points, first, count, shifted(rows, at.PX))
-    good = _look(s, rows, places) & good
-    if s.tangents >= 0:
-        for axis in range(3):
-            channel = shifted(channels, (s.tangents + axis) * s.channel_length)
-            vertices.take(channel, first, count, shifted(rows, at.TX + axis * BLOCK))
-        vertices.straighten_tangents(rows)
-    if s.sky >= 0:
-        vertices.take(shifted(channels, s.sky * s.channel_length), first, count, shifted(rows, at.SKY))
-        colors.fill_under_sky(rows, *in_type(s.base, rows), *in_type(s.own, rows))
-    else:
-        colors.fill(rows, at.R, *in_type(s.base, rows))
-    if s.has_albedo:
-        colors.fill(rows, at.HR, *in_type(s.emission, rows))
-    for turn in range(len(terms)):
-        _prefetch_block(turn, first + BLOCK, points, normals, rgb, display, s)
-        own = shifted(numbers, (turn + 1) * s.stride)
-        good = _add_light(first, count, channels, terms[turn], s, numbers, own, rows, places) & good
-    if s.has_albedo:
-        vertices.split(albedo, first, count, shifted(rows, at.ALBEDO_R))
-        colors.tint(rows)
-    if s.exponent != 1.0:
-        colors.encode(rows, like(rows, s.exponent))
-    return good
-
-
-@pasted
-def _store(first: int, count: int, rgb: Any, display: Any, s: Any, rows: Any) -> None:
-    """Colours from one block's rows to where they are wanted."""
-    if s.is_display:
-        colors.join_bytes(rows, display, first, count)
-    else:
-        colors.join(rows, like(rows, s.low), like(rows, s.high), rgb, first, count)
-
-
-@pasted
-def _light_group(
-    start: int,
-    stop: int,
-    points: Any,
-    normals: Any,
-    albedo: Any,
-    channels: Any,
-    rgb: Any,
-    display: Any,
-    s: Any,
-    terms: Any,
-    numbers: Any,
-    rows: Any,
-    wide: Any,
-    declined: Any,
-) -> bool:
-    """Light vertices from `start` up to `stop`; whether none is declined, else each one is noted."""
-    none = True
-    for first in range(start, stop, BLOCK):
-        count = min(stop - first, BLOCK)
-        if s.is_sunlit and count == BLOCK and colors.shine_on(normals, first, s, terms[0], rgb):
-            continue
-        is_like_first = s.is_even and first != start
-        if is_like_first or _light(
-            first, count, points, normals, albedo, channels, rgb, display, s, terms, numbers, rows, wide
-        ):
-            _store(first, count, rgb, display, s, rows)
-            continue
-        none = False
-        for i in range(count):
-            declined[first - start + i] = rows[at.DECLINED + i] != 0.0
-        vertices.unmark(rows)
-        _store(first, count, rgb, display, s, rows)
-    return none
+_BRIGHTEST = np.float32(BRIGHTEST)
 
 
 def shade(
@@ -290,19 +46,12 @@ def shade(
     settings: Any,
     terms: Any,
     numbers: Any,
-    shared: Any,
-    threads: int,
-    own: int,
-    patience: int,
     count: int,
     rows: Any,
     wide: Any,
     declined: Any,
-) -> int:
-    """Light group after group until none is left, or a vertex is declined: then gives its group's first, else -1.
-
-    Several threads may do so at once with one `shared`. Each begins with a range of its own, for threads that write to
-    one page of memory that is new wait for each other, and then helps the others out.
+) -> bool:
+    """Light vertices; whether none is declined, else each one is noted.
 
     Parameters
     ----------
@@ -314,44 +63,224 @@ def shade(
         Where the colours go: floats, or bytes if `is_display`.
     settings, terms, numbers
         The equation, as `records` has it.
-    shared
-        `BEGUN` numbers and one for each range, 0 at first.
-    threads, own : int
-        How many ranges there are, and which is this thread's.
-    patience : int
-        How often to look, in the end, whether other threads are still at work, before it is left to the caller to wait
-        for them: sleeping and waking takes longer than most have left to do.
     count : int
         Of vertices.
     rows, wide
         Scratch memory: `ROWS` numbers, and 3 · `BLOCK` of float64.
     declined
-        A byte for each vertex of a group, 0; becomes 1 for those that the reference has to light.
+        A byte for each vertex, 0; becomes 1 for those that the reference has to light.
     """
     s = carray(settings, (1,))[0]
     lights = carray(terms, (s.count,))
-    vertices.unmark(rows)
-    colors.fill(rows, at.VX, *in_type(s.to_eye, rows))
-    colors.fill(rows, at.AX, *in_type(s.to_eye, rows))
-    at_work, left = shifted(shared, AT_WORK), -1
-    taken(at_work, 1)
-    length = (count + threads * GROUP - 1) // (threads * GROUP) * GROUP
-    for turn in range(threads):
-        here = (own + turn) % threads
-        begun, end = shifted(shared, BEGUN + here), min((here + 1) * length, count)
-        start = here * length + taken(begun, GROUP)
-        while start < end and left < 0:
-            stop = min(start + GROUP, end)
-            if not _light_group(
-                start, stop, points, normals, albedo, channels, rgb, display, s, lights, numbers, rows, wide, declined
-            ):
-                left = start
-                taken(shifted(shared, LEFT), 1)
-            else:
-                start = here * length + taken(begun, GROUP)
-        if left >= 0:
-            break
-    taken(at_work, -1)
-    while patience > 0 and taken(at_work, 0) > 0:
-        patience -= 1
-    return left
+    for i in range(BLOCK):
+        rows[at.DECLINED + i] = 0.0
+        rows[at.SKY + i] = ONE
+    fill(rows, at.VX, in_type(s.to_eye, rows))
+    none = True
+    for first in range(0, count, BLOCK):
+        size = min(count - first, BLOCK)
+        good = _load(first, size, points, normals, albedo, channels, s, rows, wide)
+        for k in range(len(lights)):
+            own = shifted(numbers, (k + 1) * s.stride)
+            good = _add_light(first, size, channels, lights[k], s, numbers, own, rows, wide) & good
+        _finish(s, rows)
+        _store(first, size, rgb, display, s, rows)
+        if not good:
+            none = False
+            for i in range(size):
+                declined[first + i] = rows[at.DECLINED + i] != 0.0
+            for i in range(BLOCK):
+                rows[at.DECLINED + i] = 0.0
+    return none
+
+
+# --- vertices into the block's rows
+
+
+@plain
+def fill(rows: Any, start: int, w: Any) -> None:
+    """The same vector or colour in three rows."""
+    for i in range(BLOCK):
+        put(shifted(rows, start), i, w)
+
+
+@plain
+def _begin(rows: Any, base: Any, own: Any) -> None:
+    """Colours without lights: what the sky has part in, and what it has not."""
+    for i in range(BLOCK):
+        sky = rows[at.SKY + i]
+        rows[at.R + i] = multiply_add(base[0], sky, own[0])
+        rows[at.G + i] = multiply_add(base[1], sky, own[1])
+        rows[at.B + i] = multiply_add(base[2], sky, own[2])
+
+
+@pasted
+def _load(
+    first: int, count: int, points: Any, normals: Any, albedo: Any, channels: Any, s: Any, rows: Any, wide: Any
+) -> bool:
+    """All that is known of the vertices, and colours as they are without lights; whether no vertex is declined."""
+    good = True
+    if s.needs_normals:
+        good = at.load_normals(normals, first, count, s, rows, wide)
+    if s.needs_points:
+        at.load_points(points, first, count, s, wide)
+    good = at.look_at_viewer(s, rows, wide) & good
+    if s.tangents >= 0:
+        at.load_tangents(shifted(channels, s.tangents * s.channel_length), s.channel_length, first, count, rows)
+    if s.has_albedo:
+        at.load_vectors(albedo, first, count, shifted(rows, at.ALBEDO_R))
+    if s.sky >= 0:
+        at.load_channel(shifted(channels, s.sky * s.channel_length), first, count, shifted(rows, at.SKY))
+    _begin(rows, in_type(s.base, rows), in_type(s.own, rows))
+    if s.has_albedo:
+        fill(rows, at.HR, in_type(s.emission, rows))
+    return good
+
+
+# --- a light
+
+
+@plain
+def _settle_strength(rows: Any, gain: Any, varies: bool) -> None:
+    """Strengths times a gain; 1 where the light has the same strength everywhere."""
+    if varies:
+        for i in range(BLOCK):
+            rows[at.STRENGTH + i] = min(rows[at.STRENGTH + i] * gain, _BRIGHTEST)
+    else:
+        for i in range(BLOCK):
+            rows[at.STRENGTH + i] = ONE
+
+
+@plain
+def _hide(rows: Any) -> None:
+    """Strengths times the visible part of the light."""
+    for i in range(BLOCK):
+        rows[at.STRENGTH + i] *= rows[at.VISIBLE + i]
+
+
+@plain
+def _add(rows: Any, target: int, factors: int, color: Any) -> None:
+    """Add a colour times the factors in a row and the light's strength to the rows of a colour."""
+    for i in range(BLOCK):
+        factor = rows[factors + i] * rows[at.STRENGTH + i]
+        rows[target + i] = multiply_add(color[0], factor, rows[target + i])
+        rows[target + BLOCK + i] = multiply_add(color[1], factor, rows[target + BLOCK + i])
+        rows[target + 2 * BLOCK + i] = multiply_add(color[2], factor, rows[target + 2 * BLOCK + i])
+
+
+@plain
+def _add_two(rows: Any, color: Any, other: Any) -> None:
+    for i in range(BLOCK):
+        first, second = rows[at.FIRST + i] * rows[at.STRENGTH + i], rows[at.SECOND + i] * rows[at.STRENGTH + i]
+        rows[at.R + i] = multiply_add(other[0], second, multiply_add(color[0], first, rows[at.R + i]))
+        rows[at.G + i] = multiply_add(other[1], second, multiply_add(color[1], first, rows[at.G + i]))
+        rows[at.B + i] = multiply_add(other[2], second, multiply_add(color[2], first, rows[at.B + i]))
+
+
+@plain
+def _add_lambert(rows: Any, color: Any) -> None:
+    """Add a colour times max(n·l, 0) and the light's strength."""
+    for i in range(BLOCK):
+        n_d = dot(vector(shifted(rows, at.NX), i), vector(shifted(rows, at.DX), i))
+        factor = max(n_d * (rows[at.NEARNESS + i] * rows[at.INVERSE + i]), ZERO) * rows[at.STRENGTH + i]
+        rows[at.R + i] = multiply_add(color[0], factor, rows[at.R + i])
+        rows[at.G + i] = multiply_add(color[1], factor, rows[at.G + i])
+        rows[at.B + i] = multiply_add(color[2], factor, rows[at.B + i])
+
+
+@plain
+def _arrive_evenly(rows: Any, way: Any) -> None:
+    """D and 1/|D| of a light that arrives everywhere from one direction."""
+    inverse = inverse_length(square(way))
+    for i in range(BLOCK):
+        put(shifted(rows, at.DX), i, way)
+        rows[at.NEARNESS + i] = inverse
+
+
+@pasted
+def _add_light(
+    first: int, count: int, channels: Any, t: Any, s: Any, numbers: Any, own: Any, rows: Any, points: Any
+) -> bool:
+    """Add one light; whether no vertex is declined."""
+    good = True
+    if t.is_even:
+        _arrive_evenly(rows, in_type(t.way, rows))
+    else:
+        good = call_light(t.arrives, own, rows, points)
+    _settle_strength(rows, like(rows, t.gain), t.varies)
+    if t.has_ambient:
+        _add(rows, at.R, at.SKY, in_type(t.ambient, rows))
+    if not t.wanted:
+        return good
+    if t.visible >= 0:
+        at.load_channel(shifted(channels, t.visible * s.channel_length), first, count, shifted(rows, at.VISIBLE))
+        _hide(rows)
+    if not t.reflects:
+        _add_lambert(rows, in_type(t.colors[0], rows))
+        return good
+    reflected = t.wanted & call_reflectance(t.reflects, numbers, rows, points)
+    if not s.has_albedo and reflected & 3 == 3:
+        _add_two(rows, in_type(t.colors[0], rows), in_type(t.colors[1], rows))
+        reflected &= 4
+    for lobe in range(3):
+        if reflected & (1 << lobe):
+            target = at.HR if s.has_albedo and not s.takes_albedo & (1 << lobe) else at.R
+            _add(rows, target, at.FIRST + lobe * BLOCK, in_type(t.colors[lobe], rows))
+    return good
+
+
+# --- colours out of the block's rows
+
+
+@inlined
+def _clipped(intensity: Any, low: Any, high: Any) -> Any:
+    """In [low, high], for all but NaN."""
+    return min(max(intensity, low), high)
+
+
+@inlined
+def _byte(intensity: Any) -> Any:
+    """0-255 for an intensity clipped to [0, 1]: the nearest, and of two equally near the even one."""
+    fraction = _clipped(np.float32(intensity), ZERO, ONE)
+    return np.uint8(np.float32(fraction * np.float32(255.0) + WHOLE32).view(np.int32))
+
+
+@plain
+def _finish(s: Any, rows: Any) -> None:
+    """Colour times albedo plus what the albedo does not multiply; raised to a power."""
+    if s.has_albedo:
+        for i in range(3 * BLOCK):
+            albedo = rows[at.ALBEDO_R + i]  # in [0, 1], and 0 for a NaN
+            rows[at.R + i] = rows[at.R + i] * (min(albedo, ONE) if albedo > ZERO else ZERO) + rows[at.HR + i]
+    if s.exponent != 1.0:
+        exponent = like(rows, s.exponent)
+        for i in range(3 * BLOCK):
+            rows[at.R + i] = max(rows[at.R + i], ZERO) ** exponent
+
+
+@plain
+def _store_floats(first: int, count: int, rgb: Any, s: Any, rows: Any) -> None:
+    low, high = like(rows, s.low), like(rows, s.high)
+    part = shifted(rgb, 3 * first)
+    for i in range(count):
+        part[3 * i] = _clipped(rows[at.R + i], low, high)
+        part[3 * i + 1] = _clipped(rows[at.G + i], low, high)
+        part[3 * i + 2] = _clipped(rows[at.B + i], low, high)
+
+
+@plain
+def _store_bytes(first: int, count: int, display: Any, rows: Any) -> None:
+    part = shifted(display, 3 * first)
+    for i in range(count):
+        part[3 * i] = _byte(rows[at.R + i])
+        part[3 * i + 1] = _byte(rows[at.G + i])
+        part[3 * i + 2] = _byte(rows[at.B + i])
+
+
+@pasted
+def _store(first: int, count: int, rgb: Any, display: Any, s: Any, rows: Any) -> None:
+    """Colours from one block's rows to where they are wanted."""
+    if s.is_display:
+        _store_bytes(first, count, display, rows)
+    else:
+        _store_floats(first, count, rgb, s, rows)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import threading
-from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -16,18 +14,16 @@ from pvphong.shading.albedo import reflectances
 from pvphong.shading.equation import Equation
 from pvphong.shading.kernel import code, records
 from pvphong.shading.kernel.code import Library, NotCompiled, Request
-from pvphong.shading.kernel.vertices import AT_WORK, BEGUN, BLOCK, GROUP, LEFT, LINE, ROWS
+from pvphong.shading.kernel.vertices import BLOCK, ROWS
 from pvphong.shading.reference import shade as shade_by_reference
 from pvphong.shading.result import Shading
 
-# Vertices that are copied at a time where arrays are not in the form that compiled code takes: 24 MiB at most.
-COPIED = 2**18
-# Vertices that are lit at a time: between two pieces a program can be interrupted.
-_LIT = 2**23
-# Vertices for which it is worth waking another thread.
-_WORTH_HELP = 4 * GROUP
-# How often a thread that is done looks whether others are, which takes some 10 ns, before it sleeps until they are.
-_PATIENCE = 5000
+# Vertices that a thread lights at a time, at least and at most: so many that calling compiled code shows in no time,
+# and so few that copies of arrays in another form take little room.
+SHORTEST, LONGEST = 2**14, 2**17
+
+# Bytes in a line of the processor's caches, and in its longest vectors.
+_LINE = 64
 
 
 def shade(
@@ -60,7 +56,6 @@ def shade(
             codes,
             source,
             request.real,
-            is_wide=stored != real,
             has_albedo=albedo is not None,
             is_display=rgb.dtype == np.uint8,
             channel_length=len(rgb),
@@ -70,72 +65,42 @@ def shade(
         return False
     if channels is not None:
         channels = np.ascontiguousarray(channels, real)
-    vertices = [
-        (points if equation.needs_points else None, stored),
-        (normals if equation.needs_normals else None, stored),
-    ]
-    for part in _parts([*vertices, (albedo, real)], len(rgb)):
+
+    def work(first: int, last: int) -> None:
+        part = slice(first, last)
         shades = None if albedo is None else albedo[part]
         if shades is not None and shades.dtype != real:
             shades = reflectances(shades)  # the kernel clips what it gets, but this may not even fit its type
-        arrays = [*(None if array is None else array[part] for array, _ in vertices), shades]
-        plain = [_ready(array, dtype) for array, dtype in zip(arrays, (stored, stored, real), strict=True)]
         seen = None if channels is None else channels[:, part]
-        for declined in _run(driver, packed, [*plain, seen, rgb[part]]):
-            _shade_declined(points[part], normals[part], shades, equation, rgb[part], declined, seen)
+        own = (
+            as_plain(points[part], stored) if equation.needs_points else None,
+            as_plain(normals[part], stored) if equation.needs_normals else None,
+            None if shades is None else as_plain(shades, real),
+            seen,
+            rgb[part],
+            rgb[part],
+        )
+        memory, declined = Memory.of_thread(), np.zeros(last - first, np.uint8)
+        if driver(*map(address, own), *packed, last - first, *memory.addresses, address(declined)):
+            return
+        left = np.flatnonzero(declined)
+        lit = Shading(np.empty((len(left), 3), real))
+        shades, seen = (None if shades is None else shades[left]), (None if seen is None else seen[:, left])
+        shade_by_reference(points[part][left], normals[part][left], equation, shades, lit, seen)
+        rgb[part][left] = np.rint(np.clip(lit.rgb, 0.0, 1.0) * 255.0) if rgb.dtype == np.uint8 else lit.rgb
+
+    threads.run(work, len(rgb), min(max(SHORTEST, -(-len(rgb) // (4 * threads.count()))), LONGEST))
     return True
 
 
-def _run(driver: Callable[..., int], equation: records.Records, arrays: list[Any]) -> list[Any]:
-    """Fill in colours, the last of the arrays after points, normals, albedo and channels where these are read.
-
-    Gives indices of vertices that are left to the reference.
-    """
-    colors = arrays[-1]
-    count = len(colors)
-    helpers = max(1, min(threads.count(), -(-count // _WORTH_HELP)))
-    shared = np.zeros(BEGUN + helpers, np.int64)
-    addresses = *map(address, arrays), address(colors), *equation, address(shared)
-    left: list[Any] = []
-    turns, caller = itertools.count(), threading.get_ident()
-
-    def work() -> None:
-        own, memory, _kept = next(turns), Memory.of_thread(), shared  # also where nobody waits for this thread
-        patience = _PATIENCE if threading.get_ident() == caller else 0
-        while (first := driver(*addresses, helpers, own, patience, count, *memory.addresses)) >= 0:
-            left.append(first + memory.declined())
-
-    # a thread that comes when all is done reads nothing but `shared` and the records
-    threads.together(work, helpers, lambda: not shared[AT_WORK] and not shared[LEFT])
-    return left
-
-
-def _shade_declined(
-    points: FloatArray,
-    normals: FloatArray,
-    albedo: FloatArray | None,
-    equation: Equation,
-    rgb: Any,
-    rows: Any,
-    channels: FloatArray | None,
-) -> None:
-    """Colours of some vertices by the reference."""
-    shades = None if albedo is None else albedo[rows]
-    lit = Shading(np.empty((len(rows), 3), np.float32 if rgb.dtype == np.uint8 else rgb.dtype))
-    seen = None if channels is None else channels[:, rows]
-    shade_by_reference(points[rows], normals[rows], equation, shades, lit, seen)
-    rgb[rows] = np.rint(np.clip(lit.rgb, 0.0, 1.0) * 255.0) if rgb.dtype == np.uint8 else lit.rgb
-
-
 class Memory:
-    """Scratch memory of one thread."""
+    """Scratch memory of one thread: rows, and three of them in float64."""
 
     _all = threading.local()
 
     def __init__(self) -> None:
-        self._arrays = _aligned(ROWS, np.float64), _aligned(3 * BLOCK, np.float64), np.zeros(GROUP, np.uint8)
+        self._arrays = _aligned(ROWS), _aligned(3 * BLOCK)
         self.addresses = tuple(map(address, self._arrays))
-        """Of rows, points in float64, and marks of vertices that are declined."""
 
     @classmethod
     def of_thread(cls) -> Memory:
@@ -145,19 +110,11 @@ class Memory:
             memory = cls._all.memory = Memory()
         return memory
 
-    def declined(self) -> Any:
-        """Indices of the marks, which are taken away."""
-        marks = self._arrays[-1]
-        found = np.flatnonzero(marks)
-        marks[found] = 0
-        return found
 
-
-def _aligned(length: int, dtype: Any) -> Any:
+def _aligned(length: int) -> Any:
     """Memory that starts where a cache line starts: a vector across two lines takes twice as long."""
-    size = np.dtype(dtype).itemsize
-    memory = np.empty(length + LINE // size, dtype)
-    start = -memory.ctypes.data % LINE // size
+    memory = np.empty(length + _LINE // 8)
+    start = -memory.ctypes.data % _LINE // 8
     return memory[start : start + length]
 
 
@@ -172,20 +129,6 @@ def name_of(kind: np.dtype[Any]) -> str:
     return kind.name
 
 
-def is_plain(array: FloatArray, dtype: np.dtype[Any]) -> bool:
-    """Whether an array is in the form that compiled code takes."""
-    return array.dtype == dtype and array.flags.c_contiguous and array.flags.aligned
-
-
-def _parts(inputs: list[tuple[FloatArray | None, np.dtype[Any]]], count: int) -> Iterator[slice]:
-    """Long pieces where no array has to be copied, else shorter ones."""
-    are_ready = all(array is None or is_plain(array, dtype) for array, dtype in inputs)
-    step = _LIT if are_ready else COPIED
-    return (slice(start, min(start + step, count)) for start in range(0, count, step))
-
-
-def _ready(array: FloatArray | None, dtype: np.dtype[Any]) -> FloatArray | None:
+def as_plain(array: FloatArray, dtype: Any) -> FloatArray:
     """The array itself, or a copy in the form that compiled code takes."""
-    if array is None or is_plain(array, dtype):
-        return array
     return np.require(array, dtype, ["C", "A"])

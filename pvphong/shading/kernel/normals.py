@@ -24,7 +24,7 @@ from pvphong.base.types import Float64Array, FloatArray, Weighting
 from pvphong.shading.kernel import code
 from pvphong.shading.kernel.arithmetic import contracted, inlined, is_nowhere, plain, shifted
 from pvphong.shading.kernel.code import Library, NotCompiled
-from pvphong.shading.kernel.evaluation import Memory, address, is_plain, name_of
+from pvphong.shading.kernel.evaluation import Memory, address, name_of
 from pvphong.shading.kernel.vertices import dot, exponent_of, is_finite, scaled
 
 # Corners in a block, and so the most that a face may have.
@@ -94,7 +94,7 @@ def angle_of(y: float, x: float) -> float:
 
 _BY_ANGLE, _BY_AREA = map(WEIGHTINGS.index, ("angle", "area"))
 
-# As in geometry.faces, geometry.normals and geometry.transform.
+# As in geometry.normals.
 _LEAST_SPAN, _MOST_SPAN = 2.0**-100, 2.0**100
 _NOISE_OF_AREA, _NOISE_OF_SUM = 4 * 2.0**-53, 16 * 2.0**-53
 _LEAST_SQUARE, _MOST_SQUARE = 2.0**-900, 2.0**900
@@ -491,7 +491,7 @@ def _signature_of_extremes(stored: Any) -> Any:
 
 def find_bounds(library: Library, rows: FloatArray) -> tuple[Float64Array, Float64Array] | None:
     """As `pvphong.shading.kernel.find_bounds` has it."""
-    if rows.dtype not in (np.float32, np.float64) or not is_plain(rows, rows.dtype):
+    if rows.dtype not in (np.float32, np.float64) or not rows.flags.c_contiguous:
         return None
     try:
         search = extremes_code(library.at_hand, name_of(rows.dtype))

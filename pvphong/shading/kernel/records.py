@@ -47,11 +47,10 @@ TERM = np.dtype(
     ],
     align=True,
 )
-"""One light. `is_even`: the same everywhere, from the direction `way`, whose inverse length is in the colours where
-Lambert's factor is added straight. `varies`: whether its strength is taken at each vertex; what of it is the same
-everywhere is in the colours, and `gain`, a power of two, goes with the strength. `wanted`: lobes that are not black,
-as the sum of 1, 2 and 4. `visible`: the channel with its visible part, or -1. `arrives`, `reflects`: addresses of
-the stages, 0 for those that the driver has."""
+"""One light. `is_even`: the same everywhere, from the direction `way`. `varies`: whether its strength is taken at each
+vertex; what of it is the same everywhere is in the colours, and `gain`, a power of two, goes with the strength.
+`wanted`: lobes that are not black, as the sum of 1, 2 and 4. `visible`: the channel with its visible part, or -1.
+`arrives`, `reflects`: addresses of the stages, 0 for those that the driver has."""
 
 
 def layout_of(kind: np.dtype[Any]) -> struct.Struct:
@@ -226,7 +225,7 @@ class Coder:
 
     def _even(self, term: LightTerm) -> Record:
         """Of a light that arrives everywhere alike: the driver has its ambient colour elsewhere."""
-        way, arriving, inverse_length = _even_arrival(term.light)
+        way, arriving, _ = _even_arrival(term.light)
         strength = min(term.gain * arriving, BRIGHTEST)
         lobes = self._lobes(term)
         return Record(
@@ -240,7 +239,7 @@ class Coder:
             gain=1.0,
             way=way,
             ambient=_times(term.ambient, strength),
-            colors=_colors(term, strength * inverse_length if lobes.is_lambert else strength),
+            colors=_colors(term, strength),
         )
 
     def _light(self, function: Any) -> int:
@@ -314,12 +313,9 @@ SETTINGS = np.dtype(
         ("has_local_facing", "?"),
         ("has_lobes_of_viewer", "?"),
         ("moves_points", "?"),
-        ("is_wide", "?"),
         ("turns_normals", "?"),
         ("has_albedo", "?"),
         ("is_display", "?"),
-        ("is_sunlit", "?"),
-        ("is_even", "?"),
         ("count", "i8"),
         ("stride", "i8"),
         ("sky", "i8"),
@@ -340,12 +336,10 @@ SETTINGS = np.dtype(
     ],
     align=True,
 )
-"""What all lights share. `is_sunlit`: there is just one light, even and with Lambert's factor alone, no albedo, and
-normals are used as they come. `is_even`: every vertex has the same colour. `count`: of lights. `stride`: how many
-numbers each stage has. `sky`, `tangents`: the channel with the open part of the sky, and the first of three with
-tangents, or -1. `channel_length`: from one channel to the next. `own`: a colour beside `base` that the sky has no part
-in. `is_wide`: points are float64 beside rows of float32. `takes_albedo`: lobes that do, as the sum of 1, 2 and 4.
-`exponent`: the sum of all light is raised to it."""
+"""What all lights share. `count`: of lights. `stride`: how many numbers each stage has. `sky`, `tangents`: the channel
+with the open part of the sky, and the first of three with tangents, or -1. `channel_length`: from one channel to the
+next. `own`: a colour beside `base` that the sky has no part in. `takes_albedo`: lobes that do, as the sum of 1, 2 and
+4. `exponent`: the sum of all light is raised to it."""
 
 _LAYOUT_OF_SETTINGS = layout_of(SETTINGS)
 
@@ -389,12 +383,11 @@ def records_of(
     stages: Stages,
     real: str,
     *,
-    is_wide: bool,
     has_albedo: bool,
     is_display: bool,
     channel_length: int = 0,
 ) -> Records:
-    """An equation for rows of a type; `is_wide` if vertices are stored in a wider one.
+    """An equation for rows of a type.
 
     Codes are those of this equation, or of the whole one of which a plan has left it.
     """
@@ -422,15 +415,9 @@ def records_of(
         "has_local_facing": equation.local_facing,
         "has_lobes_of_viewer": equation.has_highlights,
         "moves_points": equation.matrix is not None,
-        "is_wide": equation.needs_points and (is_wide or equation.matrix is not None),
         "turns_normals": turns_normals,
         "has_albedo": has_albedo,
         "is_display": is_display,
-        "is_sunlit": (
-            [(each.is_even, each.wanted, each.reflects, each.visible) for each in lights] == [(True, 1, 0, -1)]
-            and not (turns_normals or equation.is_flipped or equation.is_occluded or has_albedo or is_display)
-        ),
-        "is_even": not (equation.needs_normals or equation.needs_points or equation.is_occluded or has_albedo),
         "count": len(lights),
         "stride": stride,
         "sky": equation.lights if equation.is_occluded else -1,
@@ -444,7 +431,7 @@ def records_of(
         "matrix": matrix,
         "w": (w,),
         "normal_matrix": normals_matrix,
-        "base": base if has_albedo or equation.is_occluded else _plus(base, equation.emission),
+        "base": base,
         "own": _ORIGIN if has_albedo else equation.emission,
         "emission": equation.emission,
         "exponent": (1.0 / equation.gamma,),

@@ -18,7 +18,7 @@ from pvphong.optics.area.lobes import POWER, CosinePower, lobe_numbers
 from pvphong.optics.attenuation import divisor
 from pvphong.optics.light import Integral, Placement
 from pvphong.optics.reflectance import Geometry, Reflectance
-from pvphong.shading.kernel.arithmetic import exp2, inlined, is_nowhere, like, log2_power, plain, shifted
+from pvphong.shading.kernel.arithmetic import exp2, inlined, like, log2_power, plain, shifted
 from pvphong.shading.kernel.lanes import WIDTH, load, store
 from pvphong.shading.kernel.vertices import (
     BLOCK,
@@ -32,9 +32,6 @@ from pvphong.shading.kernel.vertices import (
     NX,
     NY,
     NZ,
-    PX,
-    PY,
-    PZ,
     SECOND,
     STRENGTH,
     THIRD,
@@ -45,7 +42,6 @@ from pvphong.shading.kernel.vertices import (
     VY,
     VZ,
     approach,
-    approach_measured,
 )
 
 _NEVER = np.float32(-np.inf)
@@ -196,20 +192,17 @@ def light_stage(falloff: Callable[..., Any] | None, weakens: bool) -> Callable[.
     measures = int(weakens)
 
     def arrive(numbers: Any, rows: Any, points: Any) -> bool:
-        if measures == 0:
-            return approach(rows, points, numbers[0], numbers[1], numbers[2])
-        good = approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
-        _weaken(rows, numbers)
+        good = approach(rows, points, numbers[0], numbers[1], numbers[2])
+        if measures == 1:
+            _weaken(rows, numbers)
         return good
 
     if falloff is None:
         return arrive
 
     def arrive_in_cone(numbers: Any, rows: Any, points: Any) -> bool:
-        if measures == 0:
-            good = approach(rows, points, numbers[0], numbers[1], numbers[2])
-        else:
-            good = approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
+        good = approach(rows, points, numbers[0], numbers[1], numbers[2])
+        if measures == 1:
             _weaken(rows, numbers)
         own = _parameters(rows, shifted(numbers, _OWN_OF_LIGHT))
         for i in range(BLOCK):
@@ -250,14 +243,11 @@ def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosineP
     (cosine_row, cosine), (power_row, power) = (found.get(around, (-1, _nothing)) for around in ("normal", "mirror"))
 
     def integrate(numbers: Any, rows: Any, points: Any) -> bool:
-        gain, wide = numbers[3], not is_nowhere(points)
+        gain = numbers[3]
         own, second = shifted(numbers, _OWN_OF_INTEGRAL), shifted(numbers, int(numbers[4]))
         lobe, second_lobe = shifted(own, int(numbers[5])), shifted(second, int(numbers[6]))
         for i in range(0, BLOCK, WIDTH):
-            if wide:
-                p = load(points, i), load(points, BLOCK + i), load(points, 2 * BLOCK + i)
-            else:
-                p = load(rows, PX + i), load(rows, PY + i), load(rows, PZ + i)
+            p = load(points, i), load(points, BLOCK + i), load(points, 2 * BLOCK + i)
             d = numbers[0] - p[0], numbers[1] - p[1], numbers[2] - p[2]
             n = _unit((load(rows, NX + i), load(rows, NY + i), load(rows, NZ + i)))
             if cosine_row >= 0:

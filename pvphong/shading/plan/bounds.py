@@ -7,7 +7,7 @@ import math
 from pvphong.base.types import Vector
 from pvphong.base.vectors import angle_between
 from pvphong.geometry.extent import ROUNDED_UP
-from pvphong.optics.light import Fewer, Simpler
+from pvphong.optics.light import StandIn
 from pvphong.optics.reflectance import Sightline
 from pvphong.shading.equation import LightTerm
 from pvphong.shading.plan.draft import Draft
@@ -29,7 +29,7 @@ def most_color(draft: Draft, term: LightTerm) -> float:
     return max(red, green, blue)
 
 
-def stand_in_error(draft: Draft, term: LightTerm, choice: Simpler | Fewer) -> float:
+def stand_in_error(draft: Draft, term: LightTerm, choice: StandIn) -> float:
     """The largest error in a colour where something cheaper stands in for a term's light."""
     bound = most_color(draft, term) * choice.spread
     if choice.turn is not None:

@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from pvphong.geometry.extent import ANYWHERE, ROUNDED_UP, Extent
-from pvphong.optics.light import NOTHING_KNOWN, Light, Reach
+from pvphong.optics.light import Light, Reach
 from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.screen import Screen
 
@@ -95,7 +95,7 @@ class Draft:
 
     def reach(self, term: LightTerm) -> Reach:
         """What of a light can reach the vertices; several effects ask."""
-        light, reach = self._reaches.get(term.index, (None, NOTHING_KNOWN))
+        light, reach = self._reaches.get(term.index, (None, Reach()))
         if light is not term.light:
             reach = term.light.reach(self.extent)
             self._reaches[term.index] = term.light, reach

@@ -3,20 +3,49 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
 
 from pvphong.base import check
 from pvphong.base.files import written_aside
-from pvphong.studies.accuracy.pareto import COLORS, GREY, INK, RED, draw_fronts
-from pvphong.studies.accuracy.pictures import linked_pictures
-from pvphong.studies.accuracy.result import Result
-from pvphong.studies.accuracy.tables import is_noise, number, seconds
+from pvphong.base.types import Float64Array, FloatArray
+from pvphong.geometry.transform import transform_points
+from pvphong.meshes.default_scene import default_scene
+from pvphong.meshes.pictures import draw
+from pvphong.scene.viewer import Viewer
+from pvphong.studies.accuracy.result import KINDS, Kind, Result, Row, number
 
 _FORMATS = (".png", ".pdf", ".svg")
 _SIZE = (16.0, 13.5)
+
+_GREY, _INK, _RED, _STAR = "#9a9a9a", "#303030", "#b01030", "#e0a800"
+_COLORS: dict[str, str] = {
+    "arithmetic": "#1b6ca8",
+    "light model": "#c2571a",
+    "sampling": "#6b4c9a",
+    "interpolation": "#2a7f3f",
+}
+_MARKERS: dict[str, str] = {"arithmetic": "o", "light model": "s", "sampling": "D", "interpolation": "^"}
+_TITLES: dict[str, str] = {
+    "arithmetic": "arithmetic, at the vertices",
+    "light model": "light model, at the vertices",
+    "sampling": "sampling, at the vertices",
+    "interpolation": "interpolation, inside triangles",
+}
+
+# The part of a front's width that markers take; names stand beside it.
+_DATA = 0.5
+
+# Of the pictures: pixels, and the part of them that a mesh covers at least where it counts as seen.
+_PICTURE, _LEAST_SEEN, _BACKGROUND = (640, 480), 0.002, "#dce6f2"
+
+# In parts of the tolerance: errors inside triangles from here on have a colour.
+_LEAST_SHOWN = 0.01
 
 
 def refuse_format(path: str | os.PathLike[str]) -> None:
@@ -28,7 +57,7 @@ def refuse_format(path: str | os.PathLike[str]) -> None:
         raise ValueError('Figures need Matplotlib: pip install "pvphong[plot]".') from error
 
 
-def save_figure(result: Result, path: str | os.PathLike[str]) -> None:
+def save_figure(report: Result, path: str | os.PathLike[str]) -> None:
     """Draw a report into a file.
 
     Raises
@@ -39,115 +68,284 @@ def save_figure(result: Result, path: str | os.PathLike[str]) -> None:
     refuse_format(path)
     from matplotlib.figure import Figure
 
+    facts = report.facts
     figure = Figure(figsize=_SIZE, layout="constrained")
     rows: Any = figure.subfigures(3, 1, height_ratios=(1.1, 0.6, 0.9))
-    rows[0].suptitle(f"What accuracy costs in time: {result.facts['mesh']}", fontsize=15, fontweight="bold")
-    draw_fronts(rows[0], result)
-    _draw_pictures(rows[1], result)
+    rows[0].suptitle(f"What accuracy costs in time: {facts['mesh']}", fontsize=15, fontweight="bold")
+    draw_fronts(rows[0], report)
+    _draw_pictures(rows[1], report)
     left, right = rows[2].subplots(1, 2)
-    _draw_histogram(left, result)
-    _draw_ledger(right, result)
-    figure.supxlabel(_footnote(result), fontsize=9, color=INK)
+    _draw_histogram(left, report)
+    _draw_ledger(right, report)
+    footnote = f"{facts['machine']}; threads: {facts['threads']}; {facts['date']}; {facts['measured']}"
+    figure.supxlabel(footnote, fontsize=9, color=_INK)
     with written_aside(path) as aside:
         figure.savefig(aside, dpi=100)
 
 
-def _footnote(result: Result) -> str:
-    facts = result.facts
-    return f"{facts['machine']}; threads: {facts['threads']}; {facts['date']}; {facts['measured']}"
+# --- Pareto fronts: time against error, one marker a row, for each kind of error
 
 
-def _draw_pictures(part: Any, result: Result) -> None:
+def draw_fronts(part: Any, report: Result) -> None:
+    """Every kind of row beside the others, in a part of a Matplotlib figure."""
+    shown = [kind for kind in KINDS if any(row.kind == kind for row in report.rows)]
+    for axes, kind in zip(np.atleast_1d(part.subplots(1, len(shown))), shown, strict=True):
+        _draw_front(axes, report, kind)
+
+
+def _draw_front(axes: Any, report: Result, kind: Kind) -> None:
+    rows = sorted((row for row in report.rows if row.kind == kind), key=lambda row: row.time.median)
+    tolerance, chosen = report.tolerance, report.chosen
+    # An error of 0 is drawn a decade and a half below the least that is not.
+    least = min([row.error.rms for row in rows if row.error.rms] + [tolerance])
+    zero = float(10.0 ** (np.floor(np.log10(least)) - 1.5))
+    axes.set(xscale="log", yscale="log", title=_TITLES[kind])
+    axes.set_xlabel("time in ms: median and quartiles")
+    axes.set_ylabel("colour error: largest (marker) and RMS (tick)")
+    _set_limits(axes, rows, zero, tolerance)  # first, for Matplotlib finds no limits of its own around one time
+
+    front = [row for row in rows if row.on_front]
+    xs, ys = [row.time.median * 1e3 for row in front], [row.error.largest or zero for row in front]
+    axes.step(xs, ys, where="post", color=_COLORS[kind], alpha=0.35, linewidth=2, zorder=1)
+    for row in rows:
+        color = _COLORS[kind] if row.on_front else _GREY
+        x, y = row.time.median * 1e3, row.error.largest or zero
+        spread = [[x - row.time.low * 1e3], [row.time.high * 1e3 - x]]
+        axes.errorbar(x, y, xerr=spread, color=color, elinewidth=1.4, capsize=3, zorder=2)
+        if row.error.rms:
+            axes.plot([x, x], [row.error.rms, y], color=color, linewidth=0.8, zorder=2)
+            axes.plot(x, row.error.rms, marker="_", markersize=9, color=color, zorder=2)
+        if row.promised:
+            axes.plot([x, x], [y, row.promised], color=color, linewidth=0.8, linestyle=":", zorder=2)
+            axes.plot(x, row.promised, marker="v", markersize=7, color="white", markeredgecolor=color, zorder=3)
+        if row in chosen:
+            axes.plot(x, y, marker="*", markersize=22, color=_STAR, markeredgecolor=_INK, zorder=4)
+        else:
+            face = "white" if row.is_peer else color
+            axes.plot(x, y, marker=_MARKERS[kind], markersize=8, color=face, markeredgecolor=color, zorder=3)
+    axes.axhline(tolerance, color=_RED, linewidth=1.2, linestyle="--", zorder=0)
+    axes.annotate(
+        f"tolerance {tolerance * 255.0:.3g}/255", (0.01, tolerance),
+        xycoords=("axes fraction", "data"), va="bottom", color=_RED, fontsize=9,
+    )  # fmt: skip
+    _label(axes, rows, zero)
+    axes.grid(visible=True, which="major", color="#e6e6e6", zorder=0)
+
+
+def _set_limits(axes: Any, rows: Sequence[Row], zero: float, tolerance: float) -> None:
+    """Room for the column of labels on the right, ticks that can be read, and a label for an error of 0."""
+    from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
+
+    low, high = min(row.time.low for row in rows) * 1e3, max(row.time.high for row in rows) * 1e3
+    wide = max(np.log10(high / low), 0.15)
+    axes.set_xlim(low / 10 ** (0.08 * wide), high * 10 ** ((1.0 / _DATA - 1.0) * wide))
+    top = max([tolerance] + [row.error.largest for row in rows])
+    axes.set_ylim(zero / 3.0, top * 4.0)
+    digits = (1.0, 3.0) if wide > 1.5 else (1.0, 2.0, 5.0) if wide > 0.5 else tuple(range(1, 10))
+    axes.xaxis.set_major_locator(LogLocator(subs=digits))
+    ticks = [tick for tick in axes.xaxis.get_major_locator()() if low * 0.9 <= tick <= high * 1.1]
+    axes.xaxis.set_major_locator(FixedLocator(ticks))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.4g}"))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_minor_locator(NullLocator())
+    if any(not row.error.largest for row in rows):
+        axes.axhspan(zero / 3.0, zero * 3.0, color="#f2f2f2", zorder=0)
+        axes.annotate("0", (-0.012, zero), xycoords=("axes fraction", "data"), ha="right", va="center")
+        axes.set_yticks([tick for tick in axes.get_yticks() if zero * 3.0 < tick <= top * 4.0])
+
+
+def _label(axes: Any, rows: Sequence[Row], zero: float) -> None:
+    """A column of names on the right, in the order of the errors, each with a thin line to its marker."""
+    low, high = np.log10(axes.get_ylim())
+    ordered = sorted(rows, key=lambda row: (row.error.largest or zero, row.time.median))
+    places: list[float] = []  # in [0, 1], near the markers' heights and apart from each other
+    least, ceiling = 0.062, 0.97
+    for row in ordered:
+        height = (np.log10(row.error.largest or zero) - low) / (high - low)
+        places.append(max(height, 0.04, places[-1] + least if places else 0.0))
+    for index in reversed(range(len(places))):
+        places[index] = min(places[index], ceiling)
+        ceiling = places[index] - least
+    for row, place in zip(ordered, places, strict=True):
+        text = f"{row.name}{' (peer)' if row.is_peer else ''}"
+        if row.kind == "interpolation" and row.backend != "VTK":
+            count = row.points
+            short = f"{count}" if count < 10_000 else f"{count / 1e3:.0f}k" if count < 1e6 else f"{count / 1e6:.1f}M"
+            text += f", {short} points"
+        axes.annotate(
+            text, (row.time.median * 1e3, row.error.largest or zero), xytext=(_DATA + 0.06, place),
+            textcoords="axes fraction", va="center", fontsize=8.5, color=_INK if row.on_front else _GREY, zorder=2,
+            bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.85},
+            arrowprops={"arrowstyle": "-", "color": "#c9c9c9", "linewidth": 0.7, "relpos": (0.0, 0.5)},
+        )  # fmt: skip
+
+
+# --- pictures: reference, chosen colours and errors in linked cameras
+
+
+class Picture(NamedTuple):
+    """One of the linked pictures.
+
+    Parameters
+    ----------
+    title : str
+        What it shows.
+    pixels : ndarray
+        Shape (height, width, 3), uint8.
+    scale : matplotlib.cm.ScalarMappable or None
+        Of errors and their colours, for a colour bar; None where colours are those of the mesh.
+    """
+
+    title: str
+    pixels: NDArray[np.uint8]
+    scale: Any = None
+
+
+def linked_pictures(report: Result) -> list[Picture]:
+    """One mesh from one place: the reference, the chosen colours, their errors, the errors inside triangles.
+
+    The scene's own viewer is used where it sees the mesh, else one that does. Errors at the vertices have a colour
+    scale to the largest of them on both sides; those inside triangles one of powers of ten.
+
+    Raises
+    ------
+    ValueError
+        If VTK cannot draw on this machine.
+    """
+    mesh = report.surface.copy()
+    mesh.clear_data()
+    if report.matrix is not None:
+        mesh.points = transform_points(np.asarray(mesh.points), check.matrix4("matrix", report.matrix))
+
+    def drawn(mesh: pv.PolyData, colors: FloatArray, viewer: Viewer) -> Any:
+        mesh.point_data["phong"] = colors
+        return draw(mesh, viewer, size=_PICTURE, background=_BACKGROUND)
+
+    viewer, reference = report.scene.viewer, np.clip(report.reference_colors, 0.0, 1.0)
+    pixels = drawn(mesh, reference, viewer)
+    if (pixels != pixels[0, 0]).any(axis=2).mean() < _LEAST_SEEN:
+        viewer = default_scene(mesh).viewer
+        pixels = drawn(mesh, reference, viewer)
+    chosen = report.best()
+    title = "chosen" if chosen is None else f"chosen: {chosen.name}"
+    errors = worst_channel(report.chosen_colors - report.reference_colors)
+    scale = signed_scale(errors)
+    pictures = [
+        Picture("reference", pixels),
+        Picture(title, drawn(mesh, np.clip(report.chosen_colors, 0.0, 1.0), viewer)),
+        Picture("its signed error at the vertices", drawn(mesh, _scaled(errors, scale), viewer), scale),
+    ]
+    if len(report.inside_errors) == mesh.n_cells and mesh.is_all_triangles:
+        scale = decades(report.inside_errors, report.tolerance)
+        corners = mesh.regular_faces  # each triangle has points of its own, and so one colour
+        apart = pv.PolyData.from_regular_faces(mesh.points[corners.ravel()], np.arange(corners.size).reshape(-1, 3))
+        colors = np.repeat(_scaled(report.inside_errors, scale), 3, axis=0)
+        pictures.append(Picture("interpolation error inside triangles", drawn(apart, colors, viewer), scale))
+    return pictures
+
+
+def worst_channel(differences: Float64Array) -> Float64Array:
+    """The entry of each row (n, 3) that is farthest from 0, with its sign."""
+    return differences[np.arange(len(differences)), np.abs(differences).argmax(axis=1)]
+
+
+def signed_scale(errors: Float64Array) -> Any:
+    """White for no error, red above, blue below, up to the largest; up to a display step where there is none."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    largest = float(np.abs(errors).max(initial=0.0)) or 1.0 / 255.0
+    return ScalarMappable(Normalize(-largest, largest), "RdBu_r")
+
+
+def decades(errors: Float64Array, tolerance: float) -> Any:
+    """From white, a small part of the tolerance, to the largest error or the tolerance; logarithmic."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LogNorm
+
+    most = max(float(errors.max(initial=0.0)), tolerance)
+    return ScalarMappable(LogNorm(_LEAST_SHOWN * tolerance, most, clip=True), "Reds")
+
+
+def _scaled(errors: Float64Array, scale: Any) -> Float64Array:
+    """Colours (n, 3) in [0, 1] of errors on a scale."""
+    return np.asarray(scale.to_rgba(np.maximum(errors, scale.norm.vmin)))[:, :3]  # a logarithm of 0 would be masked
+
+
+def _draw_pictures(part: Any, report: Result) -> None:
     try:
-        pictures = linked_pictures(result)
+        pictures = linked_pictures(report)
     except ValueError as error:
         part.subplots().set_axis_off()
         part.text(0.5, 0.5, str(error), ha="center", wrap=True)
         return
-    reference = pictures[0].pixels
+    # The same part of every picture: where the mesh is, with a margin.
+    seen = (pictures[0].pixels != pictures[0].pixels[0, 0]).any(axis=2)
+    cut = [slice(None), slice(None)]
+    if seen.any():
+        for axis in (0, 1):
+            places = np.flatnonzero(seen.any(axis=1 - axis))
+            cut[axis] = slice(max(places[0] - 15, 0), places[-1] + 16)
     above, below = part.subplots(2, len(pictures), height_ratios=(1.0, 0.05), squeeze=False)
-    for axes, place, picture in zip(above, below, pictures, strict=True):
-        axes.imshow(_cropped(picture.pixels, reference))
-        axes.set_title(picture.title, fontsize=11)
+    for axes, place, (title, pixels, scale) in zip(above, below, pictures, strict=True):
+        axes.imshow(pixels[cut[0], cut[1]])
+        axes.set_title(title, fontsize=11)
         axes.set_axis_off()
-        if picture.scale is None:
+        if scale is None:
             place.set_axis_off()
+            continue
+        bar = part.colorbar(scale, cax=place, orientation="horizontal")
+        place.tick_params(labelsize=9)
+        low, high = scale.get_clim()
+        if low < 0.0:
+            bar.set_ticks([low, 0.0, high], labels=[f"−{number(high)}", "0", f"+{number(high)}"])
+            for label, side in zip(place.get_xticklabels(), ("left", "center", "right"), strict=True):
+                label.set_ha(side)
         else:
-            _draw_scale(part, place, picture.scale, result.tolerance)
+            place.axvline(report.tolerance, color=_INK, linewidth=1.5)
 
 
-def _draw_scale(part: Any, place: Any, scale: Any, tolerance: float) -> None:
-    """A colour bar with its ends, or with the tolerance among the powers of ten."""
-    bar = part.colorbar(scale, cax=place, orientation="horizontal")
-    place.tick_params(labelsize=9)
-    low, high = scale.get_clim()
-    if low < 0.0:
-        bar.set_ticks([low, 0.0, high], labels=[f"−{number(high)}", "0", f"+{number(high)}"])
-        for label, side in zip(place.get_xticklabels(), ("left", "center", "right"), strict=True):
-            label.set_ha(side)
-    else:
-        place.axvline(tolerance, color=INK, linewidth=1.5)
+# --- the histogram and the ledger
 
 
-def _cropped(picture: Any, guide: Any) -> Any:
-    """The same part of every picture: where the mesh is, with a margin."""
-    seen = (guide != guide[0, 0]).any(axis=2)
-    if not seen.any():
-        return picture
-    ranges = []
-    for axis in (1, 0):
-        places = np.flatnonzero(seen.any(axis=axis))
-        ranges.append(slice(max(places[0] - 15, 0), places[-1] + 16))
-    return picture[ranges[0], ranges[1]]
-
-
-def _draw_histogram(axes: Any, result: Result) -> None:
-    at_vertices = np.abs(result.chosen_colors - result.reference_colors).max(axis=1)
-    chosen = result.best()
+def _draw_histogram(axes: Any, report: Result) -> None:
+    at_vertices = np.abs(report.chosen_colors - report.reference_colors).max(axis=1)
+    chosen = report.best()
     name = "chosen" if chosen is None else chosen.name
     each = np.full(len(at_vertices), 1.0 / len(at_vertices))
-    shown = [(f"at {len(at_vertices)} vertices: {name}", at_vertices, each, COLORS["light model"])]
-    if len(result.inside_errors):
-        label = f"inside {len(result.inside_errors)} triangles of the mesh as it is"
-        shown.append((label, result.inside_errors, result.inside_areas, COLORS["interpolation"]))
+    shown = [(f"at {len(at_vertices)} vertices: {name}", at_vertices, each, _COLORS["light model"])]
+    if len(report.inside_errors):
+        label = f"inside {len(report.inside_errors)} triangles of the mesh as it is"
+        shown.append((label, report.inside_errors, report.inside_areas, _COLORS["interpolation"]))
     some = np.concatenate([values[values > 0.0] for _, values, _, _ in shown])
     low = max(float(np.percentile(some, 1.0)), 1e-17) if len(some) else 1e-17
-    bins = np.geomspace(low, max(float(some.max(initial=1e-2)), result.tolerance) * 1.5, 60)
+    bins = np.geomspace(low, max(float(some.max(initial=1e-2)), report.tolerance) * 1.5, 60)
     for label, values, parts, color in shown:
         part = parts[values < low].sum()
         below = f" ({part:.0%} below {number(low)})" if part else ""
         axes.hist(values, bins=bins, weights=100.0 * parts, color=color, alpha=0.65, label=label + below)
-    axes.axvline(result.tolerance, color=RED, linestyle="--", linewidth=1.2)
-    axes.axvline(1.0 / 255.0, color=GREY, linestyle=":", linewidth=1.0)
+    axes.axvline(report.tolerance, color=_RED, linestyle="--", linewidth=1.2)
+    axes.axvline(1.0 / 255.0, color=_GREY, linestyle=":", linewidth=1.0)
     axes.set_ylim(0.05, 100.0)  # before the scale, which finds no limits where all errors are 0
-    axes.set(
-        xscale="log",
-        yscale="log",
-        title="How errors are spread",
-        xlabel="colour error",
-        ylabel="% of vertices, or of the area",
-    )
+    axes.set(xscale="log", yscale="log", title="How errors are spread")
+    axes.set(xlabel="colour error", ylabel="% of vertices, or of the area")
     axes.legend(fontsize=9, frameon=False)
 
 
-def _draw_ledger(axes: Any, result: Result) -> None:
-    entries = [entry for entry in result.ledger if entry.cost is not None][::-1]
+def _draw_ledger(axes: Any, report: Result) -> None:
+    measured = [(entry, entry.cost) for entry in reversed(report.ledger) if entry.cost is not None]
     axes.set_title("What each effect costs, and the largest error without it")
     axes.set_xlabel("time with it minus time without it, in ms: median and quartiles")
-    for place, entry in enumerate(entries):
-        cost = entry.cost
-        assert cost is not None
-        color = GREY if is_noise(cost) else COLORS["arithmetic"]
+    for place, (entry, cost) in enumerate(measured):
+        color = _GREY if cost.is_noise else _COLORS["arithmetic"]
         spread = [[(cost.median - cost.low) * 1e3], [(cost.high - cost.median) * 1e3]]
-        axes.barh(place, cost.median * 1e3, xerr=spread, color=color, ecolor=INK, capsize=2, height=0.6)
+        axes.barh(place, cost.median * 1e3, xerr=spread, color=color, ecolor=_INK, capsize=2, height=0.6)
         error = "" if entry.error is None else f"error {number(entry.error)}"
-        spent = "in the noise" if is_noise(cost) else seconds(cost.median)
-        said = f"{spent}, {error}{'' if entry.runs else ', left out'}"
-        axes.annotate(
-            said, (max(cost.high, 0.0) * 1e3, place), xytext=(8, 0), textcoords="offset points", va="center", fontsize=9
-        )
-    axes.set_yticks(range(len(entries)), [entry.effect for entry in entries])
-    axes.axvline(0.0, color=INK, linewidth=0.8)
-    ends = [end * 1e3 for entry in entries if entry.cost for end in (entry.cost.low, entry.cost.high)]
+        text = f"{entry.cost_text}, {error}{'' if entry.runs else ', left out'}"
+        at = (max(cost.high, 0.0) * 1e3, place)
+        axes.annotate(text, at, xytext=(8, 0), textcoords="offset points", va="center", fontsize=9)
+    axes.set_yticks(range(len(measured)), [entry.effect for entry, _ in measured])
+    axes.axvline(0.0, color=_INK, linewidth=0.8)
+    ends = [end * 1e3 for _, cost in measured for end in (cost.low, cost.high)]
     low, high = min([0.0, *ends]), max([1e-9, *ends])
     axes.set_xlim(low - 0.03 * (high - low), high + 0.45 * (high - low))

@@ -1,24 +1,50 @@
-"""What accuracy costs in time, for its reader: the result of measuring, with its tables, sentences and files."""
+"""What accuracy costs in time, for its reader: sentences, tables and files."""
 
 from __future__ import annotations
 
 import csv
 import os
+import platform
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import asdict, dataclass
+from datetime import date
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyvista as pv
 
+from pvphong.base import threads
 from pvphong.base.files import write_json, written_aside
 from pvphong.base.text import html_table, rendered, wrapped
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
 from pvphong.studies.accuracy.figure import save_figure
-from pvphong.studies.accuracy.result import Result
-from pvphong.studies.accuracy.rows import Errors, Row
-from pvphong.studies.accuracy.tables import HEADINGS, cells, conclusions, everything, in_order, in_short, rows_table
+from pvphong.studies.accuracy.result import (
+    KINDS,
+    QUESTIONS,
+    Errors,
+    Question,
+    Result,
+    Row,
+    number,
+    seconds,
+)
 
 if TYPE_CHECKING:
     from rich.table import Table
+
+# Seconds that a call of `mesh.phong.shade` takes beside the lighting, about; see the whole job's times in the README.
+_CALL = 1e-3
+
+# Columns of a terminal that names take beside their explanations.
+_NAMES = 24
+
+_HEADINGS = ("", "way", "time", "spread", "largest", "RMS", "99 %", "points")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -33,12 +59,12 @@ class Tradeoff(Result):
         The colour error that was to be allowed.
     rows : tuple of Row
         Every variant that was measured: the ways of lighting the mesh.
-    ledger : tuple of Entry
+    ledger : tuple of LedgerEntry
         What each effect and light costs, and what its absence would do.
     baseline : str
         The row that the ledger's costs are parts of: what `evaluate` does by itself.
     promises : tuple of Promise
-        The approximations of the plan at the tolerance: bounds and what came of them.
+        The approximations of the plan at the tolerance: their bounds, and their measured errors.
     left_out : dict of str to str
         What was not measured, and why.
     facts : dict of str to str
@@ -47,6 +73,12 @@ class Tradeoff(Result):
         Shape (m,): the largest interpolation error of each triangle that was searched, and its part of their area.
     surface : pyvista.PolyData
         The mesh whose points were lit.
+    scene : Scene
+        What lit it.
+    matrix : array_like or None
+        The (4, 4) model matrix, None for the identity.
+    reference_colors : ndarray
+        Shape (n_points, 3): colours of the float64 reference.
     """
 
     def to_mesh(self) -> pv.PolyData:
@@ -68,20 +100,8 @@ class Tradeoff(Result):
         mesh.set_active_scalars("phong_chosen", preference="point")
         return mesh
 
-    def table(self) -> Table:
-        """The rows as a `rich.table.Table`; print it with a `rich.console.Console`."""
-        return rows_table(self)
-
-    def conclusions(self) -> list[str]:
-        """What to choose, at what price, and what the next step would cost: a sentence or two per question."""
-        return conclusions(self)
-
-    def explain(self) -> str:
-        """All of it: every row, what each effect costs, what was promised, what was left out, where it was measured."""
-        return rendered(everything(self))
-
     def __str__(self) -> str:
-        return "\n".join(line for sentence in in_short(self) for line in wrapped(sentence))
+        return "\n".join(line for sentence in self.summary() for line in wrapped(sentence))
 
     def __repr__(self) -> str:
         chosen = self.best()
@@ -89,7 +109,134 @@ class Tradeoff(Result):
         return f"<Tradeoff of {len(self.rows)} rows: {name} within {self.tolerance:.3g}>"
 
     def _repr_html_(self) -> str:
-        return html_table(in_short(self)[0], HEADINGS, (cells(self, row) for row in in_order(self)))
+        return html_table(self.summary()[0], _HEADINGS, (self._cells(row) for row in self._in_order()))
+
+    def _questions(self) -> list[Question]:
+        """What is answered: always how to light vertices."""
+        return [question for question in QUESTIONS if question == QUESTIONS[0] or any(self.rows_for(question))]
+
+    def summary(self) -> list[str]:
+        """What to choose in plain words: a few lines that fit a terminal."""
+        count = sum(not row.is_peer for row in self.rows)
+        found = [f"Cheapest within {number(self.tolerance)}, of {count} ways to light {self.surface.n_points} points:"]
+        for question in self._questions():
+            chosen = self.cheapest(question, self.tolerance)
+            row = chosen or min(self.rows_for(question), key=lambda row: row.decisive_error)
+            error = f"{seconds(row.time.median)}, off by {number(row.decisive_error)}"
+            found.append(f"  {question}: {'' if chosen else 'none; nearest '}{row.name}, {error}")
+        return [*found, *self._remarks()]
+
+    def conclusions(self) -> list[str]:
+        """What to choose, at what price, and what the next step would cost: a sentence or two per question."""
+        found = []
+        for question in self._questions():
+            chosen = self.cheapest(question, self.tolerance)
+            if chosen is None:
+                nearest = min(self.rows_for(question), key=lambda row: row.decisive_error)
+                found.append(
+                    f"{question.capitalize()} nothing is within {number(self.tolerance)}; nearest is {nearest.name}: "
+                    f"{number(nearest.decisive_error)} in {seconds(nearest.time.median)}."
+                )
+                continue
+            sentence = (
+                f"{question.capitalize()} {chosen.name} is the cheapest within {number(self.tolerance)}: "
+                f"at most {number(chosen.decisive_error)} in {seconds(chosen.time.median)}."
+            )
+            following = self.next_step(chosen)
+            if following is not None:
+                more = seconds(following.time.median - chosen.time.median)
+                times = chosen.decisive_error / following.decisive_error if following.decisive_error else 0.0
+                bought = f"buys {times:.3g}× less error" if times else "buys all of it"
+                noisy = ", within the noise" if following.time.low <= chosen.time.high else ""
+                sentence += f" Next is {following.name}: +{more} {bought}{noisy}."
+            found.append(sentence)
+        return [*found, *self._remarks()]
+
+    def _remarks(self) -> Iterator[str]:
+        """Whether peers within the tolerance cost less, and whether it matters."""
+        cheaper = []
+        for question in self._questions():
+            own = self.cheapest(question, self.tolerance)
+            peer = self.cheapest(question, self.tolerance, peers=True)
+            if peer is not None and (own is None or peer.time.median < own.time.median):
+                cheaper.append(f"{peer.name} does it{' for less' if own else ''}, {seconds(peer.time.median)}")
+        if cheaper:
+            yield f"Of the peers {'; '.join(cheaper)}."
+        slowest = max(row.time.median for row in self.rows_for(QUESTIONS[0]))
+        if slowest <= _CALL:
+            yield f"On so small a mesh everything is cheap: {seconds(slowest)} at the vertices at most."
+
+    def explain(self) -> str:
+        """All of it: every row, what each effect costs, what was promised, what was left out, where it was measured."""
+        parts: list[Any] = [self.table(), *self.conclusions(), "", self._ledger_table()]
+        if self.promises:
+            title = "What the plan promised, and what was measured"
+            promised = _table(title, "left out", "how", "promised", "measured")
+            for promise in self.promises:
+                promised.add_row(promise.effect, promise.why, number(promise.promised), number(promise.measured))
+            parts.append(promised)
+        if notes := [(row.name, row.note) for row in self.rows if row.note]:
+            parts.append(_pairs_table("notes", notes))
+        if self.left_out:
+            names: dict[str, list[str]] = {}  # one line for all that is left out for the same reason
+            for name, reason in self.left_out.items():
+                names.setdefault(reason, []).append(name)
+            parts.append(_pairs_table("left out", [(", ".join(some), reason) for reason, some in names.items()]))
+        loudest = max(self.rows, key=lambda row: row.time.spread)
+        spread = f"times spread by {self.noise:.1%} of their median, quartile to quartile, in the middle row"
+        most = f"by {loudest.time.spread:.0%} in {loudest.name}"
+        noise = f"{spread}, {most}; differences below that may be none"
+        worst = ", ".join(f"{error:.2g} at vertex {index}" for index, error in self.worst())
+        parts.append(_pairs_table("measured on", [*self.facts.items(), ("noise", noise), ("worst vertices", worst)]))
+        return rendered(parts)
+
+    def table(self) -> Table:
+        """The rows as a `rich.table.Table`; print it with a `rich.console.Console`.
+
+        By kind and time; ★ is chosen, ● on its kind's front, a dominated one has no mark.
+        """
+        title = "What accuracy costs in time: colour errors, each of its row's kind; ★ chosen, ● on the front"
+        table = _table(title, *_HEADINGS)
+        table.padding = 0  # so that every name fits
+        for column in table.columns:
+            column.no_wrap, column.justify = column.header != "way", "left" if column.header in ("", "way") else "right"
+        last = ""
+        for row in self._in_order():
+            if last != row.kind:
+                table.add_section()
+                table.add_row("", f"{row.kind}:")
+            last = row.kind
+            mark, name, *numbers = self._cells(row)
+            table.add_row(mark, f" {name}", *numbers)
+        return table
+
+    def _in_order(self) -> list[Row]:
+        return sorted(self.rows, key=lambda row: (KINDS.index(row.kind), row.time.median))
+
+    def _cells(self, row: Row) -> tuple[str, ...]:
+        """A row's texts under `_HEADINGS`; the spread is from quartile to quartile, as a part of the time."""
+        return (
+            "★" if row in self.chosen else "●" if row.on_front else "",
+            f"{row.name} (peer)" if row.is_peer else row.name,
+            seconds(row.time.median),
+            f"{row.time.spread:.0%}",
+            *(f"{error:.2g}" for error in (row.error.largest, row.error.rms, row.error.p99)),
+            f"{row.points}",
+        )
+
+    def _ledger_table(self) -> Table:
+        title = f"What each effect costs: time with it minus time without it, of {self.baseline}"
+        table = _table(title, "effect", "", "cost", "if dropped", "why")
+        for column in table.columns[1:4]:
+            column.no_wrap = True
+        for column in table.columns[2:4]:
+            column.justify = "right"
+        for entry in self.ledger:
+            error = "" if entry.error is None else number(entry.error)
+            table.add_row(entry.effect, "on" if entry.runs else "off", entry.cost_text, error, entry.why)
+        return table
+
+    # -- files
 
     def to_dict(self) -> dict[str, Any]:
         """All numbers as plain values."""
@@ -128,11 +275,22 @@ class Tradeoff(Result):
         ValueError
             If the file cannot be written.
         """
-        flat = [_flat(row) for row in self.rows]
+        lines = []
+        for row in self.rows:
+            line: dict[str, object] = {"name": row.name, "kind": row.kind}
+            line |= {f"time_{key}": value for key, value in asdict(row.time).items()}
+            for kind in ("arithmetic", "light_model", "sampling", "interpolation"):
+                errors: Errors | None = getattr(row, kind)
+                for key in ("largest", "rms", "p99", "count"):
+                    line[f"{kind}_{key}"] = "" if errors is None else getattr(errors, key)
+            for key in ("points", "backend", "precision", "promised", "preparation", "is_peer", "on_front", "note"):
+                value = getattr(row, key)
+                line[key] = "" if value is None else value
+            lines.append(line)
         with written_aside(path) as aside, aside.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, list(flat[0]))
+            writer = csv.DictWriter(file, list(lines[0]))
             writer.writeheader()
-            writer.writerows(flat)
+            writer.writerows(lines)
 
     def plot(self, path: str | os.PathLike[str]) -> None:
         """Draw the report: Pareto fronts, pictures, histogram and ledger, into a .png, .pdf or .svg file.
@@ -145,15 +303,46 @@ class Tradeoff(Result):
         save_figure(self, path)
 
 
-def _flat(row: Row) -> dict[str, object]:
-    """A row without nested values."""
-    result: dict[str, object] = {"name": row.name, "kind": row.kind}
-    result |= {f"time_{key}": value for key, value in asdict(row.time).items()}
-    for kind in ("arithmetic", "light_model", "sampling", "interpolation"):
-        errors: Errors | None = getattr(row, kind)
-        for key in ("largest", "rms", "p99", "count"):
-            result[f"{kind}_{key}"] = "" if errors is None else getattr(errors, key)
-    for key in ("points", "backend", "precision", "promised", "preparation", "is_peer", "on_front", "note"):
-        value = getattr(row, key)
-        result[key] = "" if value is None else value
-    return result
+def _pairs_table(title: str, rows: list[tuple[str, str]]) -> Table:
+    table = _table(title, "", "")
+    table.show_header = False
+    table.columns[0].max_width = _NAMES
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def _table(title: str, *headings: str) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading in headings:
+        table.add_column(heading, overflow="fold")
+    return table
+
+
+def circumstances(mesh: pv.PolyData, scene: Scene, material: Material) -> dict[str, str]:
+    """What a report was made on, for people: mesh, scene, material, machine, threads, versions, date."""
+    kinds = Counter(type(light).__name__ for light in scene.lights if light.on)
+    lights = ", ".join(f"{count} {kind}" for kind, count in kinds.items()) or "no light"
+    in_kernel = f", {threads.count()} in the kernel" if "numba" in sys.modules else ""
+    try:  # Linux has the processor's name in a file
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    processors = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    processor = processors[0] if processors else platform.processor() or "unknown processor"
+    versions = [f"Python {platform.python_version()}"]
+    for package in ("numpy", "numba", "pyvista", "vtk", "pvphong"):
+        with suppress(PackageNotFoundError):
+            versions.append(f"{package} {version(package)}")
+    return {
+        "mesh": f"{mesh.n_points} points, {mesh.n_cells} faces, {mesh.points.dtype}",
+        "scene": f"{lights}; {scene.light_model}",
+        "material": f"{material}",
+        "machine": f"{processor}, {os.cpu_count()} cores, {platform.system()} {platform.machine()}",
+        "threads": f"1 in NumPy {np.__version__}{in_kernel}",
+        "versions": ", ".join(versions),
+        "date": date.today().isoformat(),
+    }

@@ -1,10 +1,10 @@
-"""Time budgets, and runs that are measured in turns."""
+"""Time budgets, and runs that are timed in turns."""
 
 from __future__ import annotations
 
 import gc
 import random
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from statistics import median
 from time import perf_counter
@@ -15,7 +15,6 @@ import numpy as np
 from pvphong.base.types import Float64Array
 
 Run = Callable[[], object]
-Report = Callable[[float, str], None]
 Result = TypeVar("Result")
 
 FEWEST_REPEATS = 5
@@ -39,10 +38,10 @@ class Clock:
     seconds : float
         From now.
     report : callable, optional
-        Told how much of the budget is spent, from 0 to 1, and what is being done.
+        Called with the part of the budget that is spent, from 0 to 1, and what is being done.
     """
 
-    def __init__(self, seconds: float, report: Report = lambda *_: None) -> None:
+    def __init__(self, seconds: float, report: Callable[[float, str], None] = lambda *_: None) -> None:
         self.seconds = seconds
         self.report = report
         self._start = perf_counter()
@@ -66,35 +65,30 @@ class Clock:
         return Clock(seconds, lambda _, what: self.say(what))
 
 
+@contextmanager
+def progress(clock: Clock, what: str) -> Iterator[None]:
+    """A progress bar of a clock's budget on the error output, if that is a terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(what, total=1.0)
+        clock.report = lambda part, doing: bar.update(task, completed=part, description=f"{what}: {doing}")
+        yield
+
+
 def timed(run: Callable[[], Result]) -> tuple[Result, float]:
-    """What a single run gives, and its seconds."""
+    """The result of a single run, and its seconds."""
     start = perf_counter()
     result = run()
     return result, perf_counter() - start
 
 
-def fitting(estimates: Mapping[str, float], needed: set[str], seconds: float) -> set[str]:
-    """The names of the runs that can be repeated often enough in some seconds; the slowest go first.
-
-    Parameters
-    ----------
-    estimates : mapping of str to float
-        Seconds of each run.
-    needed : set of str
-        Names that stay, whatever they take.
-    seconds : float
-        What there is.
-    """
-    kept = dict(estimates)
-    for name in sorted(estimates, key=estimates.__getitem__, reverse=True):
-        if sum(kept.values()) * FEWEST_REPEATS <= seconds:
-            break
-        if name not in needed:
-            del kept[name]
-    return set(kept)
-
-
-def interleaved(runs: Mapping[str, Run], estimates: Mapping[str, float], clock: Clock) -> dict[str, Float64Array]:
+def interleaved(
+    runs: Mapping[str, Run], estimates: Mapping[str, float], clock: Clock, needed: Collection[str] = ()
+) -> dict[str, Float64Array]:
     """Seconds of every repeat of every run.
 
     All runs take turns, in an order that is shuffled for every round, so that a machine that drifts slows all of
@@ -110,22 +104,34 @@ def interleaved(runs: Mapping[str, Run], estimates: Mapping[str, float], clock: 
         About how many seconds each takes.
     clock : Clock
         The budget.
+    needed : collection of str
+        Names of runs that are measured whatever they take. Of the others the slowest are left out as long as not all
+        can be repeated often enough.
 
     Returns
     -------
     dict of str to ndarray
-        Shape (rounds,); NaN where a run took no turn.
+        Shape (rounds,), for the runs that are not left out; NaN where a run took no turn.
     """
-    sample = min(_SAMPLE, max(clock.left, 0.0) / (_ROUNDS_FIRST * len(runs)))
-    counts = {name: max(1, min(int(sample / max(estimates[name], 1e-9)), _MOST_IN_A_ROW)) for name in runs}
-    costs = {name: counts[name] * estimates[name] for name in runs}
-    turns = repeats(costs, clock.left)
+    kept = list(runs)
+    for name in sorted(runs, key=estimates.__getitem__, reverse=True):
+        if sum(estimates[one] for one in kept) * FEWEST_REPEATS <= clock.left:
+            break
+        if name not in needed:
+            kept.remove(name)
+
+    sample = min(_SAMPLE, max(clock.left, 0.0) / (_ROUNDS_FIRST * len(kept)))
+    counts = {name: max(1, min(int(sample / max(estimates[name], 1e-9)), _MOST_IN_A_ROW)) for name in kept}
+    costs = {name: counts[name] * estimates[name] for name in kept}
+    turns = _turns(costs, clock.left)
     rounds, dice = max(turns.values()), random.Random(0)
-    seconds: dict[str, list[float]] = {name: [] for name in runs}
+    seconds: dict[str, list[float]] = {name: [] for name in kept}
     expected, start = 1e-9, clock.spent
-    with _without_garbage_collection():
+    was_collecting = gc.isenabled()
+    gc.disable()
+    try:
         for number in range(rounds):
-            order = [name for name in runs if number * turns[name] // rounds > (number - 1) * turns[name] // rounds]
+            order = [name for name in kept if number * turns[name] // rounds > (number - 1) * turns[name] // rounds]
             cost, slowness = sum(costs[name] for name in order), (clock.spent - start) / expected
             if number and clock.left < 1.2 * cost * slowness:
                 break
@@ -133,22 +139,17 @@ def interleaved(runs: Mapping[str, Run], estimates: Mapping[str, float], clock: 
             dice.shuffle(order)
             for name in order:
                 seconds[name].append(min(timed(runs[name])[1] for _ in range(counts[name])))
-            for name in runs.keys() - set(order):
+            for name in set(kept) - set(order):
                 seconds[name].append(np.nan)
             expected += cost
+    finally:
+        if was_collecting:
+            gc.enable()
     return {name: np.array(taken) for name, taken in seconds.items()}
 
 
-def repeats(costs: Mapping[str, float], seconds: float) -> dict[str, int]:
-    """How often each run takes a turn: the quick ones equally often, the slow ones less often where time is short.
-
-    Parameters
-    ----------
-    costs : mapping of str to float
-        Seconds of a turn of each run.
-    seconds : float
-        What there is.
-    """
+def _turns(costs: Mapping[str, float], seconds: float) -> dict[str, int]:
+    """How many rounds each run takes part in: the quick ones equally many, the slow ones fewer where time is short."""
     limit = _SLOW * median(costs.values())
     slow = {name for name, cost in costs.items() if cost > limit}
     in_slow = sum(costs[name] for name in slow)
@@ -156,14 +157,3 @@ def repeats(costs: Mapping[str, float], seconds: float) -> dict[str, int]:
     often = int(max(FEWEST_REPEATS, min(_MOST_REPEATS, (seconds - FEWEST_REPEATS * in_slow) / in_quick)))
     seldom = int(max(FEWEST_REPEATS, min(often, (seconds - often * in_quick) / max(in_slow, 1e-9))))
     return {name: seldom if name in slow else often for name in costs}
-
-
-@contextmanager
-def _without_garbage_collection() -> Iterator[None]:
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_on:
-            gc.enable()

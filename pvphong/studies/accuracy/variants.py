@@ -1,179 +1,363 @@
-"""Variants of the lighting at the vertices: arithmetic and light models that trade accuracy for time, as runs."""
+"""What is lit, and the variants of lighting its vertices: arithmetic, light models, and numbers of rays."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, NamedTuple
 
-from pvphong.base.types import Backend, FloatArray, Precision
+import numpy as np
+
+from pvphong.base.types import Backend, Float64Array, FloatArray, IntArray, MatrixLike, Precision
+from pvphong.geometry.extent import Sphere
+from pvphong.optics.light import POSITION_EFFECT, Light
+from pvphong.optics.material import Material
 from pvphong.optics.reflectances import counterpart_of
+from pvphong.optics.roles import Place
+from pvphong.rays.sampling import MOST_RAYS
+from pvphong.rays.visibility import Visibility
+from pvphong.scene.scene import Scene
+from pvphong.shading import kernel, reference
+from pvphong.shading.assembly import assemble
 from pvphong.shading.equation import Equation
-from pvphong.shading.parts import as_nodes
-from pvphong.studies.accuracy import simplifications
-from pvphong.studies.accuracy.rows import UNTIMED, Errors, Kind, Row
-from pvphong.studies.accuracy.subject import Subject
-from pvphong.studies.accuracy.textbook import refuse_unknown, textbook_colors
+from pvphong.shading.parts import as_nodes, in_parts
+from pvphong.shading.plan.effects import EFFECTS
+from pvphong.shading.plan.plan import Plan, is_worth_loading
+from pvphong.shading.result import Shading
+from pvphong.shading.vertices import Vertices
+from pvphong.studies.accuracy.result import NO_ERROR, Errors, Row, Timing
+from pvphong.studies.accuracy.timing import Clock, timed
 
 REFERENCE = "float64 reference"
 
+WITHOUT = {effect.name: effect.without for effect in EFFECTS}
+"""Name of each of the plan's effects → equation, point → the equation without it."""
+
+# Numbers of lights without a size that are tried in place of one that has it.
 _NODES = 1, 4, 16, 64
-"""As so many lights without a size one that has it is tried."""
 
+# In radii of the mesh: from here the plan asks whether a light may be taken as directional.
 _FAR = 2.0
-"""In radii of the mesh: from here the plan asks whether a light may be taken as directional."""
+
+# Numbers of rays that are tried; those that are cast to a tolerance are at least so many.
+_RAYS, _FEWEST_RAYS = (4, 16, 64, 256), 16
+
+# The part of the time budget that colours by all rays may take, and vertices at which they are found in any case.
+_FOR_ALL_RAYS, _FEWEST_CHECKED = 0.2, 100
+
+# A row is cast so often at most, as long as that takes no more than a part of what is left.
+_REPEATS, _FOR_REPEATS = 5, 0.1
 
 
-@dataclass(frozen=True)
-class Variant:
-    """One way of lighting the vertices.
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """What is lit, as checked arrays.
 
     Parameters
     ----------
-    name : str
-        What is done.
-    kind : {"arithmetic", "light model"}
-        What it trades for time.
-    run : callable
-        Gives the colours (n, 3).
-    equation : Equation
-        What it evaluates.
-    backend, precision : str
-        What computes.
-    promised : float, optional
-        The plan's bound.
-    is_peer : bool
-        Whether it is not pvphong's own.
-    note : str
-        Beside the name.
+    points, normals : ndarray
+        Shape (n, 3).
+    scene, material, matrix
+        As for `evaluate`.
+    visibility : Visibility, optional
+        What the points see, where the scene has shadows or ambient occlusion.
     """
 
-    name: str
-    kind: Kind
-    run: Callable[[], FloatArray]
-    equation: Equation
-    backend: str
-    precision: str
-    promised: float | None = None
-    is_peer: bool = False
-    note: str = ""
+    points: FloatArray
+    normals: FloatArray
+    scene: Scene
+    material: Material
+    matrix: MatrixLike | None
+    visibility: Visibility | None = None
 
-    def row(self, arithmetic: Errors, light_model: Errors) -> Row:
-        """Its row of the report, not timed yet."""
-        return Row(
-            name=self.name,
-            kind=self.kind,
-            time=UNTIMED,
-            arithmetic=arithmetic,
-            light_model=light_model,
-            interpolation=None,
-            points=arithmetic.count,
-            backend=self.backend,
-            precision=self.precision,
-            promised=self.promised,
-            is_peer=self.is_peer,
-            note=self.note,
+    @cached_property
+    def unshadowed(self) -> Subject:
+        """The same without shadows and ambient occlusion: inside triangles no rays are cast."""
+        if not self.scene.light_model.needs_rays:
+            return self
+        scene = replace(self.scene, light_model=self.scene.light_model.without_rays())
+        return replace(self, scene=scene, visibility=None)
+
+    @cached_property
+    def vertices(self) -> Vertices:
+        """Points and normals as evaluators take them."""
+        return Vertices(self.points, self.normals, screen=self.visibility)
+
+    def plan(self, tolerance: float = 0.0) -> Plan:
+        """The plan at a tolerance."""
+        return Plan.of(self.scene, self.material, self.vertices, matrix=self.matrix, tolerance=tolerance)
+
+    @cached_property
+    def assembled(self) -> Equation:
+        """The whole lighting equation."""
+        return assemble(self.scene, self.material, self.matrix)
+
+    @cached_property
+    def equation(self) -> Equation:
+        """The lighting equation without what adds exactly nothing."""
+        return self.plan().equation
+
+    @cached_property
+    def truth(self) -> Float64Array:
+        """Shape (n, 3): colours of the float64 reference."""
+        return self.exact(self.equation)
+
+    def exact(
+        self, equation: Equation, rows: IntArray | None = None, channels: FloatArray | None = None
+    ) -> Float64Array:
+        """The float64 reference of any equation, shape (m, 3).
+
+        Parameters
+        ----------
+        equation : Equation
+            What is evaluated.
+        rows : ndarray, optional
+            Shape (m,): the vertices; all of them if not given.
+        channels : ndarray, optional
+            Shape (k, m): what these see, as `Vertices.channels` gives it of all vertices.
+        """
+        points, normals = (self.points, self.normals) if rows is None else (self.points[rows], self.normals[rows])
+        seen = self.vertices.channels(equation) if rows is None else channels
+        result = Shading(np.empty((len(points), 3)))
+        reference.shade(points, normals, in_parts(equation), None, result, seen)
+        return result.rgb
+
+    @cached_property
+    def sphere(self) -> Sphere:
+        """Around the mesh in the world; of no size at the origin where it is not known."""
+        return self.vertices.extent(self.assembled.matrix).sphere or Sphere((0.0, 0.0, 0.0), 0.0)
+
+    @cached_property
+    def has_kernel(self) -> bool:
+        """Whether the kernel is there and takes the equation; asking compiles it for these types."""
+        seen = self.vertices.channels(self.equation)
+        first = None if seen is None else seen[:, :1]
+        return all(
+            kernel.shade(
+                self.points[:1], self.normals[:1], self.equation, None, Shading(np.empty((1, 3), real)), channels=first
+            )
+            for real in ("float32", "float64")
         )
 
+    def backend_for(self, equation: Equation, count: int | None = None) -> Backend:
+        """The evaluator that `evaluate` takes by itself for an equation and so many vertices; None is all of them."""
+        count = len(self.points) if count is None else count
+        return "numba" if self.has_kernel and is_worth_loading(count, equation) else "numpy"
 
-def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[str, str]]:
-    """Every variant of pvphong's own that the scene has a place for, and the reasons why others are left out."""
-    found, left_out = list(_arithmetic(subject)), {}
-    if not subject.has_kernel:
-        left_out["kernel"] = "Numba is not installed, or has no code for this scene"
-    for name, equation, reason in _simplified(subject):
-        if reason:
-            left_out[name] = reason
-        else:
-            found.append(_rewritten(subject, name, equation))
-    found.append(_planned(subject, tolerance))
-    return found, left_out
+    def run_of(
+        self,
+        equation: Equation,
+        precision: Precision = "float32",
+        *,
+        backend: Backend | None = None,
+        scene: Scene | None = None,
+    ) -> Callable[[], FloatArray]:
+        """A run as `evaluate` does it: the equation of a scene is assembled, planned and evaluated.
 
+        Parameters
+        ----------
+        equation : Equation
+            The whole one, or one that was rewritten from it.
+        precision : {"float32", "float64"}
+            Of the colours.
+        backend : str, optional
+            What computes; what `evaluate` takes by itself, if not given.
+        scene : Scene, optional
+            What the equation stands for, if not the whole scene: the time counts that it takes to assemble it.
+        """
 
-def peers(subject: Subject) -> tuple[list[Variant], dict[str, str]]:
-    """Others' ways of lighting any vertices, and the reasons why some are left out."""
-    try:
-        refuse_unknown(subject.scene, subject.material)
-    except ValueError as error:
-        return [], {"textbook NumPy": str(error)}
-    return [_textbook(subject)], {}
+        def run() -> FloatArray:
+            assemble(scene or self.scene, self.material, self.matrix)
+            chosen = backend or self.backend_for(equation)
+            return Plan.of_equation(equation, self.vertices).run(self.vertices, precision=precision, backend=chosen).rgb
 
-
-def _arithmetic(subject: Subject) -> Iterator[Variant]:
-    computed: list[tuple[str, Backend, Precision]] = [
-        (REFERENCE, "numpy", "float64"),
-        ("float32 NumPy", "numpy", "float32"),
-    ]
-    if subject.has_kernel:
-        computed += [("float64 kernel", "numba", "float64"), ("float32 kernel", "numba", "float32")]
-    for name, backend, precision in computed:
-        run = subject.runner(subject.assembled, precision, backend=backend)
-        yield Variant(name, "arithmetic", run, subject.equation, backend, precision)
-
-
-def _textbook(subject: Subject) -> Variant:
-    def run() -> FloatArray:
-        return textbook_colors(subject.points, subject.normals, subject.scene, subject.material, subject.matrix)
-
-    note = "normalises, mirrors and raises to powers as a textbook writes it"
-    return Variant(
-        "textbook NumPy", "arithmetic", run, subject.equation, "textbook", "float64", is_peer=True, note=note
-    )
+        return run
 
 
-def _simplified(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
-    """Name, equation, and a reason to leave it out or an empty string."""
-    whole, needed, (middle, radius) = subject.assembled, subject.equation, subject.sphere
-    dull = "" if needed.has_highlights else "there is no highlight that depends on the viewer"
-    yield (
-        "infinite viewer",
-        simplifications.WITHOUT["local viewer"](whole, middle),
-        dull or ("" if needed.eye is not None else "the viewer is at infinity already"),
-    )
-    other = counterpart_of(whole.reflectance)
-    if other is not None:
-        name, reflectance = other
-        yield name, replace(whole, reflectance=reflectance), dull
-    stand_in = None if whole.gamma != 1.0 else whole.reflectance.stand_in(subject.material)
-    if stand_in is not None:
-        name, material = stand_in
-        yield name, replace(subject, material=material).assembled, ""
-    far = any(simplifications.is_beyond(term.light, middle, _FAR * radius) for term in needed.terms)
-    yield (
-        "far lights directional",
-        simplifications.far_lights_directional(whole, middle, _FAR * radius),
-        "" if far else "no light with a position is farther away than the mesh's diameter",
-    )
-    has_size = any(term.light.has_size for term in whole.terms)
-    for count in _NODES:
-        name = f"lights with a size as {count} nodes" if count > 1 else "lights with a size as points"
-        yield name, as_nodes(whole, count), "" if has_size else "no light has a size"
-    shiny = any(needed.has(term, "specular") for term in needed.terms)
-    yield "no highlights", simplifications.WITHOUT["specular"](whole, middle), "" if shiny else "there are none"
+class Variant(NamedTuple):
+    """One way of lighting, to be measured.
 
+    Parameters
+    ----------
+    row : Row
+        Its row of the report, without what is still to be measured.
+    run : callable
+        Lights once; at the vertices it gives the colours (n, 3).
+    equation : Equation, optional
+        What it evaluates, where its errors at the vertices are still to be found.
+    """
 
-def _rewritten(subject: Subject, name: str, equation: Equation) -> Variant:
-    backend = subject.backend_for(len(subject.points), subject.planned(equation).equation)
-    return Variant(name, "light model", subject.runner(equation), equation, backend, "float32")
+    row: Row
+    run: Callable[[], Any]
+    equation: Equation | None = None
 
 
 def plan_name(tolerance: float) -> str:
-    """The plan's variant."""
-    return f"plan at {in_steps(tolerance)}"
+    """The name of the plan's variant."""
+    return f"plan at {_in_steps(tolerance)}"
 
 
-def in_steps(tolerance: float) -> str:
+def _in_steps(tolerance: float) -> str:
     """A tolerance of whole display steps by these, any other as a number."""
     steps = tolerance * 255.0
     whole = round(steps)
     return f"{whole}/255" if whole and abs(steps - whole) < 1e-9 else f"{tolerance:.3g}"
 
 
-def _planned(subject: Subject, tolerance: float) -> Variant:
+def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[str, str]]:
+    """Every variant of pvphong's own that the scene has a place for, and the reasons why others are left out.
+
+    The evaluators and precisions come first, then simpler light models in float32, by the evaluator that
+    `evaluate` takes by itself, and the plan at the tolerance.
+    """
+    whole, count, reasons = subject.assembled, len(subject.points), {}
+    computed: list[tuple[str, Backend, Precision]] = [
+        (REFERENCE, "numpy", "float64"),
+        ("float32 NumPy", "numpy", "float32"),
+    ]
+    if subject.has_kernel:
+        computed += [("float64 kernel", "numba", "float64"), ("float32 kernel", "numba", "float32")]
+    else:
+        reasons["kernel"] = "Numba is not installed, or has no code for this scene"
+    found = [
+        Variant(
+            Row(name, "arithmetic", backend, precision, count),
+            subject.run_of(whole, precision, backend=backend),
+            subject.equation,
+        )
+        for name, backend, precision in computed
+    ]
+    for name, equation, reason in _simpler_models(subject):
+        if reason:
+            reasons[name] = reason
+            continue
+        backend = subject.backend_for(Plan.of_equation(equation, subject.vertices).equation)
+        row = Row(name, "light model", backend, "float32", count)
+        found.append(Variant(row, subject.run_of(equation), equation))
     plan = subject.plan(tolerance)
-    backend = subject.backend_for(len(subject.points), plan.equation)
+    backend = subject.backend_for(plan.equation)
+    row = Row(plan_name(tolerance), "light model", backend, "float32", count, promised=plan.error_bound)
+    run = lambda: subject.plan(tolerance).run(subject.vertices, backend=backend).rgb  # noqa: E731
+    found.append(Variant(row, run, plan.equation))
+    return found, reasons
 
-    def run() -> FloatArray:
-        return subject.plan(tolerance).run(subject.vertices, backend=backend).rgb
 
-    bound = plan.error_bound
-    return Variant(plan_name(tolerance), "light model", run, plan.equation, backend, "float32", promised=bound)
+def _simpler_models(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
+    """Name, equation, and a reason to leave it out or an empty string."""
+    whole, needed, (middle, radius) = subject.assembled, subject.equation, subject.sphere
+    dull = "" if needed.has_highlights else "there is no highlight that depends on the viewer"
+    at_infinity = "" if needed.eye is not None else "the viewer is at infinity already"
+    yield "infinite viewer", WITHOUT["local viewer"](whole, middle), dull or at_infinity
+
+    if other := counterpart_of(whole.reflectance):
+        name, reflectance = other
+        yield name, replace(whole, reflectance=reflectance), dull
+    if whole.gamma == 1.0 and (simpler := whole.reflectance.stand_in(subject.material)):
+        name, material = simpler
+        yield name, replace(subject, material=material).assembled, ""
+
+    def is_far(light: Light) -> bool:
+        places = light.values(Place)
+        return bool(places) and all(math.dist(place, middle) > _FAR * radius for place in places)
+
+    directional = WITHOUT[POSITION_EFFECT](whole, middle).terms
+    terms = tuple(b if is_far(a.light) else a for a, b in zip(whole.terms, directional, strict=True))
+    are_near = "no light with a position is farther away than the mesh's diameter"
+    any_far = any(is_far(term.light) for term in needed.terms)
+    yield "far lights directional", replace(whole, terms=terms), "" if any_far else are_near
+
+    has_size = any(term.light.has_size for term in whole.terms)
+    for count in _NODES:
+        name = f"lights with a size as {count} nodes" if count > 1 else "lights with a size as points"
+        yield name, as_nodes(whole, count), "" if has_size else "no light has a size"
+    shiny = any(needed.has(term, "specular") for term in needed.terms)
+    yield "no highlights", WITHOUT["specular"](whole, middle), "" if shiny else "there are none"
+
+
+class Sampling(NamedTuple):
+    """Shadows and occlusion by few rays and by many.
+
+    Parameters
+    ----------
+    rows : list of Row
+        Timed, with their sampling errors.
+    costs : dict of str to float
+        Seconds of casting to the tolerance, by effect.
+    left_out : dict of str to str
+        What is left out, and why.
+    """
+
+    rows: list[Row]
+    costs: dict[str, float]
+    left_out: dict[str, str]
+
+
+def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: Clock) -> Sampling:
+    """Rows for shadows and occlusion by few rays and many, and by as many as the tolerance asks for.
+
+    A row's time is that of casting its rays and lighting the vertices by them. What is done once for all rays, such as
+    the tree of the occluders' triangles, is not counted. Its errors are those of its colours against colours by 4096
+    rays, at vertices chosen at random.
+
+    Parameters
+    ----------
+    subject : Subject
+        What is lit.
+    visibility : Visibility
+        What it sees, cast to the tolerance before.
+    tolerance : float
+        The largest standard error of its colours.
+    clock : Clock
+        Its budget is what this may take.
+    """
+    equation, effects, count = subject.equation, subject.plan().effects, len(subject.points)
+    if not equation.has_screen:
+        why = dict.fromkeys(effects[name].why for name in ("shadow", "occlusion"))
+        return Sampling([], {}, {"rays": "; ".join(why)})
+    clock.say("casting rays")
+    costs, seen = {}, visibility.afresh()
+    if equation.shadowed:
+        _, costs["shadow"] = timed(lambda: seen.channels(equation.shadowed, sky=False))
+    if equation.is_occluded:
+        _, costs["occlusion"] = timed(lambda: seen.channels((), sky=True))
+    sampled = equation.is_occluded + len({t.index for t in equation.terms if t.is_shadowed and t.light.has_size})
+
+    checked: IntArray = np.zeros(0, np.intp)
+    truth = np.zeros((0, 3))
+    if sampled:
+        per_vertex = MOST_RAYS * sampled * sum(costs.values()) / max(seen.rays, 1)
+        some = min(max(int(_FOR_ALL_RAYS * clock.left / per_vertex), _FEWEST_CHECKED), count)
+        checked = np.sort(np.random.default_rng(0).choice(count, some, replace=False))
+        everything = visibility.afresh(samples=MOST_RAYS, rows=checked)
+        channels = everything.channels(equation.shadowed, sky=equation.is_occluded)
+        truth = subject.exact(equation, checked, channels)
+
+    def row(name: str, samples: int | None) -> Row:
+        clock.say(name)
+        seconds, most = list[float](), _FOR_REPEATS * clock.left
+        backend = subject.backend_for(equation)
+        while not seconds or (len(seconds) < _REPEATS and sum(seconds) < most):
+            cast = visibility.afresh(samples=samples)
+            vertices = Vertices(subject.points, subject.normals, screen=cast)
+            plan = Plan.of_equation(equation, vertices)
+            seconds.append(timed(lambda: plan.run(vertices, backend=backend))[1])  # noqa: B023
+        errors, note = NO_ERROR, f"{cast.rays / count:.3g} rays a vertex"
+        if sampled:
+            channels = cast.channels(equation.shadowed, sky=equation.is_occluded)[:, checked]
+            errors = Errors.at_vertices(subject.exact(equation, checked, channels), truth)
+            note += f"; held against all {MOST_RAYS} at {len(checked)} of {count} vertices"
+        time = Timing.of(seconds)
+        return Row(name, "sampling", backend, "float32", count, time, sampling=errors, note=note)
+
+    if not sampled:
+        return Sampling([row("one ray for each light", None)], costs, {})
+    rows, left_out = [row(f"rays to {_in_steps(tolerance)}", None)], {}
+    for rays in _RAYS:
+        name = f"{rays} rays"
+        if rows[-1].time.low * (1 if rays <= _FEWEST_RAYS else 4) > clock.left:
+            left_out[name] = "there was no time for it"
+        else:
+            rows.append(row(name, rays))
+    return Sampling(rows, costs, left_out)

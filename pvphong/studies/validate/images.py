@@ -29,10 +29,8 @@ from pvphong.meshes.surfaces import has_faces, shallow_copy, surface
 from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.scene.viewer import Viewer
-from pvphong.vtk.limits import Terms, in_vtk_terms
-from pvphong.vtk.obstacles import refuse_inexpressible
-from pvphong.vtk.oracle import vtk_camera, vtk_light, vtk_property
-from pvphong.vtk.vertex_window import off_screen_window
+from pvphong.vtk.oracle import off_screen_window, vtk_camera, vtk_light, vtk_property
+from pvphong.vtk.scenes import Terms, in_vtk_terms, refuse_inexpressible
 
 Image = NDArray[np.uint8]
 

@@ -17,10 +17,9 @@ from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.evaluation import evaluate
 from pvphong.studies.validate.comparison import Comparison
-from pvphong.vtk.lights import allowed_error
-from pvphong.vtk.limits import Pose, in_vtk_terms, limits
-from pvphong.vtk.obstacles import refuse_inexpressible, seen_from_infinity, shining
 from pvphong.vtk.oracle import driver, vtk_shade
+from pvphong.vtk.rounding import Pose, allowed_error, limits
+from pvphong.vtk.scenes import in_vtk_terms, refuse_inexpressible, seen_from_infinity, shining
 
 _DOUBTFUL_FACING = 2.0**-40
 """Cosines between normal and viewer below this have no certain sign in float64."""

@@ -10,7 +10,6 @@ import pytest
 import pvphong as ph
 from pvphong.shading import kernel
 from pvphong.shading.assembly import assemble
-from pvphong.shading.kernel.vertices import GROUP
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.reference import shade as shade_by_reference
 from pvphong.shading.result import Shading
@@ -138,7 +137,7 @@ def test_a_vertex_keeps_its_bits_among_others_and_in_any_layout(vertices, name, 
 @pytest.mark.parametrize(("name", "has_albedo"), [("all", True), ("lamp, dull", False), ("sun, dull", False)])
 def test_a_large_mesh_has_the_bits_of_its_pieces(vertices, precision, name, has_albedo):
     """Several threads' shares, of which the last block is not whole; and nothing is written beside them."""
-    count = 5 * GROUP + 77
+    count = 5 * 2**14 + 77
     points, normals = (np.resize(array.astype(precision), (count, 3)) for array in vertices)
     albedo = np.random.default_rng(5).random((count, 3)).astype(precision) if has_albedo else None
     scene, material = scene_of(name)

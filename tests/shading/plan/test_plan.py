@@ -14,7 +14,7 @@ import pyvista as pv
 import vtk
 
 import pvphong as ph
-from pvphong.shading import kernel, reference
+from pvphong.shading import reference
 from pvphong.shading.assembly import assemble
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.result import Shading
@@ -107,16 +107,33 @@ def test_what_is_off_for_want_of_a_light_says_so(mesh):
             assert plan.effects[effect].why == "no light reaches the mesh"
 
 
-def test_a_narrow_miss_of_the_cone_is_told_in_parts_of_a_degree(mesh):
-    off_axis = np.arcsin(np.sqrt(0.75) / 3) + np.radians(15 + 0.4)  # the box's sphere, the cone, and so much beside it
-    spot = replace(SPOT, direction=(0, np.sin(off_axis), -np.cos(off_axis)))
-    assert ph.plan(mesh, scene(spot), DULL).effects["lights"].why == "spot: mesh lies outside the cone by 0.4°"
+OFF_AXIS = np.arcsin(np.sqrt(0.75) / 3) + np.radians(15 + 0.4)  # the box's sphere, the cone, and so much beside it
+SLIGHTLY_OUTSIDE = replace(SPOT, direction=(0, np.sin(OFF_AXIS), -np.cos(OFF_AXIS)))
+UNNAMED = [replace(SUN, name=name, on=index != 1) for index, name in enumerate(["sun", "", "", "lamp", "light 2"])]
+BALL = ph.SphereLight((0, 0, 2), name="ball")
+REASONS = [
+    (scene(SLIGHTLY_OUTSIDE), DULL, "lights", "spot: mesh lies outside the cone by 0.4°"),
+    (scene(*UNNAMED), DULL, "lights", "sun, light 2, lamp, light 4 (left out: light 1: switched off)"),
+    (scene(replace(GLOW, attenuation=(0, 0, 1)), ambient=0.0), DULL, "ambient", "of lamp"),
+    (scene(replace(GLOW, attenuation=(0, 0, 1))), DULL, "ambient", "one constant for all vertices; of lamp"),
+    (scene(LAMP), SHINY, "local viewer", "highlights"),
+    (scene(LAMP), ph.Material(reflectance=ph.OrenNayar(25)), "local viewer", "diffuse reflection"),
+    (scene(LAMP), ph.Material(specular=0.5, reflectance=ph.GGX(0.3, 0.04)), "local viewer", "highlights"),
+    (scene(LAMP, two_sided=True), DULL, "local viewer", "normals are turned to it"),
+    (scene(BALL, LAMP), SHINY, "size", "ball: diffuse and specular exact"),
+    (scene(BALL, reflection="blinn-phong"), SHINY, "size", "ball: diffuse exact, specular by 64 nodes"),
+    (scene(BALL), DULL, "size", "ball: diffuse exact"),
+    (scene(BALL), ph.Material(reflectance=ph.OrenNayar(20)), "size", "ball: diffuse by 64 nodes"),
+    (scene(LAMP), SHINY, "size", "no light has a size"),
+    (scene(ph.RectangleLight((0, 0, 2), (0, 0, 1))), SHINY, "size", "light 0: mesh lies behind it"),
+    (scene(ph.DiskLight((0, 0, 2), (0, 0, 1))), SHINY, "lights", "light 0: mesh lies behind it"),
+]
 
 
-def test_ambient_light_says_whose_it_is(mesh):
-    for ambient, why in ((0.0, "of lamp"), (0.2, "one constant for all vertices; of lamp")):
-        glow = replace(GLOW, attenuation=(0, 0, 1))
-        assert ph.plan(mesh, scene(glow, ambient=ambient), DULL).effects["ambient"].why == why
+@pytest.mark.parametrize(("some_scene", "material", "effect", "why"), REASONS)
+def test_the_reason_names_lights_and_numbers(mesh, some_scene, material, effect, why):
+    plan = ph.plan(mesh, some_scene, material)
+    assert (plan.effects[effect].why, plan.error_bound) == (why, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -137,15 +154,10 @@ def test_normals_are_transformed_by_the_class_of_the_matrix(mesh, matrix, on, wh
     assert why in decision.why
 
 
-def run(equation, mesh, shade=reference.shade, precision=np.float64):
-    result = Shading(np.empty((mesh.n_points, 3), precision))
-    normals = np.asarray(mesh.point_data.active_normals)
-    assert shade(np.asarray(mesh.points), normals, equation, None, result) is not False, "it was declined"
+def run(equation, mesh):
+    result = Shading(np.empty((mesh.n_points, 3)))
+    reference.shade(np.asarray(mesh.points), np.asarray(mesh.point_data.active_normals), equation, None, result)
     return result.rgb
-
-
-EVALUATORS = [reference.shade] + ([kernel.shade] if kernel.is_available() else [])
-over_evaluators = pytest.mark.parametrize("shade", EVALUATORS, ids=lambda shade: shade.__module__.split(".")[-1])
 
 
 def bent(angle):
@@ -153,22 +165,20 @@ def bent(angle):
     return pv.Sphere(end_phi=angle)
 
 
-def assert_same_without_turning(patch, some_scene, material, shade, matrix=None):
+def assert_same_without_turning(patch, some_scene, material, matrix=None):
     """No vertex of a two-sided patch faces away, so that none need be turned; gives the plan."""
     plan = ph.plan(patch, some_scene, material, matrix=matrix)
     assert "no vertex faces away" in plan.effects["two-sided"].why
-    whole = assemble(some_scene, material, matrix)
-    np.testing.assert_array_equal(run(plan.equation, patch, shade), run(whole, patch, shade))
+    np.testing.assert_array_equal(run(plan.equation, patch), run(assemble(some_scene, material, matrix), patch))
     return plan
 
 
-@over_evaluators
 @pytest.mark.parametrize("local_viewer", [True, False])
 @pytest.mark.parametrize("material", [DULL, SHINY])
-def test_no_normal_is_turned_where_all_face_the_viewer(material, local_viewer, shade):
+def test_no_normal_is_turned_where_all_face_the_viewer(material, local_viewer):
     model = ph.LightModel(two_sided=True, local_viewer=local_viewer)
     above = ph.Scene([LAMP], ph.Viewer(position=(0, 0, 4)), model)
-    plan = assert_same_without_turning(bent(40), above, material, shade)
+    plan = assert_same_without_turning(bent(40), above, material)
     assert plan.error_bound == 0.0
     assert plan.view_dependent  # from elsewhere, some may face away
 
@@ -176,46 +186,25 @@ def test_no_normal_is_turned_where_all_face_the_viewer(material, local_viewer, s
 QUARTER_TURN = np.array([[0.0, 0, 2, 5], [0, 2, 0, 6], [-2, 0, 0, 7], [0, 0, 0, 1]])  # z to x, and twice as large
 
 
-@over_evaluators
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_normals_are_known_to_face_the_viewer_where_a_matrix_turns_or_mirrors_them(side, shade):
+def test_normals_are_known_to_face_the_viewer_where_a_matrix_turns_or_mirrors_them(side):
     matrix, patch = np.diag([side, 1.0, 1.0, 1.0]) @ QUARTER_TURN, bent(40)
     seen, behind = (
         ph.Scene([LAMP], ph.Viewer(position=(x, 6, 7)), ph.LightModel(two_sided=True)) for x in (side * 30, side * -30)
     )
-    assert_same_without_turning(patch, seen, DULL, shade, matrix)
+    assert_same_without_turning(patch, seen, DULL, matrix)
     assert ph.plan(patch, behind, DULL, matrix=matrix).effects["two-sided"].on
     assert ph.plan(patch, seen, DULL, matrix=matrix @ shear()).effects["two-sided"].on
 
 
 @pytest.mark.parametrize("seen", [bent(100), bent(40).flip_faces()])
 def test_normals_are_turned_where_some_face_away(seen):
-    below = ph.Viewer(position=(0, 0, -4))
-    for viewer in (below, ph.Viewer(position=(0, 0, 4))):
+    for place in ((0, 0, 4), (0, 0, -4), (4, 0, 1)):
+        viewer = ph.Viewer(position=place)
         some_scene = ph.Scene(lights=[SUN], viewer=viewer, light_model=ph.LightModel(two_sided=True))
         plan = ph.plan(seen, some_scene, DULL)
-        faces_viewer = (np.asarray(seen.point_data.active_normals) @ viewer.view_direction < 0).all()
+        faces_viewer = ((seen.points - place) * seen.point_data.active_normals).sum(axis=1).max() < 0
         assert plan.effects["two-sided"].on is not faces_viewer
-
-
-@over_evaluators
-@pytest.mark.parametrize(("precision", "step"), [(np.float32, 2.0**-24), (np.float64, 2.0**-53)])
-@pytest.mark.parametrize("case", ON_AND_OFF)
-@pytest.mark.parametrize("matrix", [None, np.eye(4), np.diag([2.0, 2.0, 2.0, 1.0]), shear()], ids=str)
-def test_what_is_left_out_exactly_changes_nothing_beyond_rounding(case, matrix, mesh, shade, precision, step):
-    for some_scene, material in ON_AND_OFF[case][:2]:
-        planned = ph.plan(mesh, some_scene, material, matrix=matrix)
-        left, whole = (
-            run(equation, mesh, shade, precision)
-            for equation in (planned.equation, assemble(some_scene, material, matrix))
-        )
-        np.testing.assert_allclose(left, whole, rtol=0, atol=8 * step)
-        assert planned.error_bound == 0.0
-
-
-def test_the_order_is_that_of_running_and_every_effect_is_decided(mesh):
-    plan = ph.plan(mesh, scene(SUN, SPOT), SHINY)
-    assert list(plan.effects) == [effect.name for effect in EFFECTS]
 
 
 @pytest.mark.parametrize(
@@ -236,15 +225,6 @@ def test_a_plan_says_what_is_read_and_whether_the_view_matters(mesh, some_scene,
     plan = ph.plan(mesh, some_scene, material)
     assert plan.needs == needs
     assert plan.view_dependent is view_dependent
-
-
-def test_the_viewer_is_read_for_highlights_or_for_diffuse_reflection(mesh):
-    for material, why in (
-        (SHINY, "highlights"),
-        (ph.Material(reflectance=ph.OrenNayar(25)), "diffuse reflection"),
-        (ph.Material(specular=0.5, reflectance=ph.GGX(0.3, 0.04)), "highlights"),
-    ):
-        assert ph.plan(mesh, scene(LAMP), material).effects["local viewer"].why == why
 
 
 FAR = [
@@ -353,29 +333,17 @@ def test_a_plan_cannot_be_changed_by_its_reader_or_by_the_matrix_it_was_made_for
     np.testing.assert_array_equal(plan.equation.matrix, shear())
 
 
-@pytest.mark.parametrize("size", [1.0, 2.0])
-def test_a_matrix_that_turns_no_normal_hides_no_omission(size):
-    above = ph.Scene([SUN], ph.Viewer(position=(0, 0, 9)), ph.LightModel(two_sided=True))
-    assert not ph.plan(bent(40), above, DULL, matrix=np.diag([size, size, size, 1.0])).effects["two-sided"].on
-
-
-def test_the_values_of_lights_are_no_part_of_which_effects_run(mesh):
-    before = ph.plan(mesh, scene(LAMP), SHINY)
-    after = ph.plan(mesh, scene(replace(LAMP, position=(1, 2, 3), diffuse="orange", intensity=0.3)), SHINY)
-    assert {name: d.on for name, d in before.effects.items()} == {name: d.on for name, d in after.effects.items()}
-
-
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda plan: pickle.loads(pickle.dumps(plan))])
 def test_a_plan_can_be_copied_and_sent(copied, mesh):
     plan = mesh.phong.plan(scene(SUN, SPOT), SHINY, matrix=shear())
     other = copied(plan)
     assert other.explain() == plan.explain()
-    assert other.effects == plan.effects
+    assert list(other.effects.items()) == [(effect.name, plan.effects[effect.name]) for effect in EFFECTS]
     with pytest.raises(TypeError):
         other.effects["cone"] = None
 
 
-def test_explain_is_a_table_for_people(mesh):
+def test_explain_is_a_table_with_sums_and_with_names_as_they_are(mesh):
     text = mesh.phong.plan(scene(SUN, replace(SPOT, direction=(0, 0, 1))), DULL).explain()
     for part in (
         "Exact, tolerance 0",
@@ -390,14 +358,11 @@ def test_explain_is_a_table_for_people(mesh):
     assert re.search(r"diffuse +on .*normals +0\.7", text)
     assert re.search(r"sum +0 +0\.7\n", text)
     assert text == "".join(f"{line.rstrip()}\n" for line in text.splitlines())
-    assert text.splitlines()[-1].endswith("the colours do not change when the viewer moves.")
-
-
-def test_explain_says_what_error_was_taken_of_what_was_allowed(mesh):
     plan = mesh.phong.plan(FAR[0][0], SHINY, tolerance=0.004)
     assert f"Off by at most {plan.error_bound:.3g}, tolerance 0.004\n" in plan.explain()
     costs = [effect.nanoseconds(plan.effects[effect.name]) for effect in EFFECTS]
     assert re.search(rf"sum +{plan.error_bound:.2g} +{sum(costs):.1f}\n", plan.explain())
+    assert "[b]lamp :sun:" in mesh.phong.plan(scene(replace(LAMP, name="[b]lamp :sun:")), DULL).explain()
 
 
 def test_a_printed_plan_is_a_few_plain_lines_and_a_notebooks_has_all_reasons(mesh):
@@ -416,17 +381,6 @@ def test_a_printed_plan_is_a_few_plain_lines_and_a_notebooks_has_all_reasons(mes
         html = plan._repr_html_()
         assert all(f">{escape(choice.why)}<" in html for choice in plan.effects.values())
     assert "<b>" not in mesh.phong.plan(scene(*lights), SHINY)._repr_html_()
-
-
-def test_explain_shows_names_as_they_are(mesh):
-    assert "[b]lamp :sun:" in mesh.phong.plan(scene(replace(LAMP, name="[b]lamp :sun:")), DULL).explain()
-
-
-def test_lights_without_a_name_are_told_apart_by_their_index(mesh):
-    names = ["sun", "", "", "lamp", "light 2"]
-    lights = [replace(SUN, name=name, on=index != 1) for index, name in enumerate(names)]
-    why = ph.plan(mesh, scene(*lights), DULL).effects["lights"].why
-    assert why == "sun, light 2, lamp, light 4 (left out: light 1: switched off)"
 
 
 MESH_OR_POINTS = r"^mesh_or_points must be a mesh or an \(n, 3\) array of real numbers"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from functools import cache
 
@@ -85,44 +84,3 @@ def test_no_scene_exceeds_the_bound_of_fewer_nodes():
         assert np.abs(got - exact).max() <= plan.error_bound + 1e-9 <= 0.5 + 1e-9, seed
         said.add(count)
     assert said
-
-
-def test_what_lies_behind_a_light_is_dark_exactly():
-    mesh = np.random.default_rng(1).uniform(-0.5, 0.5, (20, 3))
-    for light in (ph.RectangleLight((0, 0, 2), (0, 0, 1)), ph.DiskLight((0, 0, 2), (0, 0, 1))):
-        plan = ph.plan(mesh, [light], ph.Material(specular=0.5))
-        assert (plan.effects["size"].why, plan.error_bound) == ("light 0: mesh lies behind it", 0.0)
-        assert not plan.effects["lights"].on
-
-
-def test_it_says_which_lobes_are_exact():
-    mesh, lights = np.zeros((1, 3)), [ph.SphereLight((0, 0, 2), name="lamp"), ph.PointLight((0, 0, 3))]
-    shiny = ph.Material(specular=0.5, shininess=20)
-    for reflection, said in (
-        ("phong", "diffuse and specular exact"),
-        ("blinn-phong", "diffuse exact, specular by 64 nodes"),
-    ):
-        scene = ph.Scene(lights, light_model=ph.LightModel(reflection=reflection))
-        assert ph.plan(mesh, scene, shiny).effects["size"].why == f"lamp: {said}"
-    assert ph.plan(mesh, lights, ph.Material()).effects["size"].why == "lamp: diffuse exact"
-    assert ph.plan(mesh, lights, ph.Material(reflectance=ph.OrenNayar(20))).effects["size"].why == (
-        "lamp: diffuse by 64 nodes"
-    )
-    assert ph.plan(mesh, lights[1:], shiny).effects["size"].why == "no light has a size"
-
-
-def test_as_many_nodes_come_near_the_closed_form():
-    """The report's rows: the more nodes, the nearer."""
-    mesh = np.zeros((1, 3))
-    normals = np.array([[0.3, 0.1, 1.0]])
-    material = ph.Material(specular=0.5, shininess=20)
-    light = ph.RectangleLight((0.5, 0, 1.5), (0, 0, -1), width=1.2, height=0.8)
-    exact = ph.evaluate(mesh, normals, [light], material, precision="float64").rgb
-    errors = []
-    for count in (1, 4, 16, 64, 1024):
-        nodes = light.nodes(count)
-        assert len(nodes) == count
-        assert math.isclose(sum(node.intensity for node in nodes), 1.0)
-        errors.append(float(np.abs(ph.evaluate(mesh, normals, nodes, material, precision="float64").rgb - exact).max()))
-    assert errors[4] < 1e-3 < errors[0]
-    assert errors[3] < 0.1 * errors[0]

@@ -6,9 +6,8 @@ import pyvista as pv
 
 import pvphong as ph
 from pvphong.rays.casting import has_embree
-from pvphong.studies.accuracy.sampling import sampling
-from pvphong.studies.accuracy.subject import Subject
 from pvphong.studies.accuracy.timing import Clock
+from pvphong.studies.accuracy.variants import Subject, sampling
 
 SUN = ph.DirectionalLight(direction=(1, 0, -1), name="sun")
 BALL = ph.SphereLight(position=(0, 1, 3), radius=0.5, intensity=6, name="ball")

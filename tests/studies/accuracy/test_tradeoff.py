@@ -15,12 +15,10 @@ from strategies import Dice
 
 import pvphong as ph
 from pvphong.shading.plan.effects import EFFECTS
-from pvphong.studies.accuracy import tradeoff
-from pvphong.studies.accuracy.ledger import promises
-from pvphong.studies.accuracy.rows import vertex_errors
-from pvphong.studies.accuracy.subject import Subject
-from pvphong.studies.accuracy.textbook import textbook_colors
-from pvphong.studies.accuracy.variants import variants
+from pvphong.studies.accuracy.measure import promises, tradeoff
+from pvphong.studies.accuracy.peers import textbook_colors
+from pvphong.studies.accuracy.result import Errors
+from pvphong.studies.accuracy.variants import Subject, variants
 
 STEP = 1 / 255
 SUN = ph.PointLight(position=(400, 100, 300), name="sun")
@@ -61,7 +59,7 @@ def test_the_three_kinds_are_there(report):
 
 def test_arithmetic_error_is_that_of_evaluate(mesh, report):
     float32 = ph.evaluate(mesh.points, mesh.point_data.active_normals, SCENE, SHINY, backend="numpy").rgb
-    expected = vertex_errors(float32, exact(mesh, SCENE, SHINY))
+    expected = Errors.at_vertices(float32, exact(mesh, SCENE, SHINY))
     found = row(report, "float32 NumPy").arithmetic
     assert (found.largest, found.rms, found.p99) == pytest.approx((expected.largest, expected.rms, expected.p99))
     assert 0 < found.largest < 1e-5
@@ -99,13 +97,13 @@ def test_light_model_errors_are_those_of_the_changed_scene(mesh, report):
 def test_simpler_reflectances_are_priced(mesh, reflectance, name, simpler):
     material = ph.Material(diffuse=0.5, reflectance=reflectance)
     subject = Subject(mesh.points, mesh.point_data.active_normals, SCENE, material, None)
-    (found,) = [variant for variant in variants(subject, STEP)[0] if variant.name == name]
+    (found,) = [variant for variant in variants(subject, STEP)[0] if variant.row.name == name]
     truth, expected = exact(mesh, SCENE, material), exact(mesh, SCENE, simpler)
     np.testing.assert_allclose(
         subject.exact(found.equation), expected, rtol=0, atol=1e-3 * np.abs(expected - truth).max()
     )
     np.testing.assert_allclose(found.run(), expected, rtol=0, atol=1e-5)
-    assert found.kind == "light model"
+    assert found.row.kind == "light model"
 
 
 def test_interpolation_errors_fall_when_the_mesh_is_refined(mesh, report):

@@ -13,7 +13,7 @@ from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
-from pvphong.studies.refine.refinement import interpolation_error
+from pvphong.studies.refine import interpolation_error
 from pvphong.studies.validate import images as vtk_images
 from pvphong.studies.validate.images import ImageComparison, compare_images
 

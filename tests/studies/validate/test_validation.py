@@ -26,8 +26,8 @@ from pvphong.shading.plan import plan
 from pvphong.studies.validate import validation
 from pvphong.studies.validate.cases import CASES, MATERIALS, MESHES, Case
 from pvphong.studies.validate.validation import validate
-from pvphong.vtk.obstacles import InexpressibleError, refuse_inexpressible
 from pvphong.vtk.oracle import vtk_shade
+from pvphong.vtk.scenes import InexpressibleError, refuse_inexpressible
 
 STANDARD, VTK = LightModel(), LightModel.vtk(two_sided=False)
 SUN = DirectionalLight(direction=(-1.0, 0.5, -1.2), intensity=0.8)

@@ -1,0 +1,260 @@
+"""Variants inside triangles: the mesh as it is, refined uniformly, and refined where it errs."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pyvista as pv
+
+from pvphong.base.types import Float64Array, FloatArray, IntArray
+from pvphong.geometry.transform import transform_points
+from pvphong.meshes.surfaces import has_faces
+from pvphong.shading.plan.plan import Plan
+from pvphong.shading.vertices import Vertices
+from pvphong.studies.accuracy.result import Errors, Row
+from pvphong.studies.accuracy.timing import Clock, timed
+from pvphong.studies.accuracy.variants import Subject, Variant
+from pvphong.studies.refine import interpolation_error, refine
+
+AS_IT_IS = "as it is"
+ADAPTIVE = "refined adaptively"
+
+_ERROR = "phong_interpolation_error"
+_LEVELS = (1, 2, 3)
+_MOST_POINTS = 5_000_000
+
+# Seconds to split a triangle of a large mesh, generously.
+_PER_SPLIT = 4e-6
+
+# Triangles in which the error is searched, of a large mesh a random choice, in a part of the time; and of these the
+# ones that stand for all on the refined meshes: those that are worst on the mesh as it is, and a random choice of the
+# others.
+_FEWEST_SEARCHED, _MOST_SEARCHED, _FOR_SEARCH = 2_000, 50_000, 0.3
+_WORST, _OTHERS = 400, 300
+
+# Measured: evaluations that the search of a triangle takes.
+_EVALUATIONS = 40.0
+
+# Measured: a point that refinement adds costs some times the search of one triangle, and never less than this.
+_SEARCHES_PER_POINT, _LEAST_PER_POINT = 3.0, 5e-5
+
+# What stopped the refinement, and why it left a mesh as it is.
+_STOPPED = {
+    "tolerance": ("reached the tolerance", "the mesh as it is, is within the tolerance"),
+    "max_points": ("stopped by the time budget", "there was no time to split a triangle"),
+    "jump": ("within the tolerance but for jumps of the colour", "only jumps of the colour are left to split"),
+    "resolution": ("within the tolerance but for the least triangles", "its triangles are as small as can be"),
+}
+
+
+class Triangles(NamedTuple):
+    """Some triangles of a surface.
+
+    Parameters
+    ----------
+    points, normals : ndarray
+        Shape (n, 3), float32 or float64 as the mesh's own.
+    corners : ndarray
+        Shape (m, 3), indices of points.
+    areas : ndarray
+        Shape (m,): how much of the surface each stands for.
+    """
+
+    points: FloatArray
+    normals: FloatArray
+    corners: IntArray
+    areas: Float64Array
+
+
+class Interpolation(NamedTuple):
+    """What was measured inside the triangles of a mesh, and of the meshes that it was refined to.
+
+    Parameters
+    ----------
+    variants : list of Variant
+        The mesh as it is, and refined, with their interpolation errors.
+    errors, areas : ndarray
+        Shape (m,): of the triangles that were searched, the largest error, and their parts of these triangles' area.
+    left_out : dict of str to str
+        What is left out, and why.
+    """
+
+    variants: list[Variant]
+    errors: Float64Array
+    areas: Float64Array
+    left_out: dict[str, str]
+
+
+def least_seconds(mesh: pv.PolyData, exact_seconds: float) -> float:
+    """About how long `interpolation` takes at least, where a float64 evaluation of all vertices takes some seconds."""
+    return _EVALUATIONS * exact_seconds * min(mesh.n_cells, _FEWEST_SEARCHED) / mesh.n_points
+
+
+def interpolation(
+    mesh: pv.PolyData, subject: Subject, tolerance: float, exact_seconds: float, clock: Clock
+) -> Interpolation:
+    """The mesh as it is and refined, with the errors that blending colours across triangles leaves.
+
+    Parameters
+    ----------
+    mesh : pyvista.PolyData
+        A checked surface.
+    subject : Subject
+        Its points and normals, and what lights them.
+    tolerance : float
+        What it is refined to where it errs.
+    exact_seconds : float
+        What a float64 evaluation of all vertices takes.
+    clock : Clock
+        Its budget is what this may take.
+    """
+    if not has_faces(mesh):
+        return Interpolation([], np.zeros(0), np.zeros(0), {"inside triangles": "points without faces have no inside"})
+    triangles = mesh if mesh.is_all_triangles else mesh.triangulate()
+    corners = triangles.regular_faces.astype(np.intp, copy=False)
+
+    clock.say("errors inside triangles")
+    affordable = _FOR_SEARCH * clock.left * mesh.n_points / (_EVALUATIONS * exact_seconds)
+    most, searched = int(np.clip(affordable, _FEWEST_SEARCHED, _MOST_SEARCHED)), corners
+    if len(corners) > most:
+        searched = corners[np.sort(np.random.default_rng(0).choice(len(corners), most, replace=False))]
+    areas = _areas(subject, subject.points, searched)
+    errors, seconds = timed(lambda: _errors(subject, _with_own_corners(subject, searched, areas)))
+    some = "" if len(searched) == len(corners) else f"searched in {len(searched)} of {len(corners)} triangles"
+    found = [_variant(subject, AS_IT_IS, subject.points, subject.normals, Errors.inside_triangles(errors, areas), some)]
+    left_out: dict[str, str] = {}
+
+    budget = clock.part(0.5 * clock.left)
+    adaptive = _adaptive(mesh, subject, tolerance, seconds / len(searched), len(corners), budget)
+    if isinstance(adaptive, str):
+        left_out[ADAPTIVE] = adaptive
+    else:
+        found.append(adaptive)
+
+    # Uniform refinement: the worst triangles, and some others that stand for all others, are searched.
+    order = np.argsort(-errors, kind="stable")
+    worst, others = order[:_WORST], order[_WORST:]
+    chosen = others
+    if len(others) > _OTHERS:
+        chosen = np.random.default_rng(0).choice(others, _OTHERS, replace=False)
+    represented = areas[chosen] * (areas[others].sum() / (areas[chosen].sum() or 1.0))
+    rows = np.concatenate([worst, chosen])
+    sample = _with_own_corners(subject, searched[rows], np.concatenate([areas[worst], represented]))
+    whole = Triangles(subject.points, subject.normals, corners, np.zeros(len(corners)))
+    preparation = spent = 0.0
+    for level in _LEVELS:
+        name = f"refined {level}×"
+        count = len(whole.points) + 3 * len(whole.corners) // 2  # of a closed mesh: as many as it has sides
+        if count > _MOST_POINTS:
+            left_out[name] = f"it would have {count / 1e6:.1f} million points"
+            continue
+        if clock.left < max(4.2 * spent, len(whole.corners) * _PER_SPLIT):
+            left_out[name] = "there was no time for it"
+            continue
+        clock.say(name)
+        start = clock.spent
+        whole = split(whole)
+        preparation += clock.spent - start
+        sample = split(sample)
+        left = Errors.inside_triangles(_errors(subject, sample), sample.areas)
+        spent = clock.spent - start
+        note = f"{len(whole.points)} points"
+        found.append(_variant(subject, name, whole.points, whole.normals, left, note, preparation))
+    return Interpolation(found, errors, areas, left_out)
+
+
+def _variant(
+    subject: Subject,
+    name: str,
+    points: FloatArray,
+    normals: FloatArray,
+    errors: Errors,
+    note: str,
+    preparation: float = 0.0,
+) -> Variant:
+    """A mesh that is evaluated at its points."""
+    backend = subject.backend_for(subject.equation, len(points))
+
+    def run() -> FloatArray:
+        vertices = Vertices(points, normals)
+        plan = Plan.of(subject.scene, subject.material, vertices, matrix=subject.matrix)
+        return plan.run(vertices, backend=backend).rgb
+
+    row = Row(
+        name, "interpolation", backend, "float32", len(points),
+        interpolation=errors, preparation=preparation, note=note,
+    )  # fmt: skip
+    return Variant(row, run)
+
+
+def _areas(subject: Subject, points: FloatArray, corners: IntArray) -> Float64Array:
+    """Each triangle's part of the area of all of them in the world; 0 where a point is not finite."""
+    placed = points.astype(np.float64)
+    if subject.assembled.matrix is not None:
+        placed = transform_points(placed, subject.assembled.matrix)
+    scale = np.abs(placed[np.isfinite(placed)]).max(initial=0.0) or 1.0  # squares of far coordinates would overflow
+    a, b, c = (placed / scale)[corners].transpose(1, 0, 2)
+    with np.errstate(invalid="ignore"):
+        double = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    double[~np.isfinite(double)] = 0.0
+    return double / (double.sum() or 1.0)
+
+
+def _with_own_corners(subject: Subject, corners: IntArray, areas: Float64Array) -> Triangles:
+    """Triangles that share no points, so that each can be searched and split by itself."""
+    own = np.arange(corners.size).reshape(-1, 3)
+    return Triangles(subject.points[corners.ravel()], subject.normals[corners.ravel()], own, areas)
+
+
+def _errors(subject: Subject, triangles: Triangles) -> Float64Array:
+    """The largest interpolation error in each triangle, shape (m,)."""
+    mesh = pv.PolyData.from_regular_faces(triangles.points, triangles.corners)
+    mesh.point_data.active_normals = triangles.normals
+    result = interpolation_error(mesh, subject.scene, subject.material, matrix=subject.matrix)
+    return np.asarray(result.cell_data[_ERROR], np.float64)
+
+
+def _adaptive(
+    mesh: pv.PolyData, subject: Subject, tolerance: float, seconds_each: float, count: int, clock: Clock
+) -> Variant | str:
+    """The mesh refined to the tolerance, or as far as the time reaches; or the reason why it was not."""
+    left = clock.left
+    if 2.0 * count * seconds_each > left:
+        return f"searching {count} triangles takes about {count * seconds_each:.2g} s; {left:.2g} s were left"
+    per_point = max(_SEARCHES_PER_POINT * seconds_each, _LEAST_PER_POINT)
+    most = mesh.n_points + max(int((left - count * seconds_each) / per_point), 0)
+    clock.say(ADAPTIVE)
+    result, seconds = timed(
+        lambda: refine(
+            mesh, subject.scene, subject.material, tolerance=tolerance, max_points=most, matrix=subject.matrix
+        )
+    )
+    note, nothing_added = _STOPPED[str(result.field_data["phong_refinement_stopped"])]
+    if result.n_points == mesh.n_points:
+        return nothing_added
+    normals, points = np.asarray(result.point_data.active_normals), np.asarray(result.points)
+    errors = Errors.inside_triangles(
+        np.asarray(result.cell_data[_ERROR], np.float64), _areas(subject, points, result.regular_faces)
+    )
+    return _variant(subject, ADAPTIVE, points, normals, errors, note, seconds)
+
+
+def split(triangles: Triangles) -> Triangles:
+    """Every triangle as four, by the middles of its sides, which neighbours share.
+
+    Normals in the middle are not made unit length: blending them further is then blending the corners', and
+    per-pixel shading of the split mesh is per-pixel shading of the whole.
+    """
+    corners, count = triangles.corners, len(triangles.points)
+    sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
+    keys, places = np.unique(sides[:, 0] * count + sides[:, 1], return_inverse=True)
+    low, high = np.divmod(keys, count)
+    ab, bc, ca = (places.reshape(-1, 3) + count).T
+    a, b, c = corners.T
+    four = np.stack([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca], axis=1).reshape(-1, 3)
+    points, normals = (
+        np.concatenate([array, array[low] * array.dtype.type(0.5) + array[high] * array.dtype.type(0.5)])
+        for array in (triangles.points, triangles.normals)
+    )
+    return Triangles(points, normals, four, np.repeat(triangles.areas / 4.0, 4))

@@ -1,0 +1,356 @@
+"""The measurement: every variant's error and time, in the order of their importance, within a time budget."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from pvphong.base import check
+from pvphong.base.types import MatrixLike
+from pvphong.meshes.default_scene import scene_for
+from pvphong.meshes.lit import point_normals
+from pvphong.meshes.surfaces import surface
+from pvphong.meshes.visibility import visibility_of
+from pvphong.optics.material import Material, check_material
+from pvphong.scene.scene import SceneLike, light_labels
+from pvphong.shading import kernel
+from pvphong.shading.equation import Equation
+from pvphong.shading.plan.draft import Draft
+from pvphong.shading.plan.effects import EFFECTS
+from pvphong.studies.accuracy.interpolation import AS_IT_IS, Interpolation, interpolation, least_seconds
+from pvphong.studies.accuracy.peers import LIGHT_SOURCE, PER_PIXEL, TEXTBOOK, light_source, textbook, vtk_frames
+from pvphong.studies.accuracy.report import Tradeoff, circumstances
+from pvphong.studies.accuracy.result import NO_ERROR, Errors, LedgerEntry, Promise, Row, Timing, with_fronts
+from pvphong.studies.accuracy.timing import FEWEST_REPEATS, Clock, Run, interleaved, progress, timed
+from pvphong.studies.accuracy.variants import (
+    REFERENCE,
+    WITHOUT,
+    Sampling,
+    Subject,
+    Variant,
+    plan_name,
+    sampling,
+    variants,
+)
+
+# The part of the time budget that is left over, so that it is kept.
+_SPARE = 0.05
+
+# Parts of the time budget: the least that is kept for measuring in turns, and, of what is left for getting ready,
+# for rays and for meshes that are refined.
+_FOR_ROUNDS, _FOR_SAMPLING, _FOR_INSIDE = 0.4, 0.4, 0.5
+
+# Float64 evaluations that it takes to get ready to measure, with errors: a variant, the promises, an effect, a peer.
+_FOR_VARIANT, _FOR_PROMISES, _FOR_EFFECT, _FOR_PEER = 2.0, 6.0, 2.0, 6.0
+
+# Seconds that VTK needs to open two windows, and for a frame drawn by the processor: its pixels, and each face.
+_FOR_WINDOWS, _PER_FRAME, _PER_FACE = 1.5, 0.1, 2e-6
+
+
+def tradeoff(
+    mesh: pv.DataSet,
+    scene: SceneLike | None,
+    material: Material,
+    *,
+    tolerance: float = 1.0 / 255.0,
+    seconds: float = 20.0,
+    matrix: MatrixLike | None = None,
+    occluders: Any = (),
+) -> Tradeoff:
+    """Measure what accuracy costs in time on a mesh and a scene of one's own.
+
+    Variants from the float64 reference down to coarse light models are run in turns, so that a machine that drifts
+    favours none, as often as the time budget allows. Their errors are of three kinds, which are measured apart:
+    arithmetic (against the same equation in float64) and light model (between two equations in float64), both at the
+    vertices, and interpolation (colours blended across triangles against per-pixel shading, in float64). Where the
+    scene has shadows or ambient occlusion there is a fourth, sampling: colours by few rays for each vertex against
+    colours by 4096, at vertices chosen at random. The other kinds then take what the vertices see as known, and
+    interpolation is measured without shadows, for no rays are cast inside triangles.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        A dataset with a surface; it is not modified.
+    scene : Scene, light, sequence of lights, or None
+        What lights it; None is the scene of `pvphong.default_scene`.
+    material : Material
+        The surface's reflectances.
+    tolerance : float, default 1/255
+        The largest absolute colour error that is to be allowed, > 0; the default is one step of a display.
+    seconds : float, default 20
+        What it may take, > 0. On large meshes variants are left out to keep it, with the reason given; the reference,
+        the plan and the variant that it is compared with are always measured. Compiling the kernel, once per
+        installation, is not counted.
+    matrix : array_like, optional
+        (4, 4) model matrix.
+    occluders : sequence
+        Meshes, or pairs of a mesh and a matrix, that shadow this one as it does itself; see `mesh.phong.shade`.
+
+    Returns
+    -------
+    Tradeoff
+        `.rows`, `.best(tolerance)`, `.ledger`, `.promises`, `.table()`, `.plot(path)`, `.to_csv(path)`,
+        `.to_json(path)`; print it for what to choose, and `.explain()` for all of it.
+
+    Raises
+    ------
+    ValueError
+        If an argument has the wrong shape, type or range, or the mesh has nothing that can be lit.
+    """
+    check_material(material)
+    tolerance = check.number("tolerance", tolerance, above=0.0)
+    clock = Clock((1.0 - _SPARE) * check.number("seconds", seconds, above=0.0))
+    source = surface(mesh)
+    scene = scene_for(source, scene, matrix)
+    placed = None if matrix is None else check.matrix4("matrix", matrix)
+    points, normals = check.array("points", source.points), check.array("normals", point_normals(source))
+    visibility = None
+    if scene.light_model.needs_rays:
+        rays: Any = {"occluders": occluders, "tolerance": tolerance, "matrix": placed}
+        visibility = visibility_of(source, lambda: normals, scene, **rays)
+    subject = Subject(points, normals, scene, material, placed, visibility)
+    with progress(clock, "measuring"), ExitStack() as stack:
+        clock.say("loading the evaluator")
+        clock.seconds += kernel.seconds_compiling(lambda: subject.has_kernel)
+        return _Measurement(source, subject, tolerance, clock, stack).run()
+
+
+class _Measurement:
+    """One report in the making.
+
+    Attributes
+    ----------
+    rows : dict of str to Row
+        What was measured so far, before it is timed.
+    runs, estimates : dict
+        What is to be timed, by name, and the seconds that it took once.
+    left_out : dict of str to str
+        What is not measured, and why.
+    """
+
+    def __init__(self, mesh: pv.PolyData, subject: Subject, tolerance: float, clock: Clock, stack: ExitStack) -> None:
+        self.mesh, self.subject, self.tolerance, self.clock, self.stack = mesh, subject, tolerance, clock, stack
+        self.rows: dict[str, Row] = {}
+        self.runs: dict[str, Run] = {}
+        self.estimates: dict[str, float] = {}
+        self.left_out: dict[str, str] = {}
+        self.for_rounds = _FOR_ROUNDS * clock.left
+        # Effects are left out of this variant; without it, the reference and the plan there is no report.
+        self.baseline = "float32 kernel" if subject.backend_for(subject.equation) == "numba" else "float32 NumPy"
+        self.needed = {REFERENCE, self.baseline, plan_name(tolerance)}
+
+    def run(self) -> Tradeoff:
+        """Everything in the order of its importance, as long as there is time."""
+        s, clock = self.subject, self.clock
+        clock.say(REFERENCE)
+        _, self.exact_seconds = timed(lambda: s.truth)
+        if self.exact_seconds < 0.01 * clock.left:
+            _, self.exact_seconds = timed(lambda: s.exact(s.equation))  # warm
+        sampled = self._cast_rays()
+        lighting = self._light_vertices()
+        promised: tuple[Promise, ...] = ()
+        if self._has_time_for("promises", _FOR_PROMISES * self.exact_seconds):
+            promised = promises(s, self.tolerance)
+        inside = self._refine()
+        errors_without = self._drop_effects()
+        self._light_by_peers()
+
+        times = interleaved(self.runs, self.estimates, clock, self.needed)
+        self.left_out |= {name: "there was no time to repeat it" for name in self.runs if name not in times}
+        baseline = times[self.baseline]
+        rows = [replace(row, time=Timing.of(times[name])) for name, row in self.rows.items() if name in times]
+        costs = {
+            effect: Timing.of(baseline - times[_without(effect)] + sampled.costs.get(effect, 0.0))
+            for effect in errors_without
+            if _without(effect) in times
+        }
+        measured = (
+            f"{len(baseline)} rounds in turns after a warm-up, slow runs in some of them only; "
+            "a sample is the least of up to 7 short runs"
+        )
+        return Tradeoff(
+            tolerance=self.tolerance,
+            rows=with_fronts([*rows, *sampled.rows]),
+            ledger=ledger(s, self.tolerance, errors_without, costs),
+            baseline=self.baseline,
+            promises=promised,
+            left_out=self.left_out,
+            facts=circumstances(self.mesh, s.scene, s.material) | {"measured": measured},
+            inside_errors=inside.errors,
+            inside_areas=inside.areas,
+            surface=self.mesh,
+            scene=s.scene,
+            matrix=s.matrix,
+            reference_colors=s.truth,
+            _lighting={variant.row.name: variant.run for variant in lighting},
+        )
+
+    def _left(self, frame: float = 0.0) -> float:
+        """Seconds that are left for getting ready: all that is found, and one more frame, must still be repeated."""
+        rounds = FEWEST_REPEATS * (sum(self.estimates.values()) + frame)
+        return self.clock.left - max(self.for_rounds, rounds)
+
+    def _has_time_for(self, what: str, seconds: float, frame: float = 0.0) -> bool:
+        """Whether there is time to get something ready; what has none is noted."""
+        fits = seconds <= self._left(frame)
+        if not fits:
+            self.left_out[what] = "there was no time for it"
+        return fits
+
+    def _add(self, row: Row, run: Run, seconds: float) -> None:
+        """What ran once, which warmed it up; again if that was short. What cannot be repeated is left out."""
+        if seconds < 0.01 * self.clock.left:
+            seconds = min(seconds, timed(run)[1])
+        if row.name not in self.needed and self.clock.left < FEWEST_REPEATS * (sum(self.estimates.values()) + seconds):
+            self.left_out[row.name] = "there was no time to repeat it"
+            return
+        self.rows[row.name], self.runs[row.name], self.estimates[row.name] = row, run, seconds
+
+    # -- what is measured
+
+    def _cast_rays(self) -> Sampling:
+        visibility = self.subject.visibility
+        if visibility is None or not self._has_time_for("rays", 2.0 * visibility.seconds):
+            return Sampling([], {}, {})
+        found = sampling(self.subject, visibility, self.tolerance, self.clock.part(_FOR_SAMPLING * self._left()))
+        self.left_out |= found.left_out
+        return found
+
+    def _light_vertices(self) -> list[Variant]:
+        """Errors and a first time of every variant at the vertices; gives all of them, measured or not."""
+        s = self.subject
+        found, reasons = variants(s, self.tolerance)
+        self.left_out |= reasons
+        for row, run, equation in found:
+            if row.name not in self.needed and not self._has_time_for(row.name, _FOR_VARIANT * self.exact_seconds):
+                continue
+            self.clock.say(row.name)
+            colors, seconds = timed(run)
+            own, light_model = s.truth, NO_ERROR
+            if equation is not None and equation is not s.equation:
+                own = s.exact(equation)
+                light_model = Errors.at_vertices(own, s.truth)
+            arithmetic = Errors.at_vertices(colors, own)
+            self._add(replace(row, arithmetic=arithmetic, light_model=light_model), run, seconds)
+        return found
+
+    def _refine(self) -> Interpolation:
+        s = self.subject.unshadowed
+        if not self._has_time_for("inside triangles", least_seconds(self.mesh, self.exact_seconds)):
+            return Interpolation([], np.zeros(0), np.zeros(0), {})
+        if s is not self.subject:
+            why = "no rays are cast there; interpolation is measured without them"
+            self.left_out["shadows and occlusion inside triangles"] = why
+        clock = self.clock.part(_FOR_INSIDE * self._left())
+        found = interpolation(self.mesh, s, self.tolerance, self.exact_seconds, clock)
+        self.left_out |= found.left_out
+        for row, run, _ in found.variants:
+            self._add(row, run, timed(run)[1])
+        return found
+
+    def _drop_effects(self) -> dict[str, float]:
+        """The largest light-model error without each effect or light that is there; runs without it are to be timed."""
+        s, errors = self.subject, dict[str, float]()
+        for effect, equation in without_each(s).items():
+            if not self._has_time_for(f"ledger: {effect}", _FOR_EFFECT * self.exact_seconds):
+                continue
+            self.clock.say(_without(effect))
+            errors[effect] = Errors.at_vertices(s.exact(equation), s.truth).largest
+            gone = {term.index for term in s.assembled.terms} - {term.index for term in equation.terms}
+            lights = tuple(light for index, light in enumerate(s.scene.lights) if index not in gone)
+            scene = replace(s.scene, lights=lights) if gone else None  # what is not there is not assembled either
+            run, name = s.run_of(equation, scene=scene), _without(effect)
+            self.runs[name], self.estimates[name] = run, min(timed(run)[1] for _ in range(2))
+        return errors
+
+    def _light_by_peers(self) -> None:
+        seconds, frame = _FOR_PEER * self.exact_seconds, _PER_FRAME + self.mesh.n_cells * _PER_FACE
+        as_it_is = self.rows.get(AS_IT_IS)
+        lit_error = None if as_it_is is None else as_it_is.error
+        self._add_peers(TEXTBOOK, seconds, 0.0, lambda: [textbook(self.subject)])
+        self._add_peers(LIGHT_SOURCE, seconds, 0.0, lambda: [light_source(self.subject)])
+        draw = lambda: vtk_frames(self.mesh, self.subject, self.stack, lit_error)  # noqa: E731
+        self._add_peers(PER_PIXEL, _FOR_WINDOWS + 4.0 * frame, 2.0 * frame, draw)
+
+    def _add_peers(self, name: str, seconds: float, frame: float, make: Callable[[], list[Variant]]) -> None:
+        if not self._has_time_for(name, seconds, frame):
+            return
+        self.clock.say(name)
+        try:
+            found = make()
+        except ValueError as error:
+            self.left_out[name] = str(error)
+            return
+        for row, run, _ in found:
+            self._add(row, run, timed(run)[1])
+
+
+# --- the ledger: what each effect costs, and the plan's promises
+
+
+def _without(effect: str) -> str:
+    """The name of the run without an effect or a light."""
+    return f"without {effect}"
+
+
+def without_each(subject: Subject) -> dict[str, Equation]:
+    """The equations without each effect of the plan and each light that is there, by their names in the ledger."""
+    whole, needed, (middle, _) = subject.assembled, subject.equation, subject.sphere
+    effects = subject.plan().effects
+    found = {name: drop(whole, middle) for name, drop in WITHOUT.items() if effects[name].on}
+    if len(needed.terms) > 1:
+        labels = light_labels(subject.scene)
+        for index in dict.fromkeys(term.index for term in needed.terms):
+            others = tuple(term for term in whole.terms if term.index != index)
+            found[f"light {labels[index]}"] = replace(whole, terms=others)
+    return found
+
+
+def ledger(
+    subject: Subject, tolerance: float, errors: dict[str, float], costs: dict[str, Timing]
+) -> tuple[LedgerEntry, ...]:
+    """An entry for every effect of the plan at the tolerance, and every light that is there.
+
+    Parameters
+    ----------
+    subject : Subject
+        What is lit.
+    tolerance : float
+        The plan's.
+    errors : dict of str to float
+        The largest light-model error without each effect and light that is there.
+    costs : dict of str to Timing
+        Seconds with minus seconds without, of those that were timed.
+    """
+    plan = subject.plan(tolerance)
+    entries = [
+        LedgerEntry(name, costs.get(name), errors.get(name), choice.on, choice.why)
+        for name, choice in plan.effects.items()
+    ]
+    kept = {term.index for term in plan.equation.terms}
+    for index, label in enumerate(light_labels(subject.scene)):
+        name = f"light {label}"
+        if name in errors:
+            why = "" if index in kept else "left out, see lights"
+            entries.append(LedgerEntry(name, costs.get(name), errors[name], index in kept, why))
+    return tuple(entries)
+
+
+def promises(subject: Subject, tolerance: float) -> tuple[Promise, ...]:
+    """Each approximation of the plan at a tolerance: the bound that it took, the largest difference that it makes."""
+    extent = subject.vertices.extent(subject.assembled.matrix)
+    draft = Draft.first(subject.assembled, extent, tolerance, subject.visibility)
+    found = []
+    for effect in EFFECTS:
+        before, draft = draft, effect.simplify(draft)
+        notes = [note for note in draft.notes[len(before.notes) :] if note.bound]
+        if notes:
+            measured = Errors.at_vertices(subject.exact(draft.equation), subject.exact(before.equation)).largest
+            why = "; ".join(f"{note.light}: {note.why}".removeprefix(": ") for note in notes)
+            found.append(Promise(effect.name, why, sum(note.bound for note in notes), measured))
+    return tuple(found)

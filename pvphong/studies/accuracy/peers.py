@@ -1,0 +1,338 @@
+"""Others' ways to light a mesh, as peers: a textbook's NumPy, Matplotlib's hillshading, VTK's per-pixel shading."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyvista as pv
+from vtkmodules.vtkRenderingCore import vtkLight
+
+from pvphong.base import check
+from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, rgb
+from pvphong.geometry.transform import transform_normals, transform_points
+from pvphong.meshes.lit import point_normals
+from pvphong.meshes.pictures import aim, drawing_window, preferring
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
+from pvphong.scene.viewer import Viewer
+from pvphong.shading.equation import Equation
+from pvphong.shading.screen import refuse_rays
+from pvphong.studies.accuracy.result import NO_ERROR, Errors, Row
+from pvphong.studies.accuracy.variants import Subject, Variant
+from pvphong.vtk.lights import write_light
+from pvphong.vtk.oracle import driver, write_material
+from pvphong.vtk.scenes import InexpressibleError, in_vtk_terms, refuse_inexpressible
+
+TEXTBOOK, LIGHT_SOURCE = "textbook NumPy", "Matplotlib LightSource"
+PER_PIXEL, LIT_ARRAY = "VTK per pixel", "VTK drawing lit array"
+
+FRAME = (1024, 768)
+"""Pixels of a frame that VTK draws."""
+
+# By how much of a step a coordinate may be off its place in a regular grid: rounding to float32, generously.
+_OFF_PLACE = 1e-3
+
+_NO_GRID = "it lights height fields: one point at each place of a regular grid in x and y"
+
+# --- a textbook's NumPy
+
+
+def textbook(subject: Subject) -> Variant:
+    """The textbook's colours, with their arithmetic error; raises ``ValueError`` for what it does not know."""
+    s = subject
+
+    def run() -> Float64Array:
+        return textbook_colors(s.points, s.normals, s.scene, s.material, s.matrix)
+
+    row = Row(
+        TEXTBOOK, "arithmetic", "textbook", "float64", len(s.points),
+        arithmetic=Errors.at_vertices(run(), s.truth), light_model=NO_ERROR,
+        is_peer=True, note="normalises, mirrors and raises to powers as a textbook writes it",
+    )  # fmt: skip
+    return Variant(row, run)
+
+
+def textbook_colors(
+    points: FloatArray, normals: FloatArray, scene: Scene, material: Material, matrix: MatrixLike | None = None
+) -> Float64Array:
+    """The lighting model as a textbook writes it in NumPy.
+
+    Whole (n, 3) float64 arrays, vectors divided by their norms, the mirror direction, `np.power`, `np.clip`. It is
+    right for comfortable numbers and for nothing else: no zero normals, no huge or tiny vectors, no light on a
+    vertex.
+
+    Parameters
+    ----------
+    points, normals : ndarray
+        Shape (n, 3).
+    scene, material, matrix
+        As for `evaluate`; the light model's convention is "standard".
+
+    Returns
+    -------
+    ndarray
+        Shape (n, 3), float64.
+
+    Raises
+    ------
+    ValueError
+        For a scene or a material that the formula does not know: another convention, lights with a size, rays,
+        another reflectance.
+    """
+    model, viewer = scene.light_model, scene.viewer
+    if model.convention != "standard":
+        check.refuse("convention", model.convention, "'standard' for the textbook formula")
+    for index, light in enumerate(scene.lights):
+        light.refuse_unless_in_vtk(f"lights[{index}]", "one that the textbook knows")
+    refuse_rays(scene, "for the textbook formula")
+    if material.reflectance is not None:
+        check.refuse("reflectance", material.reflectance, "None for the textbook formula")
+
+    def unit(vectors: Any) -> Any:
+        return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+    def dot(a: Any, b: Any) -> Any:
+        return np.sum(a * b, axis=1, keepdims=True)
+
+    p = points.astype(np.float64) if matrix is None else transform_points(points.astype(np.float64), matrix)
+    n = unit(normals.astype(np.float64) if matrix is None else transform_normals(normals, matrix))
+    is_local = model.local_viewer and not viewer.parallel
+    v = unit(np.array(viewer.position) - p) if is_local else -np.array([viewer.view_direction])
+    if model.two_sided:
+        n = np.where(dot(n, v) < 0.0, -n, n)
+    color = np.zeros_like(p) + np.multiply(rgb(material.ambient), rgb(model.ambient)) + rgb(material.emission)
+    for light in scene.world_lights:
+        if not light.on:
+            continue
+        given = light.as_vtk()
+        if given.is_positional:
+            to_light = np.array(given.position) - p
+            distance = np.linalg.norm(to_light, axis=1, keepdims=True)
+            l = to_light / distance  # noqa: E741
+            constant, linear, quadratic = given.attenuation
+            strength = 1.0 / (constant + linear * distance + quadratic * distance**2)
+        else:
+            l, strength = -unit(np.array([given.direction])), np.ones(1)  # noqa: E741
+        if given.is_positional and given.cone_angle is not None:
+            cosine = dot(-l, unit(np.array([given.direction])))
+            inside = cosine >= np.cos(np.radians(given.cone_angle))
+            strength = np.where(inside, strength * np.maximum(cosine, 0.0) ** given.exponent, 0.0)
+        n_l = dot(n, l)
+        highlight = dot(2.0 * n_l * n - l, v) if model.reflection == "phong" else dot(n, unit(l + v))
+        highlight = np.where(n_l > 0.0, np.power(np.maximum(highlight, 0.0), material.shininess), 0.0)
+        color += light.intensity * strength * (
+            np.multiply(rgb(material.ambient), rgb(light.ambient))
+            + np.multiply(rgb(material.diffuse), rgb(light.diffuse)) * np.maximum(n_l, 0.0)
+            + np.multiply(rgb(material.specular), light.specular_color) * highlight
+        )  # fmt: skip
+    return np.clip(color, 0.0, 1.0) if model.clamp else color
+
+
+# --- Matplotlib's `LightSource`: height fields by one distant light, without highlights
+
+
+class HeightField(NamedTuple):
+    """Heights over a regular grid, as Matplotlib takes them: rows from north to south, columns from west to east."""
+
+    heights: Float64Array
+    """(rows, columns): z."""
+
+    vertices: IntArray
+    """(rows, columns): the number of the vertex at each place."""
+
+    spacing: tuple[float, float]
+    """Steps in x and y, > 0."""
+
+
+def light_source(subject: Subject) -> Variant:
+    """Matplotlib's colours with their errors; raises ``ValueError`` for a mesh or scene that it cannot light."""
+    s = subject
+    field = height_field(s.points, s.normals, s.matrix)
+    run = hillshading(field, s.equation)
+    errors = Errors.at_vertices(run().reshape(-1, 3), s.truth[field.vertices.ravel()])
+    row = Row(
+        LIGHT_SOURCE, "light model", "Matplotlib", "float64", len(s.points), light_model=errors, is_peer=True,
+        note="its own normals, from differences of heights; brightness stretched from the least to the greatest",
+    )  # fmt: skip
+    return Variant(row, run)
+
+
+def height_field(points: FloatArray, normals: FloatArray, matrix: MatrixLike | None = None) -> HeightField:
+    """Vertices as heights over a regular grid in x and y.
+
+    Parameters
+    ----------
+    points, normals : ndarray
+        Shape (n, 3), in any order.
+    matrix : array_like, optional
+        (4, 4) model matrix; what it gives is the height field.
+
+    Raises
+    ------
+    ValueError
+        If they are none; the message says why.
+    """
+
+    def places(values: Float64Array) -> tuple[IntArray, float]:
+        """The number of each value's place in an even row, and the step from place to place; refuses uneven ones."""
+        low, high = float(values.min()), float(values.max())
+        widest = float(np.diff(np.sort(values)).max(initial=0.0))
+        steps = round((high - low) / widest) if widest else 0
+        step = (high - low) / steps if steps else 1.0
+        numbers: IntArray = np.rint((values - low) / step).astype(np.intp)
+        if np.abs(values - (low + numbers * step)).max() > _OFF_PLACE * step:
+            raise ValueError(_NO_GRID)
+        return numbers, step
+
+    placed = points.astype(np.float64) if matrix is None else transform_points(points.astype(np.float64), matrix)
+    upright = normals if matrix is None else transform_normals(normals, matrix)
+    if not np.isfinite(placed).all():
+        raise ValueError("it lights height fields, and some points are not finite")
+    (column, dx), (row, dy) = (places(placed[:, axis]) for axis in (0, 1))
+    rows, columns = int(row.max()) + 1, int(column.max()) + 1
+    number = (rows - 1 - row) * columns + column
+    if min(rows, columns) < 2 or rows * columns != len(points) or not (np.bincount(number) == 1).all():
+        raise ValueError(_NO_GRID)
+    if not (upright[:, 2] > 0.0).all():
+        raise ValueError("it lights height fields from above, and not all normals point up")
+    vertices = np.argsort(number).reshape(rows, columns)
+    return HeightField(placed[vertices, 2], vertices, (dx, dy))
+
+
+def hillshading(field: HeightField, equation: Equation) -> Callable[[], Float64Array]:
+    """A run that gives colours (rows, columns, 3) of a height field: the diffuse term by Matplotlib, the rest as it is.
+
+    `LightSource.hillshade` makes normals of its own from differences of heights, takes n·l, and stretches it so
+    that the least becomes 0 and the greatest 1; a plane keeps its n·l.
+
+    Raises
+    ------
+    ValueError
+        If Matplotlib is not installed, or cannot stand for the scene.
+    """
+    light = equation.terms[0].light if len(equation.terms) == 1 else None
+    if light is None or not light.is_even or light.has_size:
+        raise ValueError("it knows one directional light, no more, no other")
+    (term,) = equation.terms
+    if equation.has(term, "specular"):
+        raise ValueError("it knows no highlights")
+    if equation.has_screen:
+        raise ValueError("it casts no shadows")
+    if equation.two_sided:
+        raise ValueError("it lights one side of a surface")
+    try:
+        from matplotlib.colors import LightSource
+    except ImportError as error:
+        raise ValueError('Matplotlib is not installed: pip install "pvphong[plot]"') from error
+
+    east, north, up = light.arrival(np.zeros((3, 1))).direction[:, 0].tolist()  # towards the light
+    azimuth = 90.0 - math.degrees(math.atan2(north, east))  # Matplotlib's is clockwise from north
+    source = LightSource(azimuth, math.degrees(math.atan2(up, math.hypot(east, north))))
+    diffuse = term.gain * np.array(term.colors[0])
+    constant = np.array(equation.emission) + np.array(equation.ambient) + term.gain * np.array(term.ambient)
+    dx, dy = field.spacing
+
+    def run() -> Float64Array:
+        colors: Float64Array = constant + diffuse * source.hillshade(field.heights, dx=dx, dy=dy)[:, :, None]
+        return np.clip(colors, 0.0, 1.0) if equation.clamp else colors
+
+    return run
+
+
+# --- VTK's per-pixel shading, beside the lit array
+
+
+def vtk_frames(
+    mesh: pv.PolyData, subject: Subject, stack: ExitStack, lit_error: Errors | None = NO_ERROR
+) -> list[Variant]:
+    """A frame of the mesh with VTK's own per-pixel lighting, and one of the lit array with VTK's lighting off.
+
+    Of a scene that VTK's shader cannot draw it draws the nearest that it can. Normals are the mesh's active ones, or
+    those that pvphong computes.
+
+    Parameters
+    ----------
+    mesh : pyvista.PolyData
+        What is drawn.
+    subject : Subject
+        Its points, and what lights them.
+    stack : ExitStack
+        Closes the windows.
+    lit_error : Errors, optional
+        The interpolation error of the lit array; None leaves its frame out.
+
+    Raises
+    ------
+    ValueError
+        If VTK cannot draw here, or nothing like the scene.
+    """
+    scene, material, changed = subject.scene, subject.material, ""
+    matrix = None if subject.matrix is None else check.matrix4("matrix", subject.matrix)
+    try:
+        refuse_inexpressible(scene, material, matrix)
+    except InexpressibleError as error:
+        if error.scene is None or error.material is None:
+            raise
+        scene, material, changed = error.scene, error.material, "without " + ", ".join(error.reasons)
+
+    with preferring(drawing_window()), pv.vtk_verbosity("off"):
+        plotters = [per_pixel_window(mesh, scene, material, matrix)]
+        if lit_error is not None:
+            plotters.append(lit_array_window(mesh, subject.truth, subject.scene.viewer, matrix))
+        for plotter in plotters:
+            stack.callback(plotter.close)
+            plotter.render_window.Render()
+        note = f"a frame of {FRAME[0]} × {FRAME[1]} pixels, {driver()}"
+
+    def variant(name: str, window: Any, errors: Errors, more: str) -> Variant:
+        def run() -> None:
+            window.Render()
+            window.WaitForCompletion()
+
+        row = Row(name, "interpolation", "VTK", "float32", mesh.n_points, interpolation=errors)
+        return Variant(replace(row, is_peer=True, note=f"{note}; {more}"), run)
+
+    given = f"drawn {changed}" if changed else "its error is 0 by definition"
+    found = [variant(PER_PIXEL, plotters[0].render_window, NO_ERROR, given)]
+    if lit_error is not None:
+        found.append(variant(LIT_ARRAY, plotters[1].render_window, lit_error, "not evaluated anew"))
+    return found
+
+
+def per_pixel_window(mesh: pv.PolyData, scene: Scene, material: Material, matrix: Float64Array | None) -> pv.Plotter:
+    """An offscreen window in which VTK lights the mesh pixel by pixel."""
+    low, high = np.reshape(mesh.bounds, (3, 2)).T
+    terms = in_vtk_terms(scene, material, (low + high) / 2.0, float((high - low).max()))
+    shown = mesh.copy()
+    shown.clear_data()
+    shown.point_data.active_normals = point_normals(mesh)
+    plotter = pv.Plotter(off_screen=True, window_size=list(FRAME), lighting="none")
+    for light in terms.lights:
+        given = vtkLight()
+        write_light(light, given, terms.viewer)
+        plotter.renderer.AddLight(given)
+    write_material(terms.material, plotter.add_mesh(shown, copy_mesh=False).prop)
+    return _aimed(plotter, terms.viewer, matrix)
+
+
+def lit_array_window(mesh: pv.PolyData, colors: FloatArray, viewer: Viewer, matrix: Float64Array | None) -> pv.Plotter:
+    """An offscreen window with colours (n_points, 3) at the vertices, VTK's lighting off."""
+    shown = mesh.copy()
+    shown.clear_data()
+    shown.point_data["lit"] = colors
+    plotter = pv.Plotter(off_screen=True, window_size=list(FRAME), lighting="none")
+    plotter.add_mesh(shown, scalars="lit", rgb=True, lighting=False, copy_mesh=False)
+    return _aimed(plotter, viewer, matrix)
+
+
+def _aimed(plotter: pv.Plotter, viewer: Viewer, matrix: Float64Array | None) -> pv.Plotter:
+    (actor,) = plotter.renderer.actors.values()
+    actor.user_matrix = matrix if matrix is not None else np.eye(4)
+    aim(plotter, viewer)
+    plotter.renderer.ResetCameraClippingRange()
+    return plotter

@@ -1,0 +1,304 @@
+"""Refining a mesh where colours interpolated between its vertices miss the lit ones."""
+
+from __future__ import annotations
+
+import numbers
+from typing import Any, Literal, NamedTuple, get_args
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from pvphong.base import check
+from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Precision
+from pvphong.meshes.default_scene import scene_for
+from pvphong.meshes.lit import point_normals
+from pvphong.meshes.point_data import surface_and_point_data
+from pvphong.meshes.surfaces import ORIGINAL_POINT, FeatureAngle, has_faces, shallow_copy
+from pvphong.optics.material import Material, check_material
+from pvphong.scene.scene import SceneLike
+from pvphong.shading.albedo import checked_albedo, reflectances
+from pvphong.shading.inside.interpolation import Lighting, LitVertices, all_errors
+from pvphong.shading.inside.splitting import Refinement, Stopped
+from pvphong.shading.screen import refuse_rays
+
+Placement = Literal["linear", "smooth"]
+
+# Points that are added at most where no limit is given.
+_MOST_ADDED = 1_000_000
+
+# Where the tolerance is not reached: why.
+_NOT_REACHED: dict[Stopped, str] = {
+    "max_points": "the points that are allowed are spent",
+    "jump": "only where the colour jumps, at the edge of a spot's cone say",
+    "resolution": "only where triangles are as small as the points' type can tell apart",
+}
+
+# After the name of the lit colours, the name of the cell array of errors.
+_ERROR = "_interpolation_error"
+
+
+def refine(
+    mesh: pv.DataSet,
+    scene: SceneLike | None,
+    material: Material,
+    *,
+    tolerance: float,
+    max_points: int | None = None,
+    name: str = "phong",
+    placement: Placement = "linear",
+    matrix: MatrixLike | None = None,
+    albedo: Any = None,
+    precision: Precision = "float32",
+    feature_angle: FeatureAngle = None,
+) -> pv.PolyData:
+    """A new mesh with lit colours, split where colours interpolated across its triangles miss the evaluated ones.
+
+    The truth inside a triangle is per-pixel shading: the lighting equation at the interpolated point with the
+    interpolated normal, made unit length. It is compared at 13 places in every triangle, and where highlights,
+    spots and near lights peak and shadow sides and saturated colours end, which is computed from the scene, so
+    that a highlight that falls between all corners is found too.
+
+    Triangles are bisected until every error is within the tolerance. A side is split for all triangles that
+    share it, so that there are no T-junctions: what is manifold, closed or a boundary stays so. The parts keep
+    the shape of the triangle that they come from: none of their angles is less than half of its smallest.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        A dataset with faces; it is not modified. Polygons and strips are cut into triangles first; of other
+        than PolyData the extracted surface is taken. Vertex and line cells are left out.
+    scene, material
+        As for `evaluate`.
+    tolerance : float
+        Largest absolute colour error that may be left, > 0; 1/255 is one step of a display.
+    max_points : int, optional
+        Points that the result may have, at least those of the mesh. They are spent where error times size is
+        largest. Without, a million more than the mesh has.
+    name : str, default "phong"
+        Name of the (n_points, 3) array of lit colours, and first part of the names of what says what is left.
+    placement : {"linear", "smooth"}
+        Where new vertices lie. "linear": on the side that they split; the surface is the same. "smooth": on
+        the curve between the side's ends that meets their normals at right angles (the side of a PN triangle
+        [1]_, applied anew at every split); a side that is on a boundary, or between other than two triangles,
+        stays straight, so that cracks cannot open and creases with points of their own stay sharp.
+    matrix : array_like, optional
+        (4, 4) model matrix. It takes part in the lighting only: the mesh's points stay where they are.
+    albedo : array_like, str or pyvista.Texture, optional
+        As for `mesh.phong.shade`, at the mesh's own points; it is interpolated like the colours.
+    precision : {"float32", "float64"}
+        Of the colours in the result. They are evaluated in float64.
+    feature_angle : float, "auto" or None, default None
+        Degrees from which edges are sharp, as for `mesh.phong.shade`; they are split first, and stay where they are.
+
+    Returns
+    -------
+    pyvista.PolyData
+        Triangles only. The original points, or those that sharp edges split them into, come first and are not moved; a
+        new point's ``pvphong_original_point`` is -1. Point arrays are interpolated
+        linearly; 3 or 4 channels of uint8 are colours and are rounded; of other integers, booleans and strings,
+        which may be labels, a new point takes the value of the end of its side that has the lower number. New
+        normals get the mean length of those that they lie between: unit where those are. A mesh without active
+        normals gets those that `mesh.phong.normals` gives it before it is split. Cell arrays are copied to the
+        parts of each cell.
+
+        Its cell array ``<name>_interpolation_error`` is the error that is left in each triangle, and its field
+        data say how it ended:
+
+        ``<name>_refinement_reached``
+            Whether the tolerance is reached everywhere.
+        ``<name>_refinement_summary``
+            How it ended, in a sentence.
+        ``<name>_refinement_error``
+            The largest error that is left.
+        ``<name>_refinement_stopped``
+            "tolerance": it is reached. "max_points": they are spent. "jump": it is reached except where the
+            colour jumps, at the edge of a spot's cone say, and the triangles there are smaller than 1/1024 of the
+            mesh's diagonal. "resolution": it is reached except where triangles are as small as the points'
+            type can tell apart.
+        ``<name>_refinement_points``
+            The number of points before and after.
+
+    Raises
+    ------
+    ValueError
+        If an argument has the wrong shape, type or range, or the mesh has no faces; the message names it.
+
+    Notes
+    -----
+    Errors are those at the places that are looked at. Between them they were found to be larger by up to a tenth,
+    in one triangle of several thousand; what is aimed at is 95 % of the tolerance.
+
+    Triangles without an area, or with a point that is not finite, are left alone, except that they are split
+    along with their neighbours. PyVista's `validate_mesh` takes triangles for empty whose area is below the epsilon
+    of the points' type, 1.2e-7 in float32, whatever the mesh's unit is: very fine parts may fall under that.
+
+    References
+    ----------
+    .. [1] A. Vlachos, J. Peters, C. Boyd, J. L. Mitchell: Curved PN triangles. Symposium on Interactive 3D Graphics
+       (2001), 159-166.
+    """
+    tolerance = check.number("tolerance", tolerance, above=0.0)
+    if not isinstance(name, str) or not name:
+        check.refuse("name", name, "a string that is not empty")
+    smooth = check.choice("placement", placement, get_args(Placement)) == "smooth"
+    real = check.choice("precision", precision, get_args(Precision))
+    lit = _lit_triangles(mesh, scene, material, matrix, albedo, feature_angle)
+    count = lit.mesh.n_points
+    limit = count + _MOST_ADDED if max_points is None else max_points
+    if isinstance(limit, bool) or not isinstance(limit, numbers.Integral) or limit < count:
+        check.refuse("max_points", max_points, f"an integer >= {count}, the points that the mesh has, or None")
+    with _far_ranges_allowed():
+        refinement = Refinement(lit.mesh.points, lit.blended, lit.albedo, lit.corners, lit.lighting, smooth)
+        stopped = refinement.run(tolerance, int(limit))
+    result, left = _split_mesh(lit, refinement), float(refinement.errors.max(initial=0.0))
+    quality = f"{tolerance:.3g} everywhere, off by up to {left:.3g}"
+    points = f"{result.n_points} points, {result.n_points - count} of them new"
+    summary = f"Within {quality}: {points}."
+    if stopped != "tolerance":
+        summary = f"Not within {quality}: {_NOT_REACHED[stopped]}; {points}."
+    result.cell_data[name + _ERROR] = refinement.errors
+    result.field_data[f"{name}_refinement_reached"] = [stopped == "tolerance"]
+    result.field_data[f"{name}_refinement_summary"] = summary
+    result.field_data[f"{name}_refinement_error"] = [left]
+    result.field_data[f"{name}_refinement_stopped"] = stopped
+    result.field_data[f"{name}_refinement_points"] = [count, result.n_points]
+    result.point_data[name] = lit.lighting.shown(refinement.vertices.colors).astype(real)
+    result.set_active_scalars(name, preference="point")
+    return result
+
+
+def interpolation_error(
+    mesh: pv.DataSet,
+    scene: SceneLike | None,
+    material: Material,
+    *,
+    matrix: MatrixLike | None = None,
+    albedo: Any = None,
+    feature_angle: FeatureAngle = None,
+) -> pv.PolyData:
+    """A new mesh that says how far colours interpolated across each triangle are from per-pixel shading.
+
+    Parameters
+    ----------
+    mesh, scene, material, matrix, albedo, feature_angle
+        As for `refine`.
+
+    Returns
+    -------
+    pyvista.PolyData
+        The mesh's triangles with the cell array ``phong_interpolation_error``, float64: the largest absolute
+        difference of any channel at the places that `refine` looks at. It is 0 in a triangle without an area or
+        with a point that is not finite. All other arrays are carried along. As from `shade`, it shares
+        memory with a mesh of triangles: what is written in place is seen in both.
+
+    Raises
+    ------
+    ValueError
+        As `refine`.
+    """
+    lit = _lit_triangles(mesh, scene, material, matrix, albedo, feature_angle)
+    points, normals = lit.mesh.points.astype(np.float64), lit.blended
+    with _far_ranges_allowed():
+        vertices = LitVertices(points, normals, normals, lit.albedo, lit.lighting.colors(points, normals, lit.albedo))
+        errors = all_errors(vertices, lit.corners, lit.lighting)
+    result = shallow_copy(lit.mesh)
+    result.cell_data["phong" + _ERROR] = errors
+    result.set_active_scalars("phong" + _ERROR, preference="cell")
+    return result
+
+
+class _LitTriangles(NamedTuple):
+    mesh: pv.PolyData
+    corners: IntArray
+    normals: FloatArray
+    """As they are stored."""
+    blended: Float64Array
+    """The same, divided by 2**exponent so that the longest is near 1 and no blend overflows; 0 if not finite."""
+    exponent: int
+    albedo: Float64Array | None
+    lighting: Lighting
+
+
+def _lit_triangles(
+    mesh: pv.DataSet,
+    given_scene: SceneLike | None,
+    material: Material,
+    matrix: MatrixLike | None,
+    albedo: Any,
+    feature_angle: FeatureAngle,
+) -> _LitTriangles:
+    check_material(material)
+    source, found = surface_and_point_data(mesh, {"albedo": albedo}, feature_angle)
+    scene, given = scene_for(source, given_scene, matrix), found["albedo"]
+    refuse_rays(scene, "where colours inside of triangles count")
+    if not has_faces(source):
+        check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", "A cloud has no inside.")
+    factors = None if given is None else reflectances(checked_albedo(given, source.n_points)).astype(np.float64)
+    triangles, first = source, source.n_verts + source.n_lines
+    if not source.is_all_triangles:  # VTK's triangulation would mix up the arrays of vertex and line cells and of faces
+        faces = shallow_copy(source)
+        faces.clear_cell_data()
+        faces.SetVerts(None)
+        faces.SetLines(None)
+        for key in source.cell_data:
+            faces.cell_data[key] = np.asarray(source.cell_data[key])[first:]
+        triangles = faces.triangulate()
+    normals = point_normals(source)
+    blended = normals.astype(np.float64)
+    blended[~np.isfinite(blended).all(axis=1)] = 0.0
+    exponent = int(np.frexp(np.abs(blended).max(initial=0.0))[1])
+    corners, blended = triangles.regular_faces.astype(np.intp), np.ldexp(blended, -exponent)
+    lighting = Lighting(scene, material, matrix)
+    return _LitTriangles(triangles, corners, normals, blended, exponent, factors, lighting)
+
+
+def _far_ranges_allowed() -> np.errstate:
+    """Where coordinates leave float64's range, samples are lost, but nothing else."""
+    return np.errstate(over="ignore", under="ignore", invalid="ignore")
+
+
+def _split_mesh(lit: _LitTriangles, refinement: Refinement) -> pv.PolyData:
+    """The refined triangles with the arrays of the mesh that they come from."""
+    source, (triangles, vertices) = lit.mesh, (refinement.triangles, refinement.vertices)
+    added = slice(source.n_points, None)
+    points = np.concatenate([source.points, vertices.points[added].astype(source.points.dtype)])
+    result = pv.PolyData.from_regular_faces(points, triangles.corners)
+    for key in source.point_data:
+        result.point_data[key] = _interpolated(np.asarray(source.point_data[key]), refinement.parents)
+    if ORIGINAL_POINT in result.point_data:
+        result.point_data[ORIGINAL_POINT][added] = -1
+    for key in source.cell_data:
+        result.cell_data[key] = np.asarray(source.cell_data[key])[triangles.source]
+    result.field_data.update(source.field_data)
+    key = source.point_data.active_normals_name
+    if key is None:
+        key = "Normals"
+        while key in source.point_data:  # it names something else
+            key += "_"
+    new_normals = np.ldexp(vertices.stored[added], lit.exponent)
+    result.point_data[key] = np.concatenate([lit.normals, new_normals.astype(lit.normals.dtype)])
+    result.point_data.active_normals_name = key
+    result.point_data.active_texture_coordinates_name = source.point_data.active_texture_coordinates_name
+    result.point_data.active_vectors_name = source.point_data.active_vectors_name
+    return result
+
+
+def _interpolated(values: NDArray[Any], rounds: list[IntArray]) -> NDArray[Any]:
+    """A point array with the values of new points, round by round.
+
+    They are means of floats and of colours; of what may be labels, the value of the end with the lower number.
+    """
+    start, kind = len(values), values.dtype
+    result = np.empty((start + sum(map(len, rounds)), *values.shape[1:]), dtype=kind)
+    result[:start] = values
+    for parents in rounds:
+        low, high = (result[ends] for ends in np.sort(parents, axis=1).T)
+        if kind.kind in "fc":
+            with np.errstate(invalid="ignore", under="ignore"):
+                low = low * kind.type(0.5) + high * kind.type(0.5)
+        elif kind == np.uint8 and values.ndim == 2 and values.shape[1] in (3, 4):
+            low = ((low.astype(np.uint16) + high + 1) // 2).astype(np.uint8)
+        result[start : start + len(parents)] = low
+        start += len(parents)
+    return result

@@ -1,1 +1,0 @@
-"""Meshes split where interpolated colours miss the lit ones."""

@@ -1,0 +1,201 @@
+"""The lights of one renderer as pvphong's values: VTK's light objects followed in both directions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pyvista as pv
+
+from pvphong.base import check
+from pvphong.optics.lights import Light
+from pvphong.scene.viewer import Viewer
+from pvphong.vtk.lights import from_vtk, write_light
+
+LightState = tuple[dict[str, Any], Light | None, str]
+"""Everything that makes a light what it is, to the bit: VTK's fields, and what only pvphong knows."""
+
+
+class LightHandle:
+    """One light of a renderer: a value of pvphong's, and the `vtkLight` that lights VTK's own actors with it.
+
+    What only pvphong knows (a name, an exponent above 128) is kept for as long as nobody changes the
+    `vtkLight` in code.
+    """
+
+    def __init__(self, vtk_light: Any, light: Light | None = None) -> None:
+        self.vtk_light = vtk_light
+        self._is_users = light is None
+        self._own = light
+        self._name = "" if light is None else light.name
+        self._written = _fields(vtk_light)
+        self._converted: tuple[Any, Light] | None = None
+
+    def __repr__(self) -> str:
+        value = type(self.vtk_light if self._own is None else self._own).__name__
+        return f"<LightHandle of a {value}{f' named {self._name!r}' if self._name else ''}>"
+
+    def light(self, viewer: Viewer) -> Light:
+        """The light's value now."""
+        fields = _fields(self.vtk_light)
+        if self._own is not None and fields == self._written:
+            return self._own
+        self._own = None
+        known = (fields, viewer.distance, self._name)
+        if self._converted is None or self._converted[0] != known:
+            self._converted = known, replace(from_vtk(self.vtk_light, viewer.distance), name=self._name)
+        return self._converted[1]
+
+    def set(self, light: Light, viewer: Viewer) -> None:
+        """Give the light a new value, in place."""
+        vtk_light, before = self.vtk_light, self.light(viewer)
+        position, focal_point, cone = vtk_light.GetPosition(), vtk_light.GetFocalPoint(), vtk_light.GetConeAngle()
+        write_light(light, vtk_light, viewer)
+        # VTK keeps more of a light than its meaning: leave the user's own object what it need not lose.
+        if self._is_users and light.frame == before.frame == "world" and type(light) is type(before):
+            values = light.as_vtk()
+            if not values.is_positional:
+                vtk_light.SetPosition(position)
+                vtk_light.SetFocalPoint(*(p + d for p, d in zip(position, values.direction, strict=True)))
+            elif values.cone_angle is None:
+                vtk_light.SetConeAngle(cone)
+                vtk_light.SetFocalPoint(focal_point)
+        self._own, self._name = light, light.name
+        self._written = _fields(vtk_light)
+
+    @property
+    def state(self) -> LightState:
+        """What `restore` brings back."""
+        return _fields(self.vtk_light), self._own, self._name
+
+    def restore(self, state: LightState) -> None:
+        """Make the light again what it was, to the bit."""
+        fields, self._own, self._name = state
+        for field, value in fields.items():
+            if field != _ELEMENTS:
+                getattr(self.vtk_light, f"Set{field}")(value)
+        self._written = _fields(self.vtk_light)
+
+
+LightStates = tuple[tuple[LightHandle, LightState], ...]
+
+
+class WindowLights:
+    """The lights of one renderer, in the order in which the renderer has them.
+
+    Parameters
+    ----------
+    renderer : pyvista.Renderer
+        Lights added to it, changed or removed by anybody are followed.
+    """
+
+    def __init__(self, renderer: pv.Renderer) -> None:
+        self._renderer = renderer
+        self._handles: list[LightHandle] = []
+
+    @property
+    def viewer(self) -> Viewer:
+        """The renderer's camera as it is now."""
+        return Viewer.from_camera(self._renderer.camera)
+
+    @property
+    def handles(self) -> tuple[LightHandle, ...]:
+        """A handle for each light that the renderer has now."""
+        known = {id(handle.vtk_light): handle for handle in self._handles}
+        self._handles = [known.get(id(light)) or LightHandle(light) for light in self._renderer.GetLights()]
+        return tuple(self._handles)
+
+    @property
+    def values(self) -> tuple[Light, ...]:
+        """The values of all lights."""
+        viewer = self.viewer
+        return tuple(handle.light(viewer) for handle in self.handles)
+
+    def add(self, light: Any) -> LightHandle:
+        """Add a light of pvphong's, of PyVista's or of VTK's."""
+        if isinstance(light, Light):
+            handle = LightHandle(light.to_pyvista(self.viewer), light)
+        else:
+            from_vtk(light, 1.0)  # refuses what is no light before anything changes
+            handle = LightHandle(light)
+        if any(other is handle.vtk_light for other in self._renderer.GetLights()):
+            check.refuse("light", light, "a light that the plotter does not have yet", "set_light changes a light.")
+        self._append(handle)
+        return handle
+
+    def _append(self, handle: LightHandle) -> None:
+        is_pyvistas = isinstance(handle.vtk_light, pv.Light)
+        (self._renderer.add_light if is_pyvistas else self._renderer.AddLight)(handle.vtk_light)
+        self._handles.append(handle)
+
+    def find(self, which: Any) -> LightHandle:
+        """The handle of a light: by handle, by index, by name, or by its PyVista light."""
+        handles = self.handles
+        if isinstance(which, int) and not isinstance(which, bool) and -len(handles) <= which < len(handles):
+            return handles[which]
+        lights = self.values
+        for handle, light in zip(handles, lights, strict=True):
+            named = isinstance(which, str) and which != "" and light.name == which
+            if named or handle is which or handle.vtk_light is which:
+                return handle
+        names = ", ".join(repr(light.name) for light in lights if light.name)
+        allowed = f"a light of this renderer: its handle, its pyvista.Light, an index below {len(handles)}"
+        return check.refuse("which", which, allowed + (f", or one of {names}" if names else ""))
+
+    def remove(self, which: Any) -> None:
+        """Take a light out, of PyVista's own list and with its actor too."""
+        handle = self.find(which)
+        light = handle.vtk_light
+        self._renderer.RemoveLight(light)
+        self._renderer._lights[:] = [other for other in self._renderer._lights if other is not light]
+        actor = getattr(light, "actor", None)
+        if actor is not None:
+            self._renderer.RemoveActor(actor)
+        self._handles.remove(handle)
+
+    @property
+    def state(self) -> LightStates:
+        """All lights and what they are, for `revert`."""
+        return tuple((handle, handle.state) for handle in self.handles)
+
+    def revert(self, now: LightStates, then: LightStates) -> None:
+        """Undo what changed from `then` to `now`; what else has changed since is left as it is."""
+        was = dict(then)
+        for handle, state in now:
+            if handle not in was and handle in self.handles:
+                self.remove(handle)
+            elif handle in was and was[handle] != state:
+                handle.restore(was[handle])
+        if was.keys() <= dict(now).keys():
+            return
+        # Removed lights return, each into its old place: all are taken out and put in again in that order.
+        others = [handle for handle in self.handles if handle not in was]
+        for handle in self.handles:
+            self.remove(handle)
+        for handle in [*was, *others]:
+            self._append(handle)
+        for handle, state in then:
+            handle.restore(state)
+
+
+_ELEMENTS = "elements of the transform matrix"
+_FIELDS = (
+    "LightType",
+    "DiffuseColor",
+    "SpecularColor",
+    "AmbientColor",
+    "Intensity",
+    "Switch",
+    "Positional",
+    "ConeAngle",
+    "Exponent",
+    "AttenuationValues",
+)
+
+
+def _fields(light: Any) -> dict[str, Any]:
+    """A VTK light's own fields; what VTK itself overwrites at every frame is left out."""
+    places = () if light.LightTypeIsHeadlight() else ("Position", "FocalPoint")
+    fields = {field: getattr(light, f"Get{field}")() for field in (*_FIELDS, *places)}
+    matrix = light.GetTransformMatrix() if light.LightTypeIsSceneLight() else None
+    return fields | {"TransformMatrix": matrix, _ELEMENTS: None if matrix is None else tuple(matrix.GetData())}

@@ -1,0 +1,313 @@
+"""Where VTK's float32 leaves a vertex's colour open, so that no evaluator can be judged there.
+
+Everything here is computed in float64 from the scene alone, by neither the evaluator nor VTK.
+
+Symbols: n the unit normal, l the unit vector to a light, v to the eye, h between the two, f the cosine that the
+highlight raises to the power p (r·v, or n·l in VTK's first tier), φ the angle off a spot's axis; those of physically
+based shading are the ones of `pvphong.optics.reflectances.microfacets`. Errors are in roundings of 2⁻²⁴. float32
+turns n, l and v by small angles, which grow where VTK's numbers are large against the distances that count: under
+a matrix that shears or flattens, or where a light stands near the surface and the eye far off.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pvphong.base.types import BoolArray, Float64Array, Vector, rgb
+from pvphong.optics.light import Light, VtkValues
+from pvphong.optics.reflectances import PBR
+from pvphong.vtk.scenes import Terms, reflected
+
+_ROUNDING = 2.0**-24
+
+_FLOOR, _HEADLIGHT_FLOOR = 1e-5, 1e-6
+"""VTK's least cosine f, and that in its first tier."""
+
+_DOUBT = 0.25
+"""A jump that is less than this part of the tolerance leaves no vertex open."""
+
+_LONGEST = 1e18
+"""Vectors whose squared length float32 can hold."""
+
+_FLUSHED = float(np.finfo(np.float32).tiny) / _ROUNDING
+"""What a component's square may lose that is below float32's least normal number; drivers make it zero."""
+
+_GAMMA = 2.2
+"""Physically based shading raises the sum of all light to 1/2.2."""
+
+_LEAST_DENOMINATOR = math.sqrt(1e-8 / math.pi)
+"""Of the microfacets' distribution D in VTK's shader."""
+
+_DIELECTRIC = 0.04
+
+
+class Pose(NamedTuple):
+    """Vertices in the mesh's own coordinates, around its middle, and where they stand."""
+
+    points: Float64Array
+    """Shape (n, 3)."""
+    normals: Float64Array
+    """Shape (n, 3), unit; turned to the viewer where the scene is two-sided."""
+    matrix: Float64Array
+    """Shape (4, 4), with last row (0, 0, 0, 1)."""
+
+    def in_world(self) -> tuple[Float64Array, Float64Array]:
+        """Points and unit normals in the world, both (n, 3)."""
+        linear = self.matrix[:3, :3]
+        normals = self.normals @ np.linalg.inv(linear)  # a row times L⁻¹ is L⁻ᵀ times a column
+        return self.points @ linear.T + self.matrix[:3, 3], normals / np.linalg.norm(normals, axis=1)[:, None]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What can be asked of n vertices.
+
+    Parameters
+    ----------
+    scale : ndarray
+        Shape (n,): the light that arrives, times the material's reflectances, where that is more than 1; else 1.
+        float32 rounds in proportion to it.
+    open : dict of str to ndarray
+        Reason → mask, shape (n,), of the vertices whose colour it leaves open. They may overlap.
+    """
+
+    scale: Float64Array
+    open: dict[str, BoolArray]
+
+
+def allowed_error(roughness: float) -> float:
+    """6 · 2⁻²⁴ / roughness⁴ + 2e-6: of physically based colours, relative where a colour is more than 1.
+
+    D's denominator 1 − (1 − α²)(n·h)² is α² = roughness⁴ at the peak. Five or six roundings of n·h and of its
+    square count there so much more; D has its square, and the picture its power 1/2.2.
+    """
+    return 6.0 * _ROUNDING / max(roughness**4, _LEAST_DENOMINATOR) + 2e-6
+
+
+def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> Limits:
+    """Which vertices' colours VTK's float32 leaves open.
+
+    Parameters
+    ----------
+    pose : Pose
+        The vertices.
+    terms : Terms
+        What VTK draws.
+    tolerance : float
+        Differences that count as agreement: a doubt smaller than that leaves no vertex open.
+    has_floors : bool
+        Whether what VTK is compared with has VTK's floors under small cosines; else vertices where the floor
+        makes a difference are open too.
+    """
+    surface = _surface(pose, terms)
+    physical = terms.material.reflectance and terms.material.reflectance.in_vtk()
+    if physical:
+        return _physical_limits(surface, terms, physical, tolerance)
+    shares = [_phong_share(surface, light, terms, _DOUBT * tolerance) for light in terms.lights if light.on]
+    brightness = max(rgb(terms.material.ambient)) + sum(share.brightness for share in shares)
+    error = brightness * 2.0 + sum(share.error for share in shares)
+    reasons = {
+        reason: np.logical_or.reduce([share.open[reason] for share in shares], axis=0)
+        for reason in ("n·l = 0", "edge of a cone", "VTK's floor")
+        if shares and not (has_floors and reason == "VTK's floor")
+    }
+    scale = np.broadcast_to(np.maximum(1.0, brightness), len(pose.points))
+    lost = ~(error * _ROUNDING <= tolerance * scale)  # NaN is lost too
+    return Limits(scale, reasons | {"float32": lost})
+
+
+class _Surface(NamedTuple):
+    """Vertices in the world, and what float32 does to them on the way to eye space."""
+
+    points: Float64Array
+    normals: Float64Array
+    eye: Float64Array
+    to_eye: Float64Array
+    """v, shape (n, 3)."""
+    place_error: Float64Array
+    normal_angle: Float64Array
+    """By which float32 turns n."""
+    eye_angle: Float64Array
+    """By which it turns v."""
+
+
+def _surface(pose: Pose, terms: Terms) -> _Surface:
+    points, normals = pose.in_world()
+    linear, inverse = np.abs(pose.matrix[:3, :3]), np.linalg.inv(pose.matrix[:3, :3])
+    eye = np.array(terms.viewer.position)
+    to_eye = eye - points
+    distance = np.linalg.norm(to_eye, axis=1)
+    place_error = np.linalg.norm(np.abs(pose.points) @ linear.T, axis=1) + np.linalg.norm(pose.matrix[:3, 3] - eye)
+    length = np.linalg.norm(pose.normals @ inverse, axis=1)
+    cancelled = np.linalg.norm(np.abs(pose.normals) @ np.abs(inverse), axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        normal_angle = cancelled / length + _unit_error(length)
+        eye_angle = place_error / distance + _unit_error(distance)
+        return _Surface(points, normals, eye, to_eye / distance[:, None], place_error, normal_angle, eye_angle)
+
+
+class _Arrival(NamedTuple):
+    """What reaches n vertices from one light."""
+
+    direction: Float64Array
+    """l, shape (n, 3)."""
+    strength: Float64Array
+    """Attenuation times spot factor, the latter also outside the cone."""
+    angle: Any
+    """By which float32 turns l."""
+    error: Any
+    """Relative error of the strength."""
+    lit: BoolArray
+    """Inside the cone."""
+    edge: BoolArray
+    """So near to the cone's edge that float32 may take it for either."""
+
+
+def _arrival(surface: _Surface, light: VtkValues) -> _Arrival:
+    """What reaches the vertices from a light in the world."""
+    count = len(surface.points)
+    everywhere, nowhere = np.ones(count, dtype=bool), np.zeros(count, dtype=bool)
+    axis = np.array(light.direction) / np.linalg.norm(light.direction)
+    if not light.is_positional:
+        return _Arrival(np.broadcast_to(-axis, (count, 3)), np.ones(count), 1.0, 0.0, everywhere, nowhere)
+    position = np.array(light.position)
+    to_light = position - surface.points
+    distance = np.linalg.norm(to_light, axis=1)
+    place = (surface.place_error + np.linalg.norm(position - surface.eye)) / distance
+    angle = place + _unit_error(distance)
+    constant, linear, quadratic = light.attenuation
+    weakening = constant + distance * (linear + quadratic * distance)
+    steepness = distance * (linear + 2.0 * quadratic * distance) / weakening
+    direction, strength, error = to_light / distance[:, None], 1.0 / weakening, steepness * place + 4.0
+    if light.cone_angle is None or light.cone_angle >= 90.0:
+        return _Arrival(direction, strength, angle, error, everywhere, nowhere)
+    cosine = -(direction @ axis)  # of φ
+    limit = math.cos(math.radians(light.cone_angle))
+    edge = np.abs(cosine - limit) <= _ROUNDING * (_sine(cosine) * angle + 6.0)
+    falloff = np.maximum(cosine, _ROUNDING) ** light.exponent
+    error = error + light.exponent * ((_sine(cosine) * angle + 3.0) / np.maximum(cosine, _ROUNDING)) + 2.0
+    return _Arrival(direction, strength * falloff, angle, error, cosine >= limit, edge)
+
+
+class _Share(NamedTuple):
+    """One light's part in the colours of n vertices."""
+
+    brightness: Float64Array
+    error: Float64Array
+    open: dict[str, BoolArray]
+
+
+def _phong_share(surface: _Surface, light: Light, terms: Terms, doubt: float) -> _Share:
+    """One light's part in VTK's Phong; a jump above `doubt` leaves a vertex open."""
+    matte = max(reflected(terms.material.diffuse, rgb(light.diffuse), light))
+    shiny = max(reflected(terms.material.specular, rgb(light.diffuse), light))
+    power, is_headlight = terms.material.shininess, terms.tier == 1
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
+        came = _arrival(surface, light.in_world(terms.viewer).as_vtk())
+        n_l = _dot(surface.normals, came.direction)
+        if is_headlight:
+            f, error, floor = n_l, surface.normal_angle + 2.0, _HEADLIGHT_FLOOR
+        else:
+            f = 2.0 * n_l * _dot(surface.normals, surface.to_eye) - _dot(came.direction, surface.to_eye)
+            turn = 2.0 * surface.normal_angle + came.angle + surface.eye_angle
+            error, floor = _sine(f) * turn + 0.5 * _ROUNDING * turn * turn + 3.0, _FLOOR
+        base, height, height_error = np.maximum(f, floor), np.zeros(len(f)), np.zeros(len(f))
+        if any(rgb(terms.material.specular)):
+            moves = f > floor - _ROUNDING * error  # firmly below its floor, f may err as it likes
+            height = base**power
+            height_error = height * (power / base * error * moves + 2.0 * power * np.abs(np.log(base)) + 2.0)
+        front = (n_l > 0.0) | is_headlight
+        color = matte * np.maximum(n_l, 0.0) + shiny * front * height
+        color_error = matte * (surface.normal_angle + came.angle + 2.0) + shiny * front * height_error
+        inside = came.strength * came.lit
+        tangent = np.abs(n_l) <= _ROUNDING * (surface.normal_angle + came.angle + 4.0)
+        reached = (f < floor + _ROUNDING * error) & (power > 0.0)
+        floored = front & reached & (inside * shiny * floor**power > doubt)
+        if is_headlight:
+            floored |= (n_l < _HEADLIGHT_FLOOR) & (matte * _HEADLIGHT_FLOOR > doubt)
+        return _Share(
+            brightness=inside * (matte + shiny),
+            error=inside * (color * came.error + color_error),
+            open={
+                "n·l = 0": tangent & (inside * shiny * height > doubt) & (terms.tier > 1),
+                "edge of a cone": came.edge & (came.strength * color > doubt),
+                "VTK's floor": floored,
+            },
+        )
+
+
+def _physical_limits(surface: _Surface, terms: Terms, values: PBR, tolerance: float) -> Limits:
+    """For VTK's physically based shading: the light of all, and the power that the sum is raised to."""
+    sums, errors, edges = np.zeros((3, *surface.points.shape))
+    if not terms.tier:
+        sums += np.array(rgb(terms.material.ambient)) + rgb(terms.material.diffuse)
+    for light in terms.lights:
+        if light.on:
+            came = _arrival(surface, light.in_world(terms.viewer).as_vtk())
+            if terms.tier == 1:
+                came = came._replace(direction=surface.to_eye, angle=surface.eye_angle)
+            color, error = _physical_share(surface, came, rgb(terms.material.diffuse), values)
+            color *= np.array(reflected(1.0, rgb(light.diffuse), light)) * came.strength[:, None]
+            sums += color * came.lit[:, None]
+            errors += color * came.lit[:, None] * error
+            edges += color * came.edge[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        raised = sums ** (1.0 / _GAMMA)
+        off = np.where(sums > 0.0, raised * (errors / sums + 4.0) / _GAMMA, 0.0).max(axis=1) * _ROUNDING
+    scale = np.maximum(1.0, raised.max(axis=1))
+    lost = ~(off <= tolerance * scale)
+    return Limits(scale, {"edge of a cone": (edges > 0.0).any(axis=1), "float32": lost})
+
+
+def _physical_share(
+    surface: _Surface, came: _Arrival, diffuse: Vector, values: PBR
+) -> tuple[Float64Array, Float64Array]:
+    """What leaves of white light, shape (n, 3), and its relative error in roundings, likewise."""
+    middle = came.direction + surface.to_eye
+    length = np.linalg.norm(middle, axis=1)
+    n_l, n_v, h_l = _dot(surface.normals, came.direction), _dot(surface.normals, surface.to_eye), 0.5 * length
+    with np.errstate(divide="ignore", invalid="ignore"):
+        n_h = np.maximum(np.nan_to_num(_dot(surface.normals, middle) / length), 0.0)
+    light_turn, eye_turn = surface.normal_angle + came.angle, surface.normal_angle + surface.eye_angle
+    half_turn = (light_turn + eye_turn) / (2.0 * np.maximum(h_l, 1e-9))
+    # as VTK's shader has it: Schlick's F, GGX's D, and G of Smith, correlated
+    x, y, a, m = np.maximum(n_l, _FLOOR), np.maximum(n_v, _FLOOR), np.array(diffuse), values.metallic
+    r2 = values.roughness**2
+    f0 = (1.0 - m) * _DIELECTRIC + m * a
+    grazing = (1.0 - np.clip(h_l, _FLOOR, 1.0))[:, None]
+    f = f0 + (1.0 - f0) * grazing**5
+    denominator = np.maximum(1.0 - (1.0 - r2 * r2) * n_h**2, _LEAST_DENOMINATOR)
+    masked = x * np.sqrt(r2 + (1.0 - r2) * y * y) + y * np.sqrt(r2 + (1.0 - r2) * x * x)
+    shine = ((r2 / denominator) ** 2 * x / (2.0 * masked))[:, None]
+    base = (1.0 - m) * (1.0 - f) * a * x[:, None]
+    light = base + shine * f
+    # what each of them errs by, where angles turn
+    of_x, of_y = _error_above_floor(n_l, light_turn), _error_above_floor(n_v, eye_turn)
+    of_f = 5.0 * grazing**4 * (1.0 - f0) * (_sine(h_l) * half_turn + 3.0)[:, None]
+    of_n_h = 2.0 * n_h * (_sine(n_h) * half_turn + 2.0) + 1.5
+    of_shine = (of_x + of_y + 2.0 * of_n_h / denominator + 12.0)[:, None]
+    error = base * (of_x[:, None] + 8.0) + (1.0 - m) * a * x[:, None] * of_f + shine * (f * of_shine + of_f)
+    return light / math.pi, error / np.maximum(light, np.finfo(np.float64).tiny) + np.reshape(came.error, (-1, 1))
+
+
+def _error_above_floor(cosine: Float64Array, turn: Any) -> Float64Array:
+    """The relative error of a cosine whose angle is turned; 0 where it is firmly below its floor."""
+    lost = _sine(cosine) * turn + 3.0
+    return np.where(cosine > _FLOOR - lost * _ROUNDING, lost / np.maximum(cosine, _FLOOR), 0.0)
+
+
+def _sine(cosine: Float64Array) -> Float64Array:
+    return np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
+
+
+def _unit_error(length: Float64Array) -> Float64Array:
+    """By which float32 turns a vector of this length when it makes it a unit vector; NaN where it cannot."""
+    return np.where(length <= _LONGEST, 1.0 + _FLUSHED / (length * length), np.nan)
+
+
+def _dot(a: Float64Array, b: Float64Array) -> Float64Array:
+    return np.einsum("ij,ij->i", a, b)

@@ -1,0 +1,320 @@
+"""Commands give what the accessors give: in files, in pictures and in words."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong.cli.app import main
+from pvphong.cli.demo import PLASTIC, SCENE
+from pvphong.meshes.blocks import leaves
+from pvphong.meshes.default_scene import default_scene
+
+COMMANDS = ["demo", "shade", "view", "plan", "validate", "tradeoff", "diagnose", "compile"]
+COLUMNS = 80
+
+
+def run(words):
+    return main(words.split())
+
+
+def in_a_process(words, **environment):
+    command = [sys.executable, "-m", "pvphong", *words.split()]
+    return subprocess.run(
+        command, capture_output=True, text=True, timeout=120, check=False, env=os.environ | environment
+    )
+
+
+def mesh_and_scene(file, rig):
+    mesh = pv.read(file)
+    return mesh, default_scene(mesh) if rig is None else ph.Scene.load(rig)
+
+
+# --- the command itself ---
+
+
+def test_python_dash_m_and_version():
+    process = in_a_process("--version")
+    assert (process.returncode, process.stdout.strip()) == (0, version("pvphong"))
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_parameter_has_a_help_text(command, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "120")
+    assert run(f"{command} --help") == 0
+    parameters = [line for line in capsys.readouterr().out.splitlines() if re.match(r"│ (\* )? *(--|MESH)", line)]
+    assert parameters or command == "compile"
+    for line in parameters:
+        assert re.match(r"│ (\* )? *(--[a-z-]+|MESH)( -[a-z])?( [A-Z|]+(\.\.\.)?)*  +\S", line), line
+
+
+# --- shade; formats and failing disks are in meshes/test_files ---
+
+LOOK = "--material gold --ambient 0.25 --specular 1,0.5,0.25 --emission #ff6347 --shininess 3.5 --diffuse tomato"
+MATERIAL = ph.Material(
+    ambient=0.25, diffuse="tomato", specular=(1, 0.5, 0.25), shininess=3.5, emission="tomato",
+    reflectance=ph.Metal((1.0, 0.7, 0.3)),
+)  # fmt: skip
+ALL = f"{LOOK} --reflectance metal:color=1,0.7,0.3 --albedo tint --array lit --components --precision float64"
+RED = ph.Material(diffuse="red", shininess=3)
+SHADOWS, OCCLUSION = ph.LightModel(shadows=True), ph.LightModel(ambient_occlusion=True)
+
+
+def shaded(file, rig=None, material=None, model=None, **options):
+    mesh, scene = mesh_and_scene(file, rig)
+    scene = replace(scene, light_model=model or scene.light_model)
+    return mesh.phong.shade(scene, material or ph.Material(), **{"feature_angle": "auto"} | options)
+
+
+def by_names(change):
+    gold = replace(ph.Material.named("gold"), **change)
+    return {"default": replace(RED, **change), "deep/a box": gold}
+
+
+SHADED = {
+    "sphere.vtp": lambda: shaded("sphere.vtp"),
+    "sphere.vtp --scene away.json --tolerance 0.1": lambda: shaded("sphere.vtp", "away.json", tolerance=0.1),
+    f"sphere.vtp --scene rig.json {ALL}": lambda: shaded(
+        "sphere.vtp", "rig.json", MATERIAL, name="lit", albedo="tint", components=True, precision="float64"
+    ),
+    "sphere.vtp --scene red.json": lambda: shaded("sphere.vtp", "red.json", RED),
+    "sphere.vtp --scene red.json --material jade": lambda: shaded("sphere.vtp", "red.json", ph.Material.named("jade")),
+    "blocks.vtm": lambda: shaded("blocks.vtm"),
+    "blocks.vtm --scene red.json": lambda: shaded("blocks.vtm", "red.json", by_names({})),
+    "blocks.vtm --scene red.json --specular 0.5": lambda: shaded("blocks.vtm", "red.json", by_names({"specular": 0.5})),
+    "tile.vtp --scene rig.json --albedo oak.png": lambda: shaded(
+        "tile.vtp", "rig.json", albedo=pv.read_texture("oak.png")
+    ),
+    "box.vti --feature-angle none": lambda: shaded("box.vti", feature_angle=None),
+    "cube.vtp": lambda: shaded("cube.vtp"),
+    "cube.vtp --feature-angle 100": lambda: shaded("cube.vtp", feature_angle=100),
+    "sphere.vtp --scene sun.json --shadows --occluder roof.vtp --components": lambda: shaded(
+        "sphere.vtp", "sun.json", model=SHADOWS, occluders=[pv.read("roof.vtp")], components=True
+    ),
+    "sphere.vtp --scene sun.json --ambient-occlusion --occluder roof.vtp": lambda: shaded(
+        "sphere.vtp", "sun.json", model=OCCLUSION, occluders=[pv.read("roof.vtp")]
+    ),
+    "sphere.vtp --scene dark.json --ambient-occlusion --occluder roof.vtp": lambda: shaded(
+        "sphere.vtp", "dark.json", occluders=[pv.read("roof.vtp")]
+    ),
+}
+
+
+@pytest.mark.parametrize(("words", "expected"), SHADED.items(), ids=SHADED)
+def test_shade_writes_what_mesh_phong_shade_gives(words, expected, capsys):
+    output = "lit.vtm" if "blocks" in words else "lit.vtp"
+    assert run(f"shade {words} -o {output}") == 0
+    assert capsys.readouterr() == (f"{output}\n", "")
+    found, wanted = pv.read(output), expected()
+    if output == "lit.vtm":
+        assert found.keys() == wanted.keys()
+    for one, other in zip(leaves(found), leaves(wanted), strict=True):
+        assert set(one.array_names) == set(other.array_names)
+        assert one.active_scalars_name == other.active_scalars_name
+        np.testing.assert_array_equal(one.points, other.points)
+        for name in other.point_data:
+            assert one[name].dtype == other[name].dtype
+            np.testing.assert_array_equal(one[name], other[name])
+
+
+def test_the_table_above_tells_its_options_apart():
+    assert shaded("cube.vtp").n_points == 24 > shaded("cube.vtp", feature_angle=100).n_points == 8
+    by_roof = SHADED["sphere.vtp --scene sun.json --shadows --occluder roof.vtp --components"]()
+    assert not by_roof["phong_visibility_sun"].any()
+    exact = shaded("sphere.vtp", "away.json")["phong"]
+    assert abs(exact - SHADED["sphere.vtp --scene away.json --tolerance 0.1"]()["phong"]).max() > 0
+    near, anywhere = (
+        shaded("sphere.vtp", "dark.json", model=model, occluders=[pv.read("roof.vtp")])["phong"]
+        for model in (None, ph.LightModel(shadows=True, ambient_occlusion=True))
+    )
+    assert (near != anywhere).any(), "what hides the sky from far away does not count in the rig"
+
+
+@pytest.mark.parametrize("compress", ["lz4", "zlib", "none"])
+def test_arrays_are_compressed_as_asked_for(compress):
+    assert run(f"shade sphere.vtp -o lit.vtp --compress {compress}") == 0
+    text = Path("lit.vtp").read_bytes()
+    assert (b"LZ4" in text, b"ZLib" in text) == (compress == "lz4", compress == "zlib")
+
+
+def test_a_picture_of_the_size_and_background_asked_for():
+    assert run("shade sphere.vtp -o lit.png --size 120 60 --background navy --material jade") == 0
+    picture = pv.read("lit.png")
+    assert picture.dimensions == (120, 60, 1)
+    pixels = picture.active_scalars.reshape(60, 120, 3)
+    np.testing.assert_array_equal(pixels[0, 0], (0, 0, 128))
+    middle = pixels[30, 60].astype(int)
+    assert middle[1] > max(middle[0], middle[2]) > 30  # jade is green
+    assert run("shade blocks.vtm -o lit.png") == 0
+
+
+def test_a_viewer_that_looks_elsewhere_is_moved_to_see_the_mesh_and_that_is_said(capsys):
+    light = ph.DirectionalLight(frame="headlight")
+    for name, position in {"away.json": (0, 0, 5), "before.json": (0, 0, -5)}.items():
+        ph.Scene([light], ph.Viewer(position=position, focal_point=(0, 0, 9))).save(name)
+    note = "note: the scene's viewer sees nothing of this mesh, and was moved to see all of it.\n"
+    pictures = []
+    for name, said in (("away.json", note), ("before.json", "")):
+        assert run(f"shade sphere.vtp -o lit.png --scene {name} --size 90 60") == 0
+        assert capsys.readouterr() == ("lit.png\n", said)
+        pictures.append(pv.read("lit.png").active_scalars.reshape(60, 90, 3))
+    assert (pictures[0] != 255).mean() > (pictures[1] != 255).mean() > 0.01
+    np.testing.assert_allclose(*(picture[30, 45].astype(int) for picture in pictures), atol=4)  # from the same side
+
+
+# --- plan, validate, diagnose ---
+
+
+def planned(file, rig=None, material=None, model=None, **options):
+    mesh, scene = mesh_and_scene(file, rig)
+    scene = replace(scene, light_model=model or scene.light_model)
+    return mesh.phong.plan(scene, material or ph.Material(), **{"feature_angle": "auto"} | options)
+
+
+def validated(file, rig=None, material=None):
+    mesh, scene = mesh_and_scene(file, rig)
+    return mesh.phong.validate(scene, material or ph.Material())
+
+
+REPORTED = {
+    "plan sphere.vtp --feature-angle none": (0, lambda: planned("sphere.vtp", feature_angle=None)),
+    "plan sphere.vtp --scene away.json --tolerance 0.1": (0, lambda: planned("sphere.vtp", "away.json", tolerance=0.1)),
+    "plan cube.vtp --scene red.json": (0, lambda: planned("cube.vtp", "red.json", RED)),
+    "plan blocks.vtm --scene red.json": (0, lambda: planned("blocks.vtm", "red.json", by_names({}))),
+    "plan sphere.vtp --scene sun.json --shadows": (0, lambda: planned("sphere.vtp", "sun.json", model=SHADOWS)),
+    "plan sphere.vtp --scene sun.json --shadows --occluder roof.vtp": (
+        0, lambda: planned("sphere.vtp", "sun.json", model=SHADOWS, occluders=[pv.read("roof.vtp")])
+    ),
+    "diagnose sphere.vtp": (0, lambda: pv.read("sphere.vtp").phong.diagnose()),
+    "diagnose faulty.vtp": (1, lambda: pv.read("faulty.vtp").phong.diagnose()),
+    "diagnose beyond.vtp": (1, lambda: pv.read("beyond.vtp").phong.diagnose()),
+    "diagnose faulty.vtm": (1, lambda: pv.read("faulty.vtm").phong.diagnose()),
+    "validate sphere.vtp --scene red.json": (0, lambda: validated("sphere.vtp", "red.json", RED)),
+    "validate blocks.vtm": (0, lambda: validated("blocks.vtm")),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("verbose", [False, True])
+@pytest.mark.parametrize(("words", "status", "expected"), [(key, *row) for key, row in REPORTED.items()], ids=REPORTED)
+def test_reports_are_those_of_mesh_phong_fit_80_columns_and_break_no_word(
+    words, status, expected, verbose, monkeypatch, capsys
+):
+    """`tradeoff`, which never says the same twice, and `validate --all` have it in the tests of their reports."""
+    found = expected()
+    reports = found if isinstance(found, dict) else {"": found}
+    lines = []
+    for block, report in reports.items():
+        lines += ([f"{block}:"] if block else []) + [report.explain().rstrip() if verbose else str(report)]
+    words += " --verbose" * verbose
+    assert run(words) == status
+    shown = capsys.readouterr()
+    assert shown == ("\n".join(lines) + "\n", "")
+    assert max(map(len, shown.out.splitlines())) <= COLUMNS
+    assert verbose or len(shown.out.splitlines()) <= 6 * len(reports)
+    monkeypatch.setattr("pvphong.base.text.WIDTH", 1000)
+    assert run(words) == status
+    wide = capsys.readouterr().out
+    assert sorted(shown.out.replace("─", "").split()) == sorted(wide.replace("─", "").split())
+
+
+@pytest.mark.parametrize(("command", "status"), [("diagnose", 1), ("plan", 0), ("validate", 1)])
+def test_blocks_without_a_mesh_are_said_to_have_none(command, status, capsys):
+    assert run(f"{command} empty.vtm") == status
+    assert "nothing to light" in capsys.readouterr().out
+
+
+def test_on_a_terminal_it_is_said_how_to_see_more(monkeypatch, capsys):
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    assert run("diagnose sphere.vtp") == 0
+    assert capsys.readouterr().err == "(--verbose tells all of it.)\n"
+    assert run("diagnose sphere.vtp --verbose") == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_validate_fails_where_the_colours_are_wrong(monkeypatch, capsys):
+    from pvphong.studies.validate import validation
+
+    right = validation.evaluate
+    monkeypatch.setattr(validation, "evaluate", lambda p, n, *args, **how: right(p, -np.asarray(n), *args, **how))
+    assert run("validate sphere.vtp --scene sun.json") == 1
+    assert capsys.readouterr().out.startswith("Failed: ")
+
+
+@pytest.mark.parametrize("file", ["sphere.vtp", "blocks.vtm"])
+def test_validate_writes_numbers_and_errors(file):
+    errors = f"errors{Path(file).suffix}"
+    assert run(f"validate {file} --json numbers.json --output {errors}") == 0
+    expected, numbers = validated(file), json.loads(Path("numbers.json").read_text())
+    if file == "blocks.vtm":
+        assert list(numbers) == ["ball", "deep/a box"]
+        assert [part["n"] for part in numbers.values()] == [part.n for part in expected.values()]
+    else:
+        assert (numbers["passed"], numbers["n"]) == (True, expected.n)
+    sizes = [comparison.n for comparison in expected.values()] if file == "blocks.vtm" else [expected.n]
+    meshes = leaves(pv.read(errors))
+    assert [mesh.n_points for mesh in meshes] == sizes
+    assert all("phong_error" in mesh.point_data for mesh in meshes)
+
+
+def test_validate_all_writes_a_report_and_fails_with_its_scenes(monkeypatch, capsys):
+    from pvphong.studies.validate import report as vtk_report
+
+    monkeypatch.setattr(vtk_report, "CASES", vtk_report.CASES[:2])
+    assert run("validate --all --report all.md") == 0
+    assert "All 2 scenes passed" in capsys.readouterr().out
+    assert sorted(path.name for path in Path().glob("all*")) == ["all-pictures", "all.md"]
+    monkeypatch.setattr(vtk_report.Comparison, "passed", False)
+    monkeypatch.setattr(vtk_report, "_pictures", list)
+    assert run("validate --all") == 1
+    assert "2 of 2 scenes failed" in capsys.readouterr().out
+
+
+# --- tradeoff and demo ---
+
+
+def test_tradeoff_prints_the_report_and_writes_figure_and_numbers(capsys):
+    options = "--seconds 2 --tolerance 0.01 --plot a.png --csv a.csv --json a.json"
+    assert run(f"tradeoff sphere.vtp {options}") == 0
+    shown = capsys.readouterr().out
+    assert len(shown.splitlines()) <= 5 + 3
+    assert shown.splitlines()[-3:] == ["a.png", "a.csv", "a.json"]
+    numbers = json.loads(Path("a.json").read_text())
+    assert numbers["tolerance"] == 0.01
+    assert f"at the vertices: {numbers['chosen']}, " in shown
+    assert len(Path("a.csv").read_text().splitlines()) == 1 + len(numbers["rows"])
+    assert pv.read("a.png").dimensions[0] > 100
+    assert run("tradeoff blocks.vtm --seconds 1") == 0
+    count = sum(block.n_points for block in leaves(pv.read("blocks.vtm")))
+    assert f"ways to light {count} points:" in capsys.readouterr().out
+
+
+def test_demo_leaves_a_lit_mesh_a_picture_the_rig_and_a_report_and_can_be_repeated(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", str(COLUMNS))
+    assert run("demo --folder new/demo") == 0
+    out, folder = capsys.readouterr().out, Path("new/demo")
+    lit = pv.read(folder / "airplane.vtp")
+    expected = pv.examples.load_airplane().phong.shade(SCENE, PLASTIC)
+    np.testing.assert_array_equal(lit["phong"], expected["phong"])
+    assert ph.Scene.load(folder / "rig.json") == SCENE
+    pixels = pv.read(folder / "airplane.png").active_scalars
+    assert 0.05 < (pixels[:, 2] > pixels[:, 0].astype(int) + 50).mean() < 0.9  # blue
+    report = (folder / "report.md").read_text()
+    words = re.compile(r"[A-Za-z]{5,}")
+    assert set(words.findall(report)) <= set(words.findall(out))  # none is broken
+    assert max(map(len, out.splitlines())) <= COLUMNS
+    for said in ("1335 points, 2452 faces", "sun: DirectionalLight", ph.diagnose(lit).explain()):
+        assert said in report
+    for name in ("airplane.vtp", "airplane.png", "rig.json", "report.md"):
+        assert str(folder / name) in out
+    assert run("demo --folder new/demo") == 0
+    assert run("demo") == 0
+    assert len(list(Path("pvphong-demo").iterdir())) == 4

@@ -1,0 +1,172 @@
+"""What a command cannot do is one line on the error output, exit status 2, and no file."""
+
+import os
+from pathlib import Path
+
+import pytest
+import pyvista as pv
+
+from pvphong.cli.app import main
+
+NO_MESH, NO_FACES = "mesh must be a mesh file that PyVista can read", "mesh must be a mesh with faces, or points with"
+NO_FOLDER, NO_OUTPUT = "path must be in a folder that exists", "output must be a file that holds the colours of "
+SHADE = "shade sphere.vtp -o o.vtp"
+REFUSED = {
+    "shado": 'Unknown command "shado". Did you mean "shade"?',
+    "shade": "MESH requires an argument",
+    "shade m.vtp": "--output requires an argument",
+    f"{SHADE} --colour red": "Unknown option: --colour",
+    f"{SHADE} --precision half": 'Choose from: "float32", "float64"',
+    f"{SHADE} --size ten 10": "--size",
+    "shade missing.vtp -o o.vtp": "mesh must be a file that exists; got missing.vtp.",
+    "shade spere.vtp -o o.vtp": "got spere.vtp. Did you mean 'sphere.vtp'?",
+    "shade no/sphere.vtp -o o.vtp": "got no/sphere.vtp. There is no folder no.",
+    "shade parts.json -o o.vtp": "got parts.json. It is a scene file: use it with --scene.",
+    "shade other.json -o o.vtp": NO_MESH,
+    "shade half.ply -o o.vtp": NO_MESH,  # VTK's reader would end the process
+    "shade cloud.vtp -o o.vtp": NO_FACES,
+    "shade beyond.vtp -o o.vtp": "index 9 in face 0",
+    "shade faulty.vtm -o o.vtm": f"block ['cloud']: {NO_FACES}",
+    "shade sphere.vtp -o o.stl": NO_OUTPUT + "a mesh: one of .vtp,",
+    "shade sphere.vtp -o o.jpg": ", .vtmb, or .png for a picture; got o.jpg.",
+    "shade sphere.vtp -o o": NO_OUTPUT + "a mesh: one of .vtp,",
+    "shade sphere.vtp -o o.vtm": NO_OUTPUT + "a single mesh",
+    "shade sphere.vtp -o no/o.vtp": NO_FOLDER,
+    "shade sphere.vtp -o no/o.png": NO_FOLDER,
+    f"{SHADE} --material golt": "Did you mean 'gold'?",
+    f"{SHADE} --diffuse blu": "diffuse must be a number",
+    f"{SHADE} --diffuse 1,2": "diffuse must be a number",
+    f"{SHADE} --reflectance ggxx": "Did you mean 'ggx'?",
+    f"{SHADE} --reflectance ggx:rough=1": "Did you mean 'roughness'?",
+    f"{SHADE} --reflectance ggx": "--reflectance must be given its roughness too; got ggx.",
+    f"{SHADE} --reflectance ggx:roughness": "--reflectance ggx must be followed by fields as in",
+    f"{SHADE} --reflectance ggx:roughness=0": "roughness must be a finite number > 0 and <= 1",
+    f"{SHADE} --tolerance=-1": "tolerance must be a finite number >= 0",
+    f"{SHADE} --albedo hue": "albedo must be one of 'tint'; got hue",
+    f"{SHADE} --albedo pine.png": "albedo must be a point array, or an image file that exists; got pine",
+    f"{SHADE} --albedo half.png": "albedo must be an image file that Pillow can read; got half.png.",
+    f"{SHADE} --albedo oak.png": "albedo must be an array, its name, or a texture for a mesh with",
+    f"{SHADE} --scene missing.json": "path must be a scene file that can be read",
+    f"{SHADE} --scene garbage.json": "path must be a scene file in JSON",
+    f"{SHADE} --scene other.json": 'format must be a JSON object with "format": "pvphong scene"',
+    f"{SHADE} --scene parts.json": "material must be one, or one of them named 'default'",
+    f"{SHADE} --occluder roof.vtp": "--occluder must be left out where nothing casts shadows",
+    f"{SHADE} --size 20 10": "--size must be left out, for a mesh has none",
+    f"{SHADE} --background red": "--background must be left out",
+    "shade sphere.vtp -o o.png --size 0 10": "width must be a finite number >= 1",
+    "shade sphere.vtp -o o.png --background whyte": "background must be a number",
+    "shade sphere.vtp -o o.png --components": "--components must be left out, for a .png holds no arrays",
+    "shade sphere.vtp -o o.ply --array lit": "--array must be left out, for a .ply holds no arrays",
+    "shade sphere.vtp -o o.vtk --compress lz4": "--compress must be left out",
+    f"{SHADE} --workers 2": "--workers must be left out where a single mesh is lit into a file",
+    f"{SHADE} --seams keep": "--seams must be left out where a single mesh",
+    "shade sphere.vtp -o lit/ --workers 2 --scheduler tcp://a:1": "--workers must be left out beside --scheduler",
+    "shade sphere.vtp cube.vtp -o lit --occluder roof.vtp": "--occluder must be left out where many files are lit",
+    "shade sphere.vtp cube.vtp -o lit --shadows": "--shadows must be left out without --scene where many",
+    "shade sphere.vtp cube.vtp -o lit --size 10 10": "--size must be left out",
+    "shade no/*.vtp -o lit/": "paths must be a pattern that some file matches; got no/*.vtp.",
+    "shade sphere.vtp -o lit/ --scheduler tcp://127.0.0.1:1": "got tcp://127.0.0.1:1.",
+    "plan blocks.vtm --scene parts.json": "material must be a mapping with the names of all blocks",
+    "plan sphere.vtp --tolerance=-1": "tolerance must be a finite number >= 0",
+    "diagnose half.ply": NO_MESH,
+    "validate": "MESH must be given, or --all in its place",
+    "validate sphere.vtp --output errors.ply": NO_OUTPUT + "signed errors",
+    "validate sphere.vtp --scene opengl.json --specular 0.5": "scene must be one that VTK can draw",
+    "validate blocks.vtm --output errors.vtp": NO_OUTPUT + "signed errors: one of .vtm,",
+    "validate sphere.vtp --report all.md": "--report must be given together with --all",
+    "validate sphere.vtp --all": "--all must be alone or with --report",
+    "validate --all --json all.json": "--all must be alone or with --report",
+    "validate --all --shininess 4": "--all must be alone or with --report",
+    "validate --all --report all.pdf": ".md",
+    "validate --all --report no/all.md": NO_FOLDER,
+    "tradeoff sphere.vtp --tolerance 0": "tolerance must be a finite number > 0",
+    "tradeoff sphere.vtp --seconds=-1": "seconds must be a finite number > 0",
+    "tradeoff sphere.vtp --plot no/a.png": NO_FOLDER,
+    "tradeoff sphere.vtp --plot a.bmp": "suffix of path must be one of",
+    "tradeoff faulty.vtm": f"block ['cloud']: {NO_FACES}",
+    "demo --folder garbage.json": "folder must be one that can be made; got garbage.json",
+}
+
+
+def run(words):
+    return main(words.split())
+
+
+@pytest.mark.parametrize(("words", "message"), REFUSED.items(), ids=REFUSED)
+def test_a_wrong_call_or_input_is_one_line_status_2_and_no_file(capfd, monkeypatch, words, message):
+    if "lit" in words:
+        pytest.importorskip("distributed")
+    monkeypatch.setattr("pvphong.studies.accuracy.measure.interleaved", lambda *_: pytest.fail("it measured"))
+    before = sorted(os.listdir())
+    assert run(words) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.startswith("error: ")
+    assert err.count("\n") == 1
+    assert message in err
+    assert sorted(os.listdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "said"),
+    [
+        (KeyboardInterrupt, 130, ""),
+        (OSError("disk\n full"), 2, "error: disk full\n"),
+        (MemoryError, 2, "error: there is not enough memory for this.\n"),
+        (KeyError("x"), 2, "error: KeyError: 'x' (this should not happen; --verbose shows where)\n"),
+    ],
+)
+def test_an_interruption_and_a_failing_machine_are_no_traceback(monkeypatch, capsys, error, status, said):
+    def fail(_path):
+        raise error
+
+    monkeypatch.setattr("pvphong.cli.options.read_mesh", fail)
+    assert run("shade sphere.vtp -o lit.vtp") == status
+    assert capsys.readouterr().err == said
+
+
+# --- many files ---
+
+
+def test_of_many_files_one_that_cannot_be_lit_makes_the_status_1(capsys):
+    pytest.importorskip("distributed")
+    assert run("shade sphere.vtp half.ply cube.vtp -o lit/ --workers 1 --material gold --compress none") == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("2 done, 0 skipped, 1 failed.\nhalf.ply: mesh must be a mesh file that PyVista can read")
+    for name in ("sphere.vtp", "cube.vtp"):
+        assert "phong" in pv.read(f"lit/{name}").point_data
+        assert b"compressor" not in Path("lit", name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (
+            "sphere.vtp cube.vtp -o a",
+            {"paths": ("sphere.vtp", "cube.vtp"), "out": "a", "client": None, "workers": None},
+        ),
+        ("?ube.vtp -o a --scheduler tcp://there:8786", {"paths": ("?ube.vtp",), "client": "tcp://there:8786"}),
+        ("cube.vtp -o a/ --seams keep --array glow", {"paths": ("cube.vtp",), "seams": "keep", "name": "glow"}),
+        (
+            "cube.vtp -o . --workers 3 --tolerance 0.1 --components",
+            {"workers": 3, "tolerance": 0.1, "components": True},
+        ),
+        ("cube.vtp -o a/ --scene sun.json --shadows", {"feature_angle": "auto", "albedo": None, "compress": "lz4"}),
+    ],
+)
+def test_words_become_arguments_of_shade_files(words, expected, monkeypatch, capsys):
+    from pvphong.batch.shading import Batch
+    from pvphong.cli import shade
+
+    given = {}
+
+    def lit(paths, out, scene, **options):
+        given.update(options, paths=paths, out=out, scene=scene)
+        return Batch((Path("a.vtp"),), (), {})
+
+    monkeypatch.setattr(shade, "shade_files", lit)
+    assert run(f"shade {words}") == 0
+    assert capsys.readouterr().out == "1 done, 0 skipped, 0 failed.\n"
+    assert given | expected == given
+    assert (given["scene"] is not None and given["scene"].light_model.shadows) == ("--shadows" in words)

@@ -1,0 +1,79 @@
+"""The figure of a report: fronts with room for whatever was measured, and errors in colours that show them."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong.studies.accuracy.figure import decades, draw_fronts, linked_pictures, signed_scale, worst_channel
+from pvphong.studies.accuracy.result import Errors, Row, Timing, with_fronts
+
+figure = pytest.importorskip("matplotlib.figure")
+
+
+@pytest.mark.parametrize("error", [0.0, 1e-3, 1.0])
+@pytest.mark.parametrize("seconds", [1e-4, 0.1, 0.11])
+def test_one_row_of_any_time_has_room_in_both_directions(seconds, error):
+    """A power of ten in ms, too, around which Matplotlib finds no limits."""
+    errors = Errors(error, error, error, 10)
+    row = Row("VTK per pixel", "interpolation", "VTK", "float32", 10, Timing.of([seconds]), interpolation=errors)
+    whole = figure.Figure(layout="constrained")
+    draw_fronts(whole, SimpleNamespace(rows=with_fronts([row]), tolerance=1 / 255, chosen=()))
+    whole.draw_without_rendering()
+    (axes,) = whole.axes
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    assert left < 0.99 * seconds * 1e3 < 1.01 * seconds * 1e3 < right
+    assert 0 < low < min(error or np.inf, 1 / 255) <= max(error, 1 / 255) < high
+
+
+@pytest.fixture(scope="module")
+def report():
+    scene = ph.Scene([ph.PointLight(position=(1, 1, 2))], ph.Viewer(position=(0, 0, 3)))
+    measured = ph.tradeoff(pv.Sphere(), scene, ph.Material(specular=0.3, shininess=20), seconds=1)
+    # which row is the cheapest is the machine's to say
+    return replace(measured, rows=tuple(row for row in measured.rows if row.name == "float32 NumPy"))
+
+
+def colored(pixels):
+    """The part of the mesh's pixels that are not grey."""
+    inside = pixels[(pixels != pixels[0, 0]).any(axis=2)].astype(int)
+    return np.mean(np.ptp(inside, axis=1) > 30)
+
+
+def test_the_signed_error_can_be_seen_when_it_is_that_of_rounding(report):
+    pictures = {picture.title: picture for picture in linked_pictures(report)}
+    assert set(pictures) == {
+        "reference",
+        f"chosen: {report.best().name}",
+        "its signed error at the vertices",
+        "interpolation error inside triangles",
+    }
+    shown = pictures["its signed error at the vertices"]
+    largest = np.abs(report.chosen_colors - report.reference_colors).max()
+    assert 0.0 < largest < 1e-5
+    assert shown.scale.get_clim() == (-largest, largest)
+    assert colored(shown.pixels) > 0.05
+    assert colored(pictures["interpolation error inside triangles"].pixels) > 0.5
+    assert colored(pictures["reference"].pixels) == 0.0
+    assert pictures["reference"].scale is None
+
+
+def test_red_is_above_and_blue_below_and_no_error_white():
+    scale = signed_scale(np.array([-2e-7, 0.0, 1e-7]))
+    below, none, above = scale.to_rgba(np.array([-2e-7, 0.0, 2e-7]))[:, :3]
+    assert below[2] > 2 * below[0]
+    assert above[0] > 2 * above[2]
+    assert none.min() > 0.95
+    assert signed_scale(np.zeros(3)).get_clim() == (-1 / 255, 1 / 255)
+
+
+def test_powers_of_ten_reach_from_a_part_of_the_tolerance_to_the_largest_error():
+    assert decades(np.array([0.5, 0.0]), 0.01).get_clim() == (1e-4, 0.5)
+    assert decades(np.array([1e-6, 0.0]), 0.01).get_clim() == (1e-4, 0.01)
+
+
+def test_the_worst_channel_keeps_its_sign():
+    np.testing.assert_array_equal(worst_channel(np.array([[0.1, -0.3, 0.2], [0.0, 0.0, 0.5]])), [-0.3, 0.5])

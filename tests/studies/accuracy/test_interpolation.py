@@ -1,0 +1,82 @@
+"""Refined meshes of a report on accuracy and time."""
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong.studies.accuracy.interpolation import ADAPTIVE, AS_IT_IS, Triangles, interpolation, split
+from pvphong.studies.accuracy.timing import Clock
+from pvphong.studies.accuracy.variants import Subject
+
+SCENE = ph.Scene([ph.PointLight(position=(1, 0.5, 2))], ph.Viewer(position=(0, 0, 3)))
+SHINY = ph.Material(specular=0.4, shininess=30)
+
+
+def refined(tolerance, seconds=20.0, scene=SCENE, mesh=None):
+    """Meshes by name, errors of the triangles that were searched, and what is left out."""
+    mesh = mesh or pv.Sphere(theta_resolution=12, phi_resolution=12)
+    subject = Subject(mesh.points, mesh.point_data.active_normals, scene, SHINY, None)
+    found = interpolation(mesh, subject, tolerance, 1e-4, Clock(seconds))
+    return {variant.row.name: variant.row for variant in found.variants}, found.errors, found.left_out
+
+
+def test_it_is_refined_to_the_tolerance_and_only_where_it_is_not_within():
+    found, errors, left_out = refined(0.02)
+    assert found[ADAPTIVE].note == "reached the tolerance"
+    assert found[ADAPTIVE].error.largest <= 0.02 < found[AS_IT_IS].error.largest == errors.max() < 0.9
+    assert ADAPTIVE not in left_out
+    found, _, left_out = refined(0.9)
+    assert ADAPTIVE not in found
+    assert left_out[ADAPTIVE] == "the mesh as it is, is within the tolerance"
+
+
+def test_without_time_meshes_are_left_out_and_few_triangles_searched():
+    large = pv.Sphere(theta_resolution=100, phi_resolution=100)
+    found, errors, left_out = refined(0.001, seconds=1e-3, mesh=large)
+    assert list(found) == [AS_IT_IS]
+    assert len(errors) == 2000 < large.n_cells
+    assert found[AS_IT_IS].note == f"searched in 2000 of {large.n_cells} triangles"
+    assert set(left_out) == {ADAPTIVE, "refined 1×", "refined 2×", "refined 3×"}
+    whole = large.phong.interpolation_error(SCENE, SHINY)["phong_interpolation_error"]
+    assert set(errors.round(12)) <= set(whole.round(12))
+
+
+def test_split_triangles_share_their_new_points_and_lie_where_they_did():
+    mesh = pv.Sphere(theta_resolution=12, phi_resolution=10)
+    start = Triangles(
+        np.asarray(mesh.points), np.asarray(mesh.point_normals), mesh.regular_faces, np.arange(float(mesh.n_cells))
+    )
+    points, normals, corners, areas = split(start)
+    fine = pv.PolyData.from_regular_faces(points, corners)
+    assert fine.n_points == mesh.n_points + mesh.extract_all_edges().n_cells
+    assert fine.n_cells == 4 * mesh.n_cells
+    assert fine.is_manifold
+    assert fine.n_open_edges == 0
+    assert fine.area == pytest.approx(mesh.area, rel=1e-6)
+    assert fine.volume == pytest.approx(mesh.volume, rel=1e-6)  # orientations are kept
+    np.testing.assert_array_equal(points[: mesh.n_points], mesh.points)
+    centers = (normals[corners].mean(axis=1)).reshape(-1, 4, 3).mean(axis=1)
+    np.testing.assert_allclose(centers, mesh.point_normals[mesh.regular_faces].mean(axis=1), atol=1e-6)
+    np.testing.assert_array_equal(areas, np.repeat(start.areas / 4, 4))
+
+
+def test_refining_where_it_matters_lessens_what_is_seen_of_the_error():
+    """Counted by triangle, its RMS rose with the number of small triangles round the worst places."""
+    lamp = ph.SpotLight(position=(0, 0, 2), direction=(0, 0, -1), cone_angle=8)
+    found, _, _ = refined(1 / 255, scene=ph.Scene([lamp], ph.Viewer(position=(0, 0, 3))))
+    before, after = found[AS_IT_IS].error, found[ADAPTIVE].error
+    assert found[ADAPTIVE].note == "within the tolerance but for jumps of the colour"
+    assert after.rms < 0.5 * before.rms
+    assert after.p99 < 0.5 * before.p99
+
+
+@pytest.mark.parametrize("matrix", [None, np.diag([1.0, 1.0, 50.0, 1.0]), np.diag([1e-180, 1e-180, 1e-180, 1.0])])
+def test_areas_are_parts_of_the_surface_in_the_world(matrix):
+    mesh = pv.Box((0, 1, 0, 2, 0, 3)).triangulate()
+    mesh.points = mesh.points.astype(float)
+    normals = np.tile((0.0, 0.0, 1.0), (mesh.n_points, 1))
+    found = interpolation(mesh, Subject(mesh.points, normals, SCENE, SHINY, matrix), 0.5, 1e-4, Clock(20.0))
+    placed = mesh if matrix is None else mesh.scale(np.diag(matrix)[:3] / matrix[0, 0])
+    sizes = placed.compute_cell_sizes()["Area"]
+    np.testing.assert_allclose(found.areas, sizes / sizes.sum(), rtol=1e-6)

@@ -1,0 +1,107 @@
+"""The choice among rows, its sentences and its tables, on rows with known numbers."""
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong.base import text
+from pvphong.studies.accuracy.report import Tradeoff
+from pvphong.studies.accuracy.result import Errors, LedgerEntry, Promise, Row, Timing, with_fronts
+
+
+def report(*rows, **fields):
+    """Of rows: name, seconds, error, kind, and whether it is a peer."""
+    found = []
+    for name, seconds, error, kind, is_peer in rows:
+        errors = {kind.replace(" ", "_"): Errors(error, error / 2, error / 1.1, 100)}
+        time = Timing(seconds, 0.95 * seconds, 1.07 * seconds, 9)
+        found.append(Row(name, kind, "a", "b", 12345678, time, is_peer=is_peer, **errors))
+    cloud = pv.PolyData(np.eye(3))
+    given = {
+        "tolerance": 1 / 255,
+        "ledger": (LedgerEntry("local viewer", Timing(1e-3, 9e-4, 2e-3, 9), 0.2, True, "highlights of the lamp"),),
+        "baseline": "float32 kernel",
+        "promises": (Promise("lights", "glow: too weak to be seen, at most 0.0005", 0.0005, 0.0003),),
+        "left_out": {},
+        "facts": {"machine": "some processor, 2 cores"},
+        "inside_errors": np.zeros(0),
+        "inside_areas": np.zeros(0),
+        "surface": cloud,
+        "scene": ph.Scene(),
+        "matrix": None,
+        "reference_colors": np.zeros((3, 3)),
+        "_lighting": {"float64 reference": lambda: np.full((3, 3), 1e-8)},
+    }
+    return Tradeoff(rows=with_fronts(found), **(given | fields))
+
+
+@pytest.mark.parametrize(
+    ("cost", "noise"),
+    [
+        (Timing(5e-6, 4e-6, 6e-6, 20), False),
+        (Timing(5e-6, -1e-6, 6e-6, 20), True),
+        (Timing(-5e-6, -6e-6, -4e-6, 20), True),  # nothing costs less than nothing
+        (Timing(5e-6, 4e-6, 6e-6, 2), True),  # quartiles of two numbers say nothing
+    ],
+)
+def test_a_cost_is_noise_where_it_cannot_be_told_from_none(cost, noise):
+    assert cost.is_noise is noise
+
+
+LONGEST = "Blinn-Phong, shininess × 128"
+SLOW, QUICK = ("float64 reference", 0.8, 0.0), ("float32 kernel", 0.02, 1e-7)
+
+
+def test_a_cheaper_peer_within_the_tolerance_is_told_in_words_and_gets_no_star():
+    rows = [(*SLOW, "arithmetic", False), (*QUICK, "arithmetic", False), ("textbook", 0.01, 1e-9, "arithmetic", True)]
+    cheaper = report(*rows)
+    assert cheaper.best().name == "float32 kernel"
+    said = "Of the peers textbook does it for less, 10 ms."
+    assert said in cheaper.summary()
+    assert said in cheaper.conclusions()
+    (starred,) = [line for line in cheaper.explain().splitlines() if line.lstrip().startswith("★") and "kernel" in line]
+    assert "textbook" not in starred
+    for changed in (("textbook", 0.03, 1e-9, "arithmetic", True), ("textbook", 0.01, 0.1, "arithmetic", True)):
+        assert "peers" not in str(report(*rows[:2], changed))
+
+
+def test_where_nothing_of_ones_own_is_within_the_tolerance_a_peer_that_is_is_told():
+    found = report(
+        (*QUICK, "arithmetic", False),
+        ("as it is", 0.02, 0.5, "interpolation", False),
+        ("refined", 0.03, 0.4, "interpolation", False),
+        ("VTK per pixel", 0.9, 0.0, "interpolation", True),
+    )
+    assert found.summary()[2:] == [
+        "  inside triangles: none; nearest refined, 30 ms, off by 0.4",
+        "Of the peers VTK per pixel does it, 900 ms.",
+    ]
+
+
+def test_on_a_small_mesh_everything_is_cheap_and_on_a_large_one_it_is_not():
+    small = report(("reference", 9e-4, 0.0, "arithmetic", False), ("refined", 0.2, 0.0, "interpolation", False))
+    assert small.summary()[-1] == "On so small a mesh everything is cheap: 900 µs at the vertices at most."
+    assert "everything is cheap" not in str(report((*SLOW, "arithmetic", False), (*QUICK, "arithmetic", False)))
+    peer = report(("reference", 9e-4, 0.0, "arithmetic", False), ("textbook", 0.5, 0.0, "arithmetic", True))
+    assert "everything is cheap" in str(peer)
+
+
+def test_no_report_is_wider_than_80_columns_and_none_breaks_a_word(monkeypatch):
+    found = report(
+        (LONGEST, 0.0123, 1.23e-10, "light model", False),
+        ("Matplotlib LightSource", 0.0103, 1.11e-10, "light model", True),
+        ("refined adaptively", 0.0123, 0.111, "interpolation", False),
+        ("VTK drawing lit array", 0.0123, 1.23e-10, "interpolation", True),
+    )
+    shown = found.explain(), str(found)
+    assert all(len(line) <= 80 for part in shown for line in part.splitlines())
+    assert len(shown[1].splitlines()) <= 5
+    monkeypatch.setattr(text, "WIDTH", 1000)
+    for narrow, wide in zip(shown, (found.explain(), str(found)), strict=True):
+        assert sorted(narrow.replace("─", "").split()) == sorted(wide.replace("─", "").split())
+
+
+def test_one_line_has_all_that_is_left_out_for_the_same_reason():
+    found = report((*SLOW, "arithmetic", False), left_out={"a": "no time", "b": "no highlight", "c": "no time"})
+    assert [line.split() for line in found.explain().splitlines()].count(["a,", "c", "no", "time"]) == 1

@@ -1,0 +1,184 @@
+"""Lights of a renderer: undone to the bit, put back where they were, saved as a lights."""
+
+import dataclasses
+
+import pytest
+import pyvista as pv
+import vtk
+from views import KINDS, example
+
+from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
+from pvphong.scene.scene import Scene
+from pvphong.studio.window_lights import WindowLights
+
+LAMP = PointLight(position=(0.1, 0.2, 1 / 3), diffuse=(0.3, 1 / 3, 0.7), attenuation=(1, 0.1, 0.01), name="lamp")
+SPOT = SpotLight(position=(1, 2, 3), direction=(-1, -2, -2.9), cone_angle=17.3, exponent=300.5, name="spot")
+SUN = DirectionalLight(direction=(-1, -2, -3), name="sun")
+
+
+@pytest.fixture
+def renderer():
+    plotter = pv.Plotter(off_screen=True, window_size=(32, 32), lighting="none")
+    yield plotter.renderer
+    plotter.close()
+
+
+@pytest.fixture
+def lights(renderer):
+    return WindowLights(renderer)
+
+
+def raw(light):
+    """All that VTK knows of a light, by its own getters."""
+    return {name: getattr(light, name)() for name in dir(light) if name.startswith("Get") and _is_state(name)}
+
+
+def _is_state(name):
+    parts = ("Color", "Position", "FocalPoint", "Intensity", "Switch", "Cone", "Exponent", "AttenuationValues", "Type")
+    return name.endswith(parts) or name in ("GetPositional", "GetConeAngle")
+
+
+def lights_of_pyvista():
+    turned = pv.Transform().rotate_x(30).translate((1, 2, 3)).matrix
+    return {
+        "scene": pv.Light(position=(1, 2, 3), focal_point=(0.1, 0, 0), color=(0.3, 0.5, 0.7), light_type="scene light"),
+        "spot": pv.Light(position=(1, 2, 3), positional=True, cone_angle=20, exponent=7, light_type="scene light"),
+        "point": pv.Light(position=(1, 2, 3), focal_point=(5, 6, 7), positional=True, cone_angle=123),
+        "camera": pv.Light(position=(1, 2, 3), light_type="camera light"),
+        "headlight": pv.Light(light_type="headlight"),
+        "transformed": _with_matrix(turned),
+    }
+
+
+def _with_matrix(matrix):
+    light = pv.Light(position=(1, 2, 3), positional=True, cone_angle=35)
+    light.transform_matrix = matrix
+    return light
+
+
+@pytest.mark.parametrize("kind", lights_of_pyvista())
+@pytest.mark.parametrize("value", [example(kind, 1 / 3) for kind in KINDS], ids=list(KINDS))
+def test_restoring_is_exact_to_the_bit(lights, kind, value):
+    light = lights_of_pyvista()[kind]
+    handle = lights.add(light)
+    before, matrix = raw(light), light.GetTransformMatrix()
+    elements, value_before = None if matrix is None else matrix.GetData(), handle.light(lights.viewer)
+    state = lights.state
+    handle.set(value, lights.viewer)
+    assert handle.light(lights.viewer) == value
+    now = lights.state
+    lights.revert(now, state)
+    assert raw(light) == before
+    assert light.GetTransformMatrix() is matrix
+    assert elements is None or matrix.GetData() == elements
+    assert handle.light(lights.viewer) == value_before
+    lights.revert(state, now)
+    assert handle.light(lights.viewer) == value
+
+
+def test_what_pvphong_alone_knows_comes_back_too(lights):
+    handle = lights.add(SPOT)
+    state = lights.state
+    handle.set(dataclasses.replace(SPOT, name="other", exponent=2), lights.viewer)
+    lights.revert(lights.state, state)
+    assert lights.values == (SPOT,)
+    assert lights.find("spot") is handle
+
+
+def test_a_moved_light_of_pyvista_keeps_what_does_not_matter(lights):
+    light = lights_of_pyvista()["point"]
+    handle = lights.add(light)
+    handle.set(dataclasses.replace(handle.light(lights.viewer), position=(9, 8, 7)), lights.viewer)
+    assert light.position == (9, 8, 7)
+    assert (light.focal_point, light.cone_angle) == ((5, 6, 7), 123)
+    sun = lights_of_pyvista()["scene"]
+    handle = lights.add(sun)
+    handle.set(dataclasses.replace(handle.light(lights.viewer), direction=(0, 0, -2)), lights.viewer)
+    assert (sun.position, sun.focal_point) == ((1, 2, 3), (1, 2, 1))
+    assert handle.light(lights.viewer).direction == (0, 0, -2)
+
+
+def test_an_added_light_is_taken_back_and_returned(lights):
+    lights.add(SUN)
+    before, handle = lights.state, lights.add(LAMP)
+    after = lights.state
+    lights.revert(after, before)
+    assert lights.values == (SUN,)
+    lights.revert(before, after)
+    assert lights.values == (SUN, LAMP)
+    assert lights.find("lamp") is handle
+
+
+def test_a_removed_light_returns_to_its_place(lights, renderer):
+    for light in (SUN, LAMP, SPOT):
+        lights.add(light)
+    before = lights.state
+    lights.remove("lamp")
+    after = lights.state
+    late = pv.Light()
+    renderer.add_light(late)
+    lights.revert(after, before)
+    assert lights.values[:3] == (SUN, LAMP, SPOT)
+    assert list(renderer.GetLights())[3] is late
+    assert len(renderer.lights) == 4
+
+
+def test_what_has_changed_since_otherwise_is_left(lights):
+    lights.add(SUN)
+    handle = lights.add(LAMP)
+    before = lights.state
+    lights.find("sun").set(dataclasses.replace(SUN, intensity=0.5), lights.viewer)
+    after = lights.state
+    handle.vtk_light.SetPosition(7, 7, 7)
+    lights.revert(after, before)
+    assert lights.values[0] == SUN
+    assert lights.values[1].position == (7, 7, 7)
+
+
+def test_a_light_of_vtk_or_of_others_is_followed_itself(lights, renderer):
+    light = vtk.vtkLight()
+    assert lights.add(light).vtk_light is light
+    light.SetIntensity(0.3)
+    assert lights.values[0].intensity == 0.3
+    lights.remove(light)
+    assert lights.values == ()
+    for intensity in (0.4, 0.6):
+        light = pv.Light(intensity=intensity)
+        renderer.add_light(light)
+        assert [each.intensity for each in lights.values] == [intensity]
+        renderer.RemoveLight(light)
+        assert lights.values == ()
+
+
+def test_an_edited_transform_is_followed(lights):
+    light = lights_of_pyvista()["transformed"]
+    handle = lights.add(light)
+    handle.light(lights.viewer)
+    light.GetTransformMatrix().SetElement(0, 3, 9.0)
+    assert handle.light(lights.viewer).position == light.world_position
+    assert handle.light(lights.viewer).position[0] == pytest.approx(10.0)
+
+
+def test_removing_takes_the_lights_actor_too(lights, renderer):
+    light = pv.Light(position=(1, 1, 1), positional=True, cone_angle=30)
+    handle = lights.add(light)
+    renderer.add_actor(light.actor)
+    lights.remove(handle)
+    assert not renderer.HasViewProp(light.actor)
+    assert not renderer._lights
+
+
+def test_a_rig_is_saved_and_loaded(lights, tmp_path):
+    lights.add(SPOT)
+    lights.add(dataclasses.replace(LAMP, frame="camera"))
+    for light in lights_of_pyvista().values():
+        lights.add(light)
+    scene = Scene(lights=lights.values, viewer=lights.viewer)
+    scene.save(tmp_path / "rig.json")
+    loaded = Scene.load(tmp_path / "rig.json")
+    assert loaded == scene
+    other = pv.Plotter(off_screen=True, lighting="none")
+    for light in loaded.lights:
+        other.phong.add_light(light)
+    assert other.phong.lights == lights.values
+    other.close()
