@@ -14,7 +14,6 @@ from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike
 from pvphong.base.vectors import unit
 from pvphong.geometry.extent import Extent
 from pvphong.geometry.transform import transform_vectors
-from pvphong.shading import kernel
 from pvphong.shading.albedo import checked_albedo
 from pvphong.shading.equation import Equation
 from pvphong.shading.maps import Maps
@@ -145,10 +144,10 @@ class Vertices:
         found = self.extent(placed).box
         if found is None:
             finite = self.points[np.isfinite(self.points).all(axis=1)]
-            found = Extent(finite, None, placed, kernel.find_bounds).box
+            found = Extent(finite, None, placed).box
         return np.full(6, np.nan) if found is None else np.column_stack(found).ravel()
 
     def extent(self, matrix: Float64Array | None) -> Extent:
         """Where they are in the world, and where their normals point, found when it is first asked for."""
         known = None if self._normals is None else lambda: self.normals
-        return Extent(self.points, known, matrix, kernel.find_bounds)
+        return Extent(self.points, known, matrix)
