@@ -21,12 +21,12 @@ if TYPE_CHECKING:  # by the alias a type checker knows that a name is public
     from pvphong.batch.shading import shade_files as shade_files
     from pvphong.chunks import evaluate as evaluate
     from pvphong.filter import PhongFilter as PhongFilter
-    from pvphong.geometry.normals import implicit_normals as implicit_normals
-    from pvphong.geometry.normals import plane_normal as plane_normal
     from pvphong.geometry.projection import frustum as frustum
+    from pvphong.geometry.projection import implicit_normals as implicit_normals
     from pvphong.geometry.projection import look_at as look_at
     from pvphong.geometry.projection import ortho as ortho
     from pvphong.geometry.projection import perspective as perspective
+    from pvphong.geometry.projection import plane_normal as plane_normal
     from pvphong.geometry.projection import project as project
     from pvphong.geometry.transform import SingularMatrixWarning as SingularMatrixWarning
     from pvphong.geometry.transform import normal_matrix as normal_matrix
@@ -89,8 +89,7 @@ _PLACES = {
     "batch.shading": "Batch shade_files",
     "chunks": "evaluate",
     "filter": "PhongFilter",
-    "geometry.normals": "implicit_normals plane_normal",
-    "geometry.projection": "frustum look_at ortho perspective project",
+    "geometry.projection": "frustum implicit_normals look_at ortho perspective plane_normal project",
     "geometry.transform": "SingularMatrixWarning normal_matrix transform_normals transform_points transform_vectors",
     "meshes.default_scene": "default_scene",
     "meshes.files": "read",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
 from types import MappingProxyType
 from typing import Any
 
@@ -19,17 +20,34 @@ from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.studies.validate.comparison import Comparison
 from pvphong.studies.validate.validation import validate
-from pvphong.studio.drawn import draw, live_meshes, make_room, names_of, refuse_colouring
-from pvphong.studio.gizmos import Board, Gizmo, History, Options
-from pvphong.studio.gizmos.commands import check_keys
-from pvphong.studio.gizmos.options import Keys
-from pvphong.studio.live import ARRAY, LiveMesh
-from pvphong.studio.outputs import unwrap_outputs, wrap_outputs
-from pvphong.studio.pane import Pane
-from pvphong.studio.rig import LightHandle
+from pvphong.studio.gizmos import Gizmo, History, Interaction, Keys, Options, check_keys
+from pvphong.studio.lit_actors import ARRAY, LitMesh, lit_meshes
+from pvphong.studio.subplot import Subplot
+from pvphong.studio.window_lights import LightHandle
 
 _DULL = Material()
 _NO_KEYS: Keys = MappingProxyType({})
+
+_COLOURING = ("scalars", "rgb", "rgba", "lighting", "color", "smooth_shading", "texture", "pbr", "cmap", "copy_mesh")
+"""Options of `pyvista.Plotter.add_mesh` that are decided here."""
+
+_OUTPUTS = (
+    "screenshot",
+    "save_graphic",
+    "export_html",
+    "export_vtksz",
+    "export_gltf",
+    "export_obj",
+    "export_vrml",
+)
+"""Methods of a plotter that write what it shows: made of colours that are current, and without gizmos."""
+
+
+def _refuse_colouring(options: dict[str, Any], remedy: str) -> None:
+    """Raise ValueError for options of `pyvista.Plotter.add_mesh` that colour a mesh."""
+    for option in options:
+        if option in _COLOURING:
+            check.refuse("option", option, f"an option of add_mesh other than {', '.join(_COLOURING)}", remedy)
 
 
 @pv.register_plotter_component("phong")
@@ -39,13 +57,13 @@ class PlotterPhong:
     def __init__(self, plotter: pv.Plotter) -> None:
         self._owner = weakref.ref(plotter)
         self._light_model = LightModel()
-        self._panes: list[Pane] = []
+        self._subplots: list[Subplot] = []
         self._history = History()
-        self._evaluations_of_the_past = 0
+        self._wrapped: dict[str, Callable[..., Any]] = {}
 
     def __repr__(self) -> str:
-        meshes = sum(len(pane.meshes) for pane in self._panes)
-        return f"<phong of a plotter: {meshes} lit meshes in {len(self._panes)} subplots, {self._light_model}>"
+        meshes = sum(len(subplot.lit.meshes) for subplot in self._subplots)
+        return f"<phong of a plotter: {meshes} lit meshes in {len(self._subplots)} subplots, {self._light_model}>"
 
     # -- meshes ------------------------------------------------------------------------------------------
 
@@ -97,20 +115,29 @@ class PlotterPhong:
         ValueError
             If an argument is not allowed, or the mesh has nothing that can be lit.
         """
-        refuse_colouring(add_mesh_options, "Colour comes from `material` and `albedo` here.")
+        _refuse_colouring(add_mesh_options, "Colour comes from `material` and `albedo` here.")
         check.flag("casts_shadows", casts_shadows)
-        pane, lives = self._pane, live_meshes(mesh, material, albedo, feature_angle)
-        for live in lives.values():
-            live.casts_shadows = casts_shadows
-            pane.evaluate(live)
+        subplot, meshes = self._subplot, lit_meshes(mesh, material, albedo, feature_angle)
+        for lit in meshes.values():
+            lit.casts_shadows = casts_shadows
+            subplot.lit.light(lit)
         name = add_mesh_options.pop("name", None)
-        make_room(self._plotter, name)
-        for live, named in zip(lives.values(), names_of(name, lives), strict=True):
-            live.actor = draw(self._plotter, live.drawn, ARRAY, add_mesh_options | named)
-            pane.add(live)
-        wrap_outputs(self._plotter, self._prepared)
-        actors = tuple(live.actor for live in lives.values())
+        if name is not None:
+            for other in [other for other in subplot.renderer.actors if other == name or other.startswith(f"{name}[")]:
+                self._plotter.remove_actor(other, render=False)
+        for block, lit in meshes.items():
+            named = {} if name is None else {"name": f"{name}[{block}]" if block else name}
+            lit.actor = self._draw(lit.drawn, ARRAY, add_mesh_options | named)
+            subplot.lit.add(lit)
+        self._prepare_outputs()
+        actors = tuple(lit.actor for lit in meshes.values())
         return actors if isinstance(mesh, pv.MultiBlock) else actors[0]
+
+    def _draw(self, mesh: Any, array: str, options: dict[str, Any]) -> pv.Actor:
+        """Draw a mesh in the colours of one of its point arrays."""
+        actor = self._plotter.add_mesh(mesh, scalars=array, rgb=True, lighting=False, **options)
+        actor.prop.color = "white"  # VTK's exporters write it too, and glTF multiplies colours by it
+        return actor
 
     def add_lit(
         self, lit: pv.DataSet | pv.MultiBlock, name: str = "phong", **add_mesh_options: Any
@@ -145,7 +172,7 @@ class PlotterPhong:
         >>> actor = plotter.phong.add_lit(pv.Sphere().phong.shade(ph.DirectionalLight()))
         >>> plotter.close()
         """
-        refuse_colouring(add_mesh_options, "The colours are those of the array `name`.")
+        _refuse_colouring(add_mesh_options, "The colours are those of the array `name`.")
         if not isinstance(lit, pv.DataSet | pv.MultiBlock):
             check.refuse("lit", type(lit).__name__, "a pyvista.DataSet or a pyvista.MultiBlock")
         meshes = leaves(lit)
@@ -153,10 +180,10 @@ class PlotterPhong:
             check.refuse("lit", "blocks without any mesh", "a MultiBlock with a mesh in it")
         for mesh in meshes:
             check.choice("name", name, mesh.point_data.keys())
-        actors = tuple(draw(self._plotter, drawable(mesh, name), name, add_mesh_options) for mesh in meshes)
+        actors = tuple(self._draw(drawable(mesh, name), name, add_mesh_options) for mesh in meshes)
         return actors if isinstance(lit, pv.MultiBlock) else actors[0]
 
-    def mesh(self, actor: pv.Actor) -> LiveMesh:
+    def mesh(self, actor: pv.Actor) -> LitMesh:
         """What `add_mesh` drew as this actor: its `.material`, which blocks share, and `.albedo` can be set.
 
         Raises
@@ -164,10 +191,10 @@ class PlotterPhong:
         ValueError
             If the actor is not one of `add_mesh`, or has been removed.
         """
-        for pane in self._panes:
-            for live in pane.meshes:
-                if live.actor is actor:
-                    return live
+        for subplot in self._subplots:
+            for lit in subplot.lit.meshes:
+                if lit.actor is actor:
+                    return lit
         return check.refuse("actor", actor, "an actor that plotter.phong.add_mesh returned, not removed since")
 
     def validate(self, actor: pv.Actor | None = None) -> Comparison:
@@ -188,27 +215,26 @@ class PlotterPhong:
         ValueError
             If there is no lit mesh, it has an albedo, or VTK's shader cannot draw the scene.
         """
-        pane = self._pane if actor is None else next(p for p in self._panes if self.mesh(actor) in p.meshes)
-        compared = pane.shown if actor is None else [self.mesh(actor)]
+        if actor is None:
+            subplot = self._subplot
+            compared = subplot.lit.shown
+        else:
+            compared = [self.mesh(actor)]
+            subplot = next(each for each in self._subplots if compared[0] in each.lit.meshes)
         if not compared:
             check.refuse("plotter", "a subplot without any", "one with a lit mesh", "phong.add_mesh draws one.")
-        for live in compared:
-            if live.albedo is not None:
-                check.refuse("albedo", type(live.albedo).__name__, "None", "VTK's vertex colours have but 8 bits.")
-        comparisons = [validate(live.drawn, pane.scene, live.material, matrix=live.matrix) for live in compared]
+        for lit in compared:
+            if lit.albedo is not None:
+                check.refuse("albedo", type(lit.albedo).__name__, "None", "VTK's vertex colours have but 8 bits.")
+        comparisons = [validate(lit.drawn, subplot.scene, lit.material, matrix=lit.matrix) for lit in compared]
         return max(comparisons, key=lambda each: each.max_error / each.tolerance)
-
-    @property
-    def evaluations(self) -> int:
-        """How many times lit colours have been computed since the start."""
-        return self._evaluations_of_the_past + sum(pane.evaluations for pane in self._panes)
 
     # -- lights ------------------------------------------------------------------------------------------
 
     @property
     def lights(self) -> tuple[Light, ...]:
         """The active subplot's lights as values, the plotter's own `pyvista.Light` objects among them."""
-        return self._pane.rig.lights
+        return self._subplot.lights.values
 
     def add_light(self, light: Any) -> LightHandle:
         """Add a light to the active subplot; VTK-lit actors stand in it too.
@@ -228,9 +254,9 @@ class PlotterPhong:
         ValueError
             If it is no light, or one that VTK has nothing like, or the subplot has it already.
         """
-        rig = self._pane.rig
-        with self._history.edit(rig):
-            return rig.add(light)
+        lights = self._subplot.lights
+        with self._history.edit(lights):
+            return lights.add(light)
 
     def set_light(self, which: Any, light: Light) -> None:
         """Give a light of the active subplot a new value.
@@ -250,17 +276,16 @@ class PlotterPhong:
         if not isinstance(light, Light):
             check.refuse("light", light, "a light of pvphong's", "as_light converts a pyvista.Light.")
         light.as_vtk()  # refuses one that VTK has nothing like
-        rig = self._pane.rig
-        handle = rig.find(which)
-        with self._history.edit(rig):
-            handle.set(light, rig.viewer)
+        lights = self._subplot.lights
+        handle = lights.find(which)
+        with self._history.edit(lights):
+            handle.set(light, lights.viewer)
 
     def remove_light(self, which: Any) -> None:
         """Take a light out of the active subplot; `which` as for `set_light`."""
-        rig = self._pane.rig
-        handle = rig.find(which)
-        with self._history.edit(rig):
-            rig.remove(handle)
+        lights = self._subplot.lights
+        with self._history.edit(lights):
+            lights.remove(which)
 
     def undo(self) -> bool:
         """Take back the last finished drag or edit of a light, and draw; light and colours are as before, to the bit.
@@ -270,13 +295,14 @@ class PlotterPhong:
         bool
             False if there is nothing to take back.
         """
-        return self._turned(self._history.undo())
+        done = self._history.undo()
+        if done:
+            self._plotter.render()
+        return done
 
     def redo(self) -> bool:
         """Do again what `undo` took back last; False if there is nothing."""
-        return self._turned(self._history.redo())
-
-    def _turned(self, done: bool) -> bool:
+        done = self._history.redo()
         if done:
             self._plotter.render()
         return done
@@ -295,7 +321,7 @@ class PlotterPhong:
     @property
     def scene(self) -> Scene:
         """A snapshot of what lights the active subplot: its lights, its camera, the light model."""
-        return self._pane.scene
+        return self._subplot.scene
 
     # -- gizmos ------------------------------------------------------------------------------------------
 
@@ -339,62 +365,80 @@ class PlotterPhong:
         ValueError
             If an argument is not allowed.
         """
-        pane = self._pane
+        subplot = self._subplot
         if isinstance(lights, str) or not isinstance(lights, Iterable | None):
             check.refuse("lights", lights, "a sequence of lights, or None for all", "Put a single light into a list.")
-        only = None if lights is None else [pane.rig.find(which) for which in lights]
+        only = None if lights is None else [subplot.lights.find(which) for which in lights]
         options = Options(
             check.flag("in_screenshots", in_screenshots),
             check.number("angle_step", angle_step, above=0.0, at_most=90.0),
             None if length_step is None else check.number("length_step", length_step, above=0.0),
             check_keys(keys),
         )
-        if not self._boards:
+        if not self._interactions:
             self._history.clear()  # what a script has set up is where the user begins
         self.remove_gizmos()
-        pane.put_up(self._plotter.iren.interactor, self._draw(), self._history, only, options)
-        wrap_outputs(self._plotter, self._prepared)
-        self._plotter.render()
-        return self.gizmos
-
-    def _draw(self) -> Callable[[], None]:
-        """`plotter.render`, which also tells trame's views of a new picture; the plotter is not held on to."""
         owner = self._owner
 
-        def draw() -> None:
+        def render() -> None:  # which also tells trame's views of a new picture; the plotter is not held on to
             if (plotter := owner()) is not None:
                 plotter.render()
 
-        return draw
+        subplot.add_gizmos(self._plotter.iren.interactor, render, self._history, only, options)
+        self._prepare_outputs()
+        render()
+        return self.gizmos
 
     def remove_gizmos(self) -> None:
         """Take the active subplot's gizmos down, if there are any."""
-        if self._pane.take_down():
+        if self._subplot.remove_gizmos():
             self._plotter.render()
 
     @property
     def gizmos(self) -> tuple[Gizmo, ...]:
         """The active subplot's gizmos: each has `.light`, the current value, and `.handles`, name → position."""
-        board = self._pane.board
-        return () if board is None else board.gizmos
+        interaction = self._subplot.interaction
+        return () if interaction is None else interaction.gizmos.all
 
     @property
-    def _boards(self) -> list[Board]:
-        return [pane.board for pane in self._panes if pane.board is not None]
+    def _interactions(self) -> list[Interaction]:
+        """Of the subplots that have gizmos."""
+        return [each.interaction for each in self._subplots if each.interaction is not None]
+
+    # -- pictures and exports ----------------------------------------------------------------------------
+
+    def _prepare_outputs(self) -> None:
+        """Have the plotter's own pictures and exports made as `_prepared` says, once however often it is called."""
+        component, owner = weakref.ref(self), self._owner
+
+        def wrapped(method: Any) -> Any:
+            @functools.wraps(method)
+            def output(*args: Any, **kwargs: Any) -> Any:
+                alive = component()
+                with nullcontext() if alive is None else alive._prepared():
+                    return method(owner(), *args, **kwargs)
+
+            return output
+
+        for name in _OUTPUTS:
+            method = getattr(type(self._plotter), name, None)
+            if method is not None and name not in vars(self._plotter):
+                self._wrapped[name] = wrapped(method)
+                setattr(self._plotter, name, self._wrapped[name])
 
     @contextmanager
     def _prepared(self) -> Iterator[None]:
         """Colours brought up to date, for an exporter draws no frame; gizmos out of sight."""
-        boards = self._boards
-        for pane in self._panes:
-            pane.refresh()
+        interactions = self._interactions
+        for subplot in self._subplots:
+            subplot.lit.refresh()
         with ExitStack() as stack:
-            for board in boards:
-                stack.enter_context(board.out_of_sight())
-            if boards:
+            for interaction in interactions:
+                stack.enter_context(interaction.out_of_sight())
+            if interactions:
                 self._plotter.render()
             yield
-        if boards:
+        if interactions:
             self._plotter.render()
 
     # -- life --------------------------------------------------------------------------------------------
@@ -406,31 +450,33 @@ class PlotterPhong:
         return plotter
 
     @property
-    def _pane(self) -> Pane:
-        """The active subplot's."""
+    def _subplot(self) -> Subplot:
+        """The active one."""
         renderer = self._plotter.renderer
         if getattr(renderer, "camera", None) is None or self._plotter.render_window is None:
             check.refuse("plotter", "one that has been closed", "open")
-        for pane in self._panes:
-            if pane.renderer is renderer:
-                return pane
+        for subplot in self._subplots:
+            if subplot.renderer is renderer:
+                return subplot
         component = weakref.ref(self)
 
         def light_model() -> LightModel:
             alive = component()
             return LightModel() if alive is None else alive.light_model
 
-        self._panes.append(Pane(renderer, light_model))
-        return self._panes[-1]
+        self._subplots.append(Subplot(renderer, light_model))
+        return self._subplots[-1]
 
     def __plotter_close__(self) -> None:
         """Let go of everything; PyVista calls it at every close."""
-        self._evaluations_of_the_past = self.evaluations
-        for pane in self._panes:
-            pane.release()
-        if (plotter := self._owner()) is not None:  # it is None for a plotter that is collected without a close
-            unwrap_outputs(plotter)
-        self._panes.clear()
+        for subplot in self._subplots:
+            subplot.release()
+        plotter = self._owner()  # it is None for a plotter that is collected without a close
+        for name, output in self._wrapped.items():
+            if plotter is not None and vars(plotter).get(name) is output:
+                delattr(plotter, name)
+        self._wrapped.clear()
+        self._subplots.clear()
         self._history.clear()
 
     def __plotter_deep_clean__(self) -> None:

@@ -277,7 +277,7 @@ def test_few_modules_know_a_light_by_its_class():
         "cli.demo",
         "scene.presets",
         "studies.validate.cases",
-        "studio.gizmos.light_commands",
+        "studio.gizmos.commands",
     }
 
 

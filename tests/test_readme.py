@@ -78,9 +78,9 @@ def table(heading):
 
 def test_the_table_of_keys_is_the_windows():
     rows = dict(table("Keys in a window"))
-    for keys, what in commands.entries({}):
+    for keys, what in commands.help_entries({}):
         assert rows[keys].startswith(what) if keys in rows else keys in ("Shift", "Ctrl"), keys
-    assert len(rows) == len(commands.entries({}))  # Shift and Ctrl share one, `view` has one of its own
+    assert len(rows) == len(commands.help_entries({}))  # Shift and Ctrl share one, `view` has one of its own
 
 
 def test_the_table_of_lights_names_all_fields():

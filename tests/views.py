@@ -1,4 +1,4 @@
-"""Panes and lights for the tests of gizmos: every kind of light, in every projection, at every scale."""
+"""Views and lights for the tests of gizmos: every kind of light, in every projection, at every scale."""
 
 import itertools
 from dataclasses import dataclass
@@ -10,10 +10,8 @@ from pvphong.optics.light import Light
 from pvphong.optics.lights import LIGHT_TYPES, DirectionalLight, PointLight
 from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Power, Up, length, place
 from pvphong.scene.viewer import Viewer
-from pvphong.studio.gizmos.drag_start import Scenery
-from pvphong.studio.gizmos.handles import handles
-from pvphong.studio.gizmos.shape import ORIGIN, comes_from_somewhere, is_movable
-from pvphong.studio.gizmos.view import View
+from pvphong.studio.gizmos.handles import ORIGIN, LightInScene, comes_from_somewhere, is_movable
+from pvphong.studio.gizmos.view import Scenery, View
 
 SCALES = (1e-6, 1.0, 1e6)
 PROJECTIONS = ("perspective", "parallel")
@@ -98,7 +96,12 @@ def scenery(scale=1.0):
     return Scenery(center=(0.0, 0.0, 0.0), size=2.0 * scale, anchor=(0.0, 0.0, 1.9 * scale))
 
 
-EACH = [(kind, handle) for kind in KINDS for handle in handles(example(kind), scenery(), view())]
+def handles(light, around=None, seen_from=None):
+    """Name of each handle that is shown of a light of the world → where it is."""
+    return LightInScene(light, around or scenery()).points(seen_from or view())
+
+
+EACH = [(kind, handle) for kind in KINDS for handle in handles(example(kind))]
 """Every handle of every kind of light."""
 
 

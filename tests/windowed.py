@@ -122,8 +122,10 @@ def told(plotter, actor, guest):
     """What the tests want to know of a furnished plotter."""
     import numpy as np
 
-    board = plotter.phong._pane.board
-    view, gizmos = board.view, plotter.phong.gizmos
+    from pvphong.studio.gizmos.interaction import Drag, Entry
+
+    interaction, gizmos = plotter.phong._subplot.interaction, plotter.phong.gizmos
+    view, edit = interaction.gizmos.view, interaction.edit
     colors = np.asarray(actor.mapper.dataset["phong"])
     return {
         "size": view.size,
@@ -136,8 +138,8 @@ def told(plotter, actor, guest):
         "guest": [guest.position, guest.focal_point, guest.cone_angle],
         "colors": hashlib.sha256(np.ascontiguousarray(colors)).hexdigest(),
         "hovered": next((gizmo.hovered for gizmo in gizmos if gizmo.hovered), None),
-        "dragging": board.interaction.drag is not None,
-        "typing": "" if board.interaction.entry is None else board.interaction.entry.text,
+        "dragging": isinstance(edit, Drag),
+        "typing": edit.text if isinstance(edit, Entry) else "",
         "selected": [gizmo.is_selected for gizmo in gizmos],
         "camera": list(plotter.camera.position),
     }

@@ -31,8 +31,12 @@ def dot(a: FloatArray, b: FloatArray) -> Any:
 
 
 def cross(a: NDArray[Real], b: NDArray[Real]) -> NDArray[Real]:
-    """Cross products of the columns of two (3, n) arrays."""
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    """Cross products of the columns of two (3, ...) arrays."""
+    result = np.empty(np.broadcast_shapes(a.shape, b.shape), a.dtype)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.multiply(a[j], b[k], out=result[i])
+        result[i] -= a[k] * b[j]
+    return result
 
 
 def square_of_cross(a: FloatArray, b: FloatArray) -> Any:
@@ -53,8 +57,9 @@ def columns(rows: FloatArray) -> Float64Array:
 
 def unit_vector(vector: VectorLike) -> Vector:
     """A single vector, finite and not zero, made as long as 1: the bits of `unit` without the cost of arrays."""
-    (x, y, z), inverse = moderate_vector(vector)
-    return x * inverse, y * inverse, z * inverse
+    (x, y, z), _ = moderate_vector(vector)
+    length = math.sqrt(x * x + y * y + z * z)
+    return x / length, y / length, z / length
 
 
 def moderate_vector(vector: VectorLike) -> tuple[Vector, float]:
@@ -70,16 +75,20 @@ def angle_between(a: VectorLike, b: VectorLike) -> float:
 
 
 def unit(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real]]:
-    """Unit vectors and lengths of the columns; a zero or non-finite column gives zero and length 0."""
+    """Unit vectors and lengths of the columns; a zero or non-finite column gives zero and length 0.
+
+    Float64 unit vectors are within 4 roundings (4 * 2**-53) of the exact ones.
+    """
     with np.errstate(all="ignore"):
         square, comfortable = _squares(w)
-        length = np.sqrt(square)
-        direction = w * (1.0 / length)
+        length, direction = np.sqrt(square), np.empty_like(w)
+        for axis in range(3):  # one after the other, for columns may be far from each other in memory
+            np.divide(w[axis], length, out=direction[axis])
         if not comfortable:
             rare = _is_rare(square)
             scaled, exponents = _rescaled(w[:, rare])
             scaled_length = np.sqrt(dot(scaled, scaled))
-            direction[:, rare] = scaled * _inverse(scaled_length)
+            direction[:, rare] = np.where(scaled_length > 0.0, scaled / scaled_length, 0.0)
             length[rare] = np.ldexp(scaled_length, exponents)
     return direction, length
 

@@ -1,35 +1,188 @@
-"""Unit normals of polygons, of meshes' points, of planes and of implicit surfaces.
+"""Unit normals of a mesh's polygons and of its points, and tangents of its points.
 
 Meshes come as plain arrays here, in VTK's form: `connectivity` lists the point indices of all faces one after
 the other, and `offsets` says where each face starts. What has no normal gets the zero vector, which is unlit.
+
+In order: the faces, checked, and their edges in blocks of equal size, scaled into a safe range; normals of faces; of
+points; tangents.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any, NoReturn, get_args
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pvphong.base import check
-from pvphong.base.float_range import common_integers
-from pvphong.base.types import Float64Array, Weighting
-from pvphong.geometry.faces import FaceBlock, Faces
-from pvphong.geometry.transform import normalize, normalize_columns
+from pvphong.base.types import Float64Array, IntArray, Weighting
+from pvphong.base.vectors import cross, dot, unit
+
+# Corners in a block: its arrays then stay in a core's cache.
+_BLOCK_CORNERS = 3 * 8192
+
+# Faces whose longest edge lies between these are used as they are: edges to the fourth power stay in range
+# even in slivers.
+_LEAST_SPAN, _MOST_SPAN = 2.0**-100, 2.0**100
+
+# Points beyond this are quartered before they are subtracted, so that no edge overflows.
+_FAR = 2.0**1000
+
+# A component of an area vector whose magnitude is at most this many times its terms' is made of rounding alone:
+# each product of two rounded edges carries 3 roundings of 2**-53, their difference one more.
+_NOISE_OF_AREA = 4 * 2.0**-53
+
+# A sum of weighted normals is made of rounding alone where it is at most this many times the sum of the weights;
+# tangents carry the rounding of texture coordinates too.
+_NOISE_OF_SUM, _NOISE_OF_TANGENTS = 16 * 2.0**-53, 2.0**-40
 
 # How a weight grows with the size of its face: as length to this power.
 _POWER: dict[str, int] = {"angle": 0, "area": 2, "max": -2}
-
-# A sum of weighted normals is made of rounding alone where it is at most this many times the sum of the weights.
-_NOISE = 16 * 2.0**-53
 
 # The level of a point that no face touches: below every other, and far from the integers' end.
 _NO_LEVEL = -(2**20)
 
 # Points whose sums are made unit vectors at once.
 _POINTS_AT_ONCE = 2**14
+
+
+@dataclass(frozen=True)
+class FaceBlock:
+    """Faces with the same number k of corners.
+
+    Attributes
+    ----------
+    faces : ndarray
+        Shape (m,), which faces of the mesh these are.
+    corners : ndarray
+        Shape (m, k), the indices of their points.
+    edges : ndarray
+        Shape (3, k, m): from each corner to the next, in units of 2**exponents; zero in a face with a point
+        that is not finite.
+    spokes : ndarray
+        Shape (3, k - 2, m): from corner 0 to corners 1 … k - 2, in the same units.
+    exponents : ndarray
+        Shape (m,): 0 for every face of comfortable size.
+    """
+
+    faces: IntArray
+    corners: IntArray
+    edges: Float64Array
+    spokes: Float64Array
+    exponents: NDArray[np.int32]
+
+    def area_vectors(self) -> Float64Array:
+        """(3, m) normals of twice the faces' area, in units of 2**(2 * exponents); zero for a degenerate face.
+
+        The fan from corner 0: the sum of spoke × edge. Unlike Newell's sum over the points themselves it
+        subtracts first, so a world offset costs nothing (M. E. Newell, in Sutherland et al. 1974). The last
+        triangle takes the edge back to corner 0, so that a triangle's own two edges there are used.
+        """
+        count = self.spokes.shape[1]
+        total = np.zeros((3, len(self.faces)))
+        terms = np.zeros_like(total)
+        for spoke in range(count):
+            side = self.edges[:, spoke + 1] if spoke < count - 1 else -self.edges[:, -1]
+            for axis in range(3):
+                one, two = (axis + 1) % 3, (axis + 2) % 3
+                forth = self.spokes[one, spoke] * side[two]
+                back = self.spokes[two, spoke] * side[one]
+                total[axis] += forth - back
+                terms[axis] += np.abs(forth) + np.abs(back)
+        degenerate = np.logical_and.reduce(np.abs(total) <= _NOISE_OF_AREA * terms, axis=0)
+        if degenerate.any():
+            total[:, degenerate] = 0.0
+        return total
+
+
+class Faces:
+    """Polygons over points, checked: every index is one of a point's.
+
+    Parameters
+    ----------
+    points : array_like
+        Shape (n, 3).
+    connectivity : array_like of int
+        All faces' point indices, one face after the other.
+    offsets : array_like of int
+        Shape (n_faces + 1,): where each face starts in `connectivity`, and the end.
+
+    Raises
+    ------
+    ValueError
+        For an index that no point has (the message names the face), or for arrays that do not fit together.
+    """
+
+    def __init__(self, points: ArrayLike, connectivity: ArrayLike, offsets: ArrayLike) -> None:
+        rows = check.array("points", points)
+        self.connectivity, self.offsets = _integers("connectivity", connectivity), _integers("offsets", offsets)
+        self.count, self.n_points, end = len(self.offsets) - 1, len(rows), len(self.connectivity)
+        self._sizes = np.diff(self.offsets)
+        if not len(self.offsets) or self.offsets[0] or self.offsets[-1] != end or self._sizes.min(initial=0) < 0:
+            allowed = f"indices that rise from 0 to the connectivity's length, {end}"
+            got = np.array2string(self.offsets, threshold=9)
+            check.refuse("offsets", got, allowed, "One starts each face, and one more ends the last.")
+        if end and not (self.connectivity.min() >= 0 and self.connectivity.max() < self.n_points):
+            first = int(np.flatnonzero((self.connectivity < 0) | (self.connectivity >= self.n_points))[0])
+            face = int(np.searchsorted(self.offsets, first, side="right")) - 1
+            allowed = f"indices of the {self.n_points} points, from 0 to {self.n_points - 1}"
+            check.refuse(
+                "connectivity",
+                f"index {self.connectivity[first]} in face {face}",
+                allowed if self.n_points else "empty without points",
+                "The file or the code that made the faces counts its points differently.",
+            )
+        self._rows = np.ascontiguousarray(rows)  # or each block would have them copied
+
+    def blocks(self) -> Iterator[FaceBlock]:
+        """Blocks of faces with equally many corners; faces with fewer than 3 are in none."""
+        are_alike = self.count > 0 and bool((self._sizes == self._sizes[0]).all())
+        for size in self._sizes[:1].tolist() if are_alike else np.unique(self._sizes).tolist():
+            alike = np.arange(self.count) if are_alike else np.flatnonzero(self._sizes == size)
+            step = max(_BLOCK_CORNERS // max(size, 1), 1)
+            for start in range(0, len(alike) if size >= 3 else 0, step):
+                yield self._block(alike[start : start + step], size)
+
+    def _block(self, faces: IntArray, size: int) -> FaceBlock:
+        if faces[-1] - faces[0] == len(faces) - 1:  # they follow one another
+            corners = self.connectivity[self.offsets[faces[0]] : self.offsets[faces[-1] + 1]].reshape(-1, size)
+        else:
+            corners = self.connectivity[self.offsets[faces][:, None] + np.arange(size)]
+        gathered = np.take(self._rows, corners, axis=0)  # several times as fast as an index
+        points = np.ascontiguousarray(gathered.transpose(2, 1, 0), dtype=np.float64)
+        with np.errstate(over="ignore", invalid="ignore"):
+            edges, spokes = _edges_and_spokes(points)
+            span = np.abs(edges).reshape(-1, len(corners)).max(axis=0)
+        exponents = np.zeros(len(faces), dtype=np.int32)
+        rare = ~((span >= _LEAST_SPAN) & (span <= _MOST_SPAN))  # NaN is rare too
+        if rare.any():  # the longest edge's largest component is brought into [0.5, 1)
+            odd = np.where(np.isfinite(points[:, :, rare]).all(axis=(0, 1)), points[:, :, rare], 0.0)
+            quarters = -2 * (np.abs(odd).max(axis=(0, 1)) > _FAR).astype(np.int32)
+            odd_edges, odd_spokes = _edges_and_spokes(np.ldexp(odd, quarters))
+            levels = np.frexp(np.abs(odd_edges).max(axis=(0, 1)))[1]
+            edges[:, :, rare], spokes[:, :, rare] = np.ldexp(odd_edges, -levels), np.ldexp(odd_spokes, -levels)
+            exponents[rare] = levels - quarters
+        return FaceBlock(faces, corners, edges, spokes, exponents)
+
+
+def _edges_and_spokes(points: Float64Array) -> tuple[Float64Array, Float64Array]:
+    edges = np.empty_like(points)
+    np.subtract(points[:, 1:], points[:, :-1], out=edges[:, :-1])
+    np.subtract(points[:, 0], points[:, -1], out=edges[:, -1])
+    return edges, points[:, 1:-1] - points[:, :1]
+
+
+def _integers(name: str, value: ArrayLike) -> IntArray:
+    result = np.asarray(value)
+    if result.ndim != 1 or (result.size and result.dtype.kind not in "iu"):
+        check.refuse(name, f"shape {result.shape} of {result.dtype}", "a one-dimensional array of integers")
+    return result.astype(np.intp, copy=False)
+
+
+# --- normals of faces
 
 
 def polygon_normals(points: ArrayLike, connectivity: ArrayLike, offsets: ArrayLike) -> Float64Array:
@@ -64,10 +217,11 @@ def polygon_normals(points: ArrayLike, connectivity: ArrayLike, offsets: ArrayLi
     faces = Faces(points, connectivity, offsets)
     result = np.zeros((faces.count, 3))
     for block in faces.blocks():
-        areas = block.area_vectors()
-        normalize_columns(areas, areas)
-        result[block.faces] = areas.T
+        result[block.faces] = unit(block.area_vectors())[0].T
     return result
+
+
+# --- normals of points
 
 
 def point_normals(
@@ -105,111 +259,45 @@ def point_normals(
     """
     check.choice("weighting", weighting, get_args(Weighting))
     faces = Faces(points, connectivity, offsets)
-    levels = _levels(faces, _POWER[weighting])
+    power = _POWER[weighting]
+    levels = _levels(faces, power)
     sums, total = np.zeros((faces.n_points, 3)), np.zeros(faces.n_points)
     for block in faces.blocks():
         areas = block.area_vectors()
         weights = _weights(block, areas, weighting)
         if levels is not None:
-            weights = np.ldexp(weights, _POWER[weighting] * block.exponents - levels[block.corners].T)
-        normalize_columns(areas, areas)
+            weights = np.ldexp(weights, power * block.exponents - levels[block.corners].T)
+        normals = unit(areas)[0]
         index, terms = block.corners.ravel(), np.empty(block.corners.shape)  # face by face, as they are added
         np.abs(weights, out=terms.T)
         np.add.at(total, index, terms.ravel())
         for axis in range(3):
-            np.multiply(weights, areas[axis], out=terms.T)
+            np.multiply(weights, normals[axis], out=terms.T)
             np.add.at(sums[:, axis], index, terms.ravel())
     for start in range(0, faces.n_points, _POINTS_AT_ONCE):
         part = slice(start, start + _POINTS_AT_ONCE)
-        _finish(sums[part].T, total[part])
+        sums[part][(_NOISE_OF_SUM * total[part] >= np.abs(sums[part]).T).all(axis=0)] = 0.0
+        sums[part] = unit(sums[part].T)[0].T
     return sums
-
-
-def _finish(sums: Float64Array, total: Float64Array) -> None:
-    """Make the columns of sums unit vectors; those that are made of rounding alone become zero."""
-    noise = np.logical_and.reduce(np.abs(sums) <= _NOISE * total, axis=0)
-    if noise.any():
-        sums[:, noise] = 0.0
-    normalize_columns(sums, sums)
-
-
-def plane_normal(*plane: Any) -> Float64Array:
-    """Unit normal of a plane from its coefficients, or from three of its points.
-
-    ``plane_normal(a, b, c)`` and ``plane_normal(a, b, c, d)`` take the plane ax + by + cz + d = 0;
-    ``plane_normal(p, q, r)`` takes points, three numbers each. Either also comes as one sequence or array.
-
-    Parameters
-    ----------
-    *plane : float or array_like
-        Three or four coefficients, or three points. Seen from the front, p, q, r run counter-clockwise.
-
-    Returns
-    -------
-    ndarray
-        Shape (3,), float64: computed exactly from the given numbers and rounded once, so that points that are
-        only nearly collinear give the right normal too.
-
-    Raises
-    ------
-    ValueError
-        If a, b and c are all zero, the points are exactly collinear, or something is not a finite number.
-    """
-    items = plane[0] if len(plane) == 1 else plane
-    if not isinstance(items, (list, tuple, np.ndarray)) or len(items) not in (3, 4):
-        _refuse_plane(items)
-    if len(items) == 3 and all(np.ndim(item) == 1 for item in items):
-        p, q, r = (check.vector(name, item) for name, item in zip("pqr", items, strict=True))
-        return _exact_unit(_exact_cross(p, q, r), f"p={p}, q={q}, r={r}", "three points that are not collinear")
-    if any(np.ndim(item) != 0 for item in items):
-        _refuse_plane(items)
-    coefficients = check.numbers_in("plane", items, len(items))
-    return _exact_unit(common_integers(coefficients[:3]), str(coefficients), "coefficients with a, b, c not all zero")
-
-
-def implicit_normals(gradient: Callable[[Float64Array], ArrayLike] | ArrayLike, points: ArrayLike) -> Float64Array:
-    """Unit normals of an implicit surface f(x, y, z) = 0 at points on it: the direction of its gradient.
-
-    Parameters
-    ----------
-    gradient : callable or array_like
-        Takes (n, 3) float64 points and gives the (n, 3) gradients of f there; or those gradients themselves.
-        For the unit sphere, f = x² + y² + z² - 1, that is ``lambda p: p`` up to a factor.
-    points : array_like
-        Shape (n, 3), any real type. The callable gets a copy.
-
-    Returns
-    -------
-    ndarray
-        Shape (n, 3), float64. Where the gradient is zero (a cone's tip) or not finite, the normal is zero.
-
-    Raises
-    ------
-    ValueError
-        If `points` is not (n, 3), or the gradients are not (n, 3) real numbers.
-    """
-    rows = check.array("points", points)
-    gradients = gradient(rows.astype(np.float64)) if callable(gradient) else gradient
-    return normalize(check.array("gradient", gradients, count=len(rows)))
 
 
 def _weights(block: FaceBlock, areas: Float64Array, weighting: Weighting) -> Float64Array:
     """(k, m) weights of a block's corners, in units of 2**(power * exponents); zero in a face without a normal."""
     if weighting == "area":
-        return np.broadcast_to(np.sqrt(_dot(areas, areas)), block.corners.T.shape)
+        return np.broadcast_to(np.sqrt(dot(areas, areas)), block.corners.T.shape)
     before = np.roll(block.edges, 1, axis=1)
-    crosses = _cross(before, block.edges)
-    sines = np.sqrt(_dot(crosses, crosses))  # times the two edges' lengths, as are the cosines
+    crosses = cross(before, block.edges)
+    sines = np.sqrt(dot(crosses, crosses))  # times the two edges' lengths, as are the cosines
     if len(sines) > 3:  # a reflex corner turns against the face's normal; a triangle has none
-        np.negative(sines, out=sines, where=_dot(crosses, areas[:, None]) < 0.0)
+        np.negative(sines, out=sines, where=dot(crosses, areas[:, None]) < 0.0)
     if weighting == "angle":
-        cosines = _dot(before, block.edges)
+        cosines = dot(before, block.edges)
         cosines += 0.0  # no -0, or a corner on a doubled point would turn by 0° or 180° as its axes' signs have it
         weights = np.arctan2(sines, np.negative(cosines, out=cosines))
         if len(sines) > 3:
             weights[weights < 0.0] += 2.0 * math.pi
     else:
-        squares = _dot(block.edges, block.edges)
+        squares = dot(block.edges, block.edges)
         products = squares * np.roll(squares, 1, axis=0)
         weights = np.divide(sines, products, out=np.zeros_like(sines), where=products >= np.finfo(np.float64).tiny)
     degenerate = ~areas.any(axis=0)
@@ -229,38 +317,54 @@ def _levels(faces: Faces, power: int) -> NDArray[np.int32] | None:
     return levels
 
 
-def _dot(a: Float64Array, b: Float64Array) -> Float64Array:
-    result: Float64Array = a[0] * b[0]
-    result += a[1] * b[1]
-    result += a[2] * b[2]
-    return result
+# --- tangents
 
 
-def _cross(a: Float64Array, b: Float64Array) -> Float64Array:
-    result = np.empty_like(a)
-    for axis in range(3):
-        one, two = (axis + 1) % 3, (axis + 2) % 3
-        np.multiply(a[one], b[two], out=result[axis])
-        result[axis] -= a[two] * b[one]
-    return result
+def point_tangents(
+    points: ArrayLike, connectivity: ArrayLike, offsets: ArrayLike, coordinates: ArrayLike, normals: ArrayLike
+) -> Float64Array:
+    """Unit tangents of the points of a mesh, as MikkTSpace has them.
 
+    Around each corner of a face, ∂p/∂u comes from the edges to its two neighbours; across the point's normal, it is
+    weighted by the angle that the edges have there. Unlike MikkTSpace, no point is split in two where faces around it
+    are mirrored in the texture: there their tangents may cancel.
 
-def _exact_cross(*points: tuple[float, float, float]) -> list[int]:
-    """(q - p) × (r - p), exactly, times a positive factor."""
-    integers = common_integers([coordinate for point in points for coordinate in point])
-    a, b, c = (integers[3 + axis] - integers[axis] for axis in range(3))
-    d, e, f = (integers[6 + axis] - integers[axis] for axis in range(3))
-    return [b * f - c * e, c * d - a * f, a * e - b * d]
+    Parameters
+    ----------
+    points, connectivity, offsets : array_like
+        As for `polygon_normals`.
+    coordinates : array_like
+        Shape (n, 2): texture coordinates u and v.
+    normals : array_like
+        Shape (n, 3), of any length.
 
+    Returns
+    -------
+    ndarray
+        Shape (n, 3), float64. Zero where no face has an area, on the surface and in the texture, or tangents cancel.
 
-def _exact_unit(normal: list[int], got: str, allowed: str) -> Float64Array:
-    if not any(normal):
-        check.refuse("plane", got, allowed)
-    square = sum(entry * entry for entry in normal)
-    guard = 64  # bits of the root beyond the integers' own, so that its truncation does not show
-    root = math.isqrt(square << 2 * guard)
-    return np.array([(entry << guard) / root for entry in normal])
-
-
-def _refuse_plane(items: object) -> NoReturn:
-    check.refuse("plane", items, "(a, b, c), (a, b, c, d) or three points", "Each point has three numbers.")
+    References
+    ----------
+    M. S. Mikkelsen: Simulation of wrinkled surfaces revisited. Master's thesis, University of Copenhagen (2008).
+    """
+    faces = Faces(points, connectivity, offsets)
+    n = unit(check.array("normals", normals, count=faces.n_points).T.astype(np.float64))[0]
+    uv = np.asarray(coordinates, np.float64)
+    sums, total = np.zeros((faces.n_points, 3)), np.zeros(faces.n_points)
+    for block in faces.blocks():
+        for corner in range(block.corners.shape[1]):
+            here = block.corners[:, corner]
+            after, before = block.corners[:, corner + 1 - block.corners.shape[1]], block.corners[:, corner - 1]
+            one, two, across = block.edges[:, corner], -block.edges[:, corner - 1], n[:, here]
+            (u_one, v_one), (u_two, v_two) = (uv[after] - uv[here]).T, (uv[before] - uv[here]).T
+            with np.errstate(all="ignore"):  # zero where the edges are parallel in the texture
+                along = np.sign(u_one * v_two - v_one * u_two) * (v_two * one - v_one * two)
+                tangent = unit(along - dot(along, across) * across)[0]
+            sine = np.abs(dot(cross(one, two), across))  # of the angle between the edges as seen along the normal
+            angle = np.arctan2(sine, dot(one, two) - dot(one, across) * dot(two, across))
+            weight = angle * tangent.any(axis=0)
+            np.add.at(total, here, weight)
+            for axis in range(3):
+                np.add.at(sums[:, axis], here, weight * tangent[axis])
+    sums[np.abs(sums).max(axis=1, initial=0.0) <= _NOISE_OF_TANGENTS * total] = 0.0
+    return np.ascontiguousarray(unit(sums.T)[0].T)

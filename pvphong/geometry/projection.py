@@ -1,4 +1,5 @@
-"""OpenGL's viewing pipeline: world → eye → clip → normalised device → window coordinates.
+"""OpenGL's viewing pipeline: world → eye → clip → normalised device → window coordinates; normals of planes and of
+implicit surfaces at the end.
 
 Matrices are (4, 4) float64 and multiply column vectors, ``clip = projection @ view @ (x, y, z, 1)``.
 In eye space the eye is the origin, x is right, y is up and the eye looks down −z.
@@ -13,46 +14,18 @@ the ``gluPerspective`` and ``gluLookAt`` manual pages; ``vtkPerspectiveTransform
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pvphong.base import check
 from pvphong.base.types import Float64Array, VectorLike
+from pvphong.base.vectors import unit_vector
+from pvphong.geometry.transform import common_integers, normalize
 
 _PARALLEL = 8 * np.finfo(np.float64).eps  # a sine below this is rounding, not a direction
-
-
-class PerspectiveOrParallel(Protocol):
-    """What `project` reads of a viewer; `pvphong.scene.scene.Viewer` has it all."""
-
-    @property
-    def position(self) -> VectorLike:
-        """The eye, in world coordinates."""
-
-    @property
-    def focal_point(self) -> VectorLike:
-        """What the eye looks at."""
-
-    @property
-    def up(self) -> VectorLike:
-        """The direction that is up in the picture."""
-
-    @property
-    def parallel(self) -> bool:
-        """Whether all rays are parallel."""
-
-    @property
-    def view_angle(self) -> float:
-        """The full vertical angle of a perspective view, in degrees."""
-
-    @property
-    def parallel_scale(self) -> float:
-        """Half the height of a parallel view, in world units."""
-
-    @property
-    def clipping_range(self) -> VectorLike:
-        """Distances of the near and the far plane from the eye."""
 
 
 def look_at(eye: VectorLike, target: VectorLike, up: VectorLike) -> Float64Array:
@@ -81,34 +54,21 @@ def look_at(eye: VectorLike, target: VectorLike, up: VectorLike) -> Float64Array
     rotation = _rotation(origin, np.array(check.vector("target", target)), up)
     result = np.eye(4)
     result[:3, :3] = rotation
-    result[:3, 3] = -_product(rotation, origin)
+    result[:3, 3] = [-math.fsum(row * origin) for row in rotation]  # for an eye far away its terms may cancel
     return result
 
 
 def _rotation(eye: Float64Array, target: Float64Array, up: VectorLike) -> Float64Array:
     """The rows right, up and backward: the rotation from world to eye space."""
-    backward = _unit(eye * 0.5 - target * 0.5)  # halved first: the difference of two huge numbers overflows
+    backward = normalize([eye * 0.5 - target * 0.5])[0]  # halved first: the difference of two huge numbers overflows
     if not backward.any():
         check.refuse("target", target.tolist(), "another point than eye", "A view needs a direction.")
-    upward = _unit(np.array(check.direction("up", up)))
+    upward = unit_vector(check.direction("up", up))
     right = np.cross(upward, backward)
     if math.hypot(*right) <= _PARALLEL:
         check.refuse("up", list(up), "a direction across the view, not along it", f"The view is along {-backward}.")
-    right = _unit(right)
+    right = np.array(unit_vector(right.tolist()))
     return np.stack([right, np.cross(backward, right), backward])
-
-
-def _unit(vector: Float64Array) -> Float64Array:
-    """The vector at length 1, or zero as it stands; no length is too small or too large."""
-    _, exponent = math.frexp(float(np.abs(vector).max()))
-    scaled = np.ldexp(vector, -exponent)
-    length = math.hypot(*scaled)
-    return scaled / length if length > 0 else scaled
-
-
-def _product(rotation: Float64Array, vector: Float64Array) -> Float64Array:
-    """``rotation @ vector``, its sums rounded once: for an eye far away its terms may cancel."""
-    return np.array([math.fsum(row * vector) for row in rotation])
 
 
 def frustum(left: float, right: float, bottom: float, top: float, near: float, far: float) -> Float64Array:
@@ -233,7 +193,7 @@ def _finite_matrix(rows: list[list[float]]) -> Float64Array:
     return result
 
 
-def project(points: Any, viewer: PerspectiveOrParallel, window_size: tuple[int, int]) -> Float64Array:
+def project(points: Any, viewer: Any, window_size: tuple[int, int]) -> Float64Array:
     """Where points appear in the window: pixels and pseudo-depth.
 
     The depth is OpenGL's: 0 on the near plane, 1 on the far plane, and in perspective not linear between
@@ -268,7 +228,11 @@ def project(points: Any, viewer: PerspectiveOrParallel, window_size: tuple[int, 
     )
     eye = np.array(viewer.position)
     rotation = _rotation(eye, np.array(viewer.focal_point), viewer.up)
-    projection = _projection(viewer, width / height)
+    if viewer.parallel:
+        half, across = viewer.parallel_scale, viewer.parallel_scale * width / height
+        projection = ortho(-across, across, -half, half, *viewer.clipping_range)
+    else:
+        projection = perspective(viewer.view_angle, width / height, *viewer.clipping_range)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         # the eye is subtracted first: the view matrix rounds far from the origin
         seen = (values - eye) @ rotation.T
@@ -279,9 +243,78 @@ def project(points: Any, viewer: PerspectiveOrParallel, window_size: tuple[int, 
     return result
 
 
-def _projection(viewer: PerspectiveOrParallel, aspect: float) -> Float64Array:
-    near, far = viewer.clipping_range
-    if viewer.parallel:
-        scale = viewer.parallel_scale
-        return ortho(-scale * aspect, scale * aspect, -scale, scale, near, far)
-    return perspective(viewer.view_angle, aspect, near, far)
+# --- normals of what is given by a formula
+
+
+def plane_normal(*plane: Any) -> Float64Array:
+    """Unit normal of a plane from its coefficients, or from three of its points.
+
+    ``plane_normal(a, b, c)`` and ``plane_normal(a, b, c, d)`` take the plane ax + by + cz + d = 0;
+    ``plane_normal(p, q, r)`` takes points, three numbers each. Either also comes as one sequence or array.
+
+    Parameters
+    ----------
+    *plane : float or array_like
+        Three or four coefficients, or three points. Seen from the front, p, q, r run counter-clockwise.
+
+    Returns
+    -------
+    ndarray
+        Shape (3,), float64: computed exactly from the given numbers and rounded once, so that points that are
+        only nearly collinear give the right normal too.
+
+    Raises
+    ------
+    ValueError
+        If a, b and c are all zero, the points are exactly collinear, or something is not a finite number.
+    """
+    items = plane[0] if len(plane) == 1 else plane
+    is_sequence = isinstance(items, (list, tuple, np.ndarray)) and len(items) in (3, 4)
+    dimensions = {np.ndim(item) for item in items} if is_sequence else set()
+    if dimensions == {1} and len(items) == 3:
+        p, q, r = (check.vector(name, item) for name, item in zip("pqr", items, strict=True))
+        integers = common_integers([*p, *q, *r])
+        a, b, c = (integers[3 + axis] - integers[axis] for axis in range(3))
+        d, e, f = (integers[6 + axis] - integers[axis] for axis in range(3))
+        normal = [b * f - c * e, c * d - a * f, a * e - b * d]  # (q - p) × (r - p), times a positive factor
+        got, allowed = f"p={p}, q={q}, r={r}", "three points that are not collinear"
+    elif dimensions == {0}:
+        coefficients = check.numbers_in("plane", items, len(items))
+        normal, got, allowed = (
+            common_integers(coefficients[:3]),
+            str(coefficients),
+            "coefficients with a, b, c not all zero",
+        )
+    else:
+        check.refuse("plane", items, "(a, b, c), (a, b, c, d) or three points", "Each point has three numbers.")
+    if not any(normal):
+        check.refuse("plane", got, allowed)
+    guard = 64  # bits of the root beyond the integers' own, so that its truncation does not show
+    root = math.isqrt(sum(entry * entry for entry in normal) << 2 * guard)
+    return np.array([(entry << guard) / root for entry in normal])
+
+
+def implicit_normals(gradient: Callable[[Float64Array], ArrayLike] | ArrayLike, points: ArrayLike) -> Float64Array:
+    """Unit normals of an implicit surface f(x, y, z) = 0 at points on it: the direction of its gradient.
+
+    Parameters
+    ----------
+    gradient : callable or array_like
+        Takes (n, 3) float64 points and gives the (n, 3) gradients of f there; or those gradients themselves.
+        For the unit sphere, f = x² + y² + z² - 1, that is ``lambda p: p`` up to a factor.
+    points : array_like
+        Shape (n, 3), any real type. The callable gets a copy.
+
+    Returns
+    -------
+    ndarray
+        Shape (n, 3), float64. Where the gradient is zero (a cone's tip) or not finite, the normal is zero.
+
+    Raises
+    ------
+    ValueError
+        If `points` is not (n, 3), or the gradients are not (n, 3) real numbers.
+    """
+    rows = check.array("points", points)
+    gradients = gradient(rows.astype(np.float64)) if callable(gradient) else gradient
+    return normalize(check.array("gradient", gradients, count=len(rows)))

@@ -1,6 +1,4 @@
-"""Classes of model matrices, as far as they concern normals.
-
-Points, vectors and normals under a 4x4 affine model matrix, and the normalising of vectors.
+"""Points, vectors and normals under a 4x4 affine model matrix, and the normalising of vectors.
 
 A model matrix M = [[L, t], [0, 0, 0, w]] takes a point p to (L p + t) / w and a vector v to L v / w. A normal n
 goes by the inverse-transpose of L / w, which is its cofactor matrix up to a positive factor and the sign of
@@ -14,14 +12,15 @@ apart, which gives the same bits wherever both ways are open.
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from enum import Enum
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from pvphong.base import check
-from pvphong.base.float_range import common_integers, mantissas_and_exponents, scaled_floats, wide_sums
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike
+from pvphong.base.vectors import unit
 
 
 class MatrixClass(Enum):
@@ -50,11 +49,11 @@ def class_of(matrix: Float64Array) -> MatrixClass:
     return MatrixClass.GENERAL
 
 
-# --- transform
+# Where squared lengths carry no underflow and no overflow into their last bit, lengths lie between these.
+_LEAST_LENGTH, _MOST_LENGTH = 2.0**-450, 2.0**450
 
-
-# Squared lengths between these carry no underflow and no overflow into their last bit.
-_LEAST_SQUARE, _MOST_SQUARE = 2.0**-900, 2.0**900
+# The exponent given to a product that is zero: below every other, and far from the int32 range's end.
+_NO_EXPONENT = -(2**20)
 
 # Cofactors more powers of two apart could lose bits in a long normal that comes out short.
 _WIDEST_COFACTORS = 500
@@ -101,7 +100,7 @@ def normal_matrix(matrix: MatrixLike) -> Float64Array:
     The inverse-transpose of a 3x3 matrix is its cofactor matrix over its determinant; see K. Turkowski,
     "Properties of surface-normal transformations", Graphics Gems (1990), 539-547.
     """
-    return scaled_floats(_cofactors(matrix)).reshape(3, 3)
+    return _in_proportion(_cofactors(matrix))
 
 
 def transform_points(points: ArrayLike, matrix: MatrixLike) -> Float64Array:
@@ -166,18 +165,18 @@ def transform_normals(normals: ArrayLike, matrix: MatrixLike) -> Float64Array:
     """
     rows = check.array("normals", normals)
     cofactors = _cofactors(matrix)
-    coefficients = scaled_floats(cofactors).reshape(3, 3)
-    lengths = [abs(entry).bit_length() for entry in cofactors if entry]
+    bits = [abs(entry).bit_length() for entry in cofactors if entry]
     with np.errstate(all="ignore"):
-        result = _sums(rows.astype(np.float64, copy=False), coefficients)
-        square, rare = _squares(result.T)
-        _divide(result.T, np.sqrt(square), result.T)
-        if max(lengths) - min(lengths) > _WIDEST_COFACTORS:
+        directions, lengths = unit(_sums(rows.astype(np.float64, copy=False), _in_proportion(cofactors)).T)
+        result: Float64Array = np.ascontiguousarray(directions.T)
+        rare = ~((lengths >= _LEAST_LENGTH) & (lengths <= _MOST_LENGTH))
+        if max(bits) - min(bits) > _WIDEST_COFACTORS:
             rare[:] = True
         if rare.any():
-            mantissas, powers = mantissas_and_exponents(cofactors)
-            images, exponents = wide_sums(rows[rare], mantissas.reshape(3, 3), powers.reshape(3, 3))
-            result[rare] = normalize(np.ldexp(images, exponents - exponents.max(axis=1, keepdims=True)))
+            exponents = np.reshape([abs(entry).bit_length() for entry in cofactors], (3, 3))
+            mantissas = np.reshape([entry / (1 << abs(entry).bit_length()) for entry in cofactors], (3, 3))
+            images, levels = _wide_sums(rows[rare], mantissas, exponents - exponents.max())
+            result[rare] = normalize(np.ldexp(images, levels - levels.max(axis=1, keepdims=True)))
     return result
 
 
@@ -195,36 +194,7 @@ def normalize(vectors: ArrayLike) -> Float64Array:
         Shape (n, 3), float64, C-contiguous, within 4 roundings (4 * 2**-53) of the exact unit vector. A row
         of zeros, or with a NaN or infinity, comes back as zero.
     """
-    rows = check.array("vectors", vectors).astype(np.float64, copy=False)
-    result = np.empty(rows.shape)
-    normalize_columns(rows.T, result.T)
-    return result
-
-
-def normalize_columns(vectors: Float64Array, out: Float64Array) -> None:
-    """`normalize` the columns of a (3, n) array into another, which may be the same."""
-    with np.errstate(all="ignore"):
-        square, rare = _squares(vectors)
-        odd = vectors[:, rare]
-        _divide(vectors, np.sqrt(square), out)
-        if odd.size:
-            odd = np.ldexp(odd, -np.frexp(np.abs(odd).max(axis=0))[1])
-            square, lost = _squares(odd)  # what is still out of range is zero or not finite
-            out[:, rare] = np.where(lost, 0.0, odd / np.sqrt(square))
-
-
-def _squares(columns: Float64Array) -> tuple[Float64Array, BoolArray]:
-    """Squared lengths, and which of them are out of the range where they are right."""
-    x, y, z = columns
-    square: Float64Array = x * x
-    square += y * y
-    square += z * z
-    return square, ~((square >= _LEAST_SQUARE) & (square <= _MOST_SQUARE))  # NaN is too
-
-
-def _divide(columns: Float64Array, lengths: Float64Array, out: Float64Array) -> None:
-    for axis in range(3):  # one after the other, for columns may be far from each other in memory
-        np.divide(columns[axis], lengths, out=out[axis])
+    return np.ascontiguousarray(unit(check.array("vectors", vectors).astype(np.float64, copy=False).T)[0].T)
 
 
 def _affine(matrix: MatrixLike) -> Float64Array:
@@ -271,7 +241,7 @@ def _product(rows: FloatArray, coefficients: Float64Array, w: float) -> Float64A
             rare[:] = True
         if rare.any():
             mantissa, exponent = np.frexp(w)
-            sums, exponents = wide_sums(rows[rare], *np.frexp(coefficients))
+            sums, exponents = _wide_sums(rows[rare], *np.frexp(coefficients))
             result[rare] = np.ldexp(sums / mantissa, exponents - exponent)
     return result
 
@@ -288,3 +258,45 @@ def _sums(rows: Float64Array, coefficients: Float64Array) -> Float64Array:
             total += factors[3]
         result[:, axis] = total
     return result
+
+
+# --- exact arithmetic
+
+
+def common_integers(values: Sequence[float]) -> list[int]:
+    """Integers in exactly the proportions of some finite floats: each float times one common power of two."""
+    ratios = [value.as_integer_ratio() for value in values]
+    shift = max(below for _, below in ratios).bit_length()
+    return [above << (shift - below.bit_length()) for above, below in ratios]
+
+
+def _in_proportion(integers: Sequence[int]) -> Float64Array:
+    """Nine integers as a (3, 3) matrix of floats, the largest between 0.5 and 1, each rounded once.
+
+    Python divides integers with one correct rounding; what is less than 5e-324 of the largest becomes zero.
+    """
+    whole = 1 << max(abs(entry) for entry in integers).bit_length()
+    return np.array([entry / whole for entry in integers]).reshape(3, 3)
+
+
+def _wide_sums(
+    rows: FloatArray, mantissas: Float64Array, exponents: NDArray[np.int32]
+) -> tuple[Float64Array, NDArray[np.int32]]:
+    """Linear images of rows, in which nothing overflows, and nothing underflows that counts.
+
+    Products and sums are rounded as in plain float64 arithmetic, in the order of the columns.
+
+    Rows have the shape (n, 3). The coefficients, mantissas * 2**exponents, have the shape (k, 3), or (k, 4) with a last
+    column that is added as it stands. The images, sums * 2**exponents of what is given, have the shape (n, k).
+    """
+    if mantissas.shape[1] == 4:
+        rows = np.column_stack([rows, np.ones(len(rows))])
+    parts, powers = np.frexp(rows.astype(np.float64, copy=False))
+    terms = parts[:, None, :] * mantissas
+    levels = np.where(terms == 0.0, _NO_EXPONENT, powers[:, None, :] + exponents)
+    top = levels.max(axis=2)
+    terms = np.ldexp(terms, levels - top[:, :, None])
+    total = terms[:, :, 0]
+    for column in range(1, terms.shape[2]):
+        total = total + terms[:, :, column]
+    return total, top

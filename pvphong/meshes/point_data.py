@@ -13,7 +13,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from pvphong.base import check
 from pvphong.base.color import linear_from_srgb
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
-from pvphong.geometry.faces import point_tangents
+from pvphong.geometry.normals import point_tangents
 from pvphong.meshes.surfaces import FeatureAngle, has_faces, polygons, split_sharp_edges, surface
 from pvphong.shading.albedo import checked_albedo
 from pvphong.shading.maps import checked_map

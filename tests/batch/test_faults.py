@@ -41,13 +41,13 @@ def cluster(tmp_path):
         words = [sys.executable, "-m", f"distributed.cli.dask_{command}", *options, "--no-dashboard"]
         return subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
-    told = str(tmp_path / "scheduler.json")
-    scheduler = begin("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", told)
-    workers = begin("worker", "--scheduler-file", told, "--nworkers", "2", "--nthreads", "1")
+    file = str(tmp_path / "scheduler.json")
+    scheduler = begin("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", file)
+    workers = begin("worker", "--scheduler-file", file, "--nworkers", "2", "--nthreads", "1")
     try:
-        while not Path(told).exists():
+        while not Path(file).exists():
             time.sleep(0.05)
-        with distributed.Client(scheduler_file=told, set_as_default=False) as client:
+        with distributed.Client(scheduler_file=file, set_as_default=False) as client:
             client.wait_for_workers(2, timeout=60)
             yield scheduler, client
     finally:

@@ -32,13 +32,23 @@ def everything():
     return {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()}
 
 
-def test_each_file_is_lit_as_by_itself(files, client):
-    batch = ph.shade_files("in/*.vtp", "lit/deep", SCENE, GOLD, client=client, name="glow", components=True)
+def test_each_file_is_lit_as_by_itself_and_has_a_receipt(files, client):
+    options = {"name": "glow", "components": True}
+    batch = ph.shade_files("in/*.vtp", "lit/deep", SCENE, GOLD, client=client, compress="none", **options)
     assert (batch.done, batch.skipped, batch.failed) == (tuple(files), (), {})
     for path in files:
-        lit, expected = pv.read(f"lit/deep/{path.name}"), pv.read(path).phong.shade(SCENE, GOLD, name="glow")
-        np.testing.assert_array_equal(lit["glow"], expected["glow"])
-        assert "glow_light_0" in lit.point_data
+        output, expected = Path("lit/deep", path.name), pv.read(path).phong.shade(SCENE, GOLD, **options)
+        lit = pv.read(output)
+        assert set(lit.point_data) == set(expected.point_data)
+        for name in expected.point_data:
+            np.testing.assert_array_equal(lit[name], expected[name])
+        assert b"compressor" not in output.read_bytes()
+        receipt = json.loads(worker.receipt_path(output).read_text())
+        assert receipt["input"] == worker.checksum_of_file(path)
+        assert receipt["output"] == worker.checksum_of_file(output)
+        assert {"Float32 glow 3", "Float32 Points 3"} <= {
+            f"{type} {name} {n}" for _, type, name, n in receipt["arrays"]
+        }
     assert {path.name for path in Path("lit/deep").iterdir()} == {
         name for path in files for name in (path.name, f".{path.name}.json")
     }
@@ -81,12 +91,17 @@ def test_what_is_done_is_not_done_again_until_something_changes(files, client, m
     assert run(material=ph.Material(), tolerance=0.1) == (names, [])
 
 
-def test_a_rig_is_told_from_another_by_all_that_colors_depend_on():
-    told = worker.checksum_of
-    assert told(ph.DirectionalLight()) != told(ph.PointLight(position=(0, 0, 1)))
-    assert told([SCENE, {"default": GOLD}]) == told([SCENE, {"default": ph.Material.named("gold")}])
-    assert told(ph.Material(diffuse=0.1)) != told(ph.Material(diffuse=np.nextafter(0.1, 1)))
-    assert told(ph.Material(reflectance=ph.Phong())) != told(ph.Material(reflectance=ph.BlinnPhong()))
+def test_checksums_of_lighting_differ_by_all_that_colours_depend_on():
+    image = np.random.default_rng(0).random((40, 80, 3))
+    other = image.copy()
+    other[20, 40, 1] += 0.1
+    lights = [ph.EnvironmentLight(image=image), ph.EnvironmentLight(image=other), ph.DirectionalLight()]
+    materials = [ph.Material(diffuse=0.1), ph.Material(diffuse=np.nextafter(0.1, 1))]
+    materials += [ph.Material(reflectance=kind()) for kind in (ph.Phong, ph.BlinnPhong)]
+    assert len({worker.checksum_of(value) for value in (*lights, *materials)}) == len(lights + materials)
+    assert worker.checksum_of([SCENE, {"a": GOLD, "b": 1}]) == worker.checksum_of(
+        [SCENE, {"b": 1, "a": ph.Material.named("gold")}]
+    )
 
 
 def test_a_file_that_cannot_be_lit_fails_alone_and_leaves_nothing(files, client):
@@ -157,73 +172,58 @@ def test_patterns_and_paths_name_each_file_once(files):
 # --- what is refused, before anything is written
 
 
-def no_such(_):
-    return {"paths": "no/*.vtp"}
+@pytest.fixture
+def odd_files():
+    os.mkdir("odd")
+    save_pieces(surfaces(bare(pv.Sphere()), 2), "odd", ".pvtp")
+    pv.Sphere().save("odd/ball_0.stl")
+    Path("odd/circle.pvd").write_text(series(["circle.pvd"]))
+    Path("odd/empty.pvd").write_text(series([]))
+    Path("odd/nameless.pvd").write_text(series([""]))
+    Path("odd/mesh.vtm").write_text('<VTKFile type="PolyData"><PolyData/></VTKFile>')
+    Path("odd/text.pvtp").write_text("garbage")
+    Path("file").write_text("mine")
 
 
-def one_name(files):
-    os.mkdir("other")
-    pv.Sphere().save("other/ball_0.stl")
-    return {"paths": [*files, "other/ball_0.stl"]}
-
-
-def a_circle(_):
-    Path("a.pvd").write_text(series(["a.pvd"]))
-    return {"paths": "a.pvd"}
-
-
-def another_index(_):
-    Path("a.vtm").write_text('<VTKFile type="PolyData"><PolyData/></VTKFile>')
-    return {"paths": "a.vtm"}
-
-
-def empty_index(_):
-    Path("a.pvd").write_text(series([]))
-    return {"paths": "a.pvd"}
-
-
-def shadowy_pieces(_):
-    save_pieces(surfaces(bare(pv.Sphere()), 2), "in/deep", ".pvtp")
-    return {"paths": "in/deep/whole.pvtp", "scene": replace(SCENE, light_model=ph.LightModel(shadows=True))}
-
-
-def a_file_in_the_way(_):
-    Path("lit").write_text("mine")
-    return {}
-
-
+SHADOWY = replace(SCENE, light_model=ph.LightModel(shadows=True))
 REFUSED = {
-    r"^paths must be a pattern that some file matches; got no/\*\.vtp\.": no_such,
-    r"^paths must be files with different names; got in/ball_0\.vtp and other/ball_0\.stl, both lit": one_name,
-    r"^paths must be at least one file; got none": lambda _: {"paths": []},
-    r"^paths must be a pattern, a path, or a sequence of them; got 5": lambda _: {"paths": 5},
-    r"^paths must be an index that does not name itself": a_circle,
-    r"^paths must be a file of one of \.vtm, .* that can be read; got a\.vtm\. It holds PolyData": another_index,
-    r"^paths must be a file that exists; got b\.pvtp": lambda _: {"paths": "b.pvtp"},
-    r"^paths must be an index that names files": empty_index,
-    r"^out must be another folder than that of the files; got in": lambda _: {"out": "in"},
-    r"^out must be a folder that can be made; got lit": a_file_in_the_way,
-    r"^light_model must be without shadows .* for the pieces of in/deep/whole\.pvtp": shadowy_pieces,
-    r"^scene must be a Scene": lambda _: {"scene": "sun"},
-    r"^material must be a Material": lambda _: {"material": "gold"},
-    r"^material must be a mapping with the names of all blocks.* got a mapping with 'wheel'": lambda _: {
-        "material": {"wheel": GOLD}
+    r"^paths must be a pattern that some file matches; got no/\*\.vtp\.": {"paths": "no/*.vtp"},
+    r"^paths must be files with different names; got in/ball_0\.vtp and odd/ball_0\.stl, both lit": {
+        "paths": ["in/*.vtp", "odd/ball_0.stl"]
     },
-    r"^material must be .* got a mapping without 'default'": lambda _: {"material": {}},
-    r"^tolerance must be": lambda _: {"tolerance": -1},
-    r"^feature_angle must be": lambda _: {"feature_angle": 200.0},
-    r"^albedo must be the name of a point array": lambda _: {"albedo": 5},
-    r"^seams must be one of 'merge', 'keep'": lambda _: {"seams": "weld"},
-    r"^client must be a distributed\.Client, or the address .* got 5": lambda _: {"client": 5},
-    r"^client must be .* got here\. It names no port\.": lambda _: {"client": "here"},
-    r"^workers must be left out beside a client": lambda _: {"workers": 2},
-    r"^workers must be a finite number >= 1": lambda _: {"workers": 0, "client": None},
-}
+    r"^paths must be at least one file; got none": {"paths": []},
+    r"^paths must be a pattern, a path, or a sequence of them; got 5": {"paths": 5},
+    r"^paths must be an index that does not name itself": {"paths": "odd/circle.pvd"},
+    r"^paths must be a file of one of .* can be read; got odd/mesh\.vtm\. It holds Poly": {"paths": "odd/mesh.vtm"},
+    r"^paths must be a file of one of .* odd/text\.pvtp\. It cannot be understood": {"paths": "odd/text.pvtp"},
+    r"^paths must be a file that exists; got b\.pvtp": {"paths": "b.pvtp"},
+    r"^paths must be an index that names files; got odd/empty\.pvd": {"paths": "odd/empty.pvd"},
+    r"^paths must be an index that names files; .* One of its entries names ''": {"paths": "odd/nameless.pvd"},
+    r"^out must be another folder than that of the files; got in": {"out": "in"},
+    r"^out must be a folder that can be made; got file": {"out": "file"},
+    r"^light_model must be without shadows .* for the pieces of odd/whole\.pvtp": {
+        "paths": "odd/whole.pvtp", "scene": SHADOWY
+    },
+    r"^scene must be a Scene": {"scene": "sun"},
+    r"^material must be a Material": {"material": "gold"},
+    r"^material must be a mapping with the names of all blocks.* with 'wheel'": {"material": {"wheel": GOLD}},
+    r"^material must be .* got a mapping without 'default'": {"material": {}},
+    r"^tolerance must be": {"tolerance": -1},
+    r"^feature_angle must be": {"feature_angle": 200.0},
+    r"^albedo must be the name of a point array": {"albedo": 5},
+    r"^seams must be one of 'merge', 'keep'": {"seams": "weld"},
+    r"^compress must be one of 'lz4', 'zlib', 'none'": {"compress": "zip"},
+    r"^client must be a distributed\.Client, or the address .* got 5": {"client": 5},
+    r"^client must be .* got here\. It names no port\.": {"client": "here"},
+    r"^workers must be left out beside a client": {"workers": 2},
+    r"^workers must be a finite number >= 1": {"workers": 0, "client": None},
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("message", REFUSED)
-def test_what_is_wrong_is_refused_before_anything_is_written(files, client, message):
-    given = {"paths": files, "out": "lit", "scene": SCENE, "material": GOLD, "client": client} | REFUSED[message](files)
+@pytest.mark.usefixtures("odd_files")
+@pytest.mark.parametrize(("message", "change"), REFUSED.items(), ids=REFUSED)
+def test_what_is_wrong_is_refused_before_anything_is_written(files, client, message, change):
+    given = {"paths": files, "out": "lit", "scene": SCENE, "material": GOLD, "client": client} | change
     before = everything()
     with pytest.raises(ValueError, match=message):
         ph.shade_files(**given)
@@ -231,7 +231,7 @@ def test_what_is_wrong_is_refused_before_anything_is_written(files, client, mess
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "127.0.0.1:1", "tcp://no.such.host.invalid:8786"])
-def test_a_scheduler_that_is_not_there_is_told_at_once(files, address):
+def test_a_scheduler_that_is_not_there_is_refused_at_once(files, address):
     began = time.monotonic()
     with pytest.raises(ValueError, match=rf"^client must be .*; got {address}\. \[Errno"):
         ph.shade_files(files, "lit", SCENE, GOLD, client=address)
@@ -260,11 +260,3 @@ def test_workers_with_other_versions_are_refused(files, client, monkeypatch, cha
     with pytest.raises(ValueError, match=f"^client must be .*{message}"):
         ph.shade_files(files, "lit", SCENE, GOLD, client=client)
     assert not Path("lit").exists()
-
-
-def test_a_receipt_says_what_was_read(files, client):
-    ph.shade_files(files[:1], "lit", SCENE, GOLD, client=client)
-    told = json.loads(Path("lit/.ball_0.vtp.json").read_text())
-    assert told["input"] == worker.checksum_of_file(files[0])
-    assert told["output"] == worker.checksum_of_file(Path("lit/ball_0.vtp"))
-    assert ["PointData", "Float32", "phong", 3] in told["arrays"]

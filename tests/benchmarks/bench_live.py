@@ -56,27 +56,26 @@ def main() -> int:
     """Measure; 0 if the costs are within what is allowed."""
     mesh = wavy_sphere(COUNT)
     ours, vtks, dull = (new_plotter() for _ in range(3))
-    ours.phong.add_mesh(mesh, GLOSSY)
+    glossy = ours.phong.mesh(ours.phong.add_mesh(mesh, GLOSSY))
     actor = vtks.add_mesh(mesh, color="tan", specular=0.5, specular_power=40)
     actor.prop.interpolation = "Phong"
-    dull.phong.add_mesh(mesh, DULL)
+    orbited = dull.phong.mesh(dull.phong.add_mesh(mesh, DULL))
     for plotter in (ours, vtks, dull):
         plotter.show(auto_close=False)
-    pane = ours.phong._pane
     update, drawing, frame, orbit = [], [], [], []
-    at_first = dull.phong.evaluations
+    at_first = orbited.evaluations
     for _ in range(FRAMES):
         for plotter in (ours, vtks, dull):
             plotter.camera.azimuth += 3
-        before = ours.phong.evaluations
-        update.append(seconds_of(pane.refresh))
-        assert ours.phong.evaluations == before + 1
+        before = glossy.evaluations
+        update.append(seconds_of(ours.phong._subplot.lit.refresh))
+        assert glossy.evaluations == before + 1
         drawing.append(seconds_of(ours.render))
-        assert ours.phong.evaluations == before + 1
+        assert glossy.evaluations == before + 1
         frame.append(seconds_of(vtks.render))
-        orbit.append(seconds_of(dull.phong._pane.refresh))
+        orbit.append(seconds_of(dull.phong._subplot.lit.refresh))
         dull.render()
-    evaluated = dull.phong.evaluations - at_first
+    evaluated = orbited.evaluations - at_first
     for plotter in (ours, vtks, dull):
         plotter.close()
     share = median(update) / median(frame)

@@ -223,26 +223,26 @@ def drag_seconds():
         ours.phong.add_light(light)
     live = ours.phong.mesh(ours.phong.add_mesh(mesh, material))
     ours.show(auto_close=False)
-    pane, parts = ours.phong._pane, {}
+    subplot, parts = ours.phong._subplot, {}
     vertices = Vertices(live.drawn.points, live.normals)
     for turn in range(FRAMES):
         ours.phong.set_light(0, replace(scene.lights[0], position=(2.0, 1.0, 2.5 + 0.05 * turn)))
-        now = pane.scene
+        now = subplot.scene
         planned = Plan.of(now, material, Vertices(live.drawn.points, live.normals))
         calls = {
             "plan": lambda now=now: Plan.of(now, material, Vertices(live.drawn.points, live.normals)),
             "kernel, to 0-255": lambda planned=planned: planned.run_for_display(vertices, live.colors),
-            "all of bringing colours up to date": pane.refresh,
+            "all of bringing colours up to date": subplot.lit.refresh,
             "frame with new colours": ours.render,
             "frame with the same colours": ours.render,
-            "noticing that nothing has changed": pane.refresh,
+            "noticing that nothing has changed": subplot.lit.refresh,
             "frame lit by VTK": lambda: (setattr(vtks.camera, "azimuth", 3 * turn), vtks.render()),  # noqa: B023
         }
         for name, call in calls.items():
             start = time.perf_counter()
             call()
             parts.setdefault(name, []).append(time.perf_counter() - start)
-    assert ours.phong.evaluations == FRAMES + 1
+    assert live.evaluations == FRAMES + 1
     ours.close()
     vtks.close()
     return {name: median(times) for name, times in parts.items()}

@@ -14,7 +14,8 @@ from normal_forms import FORMS, every_form
 from soups import bumpy, soup
 from stability import exact_normals as exact
 
-from pvphong.geometry.normals import implicit_normals, plane_normal, point_normals, polygon_normals
+from pvphong.geometry.normals import point_normals, polygon_normals
+from pvphong.geometry.projection import implicit_normals, plane_normal
 
 U = 2.0**-53
 WEIGHTINGS = ["angle", "area", "max"]
@@ -186,7 +187,7 @@ def test_renumbering_and_reading_in_blocks_change_no_bit_and_the_order_of_faces_
     assert np.array_equal(moved if per_face else moved[new], expected)
     shuffled = evaluator(POINTS, *soup(*(FACES[i] for i in order)))
     assert np.abs(shuffled - (expected[order] if per_face else expected)).max() <= (0 if per_face else 8 * U)
-    monkeypatch.setattr("pvphong.geometry.faces._BLOCK_CORNERS", 7)
+    monkeypatch.setattr("pvphong.geometry.normals._BLOCK_CORNERS", 7)
     monkeypatch.setattr("pvphong.shading.kernel.normals._RANGE", 7)
     assert np.array_equal(evaluator(POINTS, *MESH), expected)
 

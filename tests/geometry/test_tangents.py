@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from pvphong.geometry.faces import point_tangents
-from pvphong.geometry.normals import point_normals
+from pvphong.geometry.normals import point_normals, point_tangents
 
 
 def one_by_one(points, triangles, uv, normals):

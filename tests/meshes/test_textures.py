@@ -132,19 +132,19 @@ def test_a_window_follows_texture_image_and_coordinates(sheet):
         return live.colors.copy()
 
     def changes(change):
-        before, count = assert_current(), plotter.phong.evaluations
+        before, count = assert_current(), live.evaluations
         change()
         assert not np.array_equal(before, assert_current())
-        assert plotter.phong.evaluations == count + 1
+        assert live.evaluations == count + 1
 
     plotter.show(auto_close=False)
     changes(lambda: setattr(texture, "wrap", pv.Texture.WrapType.CLAMP_TO_EDGE) or texture.SetUseSRGBColorSpace(True))
     changes(lambda: texture.SetInputData(pv.Texture(image).to_image()))
     changes(lambda: setattr(sheet, "active_texture_coordinates", 2.0 * sheet.active_texture_coordinates))
     changes(lambda: setattr(live, "albedo", texture_of(picture(4))))
-    count = plotter.phong.evaluations
+    count = live.evaluations
     assert_current()
-    assert plotter.phong.evaluations == count
+    assert live.evaluations == count
     plotter.close()
 
 

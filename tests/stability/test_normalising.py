@@ -11,7 +11,7 @@ from stability.evaluators import EVALUATORS, UNLIT
 from stability.ledger import U, V, record
 
 from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Viewer
-from pvphong.geometry.normals import implicit_normals
+from pvphong.geometry.projection import implicit_normals
 from pvphong.geometry.transform import normalize, transform_normals
 
 SAMPLES = 200

@@ -13,8 +13,7 @@ from pvphong.optics.lights import PointLight
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
-from pvphong.studio.live import ARRAY, LiveMesh
-from pvphong.studio.troubles import LightingWarning
+from pvphong.studio.lit_actors import ARRAY, LightingWarning, LitMesh
 
 SCENE = Scene(lights=[PointLight(position=(2, 2, 2))], viewer=Viewer(position=(0, 0, 5)))
 SHINY = Material(specular=0.5, shininess=20)
@@ -38,7 +37,7 @@ def assert_lit(live, scene):
 
 
 def test_colours_are_written_in_place():
-    live = LiveMesh(ball(), SHINY)
+    live = LitMesh(ball(), SHINY)
     array, at = live.drawn.GetPointData().GetArray(ARRAY), address(live)
     for step in range(5):
         assert live.refresh(other_light(step))
@@ -50,7 +49,7 @@ def test_colours_are_written_in_place():
 @pytest.mark.parametrize("points", ["moved", "more"])
 def test_the_buffer_stays_while_the_number_of_points_does(points):
     mesh = ball()
-    live = LiveMesh(mesh, SHINY)
+    live = LitMesh(mesh, SHINY)
     live.refresh(SCENE)
     at = address(live)
     if points == "moved":
@@ -64,7 +63,7 @@ def test_the_buffer_stays_while_the_number_of_points_does(points):
 
 
 def test_the_renderer_is_told_of_new_colours_and_of_nothing_else():
-    live = LiveMesh(ball(), SHINY)
+    live = LitMesh(ball(), SHINY)
     live.refresh(SCENE)
     array, points = live.drawn.GetPointData().GetArray(ARRAY), live.drawn.GetPoints()
     before, shape = array.GetMTime(), points.GetMTime()
@@ -78,7 +77,7 @@ def test_the_renderer_is_told_of_new_colours_and_of_nothing_else():
 def test_points_and_arrays_are_shared():
     mesh = ball()
     mesh["number"] = np.arange(mesh.n_points)
-    live = LiveMesh(mesh, SHINY)
+    live = LitMesh(mesh, SHINY)
     assert live.drawn.GetPoints() is mesh.GetPoints()
     assert live.drawn.GetPointData().GetArray("number") is mesh.GetPointData().GetArray("number")
     assert ARRAY not in mesh.point_data
@@ -87,14 +86,14 @@ def test_points_and_arrays_are_shared():
 def test_a_mesh_that_is_lit_already_can_be_drawn():
     lit = ball().phong.shade(SCENE, SHINY)
     before = lit[ARRAY].copy()
-    live = LiveMesh(lit, SHINY)
+    live = LitMesh(lit, SHINY)
     live.refresh(other_light(50))
     np.testing.assert_array_equal(lit[ARRAY], before)
     assert live.drawn[ARRAY].dtype == np.uint8
 
 
 def test_given_albedo_of_the_same_object_is_no_change_and_another_is():
-    live = LiveMesh(ball(), SHINY, np.full((ball().n_points, 3), 0.5))
+    live = LitMesh(ball(), SHINY, np.full((ball().n_points, 3), 0.5))
     assert live.refresh(SCENE)
     assert not live.refresh(SCENE)
     live.albedo = np.full((ball().n_points, 3), 0.5)
@@ -104,7 +103,7 @@ def test_given_albedo_of_the_same_object_is_no_change_and_another_is():
 def test_a_named_albedo_that_is_missing_is_named():
     mesh = ball()
     mesh["tint"] = np.full((mesh.n_points, 3), 0.5)
-    live = LiveMesh(mesh, SHINY, "tint")
+    live = LitMesh(mesh, SHINY, "tint")
     live.refresh(SCENE)
     live.albedo = "tnit"
     with pytest.raises(ValueError, match=r"^albedo must be one of .*'tint'"):
@@ -113,7 +112,7 @@ def test_a_named_albedo_that_is_missing_is_named():
 
 def test_a_grid_is_followed_when_it_is_warped():
     grid = pv.ImageData(dimensions=(6, 6, 2)).cast_to_structured_grid()
-    live = LiveMesh(grid, SHINY)
+    live = LitMesh(grid, SHINY)
     assert live.refresh(SCENE)
     assert not live.refresh(SCENE)
     grid.points[:, 2] += 0.1 * grid.points[:, 0] ** 2
@@ -149,7 +148,7 @@ BREAKING = {
 def test_an_edit_after_which_a_mesh_cannot_be_lit_is_an_error_until_it_is_put_right(edit, said):
     mesh = ball()
     mesh["tint"] = np.full((mesh.n_points, 3), 0.5)
-    live, whole = LiveMesh(mesh, SHINY, "tint"), mesh.copy()
+    live, whole = LitMesh(mesh, SHINY, "tint"), mesh.copy()
     live.refresh(SCENE)
     edit(mesh)
     for step in (1, 2):
@@ -173,7 +172,7 @@ def test_an_edit_after_which_a_mesh_cannot_be_lit_is_an_error_until_it_is_put_ri
     ids=["fewer", "more", "removed", "all arrays removed"],
 )
 def test_colours_that_somebody_resized_or_took_away_are_there_again(edit):
-    live = LiveMesh(ball(), SHINY)
+    live = LitMesh(ball(), SHINY)
     live.refresh(SCENE)
     edit(live.drawn.GetPointData())
     live.refresh(SCENE)
@@ -205,7 +204,7 @@ def test_memory_does_not_grow_over_updates_without_end():
     That fills up, later in a process that ran other tests before. A leak grows all the time, and its least object, a
     float, has 24 bytes; half of that is left for what comes and goes.
     """
-    live, steps = LiveMesh(ball(), SHINY), itertools.count()
+    live, steps = LitMesh(ball(), SHINY), itertools.count()
 
     def grown(updates):
         gc.collect()

@@ -170,9 +170,9 @@ def test_only_what_moved_is_traced_again(window, counted):
 
 def test_a_frame_where_nothing_changed_computes_nothing(window, counted):
     w = window(SUN, BALL, ambient_occlusion=True)
-    before, evaluations = len(counted["lights"]), w.phong.evaluations
+    before, evaluations = len(counted["lights"]), w.phong.mesh(w.floor).evaluations
     w.plotter.render()
-    assert (len(counted["lights"]), w.phong.evaluations) == (before, evaluations)
+    assert (len(counted["lights"]), w.phong.mesh(w.floor).evaluations) == (before, evaluations)
 
 
 def test_a_light_that_rides_along_takes_its_shadows_with_it(window):
@@ -192,11 +192,11 @@ def test_a_drag_takes_few_rays_and_its_end_as_many_as_it_takes(window, monkeypat
     end = mouse.pull(mouse.at("ball", "position"), (3, 1))
     w.plotter.render()
     assert set(efforts) == {16}
-    assert "16 rays until let go" in w.phong._boards[0].note
+    assert "16 rays until let go" in w.phong._subplot.lit.note
     rough = w.shown.copy()
     efforts.clear()
     mouse.release(end)
     assert set(efforts) == {None}
-    assert w.phong._boards[0].note == ""
+    assert w.phong._subplot.lit.note == ""
     w.check(hat())
     assert (rough != w.shown).any()

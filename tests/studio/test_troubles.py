@@ -6,7 +6,7 @@ import pyvista as pv
 
 from pvphong.optics.lights import DirectionalLight
 from pvphong.optics.material import Material
-from pvphong.studio.troubles import LightingWarning
+from pvphong.studio.lit_actors import LightingWarning
 
 DULL = Material(diffuse=0.8, ambient=0.0)
 LEFT, RIGHT = (120, 200), (280, 200)  # pixels in which the balls are seen

@@ -50,7 +50,7 @@ SUMS = 4
 WEIGHTINGS = "angle", "area", "max"
 _BY_ANGLE, _BY_AREA = map(WEIGHTINGS.index, ("angle", "area"))
 
-# As in geometry.faces, geometry.normals and geometry.transform.
+# As in geometry.normals.
 _LEAST_SPAN, _MOST_SPAN = 2.0**-100, 2.0**100
 _NOISE_OF_AREA, _NOISE_OF_SUM = 4 * 2.0**-53, 16 * 2.0**-53
 _LEAST_SQUARE, _MOST_SQUARE = 2.0**-900, 2.0**900

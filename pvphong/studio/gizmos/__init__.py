@@ -1,18 +1,20 @@
-"""Gizmos: lights placed by hand, in the window.
+"""Gizmos: lights placed by hand, in the window. `plotter.phong.add_gizmos` puts them up.
 
-`plotter.phong.add_gizmos` puts them up. What a light shows follows from its fields' roles: `handles` and their drags,
-`looks`, `readout`. None of them knows a window: `view` is the eye, `drag_start` what a drag begins with, `drawing`
-what is to be drawn. `grip` and `overlay` are VTK's side, `board` joins the two, `interaction` is what mouse and keys
-do.
+Read in this order:
 
-A drag goes from `grip` to `gizmo`, `interaction`, `dragging`, `handles`, and sets the light in the renderer
-(`studio.rig`). VTK's widget then draws, and before a frame `studio.pane` has the meshes lit again (`studio.live`) and
-the board drawn anew.
+1. `view`: what a cursor means in the world, and what is frozen when a handle is grabbed.
+2. `drawing`: lines, areas and texts over the picture.
+3. `handles`: what follows from the role of a light's field: its handle, its drag, what is typed, drawn and said of it.
+4. `highlight`: dragging a highlight on the surface.
+5. `history`: undo and redo.
+6. `gizmo`: the gizmos of a subplot.
+7. `commands`: the table of keys.
+8. `interaction`: what mouse and keyboard do, from the event to the light.
 """
 
-from pvphong.studio.gizmos.board import Board
-from pvphong.studio.gizmos.gizmo import Gizmo
+from pvphong.studio.gizmos.commands import check_keys
+from pvphong.studio.gizmos.gizmo import Gizmo, Gizmos, Keys, Options
 from pvphong.studio.gizmos.history import History
-from pvphong.studio.gizmos.options import Options
+from pvphong.studio.gizmos.interaction import Interaction
 
-__all__ = ["Board", "Gizmo", "History", "Options"]
+__all__ = ["Gizmo", "Gizmos", "History", "Interaction", "Keys", "Options", "check_keys"]

@@ -1,56 +1,371 @@
-"""Keys: which there are, and what each does. None of them is one of PyVista's or VTK's own."""
+"""Keys: `COMMANDS`, at the end, is the table of all of them; above it stands what each does.
+
+To add a key: a function of the `Gizmos` it acts on, and a row of the table. None of the keys is one of PyVista's or
+VTK's own. What a light can do is asked of its fields' roles.
+"""
 
 from __future__ import annotations
 
+import colorsys
+import math
+import re
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
+from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from pvphong.base import check
-from pvphong.studio.gizmos import light_commands as lights
-from pvphong.studio.gizmos import material_commands as materials
-from pvphong.studio.gizmos import view_commands as views
-from pvphong.studio.gizmos.options import Keys
-from pvphong.studio.gizmos.surroundings import Surroundings
+from pvphong.base.types import ColorLike, Vector, rgb
+from pvphong.base.vectors import unit_vector
+from pvphong.optics.light import Light
+from pvphong.optics.lights import PointLight
+from pvphong.optics.material import Material
+from pvphong.optics.roles import Aim
+from pvphong.studio.gizmos.gizmo import Gizmo, Gizmos, Keys, called
+from pvphong.studio.gizmos.handles import comes_from_somewhere, fields, luminance
+from pvphong.studio.gizmos.history import Editable
+from pvphong.studio.gizmos.view import vector
+
+# -- help, gizmos, selection, undo
+
+
+def toggle_help(gizmos: Gizmos) -> None:
+    """Show all keys, or hide them."""
+    gizmos.shows_help = not gizmos.shows_help
+
+
+def toggle_hidden(gizmos: Gizmos) -> None:
+    """Hide all gizmos, or show them."""
+    gizmos.is_hidden = not gizmos.is_hidden
+    gizmos.notice = "gizmos hidden: g shows them" if gizmos.is_hidden else ""
+
+
+def select_next(gizmos: Gizmos) -> None:
+    """Select the next light, also one without handles: keys act on it; after the last none."""
+    ring = [None, *gizmos.all]
+    chosen = ring[(ring.index(gizmos.selected) + 1) % len(ring)]
+    gizmos.select(chosen)
+    gizmos.notice = "" if chosen else "no light selected"
+
+
+def undo(gizmos: Gizmos) -> None:
+    """Take the last step back."""
+    gizmos.notice = "undone" if gizmos.history.undo() else "nothing to undo"
+
+
+def redo(gizmos: Gizmos) -> None:
+    """Take the last step that was undone again."""
+    gizmos.notice = "done again" if gizmos.history.redo() else "nothing to redo"
+
+
+# -- the selected light
+
+
+def _chosen(gizmos: Gizmos) -> Gizmo | None:
+    if gizmos.selected is None:
+        gizmos.notice = "no light is selected: n, or a click on one, does"
+    return gizmos.selected
+
+
+def _change(gizmos: Gizmos, change: Callable[[Light], Light]) -> Light | None:
+    """Make the selected light another; gives what it is then."""
+    if (gizmo := _chosen(gizmos)) is None:
+        return None
+    changed = change(gizmo.light)
+    gizmo.light_handle.set(changed, gizmos.lights.viewer)
+    return changed
+
+
+def mute(gizmos: Gizmos) -> None:
+    """The selected light off, or on."""
+    _change(gizmos, lambda light: replace(light, on=not light.on))
+
+
+def solo(gizmos: Gizmos) -> None:
+    """All others off; if they are off already, all on."""
+    if (chosen := _chosen(gizmos)) is None:
+        return
+    viewer, others_on = gizmos.lights.viewer, gizmos.soloed is chosen.light_handle
+    for handle in gizmos.lights.handles:
+        handle.set(replace(handle.light(viewer), on=others_on or handle is chosen.light_handle), viewer)
+
+
+def to_camera(gizmos: Gizmos) -> None:
+    """The light where the eye is, shining along the view axis."""
+    viewer = gizmos.lights.viewer
+
+    def moved(light: Light) -> Light:
+        world = replace(light, frame="headlight").in_world(viewer)
+        aim: Any = tuple(viewer.distance * part for part in viewer.view_direction)
+        aimed = replace(world, **dict.fromkeys(list(fields(world, Aim))[:1], aim))  # the focal point is its target
+        return aimed.in_frame(light.frame, viewer)
+
+    _change(gizmos, moved)
+
+
+def reset(gizmos: Gizmos) -> None:
+    """The light as it was when it got its gizmo."""
+    if (gizmo := _chosen(gizmos)) is not None:
+        gizmo.light_handle.set(gizmo.first, gizmos.lights.viewer)
+
+
+def brighten(gizmos: Gizmos, thirds: int) -> None:
+    """So many thirds of a stop more: three make it twice as bright."""
+    changed = _change(gizmos, lambda light: replace(light, intensity=by_thirds(light.intensity, thirds)))
+    if changed is not None:
+        stops = f" = {math.log2(changed.intensity):+.2g} stops" if changed.intensity else ": Enter, to type one"
+        gizmos.notice = f"{called(changed)}: intensity {changed.intensity:.4g}{stops}"
+
+
+def by_thirds(intensity: float, thirds: int) -> float:
+    """An intensity times 2^(thirds/3); on the scale of thirds around 1 without rounding errors piling up."""
+    if not intensity:
+        return 0.0
+    steps = 3.0 * math.log2(intensity)
+    if abs(steps - round(steps)) < 1e-9:
+        return float(2.0 ** ((round(steps) + thirds) / 3.0))
+    return float(intensity * 2.0 ** (thirds / 3.0))
+
+
+_HUE_STEP = 15.0  # degrees
+# Below this saturation a colour has no hue to be turned, and gets one this strong.
+_GREY, _TINTED = 0.01, 0.4
+# Of red in one step warmer; blue is divided by it.
+_WARMER = 2.0**0.25
+
+
+def hue_turned(color: ColorLike, degrees: float) -> Vector:
+    """A colour whose hue is so many degrees further, red to yellow to green; value and saturation stay.
+
+    Grey has no hue: it becomes a light red, or for negative degrees the light violet before it.
+    """
+    hue, saturation, value = colorsys.rgb_to_hsv(*rgb(color))
+    if saturation < _GREY:
+        hue, saturation, degrees = 0.0, _TINTED, min(degrees, 0.0)
+    return colorsys.hsv_to_rgb((hue + degrees / 360.0) % 1.0, saturation, value)
+
+
+def warmed(color: ColorLike, steps: float) -> Vector:
+    """A colour with more red and less blue, or for negative steps the reverse, of the same luminance."""
+    tinted = np.array(rgb(color)) * (_WARMER**steps, 1.0, _WARMER**-steps)
+    return vector(tinted * (luminance(color) / luminance(tinted.tolist()))) if tinted.any() else rgb(color)
+
+
+def recolor(gizmos: Gizmos, what: str, change: Callable[[ColorLike], Vector]) -> None:
+    """Change all colours that the light has of its own alike."""
+
+    def recolored(light: Light) -> Light:
+        colors = {"diffuse": light.diffuse, "specular": light.specular, "ambient": light.ambient}
+        given = {field: color for field, color in colors.items() if color is not None and any(rgb(color))}
+        changes: dict[str, Any] = {field: change(color) for field, color in given.items()}
+        return replace(light, **changes)
+
+    changed = _change(gizmos, recolored)
+    if changed is not None:
+        red, green, blue = rgb(changed.diffuse)
+        bright = luminance(changed.diffuse)
+        gizmos.notice = (
+            f"{called(changed)}: {what}, colour ({red:.3g}, {green:.3g}, {blue:.3g}), luminance {bright:.3g}"
+        )
+
+
+# -- lights that come and go
+
+# Of the scene's size: how high above a surface a new light stands, and how far beside a light its double.
+_ABOVE, _BESIDE = 0.4, 0.15
+
+
+def add(gizmos: Gizmos) -> None:
+    """A point light above the place of a surface that the cursor points at; half of it arrives there."""
+    below = gizmos.surfaces.pick(gizmos.cursor)
+    if below is None:
+        gizmos.notice = "new light: point at a lit mesh"
+        return
+    height = _ABOVE * gizmos.extent[1]
+    place = vector(np.array(below.point) + height * np.array(below.normal))
+    _put(gizmos, PointLight(position=place, attenuation=(1.0, 0.0, height**-2), name="point"))
+
+
+def duplicate(gizmos: Gizmos) -> None:
+    """A light like the selected one, a little to the right of it; one without a place comes from the right."""
+    if (gizmo := _chosen(gizmos)) is None:
+        return
+    light, viewer = gizmo.light, gizmos.lights.viewer
+    if light.frame == "headlight" or not comes_from_somewhere(light):
+        where = "is the viewer" if light.frame == "headlight" else "comes from all around"
+        gizmos.notice = f"{called(light)}: a light that {where} has no double"
+        return
+    world, right = light.in_world(viewer), viewer.axes[0]
+    if world.places:
+        double = world.moved(lambda place: vector(np.array(place) + _BESIDE * gizmos.extent[1] * right))
+    else:
+        turned: dict[str, Any] = {
+            field: vector(math.hypot(*aim) * (np.array(unit_vector(aim)) - 2.0 * _BESIDE * right))
+            for field, aim in fields(world, Aim).items()
+        }
+        double = replace(world, **turned)
+    _put(gizmos, double.in_frame(light.frame, viewer))
+
+
+def _put(gizmos: Gizmos, light: Light) -> None:
+    name = free_name(light.name or "light", {known.name for known in gizmos.lights.values})
+    gizmos.add(replace(light, name=name))
+    gizmos.notice = f"added: {name}"
+
+
+def free_name(wanted: str, taken: set[str]) -> str:
+    """The name itself where it is free, else with the lowest number from 2 that makes it so: no two may share one."""
+    stem, number, name = re.sub(r" \d+$", "", wanted), 1, wanted
+    while name in taken:
+        number += 1
+        name = f"{stem} {number}"
+    return name
+
+
+def delete(gizmos: Gizmos) -> None:
+    """The selected light gone; `undo` brings it back."""
+    if (gizmo := _chosen(gizmos)) is not None:
+        gizmos.notice = f"deleted: {called(gizmo.light)}; z brings it back"
+        gizmos.lights.remove(gizmo.light_handle)
+
+
+# -- materials: of the mesh under the cursor, or of all where there is none
+
+_NAMED = {name: Material.named(name) for name in Material.names()}
+_NAMED = {name: named for name, named in _NAMED.items() if named.reflectance is None or not named.reflectance.needs}
+"""Without those for which a mesh needs tangents."""
+_HIGHLIGHT_STEP = 0.1
+
+
+def _change_material(
+    gizmos: Gizmos, change: Callable[[Material], Material], said: Callable[[Material], str] | None = None
+) -> None:
+    pointed = gizmos.surfaces.mesh(gizmos.cursor)
+    materials = gizmos.lit.shared_materials if pointed is None else (pointed.shared_material,)
+    for shared in materials:
+        shared.material = change(shared.material)
+    if not materials:
+        gizmos.notice = "no lit mesh"
+        return
+    which, now = "all meshes" if pointed is None and len(materials) > 1 else "material", materials[-1].material
+    shine = f"specular {max(rgb(now.specular)):.3g}, shininess {now.shininess:.4g}"
+    gizmos.notice = f"{which}: {shine if said is None else said(now)}"
+
+
+def _name_of(material: Material) -> str:
+    plain = replace(material, reflectance=None)
+    return next((name for name, named in _NAMED.items() if named in (material, plain)), "no name")
+
+
+def next_material(gizmos: Gizmos, step: int) -> None:
+    """The next of the named materials, or the one before; after or before one that has no name the first or last."""
+    names = list(_NAMED)
+
+    def neighbour(material: Material) -> Material:
+        name = _name_of(material)
+        at = names.index(name) if name in names else min(-step, 0)
+        chosen = _NAMED[names[(at + step) % len(names)]]
+        is_its_own = name in names and _NAMED[name].reflectance is not None
+        return chosen if chosen.reflectance or is_its_own else replace(chosen, reflectance=material.reflectance)
+
+    _change_material(gizmos, neighbour, _name_of)
+
+
+def shine(gizmos: Gizmos, step: int) -> None:
+    """A narrower highlight, or a wider: √2 times the exponent, on the scale of powers of √2; below 1 is 0."""
+
+    def stepped(material: Material) -> Material:
+        at = 2.0 * math.log2(material.shininess) if material.shininess > 0.0 else -1.0
+        nearest = round(at) if abs(at - round(at)) < 1e-9 else at
+        shininess = 2.0 ** ((nearest + step) / 2.0) if nearest + step >= 0.0 else 0.0
+        return replace(material, shininess=shininess)
+
+    _change_material(gizmos, stepped)
+
+
+def strengthen(gizmos: Gizmos, step: float) -> None:
+    """So much more of specular reflectance, at most 1 in any channel."""
+
+    def mirroring(material: Material) -> Material:
+        colors = rgb(material.specular)
+        largest = max(colors)
+        level = round(min(max(largest + step, 0.0), max(1.0, largest)), 10)
+        return replace(material, specular=[level * c / largest for c in colors] if largest else level)
+
+    _change_material(gizmos, mirroring)
+
+
+# -- the table
 
 
 class Command(NamedTuple):
-    """What one key does, or two that belong together."""
+    """What one key does, or several that belong together."""
 
-    keys: tuple[str, ...]
-    """By VTK's names."""
+    keys: str
+    """By VTK's names, with spaces between them."""
 
     what: str
     """What the help says."""
 
-    act: tuple[Callable[[Surroundings], None], ...]
+    acts: tuple[Callable[[Gizmos], None], ...]
     """What each of the keys does."""
 
+    edits: str = ""
+    """What it changes, as one step of undo: "lights", "materials" or nothing."""
 
-_SHOWING = (
-    Command(("h",), "these keys", (views.toggle_help,)),
-    Command(("g",), "hide or show the gizmos", (views.toggle_hidden,)),
-    Command(("n",), "select the next light", (views.select_next,)),
-    Command(("z", "y"), "undo, redo", (views.undo, views.redo)),
+
+COMMANDS = (
+    Command("h", "these keys", (toggle_help,)),
+    Command("g", "hide or show the gizmos", (toggle_hidden,)),
+    Command("n", "select the next light", (select_next,)),
+    Command("z y", "undo, redo", (undo, redo)),
+    Command("m", "light off or on", (mute,), "lights"),
+    Command("o", "this light alone, or all", (solo,), "lights"),
+    Command("k", "light to the camera", (to_camera,), "lights"),
+    Command("0", "light as it was at first", (reset,), "lights"),
+    Command(
+        "Left Right",
+        "dimmer, brighter by 1/3 stop",
+        (partial(brighten, thirds=-1), partial(brighten, thirds=1)),
+        "lights",
+    ),
+    Command(
+        "comma period",
+        "hue back, on",
+        tuple(
+            partial(recolor, what="hue", change=partial(hue_turned, degrees=step)) for step in (-_HUE_STEP, _HUE_STEP)
+        ),
+        "lights",
+    ),
+    Command(
+        "1 2",
+        "cooler, warmer",
+        (
+            partial(recolor, what="cooler", change=partial(warmed, steps=-1.0)),
+            partial(recolor, what="warmer", change=partial(warmed, steps=1.0)),
+        ),
+        "lights",
+    ),
+    Command("N", "new light where the cursor points", (add,), "lights"),
+    Command("D", "duplicate the light", (duplicate,), "lights"),
+    Command("Delete BackSpace", "delete the light", (delete, delete), "lights"),
+    Command(
+        "M K",
+        "material: next, previous",
+        (partial(next_material, step=1), partial(next_material, step=-1)),
+        "materials",
+    ),
+    Command("5 6", "less, more shiny", (partial(shine, step=-1), partial(shine, step=1)), "materials"),
+    Command(
+        "7 8",
+        "weaker, stronger highlight",
+        (partial(strengthen, step=-_HIGHLIGHT_STEP), partial(strengthen, step=_HIGHLIGHT_STEP)),
+        "materials",
+    ),
 )
-_OF_LIGHTS = (
-    Command(("m",), "light off or on", (lights.mute,)),
-    Command(("o",), "this light alone, or all", (lights.solo,)),
-    Command(("k",), "light to the camera", (lights.to_camera,)),
-    Command(("0",), "light as it was at first", (lights.reset,)),
-    Command(("Left", "Right"), "dimmer, brighter by 1/3 stop", (lights.dimmer, lights.brighter)),
-    Command(("comma", "period"), "hue back, on", (lights.hue_back, lights.hue_on)),
-    Command(("1", "2"), "cooler, warmer", (lights.cooler, lights.warmer)),
-    Command(("N",), "new light where the cursor points", (lights.add,)),
-    Command(("D",), "duplicate the light", (lights.duplicate,)),
-    Command(("Delete", "BackSpace"), "delete the light", (lights.delete, lights.delete)),
-)
-_OF_MATERIALS = (
-    Command(("M", "K"), "material: next, previous", (materials.following, materials.preceding)),
-    Command(("5", "6"), "less, more shiny", (materials.duller, materials.shinier)),
-    Command(("7", "8"), "weaker, stronger highlight", (materials.weaker, materials.stronger)),
-)
-COMMANDS = _SHOWING + _OF_LIGHTS + _OF_MATERIALS
 _TYPING = {"Enter": "type a value; in a drag: digits"}
 _MOUSE = {
     "drag": "a handle, or the highlight",
@@ -63,8 +378,36 @@ _SHORT = {"comma": ",", "period": ".", "Delete": "Del", "BackSpace": "Backspace"
 TAKEN = frozenset({*"qQeErRwWsSpPbBvVCcfFuUiI3lLjJtTaA+-", "Up", "Down", "plus", "minus"})
 """What vtkInteractorStyle::OnChar, `Plotter.reset_key_events`, PyVista's picking and VTK's widgets listen to."""
 
-OURS = frozenset(key for command in COMMANDS for key in command.keys) | {"Return", "KP_Enter"}
+_OF_KEYS = {
+    key: (act, command.edits)
+    for command in COMMANDS
+    for key, act in zip(command.keys.split(), command.acts, strict=True)
+}
+OURS = frozenset({*_OF_KEYS, "Return", "KP_Enter"})
 """The keys that have a meaning here."""
+
+
+def run(gizmos: Gizmos, key: str, *, control: bool = False) -> bool:
+    """Do what a key stands for, here or among the caller's own; False if it stands for nothing."""
+    if control and key not in ("z", "y"):
+        return False
+    if key in _OF_KEYS:
+        act, edits = _OF_KEYS[key]
+        gizmos.notice = ""
+        edited: dict[str, Editable] = {"lights": gizmos.lights, "materials": gizmos.lit}
+        with gizmos.history.edit(edited[edits]) if edits else nullcontext():
+            act(gizmos)
+        return True
+    if key in gizmos.options.keys:
+        gizmos.notice = gizmos.options.keys[key][1]() or ""
+        return True
+    return False
+
+
+def help_entries(more: Keys) -> list[tuple[str, str]]:
+    """All keys as people call them, and what they do."""
+    ours = [(" ".join(_SHORT.get(key, key) for key in command.keys.split()), command.what) for command in COMMANDS]
+    return [*ours, *_TYPING.items(), *((key, what) for key, (what, _) in more.items()), *_MOUSE.items()]
 
 
 def check_keys(keys: Keys) -> Keys:
@@ -81,64 +424,3 @@ def check_keys(keys: Keys) -> Keys:
         if not callable(action):
             check.refuse(f"keys[{key!r}][1]", action, "a function without arguments")
     return keys
-
-
-def entries(more: Keys) -> list[tuple[str, str]]:
-    """All keys as people call them, and what they do."""
-    ours = [(" ".join(_SHORT.get(key, key) for key in command.keys), command.what) for command in COMMANDS]
-    return [*ours, *_TYPING.items(), *((key, what) for key, (what, _) in more.items()), *_MOUSE.items()]
-
-
-def help_text(more: Keys) -> str:
-    """All keys, one or two a line."""
-    return "\n".join(f"{keys:15}{what}" for keys, what in entries(more))
-
-
-class Presses:
-    """Tells presses of a key apart from reports of them.
-
-    A press ends with its `CharEvent` or with its release. Trame's remote area reports letters twice before that, for
-    the browser's `keydown` and for its `keypress`.
-    """
-
-    def __init__(self) -> None:
-        self._down: str | None = None
-
-    def begin(self, key: str) -> bool:
-        """A press is reported; False if it is the one that was reported last."""
-        is_new = key != self._down
-        self._down = key
-        return is_new
-
-    def end(self) -> None:
-        """The key has given its character, or was let go."""
-        self._down = None
-
-
-def run(board: Surroundings, key: str, more: Keys, *, control: bool = False) -> bool:
-    """Do what a key stands for, here or among the caller's own; False if it stands for nothing."""
-    act = _ACTS.get(key)
-    if control and key not in ("z", "y"):
-        return False
-    if act is not None:
-        board.notice = ""
-        edited = next((edited(board) for table, edited in _EDITED if key in table), None)
-        with nullcontext() if edited is None else board.history.edit(edited):
-            act(board)
-        return True
-    if key in more:
-        board.notice = more[key][1]() or ""
-        return True
-    return False
-
-
-def _acts(commands: tuple[Command, ...]) -> dict[str, Callable[[Surroundings], None]]:
-    return {key: act for command in commands for key, act in zip(command.keys, command.act, strict=True)}
-
-
-_ACTS = _acts(COMMANDS)
-_EDITED: tuple[tuple[Any, Callable[[Surroundings], Any]], ...] = (
-    (_acts(_OF_LIGHTS), lambda board: board.rig),
-    (_acts(_OF_MATERIALS), lambda board: board.materials),
-)
-"""What the commands of a table change: that is one step of undo."""

@@ -1,26 +1,32 @@
-"""What gizmos look like, as coloured lines and areas in pixels: nothing here knows a window."""
+"""How gizmos are drawn: `Drawing` collects lines, areas and labels in pixels, `Overlay` shows them with VTK."""
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkRenderingCore import vtkActor2D, vtkCoordinate, vtkPolyDataMapper2D, vtkTextActor
 
 from pvphong.base.types import BoolArray, ByteArray, Float64Array, Vector, rgb
-from pvphong.optics.lights import Light
+from pvphong.optics.light import Light
 from pvphong.studio.gizmos.view import View
 
-_ROUND = np.linspace(0.0, 2.0 * np.pi, 25)
-_OFF = 0.45
+_ANGLES = np.linspace(0.0, 2.0 * np.pi, 25)
+_CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
+_CHORDS = np.stack([_CIRCLE[:-1], _CIRCLE[1:]], axis=1)
+_OFF = 0.45  # how bright the colour of a light is that is off
 _WHITE = (1.0, 1.0, 1.0)
-DARK, LIGHT = (0.08, 0.08, 0.08), (0.75, 0.75, 0.75)
+DARK_EDGE, LIGHT_EDGE = (0.08, 0.08, 0.08), (0.75, 0.75, 0.75)
 """Edges of areas: the second where the area itself is dark."""
 
-# Lines of at least this strength are drawn thick.
-_THICK = 0.8
-# Between the edge of the pane and an arrow there, in pixels.
-_MARGIN = 16.0
-_LETTERS_HIGH = 16.0
+_THICK_FROM = 0.8  # lines of at least this strength are drawn thick
+_ARROW_MARGIN = 16.0  # between the edge of the subplot and an arrow there, in pixels
+_LABEL_HEIGHT = 16.0
 # Lines of perspectives end where their depth is this fraction of their farthest point's.
 _NEAR = 1e-3
 
@@ -49,45 +55,50 @@ class Drawing:
     Parameters
     ----------
     view : View
-        The pane.
+        The subplot.
     color, edge : tuple of float
         Of what is added next, and of the edges of its areas.
     """
 
     view: View
     color: Vector = (1.0, 1.0, 1.0)
-    edge: Vector = DARK
-    _lines: list[Float64Array] = field(default_factory=list)
-    _line_colors: list[ByteArray] = field(default_factory=list)
-    _thin: list[bool] = field(default_factory=list)
-    _areas: list[Float64Array] = field(default_factory=list)
-    _area_colors: list[ByteArray] = field(default_factory=list)
+    edge: Vector = DARK_EDGE
+    areas: list[tuple[Float64Array, ByteArray]] = field(default_factory=list)
+    """Convex polygons, each of shape (k, 2), and their colours, RGBA."""
     labels: list[tuple[Float64Array, str]] = field(default_factory=list)
     """Short texts and their lower left corners, in pixels."""
+    _lines: list[tuple[Float64Array, ByteArray, bool]] = field(default_factory=list)
 
     @property
     def lines(self) -> tuple[Float64Array, ByteArray]:
         """Segments, shape (n, 2, 2), and their colours, RGBA, shape (n, 4)."""
-        if not self._lines:
-            return np.empty((0, 2, 2)), np.empty((0, 4), np.uint8)
-        return np.concatenate(self._lines), np.concatenate(self._line_colors)
+        segments = [np.empty((0, 2, 2)), *(segments for segments, _, _ in self._lines)]
+        colors = [np.tile(color, (len(segments), 1)) for segments, color, _ in self._lines]
+        return np.concatenate(segments), np.concatenate([np.empty((0, 4), np.uint8), *colors])
 
     @property
     def thin(self) -> BoolArray:
         """Which of the segments are drawn thin, shape (n,)."""
-        return np.repeat(np.array(self._thin, bool), [len(lines) for lines in self._lines])
-
-    @property
-    def areas(self) -> list[tuple[Float64Array, ByteArray]]:
-        """Convex polygons, each of shape (k, 2), and their colours, RGBA."""
-        return list(zip(self._areas, self._area_colors, strict=True))
+        return np.array([is_thin for segments, _, is_thin in self._lines for _ in segments], bool)
 
     def line(self, points: Float64Array, strength: float = 1.0) -> None:
         """A line through points of the world, as far as it lies ahead of the eye."""
-        self._add_lines(self._visible(np.stack([points[:-1], points[1:]], axis=1)), strength)
+        segments = np.stack([points[:-1], points[1:]], axis=1)
+        if not self.view.viewer.parallel:
+            # cut off where they come too near to the eye or behind it
+            depth = self.view.seen(segments)[..., 2]
+            near = _NEAR * float(depth.max(initial=0.0))
+            if near <= 0.0:
+                return
+            keep = (depth > near).any(axis=1)
+            segments, depth = segments[keep], depth[keep]
+            span = depth[:, ::-1] - depth
+            part = np.clip((near - depth) / np.where(span > 0.0, span, np.inf), 0.0, 1.0)[..., None]
+            segments = segments + part * (segments[:, ::-1] - segments)
+        self._add_lines(self.view.project(segments), strength)
 
-    def tip(self, point: Float64Array, along: Float64Array, strength: float) -> None:
-        """An arrow's tip, as large on the screen everywhere."""
+    def arrowhead(self, point: Float64Array, along: Float64Array, strength: float) -> None:
+        """The tip of an arrow, as large on the screen everywhere."""
         if not self.view.is_ahead(point):
             return
         end = self.view.project(point)
@@ -101,23 +112,21 @@ class Drawing:
         if self.view.edge_towards(point, 0.0) is not None:
             return
         place = self.view.project(point) + np.array([right, 4.0])
-        if place[1] + _LETTERS_HIGH <= self.view.origin[1] + self.view.size[1]:
+        if place[1] + _LABEL_HEIGHT <= self.view.origin[1] + self.view.size[1]:
             self.labels.append((place, text))
 
     def crossed(self, point: Float64Array) -> None:
         """A bar across an icon: the light is off."""
         if self.view.is_ahead(point):
-            along, across = np.array([0.8, 0.6]), np.array([-0.6, 0.8])
-            bar = np.array(
-                [-along - 0.12 * across, along - 0.12 * across, along + 0.12 * across, 0.12 * across - along]
-            )
+            along, across = np.array([0.8, 0.6]), 0.12 * np.array([-0.6, 0.8])
+            bar = np.array([-along - across, along - across, along + across, across - along])
             middle = self.view.project(point)
-            self._area(middle + _grown(14.0 * bar, 1.5), DARK)
+            self._area(middle + _grown(14.0 * bar, 1.5), DARK_EDGE)
             self._area(middle + 14.0 * bar, _WHITE)
 
-    def beyond(self, point: Float64Array) -> None:
-        """Where a point of the world is out of sight, an arrow towards it at the edge of the pane."""
-        found = self.view.edge_towards(point, _MARGIN)
+    def arrow_out_of_sight(self, point: Float64Array) -> None:
+        """Where a point of the world is out of sight, an arrow towards it at the edge of the subplot."""
+        found = self.view.edge_towards(point, _ARROW_MARGIN)
         if found is None:
             return
         (x, y), (along, up) = found
@@ -132,82 +141,55 @@ class Drawing:
         if not self.view.is_ahead(point):
             return
         middle = self.view.project(point)
-        ring = np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=1)
         if shape == "lamp" and along is not None:
-            self._lamp(middle, self._on_screen(point, along))
+            ahead = self._on_screen(point, along)
+            side = np.array([-ahead[1], ahead[0]])
+            mouth, back = middle + 10.0 * ahead, middle - 7.0 * ahead
+            shade = np.array([back + 4.0 * side, mouth + 9.0 * side, mouth - 9.0 * side, back - 4.0 * side])
+            self._area(_grown(shade, 1.5), self.edge)
+            self._area(shade, self.color)
             return
         self._disc(middle, 6.0, self.color)
         if shape == "bulb":
-            self._add_lines(middle + 10.0 * np.stack([ring[:-1], ring[1:]], axis=1), 1.0)
+            self._add_lines(middle + 10.0 * _CHORDS, 1.0)
         else:
-            rays = ring[:-1:3]
+            rays = _CIRCLE[:-1:3]
             self._add_lines(middle + np.stack([9.0 * rays, 14.0 * rays], axis=1), 1.0)
 
-    def _lamp(self, middle: Float64Array, ahead: Float64Array) -> None:
-        side = np.array([-ahead[1], ahead[0]])
-        mouth, back = middle + 10.0 * ahead, middle - 7.0 * ahead
-        shade = np.array([back + 4.0 * side, mouth + 9.0 * side, mouth - 9.0 * side, back - 4.0 * side])
-        self._area(_grown(shade, 1.5), self.edge)
-        self._area(shade, self.color)
-
-    def handle(self, point: Float64Array, *, hovered: bool = False, strength: float = 1.0) -> None:
+    def handle(self, point: Float64Array, *, hovered: bool = False) -> None:
         """A dot to grab; hovered: larger, with a white ring."""
         if not self.view.is_ahead(point):
             return
         middle = self.view.project(point)
         if hovered:
             self._disc(middle, 9.0, _WHITE)
-        red, green, blue = (np.array(self.color) * strength).tolist()
-        self._disc(middle, 6.0 if hovered else 5.0, (red, green, blue))
+        self._disc(middle, 6.0 if hovered else 5.0, self.color)
 
     def ring(self, point: Float64Array, *, hovered: bool = False) -> None:
         """A ring to grab, with what is inside left to be seen; hovered: with a white one around it."""
         if not self.view.is_ahead(point):
             return
-        turns = np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=1)
         for radius, color in ((8.0, self.color), (11.0, _WHITE))[: 2 if hovered else 1]:
-            points = self.view.project(point) + radius * turns
-            self._add_lines(np.stack([points[:-1], points[1:]], axis=1), 1.0, color)
+            self._add_lines(self.view.project(point) + radius * _CHORDS, 1.0, color)
 
     def _on_screen(self, point: Float64Array, along: Float64Array) -> Float64Array:
         """Unit vector on the screen of a direction; downwards where that points at the eye."""
         step = 20.0 * self.view.unit_per_pixel(point)
-        way = self.view.project(point + step * along) - self.view.project(point)
-        length = float(np.hypot(*way))
-        return way / length if length > 1.0 else np.array([0.0, -1.0])
+        motion = self.view.project(point + step * along) - self.view.project(point)
+        length = float(np.hypot(*motion))
+        return motion / length if length > 1.0 else np.array([0.0, -1.0])
 
     def _disc(self, middle: Float64Array, radius: float, color: Vector) -> None:
-        ring = np.stack([np.cos(_ROUND[:-1]), np.sin(_ROUND[:-1])], axis=1)
-        self._area(middle + (radius + 1.5) * ring, self.edge)
-        self._area(middle + radius * ring, color)
+        self._area(middle + (radius + 1.5) * _CIRCLE[:-1], self.edge)
+        self._area(middle + radius * _CIRCLE[:-1], color)
 
     def _area(self, corners: Float64Array, color: Vector) -> None:
-        self._areas.append(corners)
-        self._area_colors.append(_bytes(color))
+        self.areas.append((corners, _bytes(color)))
 
     def _add_lines(self, segments: Float64Array, strength: float, color: Vector | None = None) -> None:
         """Weak lines are darker and thin, not transparent: what is behind them would decide whether they are seen."""
         red, green, blue = (0.5 + 0.5 * strength) * np.array(self.color if color is None else color)
-        self._lines.append(segments)
-        self._line_colors.append(np.tile(_bytes((red, green, blue)), (len(segments), 1)))
-        self._thin.append(strength < _THICK)
-
-    def _visible(self, segments: Float64Array) -> Float64Array:
-        """Pixels of segments (n, 2, 3), cut off where they come too near to a perspective's eye or behind it."""
-        if self.view.viewer.parallel:
-            return self.view.project(segments)
-        depth = self.view.seen(segments)[..., 2]
-        near = _NEAR * float(depth.max(initial=0.0))
-        if near <= 0.0:
-            return np.empty((0, 2, 2))
-        keep = (depth > near).any(axis=1)
-        segments, depth = segments[keep], depth[keep]
-        ends = []
-        for this, other in ((0, 1), (1, 0)):
-            span = depth[:, other] - depth[:, this]
-            part = np.clip((near - depth[:, this]) / np.where(span > 0.0, span, np.inf), 0.0, 1.0)
-            ends.append(segments[:, this] + part[:, None] * (segments[:, other] - segments[:, this]))
-        return self.view.project(np.stack(ends, axis=1))
+        self._lines.append((segments, _bytes((red, green, blue)), strength < _THICK_FROM))
 
 
 def _grown(corners: Float64Array, by: float) -> Float64Array:
@@ -217,3 +199,157 @@ def _grown(corners: Float64Array, by: float) -> Float64Array:
 
 def _bytes(color: Vector) -> ByteArray:
     return np.rint(255.0 * np.clip([*color, 1.0], 0.0, 1.0)).astype(np.uint8)
+
+
+# -- in VTK's window
+
+_EDGE_LAYER, _LINE_LAYER, _AREA_LAYER, _TEXT_LAYER = range(4)
+# Of lines, in pixels, and of the dark edges to both sides of them: those are seen on any background.
+_THIN, _THICK, _EDGE = 1.0, 2.0, 2.0
+_LINE_EDGE = (0.04, 0.04, 0.04)
+_FROM_CURSOR, _MARGIN = 18.0, 8.0
+_NORMAL, _SMALL = 14, 12  # sizes of letters
+_HELP_LETTER = np.array([8.2, 15.2])  # of the help, which has letters of one width
+_LETTER = (7.5, 18.0)  # how large one is at most, in pixels
+
+
+class Overlay:
+    """Lines with a dark edge, areas above them, and texts: none of it lit, picked, or part of the bounds."""
+
+    def __init__(self) -> None:
+        self._lines = {thin: (vtkPolyData(), vtkPolyData()) for thin in (True, False)}
+        self._areas = vtkPolyData()
+        self._readout, self._help, self._status = _text(), _text(), _text()
+        self._help.GetTextProperty().SetVerticalJustificationToTop()
+        self._help.GetTextProperty().SetFontFamilyToCourier()
+        self._status.GetTextProperty().SetJustificationToRight()
+        self._labels: list[vtkTextActor] = []
+        self._props: list[Any] = []  # in the order in which VTK is to draw them
+        for thin, (edges, lines) in self._lines.items():
+            width = _THIN if thin else _THICK
+            edge = _actor(edges, _EDGE_LAYER, width + _EDGE)
+            edge.GetMapper().ScalarVisibilityOff()
+            edge.GetProperty().SetColor(_LINE_EDGE)
+            self._props += [edge, _actor(lines, _LINE_LAYER, width)]
+        self._props += [_actor(self._areas, _AREA_LAYER), self._readout, self._help, self._status]
+        self._is_shown = True
+
+    def attach(self, renderer: Any) -> None:
+        """Show it in a renderer, if it is not there already."""
+        for prop in self._props:
+            if not renderer.HasViewProp(prop):
+                renderer.AddViewProp(prop)
+
+    def detach(self, renderer: Any) -> None:
+        """Take it out of a renderer."""
+        for prop in self._props:
+            renderer.RemoveViewProp(prop)
+
+    def show(self, shown: bool) -> None:
+        """Show or hide all of it."""
+        self._is_shown = shown
+        for prop in self._props:
+            prop.SetVisibility(shown)
+
+    def put(self, drawing: Drawing) -> None:
+        """Show a drawing in place of the last one."""
+        segments, colors = drawing.lines
+        for thin, both in self._lines.items():
+            chosen = drawing.thin == thin
+            for data in both:
+                _fill(data, segments[chosen].reshape(-1, 2), np.full(chosen.sum(), 2), colors[chosen], data.SetLines)
+        corners = [corners for corners, _ in drawing.areas]
+        points = np.concatenate([np.empty((0, 2)), *corners])
+        tints = np.array([color for _, color in drawing.areas], np.uint8).reshape(-1, 4)
+        _fill(self._areas, points, np.array([len(polygon) for polygon in corners]), tints, self._areas.SetPolys)
+        while len(self._labels) < len(drawing.labels):
+            self._labels.append(_text(_SMALL))
+            self._props.append(self._labels[-1])
+        for actor in self._labels:
+            actor.SetVisibility(False)
+        for actor, (place, text) in zip(self._labels, drawing.labels, strict=False):
+            actor.SetPosition(*(place - drawing.view.origin))
+            self._show_text(actor, text)
+
+    def _show_text(self, actor: vtkTextActor, text: str) -> None:
+        actor.SetInput(text)
+        actor.SetVisibility(bool(text) and self._is_shown)
+
+    def status(self, text: str, size: tuple[float, float]) -> None:
+        """Show a text in the lower right corner of a subplot of this size; an empty one hides it."""
+        width = max(int((size[0] - 2 * _MARGIN) / _LETTER[0]), 8)
+        self._status.SetPosition(size[0] - _MARGIN, _MARGIN)
+        self._show_text(self._status, "\n".join(textwrap.fill(line, width) for line in text.split("\n")))
+
+    def readout(self, text: str, cursor: tuple[float, float], size: tuple[float, float]) -> None:
+        """Show a text beside the cursor, on the side where a subplot of this size has room; an empty one hides it."""
+        lines = text.split("\n")
+        needed = _FROM_CURSOR + _LETTER[0] * max(map(len, lines)), _FROM_CURSOR + _LETTER[1] * len(lines)
+        right, up = (
+            at + need <= side if at >= 0.5 * side else at < need
+            for at, need, side in zip(cursor, needed, size, strict=True)
+        )
+        style = self._readout.GetTextProperty()
+        (style.SetJustificationToLeft if right else style.SetJustificationToRight)()
+        (style.SetVerticalJustificationToBottom if up else style.SetVerticalJustificationToTop)()
+        x, y = cursor
+        if right:
+            x = min(x + _FROM_CURSOR, size[0] - needed[0] + _FROM_CURSOR)
+        else:
+            x = max(x - _FROM_CURSOR, needed[0] - _FROM_CURSOR)
+        self._readout.SetPosition(x, y + (_FROM_CURSOR if up else -_FROM_CURSOR))
+        self._show_text(self._readout, text)
+
+    def help(self, text: str, size: tuple[float, float]) -> bool:
+        """Show a text in the upper left of a subplot of this size; an empty one hides it.
+
+        Returns whether it leaves room for others; where it does not, it is as small as it must be to fit in.
+        """
+        lines = text.split("\n")
+        room = np.array(size) - 2.0 * _MARGIN
+        fits = min(room / (_HELP_LETTER * (max(map(len, lines)), len(lines) + 2))) if text else 1.0
+        self._help.GetTextProperty().SetFontSize(max(int(_NORMAL * min(fits, 1.0)), 5))
+        self._help.SetPosition(_MARGIN, size[1] - _MARGIN)
+        self._show_text(self._help, text)
+        return bool(fits >= 1.0)
+
+
+def _actor(data: vtkPolyData, layer: int, width: float = 1.0) -> Any:
+    pixels = vtkCoordinate()
+    pixels.SetCoordinateSystemToDisplay()
+    mapper = vtkPolyDataMapper2D()
+    mapper.SetInputData(data)
+    mapper.SetTransformCoordinate(pixels)
+    actor = vtkActor2D()
+    actor.SetMapper(mapper)
+    actor.SetLayerNumber(layer)
+    actor.GetProperty().SetLineWidth(width)
+    actor.UseBoundsOff()
+    actor.PickableOff()
+    return actor
+
+
+def _text(size: int = _NORMAL) -> Any:
+    actor = vtkTextActor()
+    actor.SetLayerNumber(_TEXT_LAYER)
+    actor.SetVisibility(False)
+    actor.UseBoundsOff()
+    actor.PickableOff()
+    style = actor.GetTextProperty()
+    style.SetFontSize(size)
+    style.SetColor(1.0, 1.0, 1.0)
+    style.SetBackgroundColor(0.1, 0.1, 0.1)
+    style.SetBackgroundOpacity(0.85)
+    return actor
+
+
+def _fill(data: vtkPolyData, points: Float64Array, sizes: Any, colors: ByteArray, set_cells: Any) -> None:
+    """Cells of these sizes, each of the points that come next."""
+    coordinates = vtkPoints()
+    coordinates.SetData(numpy_to_vtk(np.column_stack([points, np.zeros(len(points))]).astype(np.float32), deep=True))
+    cells = vtkCellArray()
+    offsets, indices = np.append(0, np.cumsum(sizes)).astype(np.int64), np.arange(len(points), dtype=np.int64)
+    cells.SetData(numpy_to_vtkIdTypeArray(offsets, deep=True), numpy_to_vtkIdTypeArray(indices, deep=True))
+    data.SetPoints(coordinates)
+    set_cells(cells)
+    data.GetCellData().SetScalars(numpy_to_vtk(np.ascontiguousarray(colors), deep=True))

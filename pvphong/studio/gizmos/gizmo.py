@@ -1,52 +1,47 @@
-"""One light's gizmo."""
+"""The gizmos of one subplot: which lights have one, which is selected, how they are drawn, what is said of them."""
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from pvphong.base.types import Float64Array, Vector
 from pvphong.optics.light import Light
 from pvphong.scene.viewer import Viewer
-from pvphong.studio.gizmos.drag_start import Scenery, vector
-from pvphong.studio.gizmos.drawing import DARK, LIGHT, Drawing, hue
-from pvphong.studio.gizmos.grip import Grip
-from pvphong.studio.gizmos.handles import handles
-from pvphong.studio.gizmos.looks import draw
-from pvphong.studio.gizmos.shape import ORIGIN, around_middle, held, is_movable, origin
-from pvphong.studio.gizmos.status import marks
-from pvphong.studio.gizmos.view import View
-from pvphong.studio.rig import LightHandle
+from pvphong.studio.gizmos.drawing import DARK_EDGE, LIGHT_EDGE, Drawing, Overlay, hue
+from pvphong.studio.gizmos.handles import ORIGIN, LightInScene, is_movable, luminance
+from pvphong.studio.gizmos.highlight import SurfacePoint, Surfaces, find_highlight
+from pvphong.studio.gizmos.history import History
+from pvphong.studio.gizmos.view import Scenery, View, vector
+from pvphong.studio.lit_actors import LitActors
+from pvphong.studio.window_lights import LightHandle, WindowLights
 
 HIGHLIGHT = "highlight"
+"""The handle of a selected light on the surface."""
+
+_HINT = "h: keys"
+
+Keys = Mapping[str, tuple[str, Callable[[], str | None]]]
+"""Key → what the help says, and what is done; what that gives is shown in the window."""
 
 
-class GizmoOwner(Protocol):
-    """What a gizmo asks of whoever has it: the board."""
+@dataclass(frozen=True)
+class Options:
+    """How gizmos behave; see `plotter.phong.add_gizmos`."""
 
-    @property
-    def view(self) -> View:
-        """The pane as it is now."""
+    in_screenshots: bool = False
+    angle_step: float = 5.0
+    length_step: float | None = None
+    keys: Keys = field(default_factory=dict)
 
-    @property
-    def extent(self) -> tuple[Vector, float]:
-        """Middle and size of what is drawn."""
 
-    def new_grip(self, name: str, gizmo: Gizmo) -> Grip:
-        """A handle that can be grabbed."""
-
-    def highlight_of(self, gizmo: Gizmo) -> Vector | None:
-        """Where the gizmo's light has its highlight."""
-
-    def grabbed(self, gizmo: Gizmo, grip: Grip) -> None:
-        """A handle of the gizmo was grabbed."""
-
-    def dragged(self) -> None:
-        """The cursor moved with the button down."""
-
-    def dropped(self) -> None:
-        """The button was let go."""
+def called(light: Light) -> str:
+    """What a light is called on the screen: its name, or its kind where it has none."""
+    return light.name or type(light).__name__
 
 
 class Gizmo:
@@ -54,18 +49,20 @@ class Gizmo:
 
     Parameters
     ----------
-    handle : LightHandle
+    light_handle : LightHandle
         The light.
-    board : GizmoOwner
-        Where it is.
+    gizmos : Gizmos
+        All of the subplot.
     """
 
-    def __init__(self, handle: LightHandle, board: GizmoOwner) -> None:
-        self.handle = handle
-        self.first = self.light_for(board.view.viewer)
+    def __init__(self, light_handle: LightHandle, gizmos: Gizmos) -> None:
+        self.light_handle = light_handle
+        self.first = light_handle.light(gizmos.lights.viewer)
+        """The light as it was when it got its gizmo."""
         self.is_selected = False
-        self._board = board
-        self._grips: dict[str, Grip] = {}
+        self.hovered: str | None = None
+        """The handle under the cursor."""
+        self._gizmos = gizmos
         self._held: tuple[Any, Scenery] | None = None
 
     def __repr__(self) -> str:
@@ -74,7 +71,11 @@ class Gizmo:
     @property
     def light(self) -> Light:
         """The light's current value, in its own frame."""
-        return self.light_for(self._board.view.viewer)
+        return self.light_for(self._gizmos.lights.viewer)
+
+    def light_for(self, viewer: Viewer) -> Light:
+        """The light's value for a viewer."""
+        return self.light_handle.light(viewer)
 
     @property
     def handles(self) -> dict[str, Vector]:
@@ -84,89 +85,237 @@ class Gizmo:
         weakens; a spot light "position", "target" and "cone"; an environment "rotation"; any other those of its
         fields' roles. A headlight has none: it is where the viewer is.
         """
-        return {name: vector(point) for name, point in self.points(self._board.view).items()}
+        return {name: vector(point) for name, point in self.points(self._gizmos.view).items()}
 
     @property
     def highlight(self) -> Vector | None:
         """Where its highlight is on the lit meshes, if it is selected and throws one: that can be dragged too."""
-        return self._board.highlight_of(self) if self.is_selected else None
+        found = self.surface_highlight(self._gizmos.view) if self.is_selected else None
+        return None if found is None else found.point
 
-    @property
-    def hovered(self) -> str | None:
-        """The handle under the cursor."""
-        return next((name for name, grip in self._grips.items() if grip.is_hovered), None)
+    def surface_highlight(self, view: View) -> SurfacePoint | None:
+        """Where the light has its highlight, for an eye."""
+        light = self.light_for(view.viewer)
+        if light.frame == "headlight":
+            return None
+        return find_highlight(light.in_world(view.viewer), view, self._gizmos.lit.shown)
 
-    def light_for(self, viewer: Viewer) -> Light:
-        """The light's value for a viewer."""
-        return self.handle.light(viewer)
+    def in_scene(self, view: View) -> LightInScene:
+        """The light in the world, and the scene around it.
 
-    def scenery(self, view: View) -> Scenery:
-        """The scene around it; the icon of a light without a place stands in front of it, or where it was left."""
-        known = self._known(view)
-        return self._held[1] if self._held is not None and self._held[0] == known else around_middle(*known[:2])
+        The icon of a light without a place stands in front of the scene, or where a drag has left it.
+        """
+        light, scene = self.light_for(view.viewer), self._scene(view)
+        scenery = self._held[1] if self._held is not None and self._held[0] == scene else Scenery.around(*scene[:2])
+        return LightInScene(light.in_world(view.viewer), scenery)
 
     def hold(self, handle: str, view: View) -> None:
         """Let a light without a place turn around the end that is not grabbed, for as long as the scene stays."""
-        world = self.light_for(view.viewer).in_world(view.viewer)
-        self._held = self._known(view), held(world, handle, self.scenery(view))
+        self._held = self._scene(view), self.in_scene(view).held(handle)
 
-    def _known(self, view: View) -> tuple[Vector, float, Viewer | None]:
+    def _scene(self, view: View) -> tuple[Vector, float, Viewer | None]:
         """Middle and size of the scene, and the eye if the light goes along with it."""
-        return *self._board.extent, view.viewer if self.light_for(view.viewer).frame == "camera" else None
+        return *self._gizmos.extent, view.viewer if self.light_for(view.viewer).frame == "camera" else None
 
     def points(self, view: View, highlight: Vector | None = None) -> dict[str, Float64Array]:
         """The handles' positions, as arrays; with that of a highlight, if there is one."""
-        light = self.light_for(view.viewer)
-        if light.frame == "headlight":
+        if self.light_for(view.viewer).frame == "headlight":
             return {}
-        found = handles(light.in_world(view.viewer), self.scenery(view), view)
+        found = self.in_scene(view).points(view)
         return found if highlight is None else found | {HIGHLIGHT: np.array(highlight)}
 
-    def set_grips(self, view: View, highlight: Vector | None, shown: bool) -> list[tuple[Grip, Float64Array]]:
-        """Bring the widgets to where the handles are; those that can be grabbed, and where they are in pixels."""
-        points = self.points(view, highlight)
-        for name in points:
-            if name not in self._grips:
-                self._grips[name] = self._board.new_grip(name, self)
-        there = {name: point for name, point in points.items() if shown and view.is_ahead(point)}
-        for name, grip in self._grips.items():
-            grip.place(there.get(name))
-        return [(self._grips[name], view.project(point)) for name, point in there.items()]
+    def draw(self, drawing: Drawing, highlight: Vector | None, active: str | None, mark: str) -> None:
+        """Add it to a drawing.
 
-    def draw(self, drawing: Drawing, highlight: Vector | None, active: str | None, *, is_alone: bool) -> None:
-        """Add it to a drawing; `active` is the handle that is hovered or dragged."""
-        light = self.light_for(drawing.view.viewer)
-        if light.frame == "headlight":
+        Parameters
+        ----------
+        drawing : Drawing
+            All of the subplot's.
+        highlight : tuple of float, optional
+            Where its highlight is to be shown.
+        active : str, optional
+            The handle that is hovered or dragged.
+        mark : str
+            What stands beside its icon.
+        """
+        if self.light_for(drawing.view.viewer).frame == "headlight":
             return
-        world = light.in_world(drawing.view.viewer)
-        drawing.color, drawing.edge = hue(world), DARK if world.on else LIGHT
-        scenery = self.scenery(drawing.view)
-        draw(drawing, world, scenery, self.is_selected or active is not None)
-        if is_movable(world):
-            for mark in marks(world, is_alone=is_alone):
-                drawing.label(origin(world, scenery), mark, 18.0)
-        for name, point in self.points(drawing.view).items():
+        shown = self.in_scene(drawing.view)
+        drawing.color, drawing.edge = hue(shown.light), DARK_EDGE if shown.light.on else LIGHT_EDGE
+        shown.draw(drawing, self.is_selected or active is not None)
+        if mark and is_movable(shown.light):
+            drawing.label(shown.origin, mark, 18.0)
+        for name, point in shown.points(drawing.view).items():
             if name not in ("position", ORIGIN) or active == name:  # an icon is there
                 drawing.handle(point, hovered=name == active)
         if highlight is not None:
             drawing.ring(np.array(highlight), hovered=active == HIGHLIGHT)
 
-    def grabbed(self, grip: Grip) -> None:
-        """A grip was grabbed."""
-        self._board.grabbed(self, grip)
 
-    def dragged(self, grip: Grip) -> None:  # noqa: ARG002 there is one drag at a time
-        """A grip was moved."""
-        self._board.dragged()
+class Gizmos:
+    """The gizmos of one renderer, and what commands and drags change of it.
 
-    def dropped(self, grip: Grip) -> None:  # noqa: ARG002 there is one drag at a time
-        """A grip was let go."""
-        self._board.dropped()
+    Parameters
+    ----------
+    renderer, interactor
+        VTK's.
+    render : callable
+        Draws a frame, wherever it is seen: `plotter.render`.
+    lights : WindowLights
+        The renderer's lights.
+    lit : LitActors
+        The renderer's lit meshes.
+    history : History
+        Where finished drags and edits go.
+    only : sequence of LightHandle, optional
+        The lights that get a gizmo; all, also those added later, if not given.
+    options : Options
+        How they behave.
+    """
 
-    def retire(self) -> list[Grip]:
-        """Take its grips away; they are to be released when none of them deals with an event."""
-        grips = list(self._grips.values())
-        self._grips.clear()
-        for grip in grips:
-            grip.retire()
-        return grips
+    def __init__(
+        self,
+        renderer: Any,
+        interactor: Any,
+        render: Callable[[], None],
+        lights: WindowLights,
+        lit: LitActors,
+        history: History,
+        only: Sequence[LightHandle] | None,
+        options: Options,
+    ) -> None:
+        self.renderer, self.interactor, self.render = renderer, interactor, render
+        self.lights, self.lit, self.history, self.options = lights, lit, history, options
+        self.is_hidden, self.shows_help, self.notice = False, False, ""
+        self._only = None if only is None else list(only)
+        self._overlay = Overlay()
+        self._all: list[Gizmo] = []
+
+    @property
+    def all(self) -> tuple[Gizmo, ...]:
+        """A gizmo for each light that is there now."""
+        present = [handle for handle in self.lights.handles if self._only is None or handle in self._only]
+        known = {gizmo.light_handle: gizmo for gizmo in self._all}
+        self._all = [known.get(handle) or Gizmo(handle, self) for handle in present]
+        return tuple(self._all)
+
+    @property
+    def selected(self) -> Gizmo | None:
+        """The gizmo that keys act on: the one grabbed last."""
+        return next((gizmo for gizmo in self._all if gizmo.is_selected), None)
+
+    def select(self, chosen: Gizmo | None) -> None:
+        """Select a gizmo, or none."""
+        for gizmo in self._all:
+            gizmo.is_selected = gizmo is chosen
+
+    def add(self, light: Light) -> None:
+        """Add a light, give it a gizmo, and select it."""
+        handle = self.lights.add(light)
+        if self._only is not None:
+            self._only.append(handle)
+        self.select(next(gizmo for gizmo in self.all if gizmo.light_handle is handle))
+
+    @property
+    def soloed(self) -> LightHandle | None:
+        """The light that is on while all others of several are off, if there is such a one."""
+        viewer, handles = self.lights.viewer, self.lights.handles
+        shining = [handle for handle in handles if handle.light(viewer).on]
+        return shining[0] if len(shining) == 1 < len(handles) else None
+
+    # -- the subplot around them
+
+    @property
+    def view(self) -> View:
+        """The subplot as it is now."""
+        width, height = self.renderer.GetSize()
+        x, y = self.renderer.GetOrigin()
+        return View(self.lights.viewer, (max(width, 1), max(height, 1)), (x, y))
+
+    @property
+    def extent(self) -> tuple[Vector, float]:
+        """Middle and half the diagonal of what is drawn; of nothing: what the camera looks at."""
+        bounds = np.array(self.renderer.ComputeVisiblePropBounds()).reshape(3, 2)
+        size = 0.5 * float(np.linalg.norm(bounds[:, 1] - bounds[:, 0]))
+        if (bounds[:, 0] > bounds[:, 1]).any() or not 0.0 < size < np.inf:
+            viewer = self.lights.viewer
+            return vector(viewer.focal_point), 0.5 * viewer.distance
+        return vector(bounds.mean(axis=1)), size
+
+    @property
+    def surfaces(self) -> Surfaces:
+        """The lit meshes as they are now, to be asked what is under a cursor."""
+        return Surfaces(self.renderer, self.view, self.lit.shown)
+
+    @property
+    def cursor(self) -> tuple[float, float]:
+        """Where the pointer is, in pixels of the window."""
+        x, y = self.interactor.GetEventPosition()
+        return float(x), float(y)
+
+    @property
+    def is_pointed_at(self) -> bool:
+        """Whether the pointer is in the subplot."""
+        return bool(self.renderer.IsInViewport(*self.interactor.GetEventPosition()))
+
+    # -- drawing
+
+    def draw(
+        self,
+        view: View,
+        highlights: Mapping[Gizmo, Vector | None],
+        active: tuple[Gizmo, str] | None,
+        readout: str,
+        help_text: str,
+    ) -> None:
+        """Draw them as they are now.
+
+        Parameters
+        ----------
+        view : View
+            The subplot.
+        highlights : mapping
+            Each gizmo that is shown → where its highlight is to be shown.
+        active : tuple of Gizmo and str, optional
+            The handle that is hovered or changed.
+        readout : str
+            What stands beside the cursor.
+        help_text : str
+            All keys, shown where the help is on.
+        """
+        drawing, soloed = Drawing(view), self.soloed
+
+        def mark(gizmo: Gizmo) -> str:
+            return "solo" if gizmo.light_handle is soloed else "" if gizmo.light_for(view.viewer).on else "off"
+
+        for gizmo, highlight in highlights.items():
+            gizmo.draw(drawing, highlight, active[1] if active and active[0] is gizmo else None, mark(gizmo))
+        self._overlay.put(drawing)
+        has_room = self._overlay.help(help_text if self.shows_help else "", view.size)
+        lines = [self.notice, "" if self.shows_help else _HINT]
+        if (chosen := self.selected) is not None:
+            light = chosen.light_for(view.viewer)
+            kind, bright = type(light).__name__, light.intensity * luminance(light.diffuse)
+            parts = [f"{light.name}: {kind}" if light.name else kind, f"intensity {light.intensity:.3g}"]
+            lines[1] = ", ".join([*parts, f"luminance {bright:.3g}", *filter(None, [mark(chosen)])])
+        self._overlay.status("\n".join(filter(None, lines)) if has_room else "", view.size)
+        x, y = self.cursor
+        self._overlay.readout(readout, (x - view.origin[0], y - view.origin[1]), view.size)
+        self._overlay.attach(self.renderer)
+
+    @contextmanager
+    def out_of_sight(self) -> Iterator[None]:
+        """Without gizmos, unless they are to be in screenshots."""
+        if self.options.in_screenshots:
+            yield
+            return
+        self._overlay.show(False)
+        try:
+            yield
+        finally:
+            self._overlay.show(True)
+
+    def release(self) -> None:
+        """Take them out of the renderer."""
+        self._all.clear()
+        self._overlay.detach(self.renderer)

@@ -1,19 +1,28 @@
-"""Highlight dragging: where a light's highlight is, and where the light must be for it to be elsewhere."""
+"""Highlight dragging: where a light's highlight is, what is under the cursor, and where the light must be for both to
+meet.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
+from vtkmodules.vtkRenderingCore import vtkCellPicker
 
-from pvphong.base.types import Float64Array, Vector
+from pvphong.base.types import Float64Array, Vector, rgb
 from pvphong.base.vectors import dot
+from pvphong.geometry.transform import transform_normals, transform_points
 from pvphong.optics.light import Light
 from pvphong.optics.roles import Aim, Corners, Place
-from pvphong.studio.gizmos.drag_start import vector
-from pvphong.studio.gizmos.shape import fields
-from pvphong.studio.gizmos.view import View
+from pvphong.studio.gizmos.handles import comes_from_somewhere, fields
+from pvphong.studio.gizmos.view import View, vector
+from pvphong.studio.lit_actors import LitMesh
+
+# So many vertices of a mesh are asked for the brightest: it places a handle, it does not light anything.
+_ASKED = 20_000
 
 
 @dataclass(frozen=True)
@@ -22,6 +31,19 @@ class SurfacePoint:
 
     point: Vector
     normal: Vector
+
+
+def find_highlight(light: Light, view: View, meshes: Sequence[LitMesh]) -> SurfacePoint | None:
+    """Where a light that comes from somewhere, in the world, has its highlight on the shiny ones of some meshes."""
+    if not light.on or not comes_from_somewhere(light):
+        return None
+    found = []
+    for mesh in meshes:
+        if any(rgb(mesh.material.specular)):
+            points, normals = np.asarray(mesh.drawn.points), np.asarray(mesh.normals)
+            step = max(1, len(points) // _ASKED)
+            found.append(brightest(light, view, *_in_world(mesh, points[::step], normals[::step])))
+    return max((each for each in found if each is not None), key=lambda each: each[0], default=(0.0, None))[1]
 
 
 def brightest(
@@ -45,7 +67,7 @@ def brightest(
         the light reaches nothing that faces the eye.
     """
     arrival = light.arrival(points.T)
-    to_eye = _to_eye(view, points).T
+    to_eye = view.towards_eye(points).T
     facing, lit = dot(normals.T, to_eye), dot(normals.T, arrival.direction)
     reaches = (facing > 0.0) & (lit > 0.0) & (np.asarray(arrival.strength) > 0.0)
     if not reaches.any():
@@ -53,14 +75,6 @@ def brightest(
     mirrored = np.where(reaches, dot(2.0 * lit * normals.T - arrival.direction, to_eye), -np.inf)
     best = int(np.argmax(mirrored))
     return float(mirrored[best]), SurfacePoint(vector(points[best]), vector(normals[best]))
-
-
-def _to_eye(view: View, points: Float64Array) -> Float64Array:
-    if view.viewer.parallel:
-        return np.broadcast_to(-np.array(view.viewer.view_direction), points.shape)
-    away = np.array(view.viewer.position) - points
-    length = np.linalg.norm(away, axis=1, keepdims=True)
-    return np.divide(away, length, out=np.zeros_like(away), where=length > 0.0)
 
 
 def mirrored_to_eye(light: Light, view: View, held: SurfacePoint, target: SurfacePoint) -> Light:
@@ -93,19 +107,70 @@ def mirrored_to_eye(light: Light, view: View, held: SurfacePoint, target: Surfac
         length = float(np.linalg.norm(direction)) if distance is None else distance
         changes[field] = vector(-length * to_light)
     for field, corners in fields(light, Corners).items():
-        turn = _turn(np.mean(corners, axis=0) - held.point, to_light)
+        turn = _rotation(np.mean(corners, axis=0) - held.point, to_light)
         changes[field] = tuple(vector(target.point + turn @ np.subtract(corner, held.point)) for corner in corners)
     return replace(light, **changes)
 
 
-def _turn(before: Float64Array, after: Float64Array) -> Float64Array:
-    """The smallest rotation, (3, 3), of a direction to a unit vector: two half-turns, the second between the two."""
+def _rotation(before: Float64Array, after: Float64Array) -> Float64Array:
+    """The smallest rotation, (3, 3), of a direction to a unit vector: two half-turns, the second halfway."""
     start = before / np.linalg.norm(before)
-    between = start + after
-    if not between @ between > 1e-12:  # opposite: any direction across is between them
-        between = np.cross(start, np.eye(3)[np.argmin(np.abs(start))])
-    return _half_turn(between) @ _half_turn(start)
+    halfway = start + after
+    if not halfway @ halfway > 1e-12:  # opposite: any direction across is halfway
+        halfway = np.cross(start, np.eye(3)[np.argmin(np.abs(start))])
+    first, second = (2.0 * np.outer(axis, axis) / (axis @ axis) - np.eye(3) for axis in (start, halfway))
+    return np.asarray(second @ first)
 
 
-def _half_turn(around: Float64Array) -> Float64Array:
-    return 2.0 * np.outer(around, around) / (around @ around) - np.eye(3)
+def _in_world(mesh: LitMesh, points: Any, normals: Any) -> tuple[Float64Array, Float64Array]:
+    matrix = np.eye(4) if mesh.matrix is None else mesh.matrix
+    points, normals = np.asarray(points, dtype=np.float64), np.asarray(normals, dtype=np.float64)
+    return transform_points(points, matrix), transform_normals(normals, matrix)
+
+
+class Surfaces:
+    """Lit meshes that are asked again and again what is under a cursor, while none of them moves.
+
+    Parameters
+    ----------
+    renderer
+        VTK's.
+    view : View
+        The subplot.
+    meshes : sequence of LitMesh
+        What can be hit.
+    """
+
+    def __init__(self, renderer: Any, view: View, meshes: Sequence[LitMesh]) -> None:
+        self._renderer, self._view, self._meshes = renderer, view, meshes
+        self._picker = vtkCellPicker()
+        self._picker.SetTolerance(0.0)
+        self._picker.PickFromListOn()
+        for mesh in meshes:
+            assert mesh.actor is not None
+            self._picker.AddPickList(mesh.actor)
+            locator = vtkStaticCellLocator()
+            locator.SetDataSet(mesh.actor.GetMapper().GetInput())  # the picker knows it by the mapper's own
+            locator.BuildLocator()
+            self._picker.AddLocator(locator)
+
+    def mesh(self, cursor: tuple[float, float]) -> LitMesh | None:
+        """The mesh under a cursor."""
+        if not self._picker.Pick(*cursor, 0.0, self._renderer):
+            return None
+        return next(mesh for mesh in self._meshes if mesh.actor is self._picker.GetActor())
+
+    def pick(self, cursor: tuple[float, float]) -> SurfacePoint | None:
+        """The place under a cursor, its normal interpolated and turned to the eye."""
+        picker, mesh = self._picker, self.mesh(cursor)
+        if mesh is None:
+            return None
+        cell = mesh.drawn.GetCell(picker.GetCellId())
+        weights = [0.0] * cell.GetNumberOfPoints()
+        cell.InterpolateFunctions(picker.GetPCoords(), weights)
+        ids = [cell.GetPointId(corner) for corner in range(cell.GetNumberOfPoints())]
+        blended = np.array(weights) @ np.asarray(mesh.normals, dtype=np.float64)[ids]
+        normal = _in_world(mesh, np.zeros((1, 3)), blended[None])[1][0]
+        point = picker.GetPickPosition()
+        facing = float(normal @ self._view.towards_eye(point))
+        return SurfacePoint(vector(point), vector(normal if facing >= 0.0 else -normal))

@@ -11,14 +11,14 @@ from typing import Any, Protocol
 _LONGEST = 256
 
 
-class Turnable(Protocol):
-    """What edits change: the lights of a rig, the materials of a pane."""
+class Editable(Protocol):
+    """What edits change: the lights of a subplot, or the materials of its meshes."""
 
     @property
     def state(self) -> Any:
         """All of it as a value."""
 
-    def turn(self, now: Any, then: Any) -> None:
+    def revert(self, now: Any, then: Any) -> None:
         """Undo what changed from the state `then` to the state `now`, to the bit."""
 
 
@@ -26,7 +26,7 @@ class Turnable(Protocol):
 class Step:
     """What was edited, before and after."""
 
-    edited: Turnable
+    edited: Editable
     before: Any
     after: Any
 
@@ -38,7 +38,7 @@ class History:
         self._done: deque[Step] = deque(maxlen=_LONGEST)
         self._undone: deque[Step] = deque(maxlen=_LONGEST)
 
-    def record(self, edited: Turnable, before: Any) -> None:
+    def record(self, edited: Editable, before: Any) -> None:
         """Remember what has been changed since the state `before`, if anything."""
         after = edited.state
         if after != before:
@@ -46,7 +46,7 @@ class History:
             self._undone.clear()
 
     @contextmanager
-    def edit(self, edited: Turnable) -> Iterator[None]:
+    def edit(self, edited: Editable) -> Iterator[None]:
         """What is done inside becomes one step."""
         before = edited.state
         yield
@@ -57,7 +57,7 @@ class History:
         if not self._done:
             return False
         step = self._done.pop()
-        step.edited.turn(step.after, step.before)
+        step.edited.revert(step.after, step.before)
         self._undone.append(step)
         return True
 
@@ -66,7 +66,7 @@ class History:
         if not self._undone:
             return False
         step = self._undone.pop()
-        step.edited.turn(step.before, step.after)
+        step.edited.revert(step.before, step.after)
         self._done.append(step)
         return True
 

@@ -1,225 +1,537 @@
-"""What mouse and keyboard do to the gizmos of one board: drags, typed values, keys."""
+"""What mouse and keyboard do: handles are dragged, values are typed, keys are commands.
+
+A drag goes from VTK's widget (`HandleWidget`) to `Interaction.dragged` and `Drag.move`. What the cursor makes of the
+light is asked of its handle (`handles.py`, which counts with `view.py`), and set in the renderer
+(`studio/window_lights.py`). VTK's widget then draws a frame, before which the meshes are lit again
+(`studio/lit_actors.py`) and the gizmos drawn anew (`Interaction.update`).
+"""
 
 from __future__ import annotations
 
+import math
+import re
+import textwrap
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
-from pvphong.base.types import Vector
-from pvphong.studio.gizmos import commands, entry
-from pvphong.studio.gizmos.drag_start import Cursor, DragStart, vector
-from pvphong.studio.gizmos.dragging import Drag
-from pvphong.studio.gizmos.entry import Entry
-from pvphong.studio.gizmos.gizmo import HIGHLIGHT, Gizmo
-from pvphong.studio.gizmos.surroundings import Surroundings
-from pvphong.studio.gizmos.typed import INTENSITY
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkInteractionWidgets import vtkHandleWidget, vtkPointHandleRepresentation2D
+
+from pvphong.base import check
+from pvphong.base.types import Float64Array, Vector
+from pvphong.optics.light import Light
+from pvphong.studio.gizmos import commands
+from pvphong.studio.gizmos.gizmo import HIGHLIGHT, Gizmo, Gizmos, called
+from pvphong.studio.gizmos.handles import LightInScene
+from pvphong.studio.gizmos.highlight import SurfacePoint, Surfaces, mirrored_to_eye
+from pvphong.studio.gizmos.view import Cursor, DragStart, vector
+
+# -- a handle that can be grabbed
+
+TOLERANCE = 12
+"""How near to a handle the cursor must be, in pixels: the dot that is drawn is half as wide."""
+
+
+class HandleWidget:
+    """One handle in one renderer: VTK's widget finds it under the cursor and follows the mouse.
+
+    It draws nothing: its looks are part of the gizmos' drawing. It is an overlay in pixels, so it is not part
+    of the scene's bounds, cannot be picked as an object, and keeps its size in every projection.
+
+    Parameters
+    ----------
+    renderer, interactor
+        VTK's.
+    events : mapping
+        VTK's event → what is to be done at it.
+    """
+
+    def __init__(self, renderer: Any, interactor: Any, events: dict[str, Callable[[], None]]) -> None:
+        nothing = vtkPolyData()
+        nothing.SetPoints(vtkPoints())
+        self._representation = vtkPointHandleRepresentation2D()
+        self._representation.SetCursorShape(nothing)
+        self._representation.SetTolerance(TOLERANCE)
+        self._representation.UseBoundsOff()
+        self._representation.PickableOff()
+        self._widget = vtkHandleWidget()
+        self._widget.SetInteractor(interactor)
+        self._widget.SetDefaultRenderer(renderer)
+        self._widget.SetCurrentRenderer(renderer)
+        self._widget.SetRepresentation(self._representation)
+        self._widget.KeyPressActivationOff()
+        self._widget.EnableAxisConstraintOff()
+        self._widget.SetEnabled(True)
+        for event, react in events.items():
+            self._widget.AddObserver(event, lambda _widget, _event, react=react: react())
+
+    def place(self, position: Float64Array | None) -> None:
+        """Put it somewhere in the world; None takes it away, when it is let go."""
+        self._widget.SetProcessEvents(position is not None or self._is_held)
+        if position is not None:
+            self._representation.SetWorldPosition(position.tolist())
+            self._representation.BuildRepresentation()  # else it is grabbed where it was at the last frame
+
+    def limit(self, distance: float) -> None:
+        """Grab it from no farther than this many pixels, so that another one close by can be grabbed too."""
+        self._representation.SetTolerance(int(min(max(distance, 1.0), TOLERANCE)))
+
+    def look_for(self, cursor: tuple[int, int]) -> None:
+        """See whether the cursor is on it: the handle may have moved, and the cursor not."""
+        if not self._is_held:
+            self._representation.ComputeInteractionState(*cursor, 0)
+
+    @property
+    def _is_held(self) -> bool:
+        return bool(self._widget.GetWidgetState() == vtkHandleWidget.Active)
+
+    @property
+    def is_hovered(self) -> bool:
+        """Whether it can be grabbed where the cursor is."""
+        return bool(self._widget.GetProcessEvents() and self._representation.GetInteractionState())
+
+    def retire(self) -> None:
+        """Take it away for good; a drag of it ends here."""
+        self._widget.SetProcessEvents(False)
+        if self._is_held:
+            self._widget.ReleaseFocus()
+
+    def release(self) -> None:
+        """Let go of renderer and interactor; not to be called while the widget itself deals with an event."""
+        self._widget.RemoveAllObservers()
+        self._widget.SetEnabled(False)
+        self._widget.SetInteractor(None)
+        self._widget.SetCurrentRenderer(None)
+        self._widget.SetDefaultRenderer(None)
+
+
+# -- a light that is being changed
+
+
+class Edit:
+    """A light that is being changed, and everything as it was when that began.
+
+    Parameters
+    ----------
+    gizmos : Gizmos
+        All of the subplot.
+    gizmo : Gizmo
+        The light's.
+    handle : str
+        Which of its handles is dragged, or what is typed.
+    """
+
+    def __init__(self, gizmos: Gizmos, gizmo: Gizmo, handle: str) -> None:
+        self.gizmos, self.gizmo, self.handle = gizmos, gizmo, handle
+        self.view = gizmos.view
+        gizmo.hold(handle, self.view)
+        self.start = gizmo.in_scene(self.view)
+        self.before = gizmos.lights.state
+        self._own, self._own_state = gizmo.light_for(self.view.viewer), gizmo.light_handle.state
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether the light is still there."""
+        return self.gizmo.light_handle in self.gizmos.lights.handles
+
+    def set(self, light: Light) -> None:
+        """Make the light another of the world; in its own frame what has not changed keeps its bits."""
+        before, viewer = self.start.light, self.view.viewer
+        if light == before:
+            self.put_back()
+            return
+        moved = light.in_frame(self._own.frame, viewer)
+        same = (field for field in light.roles if getattr(light, field) == getattr(before, field))
+        changed = replace(moved, **{field: getattr(self._own, field) for field in same})
+        self.gizmo.light_handle.set(changed, viewer)
+
+    def put_back(self) -> None:
+        """Make the light what it was, to the bit."""
+        self.gizmo.light_handle.restore(self._own_state)
+
+    @property
+    def now(self) -> LightInScene:
+        """The light as it is now, where it started."""
+        return LightInScene(self.gizmo.light_for(self.view.viewer).in_world(self.view.viewer), self.start.scenery)
+
+
+class Drag(Edit):
+    """A running drag. The light is a function of what was frozen at its start and of the cursor."""
+
+    def __init__(self, gizmos: Gizmos, gizmo: Gizmo, handle: str) -> None:
+        super().__init__(gizmos, gizmo, handle)
+        self.readout = ""
+        self.over: SurfacePoint | None = None
+        """Where on a surface the highlight has been dragged to."""
+        self._highlight = gizmo.surface_highlight(self.view)
+        points = gizmo.points(self.view, None if self._highlight is None else self._highlight.point)
+        options = gizmos.options
+        self.grabbed: DragStart | None = None
+        if handle in points:
+            light, steps = self.start.light, (options.angle_step, options.length_step)
+            place, cursor, scenery = vector(points[handle]), gizmos.cursor, self.start.scenery
+            self.grabbed = DragStart(light, handle, place, cursor, self.view, scenery, *steps)
+        self._surfaces: Surfaces | None = gizmos.surfaces if handle == HIGHLIGHT else None
+
+    def move(self, cursor: Cursor) -> None:
+        """Make the light what the cursor asks for."""
+        assert self.grabbed is not None
+        if self._surfaces is None:
+            light = self.start.handles[self.handle].dragged(self.grabbed, cursor)
+        else:
+            x, y = self.grabbed.picture(cursor).tolist()
+            target = self._surfaces.pick((x, y))
+            if self._highlight is None or target is None:  # off the surface: it waits
+                light = self.now.light
+            else:
+                self.over = target
+                light = mirrored_to_eye(self.start.light, self.view, self._highlight, target)
+        self.set(light)
+        self.readout = LightInScene(light, self.start.scenery).readout(self.handle)
+
+
+INTENSITY = "intensity"
+"""What is typed for a light as a whole, beside its handles."""
+
+_CHARACTERS = frozenset("0123456789.+-exyz ")  # of which typed text consists; a comma counts as a decimal point
+# VTK's names of keys that give one of the characters, and of those that end an entry or erase.
+_CHARACTER_OF = {"period": ".", "comma": ".", ",": ".", "minus": "-", "plus": "+", "space": " "}
+_CHARACTER_OF |= {"KP_Decimal": ".", "KP_Separator": ".", "KP_Subtract": "-", "KP_Add": "+"}
+_CHARACTER_OF |= {f"KP_{digit}": str(digit) for digit in range(10)}
+_TAKE = frozenset({"Return", "KP_Enter"})
+_MESSAGE_WIDTH = 48  # letters
+_HOW = "Enter: take  Tab: next  Esc: give up"
+
+
+class Entry(Edit):
+    """What is typed for one handle of a light, or for its intensity; the light follows every character."""
+
+    def __init__(self, gizmos: Gizmos, gizmo: Gizmo, handle: str) -> None:
+        super().__init__(gizmos, gizmo, handle)
+        self.text = ""
+        """What has been typed."""
+        self.error = ""
+        """Why that is no value; "" where it is one."""
+
+    def put(self, text: str) -> None:
+        """Make the light what a text says; as it was where that says nothing, or nothing that is allowed."""
+        self.text, self.error = text, ""
+        try:
+            self.set(typed_light(self.start, self.handle, text))
+        except ValueError as error:
+            self.put_back()
+            self.error = textwrap.fill(str(error), _MESSAGE_WIDTH)
+
+    @property
+    def readout(self) -> str:
+        """What is typed, what the light has now, and how to end it."""
+        now = self.now
+        numbers = "  ".join(f"{label} {value:.4g}" for label, value in numbers_of(now, self.handle).items())
+        lines = [f"{called(now.light)}: {self.handle} = {self.text}_", numbers]
+        return "\n".join([*lines, self.error or now.arriving, _HOW])
+
+
+def numbers_of(shown: LightInScene, handle: str) -> dict[str, float]:
+    """Label → number of what a handle sets, or of the intensity, in the order in which they are typed."""
+    return {INTENSITY: shown.light.intensity} if handle == INTENSITY else shown.handles[handle].numbers
+
+
+def typed_light(shown: LightInScene, handle: str, text: str) -> Light:
+    """The light with the numbers of a text: in the labels' order; a label of one letter goes to its number.
+
+    Raises
+    ------
+    ValueError
+        If it is no such text, has too many numbers, or the light allows no such value.
+    """
+    light, known, given = shown.light, numbers_of(shown, handle), dict[str, float]()
+    labels = list(known)
+    letters = "".join(label for label in labels if len(label) == 1)
+    at = 0
+    for part in re.findall(f"[{letters}]|[^{letters} ]+" if letters else "[^ ]+", text):
+        if part in labels:
+            at = labels.index(part)
+            continue
+        if at == len(labels):
+            check.refuse("text", text, f"at most {len(labels)} of {', '.join(labels)}")
+        try:
+            number = float(part)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            check.refuse(labels[at], part, "a number")
+        given[labels[at]] = number
+        at += 1
+    if all(known[label] == value for label, value in given.items()):
+        return light
+    if handle == INTENSITY:
+        return replace(light, intensity=given[INTENSITY])
+    typed = shown.handles[handle].typed(known | given)
+    if typed == light:  # it would shine from its target
+        check.refuse(handle, given, "another place", "The light must shine somewhere.")
+    return typed
+
+
+# -- events
 
 _BEFORE_ALL, _BEFORE_WIDGETS = 2.0, 1.0  # theirs is 0.5, PyVista's and the interactor style's 0
 
 
 class Interaction:
-    """Turns events into drags, typed values and commands.
+    """Turns the events of one subplot into drags, typed values and commands.
 
     Parameters
     ----------
-    board : Surroundings
-        Held weakly.
-    interactor
-        VTK's.
+    gizmos : Gizmos
+        What they act on.
     """
 
-    def __init__(self, board: Surroundings, interactor: Any) -> None:
-        self._owner, self._interactor = weakref.ref(board), interactor
-        self.drag: Drag | None = None
-        self.entry: Entry | None = None
+    def __init__(self, gizmos: Gizmos) -> None:
+        self.gizmos = gizmos
+        self.edit: Drag | Entry | None = None
         self.grabbed_last = ""
-        self._presses = commands.Presses()
-        self._numbers = ""
-        self._tags = [
-            self._observe("KeyPressEvent", Interaction._typed, _BEFORE_ALL),
-            self._observe("CharEvent", Interaction._typed_character, _BEFORE_ALL),
-            self._observe("KeyPressEvent", Interaction._key_pressed),
-            self._observe("CharEvent", Interaction._key_ended),
-            self._observe("KeyReleaseEvent", Interaction._key_ended),
-        ]
+        self._key_down: str | None = None
+        self._widgets: dict[tuple[Gizmo, str], HandleWidget] = {}
+        self._retired: list[HandleWidget] = []
+        self._observed: list[tuple[Any, int]] = []
+        interactor = gizmos.interactor
+        self._observe(gizmos.renderer, "StartEvent", Interaction.update)
+        self._observe(interactor, "KeyPressEvent", Interaction._key_pressed, _BEFORE_ALL)
+        self._observe(interactor, "CharEvent", Interaction._character_given, _BEFORE_ALL)
+        self._observe(interactor, "KeyReleaseEvent", Interaction._key_released)
+        self._observe(interactor, "MouseMoveEvent", Interaction._resized, _BEFORE_WIDGETS)
+        self._observe(interactor, "MouseMoveEvent", Interaction._moved_over)
+        self.update()
 
-    def _observe(self, event: str, react: Callable[[Interaction], bool | None], priority: float = 0.0) -> int:
+    def _observe(
+        self, subject: Any, event: str, react: Callable[[Interaction], bool | None], priority: float = 0.0
+    ) -> None:
         """React to an event; nobody else hears of it where the answer is True."""
         interaction = weakref.ref(self)
 
-        def happened(interactor: Any, _event: str) -> None:
+        def happened(subject: Any, _event: str) -> None:
             if (alive := interaction()) is not None and react(alive):
-                interactor.GetCommand(tag).SetAbortFlag(1)
+                subject.GetCommand(tag).SetAbortFlag(1)
 
-        tag = int(self._interactor.AddObserver(event, happened, priority))
-        return tag
+        tag = int(subject.AddObserver(event, happened, priority))
+        self._observed.append((subject, tag))
 
-    @property
-    def _board(self) -> Surroundings:
-        board = self._owner()
-        assert board is not None, "the board has gone"
-        return board
+    def update(self) -> None:
+        """Bring widgets and looks to where lights, camera and scene are now."""
+        gizmos, view = self.gizmos, self.gizmos.view
+        self._size = view.size
+        all_gizmos = gizmos.all
+        highlights = {gizmo: self._highlight(gizmo) for gizmo in all_gizmos if not gizmos.is_hidden}
+        places = {
+            (gizmo, name): point
+            for gizmo, highlight in highlights.items()
+            for name, point in gizmo.points(view, highlight).items()
+            if view.is_ahead(point)
+        }
+        for gone in [key for key in self._widgets if key[0] not in all_gizmos]:
+            widget = self._widgets.pop(gone)
+            widget.retire()
+            self._retired.append(widget)
+        for gizmo, name in places.keys() - self._widgets.keys():
+            self._widgets[gizmo, name] = self._new_widget(gizmo, name)
+        pixels = {key: view.project(point) for key, point in places.items()}
+        for key, widget in self._widgets.items():
+            widget.place(places.get(key))
+            if key in places:  # of two close together each is grabbed on its own half of the distance
+                others = (math.dist(pixels[key], pixel) for other, pixel in pixels.items() if other != key)
+                widget.limit(0.5 * min(others, default=math.inf))
+                widget.look_for(gizmos.interactor.GetEventPosition())
+        self._hover()
+        active = next(((gizmo, gizmo.hovered) for gizmo in all_gizmos if gizmo.hovered), None)
+        readout = ""
+        if self.edit is not None:
+            active = self.edit.gizmo, self.edit.handle
+            readout = self.edit.readout
+        if readout and (note := gizmos.lit.note):
+            readout = f"{readout}\n{note}"
+        keys = commands.help_entries(gizmos.options.keys)
+        gizmos.draw(view, highlights, active, readout, "\n".join(f"{key:15}{what}" for key, what in keys))
 
-    @property
-    def readout(self) -> str:
-        """What is to be said beside the cursor."""
-        return self._numbers if self.entry is None else self.entry.readout
+    def _highlight(self, gizmo: Gizmo) -> Vector | None:
+        """Where its highlight is; while that is dragged, where it was dragged to, which need not be at a vertex."""
+        edit = self.edit
+        if isinstance(edit, Drag) and edit.gizmo is gizmo and edit.over is not None:
+            return edit.over.point
+        return gizmo.highlight
 
-    @property
-    def active(self) -> tuple[Gizmo, str] | None:
-        """The gizmo and the handle that are being changed."""
-        if self.drag is not None:
-            return self.drag.gizmo, self.drag.start.handle
-        return None if self.entry is None else (self.entry.gizmo, self.entry.handle)
+    def _new_widget(self, gizmo: Gizmo, name: str) -> HandleWidget:
+        interaction = weakref.ref(self)
 
-    def dragged_highlight(self, gizmo: Gizmo) -> Vector | None:
-        """Where a gizmo's highlight has been dragged to, if it is being dragged."""
-        if self.drag is None or self.drag.gizmo is not gizmo or self.drag.over is None:
-            return None
-        return self.drag.over.point
+        def told(react: Callable[[Interaction], None]) -> Callable[[], None]:
+            def happened() -> None:
+                if (alive := interaction()) is not None:
+                    react(alive)
+
+            return happened
+
+        events = {
+            "StartInteractionEvent": told(lambda alive: alive.grabbed(gizmo, name)),
+            "InteractionEvent": told(Interaction.dragged),
+            "EndInteractionEvent": told(Interaction.dropped),
+        }
+        return HandleWidget(self.gizmos.renderer, self.gizmos.interactor, events)
+
+    def _hover(self) -> bool:
+        """Tell each gizmo which of its handles is under the cursor; returns whether that is another than before."""
+        before = [gizmo.hovered for gizmo in self.gizmos.all]
+        found = [key for key, widget in self._widgets.items() if self.gizmos.is_pointed_at and widget.is_hovered]
+        for gizmo in self.gizmos.all:
+            gizmo.hovered = next((name for owner, name in found if owner is gizmo), None)
+        return before != [gizmo.hovered for gizmo in self.gizmos.all]
+
+    @contextmanager
+    def out_of_sight(self) -> Iterator[None]:
+        """Without gizmos, unless they are to be in screenshots."""
+        with self.gizmos.out_of_sight():
+            yield
+        self.update()
 
     def release(self) -> None:
-        """Let go of the interactor."""
-        for tag in self._tags:
-            self._interactor.RemoveObserver(tag)
-        self.drag = self.entry = None
+        """Let go of widgets, observers and actors."""
+        self._begin(None)
+        for subject, tag in self._observed:
+            subject.RemoveObserver(tag)
+        for widget in self._widgets.values():
+            widget.retire()
+            self._retired.append(widget)
+        self._widgets.clear()
+        self._release_retired()
+        self.gizmos.release()
 
-    # -- drags -------------------------------------------------------------------------------------------
+    def _release_retired(self) -> None:
+        """A light can go while its handle is dragged: its widget must outlive the event that it is dealing with."""
+        for widget in self._retired:
+            widget.release()
+        self._retired.clear()
+
+    # -- the mouse
+
+    def _resized(self) -> None:
+        """A browser's window is resized without a frame: while the button is down, trame may draw fewer pixels."""
+        if self.gizmos.view.size != self._size:
+            self.update()
+
+    def _moved_over(self) -> None:
+        self._release_retired()
+        if self._hover():
+            self.gizmos.render()
 
     def grabbed(self, gizmo: Gizmo, handle: str) -> None:
         """A handle was grabbed: freeze everything that the drag depends on."""
         self._end_entry(taken=True)
-        board, view = self._board, self._board.view
-        board.notice = ""
-        board.select(gizmo)
-        held = board.held_highlight(gizmo, view)
-        point = gizmo.points(view, None if held is None else held.point).get(handle)
-        if point is None:
-            return
-        gizmo.hold(handle, view)
-        light, options = gizmo.light_for(view.viewer), board.options
-        world, scenery = light.in_world(view.viewer), gizmo.scenery(view)
-        steps = options.angle_step, options.length_step
-        start = DragStart(world, handle, vector(point), board.cursor, view, scenery, *steps)
-        surfaces = board.surfaces if handle == HIGHLIGHT else None
-        self.drag = Drag(gizmo, start, board.rig, board.rig.state, light, held, surfaces)
-        self.grabbed_last = handle
+        self.gizmos.notice = ""
+        self.gizmos.select(gizmo)
+        drag = Drag(self.gizmos, gizmo, handle)
+        if drag.grabbed is not None:
+            self._begin(drag)
 
     def dragged(self) -> None:
         """The cursor moved with the button down: the light becomes what the cursor asks for."""
-        drag = self.drag
-        if drag is None or not drag.is_possible:
-            self.drag, self._numbers = None, ""
+        if not isinstance(self.edit, Drag):
             return
-        shift, control = self._interactor.GetShiftKey(), self._interactor.GetControlKey()
-        self._numbers = drag.move(Cursor(self._board.cursor, bool(shift), bool(control)))
+        if not self.edit.is_possible:
+            self._begin(None)
+            return
+        interactor = self.gizmos.interactor
+        shift, control = bool(interactor.GetShiftKey()), bool(interactor.GetControlKey())
+        self.edit.move(Cursor(self.gizmos.cursor, shift, control))
 
     def dropped(self) -> None:
         """The button was let go: the drag becomes one step."""
-        if self.drag is not None and self.drag.is_possible:
-            self._board.history.record(self._board.rig, self.drag.before)
-        self.drag, self._numbers = None, ""
-        self._board.render()
+        if isinstance(self.edit, Drag):
+            if self.edit.is_possible:
+                self.gizmos.history.record(self.gizmos.lights, self.edit.before)
+            self._begin(None)
+        self.gizmos.render()
 
-    def cancel(self) -> None:
-        """Put back what a running drag has changed."""
-        if self.drag is not None:
-            self.drag.put_back()
-        self.drag, self._numbers = None, ""
-        self._board.render()
+    def _begin(self, edit: Drag | Entry | None) -> None:
+        self.edit = edit
+        self.gizmos.lit.is_rough = isinstance(edit, Drag)
+        if edit is not None:
+            self.grabbed_last = edit.handle
 
-    # -- typed values ------------------------------------------------------------------------------------
+    # -- the keyboard
 
-    def type(self) -> None:
-        """Begin to type a value for the selected light: for the handle that was grabbed last, if it is its own."""
-        gizmo = self._board.selected
-        if gizmo is not None:
+    def _key_pressed(self) -> bool:
+        """A key was pressed; True if it belongs to the value that is being typed.
+
+        A press ends with its `CharEvent` or with its release. Trame's remote area reports letters twice before that,
+        for the browser's `keydown` and for its `keypress`: the second report is none.
+        """
+        gizmos, key = self.gizmos, self.gizmos.interactor.GetKeySym()
+        self._release_retired()
+        character = _CHARACTER_OF.get(key, key)
+        character = character if character in _CHARACTERS else ""
+        drag = self.edit if isinstance(self.edit, Drag) else None
+        if drag is not None and character.strip() and drag.is_possible and drag.handle != HIGHLIGHT:
+            drag.put_back()  # the value is typed from here on
+            self._begin(Entry(gizmos, drag.gizmo, drag.handle))
+        is_typed = isinstance(self.edit, Entry)
+        is_new, self._key_down = key != self._key_down, key
+        if not is_new:
+            return is_typed
+        if isinstance(self.edit, Entry):
+            self._type(self.edit, key, character)
+            gizmos.render()
+        elif self.edit is not None:
+            if key == "Escape":
+                self.edit.put_back()
+                self._begin(None)
+                gizmos.render()
+        elif gizmos.is_pointed_at:
+            self._command(key, control=bool(gizmos.interactor.GetControlKey()))
+        return is_typed
+
+    def _character_given(self) -> bool:
+        """The character of a key, which VTK and PyVista would act on; True if it belongs to what is being typed."""
+        self._key_down = None
+        return isinstance(self.edit, Entry)
+
+    def _key_released(self) -> None:
+        self._key_down = None
+
+    def _command(self, key: str, *, control: bool) -> None:
+        gizmo = self.gizmos.selected
+        if key in _TAKE and not control and gizmo is not None:
+            # a value for the handle that was grabbed last, if it is the selected light's
             names = [*gizmo.handles, INTENSITY]
-            self._enter(gizmo, self.grabbed_last if self.grabbed_last in names else names[0])
+            self._begin(Entry(self.gizmos, gizmo, self.grabbed_last if self.grabbed_last in names else names[0]))
+            self.gizmos.render()
+        elif commands.run(self.gizmos, key, control=control):
+            self.gizmos.render()
 
-    def _enter(self, gizmo: Gizmo, handle: str) -> None:
-        board, view = self._board, self._board.view
-        gizmo.hold(handle, view)
-        light, before = gizmo.light_for(view.viewer), board.rig.state
-        self.entry = Entry(gizmo, handle, board.rig, before, light, gizmo.scenery(view), view.viewer)
-        self.grabbed_last = handle
+    def _type(self, entry: Entry, key: str, character: str) -> None:
+        if not entry.is_possible or key == "Escape":
+            self._end_entry(taken=False)
+        elif key in _TAKE or key == "Tab":
+            if entry.error:  # it stays, and says what is wrong
+                return
+            self._end_entry(taken=True)
+            if key == "Tab":
+                names = [*entry.gizmo.handles, INTENSITY]
+                following = names[(names.index(entry.handle) + 1) % len(names)]
+                self._begin(Entry(self.gizmos, entry.gizmo, following))
+        elif key == "BackSpace":
+            entry.put(entry.text[:-1])
+        elif character:
+            entry.put(entry.text + character)
 
     def _end_entry(self, *, taken: bool) -> None:
         """What was typed becomes one step, or is put back."""
-        ended, self.entry = self.entry, None
-        if ended is None or not ended.is_possible:
+        if not isinstance(self.edit, Entry):
             return
-        if taken:
-            self._board.history.record(ended.rig, ended.before)
-        else:
+        ended = self.edit
+        self._begin(None)
+        if ended.is_possible and taken:
+            self.gizmos.history.record(self.gizmos.lights, ended.before)
+        elif ended.is_possible:
             ended.put_back()
-
-    def _type_instead_of_dragging(self) -> None:
-        """The first character that is typed during a drag: its value is typed from here on."""
-        drag = self.drag
-        if drag is None or not drag.is_possible or drag.start.handle == HIGHLIGHT:
-            return
-        drag.put_back()
-        start, view = drag.start, drag.start.view
-        self.drag, self._numbers = None, ""
-        self.entry = Entry(drag.gizmo, start.handle, drag.rig, drag.before, drag.light, start.scenery, view.viewer)
-
-    def _typed(self) -> bool:
-        """A key was pressed; True if it belongs to the value that is being typed."""
-        key = self._interactor.GetKeySym()
-        if self.drag is not None and entry.character_of(key).strip():
-            self._type_instead_of_dragging()
-        if self.entry is None:
-            return False
-        self._board.release_retired()
-        if self._presses.begin(key):
-            self._edit(self.entry, key)
-            self._board.render()
-        return True
-
-    def _edit(self, current: Entry, key: str) -> None:
-        if not current.is_possible or key == entry.GIVE_UP:
-            self._end_entry(taken=False)
-        elif key in entry.TAKE | entry.NEXT:
-            if current.trouble:  # it stays, and says what is wrong
-                return
-            self._end_entry(taken=True)
-            if key in entry.NEXT:
-                names = [*current.gizmo.handles, INTENSITY]
-                self._enter(current.gizmo, names[(names.index(current.handle) + 1) % len(names)])
-        elif key == entry.ERASE:
-            current.put(current.text[:-1])
-        elif character := entry.character_of(key):
-            current.put(current.text + character)
-
-    def _typed_character(self) -> bool:
-        """The character of a key, which VTK and PyVista would act on."""
-        if self.entry is None:
-            return False
-        self._presses.end()
-        return True
-
-    # -- keys --------------------------------------------------------------------------------------------
-
-    def _key_pressed(self) -> None:
-        board = self._board
-        board.release_retired()
-        key, control = self._interactor.GetKeySym(), bool(self._interactor.GetControlKey())
-        if not self._presses.begin(key):
-            return
-        if self.drag is not None:
-            if key == "Escape":
-                self.cancel()
-        elif board.is_here:
-            self._run(board, key, control=control)
-
-    def _run(self, board: Surroundings, key: str, *, control: bool) -> None:
-        if key in entry.TAKE and not control and board.selected is not None:
-            self.type()
-            board.render()
-        elif commands.run(board, key, board.options.keys, control=control):
-            board.render()
-
-    def _key_ended(self) -> None:
-        self._presses.end()

@@ -1,4 +1,7 @@
-"""What a cursor means in the world: one pane's projection, frozen."""
+"""What a cursor means in the world: a subplot's projection, and what is frozen when a handle is grabbed.
+
+Nothing here knows a window. A drag is a function of `DragStart` and `Cursor`.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from pvphong.base.types import Float64Array, VectorLike
+from pvphong.base.types import Float64Array, Vector, VectorLike
+from pvphong.optics.light import Light
 from pvphong.scene.viewer import Viewer
 
 # How far a point may come towards the eye or go away from it along an axis, in multiples of its depth.
@@ -20,22 +24,24 @@ _AT_THE_EYE = 1e-3
 # A depth of this fraction of the coordinates that it is computed from may be rounded zero.
 _BESIDE = 1e-9
 
+STANDS_OFF = 0.95
+"""How far off the scene's middle the icon of a light without a place stands, in scene sizes."""
 
 Pixel = tuple[float, float]
 
 
 @dataclass(frozen=True)
 class View:
-    """A pane of a window and the eye behind it.
+    """A subplot of a window and the eye behind it.
 
     Parameters
     ----------
     viewer : Viewer
         The eye.
     size : tuple of float
-        Width and height of the pane, in pixels.
+        Width and height of the subplot, in pixels.
     origin : tuple of float, default (0, 0)
-        The pane's lower left corner in the window, in pixels.
+        The subplot's lower left corner in the window, in pixels.
     """
 
     viewer: Viewer
@@ -79,7 +85,7 @@ class View:
         return self._middle + self._zoom * flat
 
     def edge_towards(self, point: VectorLike | Float64Array, margin: float) -> tuple[Pixel, Pixel] | None:
-        """Where, so many pixels inside the pane's edge, a point out of sight is to be looked for; None if it is seen.
+        """Where, so many pixels inside the edge, a point out of sight is to be looked for; None if it is seen.
 
         Returns
         -------
@@ -109,12 +115,14 @@ class View:
         right, up, back = self.viewer.axes
         return np.array(self.viewer.position) + x * right + y * up - self.seen(point)[2] * back
 
-    def towards_eye(self, point: VectorLike | Float64Array) -> Float64Array:
-        """Unit vector from a point to the eye; in parallel projection it is the same everywhere."""
+    def towards_eye(self, points: VectorLike | Float64Array) -> Float64Array:
+        """Unit vectors, (…, 3), from points to the eye, zero at the eye; in parallel projection all the same."""
+        points = np.asarray(points, dtype=np.float64)
         if self.viewer.parallel:
-            return -np.array(self.viewer.view_direction)
-        away = np.array(self.viewer.position) - np.asarray(point, dtype=np.float64)
-        return away / (np.linalg.norm(away) or 1.0)
+            return np.broadcast_to(-np.array(self.viewer.view_direction), points.shape)
+        away = np.array(self.viewer.position) - points
+        length = np.linalg.norm(away, axis=-1, keepdims=True)
+        return np.divide(away, length, out=np.zeros_like(away), where=length > 0.0)
 
     def across(self, along: Float64Array, point: VectorLike | Float64Array) -> Float64Array:
         """Unit vector square to one through a point, as nearly as can be in the picture; at the eye: to the right."""
@@ -169,3 +177,126 @@ class View:
         seen = self.seen(point)
         slope: Float64Array = along[:2] / seen[2] - seen[:2] / seen[2] * (along[2] / seen[2])
         return self._zoom * slope
+
+
+@dataclass(frozen=True)
+class Scenery:
+    """What a gizmo knows of the scene it stands in.
+
+    Parameters
+    ----------
+    center : tuple of float
+        Middle of what is drawn.
+    size : float
+        Half the diagonal of what is drawn, > 0.
+    anchor : tuple of float
+        What stays where it is while a light without a place is turned.
+    behind : float, default 0
+        How far from there, against its aim, the icon of such a light stands.
+    """
+
+    center: Vector
+    size: float
+    anchor: Vector
+    behind: float = 0.0
+
+    @classmethod
+    def around(cls, center: Vector, size: float) -> Scenery:
+        """A scene in front of whose middle a light without a place stands, where it comes from, and turns around it."""
+        return cls(center, size, center, STANDS_OFF * size)
+
+
+@dataclass(frozen=True)
+class Cursor:
+    """The cursor during a drag.
+
+    Parameters
+    ----------
+    position : tuple of float
+        In pixels of the window, from its lower left corner.
+    constrained : bool, default False
+        Whether the handle moves along one axis only.
+    snapping : bool, default False
+        Whether it moves in steps.
+    """
+
+    position: tuple[float, float]
+    constrained: bool = False
+    snapping: bool = False
+
+
+@dataclass(frozen=True)
+class DragStart:
+    """A handle that has been grabbed.
+
+    Parameters
+    ----------
+    light : Light
+        The light at that time, in the world.
+    handle : str
+        Which of its handles.
+    point : tuple of float
+        Where the handle was.
+    cursor : tuple of float
+        Where the cursor was, in pixels of the window.
+    view : View
+        The subplot.
+    scenery : Scenery
+        The scene.
+    angle_step : float, default 5
+        What angles snap to, in degrees.
+    length_step : float, optional
+        What lengths and coordinates snap to; a round twentieth to fiftieth of the scene's size if not given.
+    """
+
+    light: Light
+    handle: str
+    point: Vector
+    cursor: tuple[float, float]
+    view: View
+    scenery: Scenery
+    angle_step: float = 5.0
+    length_step: float | None = None
+
+    @property
+    def grid(self) -> float:
+        """What lengths and coordinates snap to."""
+        return round_step(self.scenery.size / 20.0) if self.length_step is None else self.length_step
+
+    def picture(self, cursor: Cursor) -> Float64Array:
+        """Where on the screen the handle is to go: it keeps its distance from the cursor."""
+        return self.view.project(self.point) + self.motion(cursor)
+
+    def motion(self, cursor: Cursor) -> Float64Array:
+        """How far the cursor has gone since the start, in pixels."""
+        return np.array(cursor.position) - np.array(self.cursor)
+
+    def moved(self, cursor: Cursor) -> Float64Array:
+        """The handle moved with the cursor, parallel to the picture; constrained: along a world axis."""
+        point = np.array(self.point)
+        if not self.view.is_ahead(point) or not self.motion(cursor).any():
+            return point
+        if not cursor.constrained:
+            return self.view.facing(point, self.picture(cursor))
+        axis = self.view.axis_along(point, self.motion(cursor))
+        return point if axis is None else self.view.along(point, axis, self.motion(cursor))
+
+    def moved_on_grid(self, cursor: Cursor) -> Float64Array:
+        """As `moved`; snapping: to the grid, but for coordinates in which the handle does not move."""
+        point = self.moved(cursor)
+        if not cursor.snapping:
+            return point
+        stays = np.abs(point - self.point) <= 1e-9 * self.scenery.size
+        return np.where(stays, self.point, np.round(point / self.grid) * self.grid)
+
+
+def vector(values: VectorLike | Float64Array) -> Vector:
+    """Three floats, as lights have them."""
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def round_step(length: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten that is not above a length > 0."""
+    power = 10.0 ** math.floor(math.log10(length))
+    return max((factor for factor in (1.0, 2.0, 5.0) if factor * power <= length), default=1.0) * power

@@ -1,45 +1,75 @@
-"""Keys: what they do, and that they are nobody else's."""
+"""Keys: what they do to view, lights and materials, in one step each, and that they are nobody else's."""
 
+import colorsys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import pyvista as pv
+from hypothesis import given
+from hypothesis import strategies as st
 from mouse import Mouse
-from views import KINDS, example
+from views import FROM_SOMEWHERE, KINDS, example
 
 import pvphong  # noqa: F401 registers plotter.phong wherever PyVista's own discovery is not installed
+from pvphong.base.types import rgb
+from pvphong.optics.material import Material
+from pvphong.optics.reflectances import OrenNayar
 from pvphong.optics.roles import Aim, Place
 from pvphong.studio.gizmos import commands
+from pvphong.studio.gizmos.commands import by_thirds, free_name, hue_turned, warmed
+from pvphong.studio.gizmos.handles import luminance
 
 FROM = [(0, -5, 2.5), (0, 0, 0.2), (0, 0, 1)]
-LIGHTS = tuple(example(kind, 0.7, name=kind) for kind in KINDS)
-FIRST, SECOND, *REST = LIGHTS
+LIGHTS = tuple(example(kind, 0.7, name=kind, diffuse=(0.9, 0.6, 0.3)) for kind in ("directional", "point", "spot"))
+FIRST, SECOND, _ = LIGHTS
+GOLD = Material.named("gold")
+LEFT, RIGHT = (-0.7, 0.0, 0.0), (0.7, 0.0, 0.0)
+
+
+def keys_that_edit(what):
+    return [key for command in commands.COMMANDS if command.edits == what for key in command.keys.split()]
 
 
 @pytest.fixture
-def plotter():
-    shown = pv.Plotter(off_screen=True, window_size=(300, 200), lighting="none")
+def mouse():
+    """Of a plotter with three lights and two balls of gold."""
+    plotter = pv.Plotter(off_screen=True, window_size=(400, 300), lighting="none")
     for light in LIGHTS:
-        shown.phong.add_light(light)
-    shown.phong.add_mesh(pv.Sphere())
-    shown.camera_position = FROM
-    shown.show(auto_close=False)
-    shown.phong.add_gizmos()
-    yield shown
-    shown.close()
-
-
-@pytest.fixture
-def mouse(plotter):
+        plotter.phong.add_light(light)
+    for name, center in (("left", LEFT), ("right", RIGHT)):
+        plotter.phong.add_mesh(pv.Sphere(center=center, theta_resolution=16, phi_resolution=16), GOLD, name=name)
+    plotter.camera_position = FROM
+    plotter.show(auto_close=False)
+    plotter.phong.add_gizmos()
     mouse = Mouse(plotter)
     mouse.move((5, 5))
-    return mouse
+    yield mouse
+    plotter.close()
 
 
-def select(plotter, chosen):
+@pytest.fixture
+def plotter(mouse):
+    return mouse.plotter
+
+
+def select(plotter, *names):
     for gizmo in plotter.phong.gizmos:
-        gizmo.is_selected = chosen is not None and gizmo.light.name == chosen.name
+        gizmo.is_selected = gizmo.light.name in names
+
+
+def selected(plotter):
+    return [gizmo.light.name for gizmo in plotter.phong.gizmos if gizmo.is_selected]
+
+
+def put(plotter, kind, frame="world"):
+    """A light of a kind, with a gizmo, selected."""
+    light = example(kind, 0.7, name="it").in_frame(frame, plotter.phong.scene.viewer)
+    plotter.phong.add_light(light)
+    plotter.phong.add_gizmos()
+    plotter.phong._history.clear()
+    select(plotter, "it")
+    return light
 
 
 def image(plotter):
@@ -47,130 +77,56 @@ def image(plotter):
     return plotter.image.astype(int)
 
 
+def notice(plotter):
+    return plotter.phong._subplot.interaction.gizmos.notice
+
+
+def materials(plotter):
+    return [plotter.phong.mesh(plotter.renderer.actors[name]).material for name in ("left", "right")]
+
+
+def colors(plotter):
+    plotter.render()
+    return [np.asarray(plotter.renderer.actors[name].mapper.dataset["phong"]).tobytes() for name in ("left", "right")]
+
+
+def state(plotter):
+    return colors(plotter), plotter.phong.lights, plotter.phong._subplot.lights.state
+
+
+# --- which keys there are ---
+
+
 def test_no_key_is_taken_and_pyvistas_own_are(plotter):
     assert not commands.TAKEN & commands.OURS
-    assert len(commands._ACTS) == sum(len(command.keys) for command in commands.COMMANDS)
+    keys = [key for command in commands.COMMANDS for key in command.keys.split()]
+    assert len(keys) == len(set(keys))
     assert set(plotter.iren._key_press_event_callbacks) <= commands.TAKEN
 
 
-def test_the_help_lists_them_all(plotter, mouse):
-    lines = commands.help_text({}).splitlines()
-    for command in commands.COMMANDS:
-        assert any(line.endswith(command.what) and len(line.split(command.what)[0].split()) >= 1 for line in lines)
+def test_the_help_lists_them_all_and_fits_into_a_small_window(plotter, mouse):
+    assert [what for _, what in commands.help_entries({})][: len(commands.COMMANDS)] == [
+        command.what for command in commands.COMMANDS
+    ]
+    plotter.window_size = (300, 200)
     before = image(plotter)
     mouse.key("h")
     assert (image(plotter)[:120, :120] != before[:120, :120]).mean() > 0.2
-    help_texts = [each for each in plotter.renderer.GetViewProps() if each.IsA("vtkTextActor") and each.GetVisibility()]
-    (shown,) = (each for each in help_texts if "these keys" in each.GetInput())
+    (shown,) = (
+        each
+        for each in plotter.renderer.GetViewProps()
+        if each.IsA("vtkTextActor") and each.GetVisibility() and "these keys" in each.GetInput()
+    )
     box = [0.0, 0.0]
     shown.GetSize(plotter.renderer, box)
-    assert box[0] <= 300  # all of it, however small the window
+    assert box[0] <= 300
     assert box[1] <= 200
     mouse.key("h")
     np.testing.assert_array_equal(image(plotter), before)
 
 
-def test_all_gizmos_hide(plotter, mouse):
-    with_gizmos, where = image(plotter), mouse.at("point", "position")
-    mouse.key("g")
-    assert (image(plotter) != with_gizmos).any()
-    mouse.drag(where, (9, 9))
-    assert plotter.phong.lights == LIGHTS
-    plotter.camera_position = FROM
-    mouse.move((5, 5))
-    mouse.key("g")
-    np.testing.assert_array_equal(image(plotter), with_gizmos)
-
-
-def test_the_next_light_is_selected(plotter, mouse):
-    def next_one():
-        mouse.key("n")
-        return [gizmo.light for gizmo in plotter.phong.gizmos if gizmo.is_selected]
-
-    assert [next_one() for _ in range(len(LIGHTS) + 2)] == [*([light] for light in LIGHTS), [], [FIRST]]
-
-
-@pytest.mark.parametrize("light", LIGHTS, ids=list(KINDS))
-@pytest.mark.parametrize("frame", ["world", "camera"])
-def test_each_change_can_be_taken_back(plotter, mouse, light, frame):
-    viewer = plotter.phong.scene.viewer
-    light = light.in_frame(frame, viewer)
-    plotter.phong.set_light(light.name, light)
-    mouse.plotter.phong.add_gizmos()  # first is what is there then
-    before = plotter.phong.lights
-    select(plotter, light)
-    others = [each for each in before if each != light]
-    mouse.key("m")
-    assert plotter.phong.lights == tuple(replace(each, on=each != light) for each in before)
-    mouse.key("m")
-    assert plotter.phong.lights == before
-    mouse.key("o")
-    assert plotter.phong.lights == tuple(replace(each, on=each not in others) for each in before)
-    mouse.key("o")
-    assert plotter.phong.lights == before
-    mouse.key("k")
-    moved = mouse.gizmo(light.name).light
-    assert moved.frame == frame
-    for place in moved.in_world(viewer).values(Place):
-        np.testing.assert_allclose(place, viewer.position, atol=1e-12)
-    for aim in moved.in_world(viewer).values(Aim):
-        np.testing.assert_allclose(np.array(aim) / viewer.distance, viewer.view_direction, atol=1e-12)
-    mouse.key("0")
-    assert plotter.phong.lights == before
-
-
-@pytest.mark.parametrize("control", [False, True])
-def test_each_change_is_one_step(plotter, mouse, control):
-    select(plotter, FIRST)
-    mouse.key("m")
-    mouse.key("o")
-    muted = (replace(FIRST, on=False), *LIGHTS[1:])
-    for key, lights in (("z", muted), ("z", LIGHTS), ("y", muted)):
-        mouse.key(key, control=control)
-        assert plotter.phong.lights == lights
-
-
-def send(plotter, key, *events):
-    interactor = plotter.iren.interactor
-    interactor.SetKeySym(key)
-    for event in events:
-        interactor.InvokeEvent(event)
-
-
-def test_a_press_that_is_reported_twice_counts_once(plotter):
-    """As trame's remote area reports a letter."""
-    select(plotter, FIRST)
-    for is_on in (False, True):
-        send(plotter, "m", "KeyPressEvent", "KeyPressEvent", "CharEvent", "KeyReleaseEvent")
-        assert plotter.phong.lights[0].on == is_on
-
-
-def test_a_key_that_is_held_repeats(plotter, mouse):
-    select(plotter, FIRST)
-    for key in "mom":
-        mouse.key(key)
-    send(plotter, "z", *(3 * ["KeyPressEvent", "CharEvent"]), "KeyReleaseEvent")
-    assert plotter.phong.lights == LIGHTS
-
-
-def test_of_two_keys_that_are_held_each_counts(plotter):
-    select(plotter, FIRST)
-    send(plotter, "m", "KeyPressEvent")
-    send(plotter, "n", "KeyPressEvent")
-    assert not plotter.phong.lights[0].on
-    assert [gizmo.is_selected for gizmo in plotter.phong.gizmos] == [False, True, *(False for _ in REST)]
-
-
-@pytest.mark.parametrize("key", [key for command in commands._OF_LIGHTS for key in command.keys])
-def test_without_a_selected_light_nothing_changes(plotter, mouse, key):
-    select(plotter, None)
-    mouse.key(key)
-    assert plotter.phong.lights == LIGHTS
-    assert not plotter.phong.undo()
-
-
 def test_other_keys_are_left_to_others(plotter, mouse):
-    select(plotter, FIRST)
+    select(plotter, FIRST.name)
     heard = []
     for key in "xm":
         plotter.add_key_event(key, lambda key=key: heard.append(key))
@@ -184,8 +140,10 @@ def test_more_keys_can_be_added(plotter, mouse):
     saved = []
     plotter.phong.add_gizmos(keys={"d": ("save the rig", lambda: saved.append(plotter.phong.scene))})
     mouse.key("d")
+    mouse.key("h")
     assert saved == [plotter.phong.scene]
-    assert ("d", "save the rig") in commands.entries(plotter.phong._pane.board.options.keys)
+    texts = [each.GetInput() for each in plotter.renderer.GetViewProps() if each.IsA("vtkTextActor")]
+    assert any("d              save the rig" in text for text in texts)
 
 
 @pytest.mark.parametrize(
@@ -205,8 +163,304 @@ def test_keys_that_cannot_be_added(plotter, keys, message):
         plotter.phong.add_gizmos(keys=keys)
 
 
-@pytest.mark.parametrize("lights", [5, "sun"])
-def test_lights_that_are_no_sequence(plotter, lights):
-    with pytest.raises(ValueError, match=r"^lights must be a sequence of lights, or None for all"):
-        plotter.phong.add_gizmos(lights)
-    assert len(plotter.phong.gizmos) == len(LIGHTS)
+def send(plotter, key, *events):
+    interactor = plotter.iren.interactor
+    interactor.SetKeySym(key)
+    for event in events:
+        interactor.InvokeEvent(event)
+
+
+def test_a_press_that_is_reported_twice_counts_once_and_a_key_that_is_held_repeats(plotter, mouse):
+    """As trame's remote area reports a letter; VTK gives the character of each repetition."""
+    select(plotter, FIRST.name)
+    for is_on in (False, True):
+        send(plotter, "m", "KeyPressEvent", "KeyPressEvent", "CharEvent", "KeyReleaseEvent")
+        assert plotter.phong.lights[0].on == is_on
+    mouse.key("m")
+    send(plotter, "z", *(3 * ["KeyPressEvent", "CharEvent"]), "KeyReleaseEvent")
+    assert plotter.phong.lights == LIGHTS
+
+
+def test_of_two_keys_that_are_held_each_counts(plotter):
+    select(plotter, FIRST.name)
+    send(plotter, "m", "KeyPressEvent")
+    send(plotter, "n", "KeyPressEvent")
+    assert not plotter.phong.lights[0].on
+    assert selected(plotter) == [SECOND.name]
+
+
+# --- the view ---
+
+
+def test_all_gizmos_hide(plotter, mouse):
+    with_gizmos, where = image(plotter), mouse.at("point", "position")
+    mouse.key("g")
+    assert (image(plotter) != with_gizmos).any()
+    mouse.drag(where, (9, 9))
+    assert plotter.phong.lights == LIGHTS
+    plotter.camera_position = FROM
+    mouse.move((5, 5))
+    mouse.key("g")
+    np.testing.assert_array_equal(image(plotter), with_gizmos)
+
+
+def test_the_next_light_is_selected(plotter, mouse):
+    found = []
+    for _ in range(len(LIGHTS) + 2):
+        mouse.key("n")
+        found.append(selected(plotter))
+    assert found == [*([light.name] for light in LIGHTS), [], [FIRST.name]]
+
+
+# --- the selected light ---
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("frame", ["world", "camera"])
+def test_a_light_is_muted_soloed_put_at_the_camera_and_reset(plotter, mouse, kind, frame):
+    light = put(plotter, kind, frame)
+    viewer, before = plotter.phong.scene.viewer, plotter.phong.lights
+    others = [each for each in before if each != light]
+    mouse.key("m")
+    assert plotter.phong.lights == tuple(replace(each, on=each != light) for each in before)
+    mouse.key("m")
+    mouse.key("o")
+    assert plotter.phong.lights == tuple(replace(each, on=each not in others) for each in before)
+    mouse.key("o")
+    assert plotter.phong.lights == before
+    mouse.key("k")
+    moved = plotter.phong.lights[-1]
+    assert moved.frame == frame
+    for place in moved.in_world(viewer).values(Place):
+        np.testing.assert_allclose(place, viewer.position, atol=1e-12)
+    for aim in moved.in_world(viewer).values(Aim):
+        np.testing.assert_allclose(np.array(aim) / viewer.distance, viewer.view_direction, atol=1e-12)
+    mouse.key("0")
+    assert plotter.phong.lights == before
+
+
+@pytest.mark.parametrize("key", keys_that_edit("lights"))
+def test_each_key_for_lights_is_one_step_which_is_undone_to_the_bit(plotter, mouse, key):
+    mouse.move(mouse.at((*RIGHT[:1], -0.4, 0.3)))
+    select(plotter)
+    before = state(plotter)
+    if key != "N":  # without a selected light nothing changes
+        mouse.key(key)
+        assert state(plotter) == before
+        assert notice(plotter).startswith("no light is selected")
+        assert not plotter.phong.undo()
+    select(plotter, "spot")
+    if key == "0":
+        mouse.key("m")
+        plotter.phong._history.clear()
+        before = state(plotter)
+    mouse.key(key)
+    after = state(plotter)
+    assert after != before
+    for again, control, expected in (("z", False, before), ("y", True, after), ("z", True, before)):
+        mouse.key(again, control=control)
+        assert state(plotter)[:2] == expected[:2]
+    assert state(plotter) == before
+    assert not plotter.phong.undo()
+
+
+def test_three_thirds_make_it_twice_as_bright_and_as_many_back_restore_it():
+    assert by_thirds(by_thirds(by_thirds(1.0, 1), 1), 1) == 2.0
+    up = by_thirds(0.7, 1)
+    assert by_thirds(by_thirds(up, 1), 1) == pytest.approx(1.4, rel=1e-15)
+    assert by_thirds(up, -1) == pytest.approx(0.7, rel=1e-15)
+    assert by_thirds(0.0, 1) == 0.0
+
+
+def test_the_intensity_is_said(plotter, mouse):
+    select(plotter, "spot")
+    mouse.key("Right")
+    assert mouse.gizmo("spot").light.intensity == 2 ** (1 / 3)
+    assert notice(plotter) == "spot: intensity 1.26 = +0.33 stops"
+    mouse.key("Left")
+    assert mouse.gizmo("spot").light.intensity == 1.0
+
+
+# --- colours ---
+
+CHANNEL = st.floats(0.05, 4.0)
+COLORS = st.tuples(CHANNEL, CHANNEL, CHANNEL).filter(lambda color: max(color) > 1.1 * min(color))
+
+
+@given(COLORS)
+def test_a_turn_keeps_value_and_saturation_and_a_turn_back_undoes_it(color):
+    on = hue_turned(color, 15.0)
+    before, after = colorsys.rgb_to_hsv(*color), colorsys.rgb_to_hsv(*on)
+    assert after[1:] == pytest.approx(before[1:], rel=1e-9)
+    assert (after[0] - before[0]) % 1.0 == pytest.approx(15 / 360, abs=1e-9)
+    assert hue_turned(on, -15.0) == pytest.approx(color, rel=1e-9)
+
+
+@given(COLORS)
+def test_warmth_keeps_the_luminance_and_cooling_undoes_it(color):
+    warm = warmed(color, 1.0)
+    assert luminance(warm) == pytest.approx(luminance(color), rel=1e-9)
+    assert warm[0] / warm[2] > color[0] / color[2]
+    assert warmed(warm, -1.0) == pytest.approx(color, rel=1e-9)
+
+
+def test_grey_gets_a_hue_and_black_stays_black():
+    for degrees in (15.0, -15.0):
+        red, green, blue = hue_turned(0.8, degrees)
+        assert max(red, green, blue) == 0.8
+        assert min(red, green, blue) < 0.5
+    assert warmed(0.0, 1.0) == (0.0, 0.0, 0.0)
+
+
+def test_all_colours_that_a_light_has_of_its_own_change(plotter, mouse):
+    light = replace(FIRST, diffuse=(0.5, 0.5, 0.2), specular=(0.2, 0.5, 0.5))
+    plotter.phong.set_light(0, light)
+    select(plotter, FIRST.name)
+    for key, ratio in (("2", np.sqrt(2)), ("1", 1.0), ("1", np.sqrt(0.5))):
+        mouse.key(key)
+        now = plotter.phong.lights[0]
+        for color in ("diffuse", "specular"):
+            red, _, blue = np.divide(getattr(now, color), getattr(light, color))
+            assert red / blue == pytest.approx(ratio)
+        assert now.ambient == light.ambient
+    plotter.phong.set_light(0, replace(light, specular=None))
+    mouse.key("period")
+    assert plotter.phong.lights[0].specular is None
+    assert plotter.phong.lights[0].diffuse == pytest.approx(hue_turned(light.diffuse, 15.0))
+
+
+# --- lights that come and go ---
+
+
+def test_a_new_light_stands_above_the_place_under_the_cursor_and_half_of_it_arrives_there(plotter, mouse):
+    offset = np.array((0, -0.4, 0.3))
+    mouse.move(mouse.at(RIGHT + offset))
+    mouse.key("N")
+    light = plotter.phong.lights[-1]
+    assert light.name == "point 2"
+    out = np.array(light.position) - RIGHT
+    np.testing.assert_allclose(np.cross(out, offset / 0.5), 0, atol=0.05)  # along the ball's normal
+    assert 0.5 < np.linalg.norm(out) < 2.0
+    below = RIGHT + 0.5 * out / np.linalg.norm(out)
+    assert light.arrival(below[:, None]).strength == pytest.approx(0.5, rel=0.02)
+    assert selected(plotter) == ["point 2"]
+    mouse.key("N")
+    assert plotter.phong.lights[-1].name == "point 3"
+
+
+def test_beside_the_mesh_no_light_is_added_and_that_is_said(plotter, mouse):
+    mouse.key("N")
+    assert plotter.phong.lights == LIGHTS
+    assert notice(plotter) == "new light: point at a lit mesh"
+    assert not plotter.phong.undo()
+
+
+@pytest.mark.parametrize("kind", FROM_SOMEWHERE)
+def test_a_double_differs_by_name_and_stands_beside(plotter, mouse, kind):
+    light = put(plotter, kind)
+    mouse.key("D")
+    double = plotter.phong.lights[-1]
+    assert double.name == "it 2"
+    assert replace(double, name="it", **{field: getattr(light, field) for field in light.roles}) == light
+    assert {type(light.roles[field]) for field in light.roles if getattr(double, field) != getattr(light, field)}
+    mouse.key("D")
+    assert plotter.phong.lights[-1].name == "it 3"
+
+
+def test_what_comes_from_all_around_has_no_double(plotter, mouse):
+    light = put(plotter, "environment")
+    mouse.key("D")
+    assert plotter.phong.lights == (*LIGHTS, light)
+    assert notice(plotter) == "it: a light that comes from all around has no double"
+
+
+def test_where_only_some_lights_have_gizmos_a_new_one_has(plotter, mouse):
+    plotter.phong.add_gizmos(["spot"])
+    select(plotter, "spot")
+    mouse.key("D")
+    assert [gizmo.light.name for gizmo in plotter.phong.gizmos] == ["spot", "spot 2"]
+
+
+def test_a_deleted_light_is_gone_and_nothing_is_selected(plotter, mouse):
+    select(plotter, FIRST.name)
+    mouse.key("Delete")
+    assert plotter.phong.lights == LIGHTS[1:]
+    assert selected(plotter) == []
+
+
+@pytest.mark.parametrize(
+    ("wanted", "taken", "name"),
+    [
+        ("lamp", [], "lamp"),
+        ("lamp", ["lamp"], "lamp 2"),
+        ("lamp", ["lamp", "lamp 2", "lamp 4"], "lamp 3"),
+        ("lamp 2", ["lamp", "lamp 2"], "lamp 3"),
+        ("lamp 7", ["lamp"], "lamp 7"),
+    ],
+)
+def test_a_name_is_kept_where_it_is_free_and_numbered_where_not(wanted, taken, name):
+    assert free_name(wanted, set(taken)) == name
+
+
+# --- materials ---
+
+
+@pytest.mark.parametrize("key", keys_that_edit("materials"))
+def test_a_key_changes_the_material_under_the_cursor_or_all_in_one_step(plotter, mouse, key):
+    before = colors(plotter)
+    for place, changed in ((LEFT, [True, False]), (RIGHT, [False, True]), ((0, 0, 1.2), [True, True])):
+        mouse.move(mouse.at(place))
+        mouse.key(key)
+        assert [material != GOLD for material in materials(plotter)] == changed
+        assert [a != b for a, b in zip(colors(plotter), before, strict=True)] == changed
+        mouse.key("z")
+        assert materials(plotter) == [GOLD, GOLD]
+        assert colors(plotter) == before
+        mouse.key("y")
+        assert [material != GOLD for material in materials(plotter)] == changed
+        mouse.key("z")
+
+
+NAMES = [name for name in Material.names() if name != "brushed steel"]  # it needs tangents
+OWN = [name for name in NAMES if Material.named(name).reflectance]
+
+
+def test_presets_come_in_turn_and_keep_a_reflectance_unless_they_have_one(plotter, mouse):
+    actor = plotter.renderer.actors["left"]
+    plotter.phong.mesh(actor).material = Material(diffuse=0.3, reflectance=OrenNayar(20))
+    mouse.move(mouse.at(LEFT))
+    seen = []
+    for name in (*NAMES, NAMES[0]):
+        mouse.key("M")
+        seen.append(materials(plotter)[0])
+        assert notice(plotter) == f"material: {name}"
+    assert len(set(map(repr, seen))) == len(NAMES) + 1
+    plain = len(NAMES) - len(OWN)
+    assert {material.reflectance for material in seen[:plain]} == {OrenNayar(20)}
+    assert seen[plain:-1] == [Material.named(name) for name in OWN]
+    assert seen[-1].reflectance is None
+    mouse.key("K")
+    assert notice(plotter) == f"material: {NAMES[-1]}"
+
+
+def test_shininess_and_highlight_go_down_to_nothing_and_up_again(plotter, mouse):
+    mouse.move(mouse.at(LEFT))
+    for key in "57":
+        for _ in range(20):
+            mouse.key(key)
+    (dull, _) = materials(plotter)
+    assert (dull.shininess, rgb(dull.specular)) == (0.0, (0.0, 0.0, 0.0))
+    for _ in range(20):
+        mouse.key("8")
+    for key, shininess in (("6", 1.0), ("6", 2**0.5), ("6", 2.0), ("5", 2**0.5)):
+        mouse.key(key)
+        assert materials(plotter)[0].shininess == shininess
+    assert rgb(materials(plotter)[0].specular) == (1.0, 1.0, 1.0)
+
+
+def test_without_a_mesh_that_is_said(plotter, mouse):
+    for name in ("left", "right"):
+        plotter.remove_actor(name)
+    mouse.key("M")
+    assert notice(plotter) == "no lit mesh"
+    assert not plotter.phong.undo()

@@ -6,20 +6,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from views import EVERYWHERE, MOVABLE, PROJECTIONS, Globe, Glow, example, scenery, view
+from views import EVERYWHERE, MOVABLE, PROJECTIONS, Globe, Glow, example, handles, scenery, view
 
 from pvphong.optics.lights import Light, PointLight, PolygonLight, SpotLight
 from pvphong.optics.roles import Place, length, place
 from pvphong.studio.gizmos.drawing import Drawing, circle, hue
-from pvphong.studio.gizmos.handles import handles
-from pvphong.studio.gizmos.looks import draw
+from pvphong.studio.gizmos.handles import LightInScene
 
 each_kind = pytest.mark.parametrize("kind", MOVABLE)
 
 
 def drawn(light, seen_from, *, selected=False, scale=1.0):
     drawing = Drawing(seen_from, hue(light))
-    draw(drawing, light, scenery(scale), selected)
+    LightInScene(light, scenery(scale)).draw(drawing, selected)
     return drawing
 
 
@@ -78,7 +77,7 @@ def test_an_arrow_at_the_edge_points_to_where_a_light_is(projection, right, up):
     seen_from = view(projection, position=(0, -9, 0), focal_point=(0, 0, 0))
     point = np.array([20.0 * right, 0.0, 20.0 * up])
     drawing = Drawing(seen_from)
-    drawing.beyond(point)
+    drawing.arrow_out_of_sight(point)
     tip, *rest = drawing.areas[1][0]
     way, ahead = seen_from.project(point) - tip, tip - np.mean(rest, axis=0)
     assert way @ ahead == pytest.approx(np.hypot(*way) * np.hypot(*ahead), rel=1e-6)
@@ -88,11 +87,11 @@ def test_an_arrow_at_the_edge_points_to_where_a_light_is(projection, right, up):
 
 def test_what_is_seen_has_no_arrow_and_what_is_straight_behind_has_one_below():
     drawing = Drawing(view())
-    drawing.beyond(np.array([0.0, 0, 0]))
+    drawing.arrow_out_of_sight(np.array([0.0, 0, 0]))
     assert drawing.areas == []
     behind = view(position=(0, -9, 0), focal_point=(0, 0, 0))
     drawing = Drawing(behind)
-    drawing.beyond(np.array([0.0, -20, 0]))
+    drawing.arrow_out_of_sight(np.array([0.0, -20, 0]))
     np.testing.assert_allclose(drawing.areas[1][0][0], (420, 30 + 8))
 
 

@@ -4,71 +4,71 @@ import math
 
 import numpy as np
 import pytest
-from views import EACH, KINDS, example, role_of, scenery, view
+from views import EACH, KINDS, example, handles, role_of, scenery
 
+from pvphong.optics.lights import PointLight
 from pvphong.optics.roles import Aim, Angle, Corners, Place, Turn
-from pvphong.studio.gizmos.handles import handles
-from pvphong.studio.gizmos.typed import INTENSITY, numbers, parse, with_numbers
+from pvphong.studio.gizmos.handles import LightInScene
+from pvphong.studio.gizmos.interaction import INTENSITY, numbers_of, typed_light
 
-XYZ = ["x", "y", "z"]
+LAMP = PointLight(position=(7, 8, 9), attenuation=(1, 0, 1))
+each = pytest.mark.parametrize(("kind", "handle"), [*EACH, *((kind, INTENSITY) for kind in KINDS)])
 
 
-@pytest.mark.parametrize(
-    ("text", "labels", "found"),
-    [
-        ("", XYZ, {}),
-        ("1 -2.5 1e3", XYZ, {"x": 1.0, "y": -2.5, "z": 1000.0}),
-        ("z2", XYZ, {"z": 2.0}),
-        ("z 2 x.5", XYZ, {"z": 2.0, "x": 0.5}),
-        ("y1 2", XYZ, {"y": 1.0, "z": 2.0}),
-        ("x", XYZ, {}),
-        ("45", ["cone"], {"cone": 45.0}),
-        ("10 -30", ["azimuth", "elevation"], {"azimuth": 10.0, "elevation": -30.0}),
-    ],
-)
-def test_texts_and_their_numbers(text, labels, found):
-    assert parse(text, labels) == found
+def numbers(light, handle):
+    return numbers_of(LightInScene(light, scenery()), handle)
+
+
+def typed(light, handle, values):
+    text = values if isinstance(values, str) else " ".join(map(repr, values))
+    return typed_light(LightInScene(light, scenery()), handle, text)
 
 
 @pytest.mark.parametrize(
-    ("text", "labels", "message"),
+    ("text", "position"),
     [
-        ("1 2 3 4", XYZ, r"^text must be at most 3 of x, y, z; got 1 2 3 4"),
-        ("z1 2", XYZ, r"^text must be at most 3"),
-        ("-", XYZ, r"^x must be a number; got -\."),
-        ("1.2.3", ["cone"], r"^cone must be a number; got 1\.2\.3"),
-        ("x1", ["cone"], r"^cone must be a number; got x1"),
-        ("1e999", ["radius"], r"^radius must be a number"),
+        ("", (7, 8, 9)),
+        ("1 -2.5 1e3", (1, -2.5, 1000)),
+        ("z2", (7, 8, 2)),
+        ("z 2 x.5", (0.5, 8, 2)),
+        ("y1 2", (7, 1, 2)),
+        ("x", (7, 8, 9)),
     ],
 )
-def test_texts_that_are_none(text, labels, message):
+def test_numbers_go_to_the_labels_in_turn_or_to_the_one_that_is_named(text, position):
+    assert typed(LAMP, "position", text).position == position
+
+
+@pytest.mark.parametrize(
+    ("text", "handle", "message"),
+    [
+        ("1 2 3 4", "position", r"^text must be at most 3 of x, y, z; got 1 2 3 4"),
+        ("z1 2", "position", r"^text must be at most 3"),
+        ("-", "position", r"^x must be a number; got -\."),
+        ("1.2.3", INTENSITY, r"^intensity must be a number; got 1\.2\.3"),
+        ("x1", INTENSITY, r"^intensity must be a number; got x1"),
+        ("1e999", "radius", r"^half left at must be a number"),
+    ],
+)
+def test_texts_that_are_no_numbers(text, handle, message):
     with pytest.raises(ValueError, match=message):
-        parse(text, labels)
+        typed(LAMP, handle, text)
 
 
-@pytest.mark.parametrize(("kind", "handle"), [*EACH, *((kind, INTENSITY) for kind in KINDS)])
+@each
 def test_what_is_typed_is_what_the_light_then_has_and_where_its_handle_is(kind, handle):
     light = example(kind)
-    known = numbers(light, handle, scenery())
-    assert (
-        with_numbers(light, handle, known, scenery()) is light or with_numbers(light, handle, known, scenery()) == light
-    )
+    known = numbers(light, handle)
+    assert typed(light, handle, known.values()) == light
     wanted = {label: value * 0.75 + 0.125 for label, value in known.items()}
-    changed = with_numbers(light, handle, wanted, scenery())
+    changed = typed(light, handle, wanted.values())
     assert changed != light
-    assert numbers(changed, handle, scenery()) == pytest.approx(wanted, rel=1e-12)
+    assert numbers(changed, handle) == pytest.approx(wanted, rel=1e-12)
     if handle != INTENSITY and (role_of(kind, handle)[0] is Place or (light.values(Place) and "x" in known)):
-        np.testing.assert_allclose(handles(changed, scenery(), view())[handle], list(wanted.values()), rtol=1e-12)
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_one_number_leaves_the_others(kind):
-    light = example(kind)
-    for handle in handles(light, scenery(), view()):
-        known = numbers(light, handle, scenery())
-        label = list(known)[-1]
-        changed = with_numbers(light, handle, {label: known[label] + 1.0}, scenery())
-        assert numbers(changed, handle, scenery()) == pytest.approx(known | {label: known[label] + 1.0}, rel=1e-9)
+        np.testing.assert_allclose(handles(changed)[handle], list(wanted.values()), rtol=1e-12)
+    first = next(iter(known))  # one number leaves the others
+    alone = numbers(typed(light, handle, [wanted[first]]), handle)
+    assert alone == pytest.approx(known | {first: wanted[first]}, rel=1e-9)
 
 
 @pytest.mark.parametrize(("kind", "handle"), EACH)
@@ -78,19 +78,17 @@ def test_values_that_a_light_does_not_allow_are_refused(kind, handle):
     if role in (Place, Corners):
         if not light.values(Aim):
             return
-        forbidden = numbers(light, "target", scenery())
+        forbidden = numbers(light, "target").values()
     elif role is Aim:
-        forbidden = numbers(light, "position", scenery()) if light.values(Place) else {"elevation": 100.0}
+        forbidden = numbers(light, "position").values() if light.values(Place) else (0.0, 100.0)
     else:
-        value = {Angle: 1e9, Turn: math.nan}.get(role, -1.0)
-        forbidden = dict.fromkeys(numbers(light, handle, scenery()), value)
+        forbidden = [{Angle: 1e9, Turn: math.inf}.get(role, -1.0)]
     with pytest.raises(ValueError, match="must be"):
-        with_numbers(light, handle, forbidden, scenery())
+        typed(light, handle, forbidden)
 
 
-def test_azimuth_and_elevation_are_exact_along_the_axes():
-    sun = with_numbers(example("directional"), "target", {"azimuth": 90.0, "elevation": 0.0}, scenery())
-    length = math.hypot(*example("directional").direction)
-    assert sun.direction == pytest.approx((0, length, 0), abs=0)
-    sun = with_numbers(example("directional"), "origin", {"azimuth": 90.0, "elevation": 0.0}, scenery())
-    assert sun.direction == pytest.approx((0, -length, 0), abs=0)
+@pytest.mark.parametrize(("handle", "sign"), [("target", 1.0), ("origin", -1.0)])
+def test_azimuth_and_elevation_are_exact_along_the_axes(handle, sign):
+    sun = example("directional")
+    expected = (0, sign * math.hypot(*sun.direction), 0)
+    assert typed(sun, handle, "90 0").direction == pytest.approx(expected, abs=0)

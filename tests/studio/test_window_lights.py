@@ -1,4 +1,4 @@
-"""Lights of a renderer: undone to the bit, put back where they were, saved as a rig."""
+"""Lights of a renderer: undone to the bit, put back where they were, saved as a lights."""
 
 import dataclasses
 
@@ -9,7 +9,7 @@ from views import KINDS, example
 
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.scene.scene import Scene
-from pvphong.studio.rig import Rig
+from pvphong.studio.window_lights import WindowLights
 
 LAMP = PointLight(position=(0.1, 0.2, 1 / 3), diffuse=(0.3, 1 / 3, 0.7), attenuation=(1, 0.1, 0.01), name="lamp")
 SPOT = SpotLight(position=(1, 2, 3), direction=(-1, -2, -2.9), cone_angle=17.3, exponent=300.5, name="spot")
@@ -24,8 +24,8 @@ def renderer():
 
 
 @pytest.fixture
-def rig(renderer):
-    return Rig(renderer)
+def lights(renderer):
+    return WindowLights(renderer)
 
 
 def raw(light):
@@ -58,127 +58,127 @@ def _with_matrix(matrix):
 
 @pytest.mark.parametrize("kind", lights_of_pyvista())
 @pytest.mark.parametrize("value", [example(kind, 1 / 3) for kind in KINDS], ids=list(KINDS))
-def test_restoring_is_exact_to_the_bit(rig, kind, value):
+def test_restoring_is_exact_to_the_bit(lights, kind, value):
     light = lights_of_pyvista()[kind]
-    handle = rig.add(light)
+    handle = lights.add(light)
     before, matrix = raw(light), light.GetTransformMatrix()
-    elements, value_before = None if matrix is None else matrix.GetData(), handle.light(rig.viewer)
-    state = rig.state
-    handle.set(value, rig.viewer)
-    assert handle.light(rig.viewer) == value
-    now = rig.state
-    rig.turn(now, state)
+    elements, value_before = None if matrix is None else matrix.GetData(), handle.light(lights.viewer)
+    state = lights.state
+    handle.set(value, lights.viewer)
+    assert handle.light(lights.viewer) == value
+    now = lights.state
+    lights.revert(now, state)
     assert raw(light) == before
     assert light.GetTransformMatrix() is matrix
     assert elements is None or matrix.GetData() == elements
-    assert handle.light(rig.viewer) == value_before
-    rig.turn(state, now)
-    assert handle.light(rig.viewer) == value
+    assert handle.light(lights.viewer) == value_before
+    lights.revert(state, now)
+    assert handle.light(lights.viewer) == value
 
 
-def test_what_pvphong_alone_knows_comes_back_too(rig):
-    handle = rig.add(SPOT)
-    state = rig.state
-    handle.set(dataclasses.replace(SPOT, name="other", exponent=2), rig.viewer)
-    rig.turn(rig.state, state)
-    assert rig.lights == (SPOT,)
-    assert rig.find("spot") is handle
+def test_what_pvphong_alone_knows_comes_back_too(lights):
+    handle = lights.add(SPOT)
+    state = lights.state
+    handle.set(dataclasses.replace(SPOT, name="other", exponent=2), lights.viewer)
+    lights.revert(lights.state, state)
+    assert lights.values == (SPOT,)
+    assert lights.find("spot") is handle
 
 
-def test_a_moved_light_of_pyvista_keeps_what_does_not_matter(rig):
+def test_a_moved_light_of_pyvista_keeps_what_does_not_matter(lights):
     light = lights_of_pyvista()["point"]
-    handle = rig.add(light)
-    handle.set(dataclasses.replace(handle.light(rig.viewer), position=(9, 8, 7)), rig.viewer)
+    handle = lights.add(light)
+    handle.set(dataclasses.replace(handle.light(lights.viewer), position=(9, 8, 7)), lights.viewer)
     assert light.position == (9, 8, 7)
     assert (light.focal_point, light.cone_angle) == ((5, 6, 7), 123)
     sun = lights_of_pyvista()["scene"]
-    handle = rig.add(sun)
-    handle.set(dataclasses.replace(handle.light(rig.viewer), direction=(0, 0, -2)), rig.viewer)
+    handle = lights.add(sun)
+    handle.set(dataclasses.replace(handle.light(lights.viewer), direction=(0, 0, -2)), lights.viewer)
     assert (sun.position, sun.focal_point) == ((1, 2, 3), (1, 2, 1))
-    assert handle.light(rig.viewer).direction == (0, 0, -2)
+    assert handle.light(lights.viewer).direction == (0, 0, -2)
 
 
-def test_an_added_light_is_taken_back_and_returned(rig):
-    rig.add(SUN)
-    before, handle = rig.state, rig.add(LAMP)
-    after = rig.state
-    rig.turn(after, before)
-    assert rig.lights == (SUN,)
-    rig.turn(before, after)
-    assert rig.lights == (SUN, LAMP)
-    assert rig.find("lamp") is handle
+def test_an_added_light_is_taken_back_and_returned(lights):
+    lights.add(SUN)
+    before, handle = lights.state, lights.add(LAMP)
+    after = lights.state
+    lights.revert(after, before)
+    assert lights.values == (SUN,)
+    lights.revert(before, after)
+    assert lights.values == (SUN, LAMP)
+    assert lights.find("lamp") is handle
 
 
-def test_a_removed_light_returns_to_its_place(rig, renderer):
+def test_a_removed_light_returns_to_its_place(lights, renderer):
     for light in (SUN, LAMP, SPOT):
-        rig.add(light)
-    before = rig.state
-    rig.remove("lamp")
-    after = rig.state
+        lights.add(light)
+    before = lights.state
+    lights.remove("lamp")
+    after = lights.state
     late = pv.Light()
     renderer.add_light(late)
-    rig.turn(after, before)
-    assert rig.lights[:3] == (SUN, LAMP, SPOT)
+    lights.revert(after, before)
+    assert lights.values[:3] == (SUN, LAMP, SPOT)
     assert list(renderer.GetLights())[3] is late
     assert len(renderer.lights) == 4
 
 
-def test_what_has_changed_since_otherwise_is_left(rig):
-    rig.add(SUN)
-    handle = rig.add(LAMP)
-    before = rig.state
-    rig.find("sun").set(dataclasses.replace(SUN, intensity=0.5), rig.viewer)
-    after = rig.state
+def test_what_has_changed_since_otherwise_is_left(lights):
+    lights.add(SUN)
+    handle = lights.add(LAMP)
+    before = lights.state
+    lights.find("sun").set(dataclasses.replace(SUN, intensity=0.5), lights.viewer)
+    after = lights.state
     handle.vtk_light.SetPosition(7, 7, 7)
-    rig.turn(after, before)
-    assert rig.lights[0] == SUN
-    assert rig.lights[1].position == (7, 7, 7)
+    lights.revert(after, before)
+    assert lights.values[0] == SUN
+    assert lights.values[1].position == (7, 7, 7)
 
 
-def test_a_light_of_vtk_or_of_others_is_followed_itself(rig, renderer):
+def test_a_light_of_vtk_or_of_others_is_followed_itself(lights, renderer):
     light = vtk.vtkLight()
-    assert rig.add(light).vtk_light is light
+    assert lights.add(light).vtk_light is light
     light.SetIntensity(0.3)
-    assert rig.lights[0].intensity == 0.3
-    rig.remove(light)
-    assert rig.lights == ()
+    assert lights.values[0].intensity == 0.3
+    lights.remove(light)
+    assert lights.values == ()
     for intensity in (0.4, 0.6):
         light = pv.Light(intensity=intensity)
         renderer.add_light(light)
-        assert [each.intensity for each in rig.lights] == [intensity]
+        assert [each.intensity for each in lights.values] == [intensity]
         renderer.RemoveLight(light)
-        assert rig.lights == ()
+        assert lights.values == ()
 
 
-def test_an_edited_transform_is_followed(rig):
+def test_an_edited_transform_is_followed(lights):
     light = lights_of_pyvista()["transformed"]
-    handle = rig.add(light)
-    handle.light(rig.viewer)
+    handle = lights.add(light)
+    handle.light(lights.viewer)
     light.GetTransformMatrix().SetElement(0, 3, 9.0)
-    assert handle.light(rig.viewer).position == light.world_position
-    assert handle.light(rig.viewer).position[0] == pytest.approx(10.0)
+    assert handle.light(lights.viewer).position == light.world_position
+    assert handle.light(lights.viewer).position[0] == pytest.approx(10.0)
 
 
-def test_removing_takes_the_lights_actor_too(rig, renderer):
+def test_removing_takes_the_lights_actor_too(lights, renderer):
     light = pv.Light(position=(1, 1, 1), positional=True, cone_angle=30)
-    handle = rig.add(light)
+    handle = lights.add(light)
     renderer.add_actor(light.actor)
-    rig.remove(handle)
+    lights.remove(handle)
     assert not renderer.HasViewProp(light.actor)
     assert not renderer._lights
 
 
-def test_a_rig_is_saved_and_loaded(rig, tmp_path):
-    rig.add(SPOT)
-    rig.add(dataclasses.replace(LAMP, frame="camera"))
+def test_a_rig_is_saved_and_loaded(lights, tmp_path):
+    lights.add(SPOT)
+    lights.add(dataclasses.replace(LAMP, frame="camera"))
     for light in lights_of_pyvista().values():
-        rig.add(light)
-    scene = Scene(lights=rig.lights, viewer=rig.viewer)
+        lights.add(light)
+    scene = Scene(lights=lights.values, viewer=lights.viewer)
     scene.save(tmp_path / "rig.json")
     loaded = Scene.load(tmp_path / "rig.json")
     assert loaded == scene
     other = pv.Plotter(off_screen=True, lighting="none")
     for light in loaded.lights:
         other.phong.add_light(light)
-    assert other.phong.lights == rig.lights
+    assert other.phong.lights == lights.values
     other.close()

@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from views import EACH, EVERYWHERE, KINDS, PROJECTIONS, SCALES, Globe, Glow, example, role_of, scenery, view
+from views import EACH, EVERYWHERE, KINDS, PROJECTIONS, SCALES, Globe, Glow, example, handles, role_of, scenery, view
 
 from pvphong.optics.light import Light
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.roles import Aim, Angle, Falloff, Length, Place, Turn, Up, length, place
-from pvphong.studio.gizmos.drag_start import Cursor, DragStart, round_step, vector
-from pvphong.studio.gizmos.handles import dragged, handles
-from pvphong.studio.gizmos.shape import around_middle, held
+from pvphong.studio.gizmos.handles import LightInScene, luminance
+from pvphong.studio.gizmos.view import Cursor, DragStart, Scenery, round_step, vector
 
 everywhere = pytest.mark.parametrize(("projection", "scale"), EVERYWHERE)
 each = pytest.mark.parametrize(("kind", "handle"), EACH)
@@ -33,7 +32,7 @@ def has_axes(light):
 
 
 def grabbed(light, handle, projection="perspective", scale=1.0, offset=(0.0, 0.0), seen_from=None, **steps):
-    seen_from, around = seen_from or view(projection, scale), held(light, handle, scenery(scale))
+    seen_from, around = seen_from or view(projection, scale), LightInScene(light, scenery(scale)).held(handle)
     point = handles(light, around, seen_from)[handle]
     x, y = seen_from.project(point) + offset
     return DragStart(light, handle, vector(point), (float(x), float(y)), seen_from, around, **steps)
@@ -46,7 +45,8 @@ def grab(kind, handle, projection="perspective", scale=1.0, **options):
 def moved(start, by, **modifiers):
     """The light after a motion of the cursor, and where the handle is then."""
     x, y = np.array(start.cursor) + by
-    light = dragged(start, Cursor((float(x), float(y)), **modifiers))
+    handle = LightInScene(start.light, start.scenery).handles[start.handle]
+    light = handle.dragged(start, Cursor((float(x), float(y)), **modifiers))
     return light, handles(light, start.scenery, start.view)[start.handle]
 
 
@@ -68,7 +68,7 @@ def moved(start, by, **modifiers):
     ],
 )
 def test_a_light_has_the_handles_of_its_roles(light, expected):
-    assert list(handles(light, scenery(), view())) == expected
+    assert list(handles(light)) == expected
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Tube(Light):
 
 def test_of_two_handles_with_one_name_the_second_has_its_fields():
     light = Tube()
-    assert list(handles(light, scenery(), view())) == ["position", "end", "radius"]
+    assert list(handles(light)) == ["position", "end", "radius"]
     after, point = moved(grabbed(light, "end"), (20, 9))
     assert (after.position, after.radius) == (light.position, light.radius)
     np.testing.assert_allclose(point, after.end)
@@ -119,7 +119,7 @@ def test_a_size_of_a_light_with_an_outline_is_shown_on_that_to_the_right_or_abov
 @pytest.mark.parametrize("falloff", [(1, 1, 0), (1, 0, 4), (2, 0.5, 0.01), (0, 1, 0), (0, 0, 3), (1, 0, 1e-7)])
 def test_half_of_the_light_is_left_at_a_falloffs_handle(falloff):
     light = PointLight(attenuation=falloff)
-    point = handles(light, scenery(), view())["radius"]
+    point = handles(light)["radius"]
     assert light.arrival(point[:, None]).strength[0] == pytest.approx(0.5 / (falloff[0] or 1), rel=1e-12)
 
 
@@ -169,7 +169,7 @@ def test_behind_the_camera_nothing_moves(kind, handle):
     away = view(position=(0, 0, 3), focal_point=(0, 0, 9), up=(0, 1, 0))
     light = example(kind)
     point = vector(handles(light, scenery(), away)[handle])
-    start = DragStart(light, handle, point, (300.0, 200.0), away, held(light, handle, scenery()))
+    start = DragStart(light, handle, point, (300.0, 200.0), away, LightInScene(light, scenery()).held(handle))
     for modifiers in MODIFIERS:
         assert moved(start, (15, 15), **modifiers)[0] == light
 
@@ -237,21 +237,21 @@ def test_a_light_that_is_moved_keeps_its_target():
 @pytest.mark.parametrize("scale", SCALES)
 def test_a_sun_stands_in_front_of_the_scenes_middle_and_is_swung_around_it(scale):
     light, around, center = example("directional", scale), scenery(scale), np.array((0.3, -0.2, 0.1)) * scale
-    around = around_middle(vector(center), around.size)
+    around = Scenery.around(vector(center), around.size)
     for _ in range(3):
         points = handles(light, around, view(scale=scale))
         np.testing.assert_allclose(np.cross(center - points["origin"], light.direction), 0, atol=1e-12 * scale**2)
         assert math.dist(center, points["origin"]) == pytest.approx(0.95 * around.size)
-        around = held(light, "origin", around)
+        around = LightInScene(light, around).held("origin")
         x, y = view(scale=scale).project(points["origin"])
         start = DragStart(light, "origin", vector(points["origin"]), (x, y), view(scale=scale), around)
         light, _ = moved(start, (60.0, -35.0))
 
 
 def test_a_sun_turns_around_its_icon_where_its_target_is_dragged_and_else_around_what_is_in_front_of_it():
-    light, around, seen_from = example("directional"), around_middle((0.0, 0.0, 0.0), 2.0), view()
+    light, around, seen_from = example("directional"), Scenery.around((0.0, 0.0, 0.0), 2.0), view()
     for handle in ("target", "origin", "target", "target", "origin"):
-        before, around = handles(light, around, seen_from), held(light, handle, around)
+        before, around = handles(light, around, seen_from), LightInScene(light, around).held(handle)
         np.testing.assert_allclose(handles(light, around, seen_from)[handle], before[handle], atol=1e-12)  # no jump
         along = np.divide(light.direction, np.linalg.norm(light.direction))
         stays = before["origin"] + (1.9 * along if handle == "origin" else 0.0)
@@ -392,3 +392,84 @@ def test_a_size_never_vanishes(kind, handle):
     after, point = moved(start, start.view.project(position) - start.view.project(start.point))
     assert all(np.isfinite(value).all() for value in after.values(Falloff))
     assert math.dist(point, position) > 0
+
+
+# --- the numbers beside the cursor ---
+
+
+@pytest.mark.parametrize(
+    ("light", "handle", "expected"),
+    [
+        (
+            PointLight(position=(0, 0, 2), attenuation=(1, 0, 0.25), intensity=3, name="lamp"),
+            "position",
+            [
+                "lamp: position",
+                "position (0, 0, 2)",
+                "attenuation (1, 0, 0.25)",
+                "1.5 arriving at the scene's middle",
+                "luminance 1.5",
+            ],
+        ),
+        (
+            SpotLight(position=(1, 0, 2), direction=(0, 0, -2), cone_angle=22.25, exponent=3, attenuation=(1, 0.5, 0)),
+            "cone",
+            [
+                "cone",
+                "position (1, 0, 2)",
+                "target (1, 0, 0)",
+                "distance 2, cone 22.2°",
+                "0.5 arriving at the target",
+                "luminance 0.5",
+            ],
+        ),
+        (
+            DirectionalLight(direction=(0, 2, -2), name="sun", intensity=0.5, diffuse=(1, 0, 0)),
+            "target",
+            [
+                "sun: target",
+                "direction (0, 0.7071, -0.7071)",
+                "azimuth 90.0°, elevation -45.0°",
+                "0.5 arriving everywhere",
+                "luminance 0.106",
+            ],
+        ),
+        (
+            DirectionalLight(direction=(0, 2, -2), name="sun"),
+            "origin",
+            [
+                "sun: origin",
+                "direction (0, 0.7071, -0.7071)",
+                "azimuth -90.0°, elevation 45.0°",
+                "1 arriving everywhere",
+                "luminance 1",
+            ],
+        ),
+        (
+            Globe(position=(1, 0, 2), radius=0.25, on=False),
+            "radius",
+            ["radius", "position (1, 0, 2)", "radius 0.25", "0 arriving at the scene's middle", "luminance 0"],
+        ),
+    ],
+)
+def test_the_numbers_of_each_kind(light, handle, expected):
+    assert LightInScene(light, scenery()).readout(handle).splitlines() == expected
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_field_with_a_handle_is_named(kind):
+    light = example(kind)
+    for handle in handles(light):
+        first, *lines, last, _ = LightInScene(light, scenery()).readout(handle).splitlines()
+        assert first == handle
+        _, field = role_of(kind, handle)
+        assert any(f"{name} " in line for line in lines for name in (handle, field))
+        off = LightInScene(dataclasses.replace(light, on=False), scenery()).readout(handle)
+        assert off.splitlines()[-2].startswith("0 arriving")
+        assert not last.startswith("0 ")
+
+
+def test_the_luminance_is_that_of_bt_709():
+    """Primaries of sRGB in CIE XYZ, IEC 61966-2-1: the middle row of the matrix."""
+    assert [luminance(color) for color in ((1, 0, 0), (0, 1, 0), (0, 0, 1))] == [0.2126, 0.7152, 0.0722]
+    assert luminance(0.5) == pytest.approx(0.5, abs=1e-15)

@@ -90,6 +90,10 @@ def names(plotter):
     return [each.light.name for each in plotter.phong.gizmos]
 
 
+def interaction_of(mouse):
+    return mouse.plotter.phong._subplot.interaction
+
+
 # --- dragging ---
 
 
@@ -313,7 +317,7 @@ def test_the_highlight_is_dragged_on_the_surface_and_waits_off_it(new_mouse, kin
     mouse.move(start)
     assert only.hovered == "highlight"
     end = mouse.pull(start, (12, -15))
-    ring = mouse.plotter.phong._pane.board._ring(only)
+    ring = interaction_of(mouse)._highlight(only)
     np.testing.assert_allclose(mouse.at(ring), end, atol=1.01)  # under the cursor
     np.testing.assert_allclose(mouse.at(only.highlight), end, atol=5)  # of the vertices, the nearest
     on_surface = only.light
@@ -346,6 +350,139 @@ def test_the_mesh_changes_while_its_highlight_is_dragged(new_mouse, change):
     assert plotter.phong.lights == (LAMP,)
 
 
+# --- typed values ---
+
+
+def type_keys(mouse, text):
+    names = {".": "period", "-": "minus", " ": "space", ",": "comma"}
+    for character in text:
+        mouse.key(names.get(character, character))
+
+
+def assert_one_step(plotter, before):
+    after = seen(plotter)
+    assert after != before
+    assert plotter.phong.undo()
+    assert seen(plotter) == before
+    assert not plotter.phong.undo()
+    assert plotter.phong.redo()
+    assert seen(plotter) == after
+
+
+@pytest.fixture
+def chosen(new_mouse):
+    """The mouse of a window with a selected spot light and another one."""
+    mouse = new_mouse(replace(SPOT, name="it"), PointLight(position=(-1, 1, 0.3), name="other"))
+    mouse.move((5, 5))
+    mouse.gizmo("it").is_selected = True
+    return mouse
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_typed_value_is_one_step(new_mouse, kind):
+    light = example(kind, 0.8, name="it", diffuse=(0.9, 0.6, 0.3))
+    mouse = new_mouse(light)
+    mouse.move((5, 5))
+    mouse.gizmo("it").is_selected = True
+    for handle in [*mouse.gizmo("it").handles, "intensity"]:
+        before = seen(mouse.plotter)
+        interaction_of(mouse).grabbed_last = handle
+        mouse.key("Return")
+        type_keys(mouse, "3.5")
+        assert seen(mouse.plotter) != before  # the light follows
+        mouse.key("Return")
+        assert_one_step(mouse.plotter, before)
+        mouse.plotter.phong.undo()
+        mouse.plotter.phong._history.clear()
+    if light.values(Place):
+        interaction_of(mouse).grabbed_last = "position"
+        mouse.key("Return")
+        type_keys(mouse, "1 -0,5 z2.25")
+        mouse.key("KP_Enter")
+        assert mouse.gizmo("it").light.values(Place) == [(1.0, -0.5, 2.25)]
+
+
+def test_escape_gives_up_what_is_typed_and_an_empty_text_is_no_step(chosen):
+    before = seen(chosen.plotter)
+    chosen.key("Return")
+    type_keys(chosen, "2")
+    chosen.key("BackSpace")
+    assert seen(chosen.plotter) == before
+    chosen.key("Return")
+    chosen.key("Return")
+    type_keys(chosen, "2")
+    chosen.key("Escape")
+    assert seen(chosen.plotter) == before
+    assert not chosen.plotter.phong.undo()
+    chosen.key("m")  # keys are commands again
+    assert not chosen.gizmo("it").light.on
+
+
+def test_tab_takes_and_goes_on(chosen):
+    interaction = interaction_of(chosen)
+    chosen.key("Return")
+    names = [*chosen.gizmo("it").handles, "intensity"]
+    for name in [*names, names[0]]:
+        assert interaction.edit.handle == name
+        chosen.key("Tab")
+    assert not chosen.plotter.phong.undo()
+
+
+def test_a_text_that_is_no_value_cannot_be_taken_and_says_why(chosen):
+    before = seen(chosen.plotter)
+    interaction = interaction_of(chosen)
+    interaction.grabbed_last = "intensity"
+    chosen.key("Return")
+    type_keys(chosen, "-1")
+    chosen.key("Return")
+    assert "intensity must be a finite number >= 0; got -1.0." in " ".join(interaction.edit.readout.split())
+    assert seen(chosen.plotter) == before
+    chosen.key("Escape")
+    assert not chosen.plotter.phong.undo()
+
+
+def test_while_typing_nobody_else_hears_the_keys(chosen):
+    """3 is VTK's key for stereo, minus PyVista's for thinner lines."""
+    heard = []
+    for key in ("3", "minus", "q"):
+        chosen.plotter.add_key_event(key, lambda key=key: heard.append(key))
+    chosen.key("Return")
+    for key in ("3", "minus", "q"):
+        chosen.key(key)
+    assert heard == []
+    chosen.key("Escape")
+    chosen.key("minus")
+    assert heard == ["minus"]
+
+
+def test_digits_during_a_drag_take_its_place(chosen):
+    before = seen(chosen.plotter)
+    handle = next(iter(chosen.gizmo("it").handles))
+    end = chosen.pull(chosen.at("it", handle), (20, 10))
+    type_keys(chosen, "2")
+    typed = seen(chosen.plotter)
+    chosen.move(end + 9)
+    chosen.release(end + 9)
+    assert seen(chosen.plotter) == typed
+    chosen.key("Return")
+    assert_one_step(chosen.plotter, before)
+    chosen.plotter.phong.undo()
+    end = chosen.pull(chosen.at("it", handle), (20, 10))
+    type_keys(chosen, "2")
+    chosen.key("Escape")
+    chosen.release(end)
+    assert seen(chosen.plotter) == before
+
+
+def test_a_light_removed_while_a_value_is_typed(chosen):
+    chosen.key("Return")
+    type_keys(chosen, "2")
+    chosen.plotter.phong.remove_light("it")
+    chosen.key("3")
+    chosen.key("Return")
+    assert [light.name for light in chosen.plotter.phong.lights] == ["other"]
+
+
 # --- looks ---
 
 
@@ -360,6 +497,14 @@ def test_hovering_shows(mouse, plotter):
     mouse.move((3, 3))
     assert mouse.gizmo("spot").hovered is None
     np.testing.assert_array_equal(picture(plotter), away)
+
+
+def test_handles_lie_over_lines(mouse, plotter):
+    """Lines have dark edges, which would cut what lies under them in two."""
+    start, end = mouse.at("sun", "origin"), mouse.at("sun", "target")
+    x, y = np.round(end + 3 * (start - end) / np.hypot(*(start - end))).astype(int)
+    shown = picture(plotter)[300 - y - 2 : 300 - y + 1, x - 1 : x + 2].reshape(-1, 3)
+    np.testing.assert_allclose(shown, np.tile(255 * np.array(SUN.diffuse) / max(SUN.diffuse), (9, 1)), atol=2)
 
 
 def test_a_handle_that_is_taken_away_from_under_the_cursor_is_not_hovered_any_more(mouse, plotter):
@@ -433,11 +578,12 @@ def test_gizmos_are_no_part_of_the_scene(new_mouse):
 
     mouse = new_mouse(LAMP, SPOT, SUN, gizmos=None)
     shown = mouse.plotter
-    before, evaluations = scene(), shown.phong.evaluations
+    lit = shown.phong.mesh(shown.renderer.actors["ball"])
+    before, evaluations = scene(), lit.evaluations
     shown.phong.add_gizmos()
     assert scene() == before
     assert not vtk.vtkPropPicker().Pick(*mouse.at("lamp", "position"), 0, shown.renderer)
-    assert shown.phong.evaluations - evaluations <= 1
+    assert lit.evaluations - evaluations <= 1
 
 
 # --- what is said ---
@@ -496,7 +642,7 @@ def test_the_numbers_of_a_target_are_where_it_is_drawn(new_mouse, length):
     mouse = new_mouse(replace(SPOT, direction=direction))
     spot = mouse.gizmo("spot")
     mouse.pull(mouse.at("spot", "cone"), (3, 3))
-    lines = mouse.plotter.phong._pane.board.interaction.readout.splitlines()
+    lines = interaction_of(mouse).edit.readout.splitlines()
     x, y, z = spot.handles["target"]
     assert f"target ({x:.4g}, {y:.4g}, {z:.4g})" in lines
     distance = np.linalg.norm(np.array(spot.handles["target"]) - SPOT.position)
@@ -619,7 +765,7 @@ def test_neither_memory_nor_objects_pile_up_over_updates(new_mouse):
     every round. Colours of this mesh that were kept at each update would be 13 MB a round, one object 200 objects.
     """
     phong = new_mouse(LAMP).plotter.phong
-    phong.add_mesh(ball(150), SHINY, name="ball")
+    lit = phong.mesh(phong.add_mesh(ball(150), SHINY, name="ball"))
 
     def used():
         gc.collect()
@@ -629,12 +775,12 @@ def test_neither_memory_nor_objects_pile_up_over_updates(new_mouse):
     def updates(count):
         for step in range(count):
             phong.set_light("lamp", replace(LAMP, position=(0.8, -0.4, 0.9 + 1e-4 * step)))
-            phong._pane.refresh()  # as before each frame
+            phong._subplot.lit.refresh()  # as before each frame
         return used()
 
-    found, evaluated = [updates(300)], phong.evaluations  # `undo` keeps 256 steps and no more
+    found, evaluated = [updates(300)], lit.evaluations  # `undo` keeps 256 steps and no more
     found += [updates(200) for _ in range(3)]
-    assert phong.evaluations == evaluated + 3 * 200
+    assert lit.evaluations == evaluated + 3 * 200
     megabytes, objects = np.diff(found, axis=0).min(axis=0)
     assert megabytes < 3
     assert objects < 150

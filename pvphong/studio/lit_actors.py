@@ -1,0 +1,467 @@
+"""Lit actors: meshes in a window whose colours are kept current.
+
+`LitMesh` is one mesh: what its colours depend on, and when they are computed again. `LitActors` are those of one
+renderer: before each frame all that are visible are brought up to date, with shadows on each other; those that cannot
+be lit are not drawn, and the window says why.
+"""
+
+from __future__ import annotations
+
+import textwrap
+import warnings
+import weakref
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkRenderingCore import vtkTextActor
+
+from pvphong.base import check
+from pvphong.base.types import ByteArray, Float64Array, FloatArray
+from pvphong.meshes.blocks import DEFAULT, datasets, materials_of, single_material
+from pvphong.meshes.lit import point_normals
+from pvphong.meshes.point_data import is_texture, tangents_from, texture_colors, texture_version, values_at
+from pvphong.meshes.surfaces import FeatureAngle, has_normals, split_sharp_edges, surface
+from pvphong.meshes.visibility import KnownOccluders, visibility_of, world_faces
+from pvphong.optics.material import Material, check_material
+from pvphong.rays.casting import BlockingFaces, Occluders
+from pvphong.rays.visibility import Visibility
+from pvphong.scene.scene import Scene, light_labels
+from pvphong.shading.plan.plan import Plan
+from pvphong.shading.vertices import Vertices
+
+ARRAY = "phong"
+"""Name of the drawn mesh's colours, uint8 RGB."""
+
+
+class SharedMaterial:
+    """A material that meshes may share: setting it changes all of them.
+
+    Parameters
+    ----------
+    material : Material
+        Can be set at any time.
+    """
+
+    def __init__(self, material: Material) -> None:
+        self.material = material
+
+
+class LitMesh:
+    """A surface, its material, and the colours in which it is drawn.
+
+    The mesh that is drawn shares points and arrays with the user's mesh and has its own colours, which are
+    written in place for as long as the number of points stays the same. No view of VTK's memory is kept from one
+    frame to the next: it would dangle where an array is resized.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        The user's mesh; edits to it are followed, and it is not modified.
+    material : Material or SharedMaterial
+        A material of its own, or one that is shared with others.
+    albedo : str, array_like, texture or None
+        As for `shade`; can be set at any time. A named array or a texture is followed when it is edited or replaced; of
+        an array that is given, edits are not seen.
+    feature_angle : float, "auto" or None, default None
+        Degrees from which edges are sharp, as for `shade`.
+    casts_shadows : bool, default True
+        Whether it is in the way of light, where the light model has shadows or ambient occlusion.
+    """
+
+    def __init__(
+        self,
+        mesh: pv.DataSet,
+        material: Material | SharedMaterial,
+        albedo: Any = None,
+        *,
+        feature_angle: FeatureAngle = None,
+        casts_shadows: bool = True,
+    ) -> None:
+        surface(mesh)  # refuses what has nothing that can be lit
+        self.mesh = mesh
+        self.feature_angle: FeatureAngle = feature_angle
+        self.shared_material = material if isinstance(material, SharedMaterial) else SharedMaterial(material)
+        self.albedo = albedo
+        self.casts_shadows = casts_shadows
+        self.drawn = pv.PolyData()
+        self.actor: pv.Actor | None = None
+        self.evaluations = 0
+        """How many times its colours have been computed."""
+        self._colors: Any = None
+        self._geometry: Any = None
+        self._computed_normals: FloatArray | None = None
+        self._tangents: Callable[[], FloatArray] | None = None
+        self._textured: tuple[Any, FloatArray] | None = None
+        self._original_points: Any = None
+        self._n_original = 0
+        self._lit_for: Any = None
+        self._eye: Any = None
+        self._plan: Plan | None = None
+        self._visibility: tuple[Any, Visibility] | None = None
+        self._follow_geometry()
+        self._show_colors()
+
+    def __repr__(self) -> str:
+        return f"<LitMesh of {self.mesh.n_points} points, {self.material}>"
+
+    def refresh(self, scene: Scene, occluders: KnownOccluders | None = None, *, samples: int | None = None) -> bool:
+        """Bring the colours up to date; returns whether they had to be computed.
+
+        They are computed only when something that the plan depends on has changed: the viewer counts only
+        where highlights, turned normals or a light that rides along make the colours depend on it. Only lights that
+        have moved are traced again.
+
+        Parameters
+        ----------
+        scene : Scene
+            What lights it.
+        occluders : KnownOccluders, optional
+            What casts shadows on it, where the light model has shadows or ambient occlusion; only itself if not given.
+        samples : int, optional
+            So many rays for each vertex to a light with a size, in place of as many as it takes.
+
+        Raises
+        ------
+        ValueError
+            If the mesh or an array has been edited into what cannot be lit. What would crash VTK is not drawn any more,
+            until it is put right.
+        """
+        geometry, blockers = self.geometry(), occluders and _Same(occluders.occluders)
+        self._show_colors()
+        state = scene.lights, scene.light_model, self.material, geometry, self._albedo_version(), blockers, samples
+        viewer = scene.viewer
+        eye = viewer and (viewer.position, viewer.focal_point, viewer.up, viewer.parallel)
+        if state == self._lit_for and self._plan and (eye == self._eye or not self._plan.view_dependent):
+            return False
+        visibility = None
+        if (model := scene.light_model).needs_rays:
+            key = geometry, blockers, model.two_sided, model.occlusion_distance
+            if self._visibility is not None and self._visibility[0] == key:
+                visibility = self._visibility[1].for_lights(scene.world_lights, light_labels(scene), samples)
+            else:
+                how: dict[str, Any] = {"occluders": occluders or (), "samples": samples, "matrix": self.matrix}
+                visibility = visibility_of(self.drawn, lambda: self.normals, scene, **how)
+            self._visibility = key, visibility
+        arrays = self.drawn.points, lambda: self.normals, self._current_albedo(), visibility
+        vertices = Vertices(*arrays, tangents=self._tangents)
+        self._plan = Plan.of(scene, self.material, vertices, matrix=self.matrix)
+        self._plan.run_for_display(vertices, self.colors)
+        self._lit_for, self._eye = state, eye
+        self._colors.Modified()
+        self.evaluations += 1
+        return True
+
+    def blank(self) -> None:
+        """Draw nothing, until it can be refreshed again: an index that no point has would end the process."""
+        self.drawn.Initialize()
+        self._geometry = self._lit_for = None
+
+    @property
+    def material(self) -> Material:
+        """The surface's material; setting it sets that of all meshes that share it."""
+        return self.shared_material.material
+
+    @material.setter
+    def material(self, material: Material) -> None:
+        check_material(material)
+        self.shared_material.material = material
+
+    @property
+    def matrix(self) -> Float64Array | None:
+        """The actor's model matrix, (4, 4); None where it is the identity."""
+        if self.actor is None:
+            return None
+        values = np.array(self.actor.GetMatrix().GetData()).reshape(4, 4)
+        return None if np.array_equal(values, np.eye(4)) else values
+
+    @property
+    def normals(self) -> FloatArray:
+        """The point normals that it is lit with."""
+        if has_normals(self.drawn):
+            return point_normals(self.drawn)
+        if self._computed_normals is None:
+            self._computed_normals = point_normals(self.drawn)
+        return self._computed_normals
+
+    @property
+    def colors(self) -> ByteArray:
+        """The colours that are drawn, (n_points, 3), where they are now."""
+        return vtk_to_numpy(self._colors)
+
+    def geometry(self) -> Any:
+        """What tells points, faces, normals and matrix apart from all before, cheap to compare.
+
+        Raises
+        ------
+        ValueError
+            If the mesh has been edited into what cannot be lit.
+        """
+        self._follow_geometry()
+        matrix = self.matrix
+        return self._geometry, None if matrix is None else matrix.tobytes()
+
+    def _follow_geometry(self) -> None:
+        """Share the user's points, faces and arrays again where they have been replaced or edited."""
+        mesh = self.mesh
+        if isinstance(mesh, pv.PolyData):
+            data = mesh.GetPointData()
+            parts = (mesh.GetPoints(), mesh.GetPolys(), mesh.GetStrips(), data.GetNormals(), data.GetTCoords())
+            # the number of points too: what resizes an array in place need not say that it is modified
+            geometry: Any = mesh.GetNumberOfPoints(), *map(_version, parts)
+        else:
+            geometry = mesh.GetMTime()
+        if geometry == self._geometry:
+            return
+        try:
+            whole = surface(mesh)
+        except ValueError:
+            self.blank()  # VTK goes on to draw it, and might not survive that
+            raise
+        split, self._original_points = split_sharp_edges(whole, self.feature_angle)
+        self._n_original = whole.n_points
+        self.drawn.ShallowCopy(split)
+        self._geometry, self._computed_normals, self._textured = geometry, None, None
+        tangents = tangents_from(self.drawn, lambda: self.normals)
+        self._tangents = tangents and cache(tangents)
+
+    def _show_colors(self) -> None:
+        """Have the drawn mesh show its colours; new ones where they are not as many as the points."""
+        data, count = self.drawn.GetPointData(), self.drawn.n_points
+        if self._colors is None or self._colors.GetNumberOfValues() != 3 * count:
+            self._colors, self._lit_for = pv.convert_array(np.zeros((count, 3), np.uint8), ARRAY), None
+        if data.GetAbstractArray(ARRAY) is not self._colors:
+            data.AddArray(self._colors)
+            self.drawn.set_active_scalars(ARRAY, preference="point")
+
+    @property
+    def _arrays(self) -> Any:
+        """Where a named albedo is looked up: the user's point arrays, which may be replaced at any time."""
+        return (self.mesh if isinstance(self.mesh, pv.PolyData) else self.drawn).point_data
+
+    def _albedo_version(self) -> Any:
+        """What tells the albedo apart from all before, cheap to compare."""
+        if is_texture(self.albedo):
+            return texture_version(self.albedo)
+        if isinstance(self.albedo, str):
+            return self.albedo, _version(self._arrays.GetAbstractArray(self.albedo))
+        return _Same(self.albedo)
+
+    def _current_albedo(self) -> Any:
+        """At the points that are drawn: edges of the user's mesh may have been split."""
+        albedo = self.albedo
+        if is_texture(albedo):
+            version = texture_version(albedo)
+            if self._textured is None or self._textured[0] != version:
+                self._textured = version, texture_colors(albedo, self.drawn).astype(np.float32)
+            return self._textured[1]
+        if isinstance(albedo, str):
+            arrays = self._arrays
+            check.choice("albedo", albedo, arrays.keys())
+            albedo = arrays[albedo]
+            if not isinstance(self.mesh, pv.PolyData):
+                return albedo
+        return values_at("albedo", albedo, self._original_points, self._n_original)
+
+
+class _Same:
+    """Equal to another only if it holds the same object, which it keeps alive: arrays compare element by element."""
+
+    def __init__(self, held: Any) -> None:
+        self._held = held
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and other._held is self._held
+
+    __hash__ = None  # type: ignore[assignment] # it is compared only
+
+
+def _version(part: Any) -> Any:
+    """A VTK object and when it was last modified. It is held on to, so that no other can be taken for it."""
+    return None if part is None else (part, part.GetMTime())
+
+
+def lit_meshes(
+    mesh: Any, material: Material | Mapping[str, Material], albedo: Any, feature_angle: FeatureAngle
+) -> dict[str, LitMesh]:
+    """The lit mesh, by no name, or those of all blocks, by their names: they share the material if there is but one.
+
+    Raises
+    ------
+    ValueError
+        If there is nothing that can be lit, or what is given as a material is none; the message names the block.
+    """
+    given = material if isinstance(material, Mapping) else {DEFAULT: material}
+    for each in given.values():
+        check_material(each)
+    shared = {name: SharedMaterial(each) for name, each in given.items()}
+    if not isinstance(mesh, pv.MultiBlock):
+        return {"": LitMesh(mesh, single_material(shared), albedo, feature_angle=feature_angle)}
+    if not (isinstance(albedo, str | None) or is_texture(albedo)):
+        allowed = "a texture, the name of a point array that every block has, or None"
+        check.refuse("albedo", type(albedo).__name__, allowed)
+    found = {}
+    for (path, block), own in zip(datasets(mesh), materials_of(mesh, shared), strict=True):
+        try:
+            found[path] = LitMesh(block, own, albedo, feature_angle=feature_angle)
+        except ValueError as error:
+            raise ValueError(f"block {path!r}: {error}") from error
+    if not found:
+        check.refuse("mesh", "blocks without any mesh", "a MultiBlock with a mesh in it")
+    return found
+
+
+class LightingWarning(UserWarning):
+    """A mesh in a window cannot be lit as it is; it is not drawn until that is mended."""
+
+
+_ROUGH_SAMPLES = 16  # rays of each vertex to a light with a size while something is dragged
+_BEFORE_GIZMOS = 1.0  # a frame's gizmos show where highlights are
+_MESSAGE_WIDTH, _MESSAGE_PLACE = 60, (10.0, 10.0)  # letters of a line; pixels from the lower left
+
+MaterialsState = tuple[tuple[SharedMaterial, Material], ...]
+
+
+class LitActors:
+    """The lit meshes of one renderer, brought up to date before each frame.
+
+    Parameters
+    ----------
+    renderer : pyvista.Renderer
+        Where they are drawn.
+    scene : callable
+        Gives what lights them now.
+    """
+
+    def __init__(self, renderer: pv.Renderer, scene: Callable[[], Scene]) -> None:
+        self.is_rough = False
+        """Whether shadows of lights with a size are made of few rays, as while something is dragged."""
+        self._renderer, self._scene = renderer, scene
+        self._meshes: list[LitMesh] = []
+        self._blocking: dict[LitMesh, tuple[Any, BlockingFaces]] = {}
+        self._occluders = Occluders(())
+        self._unlit: dict[LitMesh, str] = {}
+        self._message = vtkTextActor()
+        self._message.UseBoundsOff()
+        self._message.PickableOff()
+        self._message.SetPosition(*_MESSAGE_PLACE)
+        style = self._message.GetTextProperty()
+        style.SetFontSize(14)
+        style.SetColor(1.0, 0.8, 0.3)
+        style.SetBackgroundColor(0.1, 0.1, 0.1)
+        style.SetBackgroundOpacity(0.75)
+        actors = weakref.ref(self)
+
+        def before_frame(_renderer: Any, _event: str) -> None:
+            if (alive := actors()) is not None:
+                alive.refresh()
+
+        self._tag = renderer.AddObserver("StartEvent", before_frame, _BEFORE_GIZMOS)
+
+    @property
+    def meshes(self) -> tuple[LitMesh, ...]:
+        """The lit meshes whose actors are still there."""
+        self._meshes = [mesh for mesh in self._meshes if self._renderer.HasViewProp(mesh.actor)]
+        return tuple(self._meshes)
+
+    @property
+    def shown(self) -> list[LitMesh]:
+        """The lit meshes that are visible."""
+        return [mesh for mesh in self.meshes if mesh.actor is not None and mesh.actor.GetVisibility()]
+
+    def add(self, mesh: LitMesh) -> None:
+        """Keep a mesh current from now on, until its actor is removed."""
+        self._meshes.append(mesh)
+
+    def light(self, mesh: LitMesh) -> None:
+        """Light a mesh that is not drawn yet among those that are; ValueError if it cannot be lit."""
+        self._refreshing([*self.shown, mesh])(mesh)
+
+    def refresh(self) -> None:
+        """Bring all visible meshes up to date.
+
+        One that cannot be lit is not drawn, for its last colours would not be true, until it can be lit again.
+
+        Warns
+        -----
+        LightingWarning
+            Of each that cannot be lit, once, when all others are up to date.
+        """
+        shown, unlit = self.shown, dict[LitMesh, str]()
+        if shown:
+            refresh = self._refreshing(shown)
+            for mesh in shown:
+                try:
+                    refresh(mesh)
+                except Exception as error:  # of a light or an array of the user's, too
+                    mesh.blank()
+                    names = [name for name, actor in self._renderer.actors.items() if actor is mesh.actor]
+                    which = f"The mesh {names[0]!r}" if names and "(Addr=" not in names[0] else "A mesh"
+                    unlit[mesh] = f"{which} is not lit: {error}"
+        before, self._unlit = self._unlit, unlit
+        if unlit != before:
+            lines = [line for text in unlit.values() for line in textwrap.wrap(text, _MESSAGE_WIDTH)]
+            self._message.SetInput("\n".join(lines))
+            (self._renderer.AddViewProp if lines else self._renderer.RemoveViewProp)(self._message)
+            for mesh, text in unlit.items():
+                if before.get(mesh) != text:
+                    warnings.warn(text, LightingWarning, stacklevel=2)
+
+    @property
+    def note(self) -> str:
+        """What is to be said of colours that are not final."""
+        return f"shadows by {_ROUGH_SAMPLES} rays until let go" if self._samples(self._scene()) else ""
+
+    def _samples(self, scene: Scene) -> int | None:
+        is_rough = self.is_rough and scene.light_model.needs_rays and any(light.has_size for light in scene.lights)
+        return _ROUGH_SAMPLES if is_rough else None
+
+    def _refreshing(self, meshes: Sequence[LitMesh]) -> Callable[[LitMesh], bool]:
+        """What brings one of some meshes up to date, which shadow each other where the light model has shadows."""
+        scene = self._scene()
+        if not scene.light_model.needs_rays:
+            return lambda mesh: mesh.refresh(scene)
+        samples, blocking = self._samples(scene), dict[LitMesh, tuple[Any, BlockingFaces]]()
+        for mesh in meshes:
+            if mesh.casts_shadows:
+                try:
+                    geometry = mesh.geometry()
+                except ValueError:  # it cannot be lit either, and that is said where it is to be
+                    continue
+                known = self._blocking.get(mesh)
+                if known is None or known[0] != geometry:
+                    known = geometry, world_faces(mesh.drawn, mesh.matrix)
+                blocking[mesh] = known
+        is_same = list(blocking) == list(self._blocking)
+        if not is_same or any(self._blocking[mesh] is not faces for mesh, faces in blocking.items()):
+            self._occluders, self._blocking = Occluders([faces for _, faces in blocking.values()]), blocking
+        own = {mesh: KnownOccluders(self._occluders, index) for index, mesh in enumerate(blocking)}
+        others = KnownOccluders(self._occluders, None)
+        return lambda mesh: mesh.refresh(scene, own.get(mesh, others), samples=samples)
+
+    # -- materials, whose edits can be undone
+
+    @property
+    def shared_materials(self) -> tuple[SharedMaterial, ...]:
+        """The materials of the visible meshes, each once."""
+        return tuple({id(mesh.shared_material): mesh.shared_material for mesh in self.shown}.values())
+
+    @property
+    def state(self) -> MaterialsState:
+        """The materials of the visible meshes and what they are, for `revert`."""
+        return tuple((shared, shared.material) for shared in self.shared_materials)
+
+    def revert(self, now: MaterialsState, then: MaterialsState) -> None:
+        """Undo what changed in materials from `then` to `now`; what else has changed since is left as it is."""
+        was = dict(then)
+        for shared, material in now:
+            if was.get(shared, material) != material:
+                shared.material = was[shared]
+
+    def release(self) -> None:
+        """Let go of the renderer."""
+        self._renderer.RemoveObserver(self._tag)
+        self._meshes.clear()
