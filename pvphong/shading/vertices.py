@@ -17,7 +17,7 @@ from pvphong.geometry.transform import transform_vectors
 from pvphong.shading.albedo import checked_albedo
 from pvphong.shading.equation import Equation
 from pvphong.shading.maps import Maps
-from pvphong.shading.screen import Screen, channels_for
+from pvphong.shading.visibility import VisibilityLike, visibility_channels
 
 _TO_TANGENTS = (
     "Name a point array of vectors along the surface, or give the mesh texture coordinates whose u changes everywhere."
@@ -47,8 +47,8 @@ class Vertices:
         of them; or what gives them, as for normals.
     maps : mapping, optional
         What of the material is given vertex by vertex, as `Maps` takes it.
-    screen : Screen, optional
-        What stands before them, for scenes with shadows or ambient occlusion.
+    visibility : VisibilityLike, optional
+        What they see of lights and sky, for scenes with shadows or ambient occlusion.
 
     Raises
     ------
@@ -61,7 +61,7 @@ class Vertices:
         points: Any,
         normals: Any | Callable[[], Any] | None,
         albedo: Any = None,
-        screen: Screen | None = None,
+        visibility: VisibilityLike | None = None,
         *,
         tangents: Any | Callable[[], Any] | None = None,
         maps: Mapping[str, Any] = MappingProxyType({}),
@@ -69,7 +69,7 @@ class Vertices:
         self.points: FloatArray = check.array("points", points)
         self._normals = normals if callable(normals) else self._checked("normals", normals)
         self.albedo: Any = None if albedo is None else checked_albedo(albedo, len(self.points))
-        self.screen = screen
+        self.visibility = visibility
         self.maps = Maps(maps, len(self.points))
         self._tangents = tangents if callable(tangents) else self._checked("tangents", tangents)
 
@@ -121,7 +121,7 @@ class Vertices:
         if not equation.channels:
             return None
         of: dict[str, Callable[[Equation], FloatArray]] = {
-            "screen": lambda equation: channels_for(equation, self.screen),
+            "visibility": lambda equation: visibility_channels(equation, self.visibility),
             "tangents": self._turned_tangents,
         }
         kinds = [of[kind](equation) if kind in of else self.maps.rows(kind) for kind in equation.channels]
