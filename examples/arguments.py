@@ -1,4 +1,4 @@
-"""What every example can be told: where to leave its picture, and whether to open a window."""
+"""Arguments of every example: where to leave its picture, and whether to open a window."""
 
 from argparse import ArgumentParser
 from pathlib import Path

@@ -55,8 +55,8 @@ def draw(lit: Path, picture: Path) -> None:
     """Four of the moments."""
     reader = pv.get_reader(lit)
     plotter = pv.Plotter(shape=(2, 2), off_screen=OFF_SCREEN, window_size=(1200, 800), border=False)
-    for pane, moment in enumerate((1, 3, 5, 8)):
-        plotter.subplot(*divmod(pane, 2))
+    for subplot, moment in enumerate((1, 3, 5, 8)):
+        plotter.subplot(*divmod(subplot, 2))
         plotter.set_background("#101820")
         reader.set_active_time_point(moment)
         for piece in reader.read():
@@ -71,11 +71,11 @@ def draw(lit: Path, picture: Path) -> None:
 if __name__ == "__main__":  # the workers' processes read this file, too
     with (
         TemporaryDirectory() as folder,
-        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as crew,
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster,
     ):
-        print(f"dashboard: {crew.dashboard_link}")
+        print(f"dashboard: {cluster.dashboard_link}")
         wave, out = write_series(Path(folder)), Path(folder, "lit")
-        with Client(crew) as client:
+        with Client(cluster) as client:
             for _ in range(2):
                 print(ph.shade_files(wave, out, SCENE, WATER, client=client))
         draw(out / "wave.pvd", FOLDER / "many_files.png")

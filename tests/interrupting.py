@@ -6,6 +6,7 @@ process that is forked from this one.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import random
@@ -56,110 +57,98 @@ def writers():
     }
 
 
-def contents(path):
-    """What a file holds: a mesh's points and colours, or the bytes."""
+def digest(path):
+    """Of what a file holds: a mesh's points and colours, or the bytes."""
     if path.suffix not in (".vtm", ".vtkhdf"):
-        return path.read_bytes()
+        return hashlib.sha256(path.read_bytes()).digest()
     from pvphong.meshes.files import read_mesh
 
     mesh = read_mesh(path)
     parts = list(mesh) if path.suffix == ".vtm" else [mesh]
-    return b"".join(part.points.tobytes() + part["phong"].tobytes() for part in parts)
+    return hashlib.sha256(b"".join(part.points.tobytes() + part["phong"].tobytes() for part in parts)).digest()
 
 
 def forked(work, *, until=None, limit=None):
-    """Do something in a process of its own, which is killed after some seconds; gives its status."""
+    """Do something in a process of its own, which is killed after some seconds; gives its status, and its bytes."""
+    end, start = os.pipe()
     process = os.fork()
     if process == 0:
         status = 1
         try:
             if limit is not None:
                 resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
-            work()
+            os.write(start, work() or b"")
             status = 0
         except ValueError:
             status = 2
         finally:
             os._exit(status)
+    os.close(start)
     if until is not None:
         time.sleep(until)
         os.kill(process, signal.SIGKILL)
-    return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
+    with os.fdopen(end, "rb") as pipe:
+        result = pipe.read()
+    return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]), result
 
 
-class Sort:
-    """One sort of file, with an old and a new one for comparison."""
+class Format:
+    """A folder with a file of one format, and the digests of an old and a new one. Nothing of VTK runs here."""
 
-    def __init__(self, name, make, place):
-        self.name, self.place = name, place / name.replace(".", "-")
-        self.old, self.new = make
+    def __init__(self, name, writers, place):
+        self.name, self.folder = name, place / name.replace(".", "-")
+        self.write_old, self.write_new = writers
         self.known = []
-        for write in make:
-            folder = self.place / f"known-{len(self.known)}"
-            folder.mkdir(parents=True)
+        for write in (self.write_new, self.write_old):
+            self.folder.mkdir(parents=True, exist_ok=True)
             began = time.monotonic()
-            assert forked(lambda write=write, folder=folder: write(folder)) == 0, name
+            assert self.run(write) == 0, name
             self.seconds = time.monotonic() - began
-            self.known.append(self.read(folder))
-        self.size = (folder / name).stat().st_size
-        self.folder = self.place / "work"
-        self.folder.mkdir()
+            self.known.append(self.digest())
+        self.size = (self.folder / name).stat().st_size
 
-    def read(self, folder):
-        """In a process of its own, too: nothing of VTK may run in this one."""
-        end, start = os.pipe()
-        if os.fork() == 0:
-            import hashlib
+    def run(self, write, **how):
+        return forked(lambda: write(self.folder), **how)[0]
 
-            os.write(start, hashlib.sha256(contents(folder / self.name)).digest())
-            os._exit(0)
-        os.close(start)
-        os.wait()
-        with os.fdopen(end, "rb") as told:
-            return told.read()
+    def digest(self):
+        return forked(lambda: digest(self.folder / self.name))[1]
 
     def fault(self):
         """What is wrong with the file that is there, or None."""
-        found = self.read(self.folder)
+        found = self.digest()
         return None if found in self.known else "neither the old file nor the new one" if found else "cannot be read"
-
-    def begin(self):
-        """Have the old file there."""
-        assert forked(lambda: self.old(self.folder)) == 0
-
-    def wait(self):
-        """Let a minute be over: then an empty folder is cleared too, whose writer was killed before it locked it."""
-        for path in self.folder.glob(f"{PREFIX}*"):
-            if not any(path.iterdir()):
-                os.utime(path, (0, 0))
 
     def left(self):
         """What is there beside the file and its folder."""
         return sorted({path.name for path in self.folder.iterdir()} - {self.name, Path(self.name).stem})
 
+    def clear(self):
+        """Write again, a minute later: then a folder is cleared too whose writer was killed before it locked it."""
+        for path in self.folder.glob(f"{PREFIX}*"):
+            if not any(path.iterdir()):
+                os.utime(path, (0, 0))
+        assert self.run(self.write_old) == 0
+
 
 def interrupt(count, limits):
-    """Kill writers; gives how many had begun to write, and what was wrong."""
-    faults, began = [], 0
+    """Kill writers; gives how many were writing, and what was wrong."""
+    faults, writing = [], 0
     with tempfile.TemporaryDirectory() as place:
-        sorts = [Sort(name, make, Path(place)) for name, make in writers().items()]
+        formats = [Format(name, pair, Path(place)) for name, pair in writers().items()]
         for number in range(count):
-            sort, dice = sorts[number % len(sorts)], random.Random(number)
-            if not (sort.folder / sort.name).exists():
-                sort.begin()
-            forked(lambda sort=sort: sort.new(sort.folder), until=dice.uniform(0.0, 1.1 * sort.seconds))
-            began += bool(sort.left())
-            faults += [(sort.name, fault) for fault in [sort.fault()] if fault]
-        for sort in sorts:
-            sort.wait()
-            sort.begin()  # clears what was left
-            faults += [(sort.name, f"left {left}") for left in sort.left()]
+            each = formats[number % len(formats)]
+            each.run(each.write_new, until=random.Random(number).uniform(0.0, 1.1 * each.seconds))
+            writing += bool(each.left())
+            faults += [(each.name, fault) for fault in [each.fault()] if fault]
+        for each in formats:
+            each.clear()
+            faults += [(each.name, f"left {left}") for left in each.left()]
             for step in range(limits):
-                limit = int(1.5 * sort.size * step / limits)
-                status = forked(lambda sort=sort: sort.new(sort.folder), limit=limit)
-                what = sort.fault() or ("" if status in (0, 2) else f"status {status}") or sort.left()
-                faults += [(sort.name, f"limit {limit}: {what}")] if what else []
-    return {"kills": count, "in mid-write": began, "limits": limits * len(sorts), "faults": faults}
+                limit = int(1.5 * each.size * step / limits)
+                status = each.run(each.write_new, limit=limit)
+                what = each.fault() or ("" if status in (0, 2) else f"status {status}") or each.left()
+                faults += [(each.name, f"limit {limit}: {what}")] if what else []
+    return {"kills": count, "in mid-write": writing, "limits": limits * len(formats), "faults": faults}
 
 
 if __name__ == "__main__":

@@ -36,26 +36,12 @@ class Worker:
         self._end = end
         self.is_reading = False
 
-    def folder(self, path: object) -> None:
-        """Announce a folder that is written in, to be removed should this process be killed."""
-        self._say(f"folder {path}")
-
-    def reading(self, path: str, seconds: float) -> None:
-        """Announce that a file is read from now on, until `done`."""
-        self.is_reading = True
-        self._say(f"reading {seconds} {path}")
-
-    def done(self) -> None:
-        """Announce that the file has been read, or could not be."""
-        self.is_reading = False
-        self._say("done ")
-
-    def status(self, code: int) -> None:
-        """Announce the exit status: the work is over, whatever libraries do when they are unloaded."""
-        self._say(f"status {code}")
-
-    def _say(self, message: str) -> None:
-        os.write(self._end, os.fsencode(message) + b"\0")
+    def say(self, what: str, more: object = "") -> None:
+        """Announce a "folder" that is written in, to be removed should this process be killed; that "reading" begins,
+        with its seconds and the file, and is "done", or has failed; or the exit "status": the work is over, whatever
+        libraries do when they are unloaded.
+        """
+        os.write(self._end, os.fsencode(f"{what} {more}") + b"\0")
 
 
 class Watch:
@@ -169,12 +155,14 @@ def reading(path: "str | os.PathLike[str]") -> "Iterator[None]":
         size = os.stat(path).st_size
     except (OSError, ValueError):
         size = 0
-    worker.reading(os.fspath(path), SECONDS + size / BYTES_PER_SECOND)
+    worker.is_reading = True
+    worker.say("reading", f"{SECONDS + size / BYTES_PER_SECOND} {os.fspath(path)}")
     try:
         with _limited_memory():
             yield
     finally:
-        worker.done()
+        worker.is_reading = False
+        worker.say("done")
 
 
 def available_memory() -> int | None:

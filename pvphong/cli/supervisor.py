@@ -5,6 +5,7 @@ libraries print on the error output is not shown, unless --verbose is given.
 """
 
 import contextlib
+import functools
 import os
 import signal
 import sys
@@ -85,12 +86,12 @@ def _work(end: int | None) -> int:
         worker = begin_work(end)
         from pvphong.base.files import announce
 
-        announce.append(worker.folder)
+        announce.append(functools.partial(worker.say, "folder"))
     from pvphong.cli.app import main as run
 
     status = run()
     if worker is not None:
-        worker.status(status)
+        worker.say("status", status)
     return status
 
 

@@ -1,4 +1,4 @@
-"""Lines and tables of reports."""
+"""Lines and tables of reports, and the progress of long work."""
 
 from html.parser import HTMLParser
 
@@ -51,3 +51,16 @@ def test_html_is_escaped_and_has_every_cell():
         ["tr", ""], ["td", '"2"'], ["td", ""],
     ]  # fmt: skip
     assert "<th" not in text.html_table("t", (), [("a",)])
+
+
+def test_progress_of_work_that_has_a_name_is_reported_to_who_listens():
+    heard = []
+    with text.listening(lambda *report: heard.append(report)):
+        with text.about("digging"):
+            count = text.counting(4)
+            count(1)
+            count(3)
+        text.counting(4)(4)  # nameless
+    with text.about("digging"):
+        text.counting(4)(4)  # nobody listens
+    assert heard == [("digging", 0.25), ("digging", 1.0)]

@@ -38,7 +38,7 @@ def wavy(points, number):
     return sheet.translate((0, 0, number))
 
 
-def cluster(workers):
+def new_cluster(workers):
     """Of single threads, as `shade_files` starts one."""
     return LocalCluster(
         n_workers=workers, threads_per_worker=1, dashboard_address=":0", env={"VTK_SMP_MAX_THREADS": "1"}
@@ -62,9 +62,9 @@ def peak():
     return 1024 * int(status.split("VmHWM:")[1].split()[0])
 
 
-def seconds_and_memory(crew, files, out):
+def seconds_and_memory(cluster, files, out):
     """Of a run in which nothing is done yet; the memory that the worker with the most has taken."""
-    with Client(crew) as client:
+    with Client(cluster) as client:
         before = client.run(reset_peak)
         begun = time.perf_counter()
         batch = ph.shade_files(files, out, *measured_scene(), client=client, backend="numba")
@@ -83,13 +83,13 @@ def main():
         piece = read_mesh(str(files[0]))
         size = 1024 * piece.actual_memory_size + 3 * 4 * piece.n_points
         least, memory = {}, {}
-        with cluster(1) as one, cluster(2) as two:
-            for crew in (one, two):
-                with Client(crew) as client:
+        with new_cluster(1) as one, new_cluster(2) as two:
+            for cluster in (one, two):
+                with Client(cluster) as client:
                     client.run(load_all, str(files[0]))
             for turn in range(TURNS):
-                for workers, crew in ((1, one), (2, two)):
-                    seconds, taken = seconds_and_memory(crew, files, Path(folder, f"lit-{turn}-{workers}"))
+                for workers, cluster in ((1, one), (2, two)):
+                    seconds, taken = seconds_and_memory(cluster, files, Path(folder, f"lit-{turn}-{workers}"))
                     least[workers] = min(seconds, least.get(workers, seconds))
                     memory[workers] = max(taken / size, memory.get(workers, 0))
             rows += [
@@ -104,14 +104,14 @@ def main():
     Console().print(table)
 
 
-def overhead(crew, folder, piece):
+def overhead(cluster, folder, piece):
     """What a piece costs beside the work."""
     (folder / "small").mkdir()
     for number in range(SMALL):
         wavy(4, number).save(folder / "small" / f"{number}.vtp")
     pattern, out = str(folder / "small" / "*.vtp"), folder / "lit-small"
     ph.shade_files(pattern, out, *measured_scene(), client=None, workers=2)
-    with Client(crew) as client:
+    with Client(cluster) as client:
         before, begun = psutil.Process().cpu_times().user, time.perf_counter()
         batch = ph.shade_files(pattern, out, *measured_scene(), client=client)
         wall, busy = time.perf_counter() - begun, psutil.Process().cpu_times().user - before
@@ -124,7 +124,7 @@ def overhead(crew, folder, piece):
     return [
         ("a finished piece, looked at again", f"{1e3 * wall / SMALL:.2f} ms", "2 workers"),
         ("scheduler and client for a piece", f"{1e3 * busy / SMALL:.2f} ms", "of one core"),
-        ("a piece and its rig as sent, and the outcome", f"{sent} + {back} bytes", "beside Dask's own"),
+        ("a piece and its rig as sent, and the result", f"{sent} + {back} bytes", "beside Dask's own"),
         ("its border, where seams are merged", f"{border / 1024:.0f} KiB", "from worker to worker"),
     ]
 

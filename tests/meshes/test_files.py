@@ -283,7 +283,7 @@ def test_where_the_process_is_watched_it_is_while_a_mesh_is_read(lit, monkeypatc
     """Whoever reads it: an occluder of the command line's, say."""
     heard = []
     monkeypatch.setattr(processes, "worker", processes.Worker(-1))
-    monkeypatch.setattr(processes.Worker, "_say", lambda _worker, message: heard.append(message.split()[::2]))
+    monkeypatch.setattr(processes.Worker, "say", lambda _, what, more="": heard.append([what, *more.split()[1:]]))
     save(lit, "lit.vtp")
     half_a_file(lit, "half.vtp")
     read_mesh("lit.vtp")

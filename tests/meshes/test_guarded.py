@@ -8,7 +8,7 @@ import pvphong
 from pvphong.meshes import files
 
 DIES = "import os, sys; from pvphong.base import processes as p; w = p.begin_work(int(sys.argv[3])); {}"
-READING = "w.reading(sys.argv[1], 0.3); "
+READING = "w.say('reading', '0.3 ' + sys.argv[1]); "
 
 
 @pytest.fixture(autouse=True)
