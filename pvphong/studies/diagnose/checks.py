@@ -1,17 +1,16 @@
-"""The measurements behind `pvphong.diagnose`, on plain arrays."""
+"""The checks behind `pvphong.diagnose`, on plain arrays: faces, edges, duplicates, and the model matrix."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pvphong.base import check
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, Vector
-from pvphong.geometry.normals import FaceBlock, Faces
+from pvphong.geometry.normals import Faces
 from pvphong.geometry.transform import common_integers, transform_points
 
 # A normal is uncertain where the rounding of its corners may turn it further (radians): by Lambert's law
@@ -22,11 +21,10 @@ _UNCERTAIN = 1 / 255
 _ROUNDING_BITS = 50
 
 
-@dataclass(frozen=True)
-class FaceChecks:
+class FaceChecks(NamedTuple):
     """Which faces light badly, in rising order.
 
-    Attributes
+    Parameters
     ----------
     degenerate : ndarray
         Without an area, or with a corner that comes twice.
@@ -36,46 +34,33 @@ class FaceChecks:
         The coordinates' rounding blurs the normal wherever the face lies.
     folded : ndarray
         Without an area and with a corner that comes twice: its edges say nothing about its neighbours.
-    one_offset_helps : bool
-        Whether no face would be far if the middle of the mesh lay at the origin.
+    offset : tuple of 3 floats or None
+        The middle of the mesh, as few digits as keep it within a tenth of the mesh's size, where no face would be far
+        if that lay at the origin; None where no face is far, or some would still be.
     """
 
     degenerate: IntArray
     far: IntArray
     thin: IntArray
     folded: IntArray
-    one_offset_helps: bool
-
-
-@dataclass(frozen=True)
-class _Blur:
-    """How far the rounding of coordinates may turn the normals of faces: step · magnitude / height."""
-
-    step: float  # relative spacing of the coordinates' float type
-    here: Float64Array  # (n,) largest magnitude of each point's coordinates
-    centred: Float64Array  # the same about the middle of the mesh
-    extent: float  # a typical face's size, for faces that have collapsed
-
-    def of(self, block: FaceBlock, areas: Float64Array) -> tuple[Float64Array, Float64Array, Float64Array]:
-        """Radians for the faces of a block: as they lie, about the middle of the mesh, and about their own."""
-        longest = np.sqrt(_squares(block.edges).max(axis=0))
-        height = np.sqrt(_squares(areas)) / longest  # twice the area over the base, in units of 2**exponents
-        collapsed = ~(height > 0)
-        height[collapsed] = np.ldexp(self.extent, -block.exponents[collapsed])
-        here, centred = (
-            np.ldexp(magnitudes[block.corners.T].max(axis=0), -block.exponents)
-            for magnitudes in (self.here, self.centred)
-        )
-        return self._angle(here, height), self._angle(centred, height), self._angle(longest, height)
-
-    def _angle(self, magnitude: Float64Array, height: Float64Array) -> Float64Array:
-        return np.where(magnitude > 0, self.step * magnitude / height, 0.0)
+    offset: Vector | None
 
 
 def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
-    """Look at every face by itself; those with a point that is not finite are passed over."""
-    finite = finite_rows(points)
-    blur = _blur(points, finite, faces.count)
+    """Look at every face by itself; those with a point that is not finite are passed over.
+
+    The rounding of coordinates may turn a normal by step · magnitude / height: of the float type's relative spacing,
+    the largest coordinate, and the face's height over its longest edge.
+    """
+    finite, wide = finite_rows(points), points.astype(np.float64)
+    used = wide[finite]
+    low, high = (used.min(axis=0), used.max(axis=0)) if len(used) else (np.zeros(3), np.zeros(3))
+    with np.errstate(all="ignore"):
+        middle, size = low / 2 + high / 2, math.hypot(*(high - low))
+        typical = size / math.sqrt(max(faces.count, 1))  # size of a face, for those that have collapsed
+        magnitudes = _largest(wide), _largest(wide - middle)
+    step = float(np.finfo(points.dtype).eps)
+
     small = np.flatnonzero(np.diff(faces.offsets) < 3)
     degenerate, far, thin, folded, one_offset_helps = [small], [], [], [small], True
     with np.errstate(all="ignore"):
@@ -85,30 +70,40 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
             flat = ~areas.any(axis=0)
             corners = np.sort(block.corners, axis=1)
             repeated = (corners[:, 1:] == corners[:, :-1]).any(axis=1)
-            here, centred, own = blur.of(block, areas)
             degenerate.append(block.faces[usable & (flat | repeated)])
             folded.append(block.faces[(flat | ~usable) & repeated])
+
+            longest = np.sqrt(_squares(block.edges).max(axis=0))
+            height = np.sqrt(_squares(areas)) / longest  # twice the area over the base, in units of 2**exponents
+            collapsed = ~(height > 0)
+            height[collapsed] = np.ldexp(typical, -block.exponents[collapsed])
+            as_it_lies, about_the_middle = (
+                np.ldexp(magnitude[block.corners.T].max(axis=0), -block.exponents) for magnitude in magnitudes
+            )
+            here, centred, own = (
+                np.where(magnitude > 0, step * magnitude / height, 0.0) > _UNCERTAIN
+                for magnitude in (as_it_lies, about_the_middle, longest)
+            )
             usable &= ~repeated
-            is_far = usable & (here > _UNCERTAIN) & (own <= _UNCERTAIN)
-            one_offset_helps &= not (is_far & (centred > _UNCERTAIN)).any()
+            is_far = usable & here & ~own
+            one_offset_helps &= not (is_far & centred).any()
             far.append(block.faces[is_far])
-            thin.append(block.faces[usable & ~flat & (own > _UNCERTAIN)])
-    return FaceChecks(_joined(degenerate), _joined(far), _joined(thin), _joined(folded), one_offset_helps)
+            thin.append(block.faces[usable & ~flat & own])
 
-
-def _joined(parts: list[IntArray]) -> IntArray:
-    """Of blocks, in rising order."""
-    return np.sort(np.concatenate([np.empty(0, dtype=np.intp), *parts]))
-
-
-def _blur(points: FloatArray, finite: BoolArray, n_faces: int) -> _Blur:
-    step = float(np.finfo(points.dtype).eps)
-    wide = points.astype(np.float64)
-    low, high = bounds(wide[finite])
-    with np.errstate(all="ignore"):
-        middle, size = low / 2 + high / 2, math.hypot(*(high - low))
-        here, centred = _largest(wide), _largest(wide - middle)
-    return _Blur(step, here, centred, size / math.sqrt(max(n_faces, 1)))
+    nothing = np.empty(0, np.intp)
+    all_degenerate, all_far, all_thin, all_folded = (
+        np.sort(np.concatenate([nothing, *parts])) for parts in (degenerate, far, thin, folded)
+    )
+    offset = None
+    if len(all_far) and one_offset_helps:
+        with np.errstate(over="ignore"):
+            edge = float((high - low).max())
+        if 0 < edge < math.inf:
+            digits = math.ceil(1 - math.log10(edge))
+            middle = np.array([round(value, digits) for value in middle.tolist()])
+        x, y, z = middle.tolist()
+        offset = x, y, z
+    return FaceChecks(all_degenerate, all_far, all_thin, all_folded, offset)
 
 
 def finite_rows(points: NDArray[Any]) -> BoolArray:
@@ -125,23 +120,18 @@ def _largest(points: Float64Array) -> Float64Array:
     return rows
 
 
-def bounds(points: FloatArray) -> tuple[Float64Array, Float64Array]:
-    """The lowest and the highest coordinates; zeros where there are no points."""
-    if not len(points):
-        return np.zeros(3), np.zeros(3)
-    return points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
+def _squares(vectors: Float64Array) -> Float64Array:
+    return vectors[0] * vectors[0] + vectors[1] * vectors[1] + vectors[2] * vectors[2]
 
 
-def offset_to_origin(points: FloatArray) -> Vector:
-    """The middle of the finite points, as few digits as keep it within a tenth of the mesh's size."""
-    low, high = bounds(points[finite_rows(points)])
-    with np.errstate(over="ignore"):
-        middle, size = low / 2 + high / 2, float((high - low).max())
-    if 0 < size < math.inf:
-        digits = math.ceil(1 - math.log10(size))
-        middle = np.array([round(value, digits) for value in middle.tolist()])
-    x, y, z = middle.tolist()
-    return x, y, z
+def first_alike(rows: NDArray[Any]) -> IntArray:
+    """For each row the lowest index of one that equals it; a NaN equals nothing."""
+    order = np.lexsort(rows.T)  # stable: equal rows stay in the order of their indices
+    is_new = np.ones(len(rows), dtype=bool)
+    is_new[1:] = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
+    first = np.empty(len(rows), dtype=np.intp)
+    first[order] = order[is_new][np.cumsum(is_new) - 1]
+    return first
 
 
 def repeated_faces(faces: Faces, weightless: IntArray) -> IntArray:
@@ -156,8 +146,19 @@ def repeated_faces(faces: Faces, weightless: IntArray) -> IntArray:
         alike = np.flatnonzero(sizes == size)
         corners = faces.connectivity[faces.offsets[alike][:, None] + np.arange(size)]
         turns = (corners.argmin(axis=1)[:, None] + np.arange(size)) % size  # so that each begins with its lowest point
-        found.append(alike[_repeats(np.take_along_axis(corners, turns, axis=1))])
+        first = first_alike(np.take_along_axis(corners, turns, axis=1))
+        found.append(alike[first != np.arange(len(alike))])
     return np.sort(np.concatenate(found))
+
+
+def edges_of(faces: Faces) -> tuple[IntArray, IntArray, IntArray]:
+    """Where each edge of each face begins and ends, and the face's number; a face of n corners has n edges."""
+    begin, sizes = faces.connectivity, np.diff(faces.offsets)
+    end = np.empty_like(begin)
+    end[:-1] = begin[1:]
+    some = sizes > 0
+    end[faces.offsets[1:][some] - 1] = begin[faces.offsets[:-1][some]]
+    return begin, end, np.repeat(np.arange(faces.count), sizes)
 
 
 def check_edges(faces: Faces, folded: IntArray, repeated: IntArray) -> tuple[IntArray, IntArray]:
@@ -171,56 +172,29 @@ def check_edges(faces: Faces, folded: IntArray, repeated: IntArray) -> tuple[Int
     non_manifold, inconsistent : ndarray
         (m, 2) point indices, the lower first.
     """
-    non_manifold, inconsistent = _odd_edges(faces, folded)
+    begin, end, owner = edges_of(faces)
+    # One integer for each edge of each face: its lower point, its higher point, its direction.
+    directed = (np.minimum(begin, end) * faces.n_points + np.maximum(begin, end)) * 2 + (begin < end)
+
+    def odd(without: IntArray) -> tuple[IntArray, IntArray]:
+        counted = np.ones(faces.count, dtype=bool)
+        counted[without] = False
+        keys = np.sort(directed[(begin != end) & counted[owner]])
+        undirected = keys >> 1
+        starts = np.flatnonzero(np.diff(undirected, prepend=-1))
+        counts = np.diff(starts, append=len(keys))
+        pairs = starts[counts == 2]
+        disagree = keys[pairs] == keys[pairs + 1]
+        many, inconsistent = (
+            np.stack(np.divmod(undirected[some], max(faces.n_points, 1)), axis=1)
+            for some in (starts[counts > 2], pairs[disagree])
+        )
+        return many, inconsistent
+
+    non_manifold, inconsistent = odd(folded)
     if len(repeated):
-        _, inconsistent = _odd_edges(faces, np.concatenate([folded, repeated]))
+        _, inconsistent = odd(np.concatenate([folded, repeated]))
     return non_manifold, inconsistent
-
-
-def _odd_edges(faces: Faces, silent: IntArray) -> tuple[IntArray, IntArray]:
-    """`check_edges` without some faces."""
-    keys = np.sort(_directed_edges(faces, silent))
-    undirected = keys >> 1
-    starts = np.flatnonzero(np.diff(undirected, prepend=-1))
-    counts = np.diff(starts, append=len(keys))
-    pairs = starts[counts == 2]
-    agree = keys[pairs] != keys[pairs + 1]
-    return _ends(undirected[starts[counts > 2]], faces), _ends(undirected[pairs[~agree]], faces)
-
-
-def _directed_edges(faces: Faces, silent: IntArray) -> NDArray[np.int64]:
-    """One integer for each side of each face: its lower point, its higher point, its direction."""
-    begin = faces.connectivity.astype(np.int64, copy=False)
-    end = np.empty_like(begin)
-    end[:-1] = begin[1:]
-    sizes = np.diff(faces.offsets)
-    some = sizes > 0
-    end[faces.offsets[1:][some] - 1] = begin[faces.offsets[:-1][some]]
-    real = begin != end
-    heard = np.ones(faces.count, dtype=bool)
-    heard[silent] = False
-    if len(silent):
-        real &= np.repeat(heard, sizes)
-    low, high = np.minimum(begin, end), np.maximum(begin, end)
-    keys: NDArray[np.int64] = (low * faces.n_points + high) * 2 + (begin < end)
-    return keys[real]
-
-
-def _ends(undirected: NDArray[np.int64], faces: Faces) -> IntArray:
-    return np.stack(np.divmod(undirected, max(faces.n_points, 1)), axis=1).astype(np.intp, copy=False)
-
-
-def duplicates(points: FloatArray) -> IntArray:
-    """Finite points that lie exactly where a point with a lower index lies, in rising order."""
-    finite = np.flatnonzero(finite_rows(points))
-    return np.sort(finite[_repeats(points[finite])])
-
-
-def _repeats(rows: NDArray[Any]) -> IntArray:
-    """Rows equal to one with a lower index."""
-    order = np.lexsort(rows.T)  # stable: equal rows stay in the order of their indices
-    same = (rows[order[1:]] == rows[order[:-1]]).all(axis=1)
-    return order[1:][same]
 
 
 def check_matrix(matrix: MatrixLike) -> tuple[bool, bool, bool]:
@@ -242,7 +216,3 @@ def check_matrix(matrix: MatrixLike) -> tuple[bool, bool, bool]:
     rounded = abs(determinant) << _ROUNDING_BITS <= sum(map(abs, terms))
     mirrors = not rounded and (determinant > 0) != bool(values[3, 3] > 0)
     return determinant == 0, rounded and determinant != 0, mirrors
-
-
-def _squares(vectors: Float64Array) -> Float64Array:
-    return vectors[0] * vectors[0] + vectors[1] * vectors[1] + vectors[2] * vectors[2]

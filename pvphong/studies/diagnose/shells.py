@@ -5,16 +5,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pvphong.base.types import Float64Array, FloatArray, IntArray
 from pvphong.geometry.normals import Faces
-from pvphong.studies.diagnose.checks import finite_rows
+from pvphong.studies.diagnose.checks import edges_of, finite_rows
 
 _ROUNDING = 1e-9  # of the sum of a volume's terms, below which its sign is nobody's
 
 
-def inside_out_faces(points: FloatArray, faces: Faces) -> IntArray:
+def inside_out_faces(points: FloatArray, faces: Faces, first_in_place: IntArray) -> IntArray:
     """Faces of closed parts whose fronts look inwards, in rising order.
 
     A part is what hangs together by edges, where points in one place count as one. It is closed if each of its edges
@@ -28,54 +27,57 @@ def inside_out_faces(points: FloatArray, faces: Faces) -> IntArray:
         (n, 3).
     faces : Faces
         All with indices of points.
+    first_in_place : ndarray
+        (n,): for each point the lowest index of one in the same place.
     """
-    welded = _welded(points)
-    points = _scaled(points)
-    begin, end, owner = _edges(faces, welded)
-    parts = _parts(len(points), begin, end)[begin]
+    finite, count = finite_rows(points), len(points)
+    wide = points.astype(np.float64)
+    # By a power of two the finite coordinates come to 1, so that their products stay in range.
+    wide = np.ldexp(wide, -int(np.frexp(np.abs(wide[finite]).max(initial=0.0))[1]))
+    begin, end, owner = edges_of(faces)
+    begin, end = first_in_place[begin], first_in_place[end]
+    real = begin != end
+    begin, end, owner = begin[real], end[real], owner[real]
+    parts = _connected(count, begin, end)[begin]  # by the number of their first point
     part_of_face = np.full(faces.count, -1)
     part_of_face[owner] = parts
-    closed = np.setdiff1d(np.unique(parts), _open_parts(begin, end, parts, points))
-    volumes, terms = _volumes(points, faces, part_of_face)
-    turned = [part for part in closed if volumes[part] < -_ROUNDING * terms[part]]
-    outward = [part for part in closed if volumes[part] > _ROUNDING * terms[part]]
-    wrong = [part for part in turned if not _within(points, faces, part_of_face, part, outward)]
+
+    # Open is a part with an edge that is run along more often one way than the other; one that is not finite, too.
+    edges = np.minimum(begin, end) * count + np.maximum(begin, end)
+    _, some, edge = np.unique(edges, return_index=True, return_inverse=True)
+    balance = np.bincount(edge.ravel(), np.where(begin < end, 1.0, -1.0))
+    open_parts = np.concatenate([parts[some[balance != 0]], parts[~finite[begin]]])
+    closed = np.setdiff1d(np.unique(parts), open_parts)
+
+    # A fan of triangles from each face's first corner, and the sums of the volumes to a point of the part.
+    triangles, face = fan(faces)
+    part = part_of_face[face]
+    triangles, part = triangles[part >= 0], part[part >= 0]
+    with np.errstate(all="ignore"):
+        p, q, r = (wide[triangles] - wide[part][:, None]).transpose(1, 0, 2)
+        each = np.einsum("ij,ij->i", p, np.cross(q, r)) / 6.0
+    volumes, terms = np.bincount(part, each, count), np.bincount(part, np.abs(each), count)
+    certain = closed[np.abs(volumes[closed]) > _ROUNDING * terms[closed]]
+    turned, outward = certain[volumes[certain] < 0.0], certain[volumes[certain] > 0.0]
+
+    def is_cavity(inner: int) -> bool:
+        """Whether a part lies within others: how often they go round a point of it, by the sum of solid angles."""
+        own, turns = wide[triangles[part == inner]], 0.0
+        for outer in outward:
+            around = wide[triangles[part == outer]]
+            if (around.min(axis=(0, 1)) <= own.min(axis=(0, 1))).all() and (
+                around.max(axis=(0, 1)) >= own.max(axis=(0, 1))
+            ).all():
+                turns += solid_angle(around - wide[inner]) / (4.0 * math.pi)
+        return turns > 0.5
+
+    wrong = [inner for inner in turned.tolist() if not is_cavity(inner)]
     return np.flatnonzero(np.isin(part_of_face, wrong))
 
 
-def _welded(points: FloatArray) -> IntArray:
-    """For each point the first that lies in the same place."""
-    order = np.lexsort(points.T)
-    is_new = np.ones(len(points), dtype=bool)
-    is_new[1:] = (points[order[1:]] != points[order[:-1]]).any(axis=1)
-    welded = np.empty(len(points), dtype=np.intp)
-    welded[order] = order[is_new][np.cumsum(is_new) - 1]
-    return welded
-
-
-def _scaled(points: FloatArray) -> Float64Array:
-    """By a power of two that brings the finite coordinates to 1, so that their products stay in range."""
-    wide = points.astype(np.float64)
-    largest = np.abs(wide[finite_rows(points)]).max(initial=0.0)
-    return np.ldexp(wide, -int(np.frexp(largest)[1]))
-
-
-def _edges(faces: Faces, welded: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Where each edge of each face begins and ends, and whose it is; edges without a length are left out."""
-    begin = welded[faces.connectivity]
-    end = np.empty_like(begin)
-    end[:-1] = begin[1:]
-    sizes = np.diff(faces.offsets)
-    some = sizes > 0
-    end[faces.offsets[1:][some] - 1] = begin[faces.offsets[:-1][some]]
-    owner = np.repeat(np.arange(faces.count), sizes)
-    real = begin != end
-    return begin[real], end[real], owner[real]
-
-
-def _parts(n_points: int, begin: IntArray, end: IntArray) -> IntArray:
-    """For each point the lowest that it is connected with."""
-    labels = np.arange(n_points)
+def _connected(count: int, begin: IntArray, end: IntArray) -> IntArray:
+    """For each of so many points the lowest that edges connect it with."""
+    labels = np.arange(count)
     while True:
         lowest = np.minimum(labels[begin], labels[end])
         lower = labels.copy()
@@ -88,65 +90,25 @@ def _parts(n_points: int, begin: IntArray, end: IntArray) -> IntArray:
         labels = lower
 
 
-def _open_parts(begin: IntArray, end: IntArray, parts: IntArray, points: Float64Array) -> IntArray:
-    """Parts with an edge that is run along more often in one direction than in the other, or that are not finite."""
-    edges = np.minimum(begin, end).astype(np.int64) * len(points) + np.maximum(begin, end)
-    _, first, edge = np.unique(edges, return_index=True, return_inverse=True)
-    balance = np.bincount(edge.ravel(), np.where(begin < end, 1.0, -1.0))
-    return np.concatenate([parts[first[balance != 0]], parts[~finite_rows(points)[begin]]])
-
-
-def _volumes(points: Float64Array, faces: Faces, parts: IntArray) -> tuple[Float64Array, Float64Array]:
-    """The volume of each part, by its number, and the sum of its terms' sizes; about a point of its own."""
+def fan(faces: Faces) -> tuple[IntArray, IntArray]:
+    """Each face as triangles from its first corner: their points (m, 3), and the numbers of their faces (m,)."""
     sizes = np.diff(faces.offsets)
-    count = len(points)
-    volumes, terms = np.zeros(count), np.zeros(count)
-    with np.errstate(all="ignore"):
-        for size in np.unique(sizes[sizes >= 3]).tolist():
-            rows = np.flatnonzero((sizes == size) & (parts >= 0))
-            corners = faces.connectivity[faces.offsets[rows][:, None] + np.arange(size)]
-            origin = points[parts[rows]]
-            p = points[corners[:, 0]] - origin
-            q = points[corners[:, 1]] - origin
-            for corner in range(2, size):
-                r = points[corners[:, corner]] - origin
-                each = np.einsum("ij,ij->i", p, np.cross(q, r)) / 6.0
-                volumes += np.bincount(parts[rows], each, count)
-                terms += np.bincount(parts[rows], np.abs(each), count)
-                q = r
-    return volumes, terms
+    owner = np.repeat(np.arange(faces.count), sizes)
+    place = np.arange(len(owner)) - faces.offsets[owner]  # of a corner in its face
+    second = np.flatnonzero((place >= 1) & (place < sizes[owner] - 1))
+    face, corners = owner[second], faces.connectivity
+    return np.stack([corners[faces.offsets[face]], corners[second], corners[second + 1]], axis=1), face
 
 
-def _within(points: Float64Array, faces: Faces, parts: IntArray, part: int, others: list[int]) -> bool:
-    """Whether a part lies within others: how often they go round a point of it, by the sum of solid angles."""
-    low, high = _bounds(points, faces, parts, part)
-    turns = 0.0
-    for other in others:
-        least, greatest = _bounds(points, faces, parts, other)
-        if (least <= low).all() and (greatest >= high).all():
-            turns += _solid_angle(points, faces, parts == other, part) / (4.0 * math.pi)
-    return turns > 0.5
+def solid_angle(triangles: Float64Array) -> float:
+    """Of triangles (m, 3 corners, 3) as the origin sees them, positive where it sees their backs.
 
-
-def _bounds(points: Float64Array, faces: Faces, parts: IntArray, part: int) -> tuple[Float64Array, Float64Array]:
-    corners = points[faces.connectivity[np.repeat(parts == part, np.diff(faces.offsets))]]
-    return corners.min(axis=0), corners.max(axis=0)
-
-
-def _solid_angle(points: Float64Array, faces: Faces, chosen: NDArray[np.bool_], at: int) -> float:
-    """Of some faces as a point sees them (van Oosterom & Strackee, The Solid Angle of a Plane Triangle, 1983)."""
-    sizes = np.diff(faces.offsets)
-    total = 0.0
-    for size in np.unique(sizes[chosen & (sizes >= 3)]).tolist():
-        rows = np.flatnonzero(chosen & (sizes == size))
-        corners = points[faces.connectivity[faces.offsets[rows][:, None] + np.arange(size)]] - points[at]
-        lengths = np.sqrt(np.einsum("ijk,ijk->ij", corners, corners))
-        a, la = corners[:, 0], lengths[:, 0]
-        for corner in range(2, size):
-            b, c, lb, lc = corners[:, corner - 1], corners[:, corner], lengths[:, corner - 1], lengths[:, corner]
-            above = np.einsum("ij,ij->i", a, np.cross(b, c))
-            below = la * lb * lc
-            for one, other, third in ((a, b, lc), (a, c, lb), (b, c, la)):
-                below = below + np.einsum("ij,ij->i", one, other) * third
-            total += 2.0 * float(np.arctan2(above, below).sum())
-    return total
+    Source: van Oosterom & Strackee, The Solid Angle of a Plane Triangle, IEEE Trans. Biomed. Eng. 30 (1983).
+    """
+    a, b, c = triangles.transpose(1, 0, 2)
+    la, lb, lc = np.linalg.norm(triangles, axis=2).T
+    above = np.einsum("ij,ij->i", a, np.cross(b, c))
+    below = la * lb * lc
+    for one, other, third in ((a, b, lc), (a, c, lb), (b, c, la)):
+        below = below + np.einsum("ij,ij->i", one, other) * third
+    return 2.0 * float(np.arctan2(above, below).sum())

@@ -15,8 +15,7 @@ from stability import exact_normals as exact
 
 from pvphong.geometry.normals import polygon_normals
 from pvphong.meshes.surfaces import polygons, surface
-from pvphong.studies.diagnose.diagnosis import Diagnosis, diagnose
-from pvphong.studies.diagnose.kinds import FLAGS, KINDS
+from pvphong.studies.diagnose.diagnosis import FLAGS, KINDS, Diagnosis, diagnose
 
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
 ROOF = SQUARE + np.array([(0, 0, 0), (0, 0, 1), (0, 0, 0), (0, 0, 2)])  # not flat: opposite normals do not cancel
@@ -329,12 +328,14 @@ def test_the_value_is_frozen():
         diagnose(TETRAHEDRON).n_points = 3
 
 
+MANY_FAULTS = diagnose(mesh_of([*ROOF, *ROOF], (0, 1, 2), (0, 3, 2), (4, 5, 9)), matrix=np.diag([1, 1, -1, 1]))
+
+
 def test_the_text_names_every_finding_and_its_remedy():
-    found = diagnose(mesh_of([*ROOF, *ROOF], (0, 1, 2), (0, 3, 2), (4, 5, 9)), matrix=np.diag([1, 1, -1, 1]))
-    text = found.explain()
+    text = MANY_FAULTS.explain()
     assert text.splitlines()[0] == "Diagnosis of 8 points and 3 faces: 2 kinds of fault, 3 notes"
-    assert repr(found) == f"<{text.splitlines()[0]}>"
-    assert [finding.spoils for finding in found.findings] == [True, True, False, False, False]  # these come first
+    assert repr(MANY_FAULTS) == f"<{text.splitlines()[0]}>"
+    assert [finding.spoils for finding in MANY_FAULTS.findings] == [True, True, False, False, False]  # these come first
     for line in (
         "  spoils: 1 cell with an index that no point has",
         "  spoils: 1 edge whose two faces have opposite fronts",
@@ -345,28 +346,24 @@ def test_the_text_names_every_finding_and_its_remedy():
     ):
         assert line in text
     words = " ".join(text.split())
-    assert all(" ".join(finding.remedy.split()) in words for finding in found.findings)
+    assert all(" ".join(finding.remedy.split()) in words for finding in MANY_FAULTS.findings)
     assert str(diagnose(TETRAHEDRON)) == diagnose(TETRAHEDRON).explain() == "Diagnosis of 4 points and 4 faces: ok"
 
 
 def test_printed_it_is_five_lines_with_the_worst_first_and_the_rest_by_name():
-    found = diagnose(mesh_of([*ROOF, *ROOF], (0, 1, 2), (0, 3, 2), (4, 5, 9)), matrix=np.diag([1, 1, -1, 1]))
-    lines = str(found).splitlines()
+    lines = str(MANY_FAULTS).splitlines()
     assert len(lines) <= 5
-    assert lines[0] == "Diagnosis of 8 points and 3 faces: 2 kinds of fault, 3 notes"
-    assert lines[1].startswith("  spoils: 1 cell with an index")
-    said = " ".join(str(found).split())
-    assert all(finding.name in said for finding in found.findings)
+    assert lines[:2] == MANY_FAULTS.explain().splitlines()[:2]
+    assert all(finding.name in " ".join(lines) for finding in MANY_FAULTS.findings)
     assert max(map(len, lines)) <= 80
 
 
 def test_a_notebooks_table_has_every_finding_and_its_remedy():
-    found = diagnose(mesh_of([*ROOF, *ROOF], (0, 1, 2), (0, 3, 2), (4, 5, 9)), matrix=np.diag([1, 1, -1, 1]))
-    html = found._repr_html_()
-    for finding in found.findings:
+    html = MANY_FAULTS._repr_html_()
+    for finding in MANY_FAULTS.findings:
         assert f">{finding.name}</td>" in html
         assert f">{escape(finding.remedy)}</td>" in html
-    assert html.count("<tr>") == len(found.findings) + 1
+    assert html.count("<tr>") == len(MANY_FAULTS.findings) + 1
 
 
 def test_long_lists_are_cut_short():

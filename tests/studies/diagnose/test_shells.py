@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import pyvista as pv
-from pyvista import examples
 
 from pvphong.studies.diagnose.diagnosis import diagnose
 
@@ -73,17 +72,3 @@ def test_a_turned_part_in_the_box_but_not_in_the_inside_of_another_is_found():
         ring = ring.flip_faces()
     assert found(ring, ball(0.2, turned=True)) == [1]  # in its hole
     assert found(ring, ball(0.2, center=(3, 0, 0), turned=True)) == []  # in the ring itself
-
-
-@pytest.mark.parametrize(
-    "load", [examples.load_airplane, examples.load_ant, examples.load_globe, examples.load_hexbeam]
-)
-def test_bundled_meshes_have_their_insides_within(load):
-    assert not len(diagnose(load()).inside_out_faces)
-
-
-def test_the_remedy_helps():
-    wrong = ball(turned=True)
-    (finding,) = diagnose(wrong).findings
-    assert "mesh.flip_faces()" in finding.remedy
-    assert diagnose(wrong.flip_faces()).ok
