@@ -45,3 +45,16 @@ def bumpy(n: int, *, quads: bool = False) -> tuple[Any, list[Face]]:
         if b % n:
             faces += [(a, b, c, d)] if quads and a % 2 else [(a, b, c), (a, c, d)]
     return points, faces
+
+
+def state(mesh: pv.DataSet) -> list[Any]:
+    """Every bit of a mesh, what is active in it, and first of all when VTK last saw it changed."""
+    point_data = mesh.point_data
+    active = mesh.active_scalars_info, point_data.active_normals_name, point_data.active_texture_coordinates_name
+    arrays = [
+        {name: (str(np.asarray(data[name]).dtype), np.asarray(data[name]).tobytes()) for name in data}
+        for data in (point_data, mesh.cell_data, mesh.field_data)
+    ]
+    cells = ("verts", "lines", "faces", "strips") if isinstance(mesh, pv.PolyData) else ("cells", "celltypes")
+    cells = [getattr(mesh, name).tobytes() for name in cells if hasattr(mesh, name)]
+    return [mesh.GetMTime(), active, np.asarray(mesh.points).tobytes(), arrays, cells]

@@ -80,6 +80,15 @@ def test_what_was_set_is_got_and_defaults_are_no_lights_and_opengls_material(pho
     assert PhongFilter().GetMaterial() == Material()
 
 
+def test_it_takes_input_data_and_computes_normals_where_there_are_none(source):
+    source.GenerateNormalsOff()
+    source.Update()
+    step = PhongFilter()
+    step.SetInputData(source.GetOutput())
+    step.SetScene(SCENE)
+    assert colors(step).tobytes() == pv.wrap(source.GetOutput()).phong.shade(SCENE)["phong"].tobytes()
+
+
 def test_executes_again_when_its_input_changes_and_not_otherwise(source, phong):
     assert [executions_after(phong) for _ in range(3)] == [1, 0, 0]
     count = phong.GetOutput().GetNumberOfPoints()
@@ -117,20 +126,6 @@ def test_works_with_a_connection_downstream(phong):
     phong.SetMaterial(Material())
     clip.Update()
     assert phong.executions == 2
-
-
-def test_works_with_input_data():
-    mesh = pv.Sphere()
-    step = PhongFilter()
-    step.SetInputData(mesh)
-    step.SetScene(SCENE)
-    assert colors(step).tobytes() == mesh.phong.shade(SCENE)["phong"].tobytes()
-
-
-def test_without_normals_they_are_computed(source, phong):
-    source.GenerateNormalsOff()
-    source.Update()
-    assert colors(phong).tobytes() == pv.wrap(source.GetOutput()).phong.shade(SCENE, SHINY)["phong"].tobytes()
 
 
 def test_bad_arguments_are_refused_and_change_nothing(phong):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -60,8 +60,17 @@ def value(place: str, kind: type[Kind], given: Any) -> Kind:
         raise ValueError(f"{place}.{error}") from error
 
 
-def kind_and_fields(place: str, given: Any, kinds: Mapping[str, type[Kind]]) -> tuple[type[Kind], dict[str, Any]]:
-    """The class that an object names by its "type", and its other entries."""
+def with_type(argument: str, given: Any, kinds: Mapping[str, Any]) -> dict[str, Any]:
+    """The fields of a dataclass and its name among some kinds, as "type"; ValueError for one without a name."""
+    for name, kind in kinds.items():
+        if type(given) is kind:
+            return {"type": name} | asdict(given)
+    remedy = "A kind of your own can be evaluated and planned; files do not know it."
+    return check.refuse(argument, given, f"one of {', '.join(kinds)} in a file", remedy)
+
+
+def value_of_type(place: str, given: Any, kinds: Mapping[str, type[Kind]]) -> Kind:
+    """As `value`, of the kind that the object names by its "type"."""
     found = entries(place, given)
     kind = kinds[check.choice(f"{place}.type", found.pop("type", None), kinds)]
-    return kind, found
+    return value(place, kind, found)

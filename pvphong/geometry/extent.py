@@ -1,6 +1,6 @@
-"""Where the vertices are and where their normals point, as far as effects ask; and how far off a target is seen.
+"""Where vertices are, where their normals point, and how far off a target is seen; whether they bound a convex body.
 
-Whether a mesh bounds a convex body.
+What plans ask of a mesh before they look at any vertex by itself.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pvphong.base.types import BoolArray, Float64Array, FloatArray, Vector, VectorLike
+from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
 from pvphong.geometry.transform import MatrixClass, class_of, transform_normals, transform_points
 
 # Bounds are computed in float64 and rounded up by this factor.
@@ -23,9 +23,6 @@ ROUNDED_UP = 1.0 + 1e-9
 _CHUNK, _FOLD = 2**20, 512
 # Normals that are looked at first.
 _SOME = 64
-
-
-Search = Callable[[FloatArray], tuple[Float64Array, Float64Array] | None]
 
 
 class Sphere(NamedTuple):
@@ -62,8 +59,6 @@ class Extent:
         Gives them, shape (n, 3), where they are known.
     matrix : ndarray or None
         (4, 4) model matrix.
-    search : callable, optional
-        Finds the least and the greatest entry of each column faster than NumPy does, or gives None.
     """
 
     def __init__(
@@ -71,12 +66,10 @@ class Extent:
         points: FloatArray,
         normals: Callable[[], FloatArray] | None,
         matrix: Float64Array | None,
-        search: Search | None = None,
     ) -> None:
         self._points = points
         self._normals = normals
         self._matrix = matrix
-        self._search = search
         self._sights: dict[Vector, Sight | None] = {}
 
     @cached_property
@@ -87,7 +80,7 @@ class Extent:
         """
         if not len(self._points):
             return None
-        low, high = self._box(self._points)
+        low, high = _box(self._points)
         if self._matrix is not None:
             corners = transform_points(_corners(low, high), self._matrix)
             low, high = corners.min(axis=0), corners.max(axis=0)
@@ -122,15 +115,12 @@ class Extent:
             return None
         normals = self._normals()
         some = normals[:: max(len(normals) // _SOME, 1)]  # where these have no cone, all hardly have one
-        stored = None if _cone(*_box(some)) is None else _cone(*self._box(normals))
+        stored = None if _cone(*_box(some)) is None else _cone(*_box(normals))
         if stored is None or self._matrix is None or kind.keeps_normals:
             return stored
         axis, angle = stored
         x, y, z = transform_normals([axis], self._matrix)[0].tolist()
         return (x, y, z), angle
-
-    def _box(self, rows: FloatArray) -> tuple[Float64Array, Float64Array]:
-        return (self._search and self._search(rows)) or _box(rows)
 
 
 ANYWHERE = Extent(np.zeros((0, 3)), None, None)
@@ -218,37 +208,32 @@ def is_convex(points: FloatArray, normals: FloatArray, triangles: NDArray[np.int
     p /= size
     corners = p[triangles]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.sqrt((across**2).sum(axis=1))
+    length = np.linalg.norm(across, axis=1)
     if not length.all():
         return False
     across /= length[:, None]
     levels = (across * corners[:, 0]).sum(axis=1)
-    if not (levels > 0.0).all() or not _few_are_in_front(p, across, levels):
+    some, faces = p[:: max(len(p) // _POINTS_TRIED, 1)], slice(None, None, max(len(across) // _TRIED, 1))
+    if not (levels > 0.0).all() or not (some @ across[faces].T - levels[faces] <= _BENT).all():
         return False
     return (
-        bool((_out_of_body(corners, normals[triangles])).all())
+        _point_out_of_it(corners, normals[triangles])
         and _is_convex_at_edges(p, triangles, across)
         and _meets_one(corners, across, levels)
     )
 
 
-def _few_are_in_front(p: Float64Array, across: Float64Array, levels: Float64Array) -> bool:
-    faces = slice(None, None, max(len(across) // _TRIED, 1))
-    some = p[:: max(len(p) // _POINTS_TRIED, 1)]
-    return bool((some @ across[faces].T - levels[faces] <= _BENT).all())
-
-
-def _out_of_body(corners: Float64Array, normals: FloatArray) -> BoolArray:
+def _point_out_of_it(corners: Float64Array, normals: FloatArray) -> bool:
     """Whether at each corner the edges of the face fall off from the tangent plane."""
     with np.errstate(invalid="ignore"):
-        n = normals / np.sqrt((normals.astype(np.float64) ** 2).sum(axis=2, keepdims=True))
-    good = np.ones(len(corners), bool)
+        n = normals / np.linalg.norm(normals.astype(np.float64), axis=2, keepdims=True)
     for k in range(3):
         for other in (corners[:, k - 1], corners[:, k - 2]):
             edges = other - corners[:, k]
-            rise = (n[:, k] * edges).sum(axis=1)
-            good &= rise <= _BENT * np.sqrt((edges**2).sum(axis=1))  # a normal that is none is NaN here
-    return good
+            rise = (n[:, k] * edges).sum(axis=1)  # NaN for a normal that is none
+            if not (rise <= _BENT * np.linalg.norm(edges, axis=1)).all():
+                return False
+    return True
 
 
 def _is_convex_at_edges(p: Float64Array, triangles: NDArray[np.int64], across: Float64Array) -> bool:
@@ -265,7 +250,7 @@ def _is_convex_at_edges(p: Float64Array, triangles: NDArray[np.int64], across: F
         return False
     to_apex = places[apexes[other]] - places[begins[order]]
     rise = (across[faces[order]] * to_apex).sum(axis=1)
-    return bool((rise <= _BENT * np.sqrt((to_apex**2).sum(axis=1))).all())
+    return bool((rise <= _BENT * np.linalg.norm(to_apex, axis=1)).all())
 
 
 def _meets_one(corners: Float64Array, across: Float64Array, levels: Float64Array) -> bool:

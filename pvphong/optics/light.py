@@ -23,7 +23,7 @@ from pvphong.base.types import ColorLike, Float64Array, FloatArray, Frame, InitS
 from pvphong.base.vectors import directions_to
 from pvphong.geometry.extent import Extent
 from pvphong.optics.attenuation import attenuate
-from pvphong.optics.roles import Corners, EyeSpace, Place, Role, roles_of
+from pvphong.optics.roles import Corners, Place, Role, roles_of
 from pvphong.optics.spherical import CosinePower
 
 if TYPE_CHECKING:
@@ -251,20 +251,24 @@ class Light:
 
     def moved(self, move: Callable[[Vector], Vector]) -> Self:
         """This light with every place moved, and no direction or size."""
-        return self._with(lambda role, value: role.moved(value, move))
+        return self._with(lambda role, value: role.mapped(value, move, lambda vector: vector))
 
-    def in_world(self, viewer: EyeSpace) -> Self:
+    def in_world(self, viewer: Any) -> Self:
         """This light with its coordinates in the world, as `viewer` makes them."""
         if self.frame == "world":
             return self
         if self.frame == "camera":
-            return self._with(lambda role, value: role.to_world(value, viewer), frame="world")
+            return self._with(
+                lambda role, value: role.mapped(value, viewer.point_to_world, viewer.vector_to_world), frame="world"
+            )
         return self._with(lambda role, value: role.of_viewer(value, viewer), frame="world")
 
-    def in_frame(self, frame: Frame, viewer: EyeSpace) -> Self:
+    def in_frame(self, frame: Frame, viewer: Any) -> Self:
         """A light of the world with its coordinates in another frame: the inverse of `in_world`."""
         if frame == "camera":
-            return self._with(lambda role, value: role.to_eye(value, viewer), frame=frame)
+            return self._with(
+                lambda role, value: role.mapped(value, viewer.point_to_eye, viewer.vector_to_eye), frame=frame
+            )
         return replace(self, frame=frame)
 
     def _with(self, change: Callable[[Role, Any], Any], **fields: Any) -> Self:
@@ -452,7 +456,7 @@ class Light:
             remedy = f"The nearest that VTK has is {type(nearest).__name__}({shape})."
         check.refuse(argument, f"{'an' if kind[0] in 'AEIOU' else 'a'} {kind}", allowed, remedy)
 
-    def to_pyvista(self, viewer: EyeSpace | None = None) -> pv.Light:
+    def to_pyvista(self, viewer: Any = None) -> pv.Light:
         """The same light as a new `pyvista.Light`, its floats unrounded; of a light that VTK has not, the nearest.
 
         A light in the camera's frame becomes a camera light, a headlight a headlight, any other a

@@ -10,7 +10,7 @@ from pvphong.base import check, documents
 from pvphong.base.types import ColorLike, InitSignature, rgb
 from pvphong.optics.named_materials import NAMED, WITH_REFLECTANCE
 from pvphong.optics.reflectance import Reflectance
-from pvphong.optics.reflectances import REFLECTANCES, reflectance_name
+from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.pbr import is_physical, physical_of
 
 # A surface may be made to reflect more than all of the light, but whole numbers above this are 0-255 in disguise.
@@ -114,7 +114,7 @@ class Material:
         found = asdict(self)
         del found["reflectance"]
         if self.reflectance is not None:
-            found["reflectance"] = {"type": reflectance_name(self.reflectance)} | asdict(self.reflectance)
+            found["reflectance"] = documents.with_type("reflectance", self.reflectance, REFLECTANCES)
         return found
 
     @classmethod
@@ -136,8 +136,7 @@ class Material:
         found = documents.entries(place, given)
         if found.get("reflectance") is not None:
             inside = f"{place}.reflectance"
-            kind, rest = documents.kind_and_fields(inside, found["reflectance"], REFLECTANCES)
-            found["reflectance"] = documents.value(inside, kind, rest)
+            found["reflectance"] = documents.value_of_type(inside, found["reflectance"], REFLECTANCES)
         return documents.value(place, cls, found)
 
     @classmethod

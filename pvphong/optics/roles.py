@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from functools import cache
-from typing import Any, Protocol
+from typing import Any
 
 from pvphong.base import check
 from pvphong.base.types import Vector
@@ -20,33 +20,7 @@ from pvphong.base.types import Vector
 Check = Callable[[str, Any], Any]
 """From a field's name and what was given for it to its canonical value; ValueError that names the field."""
 
-
-class EyeSpace(Protocol):
-    """What a light needs of a viewer in order to ride along with it; `pvphong.Viewer` has it."""
-
-    @property
-    def position(self) -> Any:
-        """The eye, in world coordinates."""
-
-    @property
-    def view_direction(self) -> Vector:
-        """Unit vector from the eye along the view axis, in world coordinates."""
-
-    @property
-    def distance(self) -> float:
-        """From the eye to the focal point."""
-
-    def point_to_world(self, point: Vector) -> Vector:
-        """A point of eye space in world coordinates."""
-
-    def vector_to_world(self, vector: Vector) -> Vector:
-        """A vector of eye space in world coordinates."""
-
-    def point_to_eye(self, point: Vector) -> Vector:
-        """A point of the world in eye space."""
-
-    def vector_to_eye(self, vector: Vector) -> Vector:
-        """A vector of the world in eye space."""
+Map = Callable[[Vector], Vector]
 
 
 @dataclass(frozen=True)
@@ -64,57 +38,25 @@ class Role:
     check: Check
     handle: str = ""
 
-    def to_world(self, value: Any, viewer: EyeSpace) -> Any:  # noqa: ARG002 a number is the same in all frames
-        """A value of eye space in the world."""
+    def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 a number is the same in all frames
+        """The value in another frame, which two functions take points and vectors to."""
         return value
 
-    def to_eye(self, value: Any, viewer: EyeSpace) -> Any:  # noqa: ARG002 a number is the same in all frames
-        """A value of the world in eye space."""
-        return value
-
-    def of_viewer(self, value: Any, viewer: EyeSpace) -> Any:  # noqa: ARG002 a number stays the light's own
-        """The value in the world for a light that is the viewer's."""
-        return value
-
-    def moved(self, value: Any, move: Callable[[Vector], Vector]) -> Any:  # noqa: ARG002 a number is the same anywhere
-        """The value after every place has been moved."""
-        return value
+    def of_viewer(self, value: Any, viewer: Any) -> Any:
+        """The value in the world for a light that is the viewer's: by default one of eye space."""
+        return self.mapped(value, viewer.point_to_world, viewer.vector_to_world)
 
 
 class Place(Role):
     """Where a light stands: three coordinates."""
 
-    def to_world(self, value: Any, viewer: EyeSpace) -> Any:
-        """A point of eye space in the world."""
-        return viewer.point_to_world(value)
+    def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 it is a point
+        """The point."""
+        return point(value)
 
-    def to_eye(self, value: Any, viewer: EyeSpace) -> Any:
-        """A point of the world in eye space."""
-        return viewer.point_to_eye(value)
-
-    def of_viewer(self, value: Any, viewer: EyeSpace) -> Any:  # noqa: ARG002 as for any role
+    def of_viewer(self, value: Any, viewer: Any) -> Any:  # noqa: ARG002 as for any role
         """The eye."""
         return viewer.position
-
-    def moved(self, value: Any, move: Callable[[Vector], Vector]) -> Any:
-        """The point moved."""
-        return move(value)
-
-
-class Aim(Role):
-    """The direction in which a light travels, of any length."""
-
-    def to_world(self, value: Any, viewer: EyeSpace) -> Any:
-        """A vector of eye space in the world."""
-        return viewer.vector_to_world(value)
-
-    def to_eye(self, value: Any, viewer: EyeSpace) -> Any:
-        """A vector of the world in eye space."""
-        return viewer.vector_to_eye(value)
-
-    def of_viewer(self, value: Any, viewer: EyeSpace) -> Any:  # noqa: ARG002 as for any role
-        """Along the view axis."""
-        return viewer.view_direction
 
 
 class Up(Role):
@@ -123,37 +65,29 @@ class Up(Role):
     The light's `axes` are unit vectors as rows: where its front is, to the right of that, and up.
     """
 
-    def to_world(self, value: Any, viewer: EyeSpace) -> Any:
-        """A vector of eye space in the world."""
-        return viewer.vector_to_world(value)
+    def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 it is a vector
+        """The vector."""
+        return vector(value)
 
-    def to_eye(self, value: Any, viewer: EyeSpace) -> Any:
-        """A vector of the world in eye space."""
-        return viewer.vector_to_eye(value)
 
-    def of_viewer(self, value: Any, viewer: EyeSpace) -> Any:
-        """As in eye space: the light is turned with the viewer."""
-        return viewer.vector_to_world(value)
+class Aim(Role):
+    """The direction in which a light travels, of any length."""
+
+    def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 it is a vector
+        """The vector."""
+        return vector(value)
+
+    def of_viewer(self, value: Any, viewer: Any) -> Any:  # noqa: ARG002 as for any role
+        """Along the view axis."""
+        return viewer.view_direction
 
 
 class Corners(Role):
     """Where the corners of a light stand: points one after the other around it."""
 
-    def to_world(self, value: Any, viewer: EyeSpace) -> Any:
-        """Points of eye space in the world."""
-        return tuple(viewer.point_to_world(corner) for corner in value)
-
-    def to_eye(self, value: Any, viewer: EyeSpace) -> Any:
-        """Points of the world in eye space."""
-        return tuple(viewer.point_to_eye(corner) for corner in value)
-
-    def of_viewer(self, value: Any, viewer: EyeSpace) -> Any:
-        """As in eye space: one point cannot stand for all of them."""
-        return self.to_world(value, viewer)
-
-    def moved(self, value: Any, move: Callable[[Vector], Vector]) -> Any:
-        """The points moved."""
-        return tuple(move(corner) for corner in value)
+    def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 they are points
+        """The points."""
+        return tuple(point(corner) for corner in value)
 
 
 @dataclass(frozen=True)
@@ -254,7 +188,7 @@ def power(default: float) -> Any:
     return _field(default, Power(_number(at_least=0.0)))
 
 
-def way_from(position: Any, target: Any) -> Vector:
+def direction_from(position: Any, target: Any) -> Vector:
     """From a place to a target; ValueError, which names the target, if they are the same."""
     (x, y, z), (a, b, c) = check.vector("position", position), check.vector("target", target)
     if (x, y, z) == (a, b, c):

@@ -1,4 +1,4 @@
-"""Ready-made lights: three-point lighting around a mesh, the default scene's, and PyVista's three."""
+"""Ready-made lights: three-point lighting around a mesh, and the default scene's."""
 
 from __future__ import annotations
 

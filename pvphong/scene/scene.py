@@ -17,7 +17,7 @@ from pvphong.base import check, documents, host
 from pvphong.base.files import write_json
 from pvphong.base.text import changed_fields, html_table
 from pvphong.base.types import VectorLike
-from pvphong.optics.lights import LIGHT_TYPES, Light, type_name
+from pvphong.optics.lights import LIGHT_TYPES, Light
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances.pbr import is_physical
 from pvphong.scene.light_model import LightModel
@@ -123,7 +123,9 @@ class Scene:
         renderer = getattr(plotter, "renderer", None)
         if renderer is None or not hasattr(renderer, "GetLights"):
             check.refuse("plotter", plotter, "a pyvista.Plotter")
-        if renderer.GetUseImageBasedLighting() and any(map(_is_physical, renderer.GetActors())):
+        if renderer.GetUseImageBasedLighting() and any(
+            is_physical(actor.GetProperty()) for actor in renderer.GetActors()
+        ):
             remedy = "It has no lights for that: plotter.remove_environment_texture()."
             check.refuse("plotter", "image-based light on meshes with pbr=True", "lit by its lights alone", remedy)
         # plotter.camera would count as a choice of view, and keep PyVista from fitting it to the meshes.
@@ -156,7 +158,7 @@ class Scene:
             before is then still there.
         """
         lights = [
-            {"type": type_name(f"lights[{index}]", light)} | asdict(light) for index, light in enumerate(self.lights)
+            documents.with_type(f"lights[{index}]", light, LIGHT_TYPES) for index, light in enumerate(self.lights)
         ]
         model = asdict(self.light_model)
         for name in [name for name in _NOT_IN_FIRST if model[name] is False]:
@@ -191,7 +193,7 @@ class Scene:
             lights = _renamed(lights)
         viewer = document.get("viewer", {} if document["version"] == 1 else None)
         return cls(
-            lights=tuple(_light(f"lights[{index}]", entry) for index, entry in enumerate(lights)),
+            lights=[documents.value_of_type(f"lights[{k}]", entry, LIGHT_TYPES) for k, entry in enumerate(lights)],
             viewer=None if viewer is None else documents.value("viewer", Viewer, viewer),
             light_model=documents.value("light_model", LightModel, document.get("light_model", {})),
         )
@@ -259,16 +261,11 @@ def as_scene(given: SceneLike | None, bounds: Callable[[], VectorLike] | None = 
     elif isinstance(given, Iterable) and not isinstance(given, (str, dict)):
         scene = Scene(given)
     else:
-        remedy = _in_its_place(given)
+        remedy = "Did you mean material=?" if isinstance(given, Material) else ""
+        if isinstance(given, str):
+            remedy = "Did you mean material=Material.named(...), or Scene.load(...)?"
         check.refuse("scene", given, "a Scene, a light, or a sequence of lights", remedy)
     return scene if bounds is None or scene.viewer is not None else scene.framed(bounds())
-
-
-def _in_its_place(given: Any) -> str:
-    """The remedy for what was taken for a scene."""
-    if isinstance(given, Material):
-        return "Did you mean material=?"
-    return "Did you mean material=Material.named(...), or Scene.load(...)?" if isinstance(given, str) else ""
 
 
 def light_labels(scene: Scene, numbered: str = "") -> tuple[str, ...]:
@@ -297,12 +294,3 @@ def _renamed(lights: list[Any]) -> list[Any]:
             entry = entry | {"name": f"{name} {seen[name]}"} if seen[name] > 1 else entry
         result.append(entry)
     return result
-
-
-def _light(place: str, entry: Any) -> Light:
-    kind, given = documents.kind_and_fields(place, entry, LIGHT_TYPES)
-    return documents.value(place, kind, given)
-
-
-def _is_physical(actor: Any) -> bool:
-    return is_physical(actor.GetProperty())

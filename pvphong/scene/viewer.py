@@ -110,15 +110,7 @@ class Viewer:
         ValueError
             If `bounds` is not six numbers.
         """
-        center, radius = _ball(bounds)
-        distance = radius / math.sin(math.radians(0.5 * cls.view_angle))
-        return cls(
-            position=center + distance / math.sqrt(3.0),
-            focal_point=center,
-            up=(0.0, 0.0, 1.0),
-            parallel_scale=radius,
-            clipping_range=(distance - radius, distance + radius),
-        )
+        return cls(position=(1.0, 1.0, 1.0), up=(0.0, 0.0, 1.0)).moved_to_see(bounds)
 
     def moved_to_see(self, bounds: VectorLike) -> Self:
         """This viewer, moved so that it sees all of a box, in the same direction.

@@ -18,14 +18,13 @@ from pvphong.base.types import Frame, Vector, rgb
 from pvphong.base.vectors import unit
 from pvphong.optics.light import Light, VtkValues
 from pvphong.optics.lights import light_from_values
-from pvphong.optics.roles import EyeSpace
 from pvphong.scene.viewer import Viewer
 
 # A focal point this many bits closer than the coordinates are large still tells the direction to 2⁻³².
 _KEPT_BITS = 20
 
 
-def as_light(light: Any, viewer: EyeSpace | None = None) -> Light:
+def as_light(light: Any, viewer: Any = None) -> Light:
     """A pvphong light from a `pyvista.Light` or `vtkLight`, its colours unrounded.
 
     A scene light gives frame "world", through its transform matrix if it has one; a headlight gives
@@ -136,7 +135,7 @@ def _camera_distance(light: Any) -> float:
     return float(unit(scale)[1][0]) or 1.0
 
 
-def to_pyvista(light: Light, viewer: EyeSpace | None = None) -> pv.Light:
+def to_pyvista(light: Light, viewer: Any = None) -> pv.Light:
     """`Light.to_pyvista`."""
     if viewer is not None:
         _check_viewer(viewer)
@@ -145,7 +144,7 @@ def to_pyvista(light: Light, viewer: EyeSpace | None = None) -> pv.Light:
     return result
 
 
-def write_light(light: Light, target: Any, viewer: EyeSpace | None = None) -> None:
+def write_light(light: Light, target: Any, viewer: Any = None) -> None:
     """Give an existing `pyvista.Light` or `vtkLight` a light's values, as `Light.to_pyvista` does."""
     values = light.as_vtk()
     {

@@ -39,14 +39,6 @@ def test_an_index_that_is_no_points_is_found_in_every_storage(storage, index):
 
 
 @every_storage
-def test_cells_are_as_they_were_put_in(storage):
-    found = cells(surface_of(faces(storage, (0, 1, 2), (1, 2, 3))))
-    assert [array.count for array in found] == [0, 0, 2, 0]
-    assert found[2].connectivity.tolist() == [0, 1, 2, 1, 2, 3]
-    assert found[2].offsets.tolist() == [0, 3, 6]
-
-
-@every_storage
 def test_an_edition_is_checked_once_and_the_next_one_anew(storage):
     mesh = surface_of(faces(storage, (0, 1, 2), (1, 2, 3)))
     refuse_invalid(mesh)

@@ -41,30 +41,21 @@ def test_a_cubes_edges_are_sharp_below_90_degrees(angle, count):
     assert cube().phong.shade(SUN, DULL, feature_angle=angle).n_points == count
 
 
-def test_arrays_are_carried_and_points_know_which_they_were():
+@pytest.mark.parametrize("albedo", ["tint", TINT], ids=["name", "array"])
+def test_arrays_are_carried_and_points_know_which_they_were(albedo):
     mesh = cube()
+    mesh["Normals"] = np.arange(8)  # called so, and none
     mesh.cell_data["face"] = np.arange(6)
-    lit = mesh.phong.shade(SUN, DULL, feature_angle="auto")
-    np.testing.assert_array_equal(lit[ORIGINAL_POINT], lit["number"])
+    lit = mesh.phong.shade(SUN, ph.Material(ambient=1, diffuse=0), albedo=albedo, feature_angle="auto")
+    again = lit.phong.shade(SUN, DULL, feature_angle=10)  # what was split before still knows its first points
+    for split in (lit, again):
+        np.testing.assert_array_equal(split[ORIGINAL_POINT], split["number"])
+    np.testing.assert_array_equal(lit["Normals"], lit["number"])
     np.testing.assert_array_equal(lit.points, mesh.points[lit[ORIGINAL_POINT]])
     np.testing.assert_array_equal(lit.cell_data["face"], np.arange(6))
-    assert mesh.array_names == ["number", "tint", "face"]  # and the input is as it was
+    np.testing.assert_allclose(lit["phong"], 0.2 * TINT[lit[ORIGINAL_POINT]], atol=1e-6)
+    assert mesh.array_names == ["number", "tint", "Normals", "face"]  # and the input is as it was
     assert mesh.n_points == 8
-
-
-def test_what_was_split_before_still_knows_its_first_points():
-    once = cube().phong.shade(SUN, DULL, feature_angle="auto")
-    twice = once.phong.shade(SUN, DULL, feature_angle=10)
-    np.testing.assert_array_equal(twice[ORIGINAL_POINT], twice["number"])
-
-
-def test_each_side_of_a_cube_has_one_colour():
-    lit = cube().phong.shade(SUN, DULL, feature_angle="auto")
-    for face in range(6):
-        square = lit.get_cell(face)
-        assert np.ptp(lit["phong"][square.point_ids], axis=0).max() == 0
-    normals = {tuple(np.round(normal).astype(int)) for normal in lit.phong.normals()}
-    assert len(normals) == 6
 
 
 def test_an_angle_of_0_is_flat_shading():
@@ -82,13 +73,6 @@ def test_auto_leaves_the_normals_that_a_mesh_brings():
     named = mesh.phong.shade(SUN, DULL, feature_angle=30)
     assert named.n_points == 24
     assert "Normals" not in named.point_data  # those of the points that were not split
-
-
-def test_an_array_that_is_called_normals_and_is_none_is_carried():
-    mesh = cube()
-    mesh["Normals"] = np.arange(8)
-    lit = mesh.phong.shade(SUN, DULL, feature_angle="auto")
-    np.testing.assert_array_equal(lit["Normals"], lit["number"])
 
 
 def test_nothing_sharp_nothing_new():
@@ -115,12 +99,6 @@ def test_strips_lines_and_vertices():
     cloud = pv.PolyData(np.eye(3))
     cloud.point_data.active_normals = np.eye(3)
     assert cloud.phong.shade(SUN, DULL, feature_angle=30).n_points == 3
-
-
-@pytest.mark.parametrize("albedo", ["tint", TINT], ids=["name", "array"])
-def test_an_albedo_goes_with_its_points(albedo):
-    lit = cube().phong.shade(SUN, ph.Material(ambient=1, diffuse=0), albedo=albedo, feature_angle="auto")
-    np.testing.assert_allclose(lit["phong"], 0.2 * TINT[lit[ORIGINAL_POINT]], atol=1e-6)
 
 
 def test_a_plan_is_that_of_the_split_surface():

@@ -9,10 +9,11 @@ import sys
 import numpy as np
 import pytest
 import pyvista as pv
+from soups import state
 
 import pvphong  # noqa: F401 registers mesh.phong wherever PyVista's own discovery is not installed
 from pvphong.geometry.transform import transform_normals
-from pvphong.meshes.lit import shade_mesh
+from pvphong.meshes.lit import one_surface
 from pvphong.meshes.surfaces import vertex_normals
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
@@ -81,18 +82,6 @@ def with_arrays(mesh):
     return mesh
 
 
-def state(mesh):
-    """Every bit of a mesh, and when VTK last saw it changed."""
-    result = [mesh.GetMTime(), mesh.active_scalars_name, mesh.point_data.active_normals_name, bits(mesh.points)]
-    for data in (mesh.point_data, mesh.cell_data, mesh.field_data):
-        result.append({key: (str(data[key].dtype), data[key].shape, bits(data[key])) for key in data})
-    if isinstance(mesh, pv.PolyData):
-        result += [bits(a) for a in (mesh.verts, mesh.lines, mesh.faces, mesh.strips)]
-    if isinstance(mesh, pv.UnstructuredGrid):
-        result += [bits(mesh.cells), bits(mesh.celltypes)]
-    return result
-
-
 # --- every dataset with a surface ---
 
 
@@ -133,21 +122,6 @@ def test_an_albedo_is_carried_to_the_surface(kind):
         assert bits(lit[0]) == bits(lit[1])
 
 
-@every_mesh
-@pytest.mark.parametrize("options", [{}, {"albedo": "tint"}, {"components": True}, {"matrix": MATRIX}], ids=str)
-def test_the_input_is_not_modified(kind, options):
-    mesh = with_arrays(MESHES[kind]())
-    before = state(mesh)
-    if "albedo" in options:
-        mesh.phong.shade(SCENE, MATERIAL, albedo=mesh["tint"].copy())
-    lit = mesh.phong.shade(SCENE, MATERIAL, **options)
-    mesh.phong.normals()
-    lit.points = np.zeros_like(lit.points)
-    lit["number"] = np.zeros(lit.n_points)
-    lit["phong"][:] = 0
-    assert state(mesh) == before
-
-
 # --- what is refused ---
 
 ROWS = r"^albedo must be an \(n, 3\) array of real numbers; got "
@@ -181,12 +155,6 @@ NO_ALBEDOS += [np.ones((120, 3), complex), np.ones((120, 3), object)]
 def test_options_are_refused_by_name(mesh, options, message):
     with pytest.raises(ValueError, match=message):
         mesh.phong.shade(**{"scene": SCENE, "material": MATERIAL} | options)
-
-
-@pytest.mark.parametrize("bad", [None, "mesh.vtp", pv.MultiBlock(), pv.Table({"a": np.zeros(3)})])
-def test_what_is_no_dataset_is_refused(bad):
-    with pytest.raises(ValueError, match=r"^mesh must be a pyvista\.DataSet; got .*"):
-        shade_mesh(bad, SCENE, MATERIAL)
 
 
 # --- names, components ---
@@ -245,15 +213,6 @@ def test_a_backend_goes_for_the_normals_too(monkeypatch, backend):
     assert asked == [backend] * 2
 
 
-@pytest.mark.parametrize("weighting", ["angle", "area", "max"])
-def test_normals_of_a_weighting_are_computed_whatever_is_stored(weighting):
-    mesh = ball()
-    np.testing.assert_array_equal(mesh.phong.normals(weighting), vertex_normals(mesh, weighting))
-    blocks = pv.MultiBlock({"ball": mesh, "gap": None}).phong.normals(weighting)
-    np.testing.assert_array_equal(blocks["ball"].point_data.active_normals, vertex_normals(mesh, weighting))
-    assert bits(mesh.point_data.active_normals) == bits(mesh["Normals"]) == bits(mesh.phong.normals())
-
-
 # --- the matrix ---
 
 
@@ -269,34 +228,6 @@ def test_the_matrix_lights_as_a_transformed_mesh_would_be():
     assert bits(lit.points) == bits(mesh.points)
     assert np.abs(again.points - lit.points).max() > 1
     np.testing.assert_allclose(lit["phong"], again["phong"], atol=1e-5)  # moved points and their normals are float32's
-
-
-def test_the_matrix_of_an_actor():
-    actor = pv.Actor()
-    actor.SetUserMatrix(pv.vtkmatrix_from_array(MATRIX))
-    matrices = (actor.user_matrix, actor.GetMatrix(), MATRIX)
-    assert len({bits(ball().phong.shade(SCENE, MATERIAL, matrix=matrix)["phong"]) for matrix in matrices}) == 1
-
-
-# --- lines, and what clipping makes of lit colours ---
-
-
-def test_lines_with_normals_are_lit():
-    line = pv.Line(resolution=5)
-    line.point_data.active_normals = np.tile([0.0, 0, 1], (6, 1))
-    assert line.phong.shade(SCENE)["phong"].shape == (6, 3)
-    assert line.phong.shade(SCENE).n_lines == 1
-
-
-def test_clipped_colours_are_linear_along_the_cut_edges():
-    triangle = pv.PolyData(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), faces=[3, 0, 1, 2])
-    triangle.point_data.active_normals = np.array([[0.0, 0, 1], [1, 0, 1], [0, 1, 1]])
-    lit = triangle.phong.shade(SCENE, MATERIAL, precision="float64")
-    start, end = lit["phong"][:2]
-    assert np.abs(start - end).max() > 0.05
-    cut = lit.clip("x", origin=(0.4, 0, 0))  # 40 % along the edge from point 0 to point 1
-    (new,) = np.flatnonzero(np.linalg.norm(cut.points - (0.4, 0, 0), axis=1) < 1e-7)
-    np.testing.assert_allclose(cut["phong"][new], 0.6 * start + 0.4 * end, rtol=0, atol=1e-7)
 
 
 # --- blocks ---
@@ -344,14 +275,6 @@ def test_structure_and_names_of_blocks_are_kept_and_the_blocks_not_modified():
     assert shape(pv.MultiBlock().phong.shade(SCENE)) == []
 
 
-def test_options_reach_every_block():
-    blocks = pv.MultiBlock({"a": with_arrays(ball()), "b": with_arrays(grid())})
-    lit = blocks.phong.shade(SCENE, MATERIAL, name="glow", albedo="tint", precision="float64", matrix=MATRIX)
-    for name in ("a", "b"):
-        alone = blocks[name].phong.shade(SCENE, MATERIAL, albedo="tint", precision="float64", matrix=MATRIX)
-        assert bits(lit[name]["glow"]) == bits(alone["phong"])
-
-
 def test_an_error_names_the_block():
     blocks = family()
     blocks["inner"].append(pv.PolyData(np.eye(3)), "dust")
@@ -383,3 +306,47 @@ def test_a_mesh_that_another_thread_edits_meanwhile_is_lit_as_it_was_or_refused(
         assert result.faces.tolist() == whole.faces.tolist()
         assert bits(result.points) == bits(whole.points)
         assert len(result["phong"]) == whole.n_points
+
+
+# --- blocks as one surface ---
+
+
+def parts_of_one():
+    ball, box = pv.Sphere(theta_resolution=9, phi_resolution=8), pv.Box((2, 3, 0, 1, 0, 1))
+    ball.point_data.active_normals = -ball.point_data.active_normals  # its own, which faces would not give
+    ball["tint"] = np.ones((ball.n_points, 3))
+    grid = pv.ImageData(dimensions=(3, 3, 3), origin=(5, 0, 0)).cast_to_unstructured_grid()
+    grid.points = grid.points.astype(np.float64) + 1e-9
+    return pv.MultiBlock({"ball": ball, "gap": None, "inner": pv.MultiBlock({"box": box, "grid": grid})})
+
+
+def test_all_surfaces_are_there_with_the_normals_that_they_are_lit_with():
+    given = parts_of_one()
+    before = given.copy()
+    whole = one_surface(given)
+    lit = given.phong.normals()
+    parts = [lit["ball"], lit["inner"]["box"], lit["inner"]["grid"]]
+    assert whole.n_cells == sum(part.n_cells for part in parts)
+    assert whole.area == pytest.approx(sum(part.area for part in parts))
+    np.testing.assert_array_equal(whole.points, np.concatenate([part.points for part in parts]))
+    assert whole.points.dtype == np.float64
+    normals = np.concatenate([part.point_data.active_normals for part in parts])
+    np.testing.assert_array_equal(whole.point_data.active_normals, normals)
+    assert whole.array_names == [whole.point_data.active_normals_name]
+    for key in ("ball", "inner"):
+        assert given[key] == before[key]
+
+
+def test_a_single_block_is_given_as_a_new_mesh():
+    ball = pv.Sphere()
+    ball["tint"] = np.ones(ball.n_points)
+    whole = one_surface(pv.MultiBlock({"ball": ball}))
+    assert "tint" in ball.array_names
+    np.testing.assert_array_equal(whole.points, ball.points)
+
+
+def test_without_a_mesh_there_is_nothing_and_a_broken_block_is_named():
+    with pytest.raises(ValueError, match="mesh must be one with a mesh that can be lit; got a MultiBlock of 1 without"):
+        one_surface(pv.MultiBlock({"gap": None}))
+    with pytest.raises(ValueError, match=r"block \['cloud'\]: mesh must be a mesh with faces"):
+        one_surface(pv.MultiBlock({"ball": pv.Sphere(), "cloud": pv.PolyData(np.eye(3))}))

@@ -5,10 +5,11 @@ import gc
 import numpy as np
 import pytest
 import pyvista as pv
+from soups import state
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong.filter import PhongFilter
-from pvphong.meshes.surfaces import shallow_copy
+from pvphong.meshes.surfaces import shallow_copy, surface
 from pvphong.optics.lights import DirectionalLight, PointLight
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
@@ -46,24 +47,9 @@ def with_arrays(mesh, *, stored):
     return mesh
 
 
-def state(mesh):
-    """Every bit of a mesh, what is active in it, and when VTK last saw it changed."""
-    arrays = [
-        {name: (str(np.asarray(data[name]).dtype), np.asarray(data[name]).tobytes()) for name in data}
-        for data in (mesh.point_data, mesh.cell_data, mesh.field_data)
-    ]
-    cells = [mesh.verts, mesh.lines, mesh.faces, mesh.strips]
-    active = (
-        mesh.active_scalars_info,
-        mesh.point_data.active_normals_name,
-        mesh.point_data.active_texture_coordinates_name,
-    )
-    return [mesh.GetMTime(), active, np.asarray(mesh.points).tobytes(), arrays, [a.tobytes() for a in cells]]
-
-
 def filtered(mesh):
     step = PhongFilter()
-    step.SetInputData(mesh)
+    step.SetInputData(surface(mesh))
     step.SetScene(SCENE)
     step.Update()
     return step.GetOutput()
@@ -76,7 +62,13 @@ def drawn_live(mesh):
     return live.drawn
 
 
-MESHES = {"normals": ball, "no normals": lambda: ball(stored=False), "quads": quads}
+def grid():
+    image = pv.ImageData(dimensions=(4, 3, 3))
+    image.point_data.active_normals = np.ones((36, 3))
+    return with_arrays(image.cast_to_unstructured_grid(), stored=False)
+
+
+MESHES = {"normals": ball, "no normals": lambda: ball(stored=False), "quads": quads, "grid": grid}
 OPERATIONS = {
     "shade": lambda mesh: mesh.phong.shade(SCENE, MATERIAL),
     "shade by the reference": lambda mesh: mesh.phong.shade(SCENE, MATERIAL, backend="numpy", albedo="tint"),

@@ -80,9 +80,6 @@ def test_broken_offsets_are_refused():
     vtk_to_numpy(mesh.GetPolys().GetOffsetsArray())[1:] = (5, 10**9)
     with pytest.raises(ValueError, match="face offsets rise from 0 to 6"):
         polygons(mesh)
-
-
-def test_polygons_takes_polydata_only():
     with pytest.raises(ValueError, match=r"mesh must be a pyvista.PolyData; got UnstructuredGrid.*extract_surface"):
         polygons(examples.load_hexbeam())
 
@@ -141,7 +138,7 @@ def test_polydata_is_given_back_itself_and_points_with_normals_need_no_faces(mak
         (pv.UnstructuredGrid(), "got a UnstructuredGrid with 0 points"),
         (pv.ImageData(), "got a ImageData with 0 points"),
         (pv.ImageData(dimensions=(3, 1, 1)), "3 points, 2 cells but no surface"),
-        (pv.MultiBlock(), "mesh must be a pyvista.DataSet; got MultiBlock"),
+        (pv.MultiBlock(), r"mesh must be a pyvista\.DataSet; got MultiBlock\. blocks\.phong does it"),
         (pv.Table(), "got Table"),
         (np.zeros((3, 3)), "got ndarray"),
         (None, "got NoneType"),
@@ -167,29 +164,22 @@ def test_arrays_that_do_not_fit_are_refused(of, count):
 # --- normals ---
 
 
-@pytest.mark.parametrize("mesh", [pv.Sphere(), pv.Sphere().strip(), examples.load_airplane(), *DATASETS])
-def test_normals_are_those_of_the_surfaces_stored_points_and_faces_and_the_mesh_is_left_alone(mesh):
-    before, source = mesh.copy(), surface(mesh)
-    stored = np.asarray(source.points), *polygons(source)
-    for weighting in ("angle", "area", "max"):
-        np.testing.assert_array_equal(vertex_normals(mesh, weighting), point_normals(*stored, weighting))
-    np.testing.assert_array_equal(vertex_normals(mesh), point_normals(*stored, "angle"))
-    np.testing.assert_array_equal(face_normals(mesh), polygon_normals(*stored))
-    assert mesh == before
-
-
 BACKENDS = {"numpy": point_normals} | ({"numba": kernel.point_normals} if kernel.is_available() else {})
 
 
 @pytest.mark.parametrize("mesh", [pv.Sphere(), pv.Sphere().strip(), examples.load_airplane(), *DATASETS])
-@pytest.mark.parametrize(("backend", "form"), BACKENDS.items(), ids=BACKENDS)
-def test_a_named_backend_has_its_bits_and_without_a_name_a_small_mesh_is_numpys(mesh, backend, form):
-    source = surface(mesh)
+def test_normals_are_those_of_the_surfaces_stored_points_and_faces_and_the_mesh_is_left_alone(mesh):
+    """A named backend has its bits; without a name a small mesh is NumPy's."""
+    before, source = mesh.copy(), surface(mesh)
     stored = np.asarray(source.points), *polygons(source)
     for weighting in ("angle", "area", "max"):
-        np.testing.assert_array_equal(vertex_normals(mesh, weighting, backend=backend), form(*stored, weighting))
-        np.testing.assert_array_equal(mesh.phong.normals(weighting, backend=backend), form(*stored, weighting))
-        np.testing.assert_array_equal(vertex_normals(mesh, weighting), point_normals(*stored, weighting))
+        for backend, form in ({"auto": point_normals} | BACKENDS).items():
+            expected = form(*stored, weighting)
+            np.testing.assert_array_equal(vertex_normals(mesh, weighting, backend=backend), expected)
+            np.testing.assert_array_equal(mesh.phong.normals(weighting, backend=backend), expected)
+    np.testing.assert_array_equal(vertex_normals(mesh), point_normals(*stored, "angle"))
+    np.testing.assert_array_equal(face_normals(mesh), polygon_normals(*stored))
+    assert mesh == before
 
 
 @pytest.mark.parametrize("storage", STORAGES)
@@ -243,8 +233,3 @@ def test_normals_need_faces(call):
     cloud.point_data.active_normals = CORNERS
     with pytest.raises(ValueError, match="a mesh with faces; got 5 points and no faces"):
         call(cloud)
-
-
-def test_several_blocks_are_sent_to_their_accessor():
-    with pytest.raises(ValueError, match=r"mesh must be a pyvista\.DataSet; got MultiBlock\. blocks\.phong does it"):
-        surface(pv.MultiBlock({"a": pv.Sphere()}))

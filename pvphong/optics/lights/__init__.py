@@ -7,7 +7,6 @@ A new kind is its own file beside these and one entry in `LIGHT_TYPES`; then its
 
 from __future__ import annotations
 
-from pvphong.base import check
 from pvphong.optics.light import Light
 from pvphong.optics.lights.conversion import light_from_homogeneous, light_from_values
 from pvphong.optics.lights.directional import DirectionalLight
@@ -32,15 +31,6 @@ LIGHT_TYPES: dict[str, type[Light]] = {
 """Name in a scene file → class."""
 
 
-def type_name(argument: str, light: Light) -> str:
-    """The name of a light's kind in a scene file; ValueError, which names the argument, for a kind without one."""
-    for name, kind in LIGHT_TYPES.items():
-        if kind is type(light):
-            return name
-    remedy = "A kind of light of your own can be evaluated and planned; files do not know it."
-    return check.refuse(argument, light, f"one of {', '.join(LIGHT_TYPES)} in a file", remedy)
-
-
 __all__ = [
     "LIGHT_TYPES",
     "DirectionalLight",
@@ -54,5 +44,4 @@ __all__ = [
     "SpotLight",
     "light_from_homogeneous",
     "light_from_values",
-    "type_name",
 ]

@@ -12,7 +12,7 @@ from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.base.vectors import moderate_vector, unit_vector
 from pvphong.geometry.extent import Extent
 from pvphong.optics.light import Arrival, Light, Reach, VtkValues
-from pvphong.optics.roles import aim, way_from
+from pvphong.optics.roles import aim, direction_from
 
 # Radians by which a direction may be off in float64.
 _SLACK = 1e-7
@@ -55,7 +55,7 @@ class DirectionalLight(Light):
         ValueError
             As for the light itself, or if the places are the same.
         """
-        return cls(direction=way_from(position, target), **fields)
+        return cls(direction=direction_from(position, target), **fields)
 
     @cached_property
     def to_light(self) -> Vector:

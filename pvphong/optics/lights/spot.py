@@ -18,7 +18,7 @@ from pvphong.geometry.extent import Extent
 from pvphong.optics.attenuation import coefficients, strongest
 from pvphong.optics.light import Light, Placement, StandIn, VtkValues
 from pvphong.optics.lights.point import PointLight, Weakening
-from pvphong.optics.roles import aim, angle, place, power, way_from
+from pvphong.optics.roles import aim, angle, direction_from, place, power
 
 CONE = "cone"
 """The plan's effect."""
@@ -90,7 +90,7 @@ class SpotLight(Weakening, Light):
         ValueError
             As for the light itself, or if the places are the same.
         """
-        return cls(position=position, direction=way_from(position, target), **fields)
+        return cls(position=position, direction=direction_from(position, target), **fields)
 
     @cached_property
     def axis(self) -> Vector:

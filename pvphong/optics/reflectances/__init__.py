@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from pvphong.base import check
 from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances.blinn_phong import BlinnPhong
 from pvphong.optics.reflectances.ggx import GGX
@@ -37,15 +36,6 @@ REFLECTANCES: dict[str, type[Reflectance]] = {
 """Name → class, for `LightModel.reflection`, one of the first two, and `counterpart`."""
 
 
-def reflectance_name(reflectance: Reflectance) -> str:
-    """The name of a reflectance's kind in a file; ValueError for a kind without one."""
-    for name, kind in REFLECTANCES.items():
-        if kind is type(reflectance):
-            return name
-    remedy = "A kind of your own can be evaluated and planned; files do not know it."
-    return check.refuse("reflectance", reflectance, f"one of {', '.join(REFLECTANCES)} in a file", remedy)
-
-
 def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
     """What is done to get another reflectance that looks much the same, and that one; None where there is none."""
     if reflectance.counterpart is None:
@@ -69,5 +59,4 @@ __all__ = [
     "Retro",
     "Ward",
     "counterpart_of",
-    "reflectance_name",
 ]

@@ -18,7 +18,7 @@ from pvphong.meshes.surfaces import shallow_copy
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.shading.equation import Equation
-from pvphong.shading.screen import refuse_rays
+from pvphong.shading.visibility import refuse_rays
 from pvphong.studies.accuracy.result import NO_ERROR, Errors, Row
 from pvphong.studies.accuracy.variants import Subject, Variant
 from pvphong.studies.validate.images import window_lit_by_vtk, window_of_colors
@@ -218,7 +218,7 @@ def hillshading(field: HeightField, equation: Equation) -> Callable[[], Float64A
     (term,) = equation.terms
     if equation.has(term, "specular"):
         raise ValueError("it knows no highlights")
-    if equation.has_screen:
+    if equation.needs_visibility:
         raise ValueError("it casts no shadows")
     if equation.two_sided:
         raise ValueError("it lights one side of a surface")
