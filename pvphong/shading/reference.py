@@ -242,12 +242,12 @@ def _integrated(integral: Integral, form: CosinePower, block: Block, *, rounded:
     """Shape (n,); some vertices at a time, so that what a formula needs of them stays in the processor's caches."""
     n, lobe = block.surface.exact_normals, lobe_numbers(form.power, rounded=rounded)
     a = block.surface.mirrored if form.around == "mirror" and form.power else n  # 0⁰ is 1 all over the hemisphere
-    count = max(n.shape[1], a.shape[1], block.points.shape[1])
-    n, a, p = (np.broadcast_to(x, (3, count)) if x.shape[1] else np.zeros((3, count)) for x in (n, a, block.points))
-    result = np.empty(count)
+    result = np.zeros(n.shape[1])
+    a, p = (np.broadcast_to(w if w.shape[1] else 0.0, n.shape) for w in (a, block.points))
     with np.errstate(all="ignore"):  # of two sides, one of which is then chosen
-        for start in range(0, count, _INTEGRATED):
-            part = slice(start, start + _INTEGRATED)
-            d = np.array(integral.place)[:, None] - p[:, part]
-            result[part] = integral.formula(integral.numbers, lobe, d, n[:, part], a[:, part])
+        d = np.array(integral.place)[:, None] - p
+        (lit,) = np.nonzero(dot(n, d) > -integral.radius)
+        for start in range(0, len(lit), _INTEGRATED):
+            rows = lit[start : start + _INTEGRATED]
+            result[rows] = integral.formula(integral.numbers, lobe, d[:, rows], n[:, rows], a[:, rows])
     return result
