@@ -72,7 +72,7 @@ class _Accuracy(NamedTuple):
 
 
 # To some 1e-11 and, for results in float32, 1e-7.
-_EXACT, _ROUNDED = _Accuracy(1e-12, 32, 64, 5.0, 4e-5), _Accuracy(1e-7, 12, 16, 4.0, 5e-4)
+_EXACT, _ROUNDED = _Accuracy(1e-12, 32, 64, 5.0, 4e-5), _Accuracy(1e-7, 12, 24, 4.0, 5e-4)
 
 
 @cache
