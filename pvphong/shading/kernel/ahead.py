@@ -129,7 +129,7 @@ def main() -> None:
         request = _request()
         if request is not None:
             library.driver(request.stored, request.real)
-            records.records_of(request.equation, {}, library, request.real, **_NO_FLAGS)
+            records.records_of(request.equation, library, request.real, **_NO_FLAGS)
         for piece in pieces(library):
             piece.compile()
 

@@ -42,8 +42,7 @@ def shade(
     if result.base is not None or not rgb.flags.c_contiguous:
         return False
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
-    codes = records.codes_of(whole, name_of(real), has_albedo=albedo is not None)
-    if codes is None:
+    if not records.can_take(whole, name_of(real), has_albedo=albedo is not None):
         return False
     read = [points] * whole.needs_points + [normals] * whole.needs_normals
     stored = np.result_type(real, *read)
@@ -53,7 +52,6 @@ def shade(
         driver = source.driver(request.stored, request.real)
         packed = records.records_of(
             equation,
-            codes,
             source,
             request.real,
             has_albedo=albedo is not None,
