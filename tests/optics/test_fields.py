@@ -134,11 +134,6 @@ def test_no_field_can_be_assigned(made):
             setattr(made, field.name, getattr(made, field.name))
 
 
-def test_kinds_are_different():
-    assert len(set(MADE)) == len(ALL)
-    assert PointLight(name="sun") != PointLight(name="moon")
-
-
 @every_light
 def test_highlights_have_the_diffuse_colour_unless_told(kind):
     assert kind(diffuse=(0.1, 0.2, 0.3)).specular_color == (0.1, 0.2, 0.3)

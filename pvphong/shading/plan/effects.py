@@ -4,7 +4,7 @@ An effect is a class here and its row in `EFFECTS`, at the end, which plans and 
 lights call for by its name (`Light.effects`) and can say how to do without is a row alone, of `LightEffect`.
 
 In order: what an effect is; the surface (matrix, emission, ambient light); lights (whether one shines at all, its
-position, attenuation and cone, its size, its bands); reflection; the viewer; what stands before the vertices.
+position, attenuation and cone, its size, its bands); reflection; the viewer; visibility.
 """
 
 # Methods do what `Effect` says of them; not every effect reads all that it is given.
@@ -13,7 +13,8 @@ position, attenuation and cone, its size, its bands); reflection; the viewer; wh
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -25,7 +26,7 @@ from pvphong.base.vectors import angle_between
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.geometry.transform import class_of
 from pvphong.optics import attenuation
-from pvphong.optics.harmonics import BANDS
+from pvphong.optics.area.harmonics import BANDS
 from pvphong.optics.light import NODES, POSITION_EFFECT, SIZE_EFFECT
 from pvphong.optics.lights.sized import fewer_nodes
 from pvphong.optics.reflectance import Component
@@ -53,6 +54,9 @@ class Effect:
         What it reads of each vertex, or of the scene: "points", "normals", "viewer".
     absent : str
         Why it is off where a scene does not call for it.
+    neutral : mapping
+        Fields of the equation, with the values that they have without the effect. Without any, it is left out of each
+        light's term.
     once, each : float
         About how many nanoseconds per vertex it takes, whatever the lights, and for each light it runs for: rounded
         differences of runs with and without it of the compiled evaluator in float32, on one core of a server's
@@ -62,6 +66,7 @@ class Effect:
     name: str
     inputs: tuple[str, ...]
     absent: str
+    neutral: Mapping[str, Any] = field(default_factory=dict)
     once: float = 0.0
     each: float = 0.0
 
@@ -111,6 +116,8 @@ class Effect:
 
         What the accuracy report measures the effect by; no plan does this.
         """
+        if self.neutral:
+            return replace(equation, **self.neutral)
         return replace(equation, terms=tuple(self.term_without(equation, term, point) for term in equation.terms))
 
     def term_without(self, equation: Equation, term: LightTerm, point: Vector) -> LightTerm:
@@ -152,9 +159,6 @@ class NormalTransform(Effect):
             equation.turns_normals, kind if equation.turns_normals else f"{kind} leaves normals as they are"
         )
 
-    def without(self, equation: Equation, point: Vector) -> Equation:
-        return replace(equation, turns_normals=False)
-
 
 class Emission(Effect):
     """Light that the surface itself sends."""
@@ -163,9 +167,6 @@ class Emission(Effect):
         if any(draft.equation.emission):
             return Decision(True, "one constant for all vertices")
         return Decision(False, self.absent)
-
-    def without(self, equation: Equation, point: Vector) -> Equation:
-        return replace(equation, emission=BLACK)
 
 
 class Ambient(Effect):
@@ -180,9 +181,6 @@ class Ambient(Effect):
         if not sources:
             return Decision(False, self.absent)
         return Decision(True, "; ".join(sources), lights=_evaluated(equation, varying))
-
-    def without(self, equation: Equation, point: Vector) -> Equation:
-        return replace(equation, ambient=BLACK)
 
 
 # --- lights
@@ -204,9 +202,6 @@ class Lights(Effect):
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
         return True
-
-    def without(self, equation: Equation, point: Vector) -> Equation:
-        return replace(equation, terms=())
 
 
 class LightEffect(Effect):
@@ -319,17 +314,22 @@ def _largest_error(equation: Equation, term: LightTerm, off: Any) -> float:
 # --- reflection
 
 
-class Diffuse(Effect):
-    """A black product is a zero coefficient of its term, which every evaluator skips: nothing is rewritten."""
+class Reflection(Effect):
+    """A component of what the surface reflects.
+
+    Where it is black it is a zero coefficient of a light's term, which every evaluator skips: nothing is rewritten.
+    """
+
+    name: Component
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
-        return equation.has(term, "diffuse")
+        return equation.has(term, self.name)
 
     def term_without(self, equation: Equation, term: LightTerm, point: Vector) -> LightTerm:
-        return equation.without(term, "diffuse")
+        return equation.without(term, self.name)
 
 
-class Specular(Effect):
+class Specular(Reflection):
     """A light's highlight, where it is too weak for the tolerance, or hardly reaches a vertex."""
 
     def leave_out(self, draft: Draft, term: LightTerm) -> Change:
@@ -349,12 +349,6 @@ class Specular(Effect):
             return None
         why = f"its highlight {'is too weak to be seen' if is_weak else 'hardly reaches a vertex'}, at most {bound:.2g}"
         return equation.without(term, "specular"), Note(self.name, term.label, why, bound, here=not is_weak)
-
-    def has(self, equation: Equation, term: LightTerm) -> bool:
-        return equation.has(term, "specular")
-
-    def term_without(self, equation: Equation, term: LightTerm, point: Vector) -> LightTerm:
-        return equation.without(term, "specular")
 
 
 # --- the viewer
@@ -386,9 +380,6 @@ class TwoSided(Effect):
             return Decision(True, "vertices that face away are lit with the opposite normal")
         unused = "nothing depends on the normal" if draft.equation.two_sided else self.absent
         return Decision(False, draft.why_without(self.name) or unused)
-
-    def without(self, equation: Equation, point: Vector) -> Equation:
-        return replace(equation, two_sided=False)
 
 
 class LocalViewer(Effect):
@@ -422,12 +413,8 @@ class LocalViewer(Effect):
         unused = "the viewer is at infinity" if equation.has_highlights else self.absent
         return Decision(False, draft.why_without(self.name) or unused, draft.bound_of(self.name))
 
-    def without(self, equation: Equation, point: Vector) -> Equation:
-        """The viewer at infinity, along the view axis: what `LightModel(local_viewer=False)` asks for."""
-        return replace(equation, eye=None, local_facing=False)
 
-
-# --- what stands before the vertices
+# --- visibility
 
 
 class Shadow(Effect):
@@ -436,7 +423,7 @@ class Shadow(Effect):
     def leave_out(self, draft: Draft, term: LightTerm) -> Change:
         if not term.is_shadowed:
             return None
-        why = "" if draft.screen is None else draft.screen.why_clear(term.index)
+        why = "" if draft.visibility is None else draft.visibility.why_clear(term.index)
         if not term.needs_normals:
             why = "adds ambient light alone"
         return (replace(term, is_shadowed=False), Note(self.name, term.label, why)) if why else None
@@ -455,7 +442,7 @@ class Occlusion(Effect):
         equation = draft.equation
         if not equation.is_occluded:
             return draft
-        why = "" if draft.screen is None else draft.screen.why_open()
+        why = "" if draft.visibility is None else draft.visibility.why_open()
         if not (any(equation.ambient) or any(any(term.ambient) for term in equation.terms)):
             why = "there is no ambient light"
         if not why:
@@ -468,27 +455,36 @@ class Occlusion(Effect):
             return Decision(True, "ambient light, times the open part of the sky")
         return Decision(False, draft.why_without(self.name) or self.absent)
 
-    def without(self, equation: Equation, point: Vector) -> Equation:
-        return replace(equation, is_occluded=False)
-
 
 # In the order in which they are left out, for what goes early makes what follows cheaper to judge: first what adds
 # nothing whatever the tolerance, then whole lights, then what each light that is left can do without.
-# The cost of what stands before the vertices is that of reading it: rays are cast once for all materials and colours.
+# The cost of visibility is that of reading it: rays are cast once for all materials and colours.
 EFFECTS: tuple[Effect, ...] = (
-    NormalTransform("normal transform", ("normals",), "no matrix, or the identity", once=0.7),
-    TwoSided("two-sided", ("normals", "viewer"), "the light model is one-sided", once=0.5),
-    Emission("emission", (), "black emission"),
-    Ambient("ambient", (), "black ambient light or ambient reflectance", each=0.3),
-    Lights(_LIGHTS, (), _NO_LIGHT),
+    NormalTransform("normal transform", ("normals",), "no matrix, or the identity", {"turns_normals": False}, once=0.7),
+    TwoSided("two-sided", ("normals", "viewer"), "the light model is one-sided", {"two_sided": False}, once=0.5),
+    Emission("emission", (), "black emission", {"emission": BLACK}),
+    Ambient("ambient", (), "black ambient light or ambient reflectance", {"ambient": BLACK}, each=0.3),
+    Lights(_LIGHTS, (), _NO_LIGHT, {"terms": ()}),
     Size(SIZE_EFFECT, ("points",), "no light has a size"),
     Sky("sky", ("normals",), "no light from all around varies", each=13.0),  # for each channel, with about nine bands
     LightEffect("cone", ("points",), "no spot light", each=1.6),
     Specular("specular", ("normals", "viewer"), "black specular colour", each=1.4),
     LightEffect(attenuation.EFFECT, ("points",), "no light weakens with distance", each=0.7),
     LightEffect(POSITION_EFFECT, ("points",), "every light is directional", once=0.5, each=0.2),
-    LocalViewer("local viewer", ("points", "viewer"), "no highlight is left that depends on it", once=0.6),
-    Diffuse("diffuse", ("normals",), "black diffuse colour", once=0.5, each=0.2),
+    LocalViewer(  # without it he is at infinity along the view axis, as `LightModel(local_viewer=False)` asks for
+        "local viewer",
+        ("points", "viewer"),
+        "no highlight is left that depends on it",
+        {"eye": None, "local_facing": False},
+        once=0.6,
+    ),
+    Reflection("diffuse", ("normals",), "black diffuse colour", once=0.5, each=0.2),
     Shadow("shadow", ("points", "normals"), "the light model has no shadows", each=0.2),
-    Occlusion("occlusion", ("points", "normals"), "the light model has no ambient occlusion", once=0.2),
+    Occlusion(
+        "occlusion",
+        ("points", "normals"),
+        "the light model has no ambient occlusion",
+        {"is_occluded": False},
+        once=0.2,
+    ),
 )

@@ -18,7 +18,6 @@ from pvphong.optics.light import NODES
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.lights.sized import fewer_nodes
 from pvphong.optics.roles import Aim, Corners, Place, Role, Turn, Up
-from pvphong.shading import kernel
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.vtk.scenes import refuse_inexpressible
 
@@ -288,23 +287,6 @@ def test_left_out_an_effect_is_as_it_was_at_the_point(kind, seed):
         np.testing.assert_allclose(factor * even, strength, rtol=1e-12)
         np.testing.assert_allclose(there, direction, atol=1e-12)
         assert effect not in simpler.effects or simpler is light
-
-
-@every_light
-def test_the_compiled_evaluator_agrees_with_the_reference(kind, seed):
-    if not kernel.is_available():
-        pytest.skip("no Numba")
-    light, points, dice = thrown(kind, seed, ambient=0.1)
-    model = LightModel(reflection=("phong", "blinn-phong")[seed % 2], two_sided=seed % 3 == 0)
-    material = Material(specular=0.5, shininess=20)
-    normals = points + 0.01 * np.array(light.places or [[0, 0, 1]])[0]
-    scene = Scene([dataclasses.replace(light, intensity=0.3)], Viewer(triple(dice.vector() + 4)), model)
-    for precision, step in (("float32", 2.0**-24), ("float64", 2.0**-53)):
-        both = [
-            evaluate(points, normals, scene, material, precision=precision, backend=b).rgb for b in ("numpy", "numba")
-        ]
-        n = max(20.0, getattr(light, "exponent", 0.0))
-        np.testing.assert_allclose(*both, rtol=0, atol=2 * (4 * math.sqrt(n) + 16) * step * 2)
 
 
 @every_light

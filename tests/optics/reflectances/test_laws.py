@@ -12,13 +12,12 @@ import numpy as np
 import pytest
 from strategies import REFLECTANCE_SHAPES, Dice, unit
 
-from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Viewer, evaluate
+from pvphong import LightModel, Material, PointLight, Scene, Viewer, evaluate
 from pvphong.optics.light import Arrival
 from pvphong.optics.reflectance import Sightline
-from pvphong.optics.reflectances import PBR, REFLECTANCES, BlinnPhong, OrenNayar, Phong, counterpart_of
+from pvphong.optics.reflectances import PBR, REFLECTANCES, BlinnPhong, Phong, counterpart_of
 from pvphong.optics.reflectances.vtk import VtkHeadlight
 from pvphong.optics.surface import Surface
-from pvphong.shading import kernel
 from pvphong.vtk.scenes import refuse_inexpressible
 
 SEEDS = range(4)
@@ -127,25 +126,6 @@ def test_factors_are_finite_where_vectors_meet(name, seed, real):
             assert n.any() or not factor.any()
 
 
-def rounding(reflectance):
-    """Roundings of a factor that is at most 1, or of the whole of a larger one: those of a direction near a peak."""
-    return 4 * math.sqrt(reflectance.sharpness) + 16
-
-
-@every_reflectance
-def test_float32_is_near_float64(name, seed):
-    case, _ = thrown(name, seed)
-    bound = rounding(case.reflectance) * 2.0**-24
-    n, l, v = (a.astype(np.float32).astype(np.float64) for a in (case.n, case.l, case.v))
-    case.n, case.l, case.v = n, l, v
-    if 0 < case.reflectance.sharpness < 1:
-        pytest.skip("a power below 1 is infinitely steep at 0")
-    for a, b in zip(case.factors(), case.factors(real=np.float32), strict=True):
-        cosines = np.abs([np.einsum("ij,ij->j", n, l), np.einsum("ij,ij->j", n, v)])
-        grazing = cosines.min(axis=0) < 1e-6  # which side it is on is not the same in both
-        assert (np.abs(a - b)[~grazing] <= (4 * bound * np.maximum(a, 1.0))[~grazing]).all()
-
-
 @every_reflectance
 def test_its_counterpart_looks_much_the_same(name, seed):
     case, _ = thrown(name, seed)
@@ -155,32 +135,6 @@ def test_its_counterpart_looks_much_the_same(name, seed):
     mine, others = case.factors(), Thrown(other, case.n, case.l, case.v).factors()
     assert np.abs(mine[1] - others[1]).mean() < 0.1
     assert counterpart_of(other)[1] == case.reflectance
-
-
-@every_reflectance
-def test_the_compiled_evaluator_agrees_with_the_reference(name, seed):
-    if not kernel.is_available():
-        pytest.skip("no Numba")
-    case, dice = thrown(name, seed)
-    material = Material(diffuse=0.5, specular=0.4, reflectance=case.reflectance)
-    scene = Scene([DirectionalLight((-1, -2, -3)), PointLight((2, 1, 4))], Viewer((1, 2, 5)))
-    points = 0.3 * np.array([dice.vector() for _ in range(COUNT)])
-    albedo = np.array([[dice.random() for _ in range(3)] for _ in range(COUNT)])
-    for precision, step in (("float32", 2.0**-24), ("float64", 2.0**-53)):
-        both = [
-            evaluate(
-                points,
-                case.n.T,
-                scene,
-                material,
-                albedo=albedo,
-                tangents=case.n.T[:, ::-1],
-                precision=precision,
-                backend=backend,
-            ).rgb
-            for backend in ("numpy", "numba")
-        ]
-        assert np.abs(both[0] - both[1]).max() <= 2 * (4 * math.sqrt(case.reflectance.sharpness) + 16) * step * 3
 
 
 @every_reflectance
@@ -224,38 +178,6 @@ def test_vtks_headlight_tier_has_a_floor_but_not_without_a_normal():
     nothing, z = np.zeros((3, 1)), np.array([[0.0], [0], [1]])
     assert Thrown(VtkHeadlight(2.0), z, -z, z).factors() == [1e-6, pytest.approx(1e-12)]
     assert Thrown(VtkHeadlight(2.0), nothing, z, z).factors() == [0.0, 0.0]
-
-
-# --- Oren and Nayar ---
-
-
-def by_angles(sigma, n, l, v):
-    """Equation 30 as it is printed, with its angles."""
-    theta_i, theta_r = angles(n, l), angles(n, v)
-    on_plane = [a - np.einsum("ij,ij->j", a, n) * n for a in (l, v)]
-    lengths = [np.linalg.norm(a, axis=0) for a in on_plane]
-    cosine = np.einsum("ij,ij->j", *on_plane) / (lengths[0] * lengths[1])
-    s = math.radians(sigma) ** 2
-    a, b = 1 - 0.5 * s / (s + 0.33), 0.45 * s / (s + 0.09)
-    alpha, beta = np.maximum(theta_i, theta_r), np.minimum(theta_i, theta_r)
-    return np.cos(theta_i) * (a + b * np.maximum(cosine, 0) * np.sin(alpha) * np.tan(beta))
-
-
-@pytest.mark.parametrize("sigma", [0.0, 5.0, 20.0, 60.0, 90.0])
-def test_oren_nayar_is_as_printed_and_reciprocal(sigma):
-    case, _ = thrown("oren-nayar", 1)
-    cosines = np.einsum("ij,ij->j", case.n, case.l), np.einsum("ij,ij->j", case.n, case.v)
-    front = (cosines[0] > 1e-3) & (cosines[1] > 1e-3)
-    n, l, v = case.n[:, front], case.l[:, front], case.v[:, front]
-    (got,), (swapped,) = Thrown(OrenNayar(sigma), n, l, v).factors(), Thrown(OrenNayar(sigma), n, v, l).factors()
-    np.testing.assert_allclose(got, by_angles(sigma, n, l, v), atol=1e-7)
-    np.testing.assert_allclose(got / cosines[0][front], swapped / cosines[1][front], rtol=1e-9)  # Helmholtz'
-
-
-def test_oren_nayar_without_roughness_is_lamberts():
-    case, _ = thrown("oren-nayar", 2)
-    lambert = np.maximum(np.einsum("ij,ij->j", case.n, case.l), 0)
-    np.testing.assert_allclose(Thrown(OrenNayar(0), case.n, case.l, case.v).factors()[0], lambert, atol=1e-15)
 
 
 # --- bad input ---

@@ -140,18 +140,6 @@ def test_vtks_physically_based_white_shines_too_much_at_grazing_angles_and_oren_
     assert 1.01 < max(albedo(OrenNayar(sigma), 89.0, diffuse=1.0) for sigma in (5.0, 10.0, 20.0, 45.0)) < 1.015
 
 
-def test_a_smooth_surface_mirrors_all_that_schlicks_formula_says():
-    for theta in (0.0, 45.0, 70.0):
-        f = 0.3 + 0.7 * (1.0 - math.cos(math.radians(theta))) ** 5
-        assert albedo(GGX(0.15, 0.3), theta, diffuse=0.0) == pytest.approx(f, abs=0.02)
-
-
-def test_a_brdf_is_the_others_limit():
-    l, v = direction(np.array([0.3, 0.8]), np.array([0.0, 2.0])), direction(np.array([0.5, 0.4]), np.array([3.0, 1.0]))
-    np.testing.assert_allclose(reflected(OrenNayar(0.0), l, v), 0.5 * l[2], rtol=1e-14)
-    np.testing.assert_allclose(reflected(Metal(1.0, 9.0), l, v), reflected(Phong(9.0), l, v, specular=1.0), rtol=1e-14)
-
-
 @pytest.mark.parametrize("reflectance", [OrenNayar(25.0), OrenNayar(60.0), GGX(0.5, 0.0)], ids=repr)
 def test_what_stands_in_for_a_base_reflects_as_much_in_all(reflectance):
     nodes, weights = np.polynomial.legendre.leggauss(12)
