@@ -279,7 +279,7 @@ def test_validate_all_writes_a_report_and_fails_with_its_scenes(monkeypatch, cap
     assert "All 2 scenes passed" in capsys.readouterr().out
     assert sorted(path.name for path in Path().glob("all*")) == ["all-pictures", "all.md"]
     monkeypatch.setattr(vtk_report.Comparison, "passed", False)
-    monkeypatch.setattr(vtk_report, "_pictures", list)
+    monkeypatch.setattr(vtk_report, "pictures", dict)
     assert run("validate --all") == 1
     assert "2 of 2 scenes failed" in capsys.readouterr().out
 
