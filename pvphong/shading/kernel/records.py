@@ -108,7 +108,7 @@ def _code_of(term: LightTerm, equation: Equation, real: str) -> TermCode | None:
         code = TermCode(integral_stage(integrals, forms), integral_numbers(term.gain, integrals, forms, real))
         return code if are_in_range(code.numbers[:3]) else None
     placement = light.placement
-    if placement is None or not holds(placement.attenuation):
+    if placement is None or placement.falloff not in (None, *FORMULAS) or not holds(placement.attenuation):
         return None
     weakens = placement.attenuation != (1.0, 0.0, 0.0)
     code = TermCode(
