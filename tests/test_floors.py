@@ -319,20 +319,18 @@ def calls_upward(work):
 
 
 def test_the_way_of_a_scene_goes_down():
-    """Called upward is only what a higher floor has handed down: normals when wanted, and bounds.
+    """Called upward is only what a higher floor has handed down: normals when wanted.
 
-    With shadows that is also what stands before the vertices, which a plan asks; and its work, which threads do.
+    With shadows that is also what the vertices see, which a plan asks; and its work, which threads do.
     """
     lamp = pvphong.SpotLight(position=(1, 1, 3), direction=(-1, -1, -3), cone_angle=25, exponent=8)
     scene = pvphong.Scene([pvphong.DirectionalLight(), lamp], pvphong.Viewer(position=(3, 2, 4)))
     shiny, ball = pvphong.Material(specular=0.5, shininess=20), pv.Sphere()
     assert calls_upward(lambda: ball.phong.shade(scene, shiny, backend="numpy", components=True)) == {
-        ("geometry.extent", "shading.kernel"),
         ("shading.vertices", "meshes.lit"),
     }
     shadows = replace(scene, light_model=pvphong.LightModel(shadows=True))
     assert calls_upward(lambda: ball.phong.shade(shadows, shiny, backend="numpy")) == {
-        ("geometry.extent", "shading.kernel"),
         ("shading.plan.effects", "rays.visibility"),
         ("base.threads", "rays.rays"),
         ("rays.rays", "meshes.visibility"),

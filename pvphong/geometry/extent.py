@@ -25,9 +25,6 @@ _CHUNK, _FOLD = 2**20, 512
 _SOME = 64
 
 
-Search = Callable[[FloatArray], tuple[Float64Array, Float64Array] | None]
-
-
 class Sphere(NamedTuple):
     """A sphere around vertices, in world coordinates."""
 
@@ -62,8 +59,6 @@ class Extent:
         Gives them, shape (n, 3), where they are known.
     matrix : ndarray or None
         (4, 4) model matrix.
-    search : callable, optional
-        Finds the least and the greatest entry of each column faster than NumPy does, or gives None.
     """
 
     def __init__(
@@ -71,12 +66,10 @@ class Extent:
         points: FloatArray,
         normals: Callable[[], FloatArray] | None,
         matrix: Float64Array | None,
-        search: Search | None = None,
     ) -> None:
         self._points = points
         self._normals = normals
         self._matrix = matrix
-        self._search = search
         self._sights: dict[Vector, Sight | None] = {}
 
     @cached_property
@@ -87,7 +80,7 @@ class Extent:
         """
         if not len(self._points):
             return None
-        low, high = self._box(self._points)
+        low, high = _box(self._points)
         if self._matrix is not None:
             corners = transform_points(_corners(low, high), self._matrix)
             low, high = corners.min(axis=0), corners.max(axis=0)
@@ -122,15 +115,12 @@ class Extent:
             return None
         normals = self._normals()
         some = normals[:: max(len(normals) // _SOME, 1)]  # where these have no cone, all hardly have one
-        stored = None if _cone(*_box(some)) is None else _cone(*self._box(normals))
+        stored = None if _cone(*_box(some)) is None else _cone(*_box(normals))
         if stored is None or self._matrix is None or kind.keeps_normals:
             return stored
         axis, angle = stored
         x, y, z = transform_normals([axis], self._matrix)[0].tolist()
         return (x, y, z), angle
-
-    def _box(self, rows: FloatArray) -> tuple[Float64Array, Float64Array]:
-        return (self._search and self._search(rows)) or _box(rows)
 
 
 ANYWHERE = Extent(np.zeros((0, 3)), None, None)

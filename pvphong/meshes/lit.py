@@ -26,8 +26,8 @@ from pvphong.optics.material import Material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, SceneLike, as_scene, light_labels
 from pvphong.shading.plan.plan import Plan
-from pvphong.shading.screen import Screen, checked_screen
 from pvphong.shading.vertices import Vertices
+from pvphong.shading.visibility import VisibilityLike, checked_visibility
 
 _PLAIN = Material()
 
@@ -138,9 +138,9 @@ def shade_mesh(
     lit = source if source is now else shallow_copy(source)
     if shading.per_light is not None:
         labels = light_labels(scene)
-        if vertices.screen is not None:
+        if vertices.visibility is not None:
             equation = planned.equation  # of the lights that something may block, and of the sky if that counts
-            seen = vertices.screen.channels(equation.shadowed, sky=equation.is_occluded)
+            seen = vertices.visibility.channels(equation.shadowed, sky=equation.is_occluded)
             for index in equation.shadowed:
                 lit.point_data[f"{name}_visibility_{labels[index]}"] = seen[index].copy()
             if equation.is_occluded:
@@ -192,7 +192,7 @@ def plan(
     feature_angle, specular, shininess, roughness
         Of a mesh, as for `mesh.phong.shade`.
     occluders, visibility
-        Of a mesh, as for `mesh.phong.shade`. No ray is cast: of bare points, what stands before them is not known.
+        Of a mesh, as for `mesh.phong.shade`. No ray is cast: of bare points, what they see is not known.
 
     Returns
     -------
@@ -351,13 +351,13 @@ def vertices_of(
 ) -> Vertices:
     """A surface's vertices for a scene; normals, tangents and rays are found when they are first asked for."""
     normals = functools.cache(lambda: point_normals(source, backend=backend))
-    screen: Screen | None = None
+    seen: VisibilityLike | None = None
     if visibility is not None:
-        screen = checked_screen("visibility", visibility, source.points, matrix, scene)
+        seen = checked_visibility("visibility", visibility, source.points, matrix, scene)
     elif scene.light_model.needs_rays:
-        screen = visibility_of(source, normals, scene, occluders=occluders, tolerance=tolerance, matrix=matrix)
+        seen = visibility_of(source, normals, scene, occluders=occluders, tolerance=tolerance, matrix=matrix)
     tangents = tangents_from(source, normals) if tangents is None else tangents
-    return Vertices(source.points, normals, albedo, screen, tangents=tangents, maps=maps)
+    return Vertices(source.points, normals, albedo, seen, tangents=tangents, maps=maps)
 
 
 def one_surface(blocks: pv.MultiBlock) -> pv.PolyData:

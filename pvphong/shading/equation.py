@@ -213,10 +213,10 @@ class Equation:
     def channels(self) -> dict[str, slice]:
         """Which rows of `Vertices.channels` hold what, of what is read of them.
 
-        Of "screen" there is one for what is seen of each of the scene's lights, and one for the sky; "tangents" are x,
-        y and z, and the maps have their names.
+        Of "visibility" there is one for what is seen of each of the scene's lights, and one for the sky; "tangents" are
+        x, y and z, and the maps have their names.
         """
-        sizes = {"screen": self.lights + 1} if self.has_screen else {}
+        sizes = {"visibility": self.lights + 1} if self.needs_visibility else {}
         if self.needs_tangents:
             sizes["tangents"] = 3
         if self.needs_normals:
@@ -225,8 +225,8 @@ class Equation:
         return {kind: slice(end - size, end) for (kind, size), end in zip(sizes.items(), ends, strict=True)}
 
     @property
-    def has_screen(self) -> bool:
-        """Whether any share depends on what stands before a vertex."""
+    def needs_visibility(self) -> bool:
+        """Whether any share depends on what a vertex sees of a light or of the sky."""
         return self.is_occluded or any(term.is_shadowed for term in self.terms)
 
     @cached_property

@@ -12,8 +12,8 @@ from pvphong.optics.material import Material
 from pvphong.scene.scene import SceneLike, as_scene
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.result import Shading
-from pvphong.shading.screen import checked_screen
 from pvphong.shading.vertices import Vertices
+from pvphong.shading.visibility import checked_visibility
 
 
 def evaluate(
@@ -114,6 +114,6 @@ def evaluate(
     vertices = Vertices(points, normals, albedo, tangents=tangents, maps=maps)
     scene = as_scene(scene, lambda: vertices.bounds(matrix))
     if visibility is not None:
-        vertices.screen = checked_screen("visibility", visibility, vertices.points, matrix, scene)
+        vertices.visibility = checked_visibility("visibility", visibility, vertices.points, matrix, scene)
     plan = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     return plan.run(vertices, precision=precision, backend=backend, components=components)

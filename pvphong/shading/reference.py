@@ -121,7 +121,7 @@ def _block(
     of = partial(_channels, channels, equation)
     maps = {name: rows[0] for name in equation.fields_with_maps if (rows := of(name)) is not None}
     surface = Surface(raw, inverse_length, v.astype(real, copy=False), of("tangents"), maps)
-    return Block(p, surface, unseen, shades, of("screen"), of("specular"))
+    return Block(p, surface, unseen, shades, of("visibility"), of("specular"))
 
 
 def _channels(channels: FloatArray | None, equation: Equation, kind: str) -> FloatArray | None:

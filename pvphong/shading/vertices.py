@@ -14,11 +14,10 @@ from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike
 from pvphong.base.vectors import unit
 from pvphong.geometry.extent import Extent
 from pvphong.geometry.transform import transform_vectors
-from pvphong.shading import kernel
 from pvphong.shading.albedo import checked_albedo
 from pvphong.shading.equation import Equation
 from pvphong.shading.maps import Maps
-from pvphong.shading.screen import Screen, channels_for
+from pvphong.shading.visibility import VisibilityLike, visibility_channels
 
 _TO_TANGENTS = (
     "Name a point array of vectors along the surface, or give the mesh texture coordinates whose u changes everywhere."
@@ -48,8 +47,8 @@ class Vertices:
         of them; or what gives them, as for normals.
     maps : mapping, optional
         What of the material is given vertex by vertex, as `Maps` takes it.
-    screen : Screen, optional
-        What stands before them, for scenes with shadows or ambient occlusion.
+    visibility : VisibilityLike, optional
+        What they see of lights and sky, for scenes with shadows or ambient occlusion.
 
     Raises
     ------
@@ -62,7 +61,7 @@ class Vertices:
         points: Any,
         normals: Any | Callable[[], Any] | None,
         albedo: Any = None,
-        screen: Screen | None = None,
+        visibility: VisibilityLike | None = None,
         *,
         tangents: Any | Callable[[], Any] | None = None,
         maps: Mapping[str, Any] = MappingProxyType({}),
@@ -70,7 +69,7 @@ class Vertices:
         self.points: FloatArray = check.array("points", points)
         self._normals = normals if callable(normals) else self._checked("normals", normals)
         self.albedo: Any = None if albedo is None else checked_albedo(albedo, len(self.points))
-        self.screen = screen
+        self.visibility = visibility
         self.maps = Maps(maps, len(self.points))
         self._tangents = tangents if callable(tangents) else self._checked("tangents", tangents)
 
@@ -122,7 +121,7 @@ class Vertices:
         if not equation.channels:
             return None
         of: dict[str, Callable[[Equation], FloatArray]] = {
-            "screen": lambda equation: channels_for(equation, self.screen),
+            "visibility": lambda equation: visibility_channels(equation, self.visibility),
             "tangents": self._turned_tangents,
         }
         kinds = [of[kind](equation) if kind in of else self.maps.rows(kind) for kind in equation.channels]
@@ -145,10 +144,10 @@ class Vertices:
         found = self.extent(placed).box
         if found is None:
             finite = self.points[np.isfinite(self.points).all(axis=1)]
-            found = Extent(finite, None, placed, kernel.find_bounds).box
+            found = Extent(finite, None, placed).box
         return np.full(6, np.nan) if found is None else np.column_stack(found).ravel()
 
     def extent(self, matrix: Float64Array | None) -> Extent:
         """Where they are in the world, and where their normals point, found when it is first asked for."""
         known = None if self._normals is None else lambda: self.normals
-        return Extent(self.points, known, matrix, kernel.find_bounds)
+        return Extent(self.points, known, matrix)

@@ -20,7 +20,7 @@ from pvphong.scene.scene import SceneLike
 from pvphong.shading.albedo import checked_albedo, reflectances
 from pvphong.shading.inside.interpolation import Lighting, LitVertices, all_errors
 from pvphong.shading.inside.splitting import Refinement, Stopped
-from pvphong.shading.screen import refuse_rays
+from pvphong.shading.visibility import refuse_rays
 
 Placement = Literal["linear", "smooth"]
 

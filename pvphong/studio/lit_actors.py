@@ -99,10 +99,11 @@ class LitMesh:
         self._original_points: Any = None
         self._n_original = 0
         self._lit_for: Any = None
+        self._lit_albedo: Any = None  # held on to, so that no other is taken for it
         self._eye: Any = None
         self._plan: Plan | None = None
         self._visibility: tuple[Any, Visibility] | None = None
-        self._follow_geometry()
+        self.geometry()
         self._show_colors()
 
     def __repr__(self) -> str:
@@ -130,7 +131,7 @@ class LitMesh:
             If the mesh or an array has been edited into what cannot be lit. What would crash VTK is not drawn any more,
             until it is put right.
         """
-        geometry, blockers = self.geometry(), occluders and _Same(occluders.occluders)
+        geometry, blockers = self.geometry(), occluders and occluders.occluders
         self._show_colors()
         state = scene.lights, scene.light_model, self.material, geometry, self._albedo_version(), blockers, samples
         viewer = scene.viewer
@@ -150,7 +151,7 @@ class LitMesh:
         vertices = Vertices(*arrays, tangents=self._tangents)
         self._plan = Plan.of(scene, self.material, vertices, matrix=self.matrix)
         self._plan.run_for_display(vertices, self.colors)
-        self._lit_for, self._eye = state, eye
+        self._lit_for, self._eye, self._lit_albedo = state, eye, self.albedo
         self._colors.Modified()
         self.evaluations += 1
         return True
@@ -193,20 +194,20 @@ class LitMesh:
         return vtk_to_numpy(self._colors)
 
     def geometry(self) -> Any:
-        """What tells points, faces, normals and matrix apart from all before, cheap to compare.
+        """Share the user's points, faces and arrays again where they have been replaced or edited.
+
+        Returns
+        -------
+        object
+            What tells points, faces, normals and matrix apart from all before, cheap to compare.
 
         Raises
         ------
         ValueError
             If the mesh has been edited into what cannot be lit.
         """
-        self._follow_geometry()
-        matrix = self.matrix
-        return self._geometry, None if matrix is None else matrix.tobytes()
-
-    def _follow_geometry(self) -> None:
-        """Share the user's points, faces and arrays again where they have been replaced or edited."""
-        mesh = self.mesh
+        mesh, matrix = self.mesh, self.matrix
+        place = None if matrix is None else matrix.tobytes()
         if isinstance(mesh, pv.PolyData):
             data = mesh.GetPointData()
             parts = (mesh.GetPoints(), mesh.GetPolys(), mesh.GetStrips(), data.GetNormals(), data.GetTCoords())
@@ -215,7 +216,7 @@ class LitMesh:
         else:
             geometry = mesh.GetMTime()
         if geometry == self._geometry:
-            return
+            return geometry, place
         try:
             whole = surface(mesh)
         except ValueError:
@@ -227,6 +228,7 @@ class LitMesh:
         self._geometry, self._computed_normals, self._textured = geometry, None, None
         tangents = tangents_from(self.drawn, lambda: self.normals)
         self._tangents = tangents and cache(tangents)
+        return geometry, place
 
     def _show_colors(self) -> None:
         """Have the drawn mesh show its colours; new ones where they are not as many as the points."""
@@ -248,7 +250,7 @@ class LitMesh:
             return texture_version(self.albedo)
         if isinstance(self.albedo, str):
             return self.albedo, _version(self._arrays.GetAbstractArray(self.albedo))
-        return _Same(self.albedo)
+        return id(self.albedo)  # arrays would be compared element by element
 
     def _current_albedo(self) -> Any:
         """At the points that are drawn: edges of the user's mesh may have been split."""
@@ -265,18 +267,6 @@ class LitMesh:
             if not isinstance(self.mesh, pv.PolyData):
                 return albedo
         return values_at("albedo", albedo, self._original_points, self._n_original)
-
-
-class _Same:
-    """Equal to another only if it holds the same object, which it keeps alive: arrays compare element by element."""
-
-    def __init__(self, held: Any) -> None:
-        self._held = held
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Same) and other._held is self._held
-
-    __hash__ = None  # type: ignore[assignment] # it is compared only
 
 
 def _version(part: Any) -> Any:
@@ -322,7 +312,7 @@ _ROUGH_SAMPLES = 16  # rays of each vertex to a light with a size while somethin
 _BEFORE_GIZMOS = 1.0  # a frame's gizmos show where highlights are
 _MESSAGE_WIDTH, _MESSAGE_PLACE = 60, (10.0, 10.0)  # letters of a line; pixels from the lower left
 
-MaterialsState = tuple[tuple[SharedMaterial, Material], ...]
+MaterialsState = dict[SharedMaterial, Material]
 
 
 class LitActors:
@@ -445,21 +435,15 @@ class LitActors:
     # -- materials, whose edits can be undone
 
     @property
-    def shared_materials(self) -> tuple[SharedMaterial, ...]:
-        """The materials of the visible meshes, each once."""
-        return tuple({id(mesh.shared_material): mesh.shared_material for mesh in self.shown}.values())
-
-    @property
     def state(self) -> MaterialsState:
         """The materials of the visible meshes and what they are, for `revert`."""
-        return tuple((shared, shared.material) for shared in self.shared_materials)
+        return {mesh.shared_material: mesh.material for mesh in self.shown}
 
     def revert(self, now: MaterialsState, then: MaterialsState) -> None:
         """Undo what changed in materials from `then` to `now`; what else has changed since is left as it is."""
-        was = dict(then)
-        for shared, material in now:
-            if was.get(shared, material) != material:
-                shared.material = was[shared]
+        for shared, material in now.items():
+            if then.get(shared, material) != material:
+                shared.material = then[shared]
 
     def release(self) -> None:
         """Let go of the renderer."""

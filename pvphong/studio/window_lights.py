@@ -77,7 +77,7 @@ class LightHandle:
         self._written = _fields(self.vtk_light)
 
 
-LightStates = tuple[tuple[LightHandle, LightState], ...]
+LightStates = dict[LightHandle, LightState]
 
 
 class WindowLights:
@@ -156,25 +156,24 @@ class WindowLights:
     @property
     def state(self) -> LightStates:
         """All lights and what they are, for `revert`."""
-        return tuple((handle, handle.state) for handle in self.handles)
+        return {handle: handle.state for handle in self.handles}
 
     def revert(self, now: LightStates, then: LightStates) -> None:
         """Undo what changed from `then` to `now`; what else has changed since is left as it is."""
-        was = dict(then)
-        for handle, state in now:
-            if handle not in was and handle in self.handles:
+        for handle, state in now.items():
+            if handle not in then and handle in self.handles:
                 self.remove(handle)
-            elif handle in was and was[handle] != state:
-                handle.restore(was[handle])
-        if was.keys() <= dict(now).keys():
+            elif then.get(handle, state) != state:
+                handle.restore(then[handle])
+        if then.keys() <= now.keys():
             return
         # Removed lights return, each into its old place: all are taken out and put in again in that order.
-        others = [handle for handle in self.handles if handle not in was]
+        others = [handle for handle in self.handles if handle not in then]
         for handle in self.handles:
             self.remove(handle)
-        for handle in [*was, *others]:
+        for handle in [*then, *others]:
             self._append(handle)
-        for handle, state in then:
+        for handle, state in then.items():
             handle.restore(state)
 
 

@@ -37,9 +37,6 @@ from pvphong.shading.result import Shading
 if TYPE_CHECKING:
     from pvphong.shading.kernel.code import Library
 
-# Rows from which their bounds are found in less time than NumPy takes.
-_MANY = 2**15
-
 
 def obstacle() -> tuple[str, str] | None:
     """Why Numba cannot be used in this process, and what can be done about it; the first call imports it."""
@@ -186,19 +183,6 @@ def shade(
     done = evaluation.shade(library, points, normals, equation, albedo, result, whole or equation, channels, waits)
     _Process.has_run |= done
     return done
-
-
-def find_bounds(rows: FloatArray) -> tuple[Float64Array, Float64Array] | None:
-    """Least and greatest entry of each column, shape (3,), NaN where any is not finite; or None.
-
-    None where NumPy is to look for them: for few rows, and where compiled code has not run in this process.
-    """
-    library = _library() if _Process.has_run and len(rows) >= _MANY else None
-    if library is None:
-        return None
-    from pvphong.shading.kernel import normals as of_meshes
-
-    return of_meshes.find_bounds(library, rows)
 
 
 def point_normals(

@@ -46,7 +46,6 @@ def pieces(library: Library) -> list[CompilationUnit]:
         types = real if stored == real else f"{stored} to {real}"
         result.append(CompilationUnit(f"driver, {types}", partial(library.driver, stored, real)))
     for real in _REALS:
-        result.append(CompilationUnit(f"bounds, {real}", partial(normals.extremes_code, library, real)))
         lights = [*_of_lights(), *(_of_lights_with_a_size() if real == "float32" else ())]
         for name, stage in lights:
             result.append(CompilationUnit(f"{name}, {real}", partial(library.light, stage, real)))

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from pvphong.geometry.extent import ANYWHERE, ROUNDED_UP, Extent
 from pvphong.optics.light import Light, Reach
 from pvphong.shading.equation import Equation, LightTerm
-from pvphong.shading.screen import Screen
+from pvphong.shading.visibility import VisibilityLike
 
 
 @dataclass(frozen=True)
@@ -70,8 +70,8 @@ class Draft:
         The colour error that may be taken in all.
     notes : tuple of Note
         What has been left out so far.
-    screen : Screen or None
-        What stands before the vertices, where that is known.
+    visibility : VisibilityLike or None
+        What the vertices see, where that is known.
     """
 
     equation: Equation
@@ -79,19 +79,19 @@ class Draft:
     extent: Extent
     tolerance: float
     notes: tuple[Note, ...] = ()
-    screen: Screen | None = None
+    visibility: VisibilityLike | None = None
     _reaches: dict[int, tuple[Light, Reach]] = field(default_factory=dict)
 
     @classmethod
-    def first(cls, equation: Equation, extent: Extent, tolerance: float, screen: Screen | None) -> Draft:
+    def first(cls, equation: Equation, extent: Extent, tolerance: float, visibility: VisibilityLike | None) -> Draft:
         """Of an equation as it was assembled."""
         shining = sum(not term.is_black for term in equation.terms)
         notes = tuple(Note("lights", label, "switched off") for label in equation.off)
-        return cls(equation, shining, extent, tolerance, notes, screen)
+        return cls(equation, shining, extent, tolerance, notes, visibility)
 
     def without_vertices(self) -> Draft:
         """Enough to decide from, for a plan that outlives the vertices."""
-        return replace(self, extent=ANYWHERE, screen=None, _reaches={})
+        return replace(self, extent=ANYWHERE, visibility=None, _reaches={})
 
     def reach(self, term: LightTerm) -> Reach:
         """What of a light can reach the vertices; several effects ask."""

@@ -4,7 +4,7 @@ An effect is a class here and its row in `EFFECTS`, at the end, which plans and 
 lights call for by its name (`Light.effects`) and can say how to do without is a row alone, of `LightEffect`.
 
 In order: what an effect is; the surface (matrix, emission, ambient light); lights (whether one shines at all, its
-position, attenuation and cone, its size, its bands); reflection; the viewer; what stands before the vertices.
+position, attenuation and cone, its size, its bands); reflection; the viewer; visibility.
 """
 
 # Methods do what `Effect` says of them; not every effect reads all that it is given.
@@ -414,7 +414,7 @@ class LocalViewer(Effect):
         return Decision(False, draft.why_without(self.name) or unused, draft.bound_of(self.name))
 
 
-# --- what stands before the vertices
+# --- visibility
 
 
 class Shadow(Effect):
@@ -423,7 +423,7 @@ class Shadow(Effect):
     def leave_out(self, draft: Draft, term: LightTerm) -> Change:
         if not term.is_shadowed:
             return None
-        why = "" if draft.screen is None else draft.screen.why_clear(term.index)
+        why = "" if draft.visibility is None else draft.visibility.why_clear(term.index)
         if not term.needs_normals:
             why = "adds ambient light alone"
         return (replace(term, is_shadowed=False), Note(self.name, term.label, why)) if why else None
@@ -442,7 +442,7 @@ class Occlusion(Effect):
         equation = draft.equation
         if not equation.is_occluded:
             return draft
-        why = "" if draft.screen is None else draft.screen.why_open()
+        why = "" if draft.visibility is None else draft.visibility.why_open()
         if not (any(equation.ambient) or any(any(term.ambient) for term in equation.terms)):
             why = "there is no ambient light"
         if not why:
@@ -458,7 +458,7 @@ class Occlusion(Effect):
 
 # In the order in which they are left out, for what goes early makes what follows cheaper to judge: first what adds
 # nothing whatever the tolerance, then whole lights, then what each light that is left can do without.
-# The cost of what stands before the vertices is that of reading it: rays are cast once for all materials and colours.
+# The cost of visibility is that of reading it: rays are cast once for all materials and colours.
 EFFECTS: tuple[Effect, ...] = (
     NormalTransform("normal transform", ("normals",), "no matrix, or the identity", {"turns_normals": False}, once=0.7),
     TwoSided("two-sided", ("normals", "viewer"), "the light model is one-sided", {"two_sided": False}, once=0.5),

@@ -79,8 +79,8 @@ class Plan:
         """What will be read."""
         equation = self._draft.equation
         read = {
-            "points": equation.needs_points or equation.has_screen,
-            "normals": equation.needs_normals or equation.has_screen,
+            "points": equation.needs_points or equation.needs_visibility,
+            "normals": equation.needs_normals or equation.needs_visibility,
             "tangents": equation.needs_tangents,
             "viewer": equation.has_highlights or equation.is_flipped,
         }
@@ -117,7 +117,7 @@ class Plan:
         """What will run of the equation of a scene, or of one that was rewritten from it."""
         # sums of light that differ by x differ by at most x^(1/gamma) when they are raised to 1/gamma
         allowed = tolerance**whole.gamma
-        draft = Draft.first(whole, vertices.extent(whole.matrix), allowed, vertices.screen)
+        draft = Draft.first(whole, vertices.extent(whole.matrix), allowed, vertices.visibility)
         for effect in EFFECTS:
             draft = effect.simplify(draft)
         left = draft.equation
@@ -151,7 +151,7 @@ class Plan:
         ------
         ValueError
             If an option is not one of those that `pvphong.evaluate` has, or Numba is asked for and missing; or for
-            shadows on vertices of which nobody knows what stands before them.
+            shadows on vertices of which nobody knows what they see.
         """
         real = np.dtype(check.choice("precision", precision, get_args(Precision)))
         kernel.check_backend(backend)

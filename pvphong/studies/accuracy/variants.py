@@ -83,7 +83,7 @@ class Subject:
     @cached_property
     def vertices(self) -> Vertices:
         """Points and normals as evaluators take them."""
-        return Vertices(self.points, self.normals, screen=self.visibility)
+        return Vertices(self.points, self.normals, visibility=self.visibility)
 
     def plan(self, tolerance: float = 0.0) -> Plan:
         """The plan at a tolerance."""
@@ -313,7 +313,7 @@ def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: 
         Its budget is what this may take.
     """
     equation, effects, count = subject.equation, subject.plan().effects, len(subject.points)
-    if not equation.has_screen:
+    if not equation.needs_visibility:
         why = dict.fromkeys(effects[name].why for name in ("shadow", "occlusion"))
         return Sampling([], {}, {"rays": "; ".join(why)})
     clock.say("casting rays")
@@ -340,7 +340,7 @@ def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: 
         backend = subject.backend_for(equation)
         while not seconds or (len(seconds) < _REPEATS and sum(seconds) < most):
             cast = visibility.afresh(samples=samples)
-            vertices = Vertices(subject.points, subject.normals, screen=cast)
+            vertices = Vertices(subject.points, subject.normals, visibility=cast)
             plan = Plan.of_equation(equation, vertices)
             seconds.append(timed(lambda: plan.run(vertices, backend=backend))[1])  # noqa: B023
         errors, note = NO_ERROR, f"{cast.rays / count:.3g} rays a vertex"

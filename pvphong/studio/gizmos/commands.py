@@ -244,7 +244,7 @@ def _change_material(
     gizmos: Gizmos, change: Callable[[Material], Material], said: Callable[[Material], str] | None = None
 ) -> None:
     pointed = gizmos.surfaces.mesh(gizmos.cursor)
-    materials = gizmos.lit.shared_materials if pointed is None else (pointed.shared_material,)
+    materials = list(gizmos.lit.state) if pointed is None else [pointed.shared_material]
     for shared in materials:
         shared.material = change(shared.material)
     if not materials:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -71,11 +70,7 @@ class Gizmo:
     @property
     def light(self) -> Light:
         """The light's current value, in its own frame."""
-        return self.light_for(self._gizmos.lights.viewer)
-
-    def light_for(self, viewer: Viewer) -> Light:
-        """The light's value for a viewer."""
-        return self.light_handle.light(viewer)
+        return self.light_handle.light(self._gizmos.lights.viewer)
 
     @property
     def handles(self) -> dict[str, Vector]:
@@ -95,7 +90,7 @@ class Gizmo:
 
     def surface_highlight(self, view: View) -> SurfacePoint | None:
         """Where the light has its highlight, for an eye."""
-        light = self.light_for(view.viewer)
+        light = self.light_handle.light(view.viewer)
         if light.frame == "headlight":
             return None
         return find_highlight(light.in_world(view.viewer), view, self._gizmos.lit.shown)
@@ -105,7 +100,7 @@ class Gizmo:
 
         The icon of a light without a place stands in front of the scene, or where a drag has left it.
         """
-        light, scene = self.light_for(view.viewer), self._scene(view)
+        light, scene = self.light_handle.light(view.viewer), self._scene(view)
         scenery = self._held[1] if self._held is not None and self._held[0] == scene else Scenery.around(*scene[:2])
         return LightInScene(light.in_world(view.viewer), scenery)
 
@@ -115,11 +110,11 @@ class Gizmo:
 
     def _scene(self, view: View) -> tuple[Vector, float, Viewer | None]:
         """Middle and size of the scene, and the eye if the light goes along with it."""
-        return *self._gizmos.extent, view.viewer if self.light_for(view.viewer).frame == "camera" else None
+        return *self._gizmos.extent, view.viewer if self.light_handle.light(view.viewer).frame == "camera" else None
 
     def points(self, view: View, highlight: Vector | None = None) -> dict[str, Float64Array]:
         """The handles' positions, as arrays; with that of a highlight, if there is one."""
-        if self.light_for(view.viewer).frame == "headlight":
+        if self.light_handle.light(view.viewer).frame == "headlight":
             return {}
         found = self.in_scene(view).points(view)
         return found if highlight is None else found | {HIGHLIGHT: np.array(highlight)}
@@ -138,7 +133,7 @@ class Gizmo:
         mark : str
             What stands beside its icon.
         """
-        if self.light_for(drawing.view.viewer).frame == "headlight":
+        if self.light_handle.light(drawing.view.viewer).frame == "headlight":
             return
         shown = self.in_scene(drawing.view)
         drawing.color, drawing.edge = hue(shown.light), DARK_EDGE if shown.light.on else LIGHT_EDGE
@@ -188,7 +183,7 @@ class Gizmos:
         self.lights, self.lit, self.history, self.options = lights, lit, history, options
         self.is_hidden, self.shows_help, self.notice = False, False, ""
         self._only = None if only is None else list(only)
-        self._overlay = Overlay()
+        self.overlay = Overlay()
         self._all: list[Gizmo] = []
 
     @property
@@ -286,36 +281,19 @@ class Gizmos:
         drawing, soloed = Drawing(view), self.soloed
 
         def mark(gizmo: Gizmo) -> str:
-            return "solo" if gizmo.light_handle is soloed else "" if gizmo.light_for(view.viewer).on else "off"
+            return "solo" if gizmo.light_handle is soloed else "" if gizmo.light_handle.light(view.viewer).on else "off"
 
         for gizmo, highlight in highlights.items():
             gizmo.draw(drawing, highlight, active[1] if active and active[0] is gizmo else None, mark(gizmo))
-        self._overlay.put(drawing)
-        has_room = self._overlay.help(help_text if self.shows_help else "", view.size)
+        self.overlay.put(drawing)
+        has_room = self.overlay.help(help_text if self.shows_help else "", view.size)
         lines = [self.notice, "" if self.shows_help else _HINT]
         if (chosen := self.selected) is not None:
-            light = chosen.light_for(view.viewer)
+            light = chosen.light_handle.light(view.viewer)
             kind, bright = type(light).__name__, light.intensity * luminance(light.diffuse)
             parts = [f"{light.name}: {kind}" if light.name else kind, f"intensity {light.intensity:.3g}"]
             lines[1] = ", ".join([*parts, f"luminance {bright:.3g}", *filter(None, [mark(chosen)])])
-        self._overlay.status("\n".join(filter(None, lines)) if has_room else "", view.size)
+        self.overlay.status("\n".join(filter(None, lines)) if has_room else "", view.size)
         x, y = self.cursor
-        self._overlay.readout(readout, (x - view.origin[0], y - view.origin[1]), view.size)
-        self._overlay.attach(self.renderer)
-
-    @contextmanager
-    def out_of_sight(self) -> Iterator[None]:
-        """Without gizmos, unless they are to be in screenshots."""
-        if self.options.in_screenshots:
-            yield
-            return
-        self._overlay.show(False)
-        try:
-            yield
-        finally:
-            self._overlay.show(True)
-
-    def release(self) -> None:
-        """Take them out of the renderer."""
-        self._all.clear()
-        self._overlay.detach(self.renderer)
+        self.overlay.readout(readout, (x - view.origin[0], y - view.origin[1]), view.size)
+        self.overlay.attach(self.renderer)

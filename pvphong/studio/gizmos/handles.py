@@ -8,7 +8,7 @@ stands, has its handles, and draws and describes all of it. A role that `_OF_ROL
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -165,8 +165,9 @@ class LightInScene:
         drawing.icon(self.origin, icon, self.along)
         if not light.on:
             drawing.crossed(self.origin)
-        for handle in self.handles.values():
-            handle.draw(drawing, selected)
+        for name, handle in self.handles.items():
+            if name != ORIGIN:  # the icon is there
+                handle.draw(drawing, selected)
         if light.outline is not None:
             self._draw_outline(drawing, light.outline, selected)
 
@@ -179,19 +180,27 @@ class LightInScene:
         drawing.line(np.array([self.origin, tip]), 0.9)
         drawing.arrowhead(tip, self.normal, 0.9)
         eye = self.origin + self.scenery.size * drawing.view.towards_eye(self.origin)
-        if float(np.ravel(self.light.arrival(eye[:, None]).strength)[0]) > 0.0:
-            for hatch in _hatches(outline, self.normal):
-                drawing.line(hatch, 0.2)
+        if float(np.ravel(self.light.arrival(eye[:, None]).strength)[0]) == 0.0:
+            return
+        # parallel lines from side to side of the outline, which may have inward corners
+        offsets = outline - outline[0]
+        along = max(offsets, key=np.linalg.norm)
+        heights = offsets @ np.cross(self.normal, along)
+        ends, tops = np.roll(offsets, -1, axis=0), np.roll(heights, -1)
+        for level in np.linspace(heights.min(), heights.max(), _HATCHES + 2)[1:-1]:
+            cut = (heights > level) != (tops > level)
+            part = (level - heights[cut]) / (tops[cut] - heights[cut])
+            points = offsets[cut] + part[:, None] * (ends[cut] - offsets[cut])
+            for hatch in points[np.argsort(points @ along)].reshape(-1, 2, 3):
+                drawing.line(outline[0] + hatch, 0.2)
 
-    def draw_circle(self, drawing: Drawing, normal: Float64Array, radius: float, strength: float) -> None:
-        """A circle around its icon, unless that is too large for any window."""
-        if radius < _LARGEST * self.scenery.size:
-            drawing.line(circle(self.origin, normal, radius), strength)
-
-    def draw_sphere(self, drawing: Drawing, radius: float, strength: float) -> None:
-        """Three great circles."""
-        for normal in np.eye(3):
-            self.draw_circle(drawing, normal, radius, strength)
+    def draw_circles(
+        self, drawing: Drawing, radius: float, strength: float, normals: Float64Array | None = None
+    ) -> None:
+        """Circles around its icon, unless they are too large for any window; by default three, of a sphere."""
+        for normal in np.eye(3) if normals is None else normals:
+            if radius < _LARGEST * self.scenery.size:
+                drawing.line(circle(self.origin, normal, radius), strength)
 
     # -- what is said of it
 
@@ -228,6 +237,8 @@ class Handle:
         The handle's.
     """
 
+    _number_format = ""
+
     def __init__(self, shown: LightInScene, field: str, name: str) -> None:
         self.shown, self.field, self.name = shown, field, name
         self.light, self.scenery = shown.light, shown.scenery
@@ -262,15 +273,15 @@ class Handle:
     @property
     def number_text(self) -> str:
         """What it adds to the readout's line of sizes and angles; "" for nothing."""
-        return ""
+        return self._number_format.format(name=self.name, value=self.value)
 
     def with_value(self, value: Any) -> Light:
         """The light with another value of the field."""
         return replace(self.light, **{self.field: value})
 
 
-class _MovableHandle(Handle):
-    """What is moved as it is."""
+class PlaceHandle(Handle):
+    """A place, or corners by their middle. A light that is moved keeps its target."""
 
     @property
     def middle(self) -> Float64Array:
@@ -278,8 +289,20 @@ class _MovableHandle(Handle):
         return np.mean(np.atleast_2d(self.value), axis=0)
 
     def moved_to(self, point: Float64Array) -> Light:
-        """The light with the middle elsewhere; as it is where it cannot be."""
-        raise NotImplementedError
+        """The light elsewhere, aimed at the same target; as it is where that is the target itself."""
+        offset = point - self.middle
+        if not offset.any():
+            return self.light
+        is_place = isinstance(self.role, Place)
+        moved = vector(point) if is_place else tuple(vector(np.add(corner, offset)) for corner in self.value)
+        changes: dict[str, Any] = {self.field: moved}
+        for field, direction in fields(self.light, Aim).items():
+            if self.field == next(iter(fields(self.light, Place)), None):
+                aim = self.shown.target(direction) - point
+                if not aim.any():
+                    return self.light
+                changes[field] = vector(aim)
+        return replace(self.light, **changes)
 
     def point(self, view: View) -> Float64Array:  # noqa: ARG002 it is seen from everywhere
         """In its middle."""
@@ -302,32 +325,6 @@ class _MovableHandle(Handle):
     def line(self) -> str:
         """The middle."""
         return f"{self.name} {_tuple_of(self.middle)}"
-
-
-class PlaceHandle(_MovableHandle):
-    """A place. The light that is moved keeps its target."""
-
-    def moved_to(self, point: Float64Array) -> Light:
-        """The light elsewhere, aimed at the same target; as it is where that is the target itself."""
-        if np.array_equal(point, self.value):
-            return self.light
-        changes: dict[str, Any] = {self.field: vector(point)}
-        for field, direction in fields(self.light, Aim).items():
-            if self.field == next(iter(fields(self.light, Place))):
-                aim = self.shown.target(direction) - point
-                if not aim.any():
-                    return self.light
-                changes[field] = vector(aim)
-        return replace(self.light, **changes)
-
-
-class CornersHandle(_MovableHandle):
-    """Corners, by their middle."""
-
-    def moved_to(self, point: Float64Array) -> Light:
-        """All corners moved alike."""
-        offset = point - self.middle
-        return self.with_value(tuple(vector(np.add(corner, offset)) for corner in self.value))
 
 
 class AimHandle(Handle):
@@ -416,12 +413,11 @@ class IconHandle(AimHandle):
         """From there to what the icon turns around."""
         return np.array(self.scenery.anchor) - point
 
-    def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Nothing: the icon and the line to the target are there."""
-
 
 class AngleHandle(Handle):
     """An angle off the aim: at the edge, as far away as the target, at the side seen best."""
+
+    _number_format = "{name} {value:.1f}°"
 
     def _edge(self, degrees: Any, view: View) -> Float64Array:
         """Points that far off the aim."""
@@ -466,14 +462,11 @@ class AngleHandle(Handle):
             if halved < math.radians(self.value):
                 drawing.line(ring(halved), 0.5)
 
-    @property
-    def number_text(self) -> str:
-        """Degrees."""
-        return f"{self.name} {self.value:.1f}°"
-
 
 class LengthHandle(Handle):
     """A size: at its share of it, to the right or above, on the outline of a light that has one."""
+
+    _number_format = "{name} {value:.4g}"
 
     def _side(self, view: View) -> Float64Array:
         """Unit vector from the light's middle to the handle: in its plane if it has one."""
@@ -500,14 +493,9 @@ class LengthHandle(Handle):
         """Without an outline a circle through the handle that faces the viewer; selected: a sphere, too."""
         if self.light.outline is None:
             radius = self.role.share * self.value
-            self.shown.draw_circle(drawing, drawing.view.viewer.axes[2], radius, 0.6 if selected else 0.3)
+            self.shown.draw_circles(drawing, radius, 0.6 if selected else 0.3, drawing.view.viewer.axes[2:])
             if selected:
-                self.shown.draw_sphere(drawing, radius, 0.9)
-
-    @property
-    def number_text(self) -> str:
-        """In the mesh's unit."""
-        return f"{self.name} {self.value:.4g}"
+                self.shown.draw_circles(drawing, radius, 0.9)
 
 
 class FalloffHandle(Handle):
@@ -551,7 +539,7 @@ class FalloffHandle(Handle):
         for fraction, strength, label in _LEFT if selected and not self.light.values(Aim) else ():
             radius = distance_of(fraction, self.value)
             if radius is not None and radius < _LARGEST * self.scenery.size:
-                self.shown.draw_sphere(drawing, radius, strength)
+                self.shown.draw_circles(drawing, radius, strength)
                 drawing.label(self.shown.origin + radius * drawing.view.viewer.axes[1], label)
 
     @property
@@ -562,6 +550,8 @@ class FalloffHandle(Handle):
 
 class TurnHandle(Handle):
     """A turn around what is up: at the light's front, on a circle around the scene's middle."""
+
+    _number_format = "{name} {value:.1f}°"
 
     def point(self, view: View) -> Float64Array:  # noqa: ARG002 it is seen from everywhere
         """At the front."""
@@ -596,15 +586,10 @@ class TurnHandle(Handle):
             drawing.line(np.array([middle + 0.7 * far * up, middle + 0.9 * far * up]), 0.6)
             drawing.arrowhead(middle + 0.9 * far * up, up, 0.6)
 
-    @property
-    def number_text(self) -> str:
-        """Degrees."""
-        return f"{self.name} {self.value:.1f}°"
-
 
 _OF_ROLES: dict[type[Role], type[Handle]] = {
     Place: PlaceHandle,
-    Corners: CornersHandle,
+    Corners: PlaceHandle,
     Aim: AimHandle,
     Angle: AngleHandle,
     Length: LengthHandle,
@@ -663,19 +648,6 @@ def _distance(handle: Handle, start: DragStart, cursor: Cursor, along: Float64Ar
     if cursor.snapping:
         distance = max(round(distance / start.grid), 1) * start.grid
     return max(distance, 1e-6 * handle.scenery.size)
-
-
-def _hatches(outline: Float64Array, normal: Float64Array) -> Iterator[Float64Array]:
-    """Parallel lines, each (2, 3), from side to side of an outline, which may have inward corners."""
-    offsets = outline - outline[0]
-    along = max(offsets, key=np.linalg.norm)
-    heights = offsets @ np.cross(normal, along)
-    ends, tops = np.roll(offsets, -1, axis=0), np.roll(heights, -1)
-    for level in np.linspace(heights.min(), heights.max(), _HATCHES + 2)[1:-1]:
-        cut = (heights > level) != (tops > level)
-        part = (level - heights[cut]) / (tops[cut] - heights[cut])
-        points = offsets[cut] + part[:, None] * (ends[cut] - offsets[cut])
-        yield from outline[0] + points[np.argsort(points @ along)].reshape(-1, 2, 3)
 
 
 def _angles_of(direction: Any) -> tuple[float, float]:

@@ -46,11 +46,15 @@ class HandleWidget:
     ----------
     renderer, interactor
         VTK's.
-    events : mapping
-        VTK's event → what is to be done at it.
+    gizmo : Gizmo
+        Whose handle it is.
+    name : str
+        The handle's.
+    interaction : Interaction
+        Is told when it is grabbed, dragged and dropped; held weakly.
     """
 
-    def __init__(self, renderer: Any, interactor: Any, events: dict[str, Callable[[], None]]) -> None:
+    def __init__(self, renderer: Any, interactor: Any, gizmo: Gizmo, name: str, interaction: Interaction) -> None:
         nothing = vtkPolyData()
         nothing.SetPoints(vtkPoints())
         self._representation = vtkPointHandleRepresentation2D()
@@ -66,8 +70,19 @@ class HandleWidget:
         self._widget.KeyPressActivationOff()
         self._widget.EnableAxisConstraintOff()
         self._widget.SetEnabled(True)
-        for event, react in events.items():
-            self._widget.AddObserver(event, lambda _widget, _event, react=react: react())
+        events: dict[str, Callable[[Interaction], None]] = {
+            "StartInteractionEvent": lambda alive: alive.grabbed(gizmo, name),
+            "InteractionEvent": Interaction.dragged,
+            "EndInteractionEvent": Interaction.dropped,
+        }
+        owner = weakref.ref(interaction)
+
+        def happened(_widget: Any, event: str) -> None:
+            if (alive := owner()) is not None:
+                events[event](alive)
+
+        for event in events:
+            self._widget.AddObserver(event, happened)
 
     def place(self, position: Float64Array | None) -> None:
         """Put it somewhere in the world; None takes it away, when it is let go."""
@@ -131,7 +146,7 @@ class Edit:
         gizmo.hold(handle, self.view)
         self.start = gizmo.in_scene(self.view)
         self.before = gizmos.lights.state
-        self._own, self._own_state = gizmo.light_for(self.view.viewer), gizmo.light_handle.state
+        self._own, self._own_state = gizmo.light_handle.light(self.view.viewer), gizmo.light_handle.state
 
     @property
     def is_possible(self) -> bool:
@@ -156,7 +171,9 @@ class Edit:
     @property
     def now(self) -> LightInScene:
         """The light as it is now, where it started."""
-        return LightInScene(self.gizmo.light_for(self.view.viewer).in_world(self.view.viewer), self.start.scenery)
+        return LightInScene(
+            self.gizmo.light_handle.light(self.view.viewer).in_world(self.view.viewer), self.start.scenery
+        )
 
 
 class Drag(Edit):
@@ -337,7 +354,7 @@ class Interaction:
             widget.retire()
             self._retired.append(widget)
         for gizmo, name in places.keys() - self._widgets.keys():
-            self._widgets[gizmo, name] = self._new_widget(gizmo, name)
+            self._widgets[gizmo, name] = HandleWidget(gizmos.renderer, gizmos.interactor, gizmo, name, self)
         pixels = {key: view.project(point) for key, point in places.items()}
         for key, widget in self._widgets.items():
             widget.place(places.get(key))
@@ -363,37 +380,27 @@ class Interaction:
             return edit.over.point
         return gizmo.highlight
 
-    def _new_widget(self, gizmo: Gizmo, name: str) -> HandleWidget:
-        interaction = weakref.ref(self)
-
-        def told(react: Callable[[Interaction], None]) -> Callable[[], None]:
-            def happened() -> None:
-                if (alive := interaction()) is not None:
-                    react(alive)
-
-            return happened
-
-        events = {
-            "StartInteractionEvent": told(lambda alive: alive.grabbed(gizmo, name)),
-            "InteractionEvent": told(Interaction.dragged),
-            "EndInteractionEvent": told(Interaction.dropped),
-        }
-        return HandleWidget(self.gizmos.renderer, self.gizmos.interactor, events)
-
     def _hover(self) -> bool:
         """Tell each gizmo which of its handles is under the cursor; returns whether that is another than before."""
-        before = [gizmo.hovered for gizmo in self.gizmos.all]
+        gizmos = self.gizmos.all
+        before = [gizmo.hovered for gizmo in gizmos]
         found = [key for key, widget in self._widgets.items() if self.gizmos.is_pointed_at and widget.is_hovered]
-        for gizmo in self.gizmos.all:
+        for gizmo in gizmos:
             gizmo.hovered = next((name for owner, name in found if owner is gizmo), None)
-        return before != [gizmo.hovered for gizmo in self.gizmos.all]
+        return before != [gizmo.hovered for gizmo in gizmos]
 
     @contextmanager
     def out_of_sight(self) -> Iterator[None]:
         """Without gizmos, unless they are to be in screenshots."""
-        with self.gizmos.out_of_sight():
+        if self.gizmos.options.in_screenshots:
             yield
-        self.update()
+            return
+        self.gizmos.overlay.show(False)
+        try:
+            yield
+        finally:
+            self.gizmos.overlay.show(True)
+            self.update()
 
     def release(self) -> None:
         """Let go of widgets, observers and actors."""
@@ -405,7 +412,7 @@ class Interaction:
             self._retired.append(widget)
         self._widgets.clear()
         self._release_retired()
-        self.gizmos.release()
+        self.gizmos.overlay.detach(self.gizmos.renderer)
 
     def _release_retired(self) -> None:
         """A light can go while its handle is dragged: its widget must outlive the event that it is dealing with."""
@@ -488,7 +495,14 @@ class Interaction:
                 self._begin(None)
                 gizmos.render()
         elif gizmos.is_pointed_at:
-            self._command(key, control=bool(gizmos.interactor.GetControlKey()))
+            control, gizmo = bool(gizmos.interactor.GetControlKey()), gizmos.selected
+            if key in _TAKE and not control and gizmo is not None:
+                # a value for the handle that was grabbed last, if it is the selected light's
+                names = [*gizmo.handles, INTENSITY]
+                self._begin(Entry(gizmos, gizmo, self.grabbed_last if self.grabbed_last in names else names[0]))
+                gizmos.render()
+            elif commands.run(gizmos, key, control=control):
+                gizmos.render()
         return is_typed
 
     def _character_given(self) -> bool:
@@ -498,16 +512,6 @@ class Interaction:
 
     def _key_released(self) -> None:
         self._key_down = None
-
-    def _command(self, key: str, *, control: bool) -> None:
-        gizmo = self.gizmos.selected
-        if key in _TAKE and not control and gizmo is not None:
-            # a value for the handle that was grabbed last, if it is the selected light's
-            names = [*gizmo.handles, INTENSITY]
-            self._begin(Entry(self.gizmos, gizmo, self.grabbed_last if self.grabbed_last in names else names[0]))
-            self.gizmos.render()
-        elif commands.run(self.gizmos, key, control=control):
-            self.gizmos.render()
 
     def _type(self, entry: Entry, key: str, character: str) -> None:
         if not entry.is_possible or key == "Escape":

@@ -82,12 +82,6 @@ def test_normals_are_numpys_meanwhile(without_code):
     assert not kernel.has_run()
 
 
-@pytest.mark.usefixtures("without_code")
-def test_the_search_for_bounds_does_not_wait(monkeypatch):
-    monkeypatch.setattr(kernel._Process, "has_run", True)
-    assert kernel.find_bounds(POINTS) is None
-
-
 def test_the_same_code_is_asked_for_once(monkeypatch, tmp_path):
     started = []
     monkeypatch.setattr(kernel_code, "_start", lambda request: started.append(request))

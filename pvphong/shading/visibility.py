@@ -1,9 +1,9 @@
-"""What stands before vertices, as plans and evaluators ask of it; `pvphong.rays` answers."""
+"""What vertices see of lights and of the sky, as plans and evaluators ask for it; `pvphong.rays` finds it out."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NoReturn, Protocol, cast
+from typing import Any, Protocol, cast
 
 import numpy as np
 
@@ -19,7 +19,7 @@ _GIVEN = "what mesh.phong.visibility(scene) gives"
 _PARTS = f"{_GIVEN}, or an array of shape (lights + 1, n)"
 
 
-class Screen(Protocol):
+class VisibilityLike(Protocol):
     """What n vertices see of a scene's lights, and of the sky."""
 
     def why_clear(self, light: int) -> str:
@@ -40,8 +40,8 @@ class Screen(Protocol):
         """Raise ValueError unless it is of these vertices and lights in the world, and of such a light model."""
 
 
-class Parts:
-    """A screen of plain numbers: nobody knows why anything is clear, or where the vertices were.
+class GivenVisibility:
+    """A visibility of plain numbers: nobody knows why anything is clear, or where the vertices were.
 
     Parameters
     ----------
@@ -84,8 +84,10 @@ class Parts:
             check.refuse(self._name, f"an array of shape {self._parts.shape}", allowed, remedy)
 
 
-def checked_screen(name: str, given: Any, points: FloatArray, matrix: MatrixLike | None, scene: Scene) -> Screen:
-    """What a user gives as what the vertices see: a `Visibility`, or its numbers as `Parts` takes them.
+def checked_visibility(
+    name: str, given: Any, points: FloatArray, matrix: MatrixLike | None, scene: Scene
+) -> VisibilityLike:
+    """What a user gives as what the vertices see: a `Visibility`, or its numbers as `GivenVisibility` takes them.
 
     Raises
     ------
@@ -93,21 +95,25 @@ def checked_screen(name: str, given: Any, points: FloatArray, matrix: MatrixLike
         If it is something else, or was made for other points or lights.
     """
     if not hasattr(given, "refuse_other"):
-        given = Parts(name, given)
+        given = GivenVisibility(name, given)
     world = points if matrix is None else transform_points(points, matrix)
     given.refuse_other(world, scene.world_lights, light_labels(scene), scene.light_model)
-    return cast(Screen, given)
+    return cast(VisibilityLike, given)
 
 
-def channels_for(equation: Equation, screen: Screen | None) -> FloatArray:
-    """What an equation that has a screen reads of it.
+def visibility_channels(equation: Equation, visibility: VisibilityLike | None) -> FloatArray:
+    """What an equation that needs a visibility reads of it.
 
     Raises
     ------
     ValueError
         If there is none.
     """
-    return _refuse_unknown() if screen is None else screen.channels(equation.shadowed, sky=equation.is_occluded)
+    if visibility is None:
+        allowed = "without shadows and ambient occlusion where only points are known"
+        remedy = "mesh.phong.shade casts the rays itself; evaluate takes visibility=mesh.phong.visibility(scene)."
+        check.refuse("light_model", "one with them", allowed, remedy)
+    return visibility.channels(equation.shadowed, sky=equation.is_occluded)
 
 
 def refuse_rays(scene: Scene, where: str) -> None:
@@ -115,9 +121,3 @@ def refuse_rays(scene: Scene, where: str) -> None:
     if scene.light_model.needs_rays:
         remedy = "scene.light_model.without_rays() is the same without them; mesh.phong.shade of the result casts them."
         check.refuse("light_model", "one with them", f"without shadows and ambient occlusion {where}", remedy)
-
-
-def _refuse_unknown() -> NoReturn:
-    allowed = "without shadows and ambient occlusion where only points are known"
-    remedy = "mesh.phong.shade casts the rays itself; evaluate takes visibility=mesh.phong.visibility(scene)."
-    check.refuse("light_model", "one with them", allowed, remedy)

@@ -32,7 +32,7 @@ MODELS = [{"shadows": True}, {"ambient_occlusion": True}, {"shadows": True, "amb
 BACKENDS = ["numpy", *["numba"] * kernel.is_available()]
 
 
-class Screen:
+class KnownVisibility:
     """Known parts."""
 
     def __init__(self, parts, why=""):
@@ -66,9 +66,9 @@ def scene(lights=LIGHTS, **model):
     return ph.Scene(lights, ph.Viewer(position=(0, -3, 4)), ph.LightModel(clamp=False, **model))
 
 
-def run(given, scene, material, backend="numpy", precision="float64", albedo=None, screen=None, **options):
+def run(given, scene, material, backend="numpy", precision="float64", albedo=None, visibility=None, **options):
     points, normals, parts = given
-    vertices = Vertices(points, normals, albedo, Screen(parts) if screen is None else screen)
+    vertices = Vertices(points, normals, albedo, KnownVisibility(parts) if visibility is None else visibility)
     return Plan.of(scene, material, vertices).run(vertices, backend=backend, precision=precision, **options)
 
 
@@ -148,7 +148,7 @@ def test_pieces_are_shadowed_by_their_own_parts(given, monkeypatch):
 
 def test_windows_are_shadowed_too(given):
     points, normals, parts = given
-    vertices = Vertices(points, normals, screen=Screen(parts))
+    vertices = Vertices(points, normals, visibility=KnownVisibility(parts))
     full = scene(shadows=True, ambient_occlusion=True)
     shown = np.empty((COUNT, 3), np.uint8)
     Plan.of(full, SHINY, vertices).run_for_display(vertices, shown)
@@ -160,38 +160,38 @@ def test_windows_are_shadowed_too(given):
 
 def planned(given, why="", material=SHINY, lights=LIGHTS, **model):
     points, normals, parts = given
-    screen = Screen(parts, why)
-    vertices = Vertices(points, normals, screen=screen)
-    return Plan.of(scene(lights, **model), material, vertices), vertices, screen
+    visibility = KnownVisibility(parts, why)
+    vertices = Vertices(points, normals, visibility=visibility)
+    return Plan.of(scene(lights, **model), material, vertices), vertices, visibility
 
 
 def test_without_shadows_nobody_is_asked(given):
-    plan, vertices, screen = planned(given)
+    plan, vertices, visibility = planned(given)
     assert (plan.effects["shadow"].on, plan.effects["occlusion"].on) == (False, False)
     assert plan.effects["shadow"].why == "the light model has no shadows"
     assert plan.effects["occlusion"].why == "the light model has no ambient occlusion"
     plan.run(vertices)
-    assert screen.asked == []
+    assert visibility.asked == []
 
 
 def test_what_nothing_can_block_is_left_out(given):
-    plan, vertices, screen = planned(given, "it is noon", shadows=True, ambient_occlusion=True)
+    plan, vertices, visibility = planned(given, "it is noon", shadows=True, ambient_occlusion=True)
     assert plan.effects["shadow"].on
     assert "sun: it is noon" in plan.effects["shadow"].why
     assert "lamp" in plan.effects["shadow"].why
     assert plan.effects["occlusion"] == Decision(False, "it is noon")
     plan.run(vertices)
-    assert screen.asked == [((1, 3, 4, 5), False)]
+    assert visibility.asked == [((1, 3, 4, 5), False)]
     assert plan.error_bound == 0.0
 
 
 def test_only_what_is_read_is_asked_for(given):
     dark = replace(SHINY, diffuse=0.0, specular=0.0)
-    plan, vertices, screen = planned(given, material=dark, shadows=True, ambient_occlusion=True)
+    plan, vertices, visibility = planned(given, material=dark, shadows=True, ambient_occlusion=True)
     assert plan.effects["shadow"].why.endswith("adds ambient light alone")
     assert plan.effects["occlusion"].on
     plan.run(vertices)
-    assert screen.asked == [((), True)]
+    assert visibility.asked == [((), True)]
     black = replace(SHINY, ambient=0.0)
     assert (
         planned(given, material=black, ambient_occlusion=True)[0].effects["occlusion"].why
@@ -211,7 +211,7 @@ def test_the_effects_can_be_dropped():
 
     drops = {effect.name: effect.without for effect in EFFECTS}
     equation = assemble(scene(shadows=True, ambient_occlusion=True), SHINY, None)
-    assert equation.has_screen
+    assert equation.needs_visibility
     left = drops["occlusion"](drops["shadow"](equation, (0, 0, 0)), (0, 0, 0))
     assert left == assemble(scene(), SHINY, None)
 
