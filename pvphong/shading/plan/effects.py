@@ -26,7 +26,7 @@ from pvphong.base.vectors import angle_between
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.geometry.transform import class_of
 from pvphong.optics import attenuation
-from pvphong.optics.harmonics import BANDS
+from pvphong.optics.area.harmonics import BANDS
 from pvphong.optics.light import NODES, POSITION_EFFECT, SIZE_EFFECT
 from pvphong.optics.lights.sized import fewer_nodes
 from pvphong.optics.reflectance import Component

@@ -14,13 +14,13 @@ from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.shading.evaluation import evaluate
 from pvphong.studies.validate import validation
 from pvphong.studies.validate.cases import CASES, MATERIALS, MESHES
-from pvphong.studies.validate.report import standing_report
+from pvphong.studies.validate.report import vtk_report
 from pvphong.vtk.oracle import driver
 
 
 @pytest.fixture(scope="module")
 def report():
-    return standing_report()
+    return vtk_report()
 
 
 def test_every_scene_is_within_its_bound(report):
@@ -34,7 +34,7 @@ def test_every_scene_is_within_its_bound(report):
 
 
 def test_the_pictures_agree(report):
-    assert [picture.images.max_difference <= 2 for picture in report.pictures] == [True, True]
+    assert [images.max_difference <= 2 for images in report.pictures.values()] == [True, True]
 
 
 def test_the_list_has_everything(report):
@@ -124,9 +124,9 @@ def test_a_wrong_evaluator_fails(monkeypatch):
         return shading
 
     monkeypatch.setattr(validation, "evaluate", dimmed)
-    monkeypatch.setattr("pvphong.studies.validate.report._pictures", list)
+    monkeypatch.setattr("pvphong.studies.validate.report.pictures", dict)
     monkeypatch.setattr("pvphong.studies.validate.report.CASES", CASES[:3])
-    report = standing_report()
+    report = vtk_report()
     assert not report.passed
     assert "3 of 3 scenes failed" in report.summary()
     assert report.rows[0].cells()[-1] == "NO"
