@@ -10,7 +10,7 @@ it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, get_args
@@ -22,9 +22,9 @@ from pvphong.base.formulas import Power, chord_power
 from pvphong.base.types import ColorLike, Float64Array, FloatArray, Frame, InitSignature, Vector, rgb
 from pvphong.base.vectors import directions_to
 from pvphong.geometry.extent import Extent
+from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.attenuation import attenuate
 from pvphong.optics.roles import Corners, Place, Role, roles_of
-from pvphong.optics.spherical import CosinePower
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -68,8 +68,19 @@ POSITION_EFFECT, SIZE_EFFECT = "position", "size"
 NODES = 64
 """As so many lights a light with a size is evaluated where there is no closed form."""
 
-Integral = Callable[[Float64Array, Any], Float64Array]
-"""From points (3, m) and the `Surface` there to what a lobe reflects of a light of intensity 1, shape (m,)."""
+
+class Integral(NamedTuple):
+    """What a lobe reflects of all of a light with a size, of intensity 1: the limit of the sum over ever more nodes."""
+
+    formula: Callable[..., Any]
+    """Of its numbers, of those of the lobe (`lobe_numbers`), of the way d from a vertex to its place, the unit normal n
+    and the unit vector a of the lobe; its numbers it reads by index, and the same runs on arrays and in compiled code.
+    0 for a normal or an a that is zero."""
+
+    place: Vector
+    """From where d is."""
+
+    numbers: tuple[float, ...]
 
 
 class StandIn(NamedTuple):
@@ -114,28 +125,6 @@ class Placement(NamedTuple):
 
     most_gain: float = math.inf
     """Where its colours times so much may be beyond float32, the readable evaluator is to light the scene."""
-
-
-class Stage(NamedTuple):
-    """What compiled code runs for one kind of light with a size, for one block of vertices at a time."""
-
-    function: Callable[..., Any]
-    """(numbers, rows, points) → bool: writes vectors D to the light with 1/|D|, and strengths if it `varies`.
-
-    Numbers are what `parameters` gives; points are those of the vertices. It gives whether it could take all
-    vertices; where not, the toolkit's `approach` has marked the others, which the reference then lights.
-    What it closes over may be the toolkit and integers."""
-
-    varies: bool = True
-    """Whether it writes strengths; they are 1 everywhere if not."""
-
-    divisors: slice = slice(0)
-    """Those of the numbers that divide the strength: all of them times k make it 1/k of what it was.
-
-    With them a light may be so bright, and so far away, that float32 holds neither by itself."""
-
-    most_gain: float = 2.0**100
-    """Where its strengths times so much may be beyond float32, the readable evaluator is to light the scene."""
 
 
 class VtkValues(NamedTuple):
@@ -347,19 +336,7 @@ class Light:
         return (((1.0, 1.0, 1.0), self),)
 
     def closed(self, form: CosinePower) -> Integral | None:  # noqa: ARG002 there is none
-        """What a lobe reflects of all of it, exactly: for a light with a size whose integral has a closed form.
-
-        Parameters
-        ----------
-        form : CosinePower
-            The lobe's factor.
-
-        Returns
-        -------
-        callable or None
-            What gives the limit of the sum over ever more `nodes` of intensity, strength and factor. None where the
-            nodes are to do.
-        """
+        """What a lobe reflects of all of it, exactly; None where its `nodes` are to do."""
         return None
 
     @cached_property
@@ -391,26 +368,6 @@ class Light:
         What varies is then taken as it is at a point. Only what arrives counts: colours and intensity stay.
         """
         return self, 1.0
-
-    # -- what compiled code does for it
-
-    def closed_parameters(self, forms: Sequence[CosinePower | None]) -> tuple[float, ...]:  # noqa: ARG002 no stage
-        """The numbers that its closed stage reads, none further from 0 than 2¹⁰⁰."""
-        return ()
-
-    def closed_stage(self, toolkit: Any, forms: Sequence[CosinePower | None]) -> Stage | None:  # noqa: ARG002
-        """What compiled code runs in float32 for what it has closed forms of; None for the readable evaluator.
-
-        Other than that of a light without a size it writes the factors of the lobes too, into `FIRST` and so on.
-
-        Parameters
-        ----------
-        toolkit : module
-            What it is written with.
-        forms : sequence of CosinePower
-            One for each lobe, None for those that are not wanted.
-        """
-        return None
 
     # -- what VTK knows of it
 

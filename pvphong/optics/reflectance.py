@@ -18,8 +18,8 @@ import numpy as np
 
 from pvphong.base.formulas import Power, chord_power
 from pvphong.base.types import FloatArray, Vector
+from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.light import Arrival
-from pvphong.optics.spherical import CosinePower
 from pvphong.optics.surface import Surface
 
 Component = Literal["diffuse", "specular"]

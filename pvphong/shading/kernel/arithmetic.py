@@ -105,11 +105,11 @@ _EXP32 = tuple(
         0.24022650718688965, 0.6931471824645996, 1.0,
     )
 )  # fmt: skip
-_LOG64 = (
+LOG64 = (
     0.2136589569431927, 0.2209130842311768, 0.262334352504183, 0.32059853491395984,
     0.4121985858409005, 0.5770780163455203, 0.9617966939259898, 2.8853900817779268,
 )  # fmt: skip
-_EXP64 = (
+EXP64 = (
     4.4549605981865186e-10, 7.072585949269223e-09, 1.0178062445845774e-07, 1.321544258792169e-06,
     1.525273382983612e-05, 0.0001540353044173605, 0.0013333558146416936, 0.009618129107606888,
     0.0555041086648216, 0.24022650695910097, 0.6931471805599453, 1.0,
@@ -187,13 +187,13 @@ def _log2_power64(square: Any, exponent: Any, least: Any) -> Any:
     m = np.int64(bits - (k << _MANTISSA64)).view(np.float64)
     t = -d if k == 0 else m - 1.0
     z = t / (2.0 + t)
-    return max(exponent * max(z * _horner(z * z, _LOG64) + np.float64(k), least), _LEAST64)
+    return max(exponent * max(z * _horner(z * z, LOG64) + np.float64(k), least), _LEAST64)
 
 
 @contracted
 def _exp2_64(y: Any) -> Any:
     whole = y + _WHOLE64
-    significand = np.float64(_horner(y - (whole - _WHOLE64), _EXP64)).view(np.int64)
+    significand = np.float64(_horner(y - (whole - _WHOLE64), EXP64)).view(np.int64)
     return np.int64(significand + (np.float64(whole).view(np.int64) << _MANTISSA64)).view(np.float64)
 
 
@@ -318,8 +318,8 @@ def bind_formulas() -> None:
 
 
 def _bind(operation: Callable[..., Any], compiled: Callable[..., Any]) -> None:
-    def chosen(*_types: Any) -> Callable[..., Any]:
-        return compiled
+    def chosen(*kinds: Any) -> Callable[..., Any] | None:
+        return compiled if all(isinstance(kind, types.Number | types.Boolean) for kind in kinds) else None
 
     overload(operation, jit_options=_INLINED, strict=False)(chosen)
 

@@ -20,10 +20,11 @@ from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.light import Light
 from pvphong.optics.reflectance import LAMBERT
 from pvphong.shading.equation import Equation, LightTerm
-from pvphong.shading.kernel import toolkit
 from pvphong.shading.kernel.stages import (
     LEAST_NUMBERS,
     already_there,
+    integral_numbers,
+    integral_stage,
     light_numbers,
     light_stage,
     reflectance_numbers,
@@ -115,26 +116,26 @@ def _code_of(term: LightTerm, equation: Equation, real: str) -> TermCode | None:
     if light.is_even and not light.has_size:
         return _BY_DRIVER
     if light.has_size:
-        colors = zip(equation.reflectance.forms, term.colors, strict=True)
-        forms = tuple([form if any(color) else None for form, color in colors])
-        closed = light.closed_stage(toolkit, forms) if real == "float32" else None
-        if closed is None:
+        forms = [
+            form if any(color) else None for form, color in zip(equation.reflectance.forms, term.colors, strict=True)
+        ]
+        integrals = [form and light.closed(form) for form in forms]
+        if any(each is not None and each.formula not in FORMULAS for each in integrals):
             return None
-        code = TermCode(closed.function, light.closed_parameters(forms), closed.varies, closed.divisors)
-        most_gain, coordinates = closed.most_gain, code.numbers
-    else:
-        placement = light.placement
-        if placement is None or not holds(placement.attenuation):
-            return None
-        weakens = placement.attenuation != (1.0, 0.0, 0.0)
-        code = TermCode(
-            light_stage(placement.falloff, weakens),
-            light_numbers(placement),
-            weakens or placement.falloff is not None,
-            slice(3, 6 if weakens else 3),
-        )
-        most_gain, coordinates = placement.most_gain, placement.position
-    return code if are_in_range(coordinates) and (not code.varies or term.gain <= most_gain) else None
+        code = TermCode(integral_stage(integrals, forms), integral_numbers(term.gain, integrals, forms, real))
+        return code if are_in_range(code.numbers[:3]) else None
+    placement = light.placement
+    if placement is None or not holds(placement.attenuation):
+        return None
+    weakens = placement.attenuation != (1.0, 0.0, 0.0)
+    code = TermCode(
+        light_stage(placement.falloff, weakens),
+        light_numbers(placement),
+        weakens or placement.falloff is not None,
+        slice(3, 6 if weakens else 3),
+    )
+    is_held = are_in_range(placement.position) and (not code.varies or term.gain <= placement.most_gain)
+    return code if is_held else None
 
 
 def holds(numbers: Iterable[Any]) -> bool:
@@ -197,7 +198,8 @@ class Coder:
         stage, numbers, varies, divisors = code
         if stage is None:
             return self._even(term), numbers
-        strength, gain, lobes = term.gain, 1.0, self._lobes(term)
+        gain, lobes = 1.0, self._lobes(term)
+        strength = 1.0 if term.light.has_size else term.gain  # its stage's factors have that
         if varies:
             strength, exponent = _parted(strength)
             kept = min(exponent, _IN_FLOAT32)

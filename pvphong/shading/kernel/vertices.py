@@ -45,17 +45,11 @@ DECLINED = 28 * BLOCK
 # Albedo.
 ALBEDO_R, ALBEDO_G, ALBEDO_B = range(29 * BLOCK, 32 * BLOCK, BLOCK)
 
-# How a light with a size is seen: sine and cosine of its angular radius, n·l; for its stage's own use.
-SINE, COSINE, TILT, OWN = range(32 * BLOCK, 36 * BLOCK, BLOCK)
-
-# Arcs of great circles, and rims, along which integrals over lights with a size are taken.
-ARC, RIM = OWN + 8 * BLOCK, OWN + 14 * BLOCK
-
 # Parts of one light, and of the ambient light, that nothing blocks.
-VISIBLE, SKY = range(RIM + 16 * BLOCK, RIM + 18 * BLOCK, BLOCK)
+VISIBLE, SKY = range(32 * BLOCK, 34 * BLOCK, BLOCK)
 
 # Unit tangents across n, where the reflectance needs them; and the length of all rows.
-TX, TY, TZ, ROWS = range(RIM + 18 * BLOCK, RIM + 22 * BLOCK, BLOCK)
+TX, TY, TZ, ROWS = range(34 * BLOCK, 38 * BLOCK, BLOCK)
 
 
 # --- loading
