@@ -1,4 +1,4 @@
-"""The effects that a scene may call for: how each is left out, what is said of it, and what the scene is without it.
+"""The effects that a scene may call for: how each is left out, when it is on and why, and the equation without it.
 
 An effect is a class here and its row in `EFFECTS`, at the end, which plans and the accuracy report read. One that
 lights call for by its name (`Light.effects`) and can say how to do without is a row alone, of `LightEffect`.
@@ -251,16 +251,16 @@ class Size(LightEffect):
     def decide(self, draft: Draft) -> Decision:
         """With how lobes are integrated over the lights: exactly, or by nodes."""
         decision, equation = super().decide(draft), draft.equation
-        components_by_way: dict[str, list[str]] = {}
+        by_method: dict[str, list[str]] = {}
         components: tuple[Component, ...] = ("diffuse", "specular")
         for component in components if decision.on else ():
             for term in equation.terms:
                 if self.has(equation, term) and equation.has(term, component):
                     _, summed = by_closed_form(term, equation.forms)
                     is_summed = any(any(summed[k]) for k in equation.lobes_of(component))
-                    way = f"by {NODES if term.nodes is None else len(term.nodes)} nodes" if is_summed else "exact"
-                    components_by_way.setdefault(way, []).append(component)
-        said = ", ".join(f"{' and '.join(dict.fromkeys(found))} {way}" for way, found in components_by_way.items())
+                    method = f"by {NODES if term.nodes is None else len(term.nodes)} nodes" if is_summed else "exact"
+                    by_method.setdefault(method, []).append(component)
+        said = ", ".join(f"{' and '.join(dict.fromkeys(found))} {method}" for method, found in by_method.items())
         return replace(decision, why=f"{decision.why}: {said}") if said else decision
 
 
