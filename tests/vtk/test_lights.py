@@ -266,6 +266,14 @@ def test_lights_come_back_but_for_the_rounding_of_vtks_focal_point_and_its_highe
     assert dataclasses.replace(back, **kept) == light
 
 
+def test_a_spot_that_stands_far_out_keeps_its_direction():
+    light = SpotLight((3e9, -1e9, 2e9), (1e-3, 2e-3, -1e-3))
+    back = as_light(light.to_pyvista()).direction
+    np.testing.assert_allclose(
+        back / np.linalg.norm(back), light.direction / np.linalg.norm(light.direction), atol=2**-31
+    )
+
+
 @pytest.mark.parametrize("kind", [PointLight, SpotLight])
 @pytest.mark.parametrize("seed", range(6))
 def test_positional_camera_lights_come_back_with_the_viewers_distance(kind, seed):
