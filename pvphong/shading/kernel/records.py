@@ -9,7 +9,7 @@ import math
 import struct
 from collections.abc import Callable, Iterable
 from itertools import chain
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from pvphong.base.types import Vector
 from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.reflectance import LAMBERT
 from pvphong.shading.equation import Equation, LightTerm
+from pvphong.shading.kernel.code import Library
 from pvphong.shading.kernel.stages import (
     LEAST_NUMBERS,
     already_there,
@@ -29,9 +30,6 @@ from pvphong.shading.kernel.stages import (
     reflectance_numbers,
     reflectance_stage,
 )
-
-if TYPE_CHECKING:
-    from pvphong.shading.kernel.code import Library
 
 TERM = np.dtype(
     [
