@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Self
 
-import numpy as np
-
 from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.formulas import ONE, TWO, ZERO, Power, add, formula, square, where
-from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
-from pvphong.base.vectors import angle_between, dot, unit_vector
+from pvphong.base.types import Vector, VectorLike
+from pvphong.base.vectors import angle_between, unit_vector
 from pvphong.geometry.extent import Extent
 from pvphong.optics.attenuation import coefficients, strongest
 from pvphong.optics.light import Light, Placement, StandIn, VtkValues
@@ -145,16 +142,6 @@ class SpotLight(Weakening, Light):
 
     def _as_point(self) -> PointLight:
         return PointLight(position=self.position, attenuation=self.attenuation)
-
-    def offsets(self, points: Float64Array) -> Iterator[Float64Array]:
-        """From its position, and from its axis."""
-        axis, from_light = np.array(self.axis)[:, None], points - np.array(self.position)[:, None]
-        yield from_light
-        yield from_light - dot(axis, from_light) * axis
-
-    def edges(self, directions: FloatArray) -> Iterator[FloatArray]:
-        """Of the cone."""
-        yield self._edge - square(add(self.axis, directions))
 
     def as_vtk(self) -> VtkValues:
         """All its fields. VTK takes a cone of 90° for none, and keeps exponents up to 128."""
