@@ -90,7 +90,7 @@ def test_nothing_is_computed_before_it_is_asked_for_and_then_once(monkeypatch):
     assert repr(shading) == repr(computed) == "<Shading of 1000 vertices, float32, components of 2 lights>"
 
 
-@pytest.mark.parametrize("chunks", [(3, 1, 996), (500, 500)], ids=str)
+@pytest.mark.parametrize("chunks", [(3, 1, 996), (900, 100)], ids=str)
 @pytest.mark.parametrize("matrix", [None, MATRIX], ids=["", "matrix"])
 def test_a_scene_without_a_viewer_is_framed_by_all_points(matrix, chunks):
     how = {"matrix": matrix, "backend": "numpy"}

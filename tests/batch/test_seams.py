@@ -93,7 +93,7 @@ def test_an_index_is_read_as_pieces_and_written_back(suffix, client):
     mesh = bare(MESHES["ball"])
     whole = mesh.phong.shade(SCENE, BRIGHT)
     pieces = cut(mesh) if suffix == ".pvtu" else surfaces(mesh)
-    pieces[1].point_data["mark"] = np.zeros(pieces[1].n_points)  # the others have none
+    pieces[0].point_data["mark"] = np.zeros(pieces[0].n_points)  # the others have none
     index = save_pieces(pieces, "in", suffix)
     batch = ph.shade_files(index, "lit", SCENE, BRIGHT, client=client)
     assert (len(batch.done), batch.skipped, batch.failed) == (len(pieces) + 1, (), {})
