@@ -10,7 +10,7 @@ it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, get_args
@@ -89,8 +89,8 @@ class Integral(NamedTuple):
 class StandIn(NamedTuple):
     """Cheaper lights that may stand in for one, and by how much that is wrong."""
 
-    lights: tuple[Light, ...]
-    """Of these only what arrives counts: colours and intensity stay. None: the one is dark here."""
+    make: Callable[[], tuple[Light, ...]] | None
+    """Gives them; only what arrives from them counts: colours and intensity stay. None: the one is dark here."""
 
     why: str = ""
     """The reason, in which `{bound}` stands for the error in a colour."""
@@ -372,15 +372,6 @@ class Light:
         """
         return self, 1.0
 
-    def offsets(self, points: Float64Array) -> Iterator[Float64Array]:
-        """At points (3, k), vectors (3, k) that vary linearly and are shortest where it is brightest."""
-        for place in self.places:
-            yield points - np.array(place)[:, None]
-
-    def edges(self, directions: FloatArray) -> Iterator[FloatArray]:  # noqa: ARG002 it has none
-        """For unit vectors (3, k) to it, values (k,) that change their sign where it ends."""
-        return iter(())
-
     # -- what VTK knows of it
 
     @property
@@ -400,21 +391,6 @@ class Light:
             remedy = "It can be evaluated and planned; a kind with `as_vtk` can also be drawn and compared."
             check.refuse("light", self, "one that VTK has", remedy)
         return self.stand_in.as_vtk()
-
-    @property
-    def is_in_vtk(self) -> bool:
-        """Whether `as_vtk` says all of it."""
-        return type(self).as_vtk is not Light.as_vtk
-
-    def refuse_unless_in_vtk(self, argument: str, allowed: str) -> None:
-        """Raise ValueError, which names the argument and the nearest light that VTK has, unless VTK has this one."""
-        if self.is_in_vtk:
-            return
-        kind, nearest, remedy = type(self).__name__, self.stand_in, ""
-        if nearest is not self:
-            shape = ", ".join(f"{field}={getattr(nearest, field)}" for field in nearest.roles)
-            remedy = f"The nearest that VTK has is {type(nearest).__name__}({shape})."
-        check.refuse(argument, f"{'an' if kind[0] in 'AEIOU' else 'a'} {kind}", allowed, remedy)
 
     def to_pyvista(self, viewer: Any = None) -> pv.Light:
         """The same light as a new `pyvista.Light`, its floats unrounded; of a light that VTK has not, the nearest.

@@ -148,6 +148,8 @@ class Reflectance(ABC):
     factors: ClassVar[staticmethod[[Any, Geometry, Any], tuple[Any, ...]]]
     """Formula of the lobes' factors: of its `parameters`, of the geometry, and of its highlight, if it has a `power`.
 
+    The first lobe's does not depend on the highlight, which is not computed where only that one is wanted.
+
     Without a normal or a light's direction they are 0; evaluators take away what needs a viewer where there is none.
     """
 

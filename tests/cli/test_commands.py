@@ -81,7 +81,9 @@ def by_names(change):
 
 
 SHADED = {
-    "sphere.vtp": lambda: shaded("sphere.vtp"),
+    "sphere.vtp --specular 0.5 --shininess 9": lambda: shaded(
+        "sphere.vtp", material=ph.Material(specular=0.5, shininess=9)
+    ),
     "sphere.vtp --scene away.json --tolerance 0.1": lambda: shaded("sphere.vtp", "away.json", tolerance=0.1),
     f"sphere.vtp --scene rig.json {ALL}": lambda: shaded(
         "sphere.vtp", "rig.json", MATERIAL, name="lit", albedo="tint", components=True, precision="float64"
@@ -155,6 +157,14 @@ def test_a_picture_of_the_size_and_background_asked_for():
     middle = pixels[30, 60].astype(int)
     assert middle[1] > max(middle[0], middle[2]) > 30  # jade is green
     assert run("shade blocks.vtm -o lit.png") == 0
+
+
+def test_a_picture_has_the_shadows_that_are_asked_for():
+    brightness = []
+    for words in ("", "--shadows --occluder roof.vtp"):
+        assert run(f"shade sphere.vtp -o lit.png --scene sun.json --background black --size 60 60 {words}") == 0
+        brightness.append(pv.read("lit.png").active_scalars.mean())
+    assert 0 < brightness[1] < 0.8 * brightness[0]
 
 
 def test_a_viewer_that_looks_elsewhere_is_moved_to_see_the_mesh_and_that_is_said(capsys):

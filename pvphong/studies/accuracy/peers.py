@@ -15,6 +15,7 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, rgb
 from pvphong.geometry.transform import transform_normals, transform_points
 from pvphong.meshes.surfaces import shallow_copy
+from pvphong.optics.lights import refuse_unless_in_vtk
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.shading.equation import Equation
@@ -85,7 +86,7 @@ def textbook_colors(
     if model.convention != "standard":
         check.refuse("convention", model.convention, "'standard' for the textbook formula")
     for index, light in enumerate(scene.lights):
-        light.refuse_unless_in_vtk(f"lights[{index}]", "one that the textbook knows")
+        refuse_unless_in_vtk(light, f"lights[{index}]", "one that the textbook knows")
     refuse_rays(scene, "for the textbook formula")
     if material.reflectance is not None:
         check.refuse("reflectance", material.reflectance, "None for the textbook formula")
