@@ -98,17 +98,6 @@ def test_a_moved_light_of_pyvista_keeps_what_does_not_matter(lights):
     assert handle.light(lights.viewer).direction == (0, 0, -2)
 
 
-def test_an_added_light_is_taken_back_and_returned(lights):
-    lights.add(SUN)
-    before, handle = lights.state, lights.add(LAMP)
-    after = lights.state
-    lights.revert(after, before)
-    assert lights.values == (SUN,)
-    lights.revert(before, after)
-    assert lights.values == (SUN, LAMP)
-    assert lights.find("lamp") is handle
-
-
 def test_a_removed_light_returns_to_its_place(lights, renderer):
     for light in (SUN, LAMP, SPOT):
         lights.add(light)

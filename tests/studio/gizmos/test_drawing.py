@@ -29,6 +29,7 @@ def drawn(light, seen_from, *, selected=False, scale=1.0):
         ((0.02, 0.01, 0), (1, 0.5, 0)),
         ((4.0, 4.0, 2.0), (1, 1, 0.5)),
         (0.3, (1, 1, 1)),
+        (0.0, (0.6, 0.6, 0.6)),
     ],
 )
 def test_the_hue_is_the_lights_at_full_value(diffuse, expected):
@@ -36,10 +37,6 @@ def test_the_hue_is_the_lights_at_full_value(diffuse, expected):
     np.testing.assert_allclose(hue(light), expected)
     np.testing.assert_allclose(hue(dataclasses.replace(light, on=False)), 0.45 * np.array(expected))
     np.testing.assert_allclose(hue(dataclasses.replace(light, intensity=0.0)), expected)
-
-
-def test_a_black_light_is_grey():
-    assert hue(PointLight(diffuse=0)) == (0.6, 0.6, 0.6)
 
 
 @each_kind
