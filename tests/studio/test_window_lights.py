@@ -83,6 +83,8 @@ def test_what_pvphong_alone_knows_comes_back_too(lights):
     lights.revert(lights.state, state)
     assert lights.values == (SPOT,)
     assert lights.find("spot") is handle
+    handle.vtk_light.SetIntensity(0.5)
+    assert lights.values[0].name == "spot"
 
 
 def test_a_moved_light_of_pyvista_keeps_what_does_not_matter(lights):
