@@ -70,7 +70,7 @@ if TYPE_CHECKING:  # by the alias a type checker knows that a name is public
     from pvphong.studies.accuracy.report import Tradeoff as Tradeoff
     from pvphong.studies.diagnose.diagnosis import Diagnosis as Diagnosis
     from pvphong.studies.diagnose.diagnosis import diagnose as diagnose
-    from pvphong.studies.validate.comparison import Comparison as Comparison
+    from pvphong.studies.validate.validation import Comparison as Comparison
     from pvphong.studies.validate.validation import validate as validate
     from pvphong.vtk.lights import as_light as as_light
     from pvphong.vtk.lights import light_kit as light_kit
@@ -109,8 +109,7 @@ _PLACES = {
     "studies.accuracy.measure": "tradeoff",
     "studies.accuracy.report": "Tradeoff",
     "studies.diagnose.diagnosis": "Diagnosis diagnose",
-    "studies.validate.comparison": "Comparison",
-    "studies.validate.validation": "validate",
+    "studies.validate.validation": "Comparison validate",
     "vtk.lights": "as_light light_kit",
     "vtk.oracle": "vtk_shade",
 }

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from pvphong.studies.accuracy.report import Tradeoff
     from pvphong.studies.diagnose.diagnosis import Diagnosis
     from pvphong.studies.refine import Placement
-    from pvphong.studies.validate.comparison import Comparison
+    from pvphong.studies.validate.validation import Comparison
 
 _PLAIN = Material()
 

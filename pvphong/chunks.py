@@ -124,14 +124,12 @@ def _cut_alike(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _checked(name: str, array: Any) -> Any:
-    """A Dask array that is cut along vertices only."""
+    """A Dask array that is cut along vertices only; what is seen may be cut along lights too."""
     from dask.array import Array
 
     if not isinstance(array, Array) or not (name == _VISIBILITY) < array.ndim <= 2:
         check.refuse(name, f"a {type(array).__name__}", f"a Dask array: {_allowed(name)}")
-    if name == _VISIBILITY:
-        return array.rechunk({0: -1})
-    if array.ndim == 2 and array.numblocks[1] > 1:
+    if name != _VISIBILITY and array.ndim == 2 and array.numblocks[1] > 1:
         got = f"one with the columns cut into {array.chunks[1]}"
         check.refuse(name, got, "cut along vertices only", f"{name}.rechunk({{1: -1}}) puts them together.")
     return array

@@ -18,8 +18,7 @@ from pvphong.optics.lights import Light
 from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
-from pvphong.studies.validate.comparison import Comparison
-from pvphong.studies.validate.validation import validate
+from pvphong.studies.validate.validation import Comparison, validate
 from pvphong.studio.gizmos import Gizmo, History, Interaction, Keys, Options, check_keys
 from pvphong.studio.lit_actors import ARRAY, LitMesh, lit_meshes
 from pvphong.studio.subplot import Subplot

@@ -148,6 +148,15 @@ def test_every_option_reaches_each_block():
         blocks.phong.plan(SCENE, rougness=0.5)
 
 
+def test_a_viewer_who_frames_blocks_sees_them_where_their_matrix_puts_them():
+    ball, matrix = pv.Sphere(), np.diag([2.0, 1, 1, 1])
+    matrix[0, 3] = 10.0
+    blocks = pv.MultiBlock({"one": ball, "gap": None, "two": ball.translate((3, 0, 0))})
+    viewer = scene_for(blocks, SCENE, matrix).viewer
+    assert viewer == scene_for(blocks.combine(), SCENE, matrix).viewer
+    assert viewer != scene_for(blocks, SCENE).viewer
+
+
 def test_every_study_of_blocks_takes_a_material_for_each():
     ball = pv.Sphere(theta_resolution=8, phi_resolution=8)
     blocks, mirror = pv.MultiBlock({"a": ball, "gap": None, "b": ball}), Material(diffuse=0.1, specular=0.9)

@@ -90,11 +90,12 @@ def test_nothing_is_computed_before_it_is_asked_for_and_then_once(monkeypatch):
     assert repr(shading) == repr(computed) == "<Shading of 1000 vertices, float32, components of 2 lights>"
 
 
+@pytest.mark.parametrize("chunks", [(3, 1, 996), (900, 100)], ids=str)
 @pytest.mark.parametrize("matrix", [None, MATRIX], ids=["", "matrix"])
-def test_a_scene_without_a_viewer_is_framed_by_all_points(matrix):
+def test_a_scene_without_a_viewer_is_framed_by_all_points(matrix, chunks):
     how = {"matrix": matrix, "backend": "numpy"}
     expected = ph.evaluate(POINTS, NORMALS, LIGHTS, SHINY, **how)
-    same(ph.evaluate(cut(POINTS, (3, 1, 996)), NORMALS, LIGHTS, SHINY, **how), expected)
+    same(ph.evaluate(cut(POINTS, chunks), NORMALS, LIGHTS, SHINY, **how), expected)
 
 
 def test_each_chunk_plans_for_itself_within_the_tolerance():
@@ -115,6 +116,9 @@ def test_chunks_of_unknown_length_are_lit_where_they_fit():
     )
     with pytest.raises(ValueError, match=r"^normals must be one row per point; got 334 rows beside 4 chunks of"):
         ph.evaluate(points, NORMALS[rows], PLAIN, SHINY)
+    fewer = cut(NORMALS, 500)[some.rechunk(500)]
+    with pytest.raises(ValueError, match=r"^normals must be .*; got 2 chunks of unknown length beside 4 chunks of"):
+        ph.evaluate(points, fewer, PLAIN, SHINY)
 
 
 SHORT = r"^normals must be one row per point; got 990 rows beside 1000 rows in points\."

@@ -70,6 +70,52 @@ def like(x: Any, value: Any) -> Any:
     return x.dtype.type(value)
 
 
+def nearest(x: Any) -> Any:
+    """The nearest whole number."""
+    return np.rint(x)
+
+
+def over_its_size(x: Any) -> Any:
+    """The power of two that brings x > 0 to [1, 2); for more than 2¹⁰⁰⁰, that of 2¹⁰⁰⁰."""
+    return np.ldexp(1.0, 1 - np.frexp(np.minimum(x, 2.0**1000))[1])
+
+
+def arctan2(y: Any, x: Any) -> Any:
+    """The angle of a point, in [−π, π]; 0 at the origin."""
+    return np.arctan2(y, x)
+
+
+def sine(x: Any) -> Any:
+    """Sin x for some turns of the circle."""
+    return np.sin(x)
+
+
+def cosine(x: Any) -> Any:
+    """Cos x, to the last digits of 1."""
+    return np.cos(x)
+
+
+def log1p(x: Any) -> Any:
+    """The natural logarithm of 1 + x."""
+    return np.log1p(x)
+
+
+def power_less_one(less: Any, exponent: Any) -> Any:
+    """max(z, 0)ᵖ − 1 for less = 1 − z, to the last digits near z = 1 too; 0⁰ is 1."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(exponent > 0.0, np.expm1(exponent * np.log1p(-np.minimum(less, 1.0))), 0.0)
+
+
+def any_of(conditions: Any) -> Any:
+    """Whether any of them holds: what none needs may then be left out, by `if`."""
+    return np.any(conditions)
+
+
+def largest(x: Any) -> Any:
+    """The largest of whole numbers >= 0, as an integer: so often a loop goes that serves all of them."""
+    return int(np.max(x, initial=0.0))
+
+
 def exponential(x: Any) -> Any:
     """Eˣ for x <= 0."""
     return np.exp(x)

@@ -97,7 +97,7 @@ def neighbours_of(borders: Sequence[Border]) -> list[Neighbours]:
     # all faces along borders, one piece after the other: of each corner its row among all points, and its place, a
     # number that points have in common whose coordinates are the same
     points = np.concatenate([border.points.astype(np.float64) for border in borders])
-    place = np.unique(points + 0.0, axis=0, return_inverse=True)[1].reshape(-1)  # -0 and 0 are one place
+    place = np.unique(points, axis=0, return_inverse=True)[1].reshape(-1)
     first = _offsets([len(border.points) for border in borders])
     corners = np.concatenate([border.connectivity + row for border, row in zip(borders, first, strict=False)])
     sizes = np.concatenate([np.diff(border.offsets) for border in borders])

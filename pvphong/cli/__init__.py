@@ -4,6 +4,11 @@ Exit status 0 is success; 1 is a mesh that `diagnose` finds fault with, colours 
 VTK's, a file of many that `shade` cannot light, or code that `compile` cannot compile or keep; 2 is bad input, or a
 crash in a library: one line on the error output says which. Ctrl-C gives 130, and a pipe that nobody reads any more
 141, as shells have it.
+
+In the order in which to read it: `supervisor` (a light parent, of whose child even a crash comes to one line), `app`
+(the commands put together, and `compile`), `options` (what several commands take, and what they read), then the
+commands `shade`, `reports` (`plan`, `validate`, `tradeoff`, `diagnose`), `view` and `demo`, all of which call
+`mesh.phong`; `progress` (what is shown while they work).
 """
 
 from pvphong.cli.supervisor import main

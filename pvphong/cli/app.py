@@ -21,14 +21,6 @@ from pvphong.shading import kernel
 
 _VERBOSE = "--verbose"
 
-app = App(
-    name="pvphong",
-    help="Phong lighting of meshes as data: lit colours as arrays, in files and in pictures.",
-    help_epilogue="With --verbose any command shows what libraries print on the error output.",
-    version=version("pvphong"),
-    suppress_keyboard_interrupt=False,
-)
-
 
 def compile_code() -> int:
     """Compile the fast evaluator in advance, once per installation; it says what is in the way if that cannot be done.
@@ -53,6 +45,13 @@ _COMMANDS = {
     **{command.__name__: command for command in (demo, shade, view, plan, validate, tradeoff, diagnose)},
     "compile": compile_code,
 }
+app = App(
+    name="pvphong",
+    help="Phong lighting of meshes as data: lit colours as arrays, in files and in pictures.",
+    help_epilogue="With --verbose any command shows what libraries print on the error output.",
+    version=version("pvphong"),
+    suppress_keyboard_interrupt=False,
+)
 for name, command in _COMMANDS.items():
     app.command(command, name=name)
 
@@ -60,32 +59,25 @@ for name, command in _COMMANDS.items():
 def main(tokens: Sequence[str] | None = None) -> int:
     """Run the command line in this process and give the exit status."""
     words = list(sys.argv[1:] if tokens is None else tokens)
-    verbose = _VERBOSE in words
+    is_verbose = _VERBOSE in words
+    command = next((_COMMANDS.get(word) for word in words if not word.startswith("-")), None)
+    if command is None or "verbose" not in signature(command).parameters:
+        words = [word for word in words if word != _VERBOSE]  # the supervisor has seen it
     try:
-        status = app(_for_command(words), exit_on_error=False, print_error=False, result_action="return_value") or 0
+        status = app(words, exit_on_error=False, print_error=False, result_action="return_value") or 0
         if sys.stdout is not None:
             sys.stdout.flush()
-    except (CycloptsError, ValueError, OSError) as error:
-        return _refused(str(error))
     except KeyboardInterrupt:
         return 130
+    except (CycloptsError, ValueError, OSError) as error:
+        reason = str(error)
     except MemoryError:
-        return _refused("there is not enough memory for this.")
+        reason = "there is not enough memory for this."
     except Exception as error:
-        if verbose:
+        if is_verbose:
             traceback.print_exc()
-        return _refused(f"{type(error).__name__}: {error} (this should not happen; --verbose shows where)")
-    return status
-
-
-def _for_command(words: list[str]) -> list[str]:
-    """The words without --verbose, if the command itself has no more to say; the supervisor has seen it."""
-    command = next((_COMMANDS.get(word) for word in words if not word.startswith("-")), None)
-    if command is not None and "verbose" in signature(command).parameters:
-        return words
-    return [word for word in words if word != _VERBOSE]
-
-
-def _refused(why: str) -> int:
-    print("error:", " ".join(why.split()), file=sys.stderr)
+        reason = f"{type(error).__name__}: {error} (this should not happen; --verbose shows where)"
+    else:
+        return status
+    print("error:", " ".join(reason.split()), file=sys.stderr)
     return 2

@@ -79,7 +79,7 @@ def validate(
     output
         .vtp, .vtk or .vtkhdf for the mesh with the signed errors; .vtm, .vtmb or .vtkhdf for several blocks.
     every
-        In place of a mesh: a standing list of scenes, on meshes that come with PyVista.
+        In place of a mesh: a fixed list of scenes, on meshes that come with PyVista.
     report
         .md for the results of --all, with pictures in a folder beside it.
     """
@@ -111,12 +111,12 @@ def validate(
 
 
 def _validate_all(report: Path | None, verbose: bool) -> int:
-    from pvphong.studies.validate.report import refuse_path, standing_report  # it loads VTK's rendering
+    from pvphong.studies.validate.report import refuse_path, vtk_report  # it loads VTK's rendering
 
     if report is not None:
         refuse_path(report)
     with busy("Drawing a list of scenes with VTK"):
-        found = standing_report()
+        found = vtk_report()
     _print_reports(found, verbose)
     if report is not None:
         found.save(report)

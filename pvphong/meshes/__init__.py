@@ -1,6 +1,8 @@
-"""PyVista data in and out.
+"""PyVista data in and out. In reading order:
 
-`lit.py` is what `mesh.phong.shade` and `mesh.phong.plan` run, from top to bottom: `surfaces` (with `cells`, which
-refuses what would crash VTK), `point_data`, `default_scene`, `visibility`. `blocks` does the same for meshes of several
-blocks, `files` reads and writes them (`whole_files` says whether a file is whole), `pictures` draws them.
+`lit` is what `mesh.phong.shade`, `plan`, `visibility` and `normals` run. It takes a mesh's surface, its faces and their
+normals, and splits its sharp edges, by `surfaces` (with `cells`, which reads cell arrays and refuses what would crash
+VTK); what is given for each point, textures too, by `point_data`; a scene where none is given by `default_scene`; and
+what blocks the light by `visibility`. `blocks` does things to meshes of several blocks, `files` reads and writes them
+(`whole_files` says whether a file is whole), and `pictures` draws lit meshes.
 """

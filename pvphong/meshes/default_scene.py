@@ -80,7 +80,11 @@ def scene_for(mesh: Any, given: SceneLike | None, matrix: MatrixLike | None = No
         return default_scene(mesh)
 
     def bounds() -> VectorLike:
-        return mesh.bounds if isinstance(mesh, pv.MultiBlock) else Vertices(mesh.points, None).bounds(matrix)
+        parts = [Vertices(part.points, None).bounds(matrix) for part in leaves(mesh) if isinstance(part, pv.DataSet)]
+        if not parts:
+            return mesh.bounds
+        low, high = np.fmin.reduce(parts)[::2], np.fmax.reduce(parts)[1::2]  # whatever part has none is NaN
+        return np.stack([low, high], axis=1).ravel()
 
     return as_scene(given, bounds)
 

@@ -27,7 +27,7 @@ from pvphong.base import check
 from pvphong.base.files import PREFIX, reserve, sync, written_aside
 from pvphong.base.processes import Watch, begin_work, reading
 from pvphong.meshes.blocks import leaves, map_blocks
-from pvphong.meshes.whole_files import refuse_parts
+from pvphong.meshes.whole_files import refuse_incomplete
 from pvphong.scene.scene import is_scene_file
 
 MESH_FORMATS = (".vtp", ".vtk", ".vtkhdf", ".ply")
@@ -40,7 +40,7 @@ Compression = Literal["lz4", "zlib", "none"]
 """How arrays in VTK's XML files are compressed. Of a million points, LZ4 writes ten times as fast as zlib and reads
 more than twice as fast; its files are twice as large."""
 
-_CHILD = "import sys; from pvphong.meshes.files import _hand_over; _hand_over(*sys.argv[1:])"
+_CHILD = "import sys; from pvphong.meshes.files import _read_for_parent; _read_for_parent(*sys.argv[1:])"
 
 _one_at_a_time = threading.RLock()
 """Held while VTK reads or writes: what is changed to hear its complaints, and put back, is the whole process's."""
@@ -100,7 +100,7 @@ def read(path: str | os.PathLike[str], *, guarded: bool = False) -> pv.DataSet |
         return mesh
 
 
-def _hand_over(path: str, result: str, end: str) -> None:
+def _read_for_parent(path: str, result: str, end: str) -> None:
     """What the other process does: print why the mesh cannot be read, or put it into a file."""
     begin_work(int(end))
     try:
@@ -127,7 +127,7 @@ def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
     mesh = None
     with _complaints_in(complaints), reading(path):
         try:
-            refuse_parts(Path(path))
+            refuse_incomplete(Path(path))
             mesh = pv.read(path)
         except Exception as error:  # readers, VTK's and others', raise what they like
             complaints.insert(0, str(error) or type(error).__name__)
@@ -255,7 +255,7 @@ def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:
     if complaints:
         raise ValueError(f"output could not be written: {_first_line(complaints)} There may be no room for it.")
     try:
-        refuse_parts(aside)
+        refuse_incomplete(aside)
     except ValueError as error:
         raise ValueError(f"output could not be written. {error}") from error
 

@@ -28,7 +28,7 @@ _WITH_BLOCKS = (".vtm", ".vtmb")
 _BLOCK = re.compile(rb"""<DataSet\b[^>]*?\bfile\s*=\s*["']([^"']+)["']""")
 
 
-def refuse_parts(path: Path) -> None:
+def refuse_incomplete(path: Path) -> None:
     """Raise ``ValueError`` for a file that is not there to its end; formats that do not tell are passed over.
 
     A file that names others is whole if they are; one that is not there is left to the reader.
@@ -44,7 +44,7 @@ def refuse_parts(path: Path) -> None:
         other = path.parent / html.unescape(block.decode(errors="replace"))
         try:
             if other.suffix.lower() not in _WITH_BLOCKS:  # else a file could name itself
-                refuse_parts(other)
+                refuse_incomplete(other)
         except ValueError as error:
             raise ValueError(f"Its block {other.name}: {error}") from error
 

@@ -10,7 +10,7 @@ it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, get_args
@@ -22,9 +22,9 @@ from pvphong.base.formulas import Power, chord_power
 from pvphong.base.types import ColorLike, Float64Array, FloatArray, Frame, InitSignature, Vector, rgb
 from pvphong.base.vectors import directions_to
 from pvphong.geometry.extent import Extent
+from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.attenuation import attenuate
 from pvphong.optics.roles import Corners, Place, Role, roles_of
-from pvphong.optics.spherical import CosinePower
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -68,15 +68,29 @@ POSITION_EFFECT, SIZE_EFFECT = "position", "size"
 NODES = 64
 """As so many lights a light with a size is evaluated where there is no closed form."""
 
-Integral = Callable[[Float64Array, Any], Float64Array]
-"""From points (3, m) and the `Surface` there to what a lobe reflects of a light of intensity 1, shape (m,)."""
+
+class Integral(NamedTuple):
+    """What a lobe reflects of all of a light with a size, of intensity 1: the limit of the sum over ever more nodes."""
+
+    formula: Callable[..., Any]
+    """Of its numbers, of those of the lobe (`lobe_numbers`), of the way d from a vertex to its place, the unit normal n
+    and the unit vector a of the lobe; its numbers it reads by index, and the same runs on arrays and in compiled code.
+    0 for a normal or an a that is zero."""
+
+    place: Vector
+    """From where d is."""
+
+    radius: float
+    """All of the light is within a sphere of that radius around there."""
+
+    numbers: tuple[float, ...]
 
 
 class StandIn(NamedTuple):
     """Cheaper lights that may stand in for one, and by how much that is wrong."""
 
-    lights: tuple[Light, ...]
-    """Of these only what arrives counts: colours and intensity stay. None: the one is dark here."""
+    make: Callable[[], tuple[Light, ...]] | None
+    """Gives them; only what arrives from them counts: colours and intensity stay. None: the one is dark here."""
 
     why: str = ""
     """The reason, in which `{bound}` stands for the error in a colour."""
@@ -114,28 +128,6 @@ class Placement(NamedTuple):
 
     most_gain: float = math.inf
     """Where its colours times so much may be beyond float32, the readable evaluator is to light the scene."""
-
-
-class Stage(NamedTuple):
-    """What compiled code runs for one kind of light with a size, for one block of vertices at a time."""
-
-    function: Callable[..., Any]
-    """(numbers, rows, points) → bool: writes the ways D to the light with 1/|D|, and strengths if it `varies`.
-
-    Numbers are what `parameters` gives; points are those of the vertices. It gives whether it could take all
-    vertices; where not, the toolkit's `approach` has marked the others, which the reference then lights.
-    What it closes over may be the toolkit and integers."""
-
-    varies: bool = True
-    """Whether it writes strengths; they are 1 everywhere if not."""
-
-    divisors: slice = slice(0)
-    """Those of the numbers that divide the strength: all of them times k make it 1/k of what it was.
-
-    With them a light may be so bright, and so far away, that float32 holds neither by itself."""
-
-    most_gain: float = 2.0**100
-    """Where its strengths times so much may be beyond float32, the readable evaluator is to light the scene."""
 
 
 class VtkValues(NamedTuple):
@@ -347,19 +339,7 @@ class Light:
         return (((1.0, 1.0, 1.0), self),)
 
     def closed(self, form: CosinePower) -> Integral | None:  # noqa: ARG002 there is none
-        """What a lobe reflects of all of it, exactly: for a light with a size whose integral has a closed form.
-
-        Parameters
-        ----------
-        form : CosinePower
-            The lobe's factor.
-
-        Returns
-        -------
-        callable or None
-            What gives the limit of the sum over ever more `nodes` of intensity, strength and factor. None where the
-            nodes are to do.
-        """
+        """What a lobe reflects of all of it, exactly; None where its `nodes` are to do."""
         return None
 
     @cached_property
@@ -392,35 +372,6 @@ class Light:
         """
         return self, 1.0
 
-    def offsets(self, points: Float64Array) -> Iterator[Float64Array]:
-        """At points (3, k), vectors (3, k) that vary linearly and are shortest where it is brightest."""
-        for place in self.places:
-            yield points - np.array(place)[:, None]
-
-    def edges(self, directions: FloatArray) -> Iterator[FloatArray]:  # noqa: ARG002 it has none
-        """For unit vectors (3, k) to it, values (k,) that change their sign where it ends."""
-        return iter(())
-
-    # -- what compiled code does for it
-
-    def closed_parameters(self, forms: Sequence[CosinePower | None]) -> tuple[float, ...]:  # noqa: ARG002 no stage
-        """The numbers that its closed stage reads, none further from 0 than 2¹⁰⁰."""
-        return ()
-
-    def closed_stage(self, toolkit: Any, forms: Sequence[CosinePower | None]) -> Stage | None:  # noqa: ARG002
-        """What compiled code runs in float32 for what it has closed forms of; None for the readable evaluator.
-
-        Other than that of a light without a size it writes the factors of the lobes too, into `FIRST` and so on.
-
-        Parameters
-        ----------
-        toolkit : module
-            What it is written with.
-        forms : sequence of CosinePower
-            One for each lobe, None for those that are not wanted.
-        """
-        return None
-
     # -- what VTK knows of it
 
     @property
@@ -440,21 +391,6 @@ class Light:
             remedy = "It can be evaluated and planned; a kind with `as_vtk` can also be drawn and compared."
             check.refuse("light", self, "one that VTK has", remedy)
         return self.stand_in.as_vtk()
-
-    @property
-    def is_in_vtk(self) -> bool:
-        """Whether `as_vtk` says all of it."""
-        return type(self).as_vtk is not Light.as_vtk
-
-    def refuse_unless_in_vtk(self, argument: str, allowed: str) -> None:
-        """Raise ValueError, which names the argument and the nearest light that VTK has, unless VTK has this one."""
-        if self.is_in_vtk:
-            return
-        kind, nearest, remedy = type(self).__name__, self.stand_in, ""
-        if nearest is not self:
-            shape = ", ".join(f"{field}={getattr(nearest, field)}" for field in nearest.roles)
-            remedy = f"The nearest that VTK has is {type(nearest).__name__}({shape})."
-        check.refuse(argument, f"{'an' if kind[0] in 'AEIOU' else 'a'} {kind}", allowed, remedy)
 
     def to_pyvista(self, viewer: Any = None) -> pv.Light:
         """The same light as a new `pyvista.Light`, its floats unrounded; of a light that VTK has not, the nearest.

@@ -20,7 +20,7 @@ import numpy as np
 from pvphong.base import check, documents
 from pvphong.base.color import linear_from_srgb
 from pvphong.base.types import Float64Array, FloatArray, rgb
-from pvphong.optics.harmonics import BANDS, projected
+from pvphong.optics.area.harmonics import BANDS, projected
 
 _ALLOWED = "a colour, a pv.Texture, or an (h, w, 3) array of linear floats >= 0"
 _TYPES = "float32", "float64"

@@ -18,8 +18,8 @@ import numpy as np
 
 from pvphong.base.formulas import Power, chord_power
 from pvphong.base.types import FloatArray, Vector
+from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.light import Arrival
-from pvphong.optics.spherical import CosinePower
 from pvphong.optics.surface import Surface
 
 Component = Literal["diffuse", "specular"]
@@ -147,6 +147,8 @@ class Reflectance(ABC):
 
     factors: ClassVar[staticmethod[[Any, Geometry, Any], tuple[Any, ...]]]
     """Formula of the lobes' factors: of its `parameters`, of the geometry, and of its highlight, if it has a `power`.
+
+    The first lobe's does not depend on the highlight, which is not computed where only that one is wanted.
 
     Without a normal or a light's direction they are 0; evaluators take away what needs a viewer where there is none.
     """

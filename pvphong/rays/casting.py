@@ -20,10 +20,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import pyvista as pv
 from numpy.typing import NDArray
-from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
-from vtkmodules.vtkCommonCore import mutable, vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkStaticCellLocator
+from vtkmodules.vtkCommonCore import mutable
+from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 
 from pvphong.base import check
 from pvphong.base.processes import available_memory
@@ -39,8 +39,8 @@ RESOLUTION = 2.0**-18
 # Rays begin at most so far from the middle; those from further away are begun where they come as near.
 _NEAR = 4.0
 _RAYS_AT_ONCE = 2**15
-# Vertices of which one who waits for VTK's rays is told that there are faster ones.
-_WORTH_TELLING = 2**15
+# From so many vertices on VTK's rays are worth a warning.
+_WORTH_A_WARNING = 2**15
 
 
 class SlowRaysWarning(UserWarning):
@@ -136,15 +136,8 @@ class Locator:
     """VTK's static cell locator: slower, and always there."""
 
     def __init__(self, faces: BlockingFaces) -> None:
-        points, cells, mesh = vtkPoints(), vtkCellArray(), vtkPolyData()
-        points.SetData(numpy_to_vtk(np.ascontiguousarray(faces.points), deep=True))
-        corners = np.ascontiguousarray(faces.corners, np.int64).ravel()
-        offsets = numpy_to_vtkIdTypeArray(np.arange(0, len(corners) + 1, 3, dtype=np.int64), deep=True)
-        cells.SetData(offsets, numpy_to_vtkIdTypeArray(corners, deep=True))
-        mesh.SetPoints(points)
-        mesh.SetPolys(cells)
         self._locator = vtkStaticCellLocator()
-        self._locator.SetDataSet(mesh)
+        self._locator.SetDataSet(pv.PolyData.from_regular_faces(faces.points, faces.corners, deep=True))
         self._locator.BuildLocator()
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
@@ -211,25 +204,25 @@ class Caster:
     def _cast(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
         assert self._backend is not None
         with np.errstate(over="ignore", invalid="ignore"):
-            begins = np.ldexp(origins - self._middle, -self._exponent)
-            is_far = ~(np.abs(begins) <= _NEAR).all(axis=1)
+            starts = np.ldexp(origins - self._middle, -self._exponent)
+            is_far = ~(np.abs(starts) <= _NEAR).all(axis=1)
             each = rays_each(origins, directions)
-            begins, is_far = begins.repeat(each, axis=0), is_far.repeat(each)
+            starts, is_far = starts.repeat(each, axis=0), is_far.repeat(each)
             lengths = np.ldexp(np.asarray(distances, np.float64), -self._exponent)
             can_meet = np.isfinite(directions).all(axis=1)
-            if is_far.any():  # begun where the ray is nearest to the middle, less than what triangles reach
+            if is_far.any():  # started where the ray is nearest to the middle, less than what triangles reach
                 toward = directions[is_far]
-                ahead = np.maximum(-(begins[is_far] * toward).sum(axis=1) - _NEAR / 2, 0.0)
-                begins[is_far] += ahead[:, None] * toward
+                ahead = np.maximum(-(starts[is_far] * toward).sum(axis=1) - _NEAR / 2, 0.0)
+                starts[is_far] += ahead[:, None] * toward
                 lengths[is_far] -= ahead
-                can_meet &= (np.abs(begins) <= 2 * _NEAR).all(axis=1)
+                can_meet &= (np.abs(starts) <= 2 * _NEAR).all(axis=1)
         can_meet &= lengths > 0.0
         lengths = np.minimum(lengths, 4 * _NEAR)
         if can_meet.all():
-            return self._backend.blocked(begins, directions, lengths)
-        result = np.zeros(len(begins), bool)
+            return self._backend.blocked(starts, directions, lengths)
+        result = np.zeros(len(starts), bool)
         if can_meet.any():
-            result[can_meet] = self._backend.blocked(begins[can_meet], directions[can_meet], lengths[can_meet])
+            result[can_meet] = self._backend.blocked(starts[can_meet], directions[can_meet], lengths[can_meet])
         return result
 
 
@@ -251,7 +244,7 @@ def backend() -> type[Embree | Locator]:
 
 def warn_if_slow(vertices: int) -> None:
     """Warn, once in a process, where the rays of so many vertices will take long without embreex."""
-    if vertices >= _WORTH_TELLING and not has_embree():
+    if vertices >= _WORTH_A_WARNING and not has_embree():
         _warn_once()
 
 

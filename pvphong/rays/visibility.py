@@ -48,7 +48,7 @@ class Tracer:
     receiver : Receiver
         Whose vertices look.
     occluders : Occluders
-        What is in the way.
+        What can block them.
     two_sided : bool
         Whether vertices that face away from a light see it too: from their other side.
     distance : float
@@ -191,7 +191,7 @@ def _frame(normals: Float64Array) -> tuple[Float64Array, Float64Array]:
 
 # --- what they found, kept
 
-# Triangles of which it is said beforehand what memory their rays take.
+# From so many triangles on the representation says what memory their rays take.
 _MANY = 2_000_000
 
 

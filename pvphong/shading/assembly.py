@@ -15,7 +15,7 @@ from pvphong.base import check
 from pvphong.base.float_range import BRIGHTEST, FARTHEST
 from pvphong.base.types import ColorLike, Float64Array, MatrixLike, Vector, VectorLike, rgb
 from pvphong.optics.light import Light
-from pvphong.optics.lights import light_from_homogeneous, light_from_values
+from pvphong.optics.lights import light_from_homogeneous, light_from_values, refuse_unless_in_vtk
 from pvphong.optics.material import Material, nearest_in_vtk
 from pvphong.optics.reflectance import Component, Lobe, Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
@@ -162,7 +162,7 @@ def vtk_tier(lights: Iterable[Light]) -> int:
 def _as_vtk_lights(term: LightTerm, reflectances: _Reflectances) -> LightTerm:
     """A light as VTK takes it: a cone of 90° is none, exponents end at 128, highlights have the diffuse colour."""
     light = term.light
-    light.refuse_unless_in_vtk(f"lights[{term.index}]", "one that VTK has, in VTK's convention")
+    refuse_unless_in_vtk(light, f"lights[{term.index}]", "one that VTK has, in VTK's convention")
     values = light.as_vtk()
     values = values._replace(exponent=min(values.exponent, HIGHEST_POWER))
     shape = light_from_values(values, diffuse=light.diffuse, intensity=light.intensity)

@@ -12,9 +12,9 @@ from itertools import accumulate
 from types import MappingProxyType
 
 from pvphong.base.types import Float64Array, Vector
+from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.light import Light
 from pvphong.optics.reflectance import Component, Reflectance
-from pvphong.optics.spherical import CosinePower
 
 BLACK: Vector = (0.0, 0.0, 0.0)
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from pvphong.base.types import Vector, rgb
+from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.light import NODES
-from pvphong.optics.spherical import CosinePower
 from pvphong.shading.equation import BLACK, Equation, LightTerm
 
 _WHITE = (1.0, 1.0, 1.0)

@@ -22,6 +22,8 @@ from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.types import Float64Array, FloatArray, Vector
 from pvphong.base.vectors import columns, dot, moderate, towards
 from pvphong.geometry.transform import transform_normals, transform_points
+from pvphong.optics.area.lobes import CosinePower, lobe_numbers
+from pvphong.optics.light import Integral
 from pvphong.optics.reflectance import Lobe, Reflectance
 from pvphong.optics.surface import Surface
 from pvphong.shading.albedo import reflectances
@@ -30,6 +32,8 @@ from pvphong.shading.result import Shading
 
 # Vertices per block: large enough that NumPy's cost per call is small, small enough for the caches.
 BLOCK = 32768
+# Vertices that an integral over a light is taken for at a time.
+_INTEGRATED = 2048
 
 
 class Block(NamedTuple):
@@ -225,10 +229,25 @@ def _integrals(block: Block, reflectance: Reflectance, term: LightTerm, seen: Fl
     real = block.surface.raw.dtype.type
     for lobe, form, color in zip(reflectance.lobes, reflectance.forms, term.colors, strict=True):
         integral = term.light.closed(form) if form is not None and any(color) else None
-        if integral is None:
+        if form is None or integral is None:
             yield 0.0
             continue
-        factors = np.minimum(integral(block.points, block.surface) * term.gain, BRIGHTEST).astype(real, copy=False)
-        factors[block.surface.inverse_length == 0.0] = 0.0
+        found = _integrated(integral, form, block, rounded=real is np.float32)
+        factors = np.minimum(found * term.gain, BRIGHTEST).astype(real, copy=False)
         _hide(block, lobe, factors)
         yield factors if seen is None else factors * seen
+
+
+def _integrated(integral: Integral, form: CosinePower, block: Block, *, rounded: bool) -> Float64Array:
+    """Shape (n,); some vertices at a time, so that what a formula needs of them stays in the processor's caches."""
+    n, lobe = block.surface.exact_normals, lobe_numbers(form.power, rounded=rounded)
+    a = block.surface.mirrored if form.around == "mirror" and form.power else n  # 0⁰ is 1 all over the hemisphere
+    result = np.zeros(n.shape[1])
+    a, p = (np.broadcast_to(w if w.shape[1] else 0.0, n.shape) for w in (a, block.points))
+    with np.errstate(all="ignore"):  # of two sides, one of which is then chosen
+        d = np.array(integral.place)[:, None] - p
+        (lit,) = np.nonzero(dot(n, d) > -integral.radius)
+        for start in range(0, len(lit), _INTEGRATED):
+            rows = lit[start : start + _INTEGRATED]
+            result[rows] = integral.formula(integral.numbers, lobe, d[:, rows], n[:, rows], a[:, rows])
+    return result

@@ -41,7 +41,7 @@ class VisibilityLike(Protocol):
 
 
 class GivenVisibility:
-    """A visibility of plain numbers: nobody knows why anything is clear, or where the vertices were.
+    """A visibility of plain numbers: it is not known why anything is clear, or where the vertices were.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def visibility_channels(equation: Equation, visibility: VisibilityLike | None) -
 
 
 def refuse_rays(scene: Scene, where: str) -> None:
-    """Raise ValueError for a scene with shadows or ambient occlusion, where nobody casts rays."""
+    """Raise ValueError for a scene with shadows or ambient occlusion, where no rays are cast."""
     if scene.light_model.needs_rays:
         remedy = "scene.light_model.without_rays() is the same without them; mesh.phong.shade of the result casts them."
         check.refuse("light_model", "one with them", f"without shadows and ambient occlusion {where}", remedy)

@@ -17,7 +17,7 @@ from pvphong.base import check
 from pvphong.base.types import ColorLike, Float64Array, Vector, rgb
 from pvphong.geometry.transform import SingularMatrixWarning, normal_matrix
 from pvphong.optics.light import Light, VtkValues
-from pvphong.optics.lights import light_from_values
+from pvphong.optics.lights import light_from_values, refuse_unless_in_vtk
 from pvphong.optics.material import Material, nearest_in_vtk
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER
 from pvphong.optics.roles import Angle, Power
@@ -128,7 +128,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
     What has no effect is no obstacle: the specular colour of a light on a material without specular, say.
     """
     for index, light in enumerate(scene.lights):
-        light.refuse_unless_in_vtk(f"lights[{index}]", "a light that VTK has")
+        refuse_unless_in_vtk(light, f"lights[{index}]", "a light that VTK has")
     if material.reflectance is not None and material.reflectance.in_vtk() is None:
         allowed = "None or PBR where VTK is to draw it"
         check.refuse("reflectance", material.reflectance, allowed, nearest_in_vtk(material))

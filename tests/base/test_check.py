@@ -105,6 +105,7 @@ def test_every_finite_float_is_kept_to_the_bit(values):
         ({"at_least": 0}, 0.0, -5e-324, ">= 0"),
         ({"above": 0}, 5e-324, 0.0, "> 0"),
         ({"at_most": 90}, 90.0, math.nextafter(90, 91), "<= 90"),
+        ({"at_least": 0, "at_most": 90}, 90, 91, ">= 0 and <= 90"),
         ({"above": 0, "at_most": 90}, 45, 0, "> 0 and <= 90"),
     ],
 )

@@ -93,6 +93,7 @@ def test_an_index_is_read_as_pieces_and_written_back(suffix, client):
     mesh = bare(MESHES["ball"])
     whole = mesh.phong.shade(SCENE, BRIGHT)
     pieces = cut(mesh) if suffix == ".pvtu" else surfaces(mesh)
+    pieces[0].point_data["mark"] = np.zeros(pieces[0].n_points)  # the others have none
     index = save_pieces(pieces, "in", suffix)
     batch = ph.shade_files(index, "lit", SCENE, BRIGHT, client=client)
     assert (len(batch.done), batch.skipped, batch.failed) == (len(pieces) + 1, (), {})
@@ -100,6 +101,7 @@ def test_an_index_is_read_as_pieces_and_written_back(suffix, client):
     read = read_whole(written)
     leaves = list(read.recursive_iterator()) if isinstance(read, pv.MultiBlock) else [read]
     lit = [leaf for leaf in leaves if leaf is not None]
+    assert len(lit) > 1 or "mark" not in lit[0].point_data
     assert sum(leaf.n_cells for leaf in lit) == mesh.n_cells
     same_at_corners(lit, whole, "phong", 1e-6)
     assert ph.shade_files(index, "lit", SCENE, BRIGHT, client=client).done == ()

@@ -12,7 +12,7 @@ import pyvista as pv
 from batch.cutting import bare, save_pieces, series, surfaces
 
 import pvphong as ph
-from pvphong.batch import worker
+from pvphong.batch import shading, worker
 from pvphong.batch.pieces import paths_of, pieces_and_indices
 
 SCENE = ph.Scene([ph.DirectionalLight(direction=(-1, -2, -3))], ph.Viewer(position=(3, 4, 5)))
@@ -57,6 +57,8 @@ def test_each_file_is_lit_as_by_itself_and_has_a_receipt(files, client):
 
 @pytest.mark.parametrize("scene", [None, ph.DirectionalLight()], ids=["default", "no viewer"])
 def test_one_viewer_sees_all_files(files, client, scene):
+    bare(pv.Plane(center=(0, 2, 0))).save("in/sheet.vtp")  # whose edges are open
+    files = [*files, Path("in/sheet.vtp")]
     assert not ph.shade_files(files, "lit", scene, GOLD, client=client).failed
     blocks = pv.MultiBlock([pv.read(path) for path in files])
     expected = blocks.phong.shade(scene, GOLD)
@@ -122,13 +124,24 @@ def test_a_file_that_cannot_be_lit_fails_alone_and_leaves_nothing(files, client)
     assert str(batch).startswith("1 done, 0 skipped, 5 failed.\nin/ball_0.vtp: mesh must be")
 
 
-def test_a_piece_that_cannot_be_read_leaves_the_index_unwritten_until_it_can(client):
+@pytest.mark.parametrize("fault", ["damaged", "out of memory"])
+def test_a_piece_that_cannot_be_read_leaves_the_index_unwritten_until_it_can(client, monkeypatch, fault):
     pieces = surfaces(bare(pv.Sphere()), 2)
     index = save_pieces(pieces, "in", ".pvtp")
     broken = Path("in/whole/part_1.vtp")
     good = broken.read_bytes()
-    broken.write_text("garbage")
-    batch = ph.shade_files(index, "lit", SCENE, GOLD, client=client)
+
+    def border_in(piece):
+        if piece.input.name == broken.name:
+            raise MemoryError
+        return worker.border_in(piece)
+
+    with monkeypatch.context() as patch:
+        if fault == "damaged":
+            broken.write_text("garbage")
+        else:
+            patch.setattr(shading, "border_in", border_in)
+        batch = ph.shade_files(index, "lit", SCENE, GOLD, client=client)
     assert (len(batch.done), set(batch.failed)) == (len(pieces) - 1, {broken, index})
     assert batch.failed[index] == f"not written, for 1 of the {len(pieces)} files that it names failed"
     assert not Path("lit/whole.pvtp").exists()

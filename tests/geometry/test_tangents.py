@@ -51,12 +51,13 @@ def test_it_is_mikkelsens(bumpy):
 
 
 @pytest.mark.parametrize("unit", [1e-200, 1.0, 1e200])
-def test_of_a_slanted_picture_on_a_rectangle_in_any_unit(unit):
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_of_a_slanted_picture_on_a_rectangle_in_any_unit_and_mirrored(unit, way):
     points = unit * np.array([[0.0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]])
-    uv = np.array([[0.0, 0.0], [2.0, 0.0], [3.0, 1.0], [1.0, 1.0]])  # u = x + y
+    uv = np.array([[0.0, 0.0], [2.0, 0.0], [3.0, 1.0], [1.0, 1.0]]) * (way, 1.0)  # u = x + y
     found = point_tangents(points, [0, 1, 2, 3], [0, 4], uv, [(0, 0, 1)] * 4)
     # ∂p/∂u at constant v, which is y
-    np.testing.assert_allclose(found, [(1, 0, 0)] * 4, atol=1e-12)
+    np.testing.assert_allclose(found, [(way, 0, 0)] * 4, atol=1e-12)
 
 
 def test_where_there_is_none_it_is_zero():

@@ -105,6 +105,13 @@ def test_offsets_that_fall_are_refused_wherever_it_is(at, monkeypatch):
         cells(surface_of(array))
 
 
+def test_offsets_begin_at_0():
+    array = pv.CellArray()
+    array.SetData(numpy_to_vtk(np.array([3, 6])), numpy_to_vtk(np.arange(6) % 4))
+    with pytest.raises(ValueError, match=r"face offsets rise from 0 to 6.* got offsets from 3 to 6"):
+        cells(surface_of(array))
+
+
 def test_what_is_remembered_is_bounded_and_shared_by_threads():
     def checked(_):
         refuse_invalid(surface_of(faces("Use64BitStorage", (0, 1, 2))))

@@ -102,8 +102,13 @@ def test_strips_lines_and_vertices():
 
 
 def test_a_plan_is_that_of_the_split_surface():
-    lit = cube().phong.shade(SUN, DULL, feature_angle="auto")
-    assert cube().phong.plan(SUN, DULL, feature_angle="auto").explain() == lit.phong.plan(SUN, DULL).explain()
+    """Whose normals are computed, where those that the mesh has face away from the light."""
+    mesh = cube()
+    mesh.point_data.active_normals = np.tile((0.0, 0.0, -1.0), (8, 1))
+    lit, shiny = mesh.phong.shade(SUN, DULL, feature_angle=30), ph.Material(specular=0.5, shininess=20)
+    planned = mesh.phong.plan(SUN, shiny, tolerance=0.01, feature_angle=30).explain()
+    assert planned == lit.phong.plan(SUN, shiny, tolerance=0.01).explain()
+    assert planned != mesh.phong.plan(SUN, shiny, tolerance=0.01).explain()
 
 
 @pytest.mark.parametrize("angle", ["sharp", -1, 181, np.nan, [30]], ids=str)

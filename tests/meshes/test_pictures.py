@@ -47,6 +47,7 @@ def test_pixels_are_the_array_and_not_lit_again_on_the_background():
         (FACING, (0, 0.75, 0), (0, 75), (50, 150)),  # up is up
         (FACING, (0.25, 0, 0), (50, 150), (75, 175)),
         (replace(FACING, clipping_range=(0.1, 0.2)), (0, 0, 0), (50, 150), (50, 150)),  # beyond it is drawn too
+        (replace(FACING, position=(0, 0, 5000)), (0, 0, 0), (50, 150), (50, 150)),  # and beyond VTK's first one
         (Viewer(position=(0, 0, 5), focal_point=(0, 0, 6)), (0, 0, 0), (), ()),  # out of view
     ],
 )

@@ -11,7 +11,7 @@ import pyvista as pv
 from fuzzing import write_formats
 from vtkmodules import vtkIOXML
 
-from pvphong.meshes.whole_files import refuse_parts
+from pvphong.meshes.whole_files import refuse_incomplete
 
 ENDS = (".vtp", ".vtu", ".vts", ".vtr", ".vti", ".vtm", ".vtmb", ".vtkhdf", ".ply", ".stl")
 
@@ -27,12 +27,12 @@ def folder(tmp_path_factory):
 
 def test_whole_files_pass(folder):
     for path in folder.rglob("*.*"):
-        refuse_parts(path)
+        refuse_incomplete(path)
 
 
 def refused(path):
     try:
-        refuse_parts(path)
+        refuse_incomplete(path)
     except ValueError:
         return True
     return False
@@ -52,11 +52,11 @@ def test_files_that_are_cut_anywhere_are_refused(folder, tmp_path):
 def test_a_file_that_names_others_is_whole_if_they_are(folder, tmp_path):
     shutil.copytree(folder / "blocks", tmp_path / "blocks")
     whole = shutil.copy(folder / "blocks.vtm", tmp_path)
-    refuse_parts(Path(whole))
+    refuse_incomplete(Path(whole))
     (block,) = (tmp_path / "blocks").glob("*.vti")
     block.write_bytes(block.read_bytes().replace(b'<Piece Extent="0 3', b'<Piece Extent="1 3'))
     with pytest.raises(ValueError, match=rf"Its block {block.name}: Its pieces do not fill its WholeExtent\."):
-        refuse_parts(Path(whole))
+        refuse_incomplete(Path(whole))
 
 
 def test_a_legacy_file_is_whole_at_the_end_of_a_section_alone(folder, tmp_path):
@@ -86,10 +86,10 @@ def everything():
 def test_every_sort_of_array_of_a_legacy_file_is_passed_over(tmp_path, binary):
     path = tmp_path / "all.vtk"
     everything().save(path, binary=binary)
-    refuse_parts(path)
+    refuse_incomplete(path)
     path.write_bytes(path.read_bytes()[:-3] + b"\n")
     with pytest.raises(ValueError, match=r"^It is cut short or damaged in its section"):
-        refuse_parts(path)
+        refuse_incomplete(path)
 
 
 HEAD = b"# vtk DataFile Version 3.0\nby hand\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n"
@@ -113,11 +113,11 @@ def test_legacy_files_by_hand(tmp_path, contents, message):
     path = tmp_path / "hand.vtk"
     path.write_bytes(contents)
     if message is None:
-        refuse_parts(path)
+        refuse_incomplete(path)
         assert pv.read(path).n_cells == 1
     else:
         with pytest.raises(ValueError, match=message):
-            refuse_parts(path)
+            refuse_incomplete(path)
 
 
 PLY = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
@@ -127,16 +127,16 @@ PLY += "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 
 def test_a_ply_file_by_hand_and_one_of_mixed_faces(tmp_path):
     path = Path(tmp_path, "hand.ply")
     path.write_text(PLY)
-    refuse_parts(path)
+    refuse_incomplete(path)
     path.write_text(PLY.replace("\n3 0 1 2", ""))
     with pytest.raises(ValueError, match="declares 4 lines"):
-        refuse_parts(path)
+        refuse_incomplete(path)
     faces = [3, 0, 1, 2, 4, 0, 1, 3, 2, 3, 1, 2, 3]
     pv.PolyData(np.random.default_rng(1).random((4, 3)), faces).save(path)
-    refuse_parts(path)
+    refuse_incomplete(path)
     path.write_bytes(path.read_bytes()[:-1])
     with pytest.raises(ValueError, match="cut short"):
-        refuse_parts(path)
+        refuse_incomplete(path)
 
 
 @pytest.mark.parametrize("extent", ["0 3 0 2 0 1", "8 3 0 2 0 2", "0 99999999 0 2 0 2", "0 3 0 2 0", "a b c d e f"])
@@ -148,7 +148,7 @@ def test_a_grid_whose_pieces_do_not_fill_it_is_refused(folder, tmp_path, name, e
     for which in ("Piece Extent", "WholeExtent"):
         path.write_text(contents.replace(f'{which}="0 3 0 2 0 2"', f'{which}="{extent}"'), encoding="latin-1")
         with pytest.raises(ValueError, match="WholeExtent"):
-            refuse_parts(path)
+            refuse_incomplete(path)
 
 
 def written(mesh, path, *, mode, compressor, header):
@@ -179,7 +179,7 @@ def test_xml_files_of_every_layout_pass(tmp_path, mode, compressor, header):
     ):
         path = tmp_path / f"layout{suffix}"
         written(mesh, path, mode=mode, compressor=compressor, header=header)
-        refuse_parts(path)
+        refuse_incomplete(path)
 
 
 @pytest.mark.parametrize("compressor", ["None", "ZLib"])
@@ -188,13 +188,13 @@ def test_an_array_with_fewer_bytes_than_it_says_is_refused(tmp_path, compressor)
     path = tmp_path / "short.vtp"
     written(pv.Sphere(), path, mode="Binary", compressor=compressor, header="UInt32")
     whole = path.read_bytes()
-    refuse_parts(path)
+    refuse_incomplete(path)
     start = whole.index(b'"Points"')
     middle = start + 3000
     for damage in (whole[:middle] + whole[middle + 2 :], whole[:middle] + b"=" + whole[middle + 1 :]):
         path.write_bytes(damage)
         with pytest.raises(ValueError, match="fewer bytes than it says"):
-            refuse_parts(path)
+            refuse_incomplete(path)
 
 
 def test_appended_data_with_a_place_beyond_its_end_are_refused(tmp_path):
@@ -202,4 +202,4 @@ def test_appended_data_with_a_place_beyond_its_end_are_refused(tmp_path):
     written(pv.Sphere(), path, mode="Appended", compressor="ZLib", header="UInt32")
     path.write_bytes(path.read_bytes().replace(b'offset="0"', b'offset="99999"', 1))
     with pytest.raises(ValueError, match="fewer bytes than it says"):
-        refuse_parts(path)
+        refuse_incomplete(path)

@@ -215,6 +215,8 @@ def test_files_give_back_every_bit(scene, tmp_path):
         (Scene(lights=[PointLight()], viewer=Viewer()), 1),
         (Scene(), 2),
         (Scene(lights=[SphereLight()], viewer=Viewer()), 2),
+        (Scene(viewer=Viewer(), light_model=LightModel(shadows=True)), 2),
+        (Scene(viewer=Viewer(), light_model=LightModel(ambient_occlusion=0.5)), 2),
     ],
 )
 def test_what_the_first_edition_knew_is_written_as_it_wrote_it(scene, version, tmp_path):

@@ -23,7 +23,7 @@ from stability.ledger import same_bits
 from stability.naive import in_harmonics, least_excess
 
 from pvphong import EnvironmentLight, Material, Scene, Viewer, evaluate
-from pvphong.optics.spherical import CosinePower
+from pvphong.optics.area.lobes import CosinePower
 
 POWERS = {"diffuse": 1.0, "highlight": 20.0, "mirror": 1e6, "low": 0.7, "flat": 0.0}
 

@@ -16,7 +16,7 @@ from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.assembly import vtk_tier
 from pvphong.vtk.oracle import vtk_shade
-from pvphong.vtk.scenes import in_vtk_terms
+from pvphong.vtk.scenes import InexpressibleError, in_vtk_terms, refuse_inexpressible
 
 SUN = DirectionalLight(direction=(0.0, 1.0, -1.0))
 HEADLIGHT = DirectionalLight(frame="headlight")
@@ -113,3 +113,21 @@ def test_a_half_space_is_narrowed_by_less_than_float32_shows():
     (narrowed,) = in_vtk_terms(Scene([half], EYE), PLASTIC, MIDDLE, SIZE).lights
     assert 90.0 - 1e-5 < narrowed.cone_angle < 90.0
     assert np.float32(narrowed.cone_angle) < np.float32(90.0)
+
+
+def test_the_nearest_to_blinn_phong_and_to_powers_beyond_vtks_is_of_phong_with_a_power_that_it_has():
+    spot = SpotLight(exponent=200.0)
+    scene = Scene([spot], EYE, LightModel(reflection="blinn-phong"))
+    for power, nearest in ((20.0, 5.0), (1000.0, 128.0)):
+        with pytest.raises(InexpressibleError) as error:
+            refuse_inexpressible(scene, replace(PLASTIC, shininess=power), None)
+        assert error.value.material == replace(PLASTIC, shininess=nearest)
+        assert error.value.scene == Scene([replace(spot, exponent=128.0)], EYE, LightModel())
+
+
+def test_the_nearest_light_has_highlights_of_its_diffuse_colour_and_no_ambient_of_its_own():
+    scene = Scene([replace(SUN, ambient=0.25, intensity=2.0), replace(BULB, ambient=0.5, specular="red")], EYE)
+    with pytest.raises(InexpressibleError) as error:
+        refuse_inexpressible(scene, PLASTIC, None)
+    assert error.value.scene.lights == (replace(SUN, intensity=2.0, ambient=0.0), replace(BULB, ambient=0.0))
+    assert error.value.scene.light_model.ambient == (0.7, 0.7, 0.7)  # 0.2, and that of a light that is even

@@ -8,7 +8,7 @@ A new kind is its own file beside these and one entry in `LIGHT_TYPES`; then its
 from __future__ import annotations
 
 from pvphong.optics.light import Light
-from pvphong.optics.lights.conversion import light_from_homogeneous, light_from_values
+from pvphong.optics.lights.conversion import light_from_homogeneous, light_from_values, refuse_unless_in_vtk
 from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.lights.disk import DiskLight
 from pvphong.optics.lights.environment import EnvironmentLight
@@ -44,4 +44,5 @@ __all__ = [
     "SpotLight",
     "light_from_homogeneous",
     "light_from_values",
+    "refuse_unless_in_vtk",
 ]

@@ -1,4 +1,4 @@
-"""Lights from other notations: homogeneous positions, and the values that VTK keeps of a light."""
+"""Lights from other notations: homogeneous positions, and the values that VTK keeps of a light; which ones it has."""
 
 from __future__ import annotations
 
@@ -57,3 +57,14 @@ def light_from_values(values: VtkValues, **common: Any) -> Light:
     if values.cone_angle is None or values.cone_angle >= 90.0:
         return PointLight(**common)
     return SpotLight(direction=values.direction, cone_angle=values.cone_angle, exponent=values.exponent, **common)
+
+
+def refuse_unless_in_vtk(light: Light, argument: str, allowed: str) -> None:
+    """Raise ValueError, which names the argument and the nearest light that VTK has, unless VTK has this one."""
+    if type(light).as_vtk is not Light.as_vtk:
+        return
+    kind, nearest, remedy = type(light).__name__, light.stand_in, ""
+    if nearest is not light:
+        shape = ", ".join(f"{field}={getattr(nearest, field)}" for field in nearest.roles)
+        remedy = f"The nearest that VTK has is {type(nearest).__name__}({shape})."
+    check.refuse(argument, f"{'an' if kind[0] in 'AEIOU' else 'a'} {kind}", allowed, remedy)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,12 +10,11 @@ import numpy as np
 
 from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.base.vectors import unit_vector
-from pvphong.optics.attenuation import INVERSE_SQUARE
-from pvphong.optics.disks import over_disk
-from pvphong.optics.light import Light, Stage
-from pvphong.optics.lights.sized import LEAST_SIZE, Flat, in_float32, is_rough, rows_of
+from pvphong.optics.area.disk import disk_cosine, disk_power
+from pvphong.optics.area.lobes import CosinePower
+from pvphong.optics.light import Integral, Light
+from pvphong.optics.lights.sized import Flat
 from pvphong.optics.roles import aim, length, place, switch
-from pvphong.optics.spherical import CosinePower
 
 
 @dataclass(frozen=True)
@@ -85,34 +83,7 @@ class DiskLight(Flat, Light):
         plane = np.stack([across, np.cross(normal, across)])
         return np.array(self.position) + self.radius * (far * np.stack([np.cos(around), np.sin(around)])).T @ plane
 
-    def closed_parameters(self, forms: Sequence[CosinePower | None]) -> tuple[float, ...]:
-        """Its middle, coefficients of 1/d²; the power, from where on it shows, what is small against it; its shape."""
-        shape = (*self.normal, float(self.two_sided), self.radius)
-        return (*self.center, *INVERSE_SQUARE, *in_float32(forms), *shape)
-
-    def closed_stage(self, toolkit: Any, forms: Sequence[CosinePower | None]) -> Stage | None:
-        """Along its rim. Low powers, which are rough, are left to the readable evaluator."""
-        if not LEAST_SIZE < self.radius < 1.0 / LEAST_SIZE or is_rough(forms):
-            return None
-        return Stage(_stage(toolkit, *rows_of(toolkit, forms)), divisors=slice(3, 6), most_gain=math.inf)
-
-    def over(self, form: CosinePower, axis: Any, n: Any, middle: Any, exponents: Any) -> Any:
-        """By the integral along its rim."""
-        radius = np.ldexp(self.radius, -exponents)
-        return over_disk(form, axis, n, middle, np.array(self.normal)[:, None], radius)
-
-
-def _stage(toolkit: Any, cosine: int, power: int) -> Any:
-    """Writes the factors of Lambert's cosine and of the power into two rows; −1 for one that is not wanted."""
-
-    def disk(numbers: Any, rows: Any, points: Any) -> bool:
-        good = toolkit.approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
-        toolkit.see_disk(rows, toolkit.shifted(numbers, 9))
-        if cosine >= 0:
-            good = toolkit.disk_cosine(rows, cosine) & good
-        if power >= 0:
-            good = toolkit.disk_power(rows, power, numbers[6], numbers[7], numbers[8]) & good
-        toolkit.attenuate(rows, numbers[3], numbers[4], numbers[5])
-        return good
-
-    return disk
+    def closed(self, form: CosinePower) -> Integral:
+        """Along its rim."""
+        formula = disk_cosine if form.around == "normal" else disk_power
+        return Integral(formula, self.center, self.radius, (*self.normal, float(self.two_sided), self.radius))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any, ClassVar, Self
@@ -12,16 +12,14 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from pvphong.base.types import Float64Array, Vector, VectorLike
-from pvphong.base.vectors import dot, unit_vector
+from pvphong.base.vectors import unit_vector
 from pvphong.geometry.extent import ROUNDED_UP, Extent
-from pvphong.optics.harmonics import energies, lit_by, moments, moments_left
-from pvphong.optics.light import Arrival, Integral, Light, Reach, Stage
+from pvphong.optics.area.harmonics import energies, moments, moments_left, sky, sky_numbers
+from pvphong.optics.area.lobes import CosinePower
+from pvphong.optics.light import Arrival, Integral, Light, Reach
 from pvphong.optics.lights.directional import DirectionalLight
-from pvphong.optics.lights.sized import is_rough, rows_of
 from pvphong.optics.panorama import Panorama, checked, directions, panorama, row_areas
 from pvphong.optics.roles import Role, imaged, turned, upward
-from pvphong.optics.spherical import CosinePower, share_above
-from pvphong.optics.surface import Surface
 
 SKY = "sky"
 """The plan's effect."""
@@ -30,9 +28,6 @@ SKY = "sky"
 _LEAST = 1e-9
 # Harmonics of less are left out, of 1.
 _NOTHING = 1e-15
-# For compiled code: of a lobe what it takes for nothing, and with so many coefficients the part above the horizon is
-# right to 1e-7.
-_HIDDEN, _SHARES = 1e-8, 18
 # Directions that nodes are chosen from, at least, in rows.
 _ROWS = 48
 # What harmonics may have more than the image that they are of.
@@ -206,32 +201,7 @@ class SkyChannel(Light):
 
     def closed(self, form: CosinePower) -> Integral:
         """The image blurred by the lobe, times the share of the lobe above the horizon."""
-        weighted, axes = self._weighted(form), self.source.axes
-
-        def integral(points: Float64Array, surface: Surface) -> Float64Array:  # noqa: ARG001 it is infinitely far away
-            n, share = surface.exact_normals, 1.0
-            around = n
-            if form.around == "mirror" and form.power:  # 0⁰ is 1 all over the hemisphere around n
-                around = surface.mirrored
-                share = share_above(dot(n, around), form.power)
-            return np.asarray(np.maximum(lit_by(weighted, axes @ around), 0.0) * share)
-
-        return integral
-
-    def closed_parameters(self, forms: Sequence[CosinePower | None]) -> tuple[float, ...]:
-        """Axes; whether the viewer is mirrored; bands and coefficients of each form; the part above the horizon."""
-        numbers = self.source.axes.ravel().tolist()
-        highlight = next((form for form in forms if form is not None and form.around == "mirror"), None)
-        numbers.append(float(highlight is not None and highlight.power > 0.0))
-        for form in (next((form for form in forms if form is not None and form.around == "normal"), None), highlight):
-            weighted = np.zeros((0, 0, 2)) if form is None else self._weighted(form)
-            own = [weighted[m:, m].ravel() for m in range(len(weighted))]
-            numbers += [float(len(weighted)), *np.concatenate([[], *own]).tolist()]
-        return (*numbers, *(_shares(highlight.power) if highlight is not None and highlight.power else ()))
-
-    def closed_stage(self, toolkit: Any, forms: Sequence[CosinePower | None]) -> Stage | None:
-        """As in the reference. Low powers, which are rough on the equator, are left to that."""
-        return None if is_rough(forms) else Stage(_stage(toolkit, *rows_of(toolkit, forms)), varies=False)
+        return Integral(sky, (0.0, 0.0, 0.0), math.inf, _sky_of(self, form))
 
     def _weighted(self, form: CosinePower) -> Float64Array:
         """Coefficients of what a lobe makes of it, without those of the last bands that are nothing."""
@@ -243,36 +213,10 @@ class SkyChannel(Light):
         return np.asarray(weighted[: last + 1, : last + 1] * image.largest)
 
 
-def _stage(toolkit: Any, cosine: int, power: int) -> Any:
-    """Writes the factors of Lambert's cosine and of the power into two rows; −1 for one that is not wanted."""
-
-    def sky(numbers: Any, rows: Any, points: Any) -> bool:  # noqa: ARG001 it is infinitely far away
-        bands = int(numbers[10])
-        if cosine >= 0:
-            toolkit.look_around(rows, numbers, False)
-            toolkit.add_harmonics(rows, toolkit.shifted(numbers, 11), bands, cosine)
-            toolkit.not_below(rows, cosine)
-        if power >= 0:
-            rest = toolkit.shifted(numbers, 11 + bands * (bands + 1))
-            toolkit.look_around(rows, numbers, numbers[9] != 0.0)
-            bands = int(rest[0])
-            toolkit.add_harmonics(rows, toolkit.shifted(rest, 1), bands, power)
-            toolkit.not_below(rows, power)
-            if numbers[9] != 0.0:
-                toolkit.hide_below(rows, toolkit.shifted(rest, 1 + bands * (bands + 1)), _SHARES, power)
-        return True
-
-    return sky
-
-
 @lru_cache(maxsize=32)
-def _shares(power: float) -> tuple[float, ...]:
-    """Of `share_above`, 1 over the elevation at which it is 1, and Chebyshev's coefficients as compiled code has it."""
-    end = math.acos(math.exp(math.log(_HIDDEN) / power))
-    t = np.cos(math.pi * (np.arange(4 * _SHARES) + 0.5) / (8 * _SHARES))
-    odd = (share_above(np.sin(end * t), power) - 0.5) / t
-    coefficients = np.polynomial.chebyshev.chebfit(2.0 * t * t - 1.0, odd, _SHARES - 1)
-    return 1.0 / end, *coefficients.tolist()
+def _sky_of(channel: SkyChannel, form: CosinePower) -> tuple[float, ...]:
+    hiding = form.power if form.around == "mirror" else None
+    return sky_numbers(channel.source.axes, channel._weighted(form), hiding)
 
 
 @lru_cache(maxsize=32)

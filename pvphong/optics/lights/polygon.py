@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,11 +12,10 @@ import numpy as np
 from pvphong.base import check
 from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import unit_vector
-from pvphong.optics.light import Light
-from pvphong.optics.lights.sized import Flat, lattice
-from pvphong.optics.polygons import TRIANGLE, over_polygon
+from pvphong.optics.area.lobes import CosinePower
+from pvphong.optics.light import Integral, Light
+from pvphong.optics.lights.sized import Flat, lattice, over_polygon
 from pvphong.optics.roles import cornered, switch
-from pvphong.optics.spherical import CosinePower
 
 _SQUARE = ((-0.5, -0.5, 0.0), (-0.5, 0.5, 0.0), (0.5, 0.5, 0.0), (0.5, -0.5, 0.0))
 _ALLOWED = "three or more points in a plane, whose sides do not cross"
@@ -111,14 +109,6 @@ class PolygonLight(Flat, Light):
         """The sum of its triangles'."""
         return float(_areas(self.triangles).sum())
 
-    def cubature(self) -> tuple[Float64Array, Float64Array]:
-        """Its corners, and nodes on its triangles."""
-        mixes = np.array([np.roll([one, others, others], k) for one, others, _ in TRIANGLE for k in range(3)])
-        weights = np.repeat([weight for *_, weight in TRIANGLE], 3)
-        nodes = np.einsum("ki,tix->tkx", mixes, self.triangles).reshape(-1, 3) + self._offsets[0]
-        shares = _areas(self.triangles) / self.area
-        return np.concatenate([self._offsets, nodes]), np.outer(shares, weights).ravel()
-
     @property
     def outline(self) -> Float64Array:
         """Its corners."""
@@ -137,13 +127,9 @@ class PolygonLight(Flat, Light):
         far = np.sqrt(along)[:, None]
         return self._points[0] + a + far * (b - a) + far * across[:, None] * (c - b)
 
-    def over(self, form: CosinePower, axis: Any, n: Any, middle: Any, exponents: Any) -> Any:
-        """By Lambert's formula and its like along its sides."""
-        corners = [np.ldexp(corner[:, None], -exponents) for corner in self._offsets]
-        length = math.sqrt(self.area)
-        return over_polygon(
-            form, axis, n, middle, corners, np.ldexp(self.reach_radius, -exponents), np.ldexp(length, -exponents) ** 2
-        )
+    def closed(self, form: CosinePower) -> Integral:
+        """Along its sides."""
+        return over_polygon(form, self.center, self.normal, self.two_sided, self.area, self._offsets)
 
 
 def _vector_area(offsets: Float64Array) -> Float64Array:

@@ -5,17 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.base.vectors import unit_vector
-from pvphong.optics.light import Light
-from pvphong.optics.lights.sized import Flat, lattice
-from pvphong.optics.polygons import over_polygon
+from pvphong.optics.area.lobes import CosinePower
+from pvphong.optics.light import Integral, Light
+from pvphong.optics.lights.sized import Flat, lattice, over_polygon
 from pvphong.optics.roles import aim, length, place, switch, upward
-from pvphong.optics.spherical import CosinePower, gauss_legendre
 
 # Sine of the least angle between `up` and the normal for which it counts.
 _LEAST = 1e-9
@@ -99,13 +97,6 @@ class RectangleLight(Flat, Light):
         """Width times height."""
         return self.width * self.height
 
-    def cubature(self) -> tuple[Float64Array, Float64Array]:
-        """Its corners, and Gauss's nodes."""
-        places, weights = gauss_legendre(3)
-        x, y = np.meshgrid(places, places, indexing="ij")
-        nodes = np.stack([x.ravel(), y.ravel()], axis=1) @ self.sides
-        return np.concatenate([self.corners, nodes]), np.outer(weights, weights).ravel() / 4.0
-
     @property
     def outline(self) -> Float64Array:
         """Its corners."""
@@ -115,8 +106,6 @@ class RectangleLight(Flat, Light):
         """On a lattice."""
         return np.array(self.position) + (2.0 * lattice(count) - 1.0) @ self.sides
 
-    def over(self, form: CosinePower, axis: Any, n: Any, middle: Any, exponents: Any) -> Any:
-        """By Lambert's formula and its like along its sides."""
-        corners = [np.ldexp(corner[:, None], -exponents) for corner in self.corners]
-        area = np.ldexp(self.width, -exponents) * np.ldexp(self.height, -exponents)
-        return over_polygon(form, axis, n, middle, corners, np.ldexp(self.reach_radius, -exponents), area)
+    def closed(self, form: CosinePower) -> Integral:
+        """Along its sides."""
+        return over_polygon(form, self.center, self.normal, self.two_sided, self.area, self.corners)

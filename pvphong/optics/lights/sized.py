@@ -16,6 +16,8 @@ import numpy as np
 from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import directions_to, dot
 from pvphong.geometry.extent import ROUNDED_UP, Extent, Sight
+from pvphong.optics.area.lobes import CosinePower
+from pvphong.optics.area.polygon import polygon_cosine, polygon_power
 from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate, strength_at
 from pvphong.optics.light import (
     NODES,
@@ -25,40 +27,15 @@ from pvphong.optics.light import (
     Integral,
     Light,
     Reach,
-    Stage,
     StandIn,
 )
 from pvphong.optics.lights.point import parallel_at
 from pvphong.optics.lights.spot import SpotLight
-from pvphong.optics.spherical import CosinePower
 
 EFFECTS = frozenset({POSITION_EFFECT, SIZE_EFFECT})
 
 # VTK has no cone of 90°.
 _NEARLY_90 = 89.999
-
-# For compiled code: what it takes for nothing, powers that it leaves to the readable evaluator, and what is small
-# against a lobe's width.
-_NOTHING, _LOW, _FRACTION = 1e-7, 4.0, 0.3
-LEAST_SIZE = 1e-6
-"""For the squares of sizes between this and one over it has compiled code room."""
-
-
-def in_float32(forms: Sequence[CosinePower | None]) -> tuple[float, float, float]:
-    """For compiled code: the highlight's power n, the 1 − z from which zⁿ⁺¹ is nothing, what is small against it."""
-    power = next((form.power for form in forms if form is not None and form.around == "mirror"), _LOW)
-    return power, -math.expm1(math.log(_NOTHING) / (power + 1.0)), _FRACTION / math.sqrt(power + 1.0)
-
-
-def is_rough(forms: Sequence[CosinePower | None]) -> bool:
-    """Whether a highlight is too rough on its equator for compiled code."""
-    return any(form is not None and form.around == "mirror" and form.power < _LOW for form in forms)
-
-
-def rows_of(toolkit: Any, forms: Sequence[CosinePower | None]) -> tuple[int, int]:
-    """In which rows compiled code wants Lambert's cosine, and the highlight's power; −1: it is not wanted."""
-    rows = {form.around: row for form, row in zip(forms, toolkit.LOBES, strict=False) if form is not None}
-    return rows.get("normal", -1), rows.get("mirror", -1)
 
 
 def reach_within(center: Vector, radius: float, extent: Extent) -> Reach:
@@ -92,7 +69,7 @@ def as_point(seen: Sight | None, radius: float, light: Light, spread: Any) -> St
     sine, middle = radius / nearest, strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP
     why = "small: as a point it is the same to {bound:.2g}"
     off, turn = middle * spread(sine), math.asin(sine) * ROUNDED_UP
-    return StandIn((light,), why, spread=off, turn=turn, strongest=middle + off)
+    return StandIn(lambda: (light,), why, spread=off, turn=turn, strongest=middle + off)
 
 
 def fewer_nodes(light: Light, count: int, extent: Extent) -> StandIn | None:
@@ -133,7 +110,7 @@ def fewer_nodes(light: Light, count: int, extent: Extent) -> StandIn | None:
         return None
     strongest = strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP
     spread, turn = 2.0 * farthest / nearest * strongest, math.asin(farthest / nearest)
-    return StandIn(tuple(found), spread=spread, turn=turn, strongest=strongest)
+    return StandIn(lambda: tuple(found), spread=spread, turn=turn, strongest=strongest)
 
 
 def _halved(places: Float64Array, count: int) -> list[Float64Array]:
@@ -142,6 +119,15 @@ def _halved(places: Float64Array, count: int) -> list[Float64Array]:
         return [places]
     order = np.argsort(places[:, int(np.argmax(np.ptp(places, axis=0)))], kind="stable")
     return [part for half in np.array_split(places[order], 2) for part in _halved(half, count // 2)]
+
+
+def over_polygon(
+    form: CosinePower, center: Vector, normal: Vector, two_sided: bool, area: float, offsets: Float64Array
+) -> Integral:
+    """Of a polygon with such corners off its middle, shape (k, 3)."""
+    size = float(np.linalg.norm(offsets, axis=1).max())
+    numbers = (*normal, float(two_sided), math.sqrt(area), size, float(len(offsets)), *offsets.ravel().tolist())
+    return Integral(polygon_cosine if form.around == "normal" else polygon_power, center, size, numbers)
 
 
 class Flat:
@@ -168,10 +154,6 @@ class Flat:
         """Points evenly spread over it, shape (count, 3); one is its middle."""
         raise NotImplementedError  # pragma: no cover
 
-    def over(self, form: CosinePower, axis: Any, n: Any, middle: Any, exponents: Any) -> Any:
-        """1/area · ∫ max(a·u, 0)ᵏ du, seen from either side; lengths are over powers of two."""
-        raise NotImplementedError  # pragma: no cover
-
     def nodes(self, count: int) -> tuple[SpotLight, ...]:
         """Spot lights of 90° with the exponent 1, evenly spread; on two sides, pairs of them."""
         sides = 2 if self.two_sided else 1
@@ -189,60 +171,6 @@ class Flat:
         cosine = -dot(np.array(self.normal, real)[:, None], ways) * inverse
         shown = np.abs(cosine) if self.two_sided else np.maximum(cosine, real(0.0))
         return Arrival(ways, attenuate(distance, INVERSE_SQUARE) * shown, inverse)
-
-    def closed(self, form: CosinePower) -> Integral:
-        """Over what is seen of it above the horizon."""
-
-        def integral(points: Float64Array, surface: Any) -> Float64Array:
-            result = np.zeros(points.shape[1])
-            with np.errstate(all="ignore"):
-                ways = np.array(self.center)[:, None] - points
-                exponents = np.frexp(np.maximum(np.abs(ways).max(axis=0), self.reach_radius))[1]
-                middle = np.ldexp(ways, -exponents)
-                behind = dot(np.array(self.normal)[:, None], middle)
-                is_lit = ((behind < 0.0) | (self.two_sided and behind > 0.0)) & np.isfinite(ways).all(axis=0)
-                (rows,) = np.nonzero(is_lit)
-                n, axis = surface.exact_normals[:, rows], surface.exact_normals[:, rows]
-                if form.around == "mirror":
-                    axis = surface.mirrored[:, rows]
-                seen = self.over(form, axis, n, middle[:, rows], exponents[rows])
-                result[rows] = np.minimum(np.ldexp(seen, -2 * exponents[rows]), np.finfo(np.float64).max)
-            return result
-
-        return integral
-
-    def cubature(self) -> tuple[Float64Array, Float64Array] | None:
-        """Offsets from its middle to its corners and then to nodes of the fifth degree, (k, 3), and the nodes' weights.
-
-        None if it has no corners.
-        """
-        return None
-
-    def closed_parameters(self, forms: Sequence[CosinePower | None]) -> tuple[float, ...]:
-        """Its middle, coefficients of 1/d², a power with where it shows and what is small against it; its shape.
-
-        The shape is what `pvphong.shading.kernel.sides` has of it.
-        """
-        parts = self.cubature()
-        if parts is None:
-            return ()
-        offsets, weights = parts
-        shape = (*self.normal, float(self.two_sided), 1.0 / self.area, self.reach_radius)
-        counts = len(offsets) - len(weights), len(weights)
-        numbers = (*shape, *counts, *offsets.ravel().tolist(), *weights.tolist())
-        return (*self.center, *INVERSE_SQUARE, *in_float32(forms), *numbers)
-
-    def closed_stage(self, toolkit: Any, forms: Sequence[CosinePower | None]) -> Stage | None:
-        """Along its sides, where it has some. Low powers, which are rough, are left to the readable evaluator."""
-        is_measurable = self.cubature() is not None and LEAST_SIZE < self.reach_radius < 1.0 / LEAST_SIZE
-        if not is_measurable or is_rough(forms):
-            return None
-        return Stage(_sides(toolkit, *rows_of(toolkit, forms)), divisors=slice(3, 6), most_gain=math.inf)
-
-    @property
-    def area(self) -> float:
-        """Its own."""
-        raise NotImplementedError  # pragma: no cover
 
     @property
     def effects(self) -> frozenset[str]:
@@ -270,7 +198,7 @@ class Flat:
         height = -seen.distance * sum(a * b for a, b in zip(seen.direction, self.normal, strict=True))
         clear = seen.radius * ROUNDED_UP + 1e-9 * (seen.distance + self.reach_radius)
         if height <= -clear and not self.two_sided:
-            return StandIn((), "mesh lies behind it")
+            return StandIn(None, "mesh lies behind it")
         if exactly or (self.two_sided and abs(height) < clear):
             return None
         part = _part(self.center, math.copysign(1.0, height) if self.two_sided else 1.0, self.normal, 1.0)
@@ -283,23 +211,6 @@ class Flat:
             return _part(self.center, -1.0 if self.two_sided and height < 0.0 else 1.0, self.normal, 1.0), 1.0
         this: Any = self
         return parallel_at(this, point)
-
-
-def _sides(toolkit: Any, cosine: int, power: int) -> Any:
-    """Writes the factors of Lambert's cosine and of the power into two rows; −1 for one that is not wanted."""
-
-    def polygon(numbers: Any, rows: Any, points: Any) -> bool:
-        good = toolkit.approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
-        shape = toolkit.shifted(numbers, 9)
-        good = toolkit.see_polygon(rows, shape) & good
-        if cosine >= 0:
-            good = toolkit.polygon_cosine(rows, shape, cosine) & good
-        if power >= 0:
-            good = toolkit.polygon_power(rows, shape, power, numbers[6], numbers[7], numbers[8]) & good
-        toolkit.attenuate(rows, numbers[3], numbers[4], numbers[5])
-        return good
-
-    return polygon
 
 
 def _part(place: Sequence[float], sign: float, normal: Vector, intensity: float) -> SpotLight:

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from typing import Any
 
 import numpy as np
 
 from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
-from pvphong.base.vectors import directions_to, dot
 from pvphong.geometry.extent import Extent
-from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate
-from pvphong.optics.light import SIZE_EFFECT, Integral, Light, Reach, Stage, StandIn
+from pvphong.optics.area.disk import sphere_cosine, sphere_power
+from pvphong.optics.area.lobes import CosinePower
+from pvphong.optics.attenuation import INVERSE_SQUARE
+from pvphong.optics.light import SIZE_EFFECT, Integral, Light, Reach, StandIn
 from pvphong.optics.lights.point import PointLight, parallel_at
-from pvphong.optics.lights.sized import EFFECTS, as_point, in_float32, is_rough, reach_within, rows_of
+from pvphong.optics.lights.sized import EFFECTS, as_point, reach_within
 from pvphong.optics.roles import length, place
-from pvphong.optics.spherical import CosinePower, cap_cosine, cap_power
-from pvphong.optics.surface import Surface
 
 
 @dataclass(frozen=True)
@@ -61,37 +58,9 @@ class SphereLight(Light):
         return _nodes(self._center, self.radius, count)
 
     def closed(self, form: CosinePower) -> Integral:
-        """As integrals over the cap as which it is seen (Snyder 1996 for Lambert's cosine)."""
-
-        def integral(points: Float64Array, surface: Surface) -> Float64Array:
-            ways, inverse, distance = directions_to(self._center, points)
-            n, l, (s, C) = surface.exact_normals, ways * inverse, self._angular_radius(distance)
-            with np.errstate(all="ignore"):
-                if form.around == "normal":
-                    seen = cap_cosine(dot(n, l), s, C)
-                else:
-                    seen = cap_power(surface.mirrored, n, l, s, C, form.power)
-            return attenuate(distance, INVERSE_SQUARE) * seen
-
-        return integral
-
-    def _angular_radius(self, distance: Float64Array) -> tuple[Float64Array, Float64Array]:
-        """Its sine and cosine; 0 and 1 inside, where nothing is seen of it."""
-        is_outside = distance > self.radius
-        with np.errstate(divide="ignore", invalid="ignore"):
-            s = np.where(is_outside, self.radius / distance, 0.0)
-            C = np.sqrt(np.where(is_outside, (distance - self.radius) / distance, 1.0) * (1.0 + s))
-        return s, C
-
-    def closed_parameters(self, forms: Sequence[CosinePower | None]) -> tuple[float, ...]:
-        """Position, coefficients of 1/d², radius; the power, from where on it shows, and what is small against it."""
-        return (*self.position, *INVERSE_SQUARE, self.radius, *in_float32(forms))
-
-    def closed_stage(self, toolkit: Any, forms: Sequence[CosinePower | None]) -> Stage | None:
-        """As it is seen: a cap. Low powers, which are rough, are left to the readable evaluator."""
-        if is_rough(forms):
-            return None
-        return Stage(_stage(toolkit, *rows_of(toolkit, forms)), divisors=slice(3, 6), most_gain=math.inf)
+        """Over the cap as which it is seen."""
+        formula = sphere_cosine if form.around == "normal" else sphere_power
+        return Integral(formula, self._center, self.radius, (self.radius,))
 
     @property
     def effects(self) -> frozenset[str]:
@@ -119,22 +88,6 @@ class SphereLight(Light):
     def _center(self) -> Vector:
         x, y, z = self.position
         return x, y, z
-
-
-def _stage(toolkit: Any, cosine: int, power: int) -> Any:
-    """Writes the factors of Lambert's cosine and of the power into two rows; −1 for one that is not wanted."""
-
-    def sphere(numbers: Any, rows: Any, points: Any) -> bool:
-        good = toolkit.approach_measured(rows, points, numbers[0], numbers[1], numbers[2])
-        toolkit.see_cap(rows, numbers[6])
-        toolkit.attenuate(rows, numbers[3], numbers[4], numbers[5])
-        if power >= 0:
-            good = toolkit.cap_power(rows, power, numbers[7], numbers[8], numbers[9]) & good
-        if cosine >= 0:
-            toolkit.cap_cosine(rows, cosine)
-        return good
-
-    return sphere
 
 
 @lru_cache(maxsize=32)

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Self
 
-import numpy as np
-
 from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.formulas import ONE, TWO, ZERO, Power, add, formula, square, where
-from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
-from pvphong.base.vectors import angle_between, dot, unit_vector
+from pvphong.base.types import Vector, VectorLike
+from pvphong.base.vectors import angle_between, unit_vector
 from pvphong.geometry.extent import Extent
 from pvphong.optics.attenuation import coefficients, strongest
 from pvphong.optics.light import Light, Placement, StandIn, VtkValues
@@ -128,16 +125,21 @@ class SpotLight(Weakening, Light):
         if least > edge + _SLACK:
             margin = math.degrees(least - edge)
             shown = f"{margin:.0f}" if margin >= 1.0 else f"{margin:.1g}"
-            return StandIn((), f"mesh lies outside the cone by {shown}°")
+            return StandIn(None, f"mesh lies outside the cone by {shown}°")
         if most >= edge - _SLACK or (exactly and self.exponent):
             return None
-        point, why = self._as_point(), "mesh lies inside the cone"
+        why = "mesh lies inside the cone"
         if self.exponent == 0.0:
-            return StandIn((point,), why)
+            return StandIn(lambda: (self._as_point(),), why)
         angles = max(least - _SLACK, 0.0), most + _SLACK
         brightest, darkest = (max(math.cos(off_axis), 0.0) ** self.exponent for off_axis in angles)
         spread = strongest(seen, self.attenuation) * (brightest - darkest) / 2
-        return StandIn((point,), f"{why}, whose light is even to {{bound:.2g}}", (brightest + darkest) / 2, spread)
+        return StandIn(
+            lambda: (self._as_point(),),
+            f"{why}, whose light is even to {{bound:.2g}}",
+            (brightest + darkest) / 2,
+            spread,
+        )
 
     def without(self, effect: str, point: Vector) -> tuple[Light, float]:
         """A point light, parallel light, or as strong everywhere as at a point."""
@@ -145,16 +147,6 @@ class SpotLight(Weakening, Light):
 
     def _as_point(self) -> PointLight:
         return PointLight(position=self.position, attenuation=self.attenuation)
-
-    def offsets(self, points: Float64Array) -> Iterator[Float64Array]:
-        """From its position, and from its axis."""
-        axis, from_light = np.array(self.axis)[:, None], points - np.array(self.position)[:, None]
-        yield from_light
-        yield from_light - dot(axis, from_light) * axis
-
-    def edges(self, directions: FloatArray) -> Iterator[FloatArray]:
-        """Of the cone."""
-        yield self._edge - square(add(self.axis, directions))
 
     def as_vtk(self) -> VtkValues:
         """All its fields. VTK takes a cone of 90° for none, and keeps exponents up to 128."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.reflectances.highlight import LIKENESS, MIRROR, Shiny
-from pvphong.optics.spherical import CosinePower
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from pvphong.base.formulas import ZERO, formula, maximum, square, where
+from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, LAMBERT, Geometry, Lobe, Reflectance, Sightline
 from pvphong.optics.reflectances.highlight import NORMAL, Shiny
 from pvphong.optics.reflectances.phong import Phong
-from pvphong.optics.spherical import CosinePower
 
 HIGHEST_POWER = 128.0
 """vtkProperty and vtkLight keep exponents in [0, 128]."""

@@ -19,9 +19,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike
-from pvphong.base.vectors import columns, dot, towards, unit
+from pvphong.base.vectors import columns, dot, towards, unit, unit_vector
 from pvphong.geometry.transform import normal_matrix, transform_points
+from pvphong.optics.light import Light
 from pvphong.optics.material import Material
+from pvphong.optics.roles import Aim, Angle, Power
 from pvphong.scene.scene import Scene
 from pvphong.shading.assembly import assemble
 from pvphong.shading.equation import Equation, LightTerm
@@ -174,13 +176,22 @@ def _peaks(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Iter
     equation, (points, normals) = lighting.equation, _in_world(vertices, corners, lighting)
     for term in equation.terms:
         found = []
-        for offsets in term.light.offsets(columns(points.reshape(-1, 3))):
+        for offsets in _offsets(term.light, columns(points.reshape(-1, 3))):
             found.append(Places(np.arange(len(points)), _shortest(offsets.T.reshape(points.shape))))
         if equation.reflectance.sharpness > 0.0 and equation.has(term, "specular"):
             found.append(_highlight_peaks(term, equation, points, normals))
         for rows, weights in found:
             inside = weights.max(axis=1) < 1.0 - _AT_CORNER
             yield Places(rows[inside], weights[inside])
+
+
+def _offsets(light: Light, points: Float64Array) -> Iterator[Float64Array]:
+    """Vectors (3, k) that vary linearly and are shortest where a light is brightest: from its places, from its axis."""
+    for place in light.places:
+        yield points - np.array(place)[:, None]
+    for direction in light.values(Aim) if light.values(Power) else ():
+        axis, from_light = np.array(unit_vector(direction))[:, None], points - np.array(light.places[0])[:, None]
+        yield from_light - dot(axis, from_light) * axis
 
 
 # Step, in barycentric coordinates, of the differences by which a highlight's chord is followed.
@@ -270,7 +281,7 @@ def _creases(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> It
         to_light = term.light.arrival(p).direction
         if term.needs_normals:
             values.append(dot(n, to_light))  # with the normal's length: so it is linear under a distant light
-        values += term.light.edges(to_light)
+        values += _beyond_the_edge(term.light, to_light)
         if equation.has(term, "specular") and 0.0 < equation.reflectance.sharpness < _SMOOTH:
             chord = _chords(term, equation, points, normals)
             values.append(1.0 - np.einsum("ki,ki->k", chord, chord) / 2.0)
@@ -278,6 +289,13 @@ def _creases(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> It
         values += [vertices.colors[corners, channel].ravel() - 1.0 for channel in range(3)]
     for value in values:
         yield from _sign_changes(value.reshape(-1, 3))
+
+
+def _beyond_the_edge(light: Light, to_light: FloatArray) -> Iterator[FloatArray]:
+    """Of a light with a cone: the squared chord from its axis at the edge, less that of unit vectors (3, k) to it."""
+    for direction, angle in zip(light.values(Aim), light.values(Angle), strict=False):
+        chord = to_light + np.array(unit_vector(direction))[:, None]
+        yield 4.0 * math.sin(math.radians(angle) / 2.0) ** 2 - dot(chord, chord)
 
 
 # How far beside a crease, in parts of a side, a jump's two sides are looked at.

@@ -16,13 +16,14 @@ from itertools import product
 from typing import Any, NamedTuple
 
 from pvphong.base.files import locked
+from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectance import LAMBERT
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.vtk import VtkHeadlight
-from pvphong.optics.spherical import CosinePower
-from pvphong.shading.kernel import normals, records, stages, toolkit
+from pvphong.shading.kernel import normals, records, stages
 from pvphong.shading.kernel.code import Library, NotCompiled, Request, what_it_does
+from pvphong.shading.kernel.evaluation import driver_code
 
 _REALS = "float32", "float64"
 _STORED_AND_REAL = ("float32", "float32"), ("float64", "float32"), ("float64", "float64")
@@ -44,10 +45,9 @@ def pieces(library: Library) -> list[CompilationUnit]:
     ]
     for stored, real in _STORED_AND_REAL:
         types = real if stored == real else f"{stored} to {real}"
-        result.append(CompilationUnit(f"driver, {types}", partial(library.driver, stored, real)))
+        result.append(CompilationUnit(f"driver, {types}", partial(driver_code, library, stored, real)))
     for real in _REALS:
-        lights = [*_of_lights(), *(_of_lights_with_a_size() if real == "float32" else ())]
-        for name, stage in lights:
+        for name, stage in (*_of_lights(), *_of_lights_with_a_size()):
             result.append(CompilationUnit(f"{name}, {real}", partial(library.light, stage, real)))
         for name, stage in (*_of_reflectances(), ("already there", stages.already_there)):
             result.append(CompilationUnit(f"{name}, {real}", partial(library.reflectance, stage, real)))
@@ -80,15 +80,15 @@ def _of_lights() -> _Named:
 
 
 def _of_lights_with_a_size() -> _Named:
-    """Closed stages of all kinds of light, for each choice of what Phong's reflectance has lobes for."""
+    """Stages of all kinds of light, for each choice of what Phong's reflectance has lobes for."""
     diffuse, highlight = CosinePower("normal", 1.0), CosinePower("mirror", 20.0)
     lights = [(name, part) for name, kind in LIGHT_TYPES.items() for _, part in _sample(kind).tints()]
-    closed = [
-        (name, light.closed_stage(toolkit, forms))
+    return _distinct(
+        (name, stages.integral_stage([form and light.closed(form) for form in forms], forms))
         for name, light in lights
+        if light.closed(diffuse) is not None
         for forms in ((diffuse, highlight), (diffuse, None), (None, highlight))
-    ]
-    return _distinct((name, stage.function) for name, stage in closed if stage is not None)
+    )
 
 
 def _of_reflectances() -> _Named:
@@ -128,8 +128,8 @@ def main() -> None:
             return
         request = _request()
         if request is not None:
-            library.driver(request.stored, request.real)
-            records.records_of(request.equation, {}, library, request.real, **_NO_FLAGS)
+            driver_code(library, request.stored, request.real)
+            records.records_of(request.equation, library, request.real, **_NO_FLAGS)
         for piece in pieces(library):
             piece.compile()
 

@@ -105,11 +105,11 @@ _EXP32 = tuple(
         0.24022650718688965, 0.6931471824645996, 1.0,
     )
 )  # fmt: skip
-_LOG64 = (
+LOG64 = (
     0.2136589569431927, 0.2209130842311768, 0.262334352504183, 0.32059853491395984,
     0.4121985858409005, 0.5770780163455203, 0.9617966939259898, 2.8853900817779268,
 )  # fmt: skip
-_EXP64 = (
+EXP64 = (
     4.4549605981865186e-10, 7.072585949269223e-09, 1.0178062445845774e-07, 1.321544258792169e-06,
     1.525273382983612e-05, 0.0001540353044173605, 0.0013333558146416936, 0.009618129107606888,
     0.0555041086648216, 0.24022650695910097, 0.6931471805599453, 1.0,
@@ -118,7 +118,6 @@ _EXP64 = (
 # Bits of √½: numbers from there up to √2 have the power of two 0.
 _ROOT32, _ROOT64 = np.float32(0.5**0.5).view(np.int32), np.float64(0.5**0.5).view(np.int64)
 _MANTISSA32, _MANTISSA64 = np.int32(23), np.int64(52)
-_ONE32 = np.float32(1.0).view(np.int32)
 
 # Adding it rounds to an integer, which then stands in the last bits of the mantissa.
 WHOLE32, _WHOLE64 = np.float32(1.5 * 2**23), 1.5 * 2**52
@@ -170,16 +169,6 @@ def _exp2_32(y: Any) -> Any:
 
 
 @contracted
-def exp2_less_one32(y: Any) -> Any:
-    """2^y − 1 in float32, right to the last bits near 0 too, for y as for `exp2`."""
-    whole = y + WHOLE32
-    r = y - (whole - WHOLE32)
-    rest = r * _horner(r, _EXP32[:-1])
-    scale = np.int32((np.int32(np.float32(whole).view(np.int32) << _MANTISSA32)) + _ONE32).view(np.float32)
-    return rest * scale + (scale - np.float32(1.0))
-
-
-@contracted
 def _log2_power64(square: Any, exponent: Any, least: Any) -> Any:
     d = min(0.5 * square, 1.0)
     bits = np.float64(1.0 - d).view(np.int64)
@@ -187,13 +176,13 @@ def _log2_power64(square: Any, exponent: Any, least: Any) -> Any:
     m = np.int64(bits - (k << _MANTISSA64)).view(np.float64)
     t = -d if k == 0 else m - 1.0
     z = t / (2.0 + t)
-    return max(exponent * max(z * _horner(z * z, _LOG64) + np.float64(k), least), _LEAST64)
+    return max(exponent * max(z * _horner(z * z, LOG64) + np.float64(k), least), _LEAST64)
 
 
 @contracted
 def _exp2_64(y: Any) -> Any:
     whole = y + _WHOLE64
-    significand = np.float64(_horner(y - (whole - _WHOLE64), _EXP64)).view(np.int64)
+    significand = np.float64(_horner(y - (whole - _WHOLE64), EXP64)).view(np.int64)
     return np.int64(significand + (np.float64(whole).view(np.int64) << _MANTISSA64)).view(np.float64)
 
 
@@ -239,36 +228,6 @@ def shifted(_typing: Any, pointer: Any, count: Any) -> Any:  # noqa: ARG001 Numb
         return builder.gep(*arguments[:1], [arguments[1]])
 
     return pointer(pointer, types.intp), generate
-
-
-@intrinsic
-def nowhere(_typing: Any, pointer: Any) -> Any:
-    """A pointer of the same type to nothing."""
-
-    def generate(_context: Any, _builder: Any, _signature: Any, arguments: Any) -> Any:
-        return arguments[0].type(None)
-
-    return pointer(pointer), generate
-
-
-@intrinsic
-def is_nowhere(_typing: Any, pointer: Any) -> Any:
-    """Whether a pointer is to nothing."""
-
-    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.icmp_unsigned("==", arguments[0], arguments[0].type(None))
-
-    return types.boolean(pointer), generate
-
-
-@intrinsic
-def taken(_typing: Any, counter: Any, count: Any) -> Any:  # noqa: ARG001 Numba wants it by name
-    """A counter's value before so much was added to it, at once, whatever other threads do."""
-
-    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.atomic_rmw("add", *arguments, "seq_cst")
-
-    return types.intp(counter, types.intp), generate
 
 
 def _call(result: Any) -> Any:
@@ -318,8 +277,8 @@ def bind_formulas() -> None:
 
 
 def _bind(operation: Callable[..., Any], compiled: Callable[..., Any]) -> None:
-    def chosen(*_types: Any) -> Callable[..., Any]:
-        return compiled
+    def chosen(*kinds: Any) -> Callable[..., Any] | None:
+        return compiled if all(isinstance(kind, types.Number | types.Boolean) for kind in kinds) else None
 
     overload(operation, jit_options=_INLINED, strict=False)(chosen)
 

@@ -12,11 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from pvphong.base.formulas import ONE, TWO, ZERO, Power, dot, minimum, times
+from pvphong.base.float_range import BRIGHTEST
+from pvphong.base.formulas import ONE, TWO, ZERO, Power, dot, formula, maximum, minimum, sqrt, subtract, times
+from pvphong.optics.area.lobes import POWER, CosinePower, lobe_numbers
 from pvphong.optics.attenuation import divisor
-from pvphong.optics.light import Placement
+from pvphong.optics.light import Integral, Placement
 from pvphong.optics.reflectance import Geometry, Reflectance
 from pvphong.shading.kernel.arithmetic import exp2, inlined, like, log2_power, plain, shifted
+from pvphong.shading.kernel.lanes import WIDTH, load, store
 from pvphong.shading.kernel.vertices import (
     BLOCK,
     DX,
@@ -220,6 +223,69 @@ def _weaken(rows: Any, numbers: Any) -> None:
     constant, linear, quadratic = like(rows, numbers[3]), like(rows, numbers[4]), like(rows, numbers[5])
     for i in range(BLOCK):
         rows[STRENGTH + i] = minimum(ONE / divisor(constant, linear, quadratic, rows[STRENGTH + i]), _STRONGEST)
+
+
+# Where an integral's numbers begin: after the light's place and gain, and where the others are.
+_OWN_OF_INTEGRAL = 7
+
+
+def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosinePower | None]) -> Callable[..., Any]:
+    """(numbers, rows, points) → bool: writes what lobes reflect of all of a light with a size into their factors' rows.
+
+    Parameters
+    ----------
+    integrals, forms
+        Of each lobe that is wanted; None for the others. There is one around the normal at most, and one around the
+        mirrored viewer.
+    """
+    lobes = list(zip((FIRST, SECOND, THIRD), integrals, forms, strict=False))
+    found = {form.around: (row, each.formula) for row, each, form in lobes if each is not None and form is not None}
+    (cosine_row, cosine), (power_row, power) = (found.get(around, (-1, _nothing)) for around in ("normal", "mirror"))
+
+    def integrate(numbers: Any, rows: Any, points: Any) -> bool:
+        gain = numbers[3]
+        own, second = shifted(numbers, _OWN_OF_INTEGRAL), shifted(numbers, int(numbers[4]))
+        lobe, second_lobe = shifted(own, int(numbers[5])), shifted(second, int(numbers[6]))
+        for i in range(0, BLOCK, WIDTH):
+            p = load(points, i), load(points, BLOCK + i), load(points, 2 * BLOCK + i)
+            d = numbers[0] - p[0], numbers[1] - p[1], numbers[2] - p[2]
+            n = _unit((load(rows, NX + i), load(rows, NY + i), load(rows, NZ + i)))
+            if cosine_row >= 0:
+                store(rows, cosine_row + i, minimum(cosine(own, lobe, d, n, n) * gain, BRIGHTEST))
+            if power_row >= 0:
+                a = n
+                if second_lobe[POWER] > 0.0:  # 0⁰ is 1 all over the hemisphere around n
+                    v = _unit((load(rows, VX + i), load(rows, VY + i), load(rows, VZ + i)))
+                    a = _unit(subtract(times(n, 2.0 * dot(n, v)), v))
+                store(rows, power_row + i, minimum(power(second, second_lobe, d, n, a) * gain, BRIGHTEST))
+        return True
+
+    return integrate
+
+
+@formula
+def _nothing(_own: Any, _lobe: Any, d: Any, _n: Any, _a: Any) -> Any:
+    return 0.0 * d[0]
+
+
+@formula
+def _unit(w: Any) -> Any:
+    return times(w, 1.0 / sqrt(maximum(dot(w, w), 1e-300)))
+
+
+def integral_numbers(
+    gain: float, integrals: Sequence[Integral | None], forms: Sequence[CosinePower | None], real: str
+) -> tuple[float, ...]:
+    """What `integral_stage` reads: place, gain; of each integral its own numbers and those of its lobe."""
+    place: tuple[float, ...] = (0.0, 0.0, 0.0)
+    parts: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {"normal": ((), ()), "mirror": ((), ())}
+    for each, form in zip(integrals, forms, strict=True):
+        if each is not None and form is not None:
+            parts[form.around] = each.numbers, lobe_numbers(form.power, rounded=real == "float32")
+            place = each.place
+    (own, lobe), (second, second_lobe) = parts["normal"], parts["mirror"]
+    ahead = _OWN_OF_INTEGRAL + len(own) + len(lobe)
+    return (*place, gain, float(ahead), float(len(own)), float(len(second)), *own, *lobe, *second, *second_lobe)
 
 
 def light_numbers(light: Placement) -> tuple[float, ...]:

@@ -1,4 +1,4 @@
-"""The effects that a scene may call for: how each is left out, what is said of it, and what the scene is without it.
+"""The effects that a scene may call for: how each is left out, when it is on and why, and the equation without it.
 
 An effect is a class here and its row in `EFFECTS`, at the end, which plans and the accuracy report read. One that
 lights call for by its name (`Light.effects`) and can say how to do without is a row alone, of `LightEffect`.
@@ -26,7 +26,7 @@ from pvphong.base.vectors import angle_between
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.geometry.transform import class_of
 from pvphong.optics import attenuation
-from pvphong.optics.harmonics import BANDS
+from pvphong.optics.area.harmonics import BANDS
 from pvphong.optics.light import NODES, POSITION_EFFECT, SIZE_EFFECT
 from pvphong.optics.lights.sized import fewer_nodes
 from pvphong.optics.reflectance import Component
@@ -215,13 +215,13 @@ class LightEffect(Effect):
         choice = term.light.simpler(self.name, draft.extent, exactly=not draft.allowance)
         if choice is None:
             return None
-        if not choice.lights:  # it is dark here
+        if choice.make is None:  # it is dark here
             return None, Note(self.name, term.label, choice.why), Note(_LIGHTS, term.label, choice.why)
         bound, gain = stand_in_error(draft, term, choice), term.gain * choice.factor
         if not bound <= draft.allowance or not 1.0 / BRIGHTEST < gain < BRIGHTEST:
             return None
         note = Note(self.name, term.label, choice.why.format(bound=bound), bound)
-        return replace(term, light=choice.lights[0], gain=gain), note
+        return replace(term, light=choice.make()[0], gain=gain), note
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
         return self.name in term.light.effects
@@ -243,24 +243,24 @@ class Size(LightEffect):
         for count in () if part.is_black else (1, 4, 16):
             choice = fewer_nodes(term.light, count, draft.extent)
             bound = math.inf if choice is None else stand_in_error(draft, part, choice)
-            if choice is not None and bound <= draft.allowance:
+            if choice is not None and choice.make is not None and bound <= draft.allowance:
                 why = f"{NODES - count} of {NODES} nodes, at most {bound:.2g}"
-                return replace(term, nodes=choice.lights), Note(self.name, term.label, why, bound)
+                return replace(term, nodes=choice.make()), Note(self.name, term.label, why, bound)
         return None
 
     def decide(self, draft: Draft) -> Decision:
         """With how lobes are integrated over the lights: exactly, or by nodes."""
         decision, equation = super().decide(draft), draft.equation
-        components_by_way: dict[str, list[str]] = {}
+        by_method: dict[str, list[str]] = {}
         components: tuple[Component, ...] = ("diffuse", "specular")
         for component in components if decision.on else ():
             for term in equation.terms:
                 if self.has(equation, term) and equation.has(term, component):
                     _, summed = by_closed_form(term, equation.forms)
                     is_summed = any(any(summed[k]) for k in equation.lobes_of(component))
-                    way = f"by {NODES if term.nodes is None else len(term.nodes)} nodes" if is_summed else "exact"
-                    components_by_way.setdefault(way, []).append(component)
-        said = ", ".join(f"{' and '.join(dict.fromkeys(found))} {way}" for way, found in components_by_way.items())
+                    method = f"by {NODES if term.nodes is None else len(term.nodes)} nodes" if is_summed else "exact"
+                    by_method.setdefault(method, []).append(component)
+        said = ", ".join(f"{' and '.join(dict.fromkeys(found))} {method}" for method, found in by_method.items())
         return replace(decision, why=f"{decision.why}: {said}") if said else decision
 
 

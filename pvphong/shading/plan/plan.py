@@ -151,7 +151,7 @@ class Plan:
         ------
         ValueError
             If an option is not one of those that `pvphong.evaluate` has, or Numba is asked for and missing; or for
-            shadows on vertices of which nobody knows what they see.
+            shadows on vertices of which it is not known what they see.
         """
         real = np.dtype(check.choice("precision", precision, get_args(Precision)))
         kernel.check_backend(backend)

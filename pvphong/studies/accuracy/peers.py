@@ -10,22 +10,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pyvista as pv
-from vtkmodules.vtkRenderingCore import vtkLight
 
 from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, rgb
 from pvphong.geometry.transform import transform_normals, transform_points
-from pvphong.meshes.lit import point_normals
-from pvphong.meshes.pictures import aim, drawing_window, preferring
+from pvphong.meshes.surfaces import shallow_copy
+from pvphong.optics.lights import refuse_unless_in_vtk
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
-from pvphong.scene.viewer import Viewer
 from pvphong.shading.equation import Equation
 from pvphong.shading.visibility import refuse_rays
 from pvphong.studies.accuracy.result import NO_ERROR, Errors, Row
 from pvphong.studies.accuracy.variants import Subject, Variant
-from pvphong.vtk.lights import write_light
-from pvphong.vtk.oracle import driver, write_material
+from pvphong.studies.validate.images import window_lit_by_vtk, window_of_colors
+from pvphong.vtk.oracle import driver
 from pvphong.vtk.scenes import InexpressibleError, in_vtk_terms, refuse_inexpressible
 
 TEXTBOOK, LIGHT_SOURCE = "textbook NumPy", "Matplotlib LightSource"
@@ -88,7 +86,7 @@ def textbook_colors(
     if model.convention != "standard":
         check.refuse("convention", model.convention, "'standard' for the textbook formula")
     for index, light in enumerate(scene.lights):
-        light.refuse_unless_in_vtk(f"lights[{index}]", "one that the textbook knows")
+        refuse_unless_in_vtk(light, f"lights[{index}]", "one that the textbook knows")
     refuse_rays(scene, "for the textbook formula")
     if material.reflectance is not None:
         check.refuse("reflectance", material.reflectance, "None for the textbook formula")
@@ -280,14 +278,19 @@ def vtk_frames(
             raise
         scene, material, changed = error.scene, error.material, "without " + ", ".join(error.reasons)
 
-    with preferring(drawing_window()), pv.vtk_verbosity("off"):
-        plotters = [per_pixel_window(mesh, scene, material, matrix)]
-        if lit_error is not None:
-            plotters.append(lit_array_window(mesh, subject.truth, subject.scene.viewer, matrix))
-        for plotter in plotters:
-            stack.callback(plotter.close)
-            plotter.render_window.Render()
-        note = f"a frame of {FRAME[0]} × {FRAME[1]} pixels, {driver()}"
+    low, high = np.reshape(mesh.bounds, (3, 2)).T
+    terms = in_vtk_terms(scene, material, (low + high) / 2.0, float((high - low).max()))
+    windows = [window_lit_by_vtk(mesh, terms, FRAME, matrix)]
+    stack.callback(windows[0].close)
+    if lit_error is not None:
+        colored = shallow_copy(mesh)
+        colored.clear_data()
+        colored.point_data["lit"] = subject.truth
+        windows.append(window_of_colors(colored, subject.scene.viewer, FRAME, matrix, name="lit"))
+        stack.callback(windows[1].close)
+    for window in windows:
+        window.render_window.Render()
+    note = f"a frame of {FRAME[0]} × {FRAME[1]} pixels, {driver()}"
 
     def variant(name: str, window: Any, errors: Errors, more: str) -> Variant:
         def run() -> None:
@@ -298,41 +301,7 @@ def vtk_frames(
         return Variant(replace(row, is_peer=True, note=f"{note}; {more}"), run)
 
     given = f"drawn {changed}" if changed else "its error is 0 by definition"
-    found = [variant(PER_PIXEL, plotters[0].render_window, NO_ERROR, given)]
+    found = [variant(PER_PIXEL, windows[0].render_window, NO_ERROR, given)]
     if lit_error is not None:
-        found.append(variant(LIT_ARRAY, plotters[1].render_window, lit_error, "not evaluated anew"))
+        found.append(variant(LIT_ARRAY, windows[1].render_window, lit_error, "not evaluated anew"))
     return found
-
-
-def per_pixel_window(mesh: pv.PolyData, scene: Scene, material: Material, matrix: Float64Array | None) -> pv.Plotter:
-    """An offscreen window in which VTK lights the mesh pixel by pixel."""
-    low, high = np.reshape(mesh.bounds, (3, 2)).T
-    terms = in_vtk_terms(scene, material, (low + high) / 2.0, float((high - low).max()))
-    shown = mesh.copy()
-    shown.clear_data()
-    shown.point_data.active_normals = point_normals(mesh)
-    plotter = pv.Plotter(off_screen=True, window_size=list(FRAME), lighting="none")
-    for light in terms.lights:
-        given = vtkLight()
-        write_light(light, given, terms.viewer)
-        plotter.renderer.AddLight(given)
-    write_material(terms.material, plotter.add_mesh(shown, copy_mesh=False).prop)
-    return _aimed(plotter, terms.viewer, matrix)
-
-
-def lit_array_window(mesh: pv.PolyData, colors: FloatArray, viewer: Viewer, matrix: Float64Array | None) -> pv.Plotter:
-    """An offscreen window with colours (n_points, 3) at the vertices, VTK's lighting off."""
-    shown = mesh.copy()
-    shown.clear_data()
-    shown.point_data["lit"] = colors
-    plotter = pv.Plotter(off_screen=True, window_size=list(FRAME), lighting="none")
-    plotter.add_mesh(shown, scalars="lit", rgb=True, lighting=False, copy_mesh=False)
-    return _aimed(plotter, viewer, matrix)
-
-
-def _aimed(plotter: pv.Plotter, viewer: Viewer, matrix: Float64Array | None) -> pv.Plotter:
-    (actor,) = plotter.renderer.actors.values()
-    actor.user_matrix = matrix if matrix is not None else np.eye(4)
-    aim(plotter, viewer)
-    plotter.renderer.ResetCameraClippingRange()
-    return plotter

@@ -1,4 +1,4 @@
-"""The standing list of scenes that a report compares with VTK: everything in units of the mesh, around its middle."""
+"""The fixed list of scenes that a report compares with VTK: everything in units of the mesh, around its middle."""
 
 from __future__ import annotations
 
@@ -114,9 +114,20 @@ class Case:
         return ", ".join(parts)
 
     def scene(self, mesh: pv.PolyData) -> Scene:
-        """The scene around a mesh."""
-        viewer = _viewer(mesh, self.parallel)
-        return Scene([_placed(_LIGHTS[name], mesh) for name in self.lights], viewer, _MODELS[self.model])
+        """The scene around a mesh; its lights are given for one of length 1 around the origin."""
+        size, center = mesh.length, np.array(mesh.center)
+        eye = center + size * np.array([0.8, -0.8, 0.7])
+        viewer = Viewer(position=eye.tolist(), focal_point=mesh.center, up=(0.0, 0.1, 1.0), parallel=self.parallel)
+        lights = []
+        for name in self.lights:
+            light: Any = _LIGHTS[name]
+            if not light.is_even:
+                constant, linear, quadratic = light.attenuation
+                around = center if light.frame == "world" else np.zeros(3)
+                position = tuple((around + size * np.array(light.position)).tolist())
+                light = replace(light, position=position, attenuation=(constant, linear / size, quadratic / size**2))
+            lights.append(light)
+        return Scene(lights, viewer, _MODELS[self.model])
 
     def transform(self, mesh: pv.PolyData) -> Float64Array:
         """The (4, 4) model matrix; the mesh stays about where it is."""
@@ -155,19 +166,3 @@ CASES = (
     Case("airplane", "plastic", ("sun", "fading lamp", "spot", "headlight"), "two-sided standard model", "scaled"),
 )
 """Every kind of light in every tier and frame, every class of matrix, both projections, all materials and models."""
-
-
-def _viewer(mesh: pv.PolyData, parallel: bool) -> Viewer:
-    eye = np.array(mesh.center) + mesh.length * np.array([0.8, -0.8, 0.7])
-    return Viewer(position=eye.tolist(), focal_point=mesh.center, up=(0.0, 0.1, 1.0), parallel=parallel)
-
-
-def _placed(light: Any, mesh: pv.PolyData) -> Any:
-    """A light of a mesh of length 1 around the origin, for this mesh."""
-    if light.is_even:
-        return light
-    size = mesh.length
-    constant, linear, quadratic = light.attenuation
-    around = np.array(mesh.center) if light.frame == "world" else np.zeros(3)
-    position = tuple((around + size * np.array(light.position)).tolist())
-    return replace(light, position=position, attenuation=(constant, linear / size, quadratic / size**2))

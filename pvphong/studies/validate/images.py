@@ -7,29 +7,24 @@ than `pvphong.studies.validate.validation`, which is the judge. It says whether 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
-from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkFloatArray, vtkUnsignedCharArray
-from vtkmodules.vtkRenderingCore import vtkCamera, vtkLight, vtkProperty, vtkRenderer, vtkRenderWindow
-from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLActor, vtkOpenGLPolyDataMapper
 
 from pvphong.base import check
 from pvphong.base.types import BoolArray, Float64Array
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.files import refuse_suffix
 from pvphong.meshes.lit import point_normals, shade_mesh
-from pvphong.meshes.pictures import refuse_size, save_picture
-from pvphong.meshes.surfaces import has_faces, shallow_copy, surface
+from pvphong.meshes.pictures import aim, drawing_window, preferring, refuse_size, save_picture
+from pvphong.meshes.surfaces import drawable, has_faces, shallow_copy, surface
 from pvphong.optics.material import Material, check_material
-from pvphong.scene.scene import Scene, SceneLike
+from pvphong.scene.scene import SceneLike
 from pvphong.scene.viewer import Viewer
-from pvphong.vtk.oracle import off_screen_window, vtk_camera, vtk_light, vtk_property
+from pvphong.vtk.oracle import vtk_light, write_material
 from pvphong.vtk.scenes import Terms, in_vtk_terms, refuse_inexpressible
 
 Image = NDArray[np.uint8]
@@ -66,17 +61,12 @@ class ImageComparison:
     @property
     def max_difference(self) -> int:
         """The largest difference of any channel inside the silhouette, in steps of 1/255."""
-        return int(self._largest.max())
+        return int(np.abs(self.difference[self.inside]).max())
 
     @property
     def p99(self) -> float:
         """What 99 % of the differences inside the silhouette stay below, each pixel's that of its worst channel."""
-        return float(np.percentile(self._largest, 99))
-
-    @property
-    def _largest(self) -> NDArray[np.int16]:
-        largest: NDArray[np.int16] = np.abs(self.difference[self.inside]).max(axis=1)
-        return largest
+        return float(np.percentile(np.abs(self.difference[self.inside]).max(axis=1), 99))
 
     def __repr__(self) -> str:
         pixels = np.count_nonzero(self.inside)
@@ -137,119 +127,78 @@ def compare_images(
     scene = scene_for(source, scene)
     if not has_faces(source):
         check.refuse("mesh", f"{source.n_points} points and no faces", "a mesh with faces")
-    terms = _terms(source, scene, material)
-    lit = shade_mesh(source, scene, material, name=_ARRAY)
-    ours, distances = _drawn(_colored(lit), scene.viewer, [], size)
-    vtks, _ = _drawn(_lit_by_vtk(source, terms.material), scene.viewer, _lights(terms), size)
-    inside = _inside(distances, scene.viewer)
-    if not inside.any():
-        check.refuse("viewer", scene.viewer, "one who sees the mesh", "Its picture is empty.")
-    return ImageComparison(ours, vtks, ours.astype(np.int16) - vtks, inside)
-
-
-def _terms(source: pv.PolyData, scene: Scene, material: Material) -> Terms:
     refuse_inexpressible(scene, material, None)
     terms = in_vtk_terms(scene, material, np.array(source.center), source.length)
     if terms.viewer != scene.viewer:
         remedy = "local_viewer=True and parallel=False, or a material without specular."
         got = "highlights for a viewer at infinity, which VTK draws from far away only"
         check.refuse("scene", got, "one that VTK can draw from the viewer's place", remedy)
-    return terms
+
+    ours = window_of_colors(shade_mesh(source, scene, material, name=_ARRAY), scene.viewer, size)
+    vtks = window_lit_by_vtk(source, terms, size)
+    try:
+        for window in (ours, vtks):
+            window.disable_anti_aliasing()
+        lit, lit_by_vtk = (np.asarray(window.screenshot(return_img=True)) for window in (ours, vtks))
+        distances = -ours.get_image_depth(fill_value=-np.inf).astype(np.float64)  # along the view axis
+    finally:
+        ours.close()
+        vtks.close()
+    inside = _inside(distances, scene.viewer)
+    if not inside.any():
+        check.refuse("viewer", scene.viewer, "one who sees the mesh", "Its picture is empty.")
+    return ImageComparison(lit, lit_by_vtk, lit.astype(np.int16) - lit_by_vtk, inside)
 
 
-def _lights(terms: Terms) -> list[vtkLight]:
-    return [vtk_light(light, terms.viewer) for light in terms.lights]
+def window_of_colors(
+    lit: pv.PolyData, viewer: Viewer, size: tuple[int, int], matrix: Float64Array | None = None, *, name: str = _ARRAY
+) -> pv.Plotter:
+    """An offscreen window that shows a point array of colours as they are, VTK's lighting off."""
+    plotter = _window(size)
+    shown = drawable(lit, name)
+    actor = plotter.add_mesh(shown, scalars=name, rgb=True, lighting=False, copy_mesh=False)
+    return _aimed(plotter, actor, viewer, matrix)
 
 
-def _colored(lit: pv.PolyData) -> vtkOpenGLActor:
-    """The lit colours as they are."""
-    lit.set_active_scalars(_ARRAY, preference="point")
-    mapper = vtkOpenGLPolyDataMapper()
-    mapper.SetInputData(lit)
-    mapper.SetScalarModeToUsePointData()
-    mapper.SetColorModeToDirectScalars()
-    appearance = vtkProperty()
-    appearance.LightingOff()
-    return _actor(mapper, appearance)
+def window_lit_by_vtk(
+    mesh: pv.PolyData, terms: Terms, size: tuple[int, int], matrix: Float64Array | None = None
+) -> pv.Plotter:
+    """An offscreen window in which VTK lights the mesh pixel by pixel, by its active normals or computed ones."""
+    plotter = _window(size)
+    for light in terms.lights:
+        plotter.renderer.AddLight(vtk_light(light, terms.viewer))
+    smooth = shallow_copy(mesh)
+    smooth.clear_data()
+    smooth.point_data.active_normals = point_normals(mesh)
+    actor = plotter.add_mesh(smooth, copy_mesh=False)
+    write_material(terms.material, actor.prop)
+    return _aimed(plotter, actor, terms.viewer, matrix)
 
 
-def _lit_by_vtk(source: pv.PolyData, material: Material) -> vtkOpenGLActor:
-    """The surface with smooth shading, as VTK lights it."""
-    smooth = shallow_copy(source)
-    smooth.point_data.active_normals = point_normals(source)
-    mapper = vtkOpenGLPolyDataMapper()
-    mapper.SetInputData(smooth)
-    mapper.ScalarVisibilityOff()
-    appearance = vtk_property(material)
-    appearance.SetRepresentationToSurface()
-    return _actor(mapper, appearance)
+def _window(size: tuple[int, int]) -> pv.Plotter:
+    with preferring(drawing_window()), pv.vtk_verbosity("off"):
+        plotter = pv.Plotter(off_screen=True, window_size=list(size), lighting="none")
+    plotter.set_background("white")
+    return plotter
 
 
-def _actor(mapper: vtkOpenGLPolyDataMapper, appearance: vtkProperty) -> vtkOpenGLActor:
-    actor = vtkOpenGLActor()
-    actor.SetMapper(mapper)
-    actor.SetProperty(appearance)
-    return actor
-
-
-def _drawn(
-    actor: vtkOpenGLActor, viewer: Viewer, lights: Sequence[vtkLight], size: tuple[int, int]
-) -> tuple[Image, Float64Array]:
-    """The picture, and how far away along the view axis each pixel is; infinite for the background."""
-    with off_screen_window(*size) as window:
-        renderer = vtkRenderer()
-        renderer.AutomaticLightCreationOff()
-        renderer.SetBackground(1.0, 1.0, 1.0)
-        renderer.SetActiveCamera(_camera(viewer))
-        for light in lights:
-            renderer.AddLight(light)
-        renderer.AddActor(actor)
-        renderer.ResetCameraClippingRange()
-        window.AddRenderer(renderer)
-        window.Render()
-        return _colors(window, size), _distances(window, size, renderer.GetActiveCamera())
-
-
-def _camera(viewer: Viewer) -> vtkCamera:
-    camera = vtk_camera(viewer, rides=True)
-    camera.SetViewAngle(viewer.view_angle)
-    camera.SetParallelScale(viewer.parallel_scale)
-    return camera
-
-
-def _colors(window: vtkRenderWindow, size: tuple[int, int]) -> Image:
-    """VTK's rows start below."""
-    width, height = size
-    colors = vtkUnsignedCharArray()
-    window.GetPixelData(0, 0, width - 1, height - 1, 0, colors, 0)
-    return vtk_to_numpy(colors).reshape(height, width, 3)[::-1].copy()
-
-
-def _distances(window: vtkRenderWindow, size: tuple[int, int], camera: vtkCamera) -> Float64Array:
-    """From the depth buffer, where 0 is the near plane and 1 the far plane."""
-    width, height = size
-    depths = vtkFloatArray()
-    window.GetZbufferData(0, 0, width - 1, height - 1, depths)
-    depth = vtk_to_numpy(depths).reshape(height, width)[::-1].astype(np.float64)
-    near, far = camera.GetClippingRange()
-    parallel = camera.GetParallelProjection()
-    distances = near + depth * (far - near) if parallel else near * far / (far - depth * (far - near))
-    return np.where(depth < 1.0, distances, np.inf)
+def _aimed(plotter: pv.Plotter, actor: pv.Actor, viewer: Viewer, matrix: Float64Array | None) -> pv.Plotter:
+    actor.user_matrix = matrix if matrix is not None else np.eye(4)
+    aim(plotter, viewer)
+    plotter.renderer.ResetCameraClippingRange()
+    return plotter
 
 
 def _inside(distances: Float64Array, viewer: Viewer) -> BoolArray:
-    """Pixels around which the distance changes by less than `_STEEPEST` pixels' widths from one to the next."""
-    nearest, farthest = _around(np.minimum, distances), _around(np.maximum, distances)
+    """Pixels around which the distance changes by less than `_STEEPEST` pixels' widths from one to the next.
+
+    Nothing covers what lies beyond the border.
+    """
+    padded = np.pad(distances, 1, constant_values=np.inf)
+    around = np.lib.stride_tricks.sliding_window_view(padded, (3, 3))
+    nearest, farthest = around.min(axis=(2, 3)), around.max(axis=(2, 3))
     covered = np.isfinite(farthest)
     half_height = viewer.parallel_scale if viewer.parallel else np.tan(np.radians(0.5 * viewer.view_angle)) * nearest
     pixel = 2.0 * half_height / len(distances)
     inside: BoolArray = np.where(covered, farthest, 0.0) - np.where(covered, nearest, 0.0) < 2.0 * _STEEPEST * pixel
     return inside & covered
-
-
-def _around(extreme: np.ufunc, distances: Float64Array) -> Float64Array:
-    """The least or greatest of each pixel and its eight neighbours; nothing covers what lies beyond the border."""
-    padded = np.pad(distances, 1, constant_values=np.inf)
-    windows = np.lib.stride_tricks.sliding_window_view(padded, (3, 3))
-    around: Float64Array = extreme.reduce(windows, axis=(2, 3))
-    return around

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from textwrap import shorten
@@ -17,14 +16,12 @@ from pvphong.base import check
 from pvphong.base.files import written_aside
 from pvphong.base.text import WIDTH, rendered, wrapped
 from pvphong.meshes.files import refuse_suffix
-from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.studies.validate.cases import CASES, MATERIALS, MESHES, PICTURED, Case
-from pvphong.studies.validate.comparison import TIERS, Comparison
 from pvphong.studies.validate.images import ImageComparison, compare_images
-from pvphong.studies.validate.validation import validate
+from pvphong.studies.validate.validation import TIERS, Comparison, validate
 from pvphong.vtk.oracle import driver
 
 if TYPE_CHECKING:
@@ -32,12 +29,14 @@ if TYPE_CHECKING:
 
 _HEADINGS = ("scene", "mesh", "material", "VTK's tier", "vertices", "largest error", "bound", "ratio", "passed")
 
+_TITLES = {"matte": "A matte torus in the sun", "shiny": "A shiny sphere by a lamp"}
+
 _FORMULA = "16 · power · 2⁻²⁴ + 1e-6"
 
 
 @dataclass(frozen=True)
 class CaseRow:
-    """A case and what came of it."""
+    """A case and its comparison."""
 
     case: Case
     comparison: Comparison
@@ -64,30 +63,19 @@ class CaseRow:
 
 
 @dataclass(frozen=True)
-class Pictures:
-    """One mesh drawn with lit colours and lit by VTK.
+class VTKReport:
+    """The results of `vtk_report`.
 
     Attributes
     ----------
-    stem : str
-        Name of the picture's file.
-    title : str
-        What is seen.
-    images : ImageComparison
-        The pictures.
+    rows : tuple of CaseRow
+        A comparison for each of a fixed list of scenes.
+    pictures : dict of str to ImageComparison
+        Name of the file → one mesh drawn with lit colours and lit by VTK.
     """
 
-    stem: str
-    title: str
-    images: ImageComparison
-
-
-@dataclass(frozen=True)
-class VTKReport:
-    """What `standing_report` found."""
-
     rows: tuple[CaseRow, ...]
-    pictures: tuple[Pictures, ...]
+    pictures: dict[str, ImageComparison]
 
     @property
     def passed(self) -> bool:
@@ -114,7 +102,7 @@ class VTKReport:
         return "\n".join(lines)
 
     def explain(self) -> str:
-        """Every scene, what was compared in it and what came of it."""
+        """Every scene, what was compared in it and the results."""
         tiers = ", ".join(f"{number} {tier}" for number, tier in enumerate(TIERS))
         return rendered([self.table(), f"VTK's tiers: {tiers}. The bound is {_FORMULA}.", self.summary()])
 
@@ -151,15 +139,16 @@ class VTKReport:
             folder.mkdir(exist_ok=True)
         except OSError as error:
             raise ValueError(f"path must be in a folder that can be written to; got {target} ({error}).") from error
-        for picture in self.pictures:
-            picture.images.save(folder / f"{picture.stem}.png")
+        for name, images in self.pictures.items():
+            images.save(folder / f"{name}.png")
         with written_aside(target) as aside:
             aside.write_text("\n".join(self._markdown(folder.name)), encoding="utf-8")
 
     def _markdown(self, folder: str) -> Iterator[str]:
+        vtk = ".".join(map(str, pv.vtk_version_info))
         yield "# pvphong against VTK's own lighting\n"
         yield self.summary() + "\n"
-        for what, value in (("pvphong", version("pvphong")), ("PyVista", pv.__version__), ("VTK", _vtk_version())):
+        for what, value in (("pvphong", version("pvphong")), ("PyVista", pv.__version__), ("VTK", vtk)):
             yield f"- {what} {value}"
         yield f"- driver: {driver()}\n"
         yield "## Every vertex, in float32\n"
@@ -174,18 +163,14 @@ class VTKReport:
         yield "Left: the lit colours, drawn without lighting. Middle: VTK lights every pixel. Right: their difference"
         yield "inside the silhouette; grey is none, each display step 16 levels. What differs by more than a step is"
         yield "interpolation between vertices: these pictures show that what is drawn is what was computed.\n"
-        for picture in self.pictures:
-            seen = f"at most {picture.images.max_difference}/255, 99 % of the pixels {picture.images.p99:.3g}/255"
-            yield f"{picture.title}: {seen}.\n"
-            yield f"![{picture.title}](<{folder}/{picture.stem}.png>)\n"
+        for name, images in self.pictures.items():
+            title = _TITLES[name]
+            yield f"{title}: at most {images.max_difference}/255, 99 % of the pixels {images.p99:.3g}/255.\n"
+            yield f"![{title}](<{folder}/{name}.png>)\n"
 
 
 def _line(cells: tuple[str, ...] | list[str]) -> str:
     return f"| {' | '.join(cells)} |"
-
-
-def _vtk_version() -> str:
-    return ".".join(map(str, pv.vtk_version_info))
 
 
 def refuse_path(path: str | os.PathLike[str]) -> None:
@@ -196,8 +181,8 @@ def refuse_path(path: str | os.PathLike[str]) -> None:
         check.refuse("path", Path(path), "in a folder that exists", f"Create {folder} first.")
 
 
-def standing_report() -> VTKReport:
-    """Compare a standing list of scenes with VTK: every kind of light, tier, frame, matrix class and projection.
+def vtk_report() -> VTKReport:
+    """Compare a fixed list of scenes with VTK: every kind of light, tier, frame, matrix class and projection.
 
     The meshes come with PyVista.
 
@@ -211,30 +196,25 @@ def standing_report() -> VTKReport:
     ValueError
         If this machine cannot draw.
     """
-    meshes = cache(lambda name: _without_arrays(MESHES[name]()))
-    pictures = tuple(_pictures())  # first: they say what is missing where VTK cannot draw
-    return VTKReport(tuple(_row(case, meshes(case.mesh)) for case in CASES), pictures)
+    found = pictures()  # first: they say what is missing where VTK cannot draw
+    meshes = {name: load() for name, load in MESHES.items()}
+    for mesh in meshes.values():
+        mesh.clear_data()  # normals are computed
+    rows = []
+    for case in CASES:
+        mesh = meshes[case.mesh]
+        compared = validate(mesh, case.scene(mesh), MATERIALS[case.material], matrix=case.transform(mesh))
+        rows.append(CaseRow(case, compared))
+    return VTKReport(tuple(rows), found)
 
 
-def _without_arrays(mesh: pv.PolyData) -> pv.PolyData:
-    """Normals are computed."""
-    mesh.clear_data()
-    return mesh
-
-
-def _row(case: Case, mesh: pv.PolyData) -> CaseRow:
-    material = MATERIALS[case.material]
-    return CaseRow(case, validate(mesh, case.scene(mesh), material, matrix=case.transform(mesh)))
-
-
-def _pictures() -> Iterator[Pictures]:
-    """A matte and a shiny closed mesh."""
+def pictures() -> dict[str, ImageComparison]:
+    """A matte and a shiny closed mesh, by the names of their files."""
     eye = Viewer(position=(1.6, -1.2, 1.0), up=(0.0, 0.0, 1.0), view_angle=36.0)
     torus = pv.ParametricTorus(ringradius=0.35, crosssectionradius=0.15, u_res=300, v_res=200, w_res=2)
     sphere = pv.Sphere(theta_resolution=300, phi_resolution=200)
-    plastic: Material = MATERIALS["plastic"]
-    for stem, title, mesh, material, scene in (
-        ("matte", "A matte torus in the sun", torus, MATERIALS["matte"], Scene([PICTURED["sun"]], eye)),
-        ("shiny", "A shiny sphere by a lamp", sphere, plastic, Scene([PICTURED["lamp"]], eye, LightModel.vtk())),
-    ):
-        yield Pictures(stem, title, compare_images(mesh, scene, material))
+    sun, lamp = Scene([PICTURED["sun"]], eye), Scene([PICTURED["lamp"]], eye, LightModel.vtk())
+    return {
+        "matte": compare_images(torus, sun, MATERIALS["matte"]),
+        "shiny": compare_images(sphere, lamp, MATERIALS["plastic"]),
+    }

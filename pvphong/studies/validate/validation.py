@@ -1,31 +1,45 @@
-"""pvphong's colours against VTK's own shader."""
+"""pvphong's colours against VTK's own shader, vertex by vertex: `validate` and its result."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import NamedTuple
+import math
+import os
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyvista as pv
 
 from pvphong.base import check
-from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike
+from pvphong.base.files import write_json
+from pvphong.base.text import html_table, rendered, wrapped
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, Vector
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.lit import point_normals
 from pvphong.meshes.surfaces import surface
 from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.evaluation import evaluate
-from pvphong.studies.validate.comparison import Comparison
 from pvphong.vtk.oracle import driver, vtk_shade
 from pvphong.vtk.rounding import Pose, allowed_error, limits
 from pvphong.vtk.scenes import in_vtk_terms, refuse_inexpressible, seen_from_infinity, shining
 
-_DOUBTFUL_FACING = 2.0**-40
-"""Cosines between normal and viewer below this have no certain sign in float64."""
+if TYPE_CHECKING:
+    from rich.table import Table
 
+# Cosines between normal and viewer below this have no certain sign in float64.
+_DOUBTFUL_FACING = 2.0**-40
+
+# In sizes of the mesh: float32 loses digits of a mesh that lies farther than this from its own origin.
 _OFF_CENTER = 10.0
-"""In sizes of the mesh: float32 loses digits of a mesh that lies farther than this from its own origin."""
+
+# Vertices that a comparison lists.
+_WORST = 8
+
+TIERS = ("unlit", "headlight", "directional lights", "positional lights")
+"""What VTK's shader calls for, by the number of its tier."""
 
 
 def validate(
@@ -88,44 +102,73 @@ def validate(
     points, normals = check.array("points", source.points), check.array("normals", point_normals(source))
     unclamped = replace(scene, light_model=replace(scene.light_model, clamp=False))
     own = evaluate(points, normals, unclamped, material, matrix=given).rgb
+
     lit = np.logical_and.reduce(np.isfinite(points) & np.isfinite(normals), axis=1) & (normals != 0.0).any(axis=1)
-    placed = _placed(points[lit], normals[lit], scene, np.eye(4) if given is None else given / given[3, 3])
-    judgement = _judge(placed, scene, material, _tolerance(scene, material))
-    return _comparison(source, lit, own, placed, judgement)
+    rows = np.flatnonzero(lit)
+    affine = np.eye(4) if given is None else given / given[3, 3]
+    pose, doubtful, conversions = _pose_for_vtk(points[lit], normals[lit], scene, affine)
+    positions, directions = np.full((2, len(points), 3), np.nan)
+    positions[rows], directions[rows] = pose.in_world()
+
+    # 16 · power · 2⁻²⁴ + 1e-6, see `pvphong.vtk.oracle`; and `allowed_error` where shading is physically based.
+    exponents = [light.as_vtk().exponent for light in shining(scene)]
+    physical = material.reflectance and material.reflectance.in_vtk()
+    shininess, more = (0.0, allowed_error(physical.roughness)) if physical else (material.shininess, 1e-6)
+    tolerance = 16.0 * max(shininess, *exponents, 0.0) * 2.0**-24 + more
+
+    terms = in_vtk_terms(scene, material, pose.matrix[:3, 3], _box(positions[rows])[1])
+    vtk = np.full((len(points), 3), np.nan, dtype=np.float32)
+    if len(rows):
+        cloud = pv.PolyData(pose.points)
+        cloud.point_data.active_normals = pose.normals
+        vtk[rows] = vtk_shade(cloud, terms.lights, terms.material, terms.viewer, matrix=pose.matrix)
+    known = limits(pose, terms, tolerance, has_floors=scene.light_model.convention == "vtk")
+    left_open = {"n·v = 0": doubtful} | known.open
+    left_open["float32"] = known.open["float32"] | ~np.isfinite(vtk[rows]).all(axis=1)
+    compared = ~np.logical_or.reduce(list(left_open.values()), axis=0)
+    errors = (own[rows].astype(np.float64) - vtk[rows]) / known.scale[:, None]
+    left_out = {reason: rows[mask] for reason, mask in left_open.items()}
+    left_out["no place or normal"] = np.flatnonzero(~lit)
+    return Comparison(
+        tolerance=tolerance,
+        tier=terms.tier,
+        conversions=conversions + terms.conversions,
+        driver=driver(),
+        vertices=rows[compared],
+        errors=errors[compared],
+        left_out={reason: numbers for reason, numbers in left_out.items() if len(numbers)},
+        pvphong=own,
+        vtk=vtk,
+        _surface=source,
+        _positions=positions,
+        _normals=directions,
+    )
 
 
-class _Placed(NamedTuple):
-    """The vertices that can be lit, as VTK is given them."""
+def _pose_for_vtk(
+    points: FloatArray, normals: FloatArray, scene: Scene, matrix: Float64Array
+) -> tuple[Pose, BoolArray, tuple[str, ...]]:
+    """Vertices around their middle, with unit normals, which a two-sided scene turns to the viewer.
 
-    pose: Pose
-    doubtful: BoolArray
-    """Where it is not certain to which side a normal turns."""
-    conversions: tuple[str, ...]
-
-
-class _Judgement(NamedTuple):
-    """What VTK says of the vertices that can be lit."""
-
-    colors: FloatArray
-    scale: Float64Array
-    open: dict[str, BoolArray]
-    tier: int
-    conversions: tuple[str, ...]
-    tolerance: float
-
-
-def _placed(points: FloatArray, normals: FloatArray, scene: Scene, matrix: Float64Array) -> _Placed:
-    """Around their middle, with unit normals, which a two-sided scene turns to the viewer."""
-    said = []
+    Returns
+    -------
+    pose : Pose
+        Points, normals and matrix.
+    doubtful : ndarray
+        Shape (n,): where it is not certain to which side a normal turns.
+    conversions : tuple of str
+        What was changed, a phrase each.
+    """
+    conversions = []
     center, size = _box(points.astype(np.float64))
     if np.abs(center).max() > _OFF_CENTER * size:
-        said.append(f"the mesh around its middle, ({', '.join(f'{c:.6g}' for c in center)})")
+        conversions.append(f"the mesh around its middle, ({', '.join(f'{c:.6g}' for c in center)})")
     around = matrix.copy()
     around[:3, 3] += matrix[:3, :3] @ center
     scaled = normals / np.abs(normals).max(axis=1, keepdims=True).astype(np.float64)
     pose = Pose(points - center, scaled / np.linalg.norm(scaled, axis=1)[:, None], around)
     if not scene.light_model.two_sided:
-        return _Placed(pose, np.zeros(len(points), dtype=bool), tuple(said))
+        return pose, np.zeros(len(points), dtype=bool), tuple(conversions)
     positions, directions = pose.in_world()
     to_viewer = np.array(scene.viewer.position) - positions
     if seen_from_infinity(scene):
@@ -133,10 +176,10 @@ def _placed(points: FloatArray, normals: FloatArray, scene: Scene, matrix: Float
     facing = np.einsum("ij,ij->i", directions, to_viewer)
     away = facing < 0.0
     if away.any():
-        said.append(f"{np.count_nonzero(away)} normals turned to the viewer")
+        conversions.append(f"{np.count_nonzero(away)} normals turned to the viewer")
     doubtful = np.abs(facing) <= _DOUBTFUL_FACING * np.linalg.norm(to_viewer, axis=1)
     turned = np.where(away[:, None], -pose.normals, pose.normals)
-    return _Placed(pose._replace(normals=turned), doubtful, tuple(said))
+    return pose._replace(normals=turned), doubtful, tuple(conversions)
 
 
 def _box(points: Float64Array) -> tuple[Float64Array, float]:
@@ -147,52 +190,240 @@ def _box(points: Float64Array) -> tuple[Float64Array, float]:
     return low + 0.5 * (high - low), float((high - low).max())
 
 
-def _tolerance(scene: Scene, material: Material) -> float:
-    """16 · power · 2⁻²⁴ + 1e-6, see `pvphong.vtk.oracle`; and `allowed_error` where shading is physically based."""
-    exponents = [light.as_vtk().exponent for light in shining(scene)]
-    physical = material.reflectance and material.reflectance.in_vtk()
-    shininess, more = (0.0, allowed_error(physical.roughness)) if physical else (material.shininess, 1e-6)
-    return 16.0 * max(shininess, *exponents, 0.0) * 2.0**-24 + more
+@dataclass(frozen=True)
+class Vertex:
+    """A vertex whose colours differ most, with what it takes to look into it.
+
+    Attributes
+    ----------
+    index : int
+        Number of the point.
+    error : float
+        Its largest error over the channels, without sign.
+    position, normal : tuple of float
+        In the world, the normal unit and turned to the viewer where the scene is two-sided.
+    pvphong, vtk : tuple of float
+        Both unclamped colours.
+    tier : int
+        The tier of VTK's shader; an index into `TIERS`.
+    """
+
+    index: int
+    error: float
+    position: Vector
+    normal: Vector
+    pvphong: Vector
+    vtk: Vector
+    tier: int
 
 
-def _judge(placed: _Placed, scene: Scene, material: Material, tolerance: float) -> _Judgement:
-    pose = placed.pose
-    _, size = _box(pose.in_world()[0])
-    terms = in_vtk_terms(scene, material, pose.matrix[:3, 3], size)
-    colors = np.zeros((0, 3), dtype=np.float32)
-    if len(pose.points):
-        cloud = pv.PolyData(pose.points)
-        cloud.point_data.active_normals = pose.normals
-        colors = vtk_shade(cloud, terms.lights, terms.material, terms.viewer, matrix=pose.matrix)
-    known = limits(pose, terms, tolerance, has_floors=scene.light_model.convention == "vtk")
-    reasons = {"n·v = 0": placed.doubtful} | known.open
-    reasons["float32"] = known.open["float32"] | ~np.isfinite(colors).all(axis=1)
-    said = placed.conversions + terms.conversions
-    return _Judgement(colors, known.scale, reasons, terms.tier, said, tolerance)
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison:
+    """pvphong's unclamped colours against VTK's own shader.
+
+    `print(comparison)` gives the verdict in words, `print(comparison.explain())` all numbers.
+
+    Errors are pvphong minus VTK: absolute, and relative to the light that arrives where that, times the material's
+    reflectances, is more than 1. float32 rounds in proportion to it.
+
+    Attributes
+    ----------
+    tolerance : float
+        The bound that applied: 16 · power · 2⁻²⁴ + 1e-6, where the power is the shininess or a spot's exponent,
+        whichever is largest; for physically based shading the power is that of spots, and
+        6 · 2⁻²⁴ / roughness⁴ + 1e-6 is added.
+    tier : int
+        Which of VTK's three tiers of lighting code drew it; 0 where it drew unlit.
+    conversions : tuple of str
+        In which other terms than the scene's VTK was given it.
+    driver : str
+        The graphics driver that VTK ran on.
+    vertices : ndarray
+        Shape (n,): the points compared.
+    errors : ndarray
+        Shape (n, 3), signed, a row per point compared.
+    left_out : dict of str to ndarray
+        Reason → points that were not compared for it; a point may have several.
+    pvphong, vtk : ndarray
+        Shape (n_points, 3): all unclamped colours, VTK's NaN where it has none.
+    """
+
+    tolerance: float
+    tier: int
+    conversions: tuple[str, ...]
+    driver: str
+    vertices: IntArray
+    errors: Float64Array
+    left_out: dict[str, IntArray]
+    pvphong: FloatArray
+    vtk: FloatArray
+    _surface: pv.PolyData
+    _positions: Float64Array
+    _normals: Float64Array
+
+    @property
+    def n(self) -> int:
+        """How many vertices were compared."""
+        return len(self.vertices)
+
+    @property
+    def n_left_out(self) -> int:
+        """How many were not."""
+        return len(self.pvphong) - self.n
+
+    @property
+    def max_error(self) -> float:
+        """The largest error of any channel; NaN where nothing was compared, as for the three that follow."""
+        return float(self._magnitudes.max()) if self.n else math.nan
+
+    @property
+    def rms(self) -> float:
+        """The root of the mean square of all channels' errors."""
+        return math.sqrt(float(np.mean(self.errors**2))) if self.n else math.nan
+
+    @property
+    def p50(self) -> float:
+        """The median of the vertices' errors, each vertex's that of its worst channel."""
+        return float(np.percentile(self._magnitudes, 50)) if self.n else math.nan
+
+    @property
+    def p99(self) -> float:
+        """What 99 % of the vertices' errors stay below."""
+        return float(np.percentile(self._magnitudes, 99)) if self.n else math.nan
+
+    @property
+    def passed(self) -> bool:
+        """Whether every error is within the tolerance; False where nothing was compared."""
+        return bool(self.max_error <= self.tolerance)
+
+    @property
+    def _verdict(self) -> str:
+        if not self.n:
+            return "nothing to compare"
+        return "passed" if self.passed else "failed"
+
+    @cached_property
+    def _magnitudes(self) -> Float64Array:
+        magnitudes: Float64Array = np.abs(self.errors).max(axis=1, initial=0.0)
+        return magnitudes
+
+    @cached_property
+    def worst(self) -> tuple[Vertex, ...]:
+        """The vertices with the largest errors, largest first."""
+        found = []
+        for row in np.argsort(-self._magnitudes, kind="stable")[:_WORST].tolist():
+            index = int(self.vertices[row])
+            arrays = (self._positions, self._normals, self.pvphong, self.vtk)
+            position, normal, own, other = (tuple(array[index].tolist()) for array in arrays)
+            found.append(Vertex(index, float(self._magnitudes[row]), position, normal, own, other, self.tier))
+        return tuple(found)
+
+    def table(self) -> Table:
+        """The comparison as a `rich.table.Table`; print it with a `rich.console.Console`."""
+        from rich import box
+        from rich.table import Table
+        from rich.text import Text
+
+        title = Text("pvphong against VTK's shader: ")
+        title.append(self._verdict, "green" if self.passed else "red")
+        table = Table(title=title, box=box.SIMPLE_HEAD, show_header=False)
+        table.add_column(justify="left", no_wrap=True)
+        table.add_column(justify="left", overflow="fold")
+        for name, value in self._rows():
+            table.add_row(name, value)
+        return table
+
+    def explain(self) -> str:
+        """All numbers, what VTK was given in other terms, what was left out, and the worst vertices."""
+        return rendered([self.table()])
+
+    def _rows(self) -> list[tuple[str, str]]:
+        rows = [("vertices compared", f"{self.n} of {self.n + self.n_left_out}")]
+        if self.n:
+            rows += [
+                ("largest error", f"{self.max_error:.3g}, {self.max_error / self.tolerance:.2f} of the bound"),
+                ("RMS, median, 99 %", f"{self.rms:.3g}, {self.p50:.3g}, {self.p99:.3g}"),
+            ]
+        rows += [
+            ("bound", f"{self.tolerance:.3g} (see `tolerance`)"),
+            ("VTK's tier", f"{self.tier} ({TIERS[self.tier]})"),
+            ("driver", self.driver),
+        ]
+        rows += [("in VTK's terms", conversion) for conversion in self.conversions]
+        rows += [("left out", f"{len(points)}: {reason}") for reason, points in self.left_out.items()]
+        for vertex in self.worst[: 1 if self.passed else _WORST]:
+            place = f"error {vertex.error:.3g} at {_numbers(vertex.position)}, normal {_numbers(vertex.normal)}"
+            colors = f"pvphong {_numbers(vertex.pvphong)}, VTK {_numbers(vertex.vtk)}"
+            rows.append((f"worst: {vertex.index}", f"{place}, {colors}"))
+        return rows
+
+    def __str__(self) -> str:
+        return "\n".join(line for sentence in self._sentences() for line in wrapped(sentence))
+
+    def _sentences(self) -> Iterator[str]:
+        if not self.n:
+            yield f"Nothing to compare: none of {self.n_left_out} vertices can be held against VTK."
+            return
+        within = int(np.count_nonzero(self._magnitudes <= self.tolerance))
+        count = f"all {self.n}" if self.passed else f"{within} of {self.n}"
+        yield f"{self._verdict.capitalize()}: {count} vertices are within {self.tolerance:.3g} of VTK's own shader."
+        yield f"The largest error is {self.max_error:.3g}, {self.max_error / self.tolerance:.2f} of that bound."
+        if self.left_out:
+            yield f"{self.n_left_out} vertices are left out: {', '.join(self.left_out)}."
+        if not self.passed:
+            yield f"Worst is vertex {self.worst[0].index} at {_numbers(self.worst[0].position)}."
+
+    def __repr__(self) -> str:
+        error = f"largest error {self.max_error:.3g} of {self.tolerance:.3g}"
+        return f"<Comparison {self._verdict}: {error}, {self.n} vertices>"
+
+    def _repr_html_(self) -> str:
+        return html_table(f"pvphong against VTK's shader: {self._verdict}", (), self._rows())
+
+    def to_dict(self) -> dict[str, Any]:
+        """The numbers as plain values, without the arrays; NaN as None."""
+        numbers = {name: getattr(self, name) for name in ("max_error", "rms", "p50", "p99", "tolerance")}
+        return {
+            "passed": self.passed,
+            "n": self.n,
+            "n_left_out": self.n_left_out,
+            **{name: None if math.isnan(number) else number for name, number in numbers.items()},
+            "tier": self.tier,
+            "driver": self.driver,
+            "conversions": list(self.conversions),
+            "left_out": {reason: len(points) for reason, points in self.left_out.items()},
+            "worst": [asdict(vertex) for vertex in self.worst],
+        }
+
+    def to_json(self, path: str | os.PathLike[str]) -> None:
+        """Write `to_dict` to a JSON file.
+
+        Raises
+        ------
+        ValueError
+            If the file cannot be written.
+        """
+        write_json(self.to_dict(), path)
+
+    def to_mesh(self) -> pv.PolyData:
+        """A copy of the surface with the colours and errors, to look at.
+
+        Returns
+        -------
+        pyvista.PolyData
+            Point arrays: ``"phong"`` and ``"vtk"``, the unclamped colours; ``"phong_error"``, the signed errors,
+            NaN where none was taken; ``"phong_error_max"``, active, the largest channel's without sign.
+        """
+        mesh = self._surface.copy()
+        errors = np.full(self.pvphong.shape, np.nan)
+        errors[self.vertices] = self.errors
+        mesh.point_data["phong"] = self.pvphong
+        mesh.point_data["vtk"] = self.vtk
+        mesh.point_data["phong_error"] = errors
+        mesh.point_data["phong_error_max"] = np.abs(errors).max(axis=1)
+        mesh.set_active_scalars("phong_error_max", preference="point")
+        return mesh
 
 
-def _comparison(
-    source: pv.PolyData, lit: BoolArray, own: FloatArray, placed: _Placed, judgement: _Judgement
-) -> Comparison:
-    rows = np.flatnonzero(lit)
-    vtk, positions, normals = np.full((3, len(lit), 3), np.nan)
-    vtk[rows] = judgement.colors
-    positions[rows], normals[rows] = placed.pose.in_world()
-    compared = ~np.logical_or.reduce(list(judgement.open.values()), axis=0)
-    errors = (own[rows].astype(np.float64) - judgement.colors) / judgement.scale[:, None]
-    left_out = {reason: rows[mask] for reason, mask in judgement.open.items()}
-    left_out["no place or normal"] = np.flatnonzero(~lit)
-    return Comparison(
-        tolerance=judgement.tolerance,
-        tier=judgement.tier,
-        conversions=judgement.conversions,
-        driver=driver(),
-        vertices=rows[compared],
-        errors=errors[compared],
-        left_out={reason: points for reason, points in left_out.items() if len(points)},
-        pvphong=own,
-        vtk=vtk.astype(np.float32),
-        _surface=source,
-        _positions=positions,
-        _normals=normals,
-    )
+def _numbers(triple: Vector) -> str:
+    return "(" + ", ".join(f"{number:.7g}" for number in triple) + ")"

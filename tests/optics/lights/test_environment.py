@@ -12,7 +12,7 @@ import pyvista as pv
 from strategies import Dice
 
 from pvphong import BlinnPhong, EnvironmentLight, LightModel, Material, Scene, Viewer, evaluate, plan
-from pvphong.optics.spherical import CosinePower
+from pvphong.optics.area.lobes import CosinePower
 from pvphong.shading import kernel
 
 WHITE = Material(ambient=0.0, diffuse=1.0)

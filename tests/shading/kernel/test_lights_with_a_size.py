@@ -30,7 +30,7 @@ def thrown(kind, seed):
     light = LIGHT_TYPES[kind](**shape, intensity=max(float(np.dot(place, place)), 0.05))
     points = random.uniform(-1, 1, (COUNT, 3)) * dice.choice((1.0, 0.3))
     normals = dice.unit_vector() * dice.choice((0.0, 1.0, 3.0)) + random.normal(size=(COUNT, 3))
-    power, specular = dice.choice((4.0, 5.5, 20.0, 300.0, 1e4, 1e6)), dice.choice((0.0, 0.5))
+    power, specular = dice.choice((0.0, 0.5, 4.0, 5.5, 20.0, 300.0, 1e4, 1e6)), dice.choice((0.0, 0.5))
     material = ph.Material(ambient=0.0, diffuse=0.5, specular=specular, shininess=power)
     scene = ph.Scene([light], ph.Viewer(triple(3 * dice.unit_vector())), ph.LightModel(ambient=0, clamp=False))
     square = 1.0 if light.is_even else np.maximum(((points - place) ** 2).sum(axis=1), 1e-9)
@@ -54,28 +54,13 @@ def left_to_the_reference(monkeypatch, arguments):
     return sum(rows)
 
 
-@pytest.mark.parametrize(
-    ("kind", "declined"),
-    [("disk", 0.01), ("environment", 0.0), ("sphere", 0.01), ("rectangle", 0.15), ("polygon", 0.02)],  # thin ones
-)
-def test_it_is_within_the_bound_of_the_reference(kind, declined, monkeypatch):
-    left = 0
+@pytest.mark.parametrize("kind", ["disk", "environment", "sphere", "rectangle", "polygon"])
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_it_is_within_the_bound_of_the_reference_and_no_vertex_is_declined(kind, precision, monkeypatch):
     for seed in range(60):
         arguments, bound = thrown(kind, seed)
         exact = ph.evaluate(*arguments, precision="float64", backend="numpy").rgb
-        got = ph.evaluate(*arguments, precision="float32", backend="numba").rgb
-        assert (np.abs(got - exact) <= 2 * bound).all(), seed
-        left += left_to_the_reference(monkeypatch, arguments)
-    assert left <= declined * 60 * COUNT
-
-
-@pytest.mark.parametrize("kind", ["disk", "environment", "sphere", "rectangle", "polygon"])
-def test_float64_and_low_powers_are_the_references(kind):
-    (points, normals, scene, material), _ = thrown(kind, 1)
-    low = ph.Material(diffuse=0.5, specular=0.5, shininess=0.5)
-    for chosen, precision in ((material, "float64"), (low, "float32")):
-        a, b = (
-            ph.evaluate(points, normals, scene, chosen, precision=precision, backend=backend).rgb
-            for backend in ("numba", "numpy")
-        )
-        np.testing.assert_array_equal(a, b)
+        got = ph.evaluate(*arguments, precision=precision, backend="numba").rgb
+        allowed = 2 * bound if precision == "float32" else 1e-9 * np.maximum(bound / bound.min(), 1.0)
+        assert (np.abs(got - exact) <= allowed).all(), (seed, np.abs(got - exact).max())
+        assert left_to_the_reference(monkeypatch, arguments) == 0, seed

@@ -205,19 +205,19 @@ def square():
     return mesh
 
 
-def shown(window):
-    """The colour in the middle of a window, which is closed."""
-    image = window.screenshot(return_img=True)
-    window.close()
-    return image[image.shape[0] // 2, image.shape[1] // 2] / 255
-
-
 @pytest.mark.parametrize("matrix", [None, TILTED], ids=["as it is", "tilted"])
-def test_both_windows_show_the_evaluated_colour(square, matrix):
-    colors = ph.evaluate(square.points, square.point_data.active_normals, FACED, GREEN, matrix=matrix).rgb
-    per_pixel = peers.per_pixel_window(square, FACED, GREEN, matrix)
-    for window in (per_pixel, peers.lit_array_window(square, colors, FACED.viewer, matrix)):
-        np.testing.assert_allclose(shown(window), colors[0], atol=1.5 / 255)
+def test_both_frames_show_the_evaluated_colour(square, matrix, monkeypatch):
+    subject = Subject(square.points, square.point_data.active_normals, FACED, GREEN, matrix)
+    windows = []
+    for name in ("window_lit_by_vtk", "window_of_colors"):
+        make = getattr(peers, name)
+        monkeypatch.setattr(peers, name, lambda *a, make=make, **how: windows.append(make(*a, **how)) or windows[-1])
+    with ExitStack() as stack:
+        assert len(peers.vtk_frames(square, subject, stack)) == 2
+        for window in windows:
+            image = window.screenshot(return_img=True) / 255
+            middle = image[image.shape[0] // 2, image.shape[1] // 2]
+            np.testing.assert_allclose(middle, subject.truth[0], atol=1.5 / 255)
 
 
 def frames(square, scene, material, matrix=None, errors=None):

@@ -26,11 +26,11 @@ def test_vertex_errors_are_largest_rms_and_percentile():
 
 
 def test_triangle_errors_count_by_area():
-    errors = Errors.inside_triangles(np.array([0.5, 0.1]), np.array([1.0, 199.0]))
+    errors = Errors.inside_triangles(np.array([0.5, 0.1, 0.3]), np.array([1.0, 194.0, 5.0]))
     assert errors.largest == 0.5
-    assert errors.p99 == 0.1  # the large one is one part in two hundred
-    assert errors.rms == pytest.approx(np.sqrt((0.25 + 199 * 0.01) / 200))
-    assert errors.count == 2
+    assert errors.p99 == 0.3  # the one at 0.5 is one part in two hundred, and the one at 0.1 less than 99 in a hundred
+    assert errors.rms == pytest.approx(np.sqrt((0.25 + 194 * 0.01 + 5 * 0.09) / 200))
+    assert errors.count == 3
 
 
 def test_splitting_triangles_without_changing_an_error_changes_no_number():

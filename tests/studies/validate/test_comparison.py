@@ -10,7 +10,7 @@ import pytest
 import pyvista as pv
 from rich.table import Table
 
-from pvphong.studies.validate.comparison import Comparison
+from pvphong.studies.validate.validation import Comparison
 
 PLANE = pv.Plane(i_resolution=1, j_resolution=9)  # 20 points
 

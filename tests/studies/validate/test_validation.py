@@ -1,11 +1,10 @@
-"""The standing comparison with VTK's own shader, and proof that it can fail."""
+"""Random scenes against VTK's own shader, and proof that the comparison can fail; fixed scenes are `test_report`'s."""
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import replace
-from functools import cache, partial
+from functools import partial
 
 import numpy as np
 import pytest
@@ -24,7 +23,6 @@ from pvphong.shading.assembly import assemble
 from pvphong.shading.evaluation import evaluate
 from pvphong.shading.plan import plan
 from pvphong.studies.validate import validation
-from pvphong.studies.validate.cases import CASES, MATERIALS, MESHES, Case
 from pvphong.studies.validate.validation import validate
 from pvphong.vtk.oracle import vtk_shade
 from pvphong.vtk.scenes import InexpressibleError, refuse_inexpressible
@@ -54,50 +52,7 @@ def assert_equals_vtk(comparison, *, tier=None, converted=None, share=0.9):
         assert said if converted else not comparison.conversions, comparison.conversions
 
 
-# --- the standing comparison --------------------------------------------------------------------------------------
-
-SOLIDS = MESHES | {"hexbeam": examples.load_hexbeam}
-LIGHTS = sorted({light for case in CASES for light in case.lights} - {"black sun"})
-MATRICES = sorted({case.matrix for case in CASES})
-
-
-@cache
-def solid(name):
-    mesh = SOLIDS[name]()
-    mesh.clear_data()  # normals are computed
-    return mesh
-
-
-def one_light_each():
-    """Light, matrix, projection and convention, each three in every combination; meshes and materials take turns."""
-    models = ("standard model", "VTK's model")
-    choices = [list(enumerate(values)) for values in (LIGHTS, MATRICES, (False, True), models)]
-    half = (values for values in itertools.product(*choices) if sum(index for index, _ in values) % 2 == 0)
-    for number, ((_, light), (_, matrix), (_, parallel), (_, model)) in enumerate(half):
-        case = Case(list(SOLIDS)[number % 4], list(MATERIALS)[number // 2 % 4], (light,), model, matrix, parallel)
-        is_flat = "sun" in light or light == "headlight"
-        # VTK cannot draw highlights of lights with a position for a viewer at infinity
-        yield case if is_flat or not parallel or model == "VTK's model" else replace(case, material="matte")
-
-
-def all_lights_together():
-    models = ("two-sided standard model", "VTK's model")
-    surfaces = (("airplane", "gold"), ("ant", "mirror"), ("nut", "plastic"))
-    for (mesh, material), matrix, model in itertools.product(surfaces, MATRICES, models):
-        yield Case(mesh, material, tuple(LIGHTS), model, matrix)
-
-
-@pytest.mark.parametrize("case", [*one_light_each(), *all_lights_together()], ids=lambda case: case.title)
-def test_every_light_matrix_projection_and_convention(case):
-    mesh = solid(case.mesh)
-    scene = case.scene(mesh)
-    tier = 3 if any(hasattr(light, "position") for light in scene.lights) else 2
-    if case.lights == ("headlight",) and case.model == "VTK's model":
-        tier = 1
-    comparison = validate(mesh, scene, MATERIALS[case.material], matrix=case.transform(mesh))
-    assert_equals_vtk(comparison, tier=tier)
-    assert np.nanstd(comparison.vtk) > 0.01  # there is something to see
-
+# --- random scenes --------------------------------------------------------------------------------------------------
 
 RANDOM = 200
 in_blocks = pytest.mark.parametrize(
@@ -299,19 +254,6 @@ def test_random_physical_scenes(block):
 def test_quirks_of_lights_on_physical_shading(lights):
     material = Material(ambient=0.1, diffuse=(0.3, 0.4, 0.7), reflectance=PBR())
     assert_equals_vtk(validate(BALL, Scene(lights, EYE, VTK), material))
-
-
-PHYSICAL = [PBR(m, r) for m, r in ((0.0, 0.1), (0.0, 0.5), (0.5, 0.3), (1.0, 0.2), (1.0, 1.0))]
-
-
-@pytest.mark.parametrize("reflectance", PHYSICAL, ids=repr)
-@pytest.mark.parametrize("lights", [(), ("headlight",), ("sun", "headlight"), ("lamp", "spot")], ids=" and ".join)
-@pytest.mark.parametrize("matrix", ["identity", "sheared", "mirrored"])
-def test_physical_shading_over_metals_roughnesses_lights_and_matrices(reflectance, lights, matrix):
-    case = Case("nut", "clay", lights, "VTK's model", matrix)
-    material = Material(ambient=0.1, diffuse=(0.8, 0.5, 0.0), reflectance=reflectance)
-    mesh = solid("nut")
-    assert_equals_vtk(validate(mesh, case.scene(mesh), material, matrix=case.transform(mesh)))
 
 
 def test_physical_shading_of_a_property_is_its_materials():
@@ -567,6 +509,13 @@ def test_unlit_vertices_are_left_out_and_counted():
     nothing = validate(mesh, Scene([SUN], EYE), PLASTIC)
     assert (nothing.n, nothing.passed) == (0, False)
     assert math.isnan(nothing.max_error)
+
+
+def test_of_a_volume_the_surface_is_compared():
+    beam = examples.load_hexbeam()
+    comparison = validate(beam, Scene([SUN], Viewer(position=(4.0, -3.0, 8.0))), PLASTIC)
+    assert_equals_vtk(comparison)
+    assert len(comparison.pvphong) == beam.extract_surface(algorithm="dataset_surface").n_points
 
 
 def test_inputs_are_not_modified():

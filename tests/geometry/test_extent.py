@@ -1,11 +1,28 @@
-"""Which meshes bound a convex body."""
+"""Where vertices are and how far off a target is seen; which meshes bound a convex body."""
 
 import numpy as np
 import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.geometry.extent import is_convex
+from pvphong.geometry.extent import Extent, is_convex
+from pvphong.geometry.transform import normalize
+
+
+@pytest.mark.parametrize("distance", [1.001, 1.5, 30.0])
+def test_a_target_is_seen_off_its_direction_by_no_more_and_hardly_less_than_is_said(distance):
+    """From anywhere in the sphere around the vertices, most from where a ray touches it."""
+    corners = np.array([(3.0, 1.0, -2.0), (4.0, 3.0, 0.0)])
+    center, radius = Extent(corners, None, None).sphere
+    assert (center, radius) == ((3.5, 2.0, -1.0), pytest.approx(1.5, rel=1e-8))
+    target = np.array(center) + distance * radius * np.array([0.6, 0.0, 0.8])
+    seen = Extent(corners, None, None).sight(target)
+    assert (seen.direction, seen.distance) == (pytest.approx((0.6, 0, 0.8)), pytest.approx(distance * radius))
+    u = np.random.default_rng(3).normal(size=(20000, 3))
+    places = center + radius * u / np.linalg.norm(u, axis=1, keepdims=True)
+    off = np.arccos(normalize(target - places) @ seen.direction)
+    assert 0.99 * seen.turn < off.max() <= seen.turn
+    assert Extent(corners, None, None).sight(center) is None
 
 
 def judged(mesh, normals=None):

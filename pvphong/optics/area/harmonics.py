@@ -13,16 +13,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import cache
+from typing import Any
 
 import numpy as np
 
+from pvphong.base.formulas import arctan2, dot, formula, maximum, minimum, power_less_one, sine, sqrt, where
 from pvphong.base.types import Float64Array
+from pvphong.optics.area.lobes import COUNT, NODES, POWER, WINDOW, lobe_numbers
 
 BANDS = 32
 """So many bands are kept of an image, at most."""
-
-# Directions that are looked in at once, so that the numbers of all bands stay in the processor's caches.
-_AT_ONCE = 512
 
 # Nodes for a row of texels, beside those that its height asks for.
 _NODES = 14
@@ -92,28 +92,61 @@ def energies(coefficients: Float64Array) -> Float64Array:
     return np.asarray((coefficients**2).sum(axis=(2, 3)))
 
 
-def lit_by(coefficients: Float64Array, directions: Float64Array) -> Float64Array:
-    """The sum of harmonics in directions (3, n), for the coefficients (bands, bands, 2) of one channel."""
-    result = np.empty(directions.shape[1])
-    for begin in range(0, len(result), _AT_ONCE):
-        result[begin : begin + _AT_ONCE] = _lit_by(coefficients, directions[:, begin : begin + _AT_ONCE])
-    return result
+# What the formula reads of a sky: three axes, half of one over ∫ cosᵏ over a right angle, or 0 where nothing of a lobe
+# is hidden; how many bands; then for each m the first Q, and for each l >= m a and a·b, and the two coefficients.
+_AXES, _PER_WHOLE, _BANDS, _TERMS = 0, 9, 10, 11
 
 
-def _lit_by(coefficients: Float64Array, directions: Float64Array) -> Float64Array:
-    (x, y, z), bands = directions, len(coefficients)
-    around = np.empty((bands, 2, len(x)))  # ρᵐ cos mφ, ρᵐ sin mφ
-    around[0] = [np.ones_like(x), np.zeros_like(x)]
-    for m in range(1, bands):
-        cosine, sine = around[m - 1]
-        around[m] = x * cosine - y * sine, x * sine + y * cosine
-    sums = np.zeros_like(around)
-    start = np.array([[_first(m)] for m in range(bands)]) * np.ones_like(z)
-    for l, q in enumerate(_polynomials(z, start)):
-        for kind in range(2):
-            if coefficients[l, :, kind].any():
-                sums[: l + 1, kind] += coefficients[l, : l + 1, kind, None] * q
-    return np.asarray(np.einsum("mkn,mkn->n", sums, around))
+def sky_numbers(axes: Float64Array, coefficients: Float64Array, hiding: float | None) -> tuple[float, ...]:
+    """What `sky` reads, for coefficients (bands, bands, 2); `hiding` the power of a lobe that the horizon cuts off."""
+    bands, terms = len(coefficients), []
+    for m in range(bands):
+        terms.append(_first(m))
+        for l in range(m, bands):
+            a, b = (x[m, 0] for x in _recurrences(l)) if l > m else (0.0, 0.0)
+            terms += [a, a * b, *coefficients[l, m].tolist()]
+    per_whole = 0.0
+    if hiding:
+        per_whole = 0.5 / float(_up_to(lobe_numbers(hiding), np.array([0.5 * math.pi]))[0])
+    return (*axes.ravel().tolist(), per_whole, float(bands), *terms)
+
+
+@formula
+def sky(own: Any, lobe: Any, _d: Any, n: Any, a: Any) -> Any:
+    """The sum of harmonics in the direction a, times the part of the lobe around it that is above the horizon."""
+    x, y, z = dot((own[0], own[1], own[2]), a), dot((own[3], own[4], own[5]), a), dot((own[6], own[7], own[8]), a)
+    even, odd, total, at = 1.0 + 0.0 * z, 0.0 * z, 0.0 * z, _TERMS  # ρᵐ cos mφ and sin mφ
+    for m in range(int(own[_BANDS])):
+        if m > 0:
+            even, odd = x * even - y * odd, x * odd + y * even
+        before, here, with_even, with_odd = 0.0 * z, own[at] + 0.0 * z, 0.0 * z, 0.0 * z
+        at += 1
+        for l in range(m, int(own[_BANDS])):
+            if l > m:
+                before, here = here, own[at] * z * here - own[at + 1] * before
+            with_even, with_odd = with_even + own[at + 2] * here, with_odd + own[at + 3] * here
+            at += 4
+        total = total + even * with_even + odd * with_odd
+    found = maximum(total, 0.0)
+    if own[_PER_WHOLE] > 0.0:
+        sine_above = minimum(maximum(dot(n, a), -1.0), 1.0)
+        above = arctan2(sine_above, sqrt(1.0 - sine_above * sine_above))
+        share = where(abs(above) < lobe[WINDOW], minimum(own[_PER_WHOLE] * _up_to(lobe, abs(above)), 0.5), 0.5)
+        found = found * (0.5 + where(above < 0.0, -share, share))
+    return where((dot(n, n) > 0.5) & (dot(a, a) > 0.5), found, 0.0)
+
+
+@formula
+def _up_to(lobe: Any, angle: Any) -> Any:
+    """∫ cosᵏ from 0 to an angle of at most 90°.
+
+    Projected from its middle, a lobe max(w·u, 0)ᵏ is Student's t distribution: along a line it has this density.
+    """
+    half, total = 0.5 * minimum(angle, lobe[WINDOW]), 0.0 * angle
+    for k in range(int(lobe[COUNT])):
+        height = sine(0.5 * half * (1.0 + lobe[NODES + 2 * k]))
+        total = total + lobe[NODES + 2 * k + 1] * (1.0 + power_less_one(2.0 * height * height, lobe[POWER]))
+    return total * half
 
 
 def moments(power: float, bands: int) -> Float64Array:

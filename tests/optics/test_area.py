@@ -1,4 +1,4 @@
-"""Integrals over polygons and disks: against quadrature by mpmath, over their areas, and against each other."""
+"""Integrals over what is seen of polygons, disks and spheres: by mpmath over their areas, and against each other."""
 
 import math
 from functools import cache
@@ -9,9 +9,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from pvphong.optics.disks import over_disk
-from pvphong.optics.polygons import over_polygon
-from pvphong.optics.spherical import CosinePower
+from pvphong.optics.area.disk import disk_cosine, disk_power, sphere_cosine, sphere_power
+from pvphong.optics.area.lobes import CosinePower, great_arc, lobe_numbers
+from pvphong.optics.area.polygon import polygon_cosine, polygon_power
 
 POWERS = (0.0, 0.3, 20.0, 1e4)
 # Distance over size.
@@ -37,25 +37,24 @@ def thrown(power, distance, is_cut):
     return random, facing, across, middle, n, unit(l + spread * random.normal(size=3))
 
 
-def column(vector):
-    return np.asarray(vector, dtype=np.float64)[:, None]
-
-
 def vector_area(offsets):
     return 0.5 * sum(np.cross(a, b) for a, b in zip(offsets, [*offsets[1:], offsets[0]], strict=True))
 
 
+def taken(formulas, form, own, middle, n, axis):
+    """An integral over one light or more, for vectors (3,) or (3, m)."""
+    n, middle, axis = (np.reshape(x, (3, -1)) for x in (n, middle, axis if form.power else n))
+    formula = formulas[0] if form.around == "normal" else formulas[1]
+    with np.errstate(all="ignore"):
+        return formula(own, lobe_numbers(form.power), middle, n, axis)
+
+
 def of_polygon(form, axis, n, middle, offsets):
-    size, area = max(np.linalg.norm(x) for x in offsets), np.linalg.norm(vector_area(offsets))
-    arguments = (
-        column(axis),
-        column(n),
-        column(middle),
-        [column(x) for x in offsets],
-        np.array([size]),
-        np.array([area]),
-    )
-    return float(over_polygon(form, *arguments)[0])
+    area = vector_area(offsets)
+    length = np.linalg.norm(area)
+    size = max(np.linalg.norm(x) for x in offsets)
+    own = [*area / length, 1.0, math.sqrt(length), size, float(len(offsets)), *np.ravel(offsets)]
+    return float(taken((polygon_cosine, polygon_power), form, own, middle, n, axis)[0])
 
 
 def exact_of_polygon(axis, power, n, middle, offsets):
@@ -165,8 +164,7 @@ def test_an_axis_on_a_side_or_a_corner_is_no_special_case():
 
 
 def on_disk(form, axis, n, middle, facing, radius=1.0):
-    arguments = column(axis), column(n), column(middle), column(facing), np.array([radius])
-    return float(over_disk(form, *arguments)[0])
+    return float(taken((disk_cosine, disk_power), form, [*facing, 1.0, radius], middle, n, axis)[0])
 
 
 def by_area(form, axis, middle, facing, across):
@@ -182,21 +180,16 @@ def by_area(form, axis, middle, facing, across):
 
 
 @cache
-def polygons_of_the_same_area(around, power, count):
-    """Of the disks of all cases of a power, as triangles around their middles, all of them in one call."""
-    cases = [case for case in AS_DISKS if case[0] == power]
-    facing, across, middle, n, w = (
-        np.repeat(np.transpose(vectors), count, axis=1) for vectors in zip(*(disk(*x) for x in cases), strict=True)
-    )
-    other, angle = np.cross(facing, across, axis=0), 2 * math.pi / count
-    size, turns = math.sqrt(angle / math.sin(angle)), np.tile(np.arange(count) * angle, len(cases))
-    corners = [size * (np.cos(x) * across + np.sin(x) * other) for x in (turns, turns + angle)]
-    sizes, areas = (np.full(len(turns), x) for x in (size, math.pi / count))
+def polygons_of_the_same_area(around, count, *case):
+    """Of a disk, as triangles around its middle, all of them in one call."""
+    facing, across, middle, n, w = disk(*case)
+    other, angle = np.cross(facing, across)[:, None], 2 * math.pi / count
+    size, turns = math.sqrt(angle / math.sin(angle)), np.arange(count) * angle
+    corners = [size * (np.cos(x) * across[:, None] + np.sin(x) * other) for x in (turns, turns + angle)]
+    own = [*facing, 1.0, math.sqrt(math.pi / count), size, 3.0, 0.0, 0.0, 0.0, *corners[0], *corners[1]]
+    n, middle, w = (np.repeat(x[:, None], count, axis=1) for x in (n, middle, w))
     axis = n if around == "normal" else w
-    parts = over_polygon(
-        CosinePower(around, power), axis, n, middle, [np.zeros_like(middle), *corners], sizes, areas
-    ).reshape(len(cases), count)
-    return dict(zip(cases, parts.mean(axis=1).tolist(), strict=True))
+    return float(taken((polygon_cosine, polygon_power), CosinePower(around, case[0]), own, middle, n, axis).mean())
 
 
 def disk(*case):
@@ -218,7 +211,7 @@ def test_a_power_over_a_disk(around, power, distance, is_cut):
     assert on_disk(form, axis, n, middle, -facing) * distance**2 == pytest.approx(got, abs=1e-13)
     if not is_cut and distance >= 1.0 and power in {0.0, 1.0}:
         assert got == pytest.approx(by_area(form, axis, middle, facing, across) * distance**2, rel=1e-9)
-    coarse, fine = (polygons_of_the_same_area(around, power, m)[power, distance, is_cut] for m in (150, 300))
+    coarse, fine = (polygons_of_the_same_area(around, m, power, distance, is_cut) for m in (150, 300))
     off = abs(fine - coarse) * distance**2
     assert got == pytest.approx(fine * distance**2, abs=max(3 * off, 1e-9) + is_cut * 1e-14 * distance)
 
@@ -246,3 +239,95 @@ def test_a_disk_that_faces_the_vertex_has_no_direction_of_its_own(size, tilt):
             for k in range(200)
         ]
         assert got == pytest.approx(of_polygon(form, axis, n, middle, offsets), rel=1e-7)
+
+
+# --- caps, as which spheres are seen
+
+CAP_POWERS = (0.0, 0.3, 1.0, 2.5, 20.0, 100.7, 1e3, 1e6)
+SINES = (1e-9, 1e-6, 1e-4, 0.01, 0.3, 0.9, 0.9999)
+
+
+def aside(random, axis, angle):
+    """At an angle from an axis."""
+    across = np.cross(axis, random.normal(size=3))
+    return math.cos(angle) * axis + math.sin(angle) * across / np.linalg.norm(across)
+
+
+def thrown_at_a_cap(power, sine, is_cut, seed=0):
+    """The axis w near the cap, the normal, the cap's axis."""
+    random = np.random.default_rng([int(10 * power), int(-math.log(sine) * 100), is_cut, seed])
+    l = unit(random.normal(size=3))
+    tilt = math.pi / 2 + random.uniform(-0.95, 0.95) * math.asin(sine) if is_cut else random.uniform(0, 0.99)
+    n = aside(random, l, tilt if is_cut else tilt * (math.pi / 2 - math.asin(sine)))
+    w = aside(random, l, random.uniform(0.0, 1.2) * (math.asin(sine) + 1.0 / math.sqrt(power + 1.0)))
+    return w, n, l
+
+
+def of_cap(w, n, l, sine, power, around="mirror"):
+    return float(taken((sphere_cosine, sphere_power), CosinePower(around, power), [sine], l, n, w)[0])
+
+
+def exact_of_cap(w, n, l, sine, power):
+    with mp.workdps(40):
+        w, n, l = (oracle.unit(oracle.exact_vector(x)) for x in (w, n, l))
+        edge = mp.sqrt(1 - mp.mpf(sine) ** 2)
+        return float(oracle.power_over(w, power, [(n, mp.mpf(0)), (l, edge)]) / (mp.pi * mp.mpf(sine) ** 2))
+
+
+@pytest.mark.parametrize("is_cut", [False, True])
+@pytest.mark.parametrize("sine", SINES)
+@pytest.mark.parametrize("power", CAP_POWERS)
+def test_a_power_over_a_cap(power, sine, is_cut):
+    w, n, l = thrown_at_a_cap(power, sine, is_cut)
+    # where the horizon is in the cap is known to a rounding of n·l
+    off = 1e-9 + is_cut * 2.0**-52 / sine
+    assert of_cap(w, n, l, sine, power) == pytest.approx(exact_of_cap(w, n, l, sine, power), abs=off)
+
+
+@pytest.mark.parametrize("is_cut", [False, True])
+@pytest.mark.parametrize("sine", SINES)
+def test_lamberts_cosine_over_a_cap(sine, is_cut):
+    _, n, l = thrown_at_a_cap(1.0, sine, is_cut)
+    got = of_cap(n, n, l, sine, 1.0, "normal")
+    assert got == pytest.approx(exact_of_cap(n, n, l, sine, 1.0), rel=1e-9 if sine > 1e-8 else 1e-6)
+    assert got == pytest.approx(of_cap(n, n, l, sine, 1.0), abs=1e-9)
+
+
+def test_the_textbooks_form_for_a_cap_at_the_horizon_cancels():
+    """Snyder's formula as it is printed, for a cap of the angular radius 1e-8 whose middle is on the horizon."""
+    s, c = 1e-8, 0.0
+    x = math.sqrt(1 / s**2 - 1)
+    y = -x * c
+    q = math.sqrt(1 - y * y)
+    printed = ((c * math.acos(y) - x * q) * s**2 + math.atan(q / x)) / (math.pi * s**2)
+    up, ahead = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
+    got = of_cap(up, up, ahead, s, 1.0, "normal")
+    assert got == pytest.approx(2 * s / (3 * math.pi), rel=1e-14)
+    assert abs(printed - got) > 0.1 * got
+
+
+def test_an_axis_on_the_edge_is_no_special_case():
+    """W on the circle, on the horizon, on a corner of both; and 1e-15 beside them."""
+    n, l, sine = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]), 0.6
+    corner = np.array([0.8, 0.6, 0.0])
+    for w in (corner, np.array([0.8, 0.0, 0.6]), l):
+        for power in (5.0, 400.0):
+            exact = exact_of_cap(w, n, l, sine, power)
+            for shift in (0.0, 1e-15, -1e-15, 1e-9, -1e-9):
+                beside = w + shift * np.array([-0.6, 0.8, 1.0])
+                got = of_cap(beside / np.linalg.norm(beside), n, l, sine, power)
+                assert got == pytest.approx(exact, abs=1e-9 + 10 * math.sqrt(power) * abs(shift))
+
+
+def test_an_arc_on_the_equator_of_w_is_an_angle():
+    """There is no point of it next to w: any basis serves."""
+    for middle in (0.0, 1.0, 3.0, -2.5):
+        for sign in (1.0, -1.0):
+            turned = great_arc(
+                lobe_numbers(20.0), np.array([sign]), np.array([0.0]), np.array([middle - 0.4]), np.array([0.8])
+            )
+            np.testing.assert_allclose(turned, [0.8 * sign], rtol=1e-14)
+
+
+def test_without_a_normal_there_is_no_horizon_and_no_light():
+    assert of_cap([0, 0, 1], [0, 0, 0], [0, 0, 1], 0.5, 3.0) == 0.0

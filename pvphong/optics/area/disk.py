@@ -1,0 +1,291 @@
+"""Integrals over a disk that is seen, and over a sphere, which is seen as the disk across its nearer cap.
+
+The rim x(δ) = m + r (cos δ u + sin δ t), with u the way up in the disk's plane and t = e × u, is above the horizon for
+|δ| <= β. Along it |x|² has one harmonic, so that ∫ n·(x × x')/|x|² dδ, which gives Lambert's cosine, is elementary,
+whole or cut off; whole, it is Hamilton and Morgan's (1952). For other powers the boundary integral of `lobes` is taken
+over pieces of the rim, short against a lobe's width, and back along the horizon.
+
+Symbols: m the way to the middle, e the axis with e·m > 0, r the radius; n the normal of the horizon. All lengths are
+first divided by a power of two that is next to the light's distance or its size.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from pvphong.base.formulas import (
+    add,
+    any_of,
+    arctan2,
+    cosine,
+    cross,
+    dot,
+    formula,
+    largest,
+    log1p,
+    maximum,
+    minimum,
+    nearest,
+    power_less_one,
+    sine,
+    sqrt,
+    subtract,
+    times,
+    where,
+)
+from pvphong.optics.area.lobes import (
+    COUNT,
+    NODES,
+    PIECE,
+    POINT,
+    RAISED,
+    ROUGH,
+    arc_between,
+    seen_as_point,
+    shows,
+    whole,
+)
+from pvphong.optics.area.polygon import is_glowing, scaled
+
+# What formulas read of a disk: the normal of its front, 1 if its back glows too, its radius.
+RADIUS = 4
+# The rim is in so many pieces at most.
+_MOST_PIECES = 2000.0
+
+
+@formula
+def _upward(n: Any, m: Any, e: Any, r: Any) -> Any:
+    """U, t, β, and |n × e|."""
+    rise = subtract(n, times(e, dot(n, e)))
+    steep = sqrt(dot(rise, rise))
+    is_level = steep < 1e-14  # then any direction across e will do
+    is_along_x = abs(e[0]) > 0.6
+    x, y = where(is_along_x, 0.0, 1.0), where(is_along_x, 1.0, 0.0)
+    rise = where(is_level, x, rise[0]), where(is_level, y, rise[1]), where(is_level, 0.0, rise[2])
+    rise = subtract(rise, times(e, dot(rise, e)))
+    u = times(rise, 1.0 / maximum(sqrt(dot(rise, rise)), 1e-300))
+    height, slope = dot(n, m), r * steep
+    crossing = sqrt(maximum((slope - height) * (slope + height), 0.0))
+    beta = where(height < slope, arctan2(crossing, -height), math.pi)
+    return u, cross(e, u), beta, steep
+
+
+@formula
+def _rim(m: Any, u: Any, t: Any, r: Any, delta: Any) -> Any:
+    """X(δ), and x'(δ)."""
+    ahead, aside = r * cosine(delta), r * sine(delta)
+    x = m[0] + ahead * u[0] + aside * t[0], m[1] + ahead * u[1] + aside * t[1], m[2] + ahead * u[2] + aside * t[2]
+    return x, (ahead * t[0] - aside * u[0], ahead * t[1] - aside * u[1], ahead * t[2] - aside * u[2])
+
+
+@formula
+def _above(m: Any, u: Any, r: Any, beta: Any) -> Any:
+    """What of a disk is above a chord: its share, and the way to its middle."""
+    area = beta - sine(beta) * cosine(beta)
+    lift = sine(beta) * sine(beta) * sine(beta) / (1.5 * maximum(area, 1e-300))
+    return area / math.pi, add(m, times(u, r * lift))
+
+
+# --- Lambert's cosine
+
+
+@formula
+def disk_cosine(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
+    """1/(π r²) · ∫ max(n·u, 0) du over the part above the horizon.
+
+    Whole, it is (z T + 2 H c) / ((K + S) S), with H = e·m, z = n·e, c = n·m, K = |m|² + r², S² the product of the
+    squares of the least and the greatest distance of the rim, and T = S − (|m|² − r²), where nothing cancels.
+    """
+    m, scale = scaled(d, own[RADIUS])
+    is_lit = is_glowing(own, m, n)
+    r = own[RADIUS] * scale
+    e = times(own, where(dot(own, m) < 0.0, -1.0, 1.0))
+    H, z, height = dot(e, m), dot(n, e), dot(n, m)
+    level = subtract(m, times(e, H))
+    rho = sqrt(dot(level, level))
+    least, most = (rho - r) * (rho - r) + H * H, (rho + r) * (rho + r) + H * H
+    K, S = dot(m, m) + r * r, maximum(sqrt(least * most), 1e-300)
+    beyond = dot(m, m) - r * r
+    T = where(beyond > 0.0, 4.0 * r * r * H * H / maximum(S + beyond, 1e-300), S - beyond)
+    seen = (z * T + 2.0 * H * height) / ((K + S) * S)
+    slope = r * sqrt(maximum((1.0 - z) * (1.0 + z), 0.0))
+    is_cut = is_lit & (abs(height) < slope)
+    if any_of(is_cut):
+        u, t, beta, steep = _upward(n, m, e, r)
+        middle = arctan2(dot(e, cross(level, u)), dot(level, u))
+        even, along, across = _elementary(middle, beta, K, 2.0 * r * rho, S, least, most)
+        inward = z * rho - H * steep * cosine(middle)
+        arc = r * (z * r * even + inward * along - H * steep * sine(middle) * across)
+        x, _ = _rim(m, u, t, r, beta)
+        back = times(t, -2.0 * r * sine(beta))
+        arc = 0.5 * abs(arc + arctan2(dot(n, cross(x, back)), dot(x, add(x, back)))) / (math.pi * r * r)
+        area, middle = _above(m, u, r, beta)
+        inverse = 1.0 / maximum(sqrt(dot(middle, middle)), 1e-300)
+        as_point = area * maximum(dot(n, middle), 0.0) * abs(dot(e, middle)) * (inverse * inverse) * (inverse * inverse)
+        seen = where(is_cut, where(r * r < 1e-10 * dot(m, m), as_point, arc), seen)  # the sum loses digits far away
+    return where(is_lit & (height > -slope), maximum(seen, 0.0) * scale * scale, 0.0)
+
+
+@formula
+def _elementary(middle: Any, beta: Any, K: Any, M: Any, S: Any, least: Any, most: Any) -> Any:
+    """∫ of 1, cos ψ and sin ψ over K + M cos ψ from middle − β to middle + β."""
+    first, last = middle - beta, middle + beta
+    ratio = sqrt(least / most)
+    (lag, per_m), (before, before_per_m) = _lag(last, K, M, most, ratio), _lag(first, K, M, most, ratio)
+    even = (2.0 * beta - 2.0 * (lag - before)) / S
+    along = (2.0 * K * (per_m - before_per_m) - 2.0 * beta * M / (K + S)) / S
+    fall = 2.0 * sine(middle) * sine(beta) / maximum(K + M * cosine(first), 1e-300)  # cos first − cos last
+    across = where(M > 0.0, -log1p(-M * fall) / maximum(M, 1e-300), fall)
+    return even, along, across
+
+
+@formula
+def _lag(psi: Any, K: Any, M: Any, most: Any, ratio: Any) -> Any:
+    """How far half the angle ψ is ahead of that along the rim as it is seen; and that over M."""
+    half = 0.5 * psi - math.pi * nearest(psi * (0.5 / math.pi))
+    ahead, aside = cosine(half), sine(half)
+    lag = arctan2(2.0 * M / (most * (1.0 + ratio)) * aside * ahead, ahead * ahead + ratio * aside * aside)
+    return lag, where(M > 0.0, lag / maximum(M, 1e-300), aside * ahead / K)
+
+
+@formula
+def sphere_cosine(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
+    """∫ max(n·u, 0) du / (π r²) over a sphere of the radius r as it is seen (Snyder 1996).
+
+    With s and C the sine and cosine of its angular radius, c the cosine between its middle and n, it is c/d² where all
+    is above the horizon. Where this cuts it, with W = √(s² − c²) and T = W/C, it is
+    (c · atan2(W, −C c) + T − (T − atan T)/s²) / (π d²): nothing of it cancels, however small the sphere.
+    """
+    m, s, C, distance, scale, is_lit = _cap(own, d, n)
+    c = dot(n, m) / distance
+    is_cut = is_lit & (abs(c) < s)
+    seen = maximum(c, 0.0)
+    if any_of(is_cut):
+        W = sqrt(maximum((s - c) * (s + c), 0.0))
+        T = W / maximum(C, 1e-300)
+        square = minimum(T * T, 0.01)
+        series = 0.0 * square
+        for k in range(10, 0, -1):
+            series = (1.0 - 2.0 * ((k + 1) % 2)) / (2 * k + 1) + square * series
+        ratio = W / maximum(s * C, 1e-300)
+        large = (arctan2(W, C) - C * W) / maximum(s * s, 1e-300)
+        rest = where(T < 0.1, T * (1.0 - series * ratio * ratio), large)
+        seen = where(is_cut, (c * arctan2(W, -C * c) + rest) / math.pi, seen)
+    return where(is_lit, seen / (distance * distance) * scale * scale, 0.0)
+
+
+@formula
+def _cap(own: Any, d: Any, n: Any) -> Any:
+    """Way, sine and cosine of the angular radius, distance, scale; whether a vertex is outside and has a normal."""
+    m, scale = scaled(d, own[0])
+    r, distance = own[0] * scale, maximum(sqrt(dot(m, m)), 1e-100)
+    s = minimum(r / distance, 1.0)
+    C = sqrt(maximum((distance - r) / distance, 0.0) * (1.0 + s))
+    return m, s, C, distance, scale, (distance > r) & (dot(n, n) > 0.5)
+
+
+# --- powers
+
+
+@formula
+def disk_power(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
+    """1/(π r²) · ∫ max(w·u, 0)ᵏ du over the part above the horizon."""
+    m, scale = scaled(d, own[RADIUS])
+    e = times(own, where(dot(own, m) < 0.0, -1.0, 1.0))
+    return _within_rim(lobe, w, n, m, e, own[RADIUS] * scale, is_glowing(own, m, n)) * scale * scale
+
+
+@formula
+def sphere_power(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
+    """∫ max(w·u, 0)ᵏ du / (π r²) over what is seen of a sphere above the horizon: a disk of radius s at distance C."""
+    m, s, C, distance, scale, is_lit = _cap(own, d, n)
+    l = times(m, 1.0 / distance)
+    return _within_rim(lobe, w, n, times(l, C), l, s, is_lit) / (distance * distance) * scale * scale
+
+
+@formula
+def _within_rim(lobe: Any, w: Any, n: Any, m: Any, e: Any, r: Any, is_lit: Any) -> Any:
+    """1/(π r²) · ∫ max(w·u, 0)ᵏ du over the part above the horizon, 0 where it is not lit.
+
+    To a lobe that is much wider than the light is seen, the light is a point: the middle of what is above the horizon.
+    """
+    distance = sqrt(dot(m, m))
+    is_lit = is_lit & shows(lobe, w, m, distance, r)
+    is_point = r < lobe[POINT] * distance
+    seen = 0.0 * r
+    if any_of(is_lit):
+        u, t, beta, steep = _upward(n, m, e, r)
+        is_lit = is_lit & (dot(n, m) > -r * steep)
+        is_cut = is_lit & (beta < math.pi)
+        area, middle = _above(m, u, r, beta)
+        seen = seen_as_point(lobe, e, w, middle) * area
+        is_long = is_lit & ~is_point
+        if any_of(is_long):
+            by_rim = _along_rim(lobe, w, m, e, u, t, r, beta, is_long)
+            if any_of(is_cut & is_long):
+                x, _ = _rim(m, u, t, r, beta)
+                back = times(t, -2.0 * r * sine(beta))
+                by_rim = by_rim + where(is_cut, arc_between(lobe, w, x, add(x, back), back), 0.0)
+            seen = where(is_point, seen, whole(by_rim) / (lobe[RAISED] * math.pi * r * r))
+    return where(is_lit, seen, 0.0)
+
+
+@formula
+def _along_rim(lobe: Any, w: Any, m: Any, e: Any, u: Any, t: Any, r: Any, beta: Any, is_long: Any) -> Any:
+    """∫ (1 − max(z, 0)ᵖ) dφ along the rim in pieces, which end at the equator of w where a low power is rough there."""
+    over = dot(e, m)
+    level = subtract(m, times(e, over))
+    off = sqrt(dot(level, level)) - r
+    wide = r / maximum(
+        sqrt(off * off + over * over), 1e-6 * r
+    )  # next to the vertex the rim is seen in that many radians
+    low, high, parts = beta, beta, 1
+    if lobe[RAISED] < ROUGH:
+        ahead, aside, height = r * dot(w, u), r * dot(w, t), dot(w, m)
+        rest = ahead * ahead + aside * aside - height * height
+        half, middle = arctan2(sqrt(maximum(rest, 0.0)), -height), arctan2(aside, ahead)
+        one, other = _kept(middle - half, beta), _kept(middle + half, beta)
+        low, high, parts = minimum(one, other), maximum(one, other), 3
+    turned = 0.0 * r
+    for j in range(parts):
+        first, last = -beta, low
+        if j == 1:
+            first, last = low, high
+        elif j == 2:
+            first, last = high, beta
+        length = last - first
+        wanted = minimum(0.5 * length * wide / lobe[PIECE], _MOST_PIECES)
+        count = where(is_long, nearest(wanted + 0.5), 0.0)
+        half = 0.5 * length / maximum(count, 1.0)
+        for k in range(largest(count)):
+            is_there, center = count > 1.0 * k, first + half * (2.0 * k + 1.0)
+            x, ahead = _rim(m, u, t, r, center)
+            size = r * half
+            is_shown = is_there & shows(lobe, w, x, sqrt(dot(x, x)), size)
+            if parts == 3:
+                is_shown = is_shown & (dot(w, x) > 0.0)
+            start, _ = _rim(m, u, t, r, center - half)
+            stop, _ = _rim(m, u, t, r, center + half)
+            chord = times(ahead, 2.0 * sine(half))
+            level = dot(start, stop) - dot(w, start) * dot(w, stop)
+            turn = arctan2(dot(w, cross(start, chord)), level)
+            if any_of(is_shown):
+                nodes = 0.0 * r
+                for i in range(int(lobe[COUNT])):
+                    x, ahead = _rim(m, u, t, r, center + half * lobe[NODES + 2 * i])
+                    square = dot(x, x)
+                    gap = subtract(times(x, 1.0 / sqrt(square)), w)
+                    less = minimum(maximum(0.5 * dot(gap, gap), 1e-300), 1.99)
+                    dense = -power_less_one(less, lobe[RAISED]) / (less * (2.0 - less))
+                    nodes = nodes + lobe[NODES + 2 * i + 1] * dense * dot(w, cross(x, ahead)) / square
+                turn = where(is_shown, nodes * half, turn)
+            turned = turned + where(is_there, turn, 0.0)
+    return turned
+
+
+@formula
+def _kept(angle: Any, beta: Any) -> Any:
+    """An angle between −β and β."""
+    angle = angle - 2.0 * math.pi * nearest(angle * (0.5 / math.pi))
+    return minimum(maximum(angle, -beta), beta)

@@ -1,0 +1,180 @@
+"""Integrals of powers of a cosine over regions of the unit sphere, as integrals along their boundaries.
+
+With z = w·u for a unit vector w and φ the angle around it, Green's theorem gives for any real k >= 0
+
+    ∫ max(z, 0)ᵏ du = 1/p · ∮ (1 − max(z, 0)ᵖ) dφ,    p = k + 1
+
+counter-clockwise around a region without −w (Arvo 1995 has it for whole k, by recurrence). Along a great circle 1 − zᵖ
+and dφ are regular where z is 1, once 1 − z² is divided out of their product; away from there zᵖ is next to 0, and what
+is left is the angle. So some Gauss-Legendre nodes where the power shows, and arc tangents elsewhere, are exact.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache, lru_cache
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from pvphong.base.formulas import (
+    any_of,
+    arctan2,
+    cosine,
+    cross,
+    dot,
+    formula,
+    maximum,
+    minimum,
+    nearest,
+    power_less_one,
+    sine,
+    sqrt,
+    subtract,
+    times,
+    where,
+)
+from pvphong.base.types import Float64Array
+
+
+class CosinePower(NamedTuple):
+    """A lobe's factor max(a·l, 0)ᵏ where n·l > 0, as integrals over a light know it."""
+
+    around: Literal["normal", "mirror"]
+    """What a is: the normal, or the direction to the viewer mirrored at it."""
+
+    power: float
+    """The k, >= 0."""
+
+
+# What formulas read of a lobe: the k and p; the 1 − z from which on zᵖ is left out, and the angle; the angular size
+# below which a light is a point to the lobe; for half of what angle the nodes do on a rim; how many nodes, then nodes
+# on [−1, 1] and their weights by turns.
+POWER, RAISED, NOTHING, WINDOW, POINT, PIECE, COUNT, NODES = range(8)
+
+ROUGH = 8.0
+"""Of a lower power p integrands are not smooth on the equator of w, and nodes are to crowd there."""
+
+
+class _Accuracy(NamedTuple):
+    """Of integrals of a lobe that is 1 at its middle."""
+
+    nothing: float
+    """The zᵖ that is left out."""
+    nodes: int
+    """On a Gaussian that is cut off there."""
+    rough_nodes: int
+    """Where nodes crowd."""
+    piece: float
+    """Half of what the nodes do for on other curves, in a lobe's widths 1/√p."""
+    point: float
+    """The angular size, in these, at which a region's middle stands for it."""
+
+
+# To some 1e-11 and, for results in float32, 1e-7.
+_EXACT, _ROUNDED = _Accuracy(1e-12, 32, 64, 5.0, 4e-5), _Accuracy(1e-7, 12, 24, 4.0, 5e-4)
+
+
+@cache
+def gauss_legendre(count: int) -> tuple[Float64Array, Float64Array]:
+    """Nodes and weights on [−1, 1]."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return nodes, weights
+
+
+@lru_cache(maxsize=128)
+def lobe_numbers(power: float, *, rounded: bool = False) -> tuple[float, ...]:
+    """What formulas read of a lobe with a power, for results in float64, or to be rounded to float32."""
+    accuracy, raised = _ROUNDED if rounded else _EXACT, power + 1.0
+    nothing, width = -math.expm1(math.log(accuracy.nothing) / raised), 1.0 / math.sqrt(raised)
+    nodes, weights = gauss_legendre(accuracy.rough_nodes if raised < ROUGH else accuracy.nodes)
+    if raised < ROUGH:
+        nodes, weights = 0.5 * nodes * (3.0 - nodes * nodes), 1.5 * weights * (1.0 - nodes * nodes)
+    piece = accuracy.piece * min(width, 0.14)  # the rest of an integrand is smooth over so much
+    own = power, raised, nothing, math.acos(1.0 - nothing), accuracy.point * width, piece, float(len(nodes))
+    return (*own, *np.stack([nodes, weights], axis=1).ravel().tolist())
+
+
+@formula
+def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> Any:
+    """∫ (1 − max(z, 0)ᵖ) dφ along arcs of great circles, counter-clockwise around their poles m.
+
+    At the angle y from where it is next to w, z = across · cos y and dφ = along · dy / (1 − z²), and 1 − z is
+    pole + 2 across sin² y/2, with nothing that cancels.
+
+    Parameters
+    ----------
+    lobe : sequence of float
+        As `lobe_numbers` gives it.
+    along, across
+        w·m, and |w × m|.
+    first, length
+        Where it starts, measured from where it is next to w, and how long it is, less than π, in radians.
+    """
+    middle = first + 0.5 * length
+    middle = middle - 2.0 * math.pi * nearest(middle * (0.5 / math.pi))
+    first, last = middle - 0.5 * length, middle + 0.5 * length
+    pole = along * along / (1.0 + across)
+    square = minimum(
+        maximum(0.5 * (lobe[NOTHING] - pole) / maximum(across, 1e-300), 0.0), 0.5
+    )  # sin² of half the window
+    window = 2.0 * arctan2(sqrt(square), sqrt(1.0 - square))
+    start, stop = minimum(maximum(first, -window), window), minimum(maximum(last, -window), window)
+    is_shown_all = (start <= first) & (stop >= last)
+    shown = where(is_shown_all, length, stop - start)  # ends have lost digits of short arcs
+    total = 0.0 * shown
+    if any_of(shown > 0.0):
+        center, half = 0.5 * (start + stop), 0.5 * shown
+        for k in range(int(lobe[COUNT])):
+            height = sine(0.5 * (center + half * lobe[NODES + 2 * k]))
+            less = maximum(pole + 2.0 * across * height * height, 1e-300)
+            total = total - lobe[NODES + 2 * k + 1] * power_less_one(less, lobe[RAISED]) / (less * (2.0 - less))
+        total = total * along * half
+    if any_of(~is_shown_all):
+        rise = abs(along)
+        rest = _turn(rise, first, last, length) - _turn(rise, start, stop, shown)
+        total = total + where(is_shown_all, 0.0, where(along < 0.0, -rest, rest))
+    return total
+
+
+@formula
+def _turn(rise: Any, first: Any, last: Any, length: Any) -> Any:
+    """∫ dφ along such an arc, for |w·m|."""
+    level = rise * rise * cosine(first) * cosine(last) + sine(first) * sine(last)
+    return arctan2(rise * sine(length), level)
+
+
+@formula
+def arc_between(lobe: Any, w: Any, x: Any, y: Any, side: Any) -> Any:
+    """`great_arc` between the ways x and y = x + side."""
+    across = cross(x, side)
+    length = sqrt(dot(across, across))
+    m = times(across, 1.0 / maximum(length, 1e-300))
+    ahead = cross(m, w)
+    seen, first = arctan2(length, dot(x, y)), arctan2(dot(x, ahead), dot(x, w))
+    return great_arc(lobe, dot(w, m), sqrt(dot(ahead, ahead)), first, seen)
+
+
+@formula
+def shows(lobe: Any, w: Any, m: Any, distance: Any, size: Any) -> Any:
+    """Whether a lobe reaches something of a size at the way m."""
+    aside = cross(w, m)
+    off = arctan2(sqrt(dot(aside, aside)), dot(w, m))
+    is_near = size >= distance
+    wide = arctan2(size, sqrt(maximum((distance - size) * (distance + size), 0.0)))
+    return is_near | (off - wide < lobe[WINDOW])
+
+
+@formula
+def seen_as_point(lobe: Any, e: Any, w: Any, x: Any) -> Any:
+    """∫ max(w·u, 0)ᵏ du over a small flat part at the way x, over its area, for the normal e of its plane."""
+    square = dot(x, x)
+    inverse = 1.0 / sqrt(maximum(square, 1e-300))
+    gap = subtract(times(x, inverse), w)
+    return (1.0 + power_less_one(0.5 * dot(gap, gap), lobe[POWER])) * abs(dot(e, x)) * inverse * inverse * inverse
+
+
+@formula
+def whole(turned: Any) -> Any:
+    """The integral around a region from those along its arcs: if −w is inside, a turn is missing."""
+    return maximum(where(turned < -1.0, turned + 2.0 * math.pi, turned), 0.0)

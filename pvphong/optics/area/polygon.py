@@ -1,0 +1,159 @@
+"""Integrals over a polygon that is seen: Lambert's formula (1760) and Green's theorem, side by side.
+
+The polygon is cut off at the horizon, side by side: what of a side is above the horizon, and where it crosses that, the
+way along the horizon from or to one point r of it. So any number of crossings is closed, and what is below cancels.
+
+Symbols: m the way to the polygon's middle, e the normal of its front; n the normal of the horizon. Corners are offsets
+from the middle. All lengths are first divided by a power of two that is next to the light's distance or its size.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from pvphong.base.formulas import (
+    add,
+    any_of,
+    arctan2,
+    cross,
+    dot,
+    formula,
+    maximum,
+    over_its_size,
+    sqrt,
+    subtract,
+    times,
+    where,
+)
+from pvphong.optics.area.lobes import POINT, RAISED, arc_between, seen_as_point, shows, whole
+
+# What formulas read of a polygon: e, 1 if its back glows too, the root of its area, the length of its longest offset,
+# how many corners it has, and their offsets.
+TWO_SIDED, ROOT, SIZE, COUNT, OFFSETS = range(3, 8)
+
+
+@formula
+def _offset(own: Any, k: Any, scale: Any) -> Any:
+    """Of the corner k; of the last for −1."""
+    at = OFFSETS + 3 * (k if k >= 0 else int(own[COUNT]) - 1)
+    return own[at] * scale, own[at + 1] * scale, own[at + 2] * scale
+
+
+@formula
+def scaled(d: Any, size: float) -> Any:
+    """A way over a power of two, and one over that power; NaN, with which nothing is lit, if the way is not finite."""
+    far = maximum(maximum(abs(d[0]), abs(d[1])), maximum(abs(d[2]), size))
+    scale = where(far < math.inf, over_its_size(far), math.nan)
+    return times(d, scale), scale
+
+
+@formula
+def is_glowing(own: Any, m: Any, n: Any) -> Any:
+    """Whether a side of a flat light that glows is seen, and there is a normal."""
+    behind = dot(own, m)
+    return ((behind < 0.0) | (behind * own[TWO_SIDED] > 0.0)) & (dot(n, n) > 0.5)
+
+
+@formula
+def _horizon(own: Any, m: Any, n: Any) -> Any:
+    """Offset of r, the point next to the middle on the horizon's line in the polygon's plane."""
+    rise = subtract(n, times(own, dot(own, n)))
+    return times(rise, -dot(n, m) / maximum(dot(rise, rise), 1e-300))
+
+
+@formula
+def _cut(a: Any, b: Any, here: Any, there: Any, r: Any) -> Any:
+    """Of a side whose ends are at such heights over the horizon: ends of what is above it, and of the way along it."""
+    falls, rises = (here > 0.0) & (there <= 0.0), (here <= 0.0) & (there > 0.0)
+    along = here / where(falls | rises, here - there, 1.0)
+    crossing = add(a, times(subtract(b, a), along))
+    start = _choose(rises, crossing, a)
+    stop = _choose(falls, crossing, _choose(there > 0.0, b, start))
+    return start, stop, _choose(falls, stop, r), _choose(rises, start, r)
+
+
+@formula
+def _choose(condition: Any, a: Any, b: Any) -> Any:
+    return where(condition, a[0], b[0]), where(condition, a[1], b[1]), where(condition, a[2], b[2])
+
+
+@formula
+def polygon_cosine(own: Any, _lobe: Any, d: Any, n: Any, _a: Any) -> Any:
+    """1/area · ∫ max(n·u, 0) du over the part above the horizon.
+
+    It is ½ |Σ f n·Γ|, with Γ = x × y for the ends of a side and f = θ/|Γ|, θ the angle under which it is seen. The sum
+    of the Γ is twice the vector area, α e, whatever m is; so an F next to all f is taken out, and what is left is
+    ½ |F α n·e + Σ (f − F) n·Γ|, with f − F = (θ/sin θ − 1)/|x||y| + 1/|x||y| − F by differences of squares: nothing
+    cancels, however far away.
+    """
+    m, scale = scaled(d, own[SIZE])
+    is_lit, size, root = is_glowing(own, m, n), own[SIZE] * scale, own[ROOT] * scale
+    near, height = dot(m, m), dot(n, m)
+    per_far, total, area = 1.0 / (near + size * size), 0.0 * scale, 0.0 * scale
+    if any_of(is_lit):
+        r = _horizon(own, m, n)
+        for k in range(int(own[COUNT])):
+            a, b = _offset(own, k - 1, scale), _offset(own, k, scale)
+            here, there, more = height + dot(n, a), height + dot(n, b), 1
+            start, stop, back, forth = a, b, a, b
+            if any_of(is_lit & ((here <= 0.0) | (there <= 0.0))):
+                start, stop, back, forth = _cut(a, b, here, there, r)
+                more = 2
+            for j in range(more):
+                if j == 1:
+                    start, stop = back, forth
+                x, y, side = add(m, start), add(m, stop), subtract(stop, start)
+                across = cross(x, side)
+                sine_times = sqrt(dot(across, across))
+                both = maximum(sqrt(dot(x, x) * dot(y, y)), 1e-300)  # |x||y|
+                more_x, more_y = 2.0 * dot(m, start) + dot(start, start), 2.0 * dot(m, stop) + dot(stop, stop)
+                rest = size * size - (near * (more_x + more_y) + more_x * more_y) / (near + both)
+                rest = rest * per_far + _angle_over_sine(sine_times / both, arctan2(sine_times, dot(x, y)))
+                total = total + rest * dot(n, across) / both
+                area = area + dot(own, cross(start, side))
+        total = total + area * dot(own, n) * per_far
+    return where(is_lit, 0.5 * abs(total) / (root * root) * scale * scale, 0.0)
+
+
+@formula
+def _angle_over_sine(ratio: Any, theta: Any) -> Any:
+    """θ/sin θ − 1; near 0 by the series of the arc sine."""
+    square = ratio * ratio
+    series = square * (1.0 / 6.0 + square * (3.0 / 40.0 + square * (5.0 / 112.0 + square * (35.0 / 1152.0))))
+    return where((square < 1e-4) & (theta < 1.0), series, theta / maximum(ratio, 1e-300) - 1.0)
+
+
+@formula
+def polygon_power(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
+    """1/area · ∫ max(w·u, 0)ᵏ du over the part above the horizon, along its sides.
+
+    To a lobe that is much wider than the light is seen, the light is a point: the middle of what is above the horizon.
+    """
+    m, scale = scaled(d, own[SIZE])
+    size, distance = own[SIZE] * scale, sqrt(dot(m, m))
+    is_lit = is_glowing(own, m, n) & shows(lobe, w, m, distance, size)
+    is_point = size < lobe[POINT] * distance
+    root = own[ROOT] * scale
+    turned, area, middle = 0.0 * scale, 0.0 * scale, times(m, 0.0)
+    if any_of(is_lit):
+        height, r = dot(n, m), _horizon(own, m, n)
+        for k in range(int(own[COUNT])):
+            a, b = _offset(own, k - 1, scale), _offset(own, k, scale)
+            here, there, more = height + dot(n, a), height + dot(n, b), 1
+            start, stop, back, forth = a, b, a, b
+            if any_of(is_lit & ((here <= 0.0) | (there <= 0.0))):
+                start, stop, back, forth = _cut(a, b, here, there, r)
+                more = 2
+            for j in range(more):
+                if j == 1:
+                    start, stop = back, forth
+                side = subtract(stop, start)
+                part = dot(own, cross(start, side))
+                area, middle = area + part, add(middle, times(add(start, stop), part))
+                if any_of(is_lit & ~is_point):
+                    turned = turned + arc_between(lobe, w, add(m, start), add(m, stop), side)
+    by_sides = whole(where(dot(own, m) > 0.0, turned, -turned)) / lobe[RAISED]
+    x = add(m, times(middle, 1.0 / where(area > 0.0, 3.0 * area, 1.0)))
+    seen = where(is_point, seen_as_point(lobe, own, w, x) * 0.5 * area, by_sides)
+    return where(is_lit, seen / (root * root) * scale * scale, 0.0)

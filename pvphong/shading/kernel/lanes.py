@@ -1,0 +1,347 @@
+"""Eight vertices side by side: formulas with loops inside run on them as on one number.
+
+A formula that loops (over a polygon's sides, over quadrature nodes) is not vectorised by LLVM when it stands in a loop
+over vertices. So a number of it is one of LLVM's own vectors here, of eight float64, and a condition is eight bits.
+Each operation of `pvphong.base.formulas` is an instruction on them, or a polynomial. Where a formula asks for `any_of`,
+one test serves eight vertices. Sums of products may be rounded once; but all lanes are computed alike, so a vertex's
+bits depend on no neighbour.
+
+Coefficients, highest power first, are from `mpmath.chebyfit` with 40 digits, as those in `arithmetic`: the arc tangent
+to 2e-19, the sine to 3e-21. Measured on all operations: at most 3.2 units in the last place.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable, Sequence
+from itertools import product
+from typing import Any
+
+from llvmlite import ir
+from numba.core import types
+from numba.core.cgutils import get_or_insert_function
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import (
+    intrinsic,
+    lower_builtin,
+    lower_cast,
+    models,
+    overload,
+    register_jitable,
+    register_model,
+)
+
+from pvphong.base import formulas
+from pvphong.shading.kernel.arithmetic import EXP64, LOG64
+
+_INLINED = {"error_model": "numpy", "_nrt": False, "forceinline": True}
+
+WIDTH = 8
+"""So many vertices are side by side."""
+
+_F64, _I64, _BITS = (ir.VectorType(kind, WIDTH) for kind in (ir.DoubleType(), ir.IntType(64), ir.IntType(1)))
+
+
+class Lanes(types.Type):
+    """Eight numbers; a number beside them stands for eight equal ones."""
+
+    def __init__(self) -> None:
+        super().__init__("lanes")
+
+    def unify(self, _context: Any, other: Any) -> Any:
+        """What a variable is that holds a number first and lanes later."""
+        return self if isinstance(other, (types.Float, types.Integer)) else None
+
+
+class Conditions(types.Type):
+    """Eight truth values."""
+
+    def __init__(self) -> None:
+        super().__init__("conditions")
+
+
+LANES, CONDITIONS = Lanes(), Conditions()
+_NUMBERS: tuple[Any, ...] = Lanes, types.Float, types.Integer
+
+
+@register_model(Lanes)
+class _ModelOfLanes(models.PrimitiveModel):  # type: ignore[misc]  # Numba has no types
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, _F64)
+
+
+@register_model(Conditions)
+class _ModelOfConditions(models.PrimitiveModel):  # type: ignore[misc]
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, _BITS)
+
+
+@lower_cast(types.Float, Lanes)
+@lower_cast(types.Integer, Lanes)
+def _spread(context: Any, builder: Any, given: Any, _wanted: Any, value: Any) -> Any:
+    """The same number in all lanes."""
+    number, undefined = context.cast(builder, value, given, types.float64), ir.Constant(_F64, ir.Undefined)
+    first = builder.insert_element(undefined, number, ir.IntType(32)(0))
+    return builder.shuffle_vector(first, undefined, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH))
+
+
+def _all(kind: Any, value: Any) -> Any:
+    return ir.Constant(kind, [value] * WIDTH)
+
+
+# --- operations that are an instruction or a few
+
+
+def _operation(
+    function: Callable[..., Any], kinds: Sequence[Sequence[Any]], result: Any, generate: Callable[..., Any]
+) -> None:
+    """Let compiled code call a function whose arguments are of such kinds, and some of them lanes or conditions."""
+
+    class Template(AbstractTemplate):  # type: ignore[misc]  # Numba has no types
+        key = function
+
+        def generic(self, args: Any, _names: Any) -> Any:
+            if len(args) == len(kinds) and any(isinstance(each, (Lanes, Conditions)) for each in args):
+                return signature(result, *args)
+            return None
+
+    infer_global(function)(Template)
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        given = zip(sig.args, args, strict=True)
+        is_one = types.Float, types.Integer
+        return generate(
+            builder, *(_spread(context, builder, t, LANES, x) if isinstance(t, is_one) else x for t, x in given)
+        )
+
+    for chosen in product(*kinds):
+        if Lanes in chosen or Conditions in chosen:
+            lower_builtin(function, *chosen)(lower)
+
+
+def _call(name: str) -> Callable[..., Any]:
+    """LLVM's intrinsic function of that name."""
+
+    def generate(builder: Any, *arguments: Any) -> Any:
+        kind = ir.FunctionType(_F64, [_F64] * len(arguments))
+        return builder.call(get_or_insert_function(builder.module, kind, f"llvm.{name}.v{WIDTH}f64"), arguments)
+
+    return generate
+
+
+def _compared(sign: str) -> Callable[..., Any]:
+    return lambda builder, a, b: builder.fcmp_ordered(sign, a, b)
+
+
+_ONE, _TWO = (_NUMBERS,), (_NUMBERS,) * 2
+for _function, _name in (
+    (operator.add, "fadd"),
+    (operator.sub, "fsub"),
+    (operator.mul, "fmul"),
+    (operator.truediv, "fdiv"),
+):
+    _operation(
+        _function, _TWO, LANES, lambda builder, a, b, name=_name: getattr(builder, name)(a, b, flags=["contract"])
+    )
+for _function, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">=")):
+    _operation(_function, _TWO, CONDITIONS, _compared(_sign))
+for _function, _name in ((operator.and_, "and_"), (operator.or_, "or_")):
+    _operation(
+        _function, ((Conditions,),) * 2, CONDITIONS, lambda builder, a, b, name=_name: getattr(builder, name)(a, b)
+    )
+_operation(operator.invert, ((Conditions,),), CONDITIONS, lambda builder, a: builder.not_(a))
+_operation(operator.neg, _ONE, LANES, lambda builder, a: builder.fneg(a))
+_operation(abs, _ONE, LANES, _call("fabs"))
+_operation(formulas.sqrt, _ONE, LANES, _call("sqrt"))
+_operation(formulas.nearest, _ONE, LANES, _call("rint"))
+_operation(formulas.multiply_add, (_NUMBERS,) * 3, LANES, _call("fma"))
+_operation(formulas.minimum, _TWO, LANES, lambda builder, a, b: builder.select(builder.fcmp_ordered("<", a, b), a, b))
+_operation(formulas.maximum, _TWO, LANES, lambda builder, a, b: builder.select(builder.fcmp_ordered(">", a, b), a, b))
+_operation(formulas.where, ((Conditions,), _NUMBERS, _NUMBERS), LANES, lambda builder, c, a, b: builder.select(c, a, b))
+
+
+def _any(builder: Any, conditions: Any) -> Any:
+    bits = builder.bitcast(conditions, ir.IntType(WIDTH))
+    return builder.icmp_unsigned("!=", bits, bits.type(0))
+
+
+_operation(formulas.any_of, ((Conditions,),), types.boolean, _any)
+
+
+def _largest(builder: Any, numbers: Any) -> Any:
+    found = builder.extract_element(numbers, ir.IntType(32)(0))
+    for lane in range(1, WIDTH):
+        other = builder.extract_element(numbers, ir.IntType(32)(lane))
+        found = builder.select(builder.fcmp_ordered(">", other, found), other, found)
+    return builder.fptosi(found, ir.IntType(64))
+
+
+_operation(formulas.largest, _ONE, types.int64, _largest)
+
+_EXPONENT, _BIAS, _MANTISSA, _ROOT = 0x7FF << 52, 1023, 52, 0x3FE6A09E667F3BCD  # the last: bits of √½
+_WHOLE = 1.5 * 2.0**52
+# Adding it rounds to a whole number, which then stands in the last bits.
+
+
+def _power_below(builder: Any, x: Any) -> Any:
+    """1/2ᵏ of a normal number 2ᵏ · [1, 2): its exponent's bits from those of 2·1."""
+    exponent = builder.and_(builder.bitcast(x, _I64), _all(_I64, _EXPONENT))
+    return builder.bitcast(builder.sub(_all(_I64, 2 * _BIAS << _MANTISSA), exponent), _F64)
+
+
+_operation(formulas.over_its_size, _ONE, LANES, _power_below)
+
+
+@intrinsic
+def _parted(_typing: Any, x: Any) -> Any:
+    """The k and m in x = 2ᵏ m, m in [√½, √2), of a number x > 0."""
+
+    def generate(context: Any, builder: Any, given: Any, values: Any) -> Any:
+        bits = builder.bitcast(values[0], _I64)
+        k = builder.ashr(builder.sub(bits, _all(_I64, _ROOT)), _all(_I64, _MANTISSA))
+        m = builder.bitcast(builder.sub(bits, builder.shl(k, _all(_I64, _MANTISSA))), _F64)
+        whole = builder.bitcast(builder.add(k, builder.bitcast(_all(_F64, _WHOLE), _I64)), _F64)
+        return context.make_tuple(builder, given.return_type, (builder.fsub(whole, _all(_F64, _WHOLE)), m))
+
+    return types.UniTuple(LANES, 2)(x), generate  # type: ignore[attr-defined]
+
+
+@intrinsic
+def _two_to(_typing: Any, shifted: Any) -> Any:
+    """2ᵏ of a whole number k, to which `_WHOLE` was added."""
+
+    def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
+        bits = builder.shl(builder.bitcast(values[0], _I64), _all(_I64, _MANTISSA))
+        return builder.bitcast(builder.add(bits, builder.bitcast(_all(_F64, 1.0), _I64)), _F64)
+
+    return LANES(shifted), generate
+
+
+@intrinsic
+def load(_typing: Any, rows: Any, place: Any) -> Any:  # noqa: ARG001 Numba wants it by name
+    """Eight numbers that stand one after the other, as float64."""
+
+    def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
+        start = builder.gep(values[0], [values[1]])
+        kind = ir.VectorType(start.type.pointee, WIDTH)
+        found = builder.load(builder.bitcast(start, kind.as_pointer()), align=rows.dtype.bitwidth // 8)
+        return found if kind == _F64 else builder.fpext(found, _F64)
+
+    return LANES(rows, types.intp), generate
+
+
+@intrinsic
+def store(_typing: Any, rows: Any, place: Any, numbers: Any) -> Any:  # noqa: ARG001 Numba wants them by name
+    """Eight numbers into rows, rounded to the type of these."""
+
+    def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
+        start = builder.gep(values[0], [values[1]])
+        kind = ir.VectorType(start.type.pointee, WIDTH)
+        rounded = values[2] if kind == _F64 else builder.fptrunc(values[2], kind)
+        builder.store(rounded, builder.bitcast(start, kind.as_pointer()), align=rows.dtype.bitwidth // 8)
+
+    return types.void(rows, types.intp, LANES), generate
+
+
+# --- operations that are polynomials
+
+
+def _polynomial(operation: Callable[..., Any]) -> Callable[..., Any]:
+    """Let compiled code call an operation of formulas by this function, for lanes."""
+
+    def bind(function: Callable[..., Any]) -> Callable[..., Any]:
+        def chosen(*kinds: Any) -> Any:
+            return function if any(kind == LANES for kind in kinds) else None
+
+        overload(operation, jit_options=_INLINED, strict=False)(chosen)
+        return function
+
+    return bind
+
+
+def _horner(*coefficients: float) -> Any:
+    """Compiled code that gives a polynomial's value, highest power first."""
+
+    @intrinsic
+    def value(_typing: Any, t: Any) -> Any:
+        def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
+            total, fma = _all(_F64, coefficients[0]), _call("fma")
+            for coefficient in coefficients[1:]:
+                total = fma(builder, total, values[0], _all(_F64, coefficient))
+            return total
+
+        return LANES(t), generate
+
+    return value
+
+
+_log2_by_square, _rest_of_exp2 = _horner(*LOG64), _horner(*EXP64[:-1])
+_arctan_by_square = _horner(
+    0.016285756855221028, -0.034570561981427744, 0.04551593220626549, -0.05230454270650244, 0.05878928997834775,
+    -0.06666424885738255, 0.07692296375032143, -0.09090908753500877, 0.11111111105155447, -0.14285714285659828,
+    0.19999999999999804, -0.3333333333333333,
+)  # fmt: skip
+_sine_by_square = _horner(
+    -8.00395186685969e-18, 2.8104490805984874e-15, -7.647138381112494e-13, 1.6059043464982344e-10,
+    -2.5052108382236485e-08, 2.7557319223970366e-06, -0.00019841269841269803, 0.008333333333333333,
+    -0.16666666666666666,
+)  # fmt: skip
+
+_PI, _LESS_THAN_PI = math.pi, 1.2246467991473532e-16
+_TAN_22_5, _TINIEST = math.sqrt(2.0) - 1.0, 2.0**-1000
+
+
+@_polynomial(formulas.arctan2)
+def _arctan2(y: Any, x: Any) -> Any:
+    """By t = tan θ in [0, tan 22.5°], or of the rest to 45°: θ = t + t³ P(t²)."""
+    height, width = abs(y), abs(x)
+    low, high = formulas.minimum(height, width), formulas.maximum(formulas.maximum(height, width), _TINIEST)
+    is_steep = low > _TAN_22_5 * high
+    t = formulas.where(is_steep, low - high, low) / formulas.where(is_steep, low + high, high)
+    square = t * t
+    turned = formulas.multiply_add(t * square, _arctan_by_square(square), t)
+    turned = formulas.where(is_steep, turned + 0.25 * _PI, turned)
+    turned = formulas.where(height > width, 0.5 * _PI - turned, turned)
+    turned = formulas.where(x < 0.0, _PI - turned, turned)
+    return formulas.where(y < 0.0, -turned, turned)
+
+
+@_polynomial(formulas.sine)
+def _sine(x: Any) -> Any:
+    """Of what is left of x without whole half turns, k of them: sin r · (−1)ᵏ."""
+    k = formulas.nearest(x * (1.0 / _PI))
+    r = formulas.multiply_add(k, -_LESS_THAN_PI, formulas.multiply_add(k, -_PI, x))
+    odd = abs(k - 2.0 * formulas.nearest(0.5 * k))
+    square = r * r
+    found = formulas.multiply_add(r * square, _sine_by_square(square), r)
+    return found * (1.0 - 2.0 * odd)
+
+
+@_polynomial(formulas.cosine)
+def _cosine(x: Any) -> Any:
+    return formulas.sine((0.5 * _PI - abs(x)) + 0.5 * _LESS_THAN_PI)
+
+
+@register_jitable(**_INLINED)
+def _log2_above_one(x: Any) -> Any:
+    """log₂(1 + x) for x >= −1, right to the last digits near x = 0; −1023 at −1."""
+    k, m = _parted(1.0 + x)
+    t = formulas.where(abs(k) > 0.0, m - 1.0, x)
+    z = t / (2.0 + t)
+    return formulas.multiply_add(z, _log2_by_square(z * z), k)
+
+
+@_polynomial(formulas.log1p)
+def _log1p(x: Any) -> Any:
+    return math.log(2.0) * _log2_above_one(x)
+
+
+@_polynomial(formulas.power_less_one)
+def _power_less_one(less: Any, exponent: Any) -> Any:
+    """2ʸ − 1 with y = p·log₂(1 − d), in whole and broken powers of two."""
+    y = formulas.maximum(exponent * _log2_above_one(-formulas.minimum(less, 1.0)), -1022.0)
+    shifted = y + _WHOLE
+    r = y - (shifted - _WHOLE)
+    scale = _two_to(shifted)
+    return formulas.multiply_add(r * _rest_of_exp2(r), scale, scale - 1.0)

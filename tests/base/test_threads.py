@@ -1,0 +1,27 @@
+"""Threads of one process: few are kept, and a limit holds for the thread that asked for it."""
+
+import threading
+
+from pvphong.base import threads
+
+
+def test_however_many_are_asked_for_few_are_kept(monkeypatch):
+    monkeypatch.setattr(threads.os, "cpu_count", lambda: 2)
+    threads._executor.cache_clear()
+    before = threading.active_count()
+    for count in (2, 3, 5, 8, 16, 5):
+        monkeypatch.setattr(threads, "count", lambda count=count: count)
+        threads.run(lambda first, last: sum(range(first, 1000 * last)), 64, 1)
+    assert threading.active_count() <= before + 4  # twice as many as processors
+    threads._executor(threads.os.getpid()).shutdown()
+    threads._executor.cache_clear()
+
+
+def test_a_limit_is_the_calling_threads_own():
+    counts = []
+    with threads.limited(1):
+        other = threading.Thread(target=lambda: counts.append(threads.count()))
+        other.start()
+        other.join()
+        counts.append(threads.count())
+    assert counts == [threads.count(), 1]
