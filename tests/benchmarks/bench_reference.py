@@ -1,7 +1,7 @@
 """How fast the reference evaluator is, what its stability costs, and what it needs: `python bench_reference.py`.
 
 Variants are measured in turns, so that a busy machine slows all of them down alike; a ratio is given of medians
-and of minima. `test_textbook.py` shows that all variants compute the same thing.
+and of minima. `test_naive_block.py` and the studies' `test_peers.py` show that all compute the same thing.
 """
 
 import os

@@ -274,8 +274,12 @@ class _Measurement:
         lit_error = None if as_it_is is None else as_it_is.error
         self._add_peers(TEXTBOOK, seconds, 0.0, lambda: [textbook(self.subject)])
         self._add_peers(LIGHT_SOURCE, seconds, 0.0, lambda: [light_source(self.subject)])
-        draw = lambda: vtk_frames(self.mesh, self.subject, self.stack, lit_error)  # noqa: E731
-        self._add_peers(PER_PIXEL, _FOR_WINDOWS + 4.0 * frame, 2.0 * frame, draw)
+        self._add_peers(
+            PER_PIXEL,
+            _FOR_WINDOWS + 4.0 * frame,
+            2.0 * frame,
+            lambda: vtk_frames(self.mesh, self.subject, self.stack, lit_error),
+        )
 
     def _add_peers(self, name: str, seconds: float, frame: float, make: Callable[[], list[Variant]]) -> None:
         if not self._has_time_for(name, seconds, frame):

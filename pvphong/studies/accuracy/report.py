@@ -182,9 +182,9 @@ class Tradeoff(Result):
             for name, reason in self.left_out.items():
                 names.setdefault(reason, []).append(name)
             parts.append(_pairs_table("left out", [(", ".join(some), reason) for reason, some in names.items()]))
-        loudest = max(self.rows, key=lambda row: row.time.spread)
+        widest = max(self.rows, key=lambda row: row.time.spread)
         spread = f"times spread by {self.noise:.1%} of their median, quartile to quartile, in the middle row"
-        most = f"by {loudest.time.spread:.0%} in {loudest.name}"
+        most = f"by {widest.time.spread:.0%} in {widest.name}"
         noise = f"{spread}, {most}; differences below that may be none"
         worst = ", ".join(f"{error:.2g} at vertex {index}" for index, error in self.worst())
         parts.append(_pairs_table("measured on", [*self.facts.items(), ("noise", noise), ("worst vertices", worst)]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,12 +20,10 @@ from pvphong.rays.sampling import MOST_RAYS
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene
 from pvphong.shading import kernel, reference
-from pvphong.shading.assembly import assemble
-from pvphong.shading.equation import Equation
-from pvphong.shading.parts import as_nodes, in_parts
+from pvphong.shading.equation import Equation, as_nodes, assemble, in_parts
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan, is_worth_loading
-from pvphong.shading.result import Shading
+from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
 from pvphong.studies.accuracy.result import NO_ERROR, Errors, Row, Timing
 from pvphong.studies.accuracy.timing import Clock, timed
@@ -239,21 +237,24 @@ def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[st
     plan = subject.plan(tolerance)
     backend = subject.backend_for(plan.equation)
     row = Row(plan_name(tolerance), "light model", backend, "float32", count, promised=plan.error_bound)
-    run = lambda: subject.plan(tolerance).run(subject.vertices, backend=backend).rgb  # noqa: E731
-    found.append(Variant(row, run, plan.equation))
+
+    def run_plan() -> FloatArray:
+        return subject.plan(tolerance).run(subject.vertices, backend=backend).rgb
+
+    found.append(Variant(row, run_plan, plan.equation))
     return found, reasons
 
 
 def _simpler_models(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
     """Name, equation, and a reason to leave it out or an empty string."""
     whole, needed, (middle, radius) = subject.assembled, subject.equation, subject.sphere
-    dull = "" if needed.has_highlights else "there is no highlight that depends on the viewer"
+    no_highlight = "" if needed.has_highlights else "there is no highlight that depends on the viewer"
     at_infinity = "" if needed.eye is not None else "the viewer is at infinity already"
-    yield "infinite viewer", WITHOUT["local viewer"](whole, middle), dull or at_infinity
+    yield "infinite viewer", WITHOUT["local viewer"](whole, middle), no_highlight or at_infinity
 
     if other := counterpart_of(whole.reflectance):
         name, reflectance = other
-        yield name, replace(whole, reflectance=reflectance), dull
+        yield name, replace(whole, reflectance=reflectance), no_highlight
     if whole.gamma == 1.0 and (simpler := whole.reflectance.stand_in(subject.material)):
         name, material = simpler
         yield name, replace(subject, material=material).assembled, ""
@@ -264,16 +265,16 @@ def _simpler_models(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
 
     directional = WITHOUT[POSITION_EFFECT](whole, middle).terms
     terms = tuple(b if is_far(a.light) else a for a, b in zip(whole.terms, directional, strict=True))
-    are_near = "no light with a position is farther away than the mesh's diameter"
+    all_near = "no light with a position is farther away than the mesh's diameter"
     any_far = any(is_far(term.light) for term in needed.terms)
-    yield "far lights directional", replace(whole, terms=terms), "" if any_far else are_near
+    yield "far lights directional", replace(whole, terms=terms), "" if any_far else all_near
 
     has_size = any(term.light.has_size for term in whole.terms)
     for count in _NODES:
         name = f"lights with a size as {count} nodes" if count > 1 else "lights with a size as points"
         yield name, as_nodes(whole, count), "" if has_size else "no light has a size"
-    shiny = any(needed.has(term, "specular") for term in needed.terms)
-    yield "no highlights", WITHOUT["specular"](whole, middle), "" if shiny else "there are none"
+    highlighted = any(needed.has(term, "specular") for term in needed.terms)
+    yield "no highlights", WITHOUT["specular"](whole, middle), "" if highlighted else "there are none"
 
 
 class Sampling(NamedTuple):
@@ -342,7 +343,7 @@ def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: 
             cast = visibility.afresh(samples=samples)
             vertices = Vertices(subject.points, subject.normals, visibility=cast)
             plan = Plan.of_equation(equation, vertices)
-            seconds.append(timed(lambda: plan.run(vertices, backend=backend))[1])  # noqa: B023
+            seconds.append(timed(partial(plan.run, vertices, backend=backend))[1])
         errors, note = NO_ERROR, f"{cast.rays / count:.3g} rays a vertex"
         if sampled:
             channels = cast.channels(equation.shadowed, sky=equation.is_occluded)[:, checked]

@@ -176,7 +176,7 @@ def check_edges(faces: Faces, folded: IntArray, repeated: IntArray) -> tuple[Int
     # One integer for each edge of each face: its lower point, its higher point, its direction.
     directed = (np.minimum(begin, end) * faces.n_points + np.maximum(begin, end)) * 2 + (begin < end)
 
-    def odd(without: IntArray) -> tuple[IntArray, IntArray]:
+    def irregular(without: IntArray) -> tuple[IntArray, IntArray]:
         counted = np.ones(faces.count, dtype=bool)
         counted[without] = False
         keys = np.sort(directed[(begin != end) & counted[owner]])
@@ -191,9 +191,9 @@ def check_edges(faces: Faces, folded: IntArray, repeated: IntArray) -> tuple[Int
         )
         return many, inconsistent
 
-    non_manifold, inconsistent = odd(folded)
+    non_manifold, inconsistent = irregular(folded)
     if len(repeated):
-        _, inconsistent = odd(np.concatenate([folded, repeated]))
+        _, inconsistent = irregular(np.concatenate([folded, repeated]))
     return non_manifold, inconsistent
 
 

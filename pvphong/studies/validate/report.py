@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 _HEADINGS = ("scene", "mesh", "material", "VTK's tier", "vertices", "largest error", "bound", "ratio", "passed")
 
+_TITLES = {"matte": "A matte torus in the sun", "shiny": "A shiny sphere by a lamp"}
+
 _FORMULA = "16 · power · 2⁻²⁴ + 1e-6"
 
 
@@ -69,7 +71,7 @@ class VTKReport:
     rows : tuple of CaseRow
         A comparison for each of a fixed list of scenes.
     pictures : dict of str to ImageComparison
-        Title → one mesh drawn with lit colours and lit by VTK.
+        Name of the file → one mesh drawn with lit colours and lit by VTK.
     """
 
     rows: tuple[CaseRow, ...]
@@ -137,8 +139,8 @@ class VTKReport:
             folder.mkdir(exist_ok=True)
         except OSError as error:
             raise ValueError(f"path must be in a folder that can be written to; got {target} ({error}).") from error
-        for title, images in self.pictures.items():
-            images.save(folder / _file_of(title))
+        for name, images in self.pictures.items():
+            images.save(folder / f"{name}.png")
         with written_aside(target) as aside:
             aside.write_text("\n".join(self._markdown(folder.name)), encoding="utf-8")
 
@@ -161,18 +163,14 @@ class VTKReport:
         yield "Left: the lit colours, drawn without lighting. Middle: VTK lights every pixel. Right: their difference"
         yield "inside the silhouette; grey is none, each display step 16 levels. What differs by more than a step is"
         yield "interpolation between vertices: these pictures show that what is drawn is what was computed.\n"
-        for title, images in self.pictures.items():
+        for name, images in self.pictures.items():
+            title = _TITLES[name]
             yield f"{title}: at most {images.max_difference}/255, 99 % of the pixels {images.p99:.3g}/255.\n"
-            yield f"![{title}](<{folder}/{_file_of(title)}>)\n"
+            yield f"![{title}](<{folder}/{name}.png>)\n"
 
 
 def _line(cells: tuple[str, ...] | list[str]) -> str:
     return f"| {' | '.join(cells)} |"
-
-
-def _file_of(title: str) -> str:
-    """The name of a picture's file: "A matte torus in the sun" is matte.png."""
-    return f"{title.split()[1]}.png"
 
 
 def refuse_path(path: str | os.PathLike[str]) -> None:
@@ -211,12 +209,12 @@ def vtk_report() -> VTKReport:
 
 
 def pictures() -> dict[str, ImageComparison]:
-    """A matte and a shiny closed mesh, by their titles."""
+    """A matte and a shiny closed mesh, by the names of their files."""
     eye = Viewer(position=(1.6, -1.2, 1.0), up=(0.0, 0.0, 1.0), view_angle=36.0)
     torus = pv.ParametricTorus(ringradius=0.35, crosssectionradius=0.15, u_res=300, v_res=200, w_res=2)
     sphere = pv.Sphere(theta_resolution=300, phi_resolution=200)
     sun, lamp = Scene([PICTURED["sun"]], eye), Scene([PICTURED["lamp"]], eye, LightModel.vtk())
     return {
-        "A matte torus in the sun": compare_images(torus, sun, MATERIALS["matte"]),
-        "A shiny sphere by a lamp": compare_images(sphere, lamp, MATERIALS["plastic"]),
+        "matte": compare_images(torus, sun, MATERIALS["matte"]),
+        "shiny": compare_images(sphere, lamp, MATERIALS["plastic"]),
     }

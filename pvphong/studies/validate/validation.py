@@ -106,7 +106,7 @@ def validate(
     lit = np.logical_and.reduce(np.isfinite(points) & np.isfinite(normals), axis=1) & (normals != 0.0).any(axis=1)
     rows = np.flatnonzero(lit)
     affine = np.eye(4) if given is None else given / given[3, 3]
-    pose, doubtful, conversions = _as_vtk_is_given_them(points[lit], normals[lit], scene, affine)
+    pose, doubtful, conversions = _pose_for_vtk(points[lit], normals[lit], scene, affine)
     positions, directions = np.full((2, len(points), 3), np.nan)
     positions[rows], directions[rows] = pose.in_world()
 
@@ -145,7 +145,7 @@ def validate(
     )
 
 
-def _as_vtk_is_given_them(
+def _pose_for_vtk(
     points: FloatArray, normals: FloatArray, scene: Scene, matrix: Float64Array
 ) -> tuple[Pose, BoolArray, tuple[str, ...]]:
     """Vertices around their middle, with unit normals, which a two-sided scene turns to the viewer.
