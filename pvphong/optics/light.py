@@ -80,6 +80,9 @@ class Integral(NamedTuple):
     place: Vector
     """From where d is."""
 
+    radius: float
+    """All of the light is within a sphere of that radius around there."""
+
     numbers: tuple[float, ...]
 
 

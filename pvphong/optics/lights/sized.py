@@ -127,7 +127,7 @@ def over_polygon(
     """Of a polygon with such corners off its middle, shape (k, 3)."""
     size = float(np.linalg.norm(offsets, axis=1).max())
     numbers = (*normal, float(two_sided), math.sqrt(area), size, float(len(offsets)), *offsets.ravel().tolist())
-    return Integral(polygon_cosine if form.around == "normal" else polygon_power, center, numbers)
+    return Integral(polygon_cosine if form.around == "normal" else polygon_power, center, size, numbers)
 
 
 class Flat:
