@@ -36,20 +36,7 @@ LIMIT = 5.0
 _SLOWEST = 4 * LIMIT  # what a command may take altogether, on a machine that does other things
 _MEMORY = 6 * 2**30
 _PERTURB = -6  # of mallopt: malloc fills memory with a byte
-_EXTREMES = [
-    b"-1",
-    b"0",
-    b"1",
-    b"99999999",
-    b"-2147483648",
-    b"4294967295",
-    b"1e999",
-    b"nan",
-    b"inf",
-    b"x",
-    b"",
-    b"1e-320",
-]
+_EXTREMES = [*b"-1 0 1 99999999 -2147483648 4294967295 1e999 nan inf x 1e-320".split(), b""]
 _TELLS_ITS_LENGTH = {".vtp", ".vtu", ".vts", ".vtr", ".vti", ".vtm", ".vtmb", ".vtkhdf", ".ply", ".stl", ".vtk"}
 
 
@@ -95,77 +82,33 @@ def write_formats(folder):
 
 
 def damaged(contents, dice):
-    """What was done to a file, and what came of it."""
-    kind = dice.choice(("cut", "bytes", "digits", "number", "repeat", "remove", "swap", "tag"))
-    return kind, _DAMAGES[kind](contents, dice)
-
-
-def _cut(contents, dice):
-    return contents[: dice.randrange(len(contents))]
-
-
-def _bytes(contents, dice):
-    result = bytearray(contents)
-    span = min(len(result), dice.choice((64, 1024, len(result))))
-    for _ in range(dice.choice((1, 3, 20))):
-        result[dice.randrange(span)] = dice.randrange(256)
-    return bytes(result)
-
-
-def _digits(contents, dice):
-    result = bytearray(contents)
-    places = [place for place, byte in enumerate(result[:4096]) if 48 <= byte < 58]
-    for place in dice.sample(places, min(len(places), dice.choice((1, 3)))):
-        result[place] = 48 + dice.randrange(10)
-    return bytes(result)
-
-
-def _number(contents, dice):
-    found = list(re.finditer(rb"-?\d+(\.\d+)?", contents[:4096]))
-    if not found:
-        return _cut(contents, dice)
-    place = dice.choice(found)
-    return contents[: place.start()] + dice.choice(_EXTREMES) + contents[place.end() :]
-
-
-def _spans(contents, dice, count):
-    return sorted(dice.randrange(len(contents) + 1) for _ in range(count))
-
-
-def _repeat(contents, dice):
-    a, b = _spans(contents, dice, 2)
-    return contents[:b] + contents[a:]
-
-
-def _remove(contents, dice):
-    a = dice.randrange(len(contents))
-    return contents[:a] + contents[a + dice.choice((1, 8, 100)) :]
-
-
-def _swap(contents, dice):
-    a, b, c = _spans(contents, dice, 3)
-    return contents[:a] + contents[b:c] + contents[a:b] + contents[c:]
-
-
-def _tag(contents, dice):
-    """A word in place of another of the same file."""
-    words = list(re.finditer(rb"[A-Za-z_]{3,}", contents[:8192]))
-    if len(words) < 2:
-        return _bytes(contents, dice)
-    one, other = dice.sample(words, 2)
-    return contents[: one.start()] + other[0] + contents[one.end() :]
-
-
-_DAMAGES = {
-    "cut": _cut,
-    "bytes": _bytes,
-    "digits": _digits,
-    "number": _number,
-    "repeat": _repeat,
-    "remove": _remove,
-    "swap": _swap,
-    "tag": _tag,
-}
+    """What was done to a file, and what it has become."""
+    a, b, c = sorted(dice.randrange(len(contents) + 1) for _ in range(3))
+    at = dice.randrange(len(contents))
+    kind, result = dice.choice(("cut", "bytes", "digits", "number", "repeat", "remove", "swap", "tag")), contents
+    found = {"number": rb"-?\d+(\.\d+)?", "tag": rb"[A-Za-z_]{3,}", "digits": rb"\d"}.get(kind, b"")
+    places = list(re.finditer(found, contents[:8192])) if found else []
+    if kind == "cut" or (found and len(places) < 2):
+        return "cut", contents[:at]
+    if kind == "bytes":
+        result, span = bytearray(contents), min(len(contents), dice.choice((64, 1024, len(contents))))
+        for _ in range(dice.choice((1, 3, 20))):
+            result[dice.randrange(span)] = dice.randrange(256)
+    elif kind == "digits":
+        result = bytearray(contents)
+        for place in dice.sample(places, min(len(places), dice.choice((1, 3)))):
+            result[place.start()] = 48 + dice.randrange(10)
+    elif found:  # a number by an extreme one, a word by another of the same file
+        one, other = dice.sample(places, 2)
+        new = dice.choice(_EXTREMES) if kind == "number" else other[0]
+        result = contents[: one.start()] + new + contents[one.end() :]
+    elif kind == "repeat":
+        result = contents[:b] + contents[a:]
+    elif kind == "remove":
+        result = contents[:at] + contents[at + dice.choice((1, 8, 100)) :]
+    else:
+        result = contents[:a] + contents[b:c] + contents[a:b] + contents[c:]
+    return kind, bytes(result)
 
 
 # --- runs ---
@@ -239,21 +182,14 @@ class Report:
         self.statuses[f"{verb} {run.status}"] += 1
         for ending in re.findall(r"SIG[A-Z]+|come to no end|was killed|not enough memory|should not happen", run.err):
             self.endings[ending] += 1
-        allowed = (0, 1, 2) if verb == "diagnose" else (0, 2)
-        wrong = []
-        if run.status not in allowed:
-            wrong.append(f"status {run.status}")
-        if run.status == 2 and not re.fullmatch(r"error: [^\n]+\n", run.err):
-            wrong.append(f"said {run.err[-300:]!r}")
-        if run.status != 2 and run.err:
-            wrong.append(f"said {run.err[-300:]!r}")
-        if "should not happen" in run.err:
-            wrong.append(run.err)
-        if run.seconds > _SLOWEST:
-            wrong.append(f"took {run.seconds:.0f} s")
-        if left:
-            wrong.append(f"left {left}")
-        self.faults += [(name, kind, verb, fault) for fault in wrong]
+        is_quiet = not run.err if run.status != 2 else re.fullmatch(r"error: [^\n]+\n", run.err)
+        wrong = {
+            f"status {run.status}": run.status not in ((0, 1, 2) if verb == "diagnose" else (0, 2)),
+            f"said {run.err[-300:]!r}": not is_quiet or "should not happen" in run.err,
+            f"took {run.seconds:.0f} s": run.seconds > _SLOWEST,
+            f"left {left}": left,
+        }
+        self.faults += [(name, kind, verb, fault) for fault, is_there in wrong.items() if is_there]
 
 
 def hunt(count, seed=0, *, keep=None):

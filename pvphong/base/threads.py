@@ -63,27 +63,11 @@ def _executor(_process: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(max_workers=2 * (os.cpu_count() or 1), thread_name_prefix="pvphong")
 
 
-def together(work: Callable[[], Any], threads: int, is_done: Callable[[], bool] = lambda: False) -> None:
-    """Let threads do one piece of work at once, the calling one among them: no more than `count()`.
-
-    An exception in any of them is raised here, when all are done. If `is_done` says so once the calling one is, the
-    others are not waited for.
-    """
-    helpers = [_executor(os.getpid()).submit(work) for _ in range(threads - 1)]
-    waits = True
-    try:
-        work()
-        waits = not is_done()
-    finally:
-        for helper in helpers:
-            if not helper.cancel() and waits:  # those that have not begun have nothing left to do
-                helper.result()
-
-
 def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
-    """Call `work(first, last)` for all ranges of a length from 0 to `stop`.
+    """Call `work(first, last)` for all ranges of a length from 0 to `stop`, on no more than `count()` threads at once.
 
-    After an exception in any of them, or where the calling thread is interrupted, no other range is begun.
+    After an exception in any of them, or where the calling thread is interrupted, no other range is begun; it is raised
+    when all are done.
     """
     ranges, lock, note = iter(range(0, stop, step)), threading.Lock(), text.counting(stop)
 
@@ -102,4 +86,10 @@ def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
             ranges = iter(range(0))
             raise
 
-    together(take_ranges, min(count(), -(-stop // step)))
+    helpers = [_executor(os.getpid()).submit(take_ranges) for _ in range(min(count(), -(-stop // step)) - 1)]
+    try:
+        take_ranges()
+    finally:
+        for helper in helpers:
+            if not helper.cancel():  # one that has not begun has nothing left to do
+                helper.result()

@@ -255,10 +255,10 @@ def _is_convex_at_edges(p: Float64Array, triangles: NDArray[np.int64], across: F
 
 def _meets_one(corners: Float64Array, across: Float64Array, levels: Float64Array) -> bool:
     """Whether a ray from the middle through that of a face meets no other."""
-    way = corners[0].mean(axis=0)
-    along = across @ way
+    ray = corners[0].mean(axis=0)
+    along = across @ ray
     with np.errstate(divide="ignore", invalid="ignore"):
-        met = np.where(along > 0.0, levels / along, 0.0)[:, None] * way
+        met = np.where(along > 0.0, levels / along, 0.0)[:, None] * ray
     inside = along > 0.0
     for k in range(3):
         edges = corners[:, k - 2] - corners[:, k]

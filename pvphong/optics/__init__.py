@@ -1,6 +1,7 @@
 """Lights, reflectances and materials: what arrives at a surface, and what leaves it.
 
-A new light is one file in `lights/` and its entry there, a new reflectance one in `reflectances/`. `light.py` and
-`reflectance.py` say what each must and may answer, `roles.py` what follows from a light's fields. `attenuation.py` is
-attenuation with distance, its bounds and what could stand in for it; compiled, it is `shading/kernel/ways.attenuate`.
+In the order in which to read it: `roles.py`, what follows from a light's fields; `attenuation.py`, how light weakens
+with distance; `light.py`, what every light must and may answer, and `lights/`, a file each; `area/`, integrals over
+lights with a size, and `panorama.py`, images all around; `reflectance.py`, what every reflectance must and may answer,
+and `reflectances/`, a file each; `surface.py`, what they see of a block of vertices; `material.py`.
 """

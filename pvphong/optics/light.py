@@ -80,14 +80,17 @@ class Integral(NamedTuple):
     place: Vector
     """From where d is."""
 
+    radius: float
+    """All of the light is within a sphere of that radius around there."""
+
     numbers: tuple[float, ...]
 
 
 class StandIn(NamedTuple):
     """Cheaper lights that may stand in for one, and by how much that is wrong."""
 
-    lights: tuple[Light, ...]
-    """Of these only what arrives counts: colours and intensity stay. None: the one is dark here."""
+    make: Callable[[], tuple[Light, ...]] | None
+    """Gives them; only what arrives from them counts: colours and intensity stay. None: the one is dark here."""
 
     why: str = ""
     """The reason, in which `{bound}` stands for the error in a colour."""

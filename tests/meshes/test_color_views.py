@@ -46,18 +46,15 @@ def test_white_is_d65_of_luminance_1_and_xyz_adds_up():
     np.testing.assert_allclose(mesh.phong.color_view("xyz")["phong_xyz"][0], a + b)
 
 
-def test_above_1_hue_and_saturation_stay_and_value_tells_the_brightness(lit):
+def test_above_1_hue_and_saturation_stay_and_value_tells_the_brightness_and_greys_have_neither(lit):
     view, lit["bright"] = lit.phong.color_view("hsv"), 4 * lit["phong"]
     bright = lit.phong.color_view("hsv", name="bright")["bright_hsv"]
     np.testing.assert_allclose(bright, view["phong_hsv"] * [1, 1, 4], rtol=1e-4)
     assert bright[:, 2].max() > 1
     assert bright[:, :2].max() <= 1
-
-
-def test_black_and_greys_have_no_hue_and_no_saturation():
-    mesh = pv.PolyData(np.eye(3))
-    mesh["phong"] = np.array([[0.0] * 3, [0.5] * 3, [2.0] * 3])
-    np.testing.assert_array_equal(mesh.phong.color_view("hsv")["phong_hsv"], [[0, 0, 0], [0, 0, 0.5], [0, 0, 2]])
+    greys = pv.PolyData(np.eye(3))
+    greys["phong"] = np.array([[0.0] * 3, [0.5] * 3, [2.0] * 3])
+    np.testing.assert_array_equal(greys.phong.color_view("hsv")["phong_hsv"], [[0, 0, 0], [0, 0, 0.5], [0, 0, 2]])
 
 
 def test_it_is_a_new_mesh_that_shares_the_rest(lit):

@@ -98,7 +98,10 @@ def test_no_operation_writes_into_its_input(operation, kind):
 
 def test_points_cells_and_arrays_are_shared_and_written_into_for_both():
     mesh = ball()
-    lit = mesh.phong.shade(SCENE, MATERIAL)
+    lit = pv.MultiBlock([mesh]).phong.shade(SCENE, MATERIAL)[0]  # as mesh.phong.shade does
+    assert dict(lit.user_dict) == {"author": "me"}
+    lit.user_dict["author"] = "you"
+    assert dict(mesh.user_dict) == {"author": "me"}  # a result's notes are its own
     stand_alone = lit.copy()
     for here, there in ((mesh.points, lit.points), (mesh["tint"], lit["tint"]), (mesh["patch"], lit["patch"])):
         assert np.shares_memory(here, there)
@@ -150,14 +153,6 @@ def test_what_is_replaced_on_one_side_is_not_on_the_other(change, of):
     assert state(changed)[1:] != before[1:]
 
 
-def test_the_users_notes_in_a_result_are_its_own():
-    mesh = ball()
-    lit = mesh.phong.shade(SCENE, MATERIAL)
-    assert dict(lit.user_dict) == {"author": "me"}
-    lit.user_dict["author"] = "you"
-    assert dict(mesh.user_dict) == {"author": "me"}
-
-
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_shared_points_outlive_the_mesh_that_they_come_from(dtype):
     given = np.random.default_rng(4).normal(size=(5000, 3)).astype(dtype)
@@ -181,11 +176,3 @@ def test_an_array_of_the_results_name_is_replaced_in_the_result_alone():
     again = lit.phong.shade(Scene(SCENE.lights[:1]), MATERIAL)
     assert np.abs(again["phong"] - lit["phong"]).max() > 0.01
     assert lit.active_scalars_name == again.active_scalars_name == "phong"
-
-
-def test_blocks_share_each_with_its_own():
-    blocks = pv.MultiBlock({"one": ball(), "two": ball(stored=False)})
-    lit = blocks.phong.shade(SCENE, MATERIAL)
-    for name in ("one", "two"):
-        assert np.shares_memory(blocks[name].points, lit[name].points)
-        assert blocks[name].active_scalars_name == "tint"

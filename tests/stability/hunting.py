@@ -1,4 +1,4 @@
-"""Hunts: how they run, and their scenes: numbers from the whole range of floats, and scenes that a plan can simplify.
+"""Hunts: how they run, and their scenes: colours from the whole range of floats, and scenes that a plan can simplify.
 
 Each hunts in a few scenes in every run, in 100,000 by `pytest -m long`; the 80-digit oracle judges a tenth as many, for
 its arithmetic takes that much longer. Scenes are thrown with the dice of `strategies`.
@@ -18,8 +18,7 @@ from stability.evaluators import BACKENDS, EVALUATORS
 from strategies import MATRIX_CLASSES, Case, Dice, hard_case, matrix_of, moderate_case, rotation, triple, unit
 
 from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer
-from pvphong.geometry.normals import point_normals
-from pvphong.shading.result import Shading
+from pvphong.shading.reference import Shading
 
 FEW, MANY = 600, 100_000
 
@@ -51,27 +50,6 @@ def assert_same_bits(got: Shading, expected: Shading, rows: Any = slice(None), o
 # --- the whole range of floats ---
 
 
-@dataclass(frozen=True)
-class Range:
-    """Exponents of the least and the greatest coordinate."""
-
-    lowest: int = -1074
-    highest: int = 1023
-
-    @classmethod
-    def of(cls, dtype: Any, reach: int) -> Range:
-        """All of a type's, but no further than `reach` from 1."""
-        lowest, highest = {np.float32: (-149, 127), np.float64: (-1074, 1023)}[dtype]
-        return cls(max(lowest, -reach), min(highest, reach))
-
-    def number(self, dice: Dice) -> float:
-        """Its exponent is drawn evenly; some are zero."""
-        return 0.0 if dice.likely(8) else dice.choice((1.0, -1.0)) * dice.wide(self.lowest, self.highest)
-
-    def vector(self, dice: Dice) -> np.ndarray:
-        return dice.wide_vector(self.lowest, self.highest - 1)
-
-
 def positive_of(dice: Dice) -> float:
     return 0.0 if dice.likely(8) else dice.wide()
 
@@ -80,131 +58,19 @@ def color_of(dice: Dice) -> Any:
     return positive_of(dice) if dice.likely(50) else tuple(positive_of(dice) for _ in range(3))
 
 
-def wide_points(dice: Dice, dtype: Any, span: Range) -> np.ndarray:
-    """Points all over a range, clusters whose corners nearly coincide, and slivers."""
-    count = dice.randint(3, 7)
-    points = np.array([[span.number(dice) for _ in range(3)] for _ in range(count)])
-    kind = dice.choice(("anywhere", "cluster", "sliver"))
-    with np.errstate(over="ignore", under="ignore"):
-        if kind != "anywhere":
-            base, edge = span.vector(dice), span.vector(dice)
-            along = np.array([dice.random() for _ in range(count)])[:, None]
-            points = base + along * edge if kind == "sliver" else base * (1.0 + dice.log_between(1e-17, 1e-1) * along)
-            points = np.array([dice.nudged(p) for p in points])
-        return np.nan_to_num(points.astype(dtype))
-
-
-def _normals(dice: Dice, points: np.ndarray, dtype: Any) -> np.ndarray:
-    """The normals of a few triangles between the points, or vectors of any length."""
-    if dice.likely(50):
-        faces = [dice.sample(range(len(points)), 3) for _ in range(dice.randint(1, 4))]
-        weighting = dice.choice(("angle", "area", "max"))
-        return point_normals(points, np.ravel(faces), np.arange(0, 3 * len(faces) + 1, 3), weighting).astype(dtype)
-    span = Range.of(dtype, 1074)
-    return np.array([span.vector(dice) * (not dice.likely(20)) for _ in points]).astype(dtype)
-
-
-def _anywhere(dice: Dice, points: np.ndarray, span: Range) -> np.ndarray:
-    """On a vertex, beside one, or anywhere."""
-    p = points[dice.randrange(len(points))]
-    away = span.vector(dice) if dice.likely(50) else dice.vector()
-    with np.errstate(over="ignore"):
-        return np.nan_to_num(dice.choice((p, p + away, away)))
-
-
-def _tangent(dice: Dice, n: np.ndarray) -> np.ndarray:
-    """A vector in the plane of a normal, but for the last bits."""
-    tangent = np.cross(n / np.abs(n).max(), dice.unit_vector()) if n.any() else np.zeros(3)
-    return dice.nudged(tangent) if tangent.any() else dice.unit_vector()
-
-
-def _edge(dice: Dice, to_vertex: np.ndarray, cone_angle: float) -> np.ndarray:
-    """The axis of a cone on whose edge a vertex lies, but for the last bits."""
-    largest = np.abs(to_vertex).max()
-    axis = to_vertex / largest if np.isfinite(largest) and largest > 0.0 else dice.unit_vector()
-    side = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-    return dice.nudged(rotation(unit(side), math.radians(cone_angle)) @ axis)
-
-
-def _wide_light(dice: Dice, points: np.ndarray, normals: np.ndarray, span: Range) -> Any:
-    row, at, direction = dice.randrange(len(points)), _anywhere(dice, points, span), dice.wide_vector()
-    with np.errstate(over="ignore"):
-        if dice.likely(40):
-            direction = _tangent(dice, normals[row])
-            at = np.nan_to_num(points[row] + direction * dice.wide(max(span.lowest, -300), min(span.highest, 300)))
-        to_vertex = points[row] / 2 - at / 2
-    common: dict[str, Any] = {
-        "diffuse": color_of(dice),
-        "specular": None if dice.likely(50) else color_of(dice),
-        "ambient": color_of(dice),
-        "intensity": positive_of(dice),
-        "frame": dice.choice(("world", "world", "camera", "headlight")),
-    }
-    kind = dice.choice(("directional", "point", "spot", "spot"))
-    if kind == "directional":
-        return DirectionalLight(direction=triple(direction), **common)
-    attenuation = tuple(abs(span.number(dice)) for _ in range(3))
-    common |= {"position": triple(at), "attenuation": attenuation if any(attenuation) else (0.0, 0.0, 1.0)}
-    if kind == "point":
-        return PointLight(**common)
-    cone_angle = dice.choice((90.0, 60.0, dice.uniform(1.0, 90.0), dice.wide(-1074, 5)))
-    if dice.likely(50):
-        direction = _edge(dice, to_vertex, cone_angle)
-    return SpotLight(direction=triple(direction), cone_angle=cone_angle, exponent=positive_of(dice), **common)
-
-
-def _wide_viewer(dice: Dice, points: np.ndarray, span: Range) -> Viewer:
-    eye, focal = _anywhere(dice, points, span), _anywhere(dice, points, span)
-    if np.array_equal(eye, focal):
-        focal = np.where(eye == 0.0, 1.0, 0.0)
-    return Viewer(triple(eye), triple(focal), triple(dice.wide_vector()), parallel=dice.likely(25))
-
-
-def _wide_matrix(dice: Dice, span: Range) -> np.ndarray | None:
-    """None, any numbers, nearly or quite singular, mirrored; rarely projective or of rank 1, which is refused."""
-    if dice.likely(35):
-        return None
-    matrix = np.eye(4)
-    kind = dice.choice(("any", "any", "scale", "thin", "thin", "flat", "line"))
-    if kind == "any":
-        matrix[:3] = [[span.number(dice) for _ in range(4)] for _ in range(3)]
-    elif kind == "scale":
-        matrix[:3, :3] *= span.number(dice)
-    else:
-        small = {"thin": dice.wide(max(span.lowest, -1000), 0), "flat": 0.0, "line": 0.0}[kind]
-        other = small if kind == "line" else dice.choice((1.0, small or 1.0, math.sqrt(small) or 1.0))
-        left, right = (np.eye(3), np.eye(3)) if kind == "flat" else (dice.rotation(), dice.rotation())
-        size = dice.wide(max(span.lowest, -900), min(span.highest, 900))
-        matrix[:3, :3], matrix[:3, 3] = left @ np.diag([1.0, other, small]) @ right * size, span.vector(dice)
-    matrix[3, 3] = dice.choice((1.0, 1.0, 1.0, span.number(dice)))
-    if dice.likely(3):
-        matrix[3, 0] = span.number(dice)
-    return matrix
-
-
-def wide_case(dice: Dice, reach: int = 1074) -> Case:
-    """Every number from the whole range, corners of all kinds; every number is finite.
-
-    Coordinates, attenuations and matrices have exponents from −reach to reach.
-    """
-    dtype, span = dice.choice((np.float32, np.float64)), Range.of(np.float64, reach)
-    points = wide_points(dice, dtype, Range.of(dtype, reach))
-    normals = _normals(dice, points, dtype)
-    material = Material(
-        **{name: color_of(dice) for name in ("ambient", "diffuse", "specular")},
-        shininess=positive_of(dice),
-        emission=color_of(dice),
-    )
-    vtk = dice.likely(30)
-    fields: dict[str, Any] = {"ambient": color_of(dice), "clamp": dice.likely(50), "two_sided": dice.likely(50)}
-    if not vtk:
-        fields |= {"local_viewer": dice.likely(70), "reflection": dice.choice(("phong", "blinn-phong"))}
-    model = replace(LightModel.vtk() if vtk else LightModel(), **fields)
-    wide = points.astype(float), normals.astype(float)
-    lights = [_wide_light(dice, *wide, span) for _ in range(dice.randint(0, 3))]
-    scene = Scene(lights, _wide_viewer(dice, wide[0], span), model)
-    albedo = np.array([[min(positive_of(dice), 1.0) for _ in range(3)] for _ in points]) if dice.likely(30) else None
-    return Case(points, normals, scene, material, _wide_matrix(dice, span), albedo)
+def wide_case(dice: Dice, reach: int = 900) -> Case:
+    """A hard scene whose colours and intensities are of any size; coordinates have exponents from −reach to reach."""
+    case = hard_case(dice, dice.choice(("standard", "standard", "vtk")), reach)
+    colors = ("ambient", "diffuse", "specular")
+    material = replace(case.material, emission=color_of(dice), **{name: color_of(dice) for name in colors})
+    lights = [
+        replace(light, intensity=positive_of(dice), **{name: color_of(dice) for name in colors})
+        for light in case.scene.lights
+    ]
+    model = replace(case.scene.light_model, ambient=color_of(dice))
+    albedo = np.array([[min(positive_of(dice), 1.0) for _ in range(3)] for _ in case.points])
+    scene = replace(case.scene, lights=lights, light_model=model)
+    return replace(case, scene=scene, material=material, albedo=albedo if dice.likely(30) else None)
 
 
 # --- many vertices, for what must not change a bit ---

@@ -5,15 +5,11 @@ from __future__ import annotations
 import re
 from collections import Counter
 from contextlib import suppress
-from dataclasses import replace
 
 import numpy as np
-import pytest
-from stability.evaluators import BACKENDS, STEPS, Declined, Evaluator
-from stability.hunting import FLATTENING_IS_NO_FAILURE, arrays, hunted, positive_of, wide_case
+from stability.evaluators import STEPS, Declined, Evaluator
+from stability.hunting import FLATTENING_IS_NO_FAILURE, arrays, hunted, on_every_backend, positive_of, wide_case
 from strategies import Case, Dice, hard_case, hunt
-
-from pvphong import SpotLight
 
 pytestmark = FLATTENING_IS_NO_FAILURE
 
@@ -28,23 +24,14 @@ DOCUMENTED = re.compile(
 )
 
 
-def _without_falloff(case: Case) -> Case:
-    lights = [replace(s, exponent=0.0) if isinstance(s, SpotLight) else s for s in case.scene.lights]
-    return replace(case, scene=replace(case.scene, lights=lights))
-
-
 @hunted
-@pytest.mark.parametrize(("backend", "kind"), [(backend, "finite") for backend in BACKENDS] + [("numpy", "hard")])
-def test_any_scene_gives_finite_colours_or_is_refused(backend: str, kind: str, examples: int) -> None:
-    """Hard scenes have vertices that are not finite; what the kernel makes of such is seen in `test_same_bits`."""
+@on_every_backend
+def test_any_scene_gives_finite_colours_or_is_refused(backend: str, examples: int) -> None:
     outcomes: Counter[str] = Counter()
 
     def throw(dice: Dice) -> tuple[Case, float]:
-        if kind == "hard":
-            return hard_case(dice, dice.choice(("standard", "vtk"))), 0.0
-        case = wide_case(dice, 1074 if backend == "numpy" else WITHIN_THE_KERNELS_RANGE)
-        if backend != "numpy" and dice.likely(95):  # the kernel declines spots as bright as these mostly are
-            case = _without_falloff(case)
+        reach = 900 if backend == "numpy" else WITHIN_THE_KERNELS_RANGE
+        case = wide_case(dice, reach) if dice.likely(50) else hard_case(dice, dice.choice(("standard", "vtk")), reach)
         return case, positive_of(dice) if dice.likely(50) else 0.0
 
     def check(drawn: tuple[Case, float]) -> None:
@@ -68,6 +55,6 @@ def test_any_scene_gives_finite_colours_or_is_refused(backend: str, kind: str, e
         return "lit" if shading.rgb.any() else "black"
 
     hunt(throw, check, examples)
-    assert outcomes["lit"] > 0.4 * examples, outcomes
+    assert outcomes["lit"] > (0.4 if backend == "numpy" else 0.3) * examples, outcomes
     assert outcomes["refused"] < 0.1 * examples, outcomes
-    assert outcomes["declined"] < 0.1 * examples, outcomes
+    assert outcomes["declined"] == 0 or backend != "numpy", outcomes

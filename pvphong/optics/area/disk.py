@@ -37,6 +37,7 @@ from pvphong.base.formulas import (
 from pvphong.optics.area.lobes import (
     COUNT,
     NODES,
+    PIECE,
     POINT,
     RAISED,
     ROUGH,
@@ -49,8 +50,8 @@ from pvphong.optics.area.polygon import is_glowing, scaled
 
 # What formulas read of a disk: the normal of its front, 1 if its back glows too, its radius.
 RADIUS = 4
-# Half a piece of the rim is as many of a lobe's widths at most; there are so many pieces at most.
-_WIDTHS, _MOST_PIECES = 4.0, 2000.0
+# The rim is in so many pieces at most.
+_MOST_PIECES = 2000.0
 
 
 @formula
@@ -254,7 +255,7 @@ def _along_rim(lobe: Any, w: Any, m: Any, e: Any, u: Any, t: Any, r: Any, beta: 
         elif j == 2:
             first, last = high, beta
         length = last - first
-        wanted = minimum(0.5 * length * wide * sqrt(maximum(lobe[RAISED], 50.0)) / _WIDTHS, _MOST_PIECES)
+        wanted = minimum(0.5 * length * wide / lobe[PIECE], _MOST_PIECES)
         count = where(is_long, nearest(wanted + 0.5), 0.0)
         half = 0.5 * length / maximum(count, 1.0)
         for k in range(largest(count)):

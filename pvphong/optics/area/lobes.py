@@ -48,14 +48,31 @@ class CosinePower(NamedTuple):
 
 
 # What formulas read of a lobe: the k and p; the 1 − z from which on zᵖ is left out, and the angle; the angular size
-# below which a light is a point to the lobe; how many nodes, then nodes on [−1, 1] and their weights by turns.
-POWER, RAISED, NOTHING, WINDOW, POINT, COUNT, NODES = range(7)
+# below which a light is a point to the lobe; for half of what angle the nodes do on a rim; how many nodes, then nodes
+# on [−1, 1] and their weights by turns.
+POWER, RAISED, NOTHING, WINDOW, POINT, PIECE, COUNT, NODES = range(8)
 
 ROUGH = 8.0
 """Of a lower power p integrands are not smooth on the equator of w, and nodes are to crowd there."""
-# For float64 and float32 results: the zᵖ that is left out, nodes that are exact to 1e-12 and 1e-7 on a Gaussian that is
-# cut off there, and the angular size over a lobe's width at which a region's middle stands for it to 4e-10 and 1e-7.
-_EXACT, _ROUNDED = (1e-12, 32, 4e-5), (1e-7, 14, 5e-4)
+
+
+class _Accuracy(NamedTuple):
+    """Of integrals of a lobe that is 1 at its middle."""
+
+    nothing: float
+    """The zᵖ that is left out."""
+    nodes: int
+    """On a Gaussian that is cut off there."""
+    rough_nodes: int
+    """Where nodes crowd."""
+    piece: float
+    """Half of what the nodes do for on other curves, in a lobe's widths 1/√p."""
+    point: float
+    """The angular size, in these, at which a region's middle stands for it."""
+
+
+# To some 1e-11 and, for results in float32, 1e-7.
+_EXACT, _ROUNDED = _Accuracy(1e-12, 32, 64, 5.0, 4e-5), _Accuracy(1e-7, 12, 24, 4.0, 5e-4)
 
 
 @cache
@@ -68,14 +85,14 @@ def gauss_legendre(count: int) -> tuple[Float64Array, Float64Array]:
 @lru_cache(maxsize=128)
 def lobe_numbers(power: float, *, rounded: bool = False) -> tuple[float, ...]:
     """What formulas read of a lobe with a power, for results in float64, or to be rounded to float32."""
-    nothing, count, point = _ROUNDED if rounded else _EXACT
-    raised = power + 1.0
-    least = -math.expm1(math.log(nothing) / raised)
-    nodes, weights = gauss_legendre(2 * count if raised < ROUGH else count)
+    accuracy, raised = _ROUNDED if rounded else _EXACT, power + 1.0
+    nothing, width = -math.expm1(math.log(accuracy.nothing) / raised), 1.0 / math.sqrt(raised)
+    nodes, weights = gauss_legendre(accuracy.rough_nodes if raised < ROUGH else accuracy.nodes)
     if raised < ROUGH:
         nodes, weights = 0.5 * nodes * (3.0 - nodes * nodes), 1.5 * weights * (1.0 - nodes * nodes)
-    pairs = np.stack([nodes, weights], axis=1).ravel().tolist()
-    return (power, raised, least, math.acos(1.0 - least), point / math.sqrt(raised), float(len(nodes)), *pairs)
+    piece = accuracy.piece * min(width, 0.14)  # the rest of an integrand is smooth over so much
+    own = power, raised, nothing, math.acos(1.0 - nothing), accuracy.point * width, piece, float(len(nodes))
+    return (*own, *np.stack([nodes, weights], axis=1).ravel().tolist())
 
 
 @formula

@@ -86,4 +86,4 @@ class DiskLight(Flat, Light):
     def closed(self, form: CosinePower) -> Integral:
         """Along its rim."""
         formula = disk_cosine if form.around == "normal" else disk_power
-        return Integral(formula, self.center, (*self.normal, float(self.two_sided), self.radius))
+        return Integral(formula, self.center, self.radius, (*self.normal, float(self.two_sided), self.radius))

@@ -201,7 +201,7 @@ class SkyChannel(Light):
 
     def closed(self, form: CosinePower) -> Integral:
         """The image blurred by the lobe, times the share of the lobe above the horizon."""
-        return Integral(sky, (0.0, 0.0, 0.0), _sky_of(self, form))
+        return Integral(sky, (0.0, 0.0, 0.0), math.inf, _sky_of(self, form))
 
     def _weighted(self, form: CosinePower) -> Float64Array:
         """Coefficients of what a lobe makes of it, without those of the last bands that are nothing."""

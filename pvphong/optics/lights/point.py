@@ -47,16 +47,19 @@ class Weakening:
         if effect != ATTENUATION_EFFECT:
             return None
         this: Any = self
+
+        def even() -> tuple[Light]:
+            return (replace(this, attenuation=NONE),)
+
         constant, linear, quadratic = self.attenuation
-        even = replace(this, attenuation=NONE)
         if not linear and not quadratic:
-            return StandIn((even,), f"constant, {1.0 / constant:g}", 1.0 / constant)
+            return StandIn(even, f"constant, {1.0 / constant:g}", 1.0 / constant)
         seen = None if exactly else extent.sight(self.position)
         if seen is None or seen.distance <= seen.radius:
             return None
-        radius = seen.radius * ROUNDED_UP
-        near, far = (strength_at(seen.distance + way, self.attenuation) for way in (-radius, radius))
-        return StandIn((even,), "even over the mesh to {bound:.2g}", (near + far) / 2, (near - far) / 2)
+        radius, why = seen.radius * ROUNDED_UP, "even over the mesh to {bound:.2g}"
+        near, far = (strength_at(seen.distance + offset, self.attenuation) for offset in (-radius, radius))
+        return StandIn(even, why, (near + far) / 2, (near - far) / 2)
 
     def without(self, effect: str, point: Vector) -> tuple[Light, float]:
         """Taken as it is at a point: its strength, or with it its direction too."""
@@ -113,7 +116,7 @@ class PointLight(Weakening, Light):
             return None
         x, y, z = seen.direction
         why = "far away: its direction is the same to {bound:.2g}"
-        return StandIn((DirectionalLight(direction=(-x, -y, -z)),), why, turn=seen.turn)
+        return StandIn(lambda: (DirectionalLight(direction=(-x, -y, -z)),), why, turn=seen.turn)
 
     def as_vtk(self) -> VtkValues:
         """Position and attenuation; VTK's point light is a spot without a cone."""

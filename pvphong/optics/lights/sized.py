@@ -69,7 +69,7 @@ def as_point(seen: Sight | None, radius: float, light: Light, spread: Any) -> St
     sine, middle = radius / nearest, strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP
     why = "small: as a point it is the same to {bound:.2g}"
     off, turn = middle * spread(sine), math.asin(sine) * ROUNDED_UP
-    return StandIn((light,), why, spread=off, turn=turn, strongest=middle + off)
+    return StandIn(lambda: (light,), why, spread=off, turn=turn, strongest=middle + off)
 
 
 def fewer_nodes(light: Light, count: int, extent: Extent) -> StandIn | None:
@@ -110,7 +110,7 @@ def fewer_nodes(light: Light, count: int, extent: Extent) -> StandIn | None:
         return None
     strongest = strength_at(nearest, INVERSE_SQUARE) * ROUNDED_UP
     spread, turn = 2.0 * farthest / nearest * strongest, math.asin(farthest / nearest)
-    return StandIn(tuple(found), spread=spread, turn=turn, strongest=strongest)
+    return StandIn(lambda: tuple(found), spread=spread, turn=turn, strongest=strongest)
 
 
 def _halved(places: Float64Array, count: int) -> list[Float64Array]:
@@ -127,7 +127,7 @@ def over_polygon(
     """Of a polygon with such corners off its middle, shape (k, 3)."""
     size = float(np.linalg.norm(offsets, axis=1).max())
     numbers = (*normal, float(two_sided), math.sqrt(area), size, float(len(offsets)), *offsets.ravel().tolist())
-    return Integral(polygon_cosine if form.around == "normal" else polygon_power, center, numbers)
+    return Integral(polygon_cosine if form.around == "normal" else polygon_power, center, size, numbers)
 
 
 class Flat:
@@ -198,7 +198,7 @@ class Flat:
         height = -seen.distance * sum(a * b for a, b in zip(seen.direction, self.normal, strict=True))
         clear = seen.radius * ROUNDED_UP + 1e-9 * (seen.distance + self.reach_radius)
         if height <= -clear and not self.two_sided:
-            return StandIn((), "mesh lies behind it")
+            return StandIn(None, "mesh lies behind it")
         if exactly or (self.two_sided and abs(height) < clear):
             return None
         part = _part(self.center, math.copysign(1.0, height) if self.two_sided else 1.0, self.normal, 1.0)

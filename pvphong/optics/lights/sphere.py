@@ -60,7 +60,7 @@ class SphereLight(Light):
     def closed(self, form: CosinePower) -> Integral:
         """Over the cap as which it is seen."""
         formula = sphere_cosine if form.around == "normal" else sphere_power
-        return Integral(formula, self._center, (self.radius,))
+        return Integral(formula, self._center, self.radius, (self.radius,))
 
     @property
     def effects(self) -> frozenset[str]:

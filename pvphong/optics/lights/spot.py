@@ -125,16 +125,21 @@ class SpotLight(Weakening, Light):
         if least > edge + _SLACK:
             margin = math.degrees(least - edge)
             shown = f"{margin:.0f}" if margin >= 1.0 else f"{margin:.1g}"
-            return StandIn((), f"mesh lies outside the cone by {shown}°")
+            return StandIn(None, f"mesh lies outside the cone by {shown}°")
         if most >= edge - _SLACK or (exactly and self.exponent):
             return None
-        point, why = self._as_point(), "mesh lies inside the cone"
+        why = "mesh lies inside the cone"
         if self.exponent == 0.0:
-            return StandIn((point,), why)
+            return StandIn(lambda: (self._as_point(),), why)
         angles = max(least - _SLACK, 0.0), most + _SLACK
         brightest, darkest = (max(math.cos(off_axis), 0.0) ** self.exponent for off_axis in angles)
         spread = strongest(seen, self.attenuation) * (brightest - darkest) / 2
-        return StandIn((point,), f"{why}, whose light is even to {{bound:.2g}}", (brightest + darkest) / 2, spread)
+        return StandIn(
+            lambda: (self._as_point(),),
+            f"{why}, whose light is even to {{bound:.2g}}",
+            (brightest + darkest) / 2,
+            spread,
+        )
 
     def without(self, effect: str, point: Vector) -> tuple[Light, float]:
         """A point light, parallel light, or as strong everywhere as at a point."""

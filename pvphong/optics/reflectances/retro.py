@@ -28,7 +28,7 @@ class Retro(ModifiedPhong):
 
     Notes
     -----
-    The lobe around the way back is one of those of E. Lafortune, S.-C. Foo, K. Torrance, D. Greenberg: Non-linear
+    The lobe around the direction back is one of those of E. Lafortune, S.-C. Foo, K. Torrance, D. Greenberg: Non-linear
     approximation of reflectance functions (1997), section 4.
     """
 

@@ -23,6 +23,7 @@ from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.vtk import VtkHeadlight
 from pvphong.shading.kernel import normals, records, stages
 from pvphong.shading.kernel.code import Library, NotCompiled, Request, what_it_does
+from pvphong.shading.kernel.evaluation import driver_code
 
 _REALS = "float32", "float64"
 _STORED_AND_REAL = ("float32", "float32"), ("float64", "float32"), ("float64", "float64")
@@ -44,7 +45,7 @@ def pieces(library: Library) -> list[CompilationUnit]:
     ]
     for stored, real in _STORED_AND_REAL:
         types = real if stored == real else f"{stored} to {real}"
-        result.append(CompilationUnit(f"driver, {types}", partial(library.driver, stored, real)))
+        result.append(CompilationUnit(f"driver, {types}", partial(driver_code, library, stored, real)))
     for real in _REALS:
         for name, stage in (*_of_lights(), *_of_lights_with_a_size()):
             result.append(CompilationUnit(f"{name}, {real}", partial(library.light, stage, real)))
@@ -127,8 +128,8 @@ def main() -> None:
             return
         request = _request()
         if request is not None:
-            library.driver(request.stored, request.real)
-            records.records_of(request.equation, {}, library, request.real, **_NO_FLAGS)
+            driver_code(library, request.stored, request.real)
+            records.records_of(request.equation, library, request.real, **_NO_FLAGS)
         for piece in pieces(library):
             piece.compile()
 

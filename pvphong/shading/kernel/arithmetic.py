@@ -118,7 +118,6 @@ EXP64 = (
 # Bits of √½: numbers from there up to √2 have the power of two 0.
 _ROOT32, _ROOT64 = np.float32(0.5**0.5).view(np.int32), np.float64(0.5**0.5).view(np.int64)
 _MANTISSA32, _MANTISSA64 = np.int32(23), np.int64(52)
-_ONE32 = np.float32(1.0).view(np.int32)
 
 # Adding it rounds to an integer, which then stands in the last bits of the mantissa.
 WHOLE32, _WHOLE64 = np.float32(1.5 * 2**23), 1.5 * 2**52
@@ -167,16 +166,6 @@ def _exp2_32(y: Any) -> Any:
     whole = y + WHOLE32
     significand = np.float32(_horner(y - (whole - WHOLE32), _EXP32)).view(np.int32)
     return np.int32(significand + np.int32(np.float32(whole).view(np.int32) << _MANTISSA32)).view(np.float32)
-
-
-@contracted
-def exp2_less_one32(y: Any) -> Any:
-    """2^y − 1 in float32, right to the last bits near 0 too, for y as for `exp2`."""
-    whole = y + WHOLE32
-    r = y - (whole - WHOLE32)
-    rest = r * _horner(r, _EXP32[:-1])
-    scale = np.int32((np.int32(np.float32(whole).view(np.int32) << _MANTISSA32)) + _ONE32).view(np.float32)
-    return rest * scale + (scale - np.float32(1.0))
 
 
 @contracted
@@ -239,36 +228,6 @@ def shifted(_typing: Any, pointer: Any, count: Any) -> Any:  # noqa: ARG001 Numb
         return builder.gep(*arguments[:1], [arguments[1]])
 
     return pointer(pointer, types.intp), generate
-
-
-@intrinsic
-def nowhere(_typing: Any, pointer: Any) -> Any:
-    """A pointer of the same type to nothing."""
-
-    def generate(_context: Any, _builder: Any, _signature: Any, arguments: Any) -> Any:
-        return arguments[0].type(None)
-
-    return pointer(pointer), generate
-
-
-@intrinsic
-def is_nowhere(_typing: Any, pointer: Any) -> Any:
-    """Whether a pointer is to nothing."""
-
-    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.icmp_unsigned("==", arguments[0], arguments[0].type(None))
-
-    return types.boolean(pointer), generate
-
-
-@intrinsic
-def taken(_typing: Any, counter: Any, count: Any) -> Any:  # noqa: ARG001 Numba wants it by name
-    """A counter's value before so much was added to it, at once, whatever other threads do."""
-
-    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.atomic_rmw("add", *arguments, "seq_cst")
-
-    return types.intp(counter, types.intp), generate
 
 
 def _call(result: Any) -> Any:

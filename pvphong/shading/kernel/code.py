@@ -43,8 +43,7 @@ from numba.core.serialize import dumps
 
 from pvphong.base.files import locked, written_aside
 from pvphong.shading.equation import Equation
-from pvphong.shading.kernel import arithmetic, driver
-from pvphong.shading.kernel.records import SETTINGS, TERM
+from pvphong.shading.kernel import arithmetic
 
 Key = tuple[CodeType, tuple[Any, ...], Callable[..., Any], tuple[str, ...]]
 """Of a piece of code: a function's code, the values it was made with, its signature, and the names of its types."""
@@ -141,7 +140,7 @@ def digest(data: bytes) -> bytes:
 # --- in this process
 
 
-_BYTES, _FLOATS, _INDICES = map(types.CPointer, (types.uint8, types.float64, types.int64))
+_FLOATS = types.CPointer(types.float64)
 # Seconds until the disk is asked again for what was not there.
 _PATIENCE = 0.5
 
@@ -196,7 +195,7 @@ def _sources(modules: tuple[str, ...]) -> bytes:
     folders = here, here.parents[1] / "base", here.parents[1] / "optics"
     called = [source.read_text("utf-8") for folder in folders for source in sorted(folder.rglob("*.py"))]
     own = [inspect.getsource(sys.modules[module]) for module in modules if not module.startswith("pvphong.")]
-    return digest("".join([*called, *own, repr((SETTINGS, TERM))]).encode())
+    return digest("".join([*called, *own]).encode())
 
 
 def what_it_does(function: Callable[..., Any]) -> tuple[CodeType, tuple[Any, ...]]:
@@ -225,8 +224,8 @@ class Library:
 
     @property
     def folder(self) -> Path | None:
-        """Where the driver's code is kept; None if there is no folder to keep code in."""
-        store = store_of(driver.shade)
+        """Where this package's code is kept; None if there is no folder to keep code in."""
+        store = store_of(store_of)
         return None if store is None else store.folder
 
     @property
@@ -241,10 +240,6 @@ class Library:
     def reflectance(self, function: Callable[..., Any], real: str) -> int:
         """Address of a reflectance's stage for a type of rows."""
         return self._code(function, _stage_of_reflectance, real).where
-
-    def driver(self, stored: str, real: str) -> Callable[..., int]:
-        """The driver for vertices of one type and rows of another."""
-        return self._code(driver.shade, _driver, stored, real).call
 
     def call(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Callable[..., int]:
         """Any other function; its signature is made of Numba's types of the names of some."""
@@ -278,14 +273,6 @@ def _stage_of_light(real: Any) -> Any:
 
 def _stage_of_reflectance(real: Any) -> Any:
     return types.intp(_FLOATS, types.CPointer(real), _FLOATS)
-
-
-def _driver(stored: Any, real: Any) -> Any:
-    vertices, reals = types.CPointer(stored), types.CPointer(real)
-    arrays = vertices, vertices, reals, reals, reals, _BYTES
-    equation = types.CPointer(numba.from_dtype(SETTINGS)), types.CPointer(numba.from_dtype(TERM)), _FLOATS
-    scratch = reals, _FLOATS, _BYTES
-    return types.boolean(*arrays, *equation, types.intp, *scratch)
 
 
 # --- by another process

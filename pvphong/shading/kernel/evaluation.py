@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import functools
 import threading
+from collections.abc import Callable
 from typing import Any
 
+import numba
 import numpy as np
+from numba import types
 
 from pvphong.base import threads
 from pvphong.base.types import FloatArray
-from pvphong.shading.albedo import reflectances
 from pvphong.shading.equation import Equation
-from pvphong.shading.kernel import code, records
+from pvphong.shading.kernel import code, driver, records
 from pvphong.shading.kernel.code import Library, NotCompiled, Request
 from pvphong.shading.kernel.vertices import BLOCK, ROWS
+from pvphong.shading.reference import Shading
 from pvphong.shading.reference import shade as shade_by_reference
-from pvphong.shading.result import Shading
+from pvphong.shading.vertices import reflectances
 
 # Vertices that a thread lights at a time, at least and at most: so many that calling compiled code shows in no time,
 # and so few that copies of arrays in another form take little room.
@@ -42,18 +45,16 @@ def shade(
     if result.base is not None or not rgb.flags.c_contiguous:
         return False
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
-    codes = records.codes_of(whole, name_of(real), has_albedo=albedo is not None)
-    if codes is None:
+    if not records.can_take(whole, name_of(real), has_albedo=albedo is not None):
         return False
     read = [points] * whole.needs_points + [normals] * whole.needs_normals
     stored = np.result_type(real, *read)
     request = Request(equation, name_of(stored), name_of(real))
     source = library if waits else library.at_hand
     try:
-        driver = source.driver(request.stored, request.real)
+        run = driver_code(source, request.stored, request.real)
         packed = records.records_of(
             equation,
-            codes,
             source,
             request.real,
             has_albedo=albedo is not None,
@@ -81,7 +82,7 @@ def shade(
             rgb[part],
         )
         memory, declined = Memory.of_thread(), np.zeros(last - first, np.uint8)
-        if driver(*map(address, own), *packed, last - first, *memory.addresses, address(declined)):
+        if run(*map(address, own), *packed, last - first, *memory.addresses, address(declined)):
             return
         left = np.flatnonzero(declined)
         lit = Shading(np.empty((len(left), 3), real))
@@ -91,6 +92,22 @@ def shade(
 
     threads.run(work, len(rgb), min(max(SHORTEST, -(-len(rgb) // (4 * threads.count()))), LONGEST))
     return True
+
+
+def driver_code(library: Library, stored: str, real: str) -> Callable[..., int]:
+    """The driver, compiled, for vertices of one type and rows of another."""
+    return library.call(driver.shade, _signature_of_driver, stored, real)
+
+
+def _signature_of_driver(stored: Any, real: Any) -> Any:
+    vertices, reals, floats, octets = map(types.CPointer, (stored, real, types.float64, types.uint8))
+    equation = (
+        types.CPointer(numba.from_dtype(records.SETTINGS)),
+        types.CPointer(numba.from_dtype(records.TERM)),
+        floats,
+    )
+    arrays = vertices, vertices, reals, reals, reals, octets
+    return types.boolean(*arrays, *equation, types.intp, reals, floats, octets)
 
 
 class Memory:

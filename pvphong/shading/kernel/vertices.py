@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from pvphong.base.formulas import LEAST_SQUARE, ONE, ZERO, cross, inverse_length, square, times
-from pvphong.base.formulas import dot as dot_of
-from pvphong.shading.kernel.arithmetic import inlined, like, multiply_add, plain, shifted
+from pvphong.base.formulas import LEAST_SQUARE, ONE, ZERO, cross, dot, inverse_length, square, times
+from pvphong.shading.kernel.arithmetic import inlined, like, plain, shifted
 
 # --- rows
 
@@ -37,19 +36,14 @@ NX, NY, NZ, INVERSE = range(10 * BLOCK, 14 * BLOCK, BLOCK)
 VX, VY, VZ, FACING = range(14 * BLOCK, 18 * BLOCK, BLOCK)
 
 # Differences D to a light or to the eye, with 1/|D|; |D| stands in the row of strengths at first.
-DX, DY, DZ, NEARNESS = range(21 * BLOCK, 25 * BLOCK, BLOCK)
+DX, DY, DZ, NEARNESS = range(18 * BLOCK, 22 * BLOCK, BLOCK)
 
-# Not 0 for a vertex that is left to the reference.
-DECLINED = 28 * BLOCK
+# Albedo; unit tangents across n, where the reflectance needs them.
+ALBEDO_R, ALBEDO_G, ALBEDO_B, TX, TY, TZ = range(22 * BLOCK, 28 * BLOCK, BLOCK)
 
-# Albedo.
-ALBEDO_R, ALBEDO_G, ALBEDO_B = range(29 * BLOCK, 32 * BLOCK, BLOCK)
-
-# Parts of one light, and of the ambient light, that nothing blocks.
-VISIBLE, SKY = range(32 * BLOCK, 34 * BLOCK, BLOCK)
-
-# Unit tangents across n, where the reflectance needs them; and the length of all rows.
-TX, TY, TZ, ROWS = range(34 * BLOCK, 38 * BLOCK, BLOCK)
+# Parts of one light, and of the ambient light, that nothing blocks; not 0 for a vertex that is left to the reference;
+# and the length of all rows.
+VISIBLE, SKY, DECLINED, ROWS = range(28 * BLOCK, 32 * BLOCK, BLOCK)
 
 
 # --- loading
@@ -263,76 +257,8 @@ def look_at_viewer(s: Any, rows: Any, points: Any) -> bool:
             n = vector(normals, i)
             toward = vector(viewer, i) if is_local else axis
             # a product is quicker than a store under a mask
-            put(normals, i, times(n, -ONE if dot_of(n, toward) < ZERO else ONE))
+            put(normals, i, times(n, -ONE if dot(n, toward) < ZERO else ONE))
     if s.has_lobes_of_viewer:
         for i in range(BLOCK):
-            rows[FACING + i] = dot_of(vector(normals, i), vector(viewer, i))
+            rows[FACING + i] = dot(vector(normals, i), vector(viewer, i))
     return good
-
-
-# --- for lights with a size, until their stages are formulas
-
-
-_ZERO, _ONE, _TWO = np.float32(0.0), np.float32(1.0), np.float32(2.0)
-_STRONGEST = np.float32(2.0**126)
-ZERO_SQUARE = LEAST_SQUARE
-NO_LENGTH = np.float32(2.0**62)
-approach_measured = approach
-
-
-@inlined
-def dot(ax: Any, ay: Any, az: Any, bx: Any, by: Any, bz: Any) -> Any:
-    """Dot product, summed in the order x, y, z; not fused, for what cancels exactly is to be 0."""
-    return ax * bx + ay * by + az * bz
-
-
-@inlined
-def square_of(x: Any, y: Any, z: Any) -> Any:
-    """Squared length, summed in the order x, y, z."""
-    return multiply_add(z, z, multiply_add(y, y, x * x))
-
-
-@inlined
-def root(square: Any) -> Any:
-    """The length of a vector of that squared length."""
-    return np.sqrt(square)
-
-
-@inlined
-def inverse_root(square: Any) -> Any:
-    """What makes a vector of that squared length unit length."""
-    return _ONE / np.sqrt(max(square, ZERO_SQUARE))
-
-
-@inlined
-def normal_dot(rows: Any, i: int, x: Any, y: Any, z: Any) -> Any:
-    """N·(x, y, z)."""
-    return dot(rows[NX + i], rows[NY + i], rows[NZ + i], x, y, z)
-
-
-@inlined
-def unit_normal(rows: Any, i: int) -> tuple[Any, Any, Any]:
-    """N as a unit vector; 0 where there is none."""
-    shrink = rows[INVERSE + i]
-    return rows[NX + i] * shrink, rows[NY + i] * shrink, rows[NZ + i] * shrink
-
-
-@inlined
-def mirrored_viewer(rows: Any, i: int) -> tuple[Any, Any, Any]:
-    """The direction to the viewer mirrored at n, as a unit vector."""
-    nx, ny, nz = unit_normal(rows, i)
-    vx, vy, vz = rows[VX + i], rows[VY + i], rows[VZ + i]
-    twice = _TWO * dot(nx, ny, nz, vx, vy, vz)
-    x, y, z = twice * nx - vx, twice * ny - vy, twice * nz - vz
-    unit = inverse_root(square_of(x, y, z))
-    return x * unit, y * unit, z * unit
-
-
-@plain
-def attenuate(rows: Any, constant: float, linear: float, quadratic: float) -> None:
-    """1 / (c + l·d + q·d²) in place of d in the row of strengths; finite where the sum has underflowed."""
-    c, l, q = like(rows, constant), like(rows, linear), like(rows, quadratic)
-    for i in range(BLOCK):
-        distance = rows[STRENGTH + i]
-        weakening = multiply_add(multiply_add(q, distance, l), distance, c)
-        rows[STRENGTH + i] = min(_ONE / weakening, _STRONGEST)

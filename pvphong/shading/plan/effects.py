@@ -30,8 +30,7 @@ from pvphong.optics.area.harmonics import BANDS
 from pvphong.optics.light import NODES, POSITION_EFFECT, SIZE_EFFECT
 from pvphong.optics.lights.sized import fewer_nodes
 from pvphong.optics.reflectance import Component
-from pvphong.shading.equation import BLACK, Equation, LightTerm
-from pvphong.shading.parts import by_closed_form, in_parts
+from pvphong.shading.equation import BLACK, Equation, LightTerm, by_closed_form, in_parts
 from pvphong.shading.plan.bounds import largest_change, most_color, sightline, stand_in_error, viewer_seen
 from pvphong.shading.plan.draft import Decision, Draft, Note
 
@@ -215,13 +214,13 @@ class LightEffect(Effect):
         choice = term.light.simpler(self.name, draft.extent, exactly=not draft.allowance)
         if choice is None:
             return None
-        if not choice.lights:  # it is dark here
+        if choice.make is None:  # it is dark here
             return None, Note(self.name, term.label, choice.why), Note(_LIGHTS, term.label, choice.why)
         bound, gain = stand_in_error(draft, term, choice), term.gain * choice.factor
         if not bound <= draft.allowance or not 1.0 / BRIGHTEST < gain < BRIGHTEST:
             return None
         note = Note(self.name, term.label, choice.why.format(bound=bound), bound)
-        return replace(term, light=choice.lights[0], gain=gain), note
+        return replace(term, light=choice.make()[0], gain=gain), note
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
         return self.name in term.light.effects
@@ -243,9 +242,9 @@ class Size(LightEffect):
         for count in () if part.is_black else (1, 4, 16):
             choice = fewer_nodes(term.light, count, draft.extent)
             bound = math.inf if choice is None else stand_in_error(draft, part, choice)
-            if choice is not None and bound <= draft.allowance:
+            if choice is not None and choice.make is not None and bound <= draft.allowance:
                 why = f"{NODES - count} of {NODES} nodes, at most {bound:.2g}"
-                return replace(term, nodes=choice.lights), Note(self.name, term.label, why, bound)
+                return replace(term, nodes=choice.make()), Note(self.name, term.label, why, bound)
         return None
 
     def decide(self, draft: Draft) -> Decision:

@@ -204,10 +204,10 @@ def test_what_may_stand_in_is_no_further_off_than_it_says(kind, seed, size):
         choice = light.simpler(effect, extent_of(points), exactly=exactly)
         if choice is None:
             continue
-        if not choice.lights:
+        if choice.make is None:
             assert not any(strength.any() for _, strength in arriving(light, points))
             continue
-        there, even = of_its_middle(choice.lights[0], points)
+        there, even = of_its_middle(choice.make()[0], points)
         off = np.abs(choice.factor * even - strength)
         assert (off <= choice.spread * (1 + 1e-9) + 4e-16 * (1 + strength)).all()
         assert choice.turn is None or (strength <= choice.strongest).all()
@@ -241,10 +241,10 @@ def test_a_light_without_a_size_is_no_further_off_all_its_parts_than_is_said(kin
     nodes = light.nodes(count)
     for points in all_and_single(every):
         choice = light.simpler("size", extent_of(points), exactly=False)
-        if choice is None or not choice.lights:
+        if choice is None or choice.make is None:
             continue
         strengths, directions = from_nodes(nodes, points)
-        total, (there, even) = strengths.sum(axis=0), of_its_middle(choice.lights[0], points)
+        total, (there, even) = strengths.sum(axis=0), of_its_middle(choice.make()[0], points)
         astray = 4.0 * choice.turn / count * choice.strongest  # so many nodes are not quite around the middle
         assert (np.abs(choice.factor * even - total) <= choice.spread + astray).all()
         assert (total <= choice.strongest + astray).all()
@@ -261,8 +261,8 @@ def test_fewer_nodes_are_no_further_off_than_is_said(kind, seed, farther):
         if choice is None:
             continue
         strengths, directions = from_nodes(light.nodes(NODES), points)
-        fewer, ways = from_nodes(choice.lights, points)
-        assert len(choice.lights) <= count
+        fewer, ways = from_nodes(choice.make(), points)
+        assert len(choice.make()) <= count
         assert (np.abs(fewer.sum(axis=0) - strengths.sum(axis=0)) <= choice.spread).all()
         assert (strengths.sum(axis=0) <= choice.strongest).all()
         nearest = np.min([angles(directions, way) for way in ways], axis=0)

@@ -125,9 +125,9 @@ def test_a_file_in_the_place_of_the_folder_is_passed_over(tmp_path, beyond):
     file.write_text("mine")
     code = f"""
 {EVALUATE}
-from pvphong.shading.kernel import driver, code as kernel_code
-store = kernel_code.store_of(driver.shade)
-assert store is None or store.folder.is_dir()
+from pvphong.shading import kernel
+folder = kernel._library().folder
+assert folder is None or folder.is_dir()
 assert abs(lit("auto", 300000) - 0.84).max() < 1e-6
 """
     run_apart(code, NUMBA_CACHE_DIR=str(file / beyond))

@@ -9,10 +9,10 @@ import pytest
 
 import pvphong as ph
 from pvphong.shading import kernel
-from pvphong.shading.assembly import assemble
+from pvphong.shading.equation import assemble
 from pvphong.shading.plan.plan import Plan
+from pvphong.shading.reference import Shading
 from pvphong.shading.reference import shade as shade_by_reference
-from pvphong.shading.result import Shading
 from pvphong.shading.vertices import Vertices
 
 pytest.importorskip("numba", reason="the extra `fast` is not installed")

@@ -73,36 +73,11 @@ def test_after_an_exception_no_range_is_begun():
     assert len(begun) <= threads.count()
 
 
-@needs_numba
-def test_what_goes_wrong_in_any_of_them_is_raised():
-    def work(first, _):
-        if first == 900:
-            raise ValueError("it went wrong")
-
-    with pytest.raises(ValueError, match="it went wrong"):
-        threads.run(work, 1000, 50)
-
-
-@needs_two
-def test_one_that_has_nothing_left_to_do_is_not_waited_for():
-    has_begun, may_end, caller = threading.Event(), threading.Event(), threading.get_ident()
-
-    def work():
-        if threading.get_ident() == caller:
-            assert has_begun.wait(60)
-        else:
-            has_begun.set()
-            assert may_end.wait(60)
-
-    threads.together(work, 2, lambda: True)
-    may_end.set()
-
-
 @needs_two
 def test_what_goes_wrong_in_a_helper_is_raised_and_it_helps_again():
     caller, has_begun = threading.get_ident(), threading.Event()
 
-    def work():
+    def work(_first, _last):
         if threading.get_ident() == caller:
             assert has_begun.wait(60)
         else:
@@ -112,7 +87,7 @@ def test_what_goes_wrong_in_a_helper_is_raised_and_it_helps_again():
     for _ in range(3):
         has_begun.clear()
         with pytest.raises(ValueError, match="it went wrong"):
-            threads.together(work, 2)
+            threads.run(work, 2, 1)
 
 
 @needs_numba

@@ -20,7 +20,7 @@ from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading import kernel
-from pvphong.shading.assembly import assemble
+from pvphong.shading.equation import assemble
 from pvphong.shading.evaluation import evaluate
 from pvphong.shading.plan import plan
 from pvphong.studies.validate import validation
