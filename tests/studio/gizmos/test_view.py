@@ -11,7 +11,7 @@ POINTS = np.array([(0.3, 0.1, 0.2), (-1.0, 0.7, -0.4), (1.5, 1.1, 0.9)])
 
 
 def vtk_pixels(seen_from, point):
-    """By vtkRenderer, in a window of the pane's size; the pane's origin is added."""
+    """By vtkRenderer, in a window of the subplot's size; the subplot's origin is added."""
     window, renderer, camera = vtk.vtkRenderWindow(), vtk.vtkRenderer(), vtk.vtkCamera()
     window.SetOffScreenRendering(True)
     window.SetSize(*(int(side) for side in seen_from.size))
