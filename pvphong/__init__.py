@@ -65,7 +65,7 @@ if TYPE_CHECKING:  # by the alias a type checker knows that a name is public
     from pvphong.scene.scene import load_materials as load_materials
     from pvphong.scene.viewer import Viewer as Viewer
     from pvphong.shading.plan.plan import Plan as Plan
-    from pvphong.shading.result import Shading as Shading
+    from pvphong.shading.reference import Shading as Shading
     from pvphong.studies.accuracy.measure import tradeoff as tradeoff
     from pvphong.studies.accuracy.report import Tradeoff as Tradeoff
     from pvphong.studies.diagnose.diagnosis import Diagnosis as Diagnosis
@@ -105,7 +105,7 @@ _PLACES = {
     "scene.scene": "Scene load_materials",
     "scene.viewer": "Viewer",
     "shading.plan.plan": "Plan",
-    "shading.result": "Shading",
+    "shading.reference": "Shading",
     "studies.accuracy.measure": "tradeoff",
     "studies.accuracy.report": "Tradeoff",
     "studies.diagnose.diagnosis": "Diagnosis diagnose",

@@ -17,7 +17,7 @@ from pvphong.base import check, threads
 from pvphong.base.types import Float64Array
 from pvphong.scene.scene import Scene, as_scene
 from pvphong.shading import evaluation, kernel
-from pvphong.shading.result import Shading
+from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
 
 Given = ParamSpec("Given")

@@ -371,14 +371,6 @@ def test_what_changes_nothing_costs_nothing(plotter):
         assert evaluations_after(plotter, lambda change=change: change(plotter, actor, mesh)) == 0, name
 
 
-def test_a_removed_mesh_is_not_lit_any_more(plotter):
-    actor = draw(plotter, DULL)
-    plotter.remove_actor(actor)
-    assert evaluations_after(plotter, lambda: plotter.phong.set_light("sun", LAMP)) == 0
-    with pytest.raises(ValueError, match=r"^actor must be an actor that plotter\.phong\.add_mesh returned"):
-        plotter.phong.mesh(actor)
-
-
 # --- lights ---
 
 

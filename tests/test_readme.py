@@ -16,7 +16,7 @@ import pyvista as pv
 import pvphong as ph
 from pvphong.meshes.pictures import HEADLESS_PACKAGES
 from pvphong.optics.lights import LIGHT_TYPES, Light
-from pvphong.shading.assembly import assemble
+from pvphong.shading.equation import assemble
 from pvphong.shading.plan.plan import is_worth_loading
 from pvphong.studio.gizmos import commands
 

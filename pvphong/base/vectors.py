@@ -81,9 +81,8 @@ def unit(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real]]:
     """
     with np.errstate(all="ignore"):
         square, comfortable = _squares(w)
-        length, direction = np.sqrt(square), np.empty_like(w)
-        for axis in range(3):  # one after the other, for columns may be far from each other in memory
-            np.divide(w[axis], length, out=direction[axis])
+        length = np.sqrt(square)
+        direction = w / length
         if not comfortable:
             rare = _is_rare(square)
             scaled, exponents = _rescaled(w[:, rare])

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import pyvista as pv
 from cyclopts import Parameter
@@ -40,10 +40,11 @@ Albedo = Annotated[
     ),
 ]
 FeatureAngleOption = Annotated[
-    float | Literal["auto", "none"],
+    FeatureAngle,
     Parameter(
+        show_choices=False,
         help='Degrees between two faces from which their common edge is sharp; "auto" takes 30 where the mesh has no '
-        'point normals of its own, and "none" leaves all of it smooth.'
+        'point normals of its own, and "none" leaves all of it smooth.',
     ),
 ]
 
@@ -162,11 +163,6 @@ def albedo_of(given: str | None) -> Any:
         return given
     with reading(given):
         return read_texture(given)
-
-
-def feature_angle_of(given: FeatureAngleOption) -> FeatureAngle:
-    """The angle as `shade` takes it."""
-    return None if given == "none" else given
 
 
 def seeing(scene: Scene, mesh: Any, size: tuple[int, int]) -> Scene:

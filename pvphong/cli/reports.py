@@ -19,7 +19,6 @@ from pvphong.cli.options import (
     LightingOptions,
     RayOptions,
     Verbose,
-    feature_angle_of,
     material_for,
 )
 from pvphong.cli.progress import busy
@@ -51,7 +50,7 @@ def plan(
         rays.added_to(scene),
         material_for(outside, lighting.materials()),
         tolerance=tolerance,
-        feature_angle=feature_angle_of(feature_angle),
+        feature_angle=feature_angle,
         occluders=rays.occluders(),
     )
     _print_reports(found, verbose)

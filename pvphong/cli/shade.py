@@ -25,7 +25,6 @@ from pvphong.cli.options import (
     LightingOptions,
     RayOptions,
     albedo_of,
-    feature_angle_of,
     material_for,
     seeing,
 )
@@ -116,7 +115,7 @@ def shade(
         "components": components,
         "precision": precision,
         "tolerance": tolerance,
-        "feature_angle": feature_angle_of(feature_angle),
+        "feature_angle": feature_angle,
     }
     meshes, target = (mesh, *more), Path(output)
     suffix = target.suffix.lower()

@@ -20,7 +20,6 @@ from pvphong.cli.options import (
     LightingOptions,
     RayOptions,
     albedo_of,
-    feature_angle_of,
     material_for,
     seeing,
 )
@@ -65,7 +64,7 @@ def view(
         stem=Path(mesh).stem,
         background=background,
         albedo=albedo_of(albedo),
-        feature_angle=feature_angle_of(feature_angle),
+        feature_angle=feature_angle,
         occluders=rays.occluders(),
     )
 

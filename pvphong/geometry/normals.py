@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pvphong.base import check
 from pvphong.base.types import Float64Array, IntArray, Weighting
-from pvphong.base.vectors import cross, dot, unit
+from pvphong.base.vectors import columns, cross, dot, unit
 
 # Corners in a block: its arrays then stay in a core's cache.
 _BLOCK_CORNERS = 3 * 8192
@@ -277,7 +277,7 @@ def point_normals(
     for start in range(0, faces.n_points, _POINTS_AT_ONCE):
         part = slice(start, start + _POINTS_AT_ONCE)
         sums[part][(_NOISE_OF_SUM * total[part] >= np.abs(sums[part]).T).all(axis=0)] = 0.0
-        sums[part] = unit(sums[part].T)[0].T
+        sums[part] = unit(columns(sums[part]))[0].T
     return sums
 
 
@@ -367,4 +367,4 @@ def point_tangents(
             for axis in range(3):
                 np.add.at(sums[:, axis], here, weight * tangent[axis])
     sums[np.abs(sums).max(axis=1, initial=0.0) <= _NOISE_OF_TANGENTS * total] = 0.0
-    return np.ascontiguousarray(unit(sums.T)[0].T)
+    return np.ascontiguousarray(unit(columns(sums))[0].T)

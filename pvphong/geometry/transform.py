@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pvphong.base import check
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike
-from pvphong.base.vectors import unit
+from pvphong.base.vectors import columns, unit
 
 
 class MatrixClass(Enum):
@@ -54,6 +54,8 @@ _LEAST_LENGTH, _MOST_LENGTH = 2.0**-450, 2.0**450
 
 # The exponent given to a product that is zero: below every other, and far from the int32 range's end.
 _NO_EXPONENT = -(2**20)
+
+_ROWS_AT_ONCE = 2**12
 
 # Cofactors more powers of two apart could lose bits in a long normal that comes out short.
 _WIDEST_COFACTORS = 500
@@ -167,8 +169,7 @@ def transform_normals(normals: ArrayLike, matrix: MatrixLike) -> Float64Array:
     cofactors = _cofactors(matrix)
     bits = [abs(entry).bit_length() for entry in cofactors if entry]
     with np.errstate(all="ignore"):
-        directions, lengths = unit(_sums(rows.astype(np.float64, copy=False), _in_proportion(cofactors)).T)
-        result: Float64Array = np.ascontiguousarray(directions.T)
+        result, lengths = _unit_rows(rows, _in_proportion(cofactors))
         rare = ~((lengths >= _LEAST_LENGTH) & (lengths <= _MOST_LENGTH))
         if max(bits) - min(bits) > _WIDEST_COFACTORS:
             rare[:] = True
@@ -194,7 +195,18 @@ def normalize(vectors: ArrayLike) -> Float64Array:
         Shape (n, 3), float64, C-contiguous, within 4 roundings (4 * 2**-53) of the exact unit vector. A row
         of zeros, or with a NaN or infinity, comes back as zero.
     """
-    return np.ascontiguousarray(unit(check.array("vectors", vectors).astype(np.float64, copy=False).T)[0].T)
+    return _unit_rows(check.array("vectors", vectors))[0]
+
+
+def _unit_rows(rows: FloatArray, coefficients: Float64Array | None = None) -> tuple[Float64Array, Float64Array]:
+    """`unit` of rows, or of coefficients times each; a few at once, for which a core's cache has room."""
+    result, lengths = np.empty(rows.shape), np.empty(len(rows))
+    for start in range(0, len(rows), _ROWS_AT_ONCE):
+        part = slice(start, start + _ROWS_AT_ONCE)
+        wide = rows[part].astype(np.float64, copy=False)
+        directions, lengths[part] = unit(columns(wide if coefficients is None else _sums(wide, coefficients)))
+        result[part] = directions.T
+    return result, lengths
 
 
 def _affine(matrix: MatrixLike) -> Float64Array:

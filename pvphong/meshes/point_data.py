@@ -15,8 +15,7 @@ from pvphong.base.color import linear_from_srgb
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.geometry.normals import point_tangents
 from pvphong.meshes.surfaces import FeatureAngle, has_faces, polygons, split_sharp_edges, surface
-from pvphong.shading.albedo import checked_albedo
-from pvphong.shading.maps import checked_map
+from pvphong.shading.vertices import checked_albedo, checked_map
 
 _TO_POINTS = "mesh.cell_data_to_point_data() turns cell arrays into point arrays."
 

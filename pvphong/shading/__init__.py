@@ -1,7 +1,7 @@
 """From a scene to colours.
 
-In this order: `assembly.py` makes the `equation.py` of a scene and a material, `origin.py` moves it to where the mesh
-is, `plan/` leaves out what is not needed, `parts.py` takes lights with a size apart, and what is left runs in
-`kernel/` (compiled) or, where that declines, in `reference.py` (NumPy, to be read). `Plan.of(...)` and
-`plan.run(vertices)` are the way in; `evaluation.py` is `pvphong.evaluate` of NumPy's arrays.
+In this order: `equation` is what a scene and a material come to, `vertices` what is known where it is evaluated,
+`visibility` what stands before that; `plan/` leaves out what is not needed, and what is left runs in `kernel/`
+(compiled) or, where that declines, in `reference` (NumPy, to be read). `Plan.of(...)` and `plan.run(vertices)` are the
+way in; `evaluation` is `pvphong.evaluate` of NumPy's arrays, and `inside/` asks what happens between vertices.
 """

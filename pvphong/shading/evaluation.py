@@ -11,7 +11,7 @@ from pvphong.base.types import Backend, MatrixLike, Precision
 from pvphong.optics.material import Material
 from pvphong.scene.scene import SceneLike, as_scene
 from pvphong.shading.plan.plan import Plan
-from pvphong.shading.result import Shading
+from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import checked_visibility
 

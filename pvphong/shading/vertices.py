@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
@@ -10,13 +11,12 @@ from typing import Any
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike, Vector
 from pvphong.base.vectors import unit
 from pvphong.geometry.extent import Extent
 from pvphong.geometry.transform import transform_vectors
-from pvphong.shading.albedo import checked_albedo
+from pvphong.optics.material import Material
 from pvphong.shading.equation import Equation
-from pvphong.shading.maps import Maps
 from pvphong.shading.visibility import VisibilityLike, visibility_channels
 
 _TO_TANGENTS = (
@@ -151,3 +151,121 @@ class Vertices:
         """Where they are in the world, and where their normals point, found when it is first asked for."""
         known = None if self._normals is None else lambda: self.normals
         return Extent(self.points, known, matrix)
+
+
+# --- what of a material is given vertex by vertex
+
+
+_COLOR = "specular"
+_BOUNDS = {_COLOR: (0.0, 16.0), "shininess": (0.0, np.inf), "roughness": (np.nextafter(0.0, 1.0), 1.0)}
+_ALLOWED = {
+    _COLOR: "reflectances from 0, of which 1 is all, to 16, shape (n,) or (n, 3)",
+    "shininess": "finite numbers >= 0, shape (n,)",
+    "roughness": "numbers > 0 and <= 1, shape (n,)",
+}
+
+
+class Maps:
+    """Numbers of n vertices that stand in place of a material's or its reflectance's.
+
+    Parameters
+    ----------
+    given : mapping
+        "specular", "shininess" or "roughness" → array with a number for each vertex, of "specular" a number or three;
+        or None.
+    count : int
+        How many vertices there are.
+
+    Raises
+    ------
+    ValueError
+        If an array has another shape or length, or a number in it is not allowed; the message names it.
+    """
+
+    def __init__(self, given: Mapping[str, Any], count: int) -> None:
+        self._rows = {k: checked_map(k, value, count).T for k, value in given.items() if value is not None}
+
+    @property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Of each that is given, the least and the greatest number; of specular those of its `rows`."""
+        found = {}
+        for name, rows in self._rows.items():
+            numbers = rows if rows.size and name != _COLOR else np.array((0.0, 1.0) if name == _COLOR else 1.0)
+            found[name] = float(numbers.min()), float(numbers.max())
+        return found
+
+    def brightest(self, material: Material) -> Material:
+        """The material with no less than any of the specular reflectances, channel by channel."""
+        return replace(material, specular=self._most) if _COLOR in self._rows else material
+
+    def rows(self, name: str) -> FloatArray:
+        """Shape (1, n); of specular (3, n), as parts of the brightest."""
+        rows = self._rows[name]
+        if name != _COLOR:
+            return rows
+        most = np.array(self._most)[:, None]
+        return np.divide(rows, most, out=np.zeros((3, rows.shape[1]), rows.dtype), where=most > 0.0)
+
+    @property
+    def _most(self) -> Vector:
+        """Powers of two, so that no vertex's bits depend on the others'."""
+        largest = np.broadcast_to(self._rows[_COLOR].max(axis=1, initial=0.0).astype(np.float64), 3)
+        mantissas, exponents = np.frexp(largest)
+        red, green, blue = np.ldexp(np.sign(mantissas), exponents - (mantissas == 0.5)).tolist()
+        return red, green, blue
+
+
+def checked_map(name: str, value: Any, count: int) -> FloatArray:
+    """An (n, 1) or (n, 3) array of float32 or float64."""
+    allowed = _ALLOWED[name]
+    given = check.real_array(name, value, allowed)
+    if name == _COLOR and given.dtype == np.uint8:
+        given = given / 255.0
+    numbers = given[:, None] if given.ndim == 1 else given
+    if numbers.ndim != 2 or numbers.shape[1] not in ((1, 3) if name == _COLOR else (1,)):
+        check.refuse(name, f"an array of shape {given.shape}", allowed)
+    if len(numbers) != count:
+        check.refuse(name, f"{len(numbers)} numbers", f"one per point, {count}")
+    numbers = numbers if numbers.dtype in (np.float32, np.float64) else numbers.astype(np.float64)
+    low, high = _BOUNDS[name]
+    is_bad = ~(np.isfinite(numbers) & (numbers >= low) & (numbers <= high)).all(axis=1)
+    if is_bad.any():
+        first = int(np.argmax(is_bad))
+        check.refuse(name, f"{numbers[first].tolist()} at vertex {first}", allowed)
+    return numbers
+
+
+# --- albedo: what the material's ambient and diffuse are multiplied by
+
+
+# Colours that were computed may be above 1 by rounding; what is more is 0-255 in disguise.
+_MOST = 1.001
+
+
+def checked_albedo(value: Any, count: int) -> Any:
+    """An (n, 3) array of uint8, float32 or float64, one row for each of `count` vertices; copied only if it has to be.
+
+    Raises
+    ------
+    ValueError
+        For another shape, another number of rows, integers other than uint8, or what is no number.
+    """
+    given = check.real_array("albedo", value, "an (n, 3) array of real numbers")
+    if given.ndim == 2 and given.shape[1] == 4:
+        check.refuse("albedo", f"an array of shape {given.shape}", "of shape (n, 3)", "Leave out the opacity: [:, :3].")
+    if given.dtype.kind in "iu" and given.dtype != np.uint8:
+        remedy = "Convert 0-255 to uint8, or divide it by 255."
+        check.refuse("albedo", f"an array of {given.dtype}", "uint8 or floats", remedy)
+    checked = check.rows if given.dtype == np.uint8 else check.array
+    albedo = checked("albedo", given, count=count)
+    if given.dtype != np.uint8 and len(albedo) and np.fmax.reduce(albedo, axis=None) > _MOST:
+        remedy = "Divide 0-255 by 255, or convert it to uint8."
+        check.refuse("albedo", f"floats up to {np.fmax.reduce(albedo, axis=None):g}", "floats from 0 to 1", remedy)
+    return albedo
+
+
+def reflectances(albedo: Any) -> FloatArray:
+    """Rows of a checked albedo as numbers in [0, 1]: uint8 counts as 0-255, floats are clipped, a NaN counts as 0."""
+    if albedo.dtype == np.uint8:
+        return albedo / 255.0
+    return np.fmin(np.fmax(albedo, 0.0), 1.0)  # fmax takes 0 before a NaN

@@ -17,9 +17,9 @@ from pvphong.meshes.point_data import surface_and_point_data
 from pvphong.meshes.surfaces import ORIGINAL_POINT, FeatureAngle, has_faces, shallow_copy
 from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import SceneLike
-from pvphong.shading.albedo import checked_albedo, reflectances
 from pvphong.shading.inside.interpolation import Lighting, LitVertices, all_errors
 from pvphong.shading.inside.splitting import Refinement, Stopped
+from pvphong.shading.vertices import checked_albedo, reflectances
 from pvphong.shading.visibility import refuse_rays
 
 Placement = Literal["linear", "smooth"]

@@ -24,7 +24,7 @@ from pvphong.optics.roles import Angle, Power
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
-from pvphong.shading.assembly import vtk_tier
+from pvphong.shading.equation import vtk_tier
 
 LEAST_SCALE, MOST_SCALE = 1e-18, 1e18
 """Beyond these VTK's float32 normals underflow or overflow, and it draws black."""

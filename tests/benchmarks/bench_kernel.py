@@ -25,10 +25,10 @@ from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading import kernel
-from pvphong.shading.assembly import assemble
+from pvphong.shading.equation import assemble
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan
-from pvphong.shading.result import Shading
+from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
 
 COUNT = 1_000_000

@@ -25,9 +25,9 @@ from textbook import measured_scene
 import pvphong  # noqa: F401 registers mesh.phong
 from pvphong.meshes.files import read_mesh, save_lit
 from pvphong.shading import kernel
-from pvphong.shading.assembly import assemble
+from pvphong.shading.equation import assemble
 from pvphong.shading.plan.plan import Plan
-from pvphong.shading.result import Shading
+from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
 
 QUICK = sys.argv[1:] == ["quick"]

@@ -462,12 +462,6 @@ def test_after_the_camera_has_moved_without_rendering(plotter, kind, transformed
         assert scene.world_lights != before.world_lights
 
 
-def test_off_lights_stay_off_lights(plotter):
-    shown = plotter(lighting="three lights")
-    shown.renderer.lights[1].on = False
-    assert [light.on for light in Scene.from_plotter(shown).lights] == [True, False, True]
-
-
 def test_the_plotter_is_not_modified(plotter):
     shown = plotter(custom("camera light, spot"), lighting="light kit")
     parts = [*shown.renderer.GetLights(), shown.camera]

@@ -13,7 +13,7 @@ from pvphong.optics.reflectances.vtk import VtkHeadlight
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
-from pvphong.shading.assembly import assemble
+from pvphong.shading.equation import assemble
 
 MATERIAL = Material(ambient=(0.1, 0.2, 0.3), diffuse=0.5, specular=0.25, shininess=500, emission=(0.0, 0.01, 0.02))
 VIEWER = Viewer(position=(0, 0, 4))

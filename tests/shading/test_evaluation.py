@@ -19,8 +19,7 @@ from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading import kernel
 from pvphong.shading.evaluation import evaluate
-from pvphong.shading.reference import BLOCK
-from pvphong.shading.result import Shading
+from pvphong.shading.reference import BLOCK, Shading
 
 RNG = np.random.default_rng(42)
 COUNT = 60

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import pvphong as ph
-from pvphong.shading.assembly import assemble
-from pvphong.shading.origin import beside_the_mesh
+from pvphong.shading.equation import assemble, relative_to_mesh
 
 LAMP = ph.PointLight(position=(3, 4, 5), attenuation=(1, 0.1, 0))
 SPOT = ph.SpotLight(position=(-3, 4, 6), direction=(3, -4, -6), cone_angle=40, exponent=3)
@@ -34,17 +33,17 @@ def matrix_at(offset, w=1.0):
 
 
 def test_very_far_out_the_mesh_is_as_if_it_had_stayed():
-    far = beside_the_mesh(assemble(scene_at(VERY_FAR, LAMP, SPOT, SUN), SHINY, matrix_at(VERY_FAR)))
+    far = relative_to_mesh(assemble(scene_at(VERY_FAR, LAMP, SPOT, SUN), SHINY, matrix_at(VERY_FAR)))
     near = assemble(scene_at((0, 0, 0), LAMP, SPOT, SUN), SHINY, matrix_at((0, 0, 0)))
     np.testing.assert_array_equal(far.matrix, near.matrix)
     assert replace(far, matrix=None) == replace(near, matrix=None)
-    assert beside_the_mesh(far) is far
+    assert relative_to_mesh(far) is far
 
 
 @pytest.mark.parametrize("place", [(0, 0, 0), -VERY_FAR])
 def test_lights_and_eye_that_are_elsewhere_are_as_far_away_as_before(place):
     scene = replace(scene_at(VERY_FAR, LAMP, replace(LAMP, position=place - VERY_FAR)), viewer=ph.Viewer())
-    moved = beside_the_mesh(assemble(scene, SHINY, matrix_at(VERY_FAR)))
+    moved = relative_to_mesh(assemble(scene, SHINY, matrix_at(VERY_FAR)))
     assert not moved.matrix[:3, 3].any()
     assert moved.terms[0].light.position == LAMP.position
     assert moved.terms[1].light.position == tuple(place - VERY_FAR)
@@ -53,7 +52,7 @@ def test_lights_and_eye_that_are_elsewhere_are_as_far_away_as_before(place):
 
 @pytest.mark.parametrize("w", [2.0, -3.0, 0.7])
 def test_the_offset_is_divided_by_w_before_anything_is_rounded(w):
-    moved = beside_the_mesh(assemble(scene_at(VERY_FAR / w, LAMP), SHINY, matrix_at(VERY_FAR, w)))
+    moved = relative_to_mesh(assemble(scene_at(VERY_FAR / w, LAMP), SHINY, matrix_at(VERY_FAR, w)))
     for axis, t in enumerate(VERY_FAR):
         exact = Fraction(LAMP.position[axis] + t / w) - Fraction(t) / Fraction(w)
         assert moved.terms[0].light.position[axis] == float(exact)
@@ -63,7 +62,7 @@ def test_the_offset_is_divided_by_w_before_anything_is_rounded(w):
 
 def test_the_given_equation_stays_as_it_is():
     given = assemble(scene_at(VERY_FAR, LAMP), SHINY, matrix_at(VERY_FAR))
-    beside_the_mesh(given)
+    relative_to_mesh(given)
     np.testing.assert_array_equal(given.matrix, matrix_at(VERY_FAR))
     assert given.terms[0].light.position == tuple(np.add(LAMP.position, VERY_FAR))
 
@@ -91,4 +90,4 @@ def test_the_given_equation_stays_as_it_is():
 )
 def test_else_it_stays_where_it_is(scene, matrix):
     equation = assemble(scene, SHINY, matrix)
-    assert beside_the_mesh(equation) is equation
+    assert relative_to_mesh(equation) is equation

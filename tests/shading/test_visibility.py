@@ -9,7 +9,7 @@ import pytest
 
 import pvphong as ph
 from pvphong.shading import kernel
-from pvphong.shading.assembly import assemble
+from pvphong.shading.equation import assemble
 from pvphong.shading.plan.draft import Decision
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices

@@ -27,9 +27,9 @@ from strategies import Case, Dice, hard_case, hunt, moderate_case
 
 from pvphong import plan
 from pvphong.shading import reference
-from pvphong.shading.assembly import assemble
+from pvphong.shading.equation import assemble
 from pvphong.shading.plan.plan import Plan
-from pvphong.shading.result import Shading
+from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
 
 pytestmark = FLATTENING_IS_NO_FAILURE

@@ -12,7 +12,7 @@ import pytest
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
 from pvphong.scene.viewer import Viewer
-from pvphong.shading.assembly import vtk_tier
+from pvphong.shading.equation import vtk_tier
 from pvphong.vtk.rounding import Pose, limits
 from pvphong.vtk.scenes import Terms
 

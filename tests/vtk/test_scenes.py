@@ -14,7 +14,7 @@ from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
-from pvphong.shading.assembly import vtk_tier
+from pvphong.shading.equation import vtk_tier
 from pvphong.vtk.oracle import vtk_shade
 from pvphong.vtk.scenes import InexpressibleError, in_vtk_terms, refuse_inexpressible
 

@@ -25,8 +25,7 @@ from pvphong.optics.light import Light
 from pvphong.optics.material import Material
 from pvphong.optics.roles import Aim, Angle, Power
 from pvphong.scene.scene import Scene
-from pvphong.shading.assembly import assemble
-from pvphong.shading.equation import Equation, LightTerm
+from pvphong.shading.equation import Equation, LightTerm, assemble
 from pvphong.shading.evaluation import evaluate
 
 # Samples that are held in memory at a time.

@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from pvphong.base import check
 from pvphong.base.types import Backend, Float64Array, FloatArray, Weighting
 from pvphong.shading.equation import Equation
-from pvphong.shading.result import Shading
+from pvphong.shading.reference import Shading
 
 if TYPE_CHECKING:
     from pvphong.shading.kernel.code import Library

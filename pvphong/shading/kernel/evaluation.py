@@ -13,13 +13,13 @@ from numba import types
 
 from pvphong.base import threads
 from pvphong.base.types import FloatArray
-from pvphong.shading.albedo import reflectances
 from pvphong.shading.equation import Equation
 from pvphong.shading.kernel import code, driver, records
 from pvphong.shading.kernel.code import Library, NotCompiled, Request
 from pvphong.shading.kernel.vertices import BLOCK, ROWS
+from pvphong.shading.reference import Shading
 from pvphong.shading.reference import shade as shade_by_reference
-from pvphong.shading.result import Shading
+from pvphong.shading.vertices import reflectances
 
 # Vertices that a thread lights at a time, at least and at most: so many that calling compiled code shows in no time,
 # and so few that copies of arrays in another form take little room.

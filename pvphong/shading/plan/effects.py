@@ -30,8 +30,7 @@ from pvphong.optics.area.harmonics import BANDS
 from pvphong.optics.light import NODES, POSITION_EFFECT, SIZE_EFFECT
 from pvphong.optics.lights.sized import fewer_nodes
 from pvphong.optics.reflectance import Component
-from pvphong.shading.equation import BLACK, Equation, LightTerm
-from pvphong.shading.parts import by_closed_form, in_parts
+from pvphong.shading.equation import BLACK, Equation, LightTerm, by_closed_form, in_parts
 from pvphong.shading.plan.bounds import largest_change, most_color, sightline, stand_in_error, viewer_seen
 from pvphong.shading.plan.draft import Decision, Draft, Note
 

@@ -21,13 +21,10 @@ from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import Scene
 from pvphong.shading import kernel, reference
-from pvphong.shading.assembly import assemble
-from pvphong.shading.equation import Equation
-from pvphong.shading.origin import beside_the_mesh
-from pvphong.shading.parts import in_parts
+from pvphong.shading.equation import Equation, assemble, in_parts, relative_to_mesh
 from pvphong.shading.plan.draft import Decision, Draft
 from pvphong.shading.plan.effects import EFFECTS
-from pvphong.shading.result import Shading
+from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
 
 # Vertices times lights from which the compiled evaluator is worth the half second that it takes to load. The rule looks
@@ -110,7 +107,7 @@ class Plan:
         if matrix is not None:
             normal_matrix(matrix)  # refuses what cannot light, also where the scene does not need it
         whole = assemble(scene, vertices.maps.brightest(material), matrix, vertices.maps.ranges)
-        return cls.of_equation(beside_the_mesh(whole), vertices, tolerance)
+        return cls.of_equation(relative_to_mesh(whole), vertices, tolerance)
 
     @classmethod
     def of_equation(cls, whole: Equation, vertices: Vertices, tolerance: float = 0.0) -> Plan:

@@ -20,12 +20,10 @@ from pvphong.rays.sampling import MOST_RAYS
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene
 from pvphong.shading import kernel, reference
-from pvphong.shading.assembly import assemble
-from pvphong.shading.equation import Equation
-from pvphong.shading.parts import as_nodes, in_parts
+from pvphong.shading.equation import Equation, as_nodes, assemble, in_parts
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan, is_worth_loading
-from pvphong.shading.result import Shading
+from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
 from pvphong.studies.accuracy.result import NO_ERROR, Errors, Row, Timing
 from pvphong.studies.accuracy.timing import Clock, timed

@@ -15,9 +15,9 @@ import vtk
 
 import pvphong as ph
 from pvphong.shading import reference
-from pvphong.shading.assembly import assemble
+from pvphong.shading.equation import assemble
 from pvphong.shading.plan.effects import EFFECTS
-from pvphong.shading.result import Shading
+from pvphong.shading.reference import Shading
 
 SHINY = ph.Material(diffuse=(0.5, 0.6, 0.7), specular=0.5, shininess=20)
 DULL = ph.Material(diffuse=(0.5, 0.6, 0.7))

@@ -10,7 +10,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.shading.assembly import assemble
+from pvphong.shading.equation import assemble
 from pvphong.studies.accuracy import peers
 from pvphong.studies.accuracy.peers import height_field, hillshading, textbook_colors
 from pvphong.studies.accuracy.result import Errors

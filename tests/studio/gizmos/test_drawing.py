@@ -29,6 +29,7 @@ def drawn(light, seen_from, *, selected=False, scale=1.0):
         ((0.02, 0.01, 0), (1, 0.5, 0)),
         ((4.0, 4.0, 2.0), (1, 1, 0.5)),
         (0.3, (1, 1, 1)),
+        (0.0, (0.6, 0.6, 0.6)),
     ],
 )
 def test_the_hue_is_the_lights_at_full_value(diffuse, expected):
@@ -36,10 +37,6 @@ def test_the_hue_is_the_lights_at_full_value(diffuse, expected):
     np.testing.assert_allclose(hue(light), expected)
     np.testing.assert_allclose(hue(dataclasses.replace(light, on=False)), 0.45 * np.array(expected))
     np.testing.assert_allclose(hue(dataclasses.replace(light, intensity=0.0)), expected)
-
-
-def test_a_black_light_is_grey():
-    assert hue(PointLight(diffuse=0)) == (0.6, 0.6, 0.6)
 
 
 @each_kind
@@ -153,6 +150,7 @@ def test_a_hovered_handle_is_larger():
 def test_the_cone_is_true_to_the_light():
     """Just inside the rim that is drawn the light is bright, just outside it is dark."""
     light = SpotLight(position=(0, 0, 2), direction=(0.2, 0, -2), cone_angle=20, exponent=0)
+    halved = SpotLight(position=(0, 0, 2), direction=(0.2, 0, -2), cone_angle=20, exponent=30)
     axis = np.array(light.direction) / math.dist((0, 0, 0), light.direction)
     far, half = math.dist((0, 0, 0), light.direction), math.radians(20)
     seen_from = view()
@@ -162,6 +160,11 @@ def test_the_cone_is_true_to_the_light():
         np.testing.assert_array_equal(light.arrival(rim.T).strength, strength)
         near = np.abs(seen_from.project(rim)[:, None] - segments[:, 0]).max(axis=2).min(axis=1)
         assert near.max() < 0.5
+    turn = math.acos(0.5 ** (1.0 / halved.exponent))
+    ring = circle(np.array(light.position) + far * math.cos(turn) * axis, axis, far * math.sin(turn))
+    np.testing.assert_allclose(halved.arrival(ring.T).strength, 0.5)
+    segments, _ = drawn(halved, seen_from, selected=True).lines
+    assert np.abs(seen_from.project(ring)[:, None] - segments[:, 0]).max(axis=2).min(axis=1).max() < 1e-6
 
 
 def radii_drawn(light, **options):

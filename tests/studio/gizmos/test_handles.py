@@ -130,6 +130,9 @@ def test_a_short_or_long_direction_shows_its_target_where_it_can_be_grabbed(scal
         target = handles(light, scenery(scale), view(scale=scale))["target"]
         assert 0.1 <= math.dist(target, light.position) / scale <= 40
         assert target[2] < 0
+        lines = LightInScene(light, scenery(scale)).readout("cone").splitlines()
+        assert "target ({:.4g}, {:.4g}, {:.4g})".format(*target) in lines
+        assert any(line.startswith(f"distance {math.dist(target, light.position):.4g}, cone ") for line in lines)
 
 
 # --- laws of all drags ---

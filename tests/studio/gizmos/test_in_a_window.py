@@ -140,23 +140,18 @@ def assert_undone(window, before):
     window.do("key", "z", until=lambda state: essence(state) == essence(before))
 
 
-def test_a_brighter_light(chosen):
-    window, before = chosen
-    window.do("key", "Right", until=lambda state: "intensity=1.2599" in state["lights"][SPOT])
-    assert_undone(window, before)
-
-
-def test_a_light_is_added_where_the_mouse_points(chosen):
+@pytest.mark.parametrize(
+    ("key", "happened"),
+    [
+        ("Right", lambda state, _: "intensity=1.2599" in state["lights"][SPOT]),
+        ("N", lambda state, before: len(state["lights"]) > len(before["lights"]) and "'point'" in state["lights"][-1]),
+        ("Delete", lambda state, before: len(state["lights"]) < len(before["lights"])),
+    ],
+)
+def test_a_light_is_made_brighter_added_or_deleted(chosen, key, happened):
     window, before = chosen
     window.point(before["ball"])
-    window.do("key", "N", until=lambda state: len(state["lights"]) == len(before["lights"]) + 1)
-    assert "name='point'" in window.state["lights"][-1]
-    assert_undone(window, before)
-
-
-def test_a_light_is_deleted(chosen):
-    window, before = chosen
-    window.do("key", "Delete", until=lambda state: len(state["lights"]) == len(before["lights"]) - 1)
+    window.do("key", key, until=lambda state: happened(state, before))
     assert_undone(window, before)
 
 
