@@ -82,19 +82,17 @@ class Watch:
                 return
             *messages, rest = (rest + received).split(b"\0")
             for message in messages:
-                self._receive(*os.fsdecode(message).split(" ", 1))
-
-    def _receive(self, what: str, more: str) -> None:
-        if what == "folder":
-            self.folders.append(more)
-        elif what == "status":
-            self.status = int(more)
-        elif what == "done":
-            self.file, self._deadline = "", 0.0
-        elif what == "reading":
-            seconds, self.file = more.split(" ", 1)
-            self.limit = float(seconds)
-            self._set_deadline()
+                what, more = os.fsdecode(message).split(" ", 1)
+                if what == "folder":
+                    self.folders.append(more)
+                elif what == "status":
+                    self.status = int(more)
+                elif what == "done":
+                    self.file, self._deadline = "", 0.0
+                elif what == "reading":
+                    seconds, self.file = more.split(" ", 1)
+                    self.limit = float(seconds)
+                    self._set_deadline()
 
     def _set_deadline(self) -> None:
         self._deadline, self._bytes_read = time.monotonic() + self.limit, self._count_bytes_read()
