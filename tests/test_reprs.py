@@ -64,36 +64,34 @@ def test_every_public_class_is_looked_at():
     assert classes == set(VALUES) | made | {"Light", "SingularMatrixWarning"}  # abstract, and an exception
 
 
+def line(value):
+    """Its representation, which is one line without an address."""
+    shown = repr(value)
+    assert not re.search(r"0x[0-9a-f]{6}|\n", shown), shown
+    return shown
+
+
 @pytest.mark.parametrize("name", BY_THEMSELVES)
-def test_a_representation_is_a_short_line_without_an_address(name):
-    shown = repr(BY_THEMSELVES[name]())
-    assert not re.search(r"0x[0-9a-f]{6}", shown)
-    assert "\n" not in shown
-    assert len(shown) <= SHORT
+def test_a_representation_is_a_short_line(name):
+    shown = line(BY_THEMSELVES[name]())
     assert shown.startswith("<")
-
-
-def test_those_of_a_report_are_lines_without_an_address(report):
-    finding, worst = MESH.phong.diagnose(**FAULTY).findings[0], MESH.phong.validate(SCENE).worst[0]
-    for value in (report, *report.rows, *report.ledger, *report.promises, finding, worst):
-        assert not re.search(r"0x[0-9a-f]{6}|\n", repr(value))
+    assert len(shown) <= SHORT
 
 
 @pytest.mark.parametrize("name", VALUES)
 def test_values_show_their_fields(name):
-    shown = repr(VALUES[name])
-    assert shown.startswith(f"{name}(")
-    assert not re.search(r"0x[0-9a-f]{6}|\n", shown)
+    assert line(VALUES[name]).startswith(f"{name}(")
 
 
-def test_what_a_plotter_gives_has_no_address():
+def test_parts_of_reports_and_of_plotters_are_lines(report):
+    finding, worst = MESH.phong.diagnose(**FAULTY).findings[0], MESH.phong.validate(SCENE).worst[0]
     plotter = pv.Plotter(off_screen=True, lighting="none")
     phong = plotter.phong
     light, actor = phong.add_light(LAMP), phong.add_mesh(MESH)
-    gizmos = phong.add_gizmos()
-    for shown in map(repr, (phong, light, phong.mesh(actor), *gizmos)):
-        assert not re.search(r"0x[0-9a-f]{6}|\n", shown)
-    assert "1 lit meshes in 1 subplots" in repr(phong)
+    shown = (light, phong.mesh(actor), *phong.add_gizmos())
+    for value in (report, *report.rows, *report.ledger, *report.promises, finding, worst, *shown):
+        line(value)
+    assert "1 lit meshes in 1 subplots" in line(phong)
     plotter.close()
 
 

@@ -243,8 +243,11 @@ class _Run:
         asked = {self._begin(border_in, piece): piece for piece in pieces if piece in looked}
         borders = dict(self._ended(asked, fetches=False))
         known = [piece for piece in pieces if piece in borders]
-        if len(known) < len(pieces):  # these have to be lit again when the others are there
-            made_from = checksum_of([made_from, [number for number, piece in enumerate(pieces) if piece not in known]])
+        if not known:
+            return {}
+        missing = [number for number, piece in enumerate(pieces) if piece not in borders]
+        if missing:  # the others have to be lit again when these are there
+            made_from = checksum_of([made_from, missing])
         shared = self._client.submit(neighbours_of, [borders[piece] for piece in known], pure=False)
         return {
             self._begin(light, piece, self._job, self._client.submit(getitem, shared, number), made_from): piece

@@ -145,6 +145,11 @@ def test_a_piece_that_cannot_be_read_leaves_the_index_unwritten_until_it_can(cli
     assert (len(batch.done), set(batch.failed)) == (len(pieces) - 1, {broken, index})
     assert batch.failed[index] == f"not written, for 1 of the {len(pieces)} files that it names failed"
     assert not Path("lit/whole.pvtp").exists()
+    if fault == "damaged":  # where no piece can be read, nothing is written
+        only = save_pieces([pv.Sphere()] * 2, "in/both", ".pvd")
+        for path in Path("in/both/whole").iterdir():
+            path.write_text("garbage")
+        assert len(ph.shade_files(only, "none", SCENE, GOLD, client=client).failed) == 3
     broken.write_bytes(good)
     again = ph.shade_files(index, "lit", SCENE, GOLD, client=client)
     assert len(again.done) == len(pieces) + 1, "the others had no neighbour there"

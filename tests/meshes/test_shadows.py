@@ -107,9 +107,10 @@ def test_a_wall_hides_the_part_of_the_sky_that_is_known(height):
 
 def test_a_ball_hides_the_part_of_the_sky_that_is_known():
     """Of a ball over the point, sin² of its angular radius."""
-    for distance in (1.5, 3.0, 10.0):
-        ball = pv.Sphere(radius=1.0, center=(0, 0, distance), theta_resolution=200, phi_resolution=200)
-        seen = patch((0, 0, 0)).phong.visibility([], occluders=[ball], samples=4096)
+    for distance, normal in ((1.5, (0, 0, 1)), (3.0, (0.48, 0.6, 0.64)), (1.5, (-0.36, 0.8, -0.48))):
+        center = distance * np.array(normal)
+        ball = pv.Sphere(radius=1.0, center=center, theta_resolution=200, phi_resolution=200)
+        seen = patch((0, 0, 0), normal=normal).phong.visibility([], occluders=[ball], samples=4096)
         assert abs(seen.sky[0] - (1 - 1 / distance**2)) < 3 * seen.standard_error.sky[0] + 1e-3
 
 
@@ -338,6 +339,26 @@ def test_plans_leave_out_what_nothing_can_block_without_a_ray():
         assert plan_of(mesh, SUN, **model).effects["shadow"].on
 
 
+def test_what_nothing_can_block_is_seen_by_all():
+    random, clear = np.random.default_rng(3), 0
+    for _ in range(150):
+        position = random.normal(size=3) + np.array([0, 0, 3])
+        lights = [
+            ph.DirectionalLight(direction=-position),
+            ph.PointLight(position),
+            ph.SphereLight(position, radius=random.uniform(0.1, 0.9)),
+        ]
+        hat = disk(0.0, radius=random.uniform(0.1, 0.7), sides=12).translate(
+            random.normal(size=3) + np.array([0, 0, 1.5])
+        )
+        seen = patch((0, 0, 0), (0.3, 0, 0)).phong.visibility(lights, occluders=[hat], samples=16)
+        for index, parts in enumerate(seen.per_light):
+            if seen.why_clear(index):
+                clear += 1
+                assert (parts == 1.0).all(), lights[index]
+    assert 50 < clear < 350
+
+
 def test_what_a_plan_leaves_out_changes_no_colour(monkeypatch):
     ball, rig = pv.Sphere(), scene(SUN, LAMP, BALL)
     left_out = ball.phong.shade(rig, WHITE, occluders=[disk(-4.0)])["phong"]
@@ -412,6 +433,8 @@ def test_lights_at_awkward_places():
     ball = pv.Sphere(radius=1.0)
     on, inside = ph.PointLight(tuple(map(float, ball.points[10]))), ph.PointLight((0, 0, 0))
     within = ph.SphereLight((0, 0, 0), radius=3.0)
+    ceiling = floor(center=(0, 0, 2))
+    assert floor().phong.visibility([replace(LAMP, position=(0.1, 0.2, 2))], occluders=[ceiling]).per_light.all()
     seen = pv.merge([ball, floor(center=(0, 0, -2))]).phong.visibility([on, inside, within])
     assert ((seen.per_light >= 0) & (seen.per_light <= 1)).all()
     assert not seen.per_light[1].any()
@@ -427,12 +450,13 @@ def test_two_sided_models_look_from_the_side_of_the_light():
 
 
 def test_a_small_mesh_on_a_wide_plain():
-    """Ten thousand times as wide: what blocks is told apart as finely as on the small mesh alone."""
-    bumpy = pv.ParametricTorus(ringradius=1.0, crosssectionradius=0.4)
-    plain = floor(size=30_000.0, cells=1, center=(0, 0, -0.5))
-    alone = bumpy.phong.visibility([replace(SUN, direction=(1, 0, -1))])
-    beside = bumpy.phong.visibility([replace(SUN, direction=(1, 0, -1))], occluders=[plain])
+    """A million times as wide: what blocks is told apart as finely as on the small mesh alone."""
+    bumpy, sun = pv.ParametricTorus(ringradius=1.0, crosssectionradius=0.4), replace(SUN, direction=(1, 0, -1))
+    plain = floor(size=3_000_000.0, cells=1, center=(0, 0, -0.5))
+    alone, beside = (bumpy.phong.visibility([sun], occluders=given, samples=16) for given in ([], [plain]))
     np.testing.assert_array_equal(beside.per_light, alone.per_light)
+    assert (beside.sky <= alone.sky).all()
+    assert (beside.sky < alone.sky).any()
 
 
 # --- blocks

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+import pvphong as ph
 from pvphong.rays import casting
 from pvphong.rays.casting import BlockingFaces, Caster, Locator, Occluders, has_embree
+from pvphong.rays.rays import Targets
 
 BACKENDS = ["vtk", *["embree"] * has_embree()]
 
@@ -128,3 +130,19 @@ def test_more_triangles_than_fit_into_memory_are_refused_before_any_is_read(monk
         ValueError, match=r"^occluders must be as many as fit into the 1 GB.*10,000,000.*1\.3 GB.*decim"
     ):
         Occluders([many]).casters  # noqa: B018
+
+
+@pytest.mark.parametrize("two_sided", [False, True])
+def test_targets_send_what_the_lights_send_of_which_a_light_consists(two_sided):
+    random = np.random.default_rng(4)
+    for light in (
+        ph.RectangleLight((0, 0, 2), (0.2, 0.1, -1), width=1.5, height=0.5, two_sided=two_sided, intensity=3.0),
+        ph.SphereLight((0, 1, 2), radius=0.7),
+        ph.EnvironmentLight(random.random((4, 8, 3))),
+    ):
+        nodes, targets = light.nodes(64), Targets(light, 64)
+        points = random.normal(size=(len(nodes), 3))
+        sent = [targets.strengths(np.full(len(nodes), k), points) for k in range(len(nodes))]
+        one_by_one = [np.broadcast_to(n.intensity * n.arrival(points.T).strength, len(points)) for n in nodes]
+        order = [np.lexsort(np.array(rows).T.round(9)[::-1]) for rows in (sent, one_by_one)]
+        np.testing.assert_allclose(np.array(sent)[order[0]], np.array(one_by_one)[order[1]], rtol=1e-9)

@@ -47,7 +47,8 @@ class PBR(Microfacets):
     -----
     Source: VTK 9.7's vtkOpenGLPolyDataMapper.cxx (ReplaceShaderLight). Its anisotropy, clear coat, edge tint, index of
     refraction other than 1.5, emissive and other textures, and light from environment textures are not here;
-    `Material.from_property` and `Scene.from_plotter` refuse them by name.
+    `Material.from_property` and `Scene.from_plotter` refuse them by name. Nor is what VTK takes off the reflection at
+    grazing angles (its `f90`) where the mean of F₀ is below 0.02: of surfaces that are nearly black and partly metal.
     """
 
     metallic: float = 0.0

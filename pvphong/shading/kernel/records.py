@@ -230,10 +230,8 @@ def records_of(
             strength = 1.0  # its stage's factors have that
         if stage is None:
             arrival = term.light.arrival(np.zeros((3, 1)))
-            way, strength = (
-                arrival.direction[:, 0].tolist(),
-                min(term.gain * np.asarray(arrival.strength).item(), BRIGHTEST),
-            )
+            way = arrival.to_light[:, 0].tolist()
+            strength = min(term.gain * np.asarray(arrival.strength).item(), BRIGHTEST)
             base = _plus(base, _times(term.ambient, strength))
         elif stage not in addresses:
             addresses[stage] = library.light(stage, real)

@@ -121,7 +121,7 @@ class Tradeoff(Result):
         found = [f"Cheapest within {number(self.tolerance)}, of {count} ways to light {self.surface.n_points} points:"]
         for question in self._questions():
             chosen = self.cheapest(question, self.tolerance)
-            row = chosen or min(self.rows_for(question), key=lambda row: row.decisive_error)
+            row = chosen or self.most_accurate(question)
             error = f"{seconds(row.time.median)}, off by {number(row.decisive_error)}"
             found.append(f"  {question}: {'' if chosen else 'none; nearest '}{row.name}, {error}")
         return [*found, *self._remarks()]
@@ -132,7 +132,7 @@ class Tradeoff(Result):
         for question in self._questions():
             chosen = self.cheapest(question, self.tolerance)
             if chosen is None:
-                nearest = min(self.rows_for(question), key=lambda row: row.decisive_error)
+                nearest = self.most_accurate(question)
                 found.append(
                     f"{question.capitalize()} nothing is within {number(self.tolerance)}; nearest is {nearest.name}: "
                     f"{number(nearest.decisive_error)} in {seconds(nearest.time.median)}."

@@ -273,7 +273,10 @@ def with_fronts(rows: Sequence[Row]) -> tuple[Row, ...]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """What was measured on one mesh and scene, and the choice among the rows; `Tradeoff` says what the fields are."""
+    """What was measured on one mesh and scene, and the choice among the rows: what the figure is drawn of.
+
+    `Tradeoff`, which adds sentences, tables and files, says what the fields are.
+    """
 
     tolerance: float
     rows: tuple[Row, ...]
@@ -319,7 +322,7 @@ class Result:
 
     def nearest(self, *, inside: bool = False, rays: bool = False) -> Row:
         """The row that errs least, for when none is within the tolerance; peers are not chosen."""
-        return min(self.rows_for(_question(inside, rays)), key=lambda row: row.decisive_error)
+        return self.most_accurate(_question(inside, rays))
 
     def next_step(self, row: Row) -> Row | None:
         """The cheapest row that errs less than a row and answers the same question; None where there is none."""
@@ -340,6 +343,10 @@ class Result:
         """The row within a tolerance that takes the least time, or None."""
         within = (row for row in self.rows_for(question, peers=peers) if row.decisive_error <= tolerance)
         return min(within, key=lambda row: row.time.median, default=None)
+
+    def most_accurate(self, question: Question) -> Row:
+        """Of pvphong's own rows the one that errs least."""
+        return min(self.rows_for(question), key=lambda row: row.decisive_error)
 
     @property
     def noise(self) -> float:

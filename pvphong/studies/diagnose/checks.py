@@ -49,8 +49,8 @@ class FaceChecks(NamedTuple):
 def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
     """Look at every face by itself; those with a point that is not finite are passed over.
 
-    The rounding of coordinates may turn a normal by step · magnitude / height: of the float type's relative spacing,
-    the largest coordinate, and the face's height over its longest edge.
+    The rounding of coordinates may turn a normal by step · magnitude / height radians: the relative spacing of the
+    coordinates' float type, the face's largest coordinate, and its height over its longest edge.
     """
     finite, wide = finite_rows(points), points.astype(np.float64)
     used = wide[finite]
@@ -80,6 +80,7 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
             as_it_lies, about_the_middle = (
                 np.ldexp(magnitude[block.corners.T].max(axis=0), -block.exponents) for magnitude in magnitudes
             )
+            # Whether rounding blurs the normal: where it lies, about the middle of the mesh, and about its own.
             here, centred, own = (
                 np.where(magnitude > 0, step * magnitude / height, 0.0) > _UNCERTAIN
                 for magnitude in (as_it_lies, about_the_middle, longest)

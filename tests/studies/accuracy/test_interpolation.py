@@ -42,6 +42,17 @@ def test_without_time_meshes_are_left_out_and_few_triangles_searched():
     assert set(errors.round(12)) <= set(whole.round(12))
 
 
+def test_some_triangles_stand_for_all_on_refined_meshes(monkeypatch):
+    mesh = pv.Sphere(theta_resolution=36, phi_resolution=36)
+    monkeypatch.setattr("pvphong.studies.accuracy.interpolation._LEVELS", (1,))
+    some = refined(0.9, mesh=mesh)[0]["refined 1×"].error
+    monkeypatch.setattr("pvphong.studies.accuracy.interpolation._WORST", mesh.n_cells)
+    every = refined(0.9, mesh=mesh)[0]["refined 1×"].error
+    assert some.count < every.count == 4 * mesh.n_cells
+    assert some.largest == every.largest
+    assert some.rms == pytest.approx(every.rms, rel=0.1)
+
+
 def test_split_triangles_share_their_new_points_and_lie_where_they_did():
     mesh = pv.Sphere(theta_resolution=12, phi_resolution=10)
     start = Triangles(

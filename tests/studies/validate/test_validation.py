@@ -12,6 +12,7 @@ import pyvista as pv
 from pyvista import examples
 from strategies import Dice, moderate_case
 
+from pvphong.base.types import rgb
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import PBR
@@ -60,29 +61,38 @@ in_blocks = pytest.mark.parametrize(
 )
 
 
-def drawable(seed):
+def drawable(seed, is_physical):
     """Any scene and matrix, or the nearest that VTK can draw, and a cloud with normals in all directions in it."""
-    case = moderate_case(Dice(seed), ("standard", "vtk")[seed % 2])
-    scene = case.scene
+    case = moderate_case(Dice(seed), "vtk" if is_physical else ("standard", "vtk")[seed % 2])
+    scene, material = case.scene, case.material
+    if is_physical:
+        # As `pbr=True` draws it; of roughnesses for which the bound is within 1e-4, and not so dark that F₀ is below
+        # 0.02: there VTK reflects less at grazing angles than `PBR` says.
+        dice = Dice(f"physical {seed}")
+        reflectance = PBR(dice.choice((0.0, 1.0, dice.random())), dice.uniform(0.25, 1.0))
+        material = Material(diffuse=np.clip(rgb(dice.color()), 0.05, 1.0), reflectance=reflectance)
     rng = np.random.default_rng(seed)
     mesh = pv.PolyData(np.float32(np.vstack([case.points, rng.uniform(-1.0, 1.0, (200, 3))])))
     normals = rng.normal(size=(200, 3)) * 10.0 ** rng.uniform(-3.0, 3.0)
     mesh.point_data.active_normals = np.float32(np.vstack([case.normals, normals]))
     try:
-        refuse_inexpressible(scene, case.material, case.matrix)
+        refuse_inexpressible(scene, material, case.matrix)
     except InexpressibleError as nearest:
         return mesh, nearest.scene, nearest.material, case.matrix
-    return mesh, scene, case.material, case.matrix
+    return mesh, scene, material, case.matrix
 
 
+@pytest.mark.parametrize("is_physical", [False, True], ids=["phong", "physical"])
 @in_blocks
-def test_random_scenes(block, monkeypatch):
+def test_random_scenes(block, is_physical, monkeypatch):
     """Through the readable evaluator, and through the compiled one where it is installed."""
     compared = count = 0
     for seed in range(block * RANDOM // 10, (block + 1) * RANDOM // 10):
-        mesh, scene, material, matrix = drawable(seed)
+        mesh, scene, material, matrix = drawable(seed, is_physical)
         comparison = validate(mesh, scene, material, matrix=matrix)
         assert comparison.passed, f"seed {seed}\n{comparison}"
+        power = max([light.exponent for light in scene.lights if hasattr(light, "exponent")] + [material.shininess])
+        assert comparison.tolerance <= 1e-4 + 16 * power * 2.0**-24
         compared, count = compared + comparison.n, count + mesh.n_points
         if kernel.is_available():
             with monkeypatch.context() as patch:
@@ -90,7 +100,7 @@ def test_random_scenes(block, monkeypatch):
                 patch.setattr(validation, "evaluate", partial(evaluate, backend="numba"))
                 compiled = validate(mesh, scene, material, matrix=matrix)
             assert compiled.passed, f"seed {seed}\n{compiled}"
-    assert compared > 0.9 * count
+    assert compared > 0.8 * count
 
 
 # --- it can fail --------------------------------------------------------------------------------------------------
@@ -191,9 +201,10 @@ QUIRKS = {
 }
 
 
+@pytest.mark.parametrize("material", [PLASTIC, replace(PLASTIC, reflectance=PBR())], ids=["phong", "physical"])
 @pytest.mark.parametrize("lights", QUIRKS.values(), ids=QUIRKS.keys())
-def test_quirks_of_lights(lights):
-    assert_equals_vtk(validate(BALL, Scene(lights, EYE, VTK), PLASTIC))
+def test_quirks_of_lights(lights, material):
+    assert_equals_vtk(validate(BALL, Scene(lights, EYE, VTK), material))
 
 
 def test_quirk_the_floor_shows_at_powers_below_1():
@@ -217,43 +228,6 @@ def test_quirk_a_cone_of_90_degrees_is_none():
 
 
 # --- physically based shading ---------------------------------------------------------------------------------
-
-
-def of_physical(seed):
-    """A scene that VTK draws with `pbr=True`; roughnesses for which the bound is within 1e-4."""
-    case, dice = moderate_case(Dice(seed), "vtk"), Dice(f"physical {seed}")
-    material = Material(
-        diffuse=dice.color(),
-        reflectance=PBR(dice.choice((0.0, 1.0, dice.random())), dice.uniform(0.25, 1.0)),
-    )
-    points = np.random.default_rng(seed).uniform(-1.0, 1.0, (150, 3))
-    normals = np.random.default_rng(seed + 1000).normal(size=(150, 3))
-    mesh = pv.PolyData(np.float32(np.vstack([case.points, points])))
-    mesh.point_data.active_normals = np.float32(np.vstack([case.normals, normals]))
-    try:
-        refuse_inexpressible(case.scene, material, case.matrix)
-    except InexpressibleError as nearest:
-        return mesh, nearest.scene, nearest.material, case.matrix
-    return mesh, case.scene, material, case.matrix
-
-
-@in_blocks
-def test_random_physical_scenes(block):
-    compared = count = 0
-    for seed in range(block * RANDOM // 10, (block + 1) * RANDOM // 10):
-        mesh, scene, material, matrix = of_physical(seed)
-        comparison = validate(mesh, scene, material, matrix=matrix)
-        exponent = max((getattr(light, "exponent", 0.0) for light in scene.lights), default=0.0)
-        assert comparison.tolerance <= 1e-4 + 16 * exponent * 2.0**-24
-        assert comparison.passed, f"seed {seed}\n{comparison}"
-        compared, count = compared + comparison.n, count + mesh.n_points
-    assert compared > 0.8 * count
-
-
-@pytest.mark.parametrize("lights", QUIRKS.values(), ids=QUIRKS.keys())
-def test_quirks_of_lights_on_physical_shading(lights):
-    material = Material(ambient=0.1, diffuse=(0.3, 0.4, 0.7), reflectance=PBR())
-    assert_equals_vtk(validate(BALL, Scene(lights, EYE, VTK), material))
 
 
 def test_physical_shading_of_a_property_is_its_materials():
