@@ -63,14 +63,21 @@ def _horizon(own: Any, m: Any, n: Any) -> Any:
 
 
 @formula
-def _cut(a: Any, b: Any, here: Any, there: Any, r: Any) -> Any:
-    """Of a side whose ends are at such heights over the horizon: ends of what is above it, and of the way along it."""
-    falls, rises = (here > 0.0) & (there <= 0.0), (here <= 0.0) & (there > 0.0)
-    along = here / where(falls | rises, here - there, 1.0)
-    crossing = add(a, times(subtract(b, a), along))
-    start = _choose(rises, crossing, a)
-    stop = _choose(falls, crossing, _choose(there > 0.0, b, start))
-    return start, stop, _choose(falls, stop, r), _choose(rises, start, r)
+def _side(own: Any, scale: Any, n: Any, height: Any, r: Any, is_lit: Any, k: Any) -> Any:
+    """Of the side k: ends of what is above the horizon, ends of the way along it, and 2 where there is one, else 1."""
+    a, b = _offset(own, k - 1, scale), _offset(own, k, scale)
+    here, there = height + dot(n, a), height + dot(n, b)
+    start, stop, back, forth, pieces = a, b, a, a, 1
+    if any_of(is_lit & ((here <= 0.0) | (there <= 0.0))):
+        falls, rises = (here > 0.0) & (there <= 0.0), (here <= 0.0) & (there > 0.0)
+        along = here / where(falls | rises, here - there, 1.0)
+        crossing = add(a, times(subtract(b, a), along))
+        start = _choose(rises, crossing, a)
+        stop = _choose(falls, crossing, _choose(there > 0.0, b, start))
+        back = _choose(falls, stop, _choose(rises, r, start))
+        forth = _choose(rises, start, _choose(falls, r, start))
+        pieces = 2
+    return start, stop, back, forth, pieces
 
 
 @formula
@@ -94,13 +101,8 @@ def polygon_cosine(own: Any, _lobe: Any, d: Any, n: Any, _a: Any) -> Any:
     if any_of(is_lit):
         r = _horizon(own, m, n)
         for k in range(int(own[COUNT])):
-            a, b = _offset(own, k - 1, scale), _offset(own, k, scale)
-            here, there, more = height + dot(n, a), height + dot(n, b), 1
-            start, stop, back, forth = a, b, a, b
-            if any_of(is_lit & ((here <= 0.0) | (there <= 0.0))):
-                start, stop, back, forth = _cut(a, b, here, there, r)
-                more = 2
-            for j in range(more):
+            start, stop, back, forth, pieces = _side(own, scale, n, height, r, is_lit, k)
+            for j in range(pieces):
                 if j == 1:
                     start, stop = back, forth
                 x, y, side = add(m, start), add(m, stop), subtract(stop, start)
@@ -139,13 +141,8 @@ def polygon_power(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     if any_of(is_lit):
         height, r = dot(n, m), _horizon(own, m, n)
         for k in range(int(own[COUNT])):
-            a, b = _offset(own, k - 1, scale), _offset(own, k, scale)
-            here, there, more = height + dot(n, a), height + dot(n, b), 1
-            start, stop, back, forth = a, b, a, b
-            if any_of(is_lit & ((here <= 0.0) | (there <= 0.0))):
-                start, stop, back, forth = _cut(a, b, here, there, r)
-                more = 2
-            for j in range(more):
+            start, stop, back, forth, pieces = _side(own, scale, n, height, r, is_lit, k)
+            for j in range(pieces):
                 if j == 1:
                     start, stop = back, forth
                 side = subtract(stop, start)

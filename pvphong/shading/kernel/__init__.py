@@ -9,14 +9,15 @@ Single vertices are declined too, and the reference lights those: on a light or 
 light or so near it that float32 does not hold the products.
 
 The kernel differs from the reference by rounding alone. float32 results come from float32 arithmetic, geometry
-included: differences of positions have full relative precision however far the scene is from the origin, and a
-highlight errs by at most (4√n + 10) · 2⁻²⁴ for shininess n.
+included, but for integrals over lights with a size: differences of positions have full relative precision however far
+the scene is from the origin, and a highlight errs by at most (4√n + 10) · 2⁻²⁴ for shininess n.
 
 In reading order: `evaluation` brings ranges of vertices to the driver, on several threads; `driver` is what happens to
 a block of them, from loading to colours; `vertices` is where a block's values stand and how they are loaded; `stages`
-puts a loop around the formula of a light or a reflectance. `records` is the form in which the driver takes an
-equation, `arithmetic` what compiled code calculates with, `code` compiles and has the code on disk, `ahead` compiles
-all there is. `normals` sums the normals of meshes.
+puts a loop around the formula of a light or a reflectance; `lanes` is what those of lights with a size run on, eight
+vertices side by side. `records` is the form in which the driver takes an equation, `arithmetic` what compiled code
+calculates with, `code` compiles and has the code on disk, `ahead` compiles all there is. `normals` sums the normals of
+meshes.
 """
 
 from __future__ import annotations
