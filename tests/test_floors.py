@@ -3,6 +3,7 @@
 import ast
 import inspect
 import json
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -147,6 +148,23 @@ def test_there_is_something_to_test():
 def test_every_module_has_a_floor():
     homeless = [module for module in MODULES if floor_of(module) < 0 and own_imports(module)]
     assert not homeless, "put them into a package of the table above"
+
+
+PACKAGES = sorted({path.parent for path in MODULES.values() if path.parent != PACKAGE})
+
+
+@pytest.mark.parametrize("folder", PACKAGES, ids=lambda folder: folder.relative_to(PACKAGE).as_posix())
+def test_a_package_says_what_is_in_it(folder):
+    """By name, in the order in which to read it. Of lights and reflectances, which are a file each, its table does."""
+    text = (folder / "__init__.py").read_text(encoding="utf-8")
+    inside = [path.stem for path in folder.glob("*.py") if path.stem != "__init__"]
+    inside += [path.parent.name for path in folder.glob("*/__init__.py")]
+    assert not [name for name in inside if not re.search(rf"\b{name}\b", text)]
+
+
+def test_no_file_is_longer_than_can_be_read_in_one_go():
+    lengths = {module: len(path.read_text(encoding="utf-8").splitlines()) for module, path in MODULES.items()}
+    assert not {module: length for module, length in lengths.items() if length > 700}
 
 
 def test_few_modules_stand_beside_the_packages():

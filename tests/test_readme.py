@@ -38,7 +38,7 @@ def run(command, folder):
 
 
 def test_every_block_has_a_language_that_is_run():
-    assert {language for language, _ in BLOCKS} == {"python", "sh"}
+    assert {language for language, _ in BLOCKS} == {"python", "sh", "text"}  # diagrams are text
     assert len(PYTHON) >= 2
 
 
@@ -133,6 +133,20 @@ def test_the_named_materials_are_all_listed():
     assert [*singles.split(", "), *kinds] == [name for name, one in named.items() if one.reflectance is None]
     told = TEXT.split("reflectances of their own: ")[1].split("\n\n")[0].replace("\n", " ")
     assert all(name in told for name, one in named.items() if one.reflectance)
+
+
+def test_the_map_names_every_folder_and_only_files_that_are_there():
+    section = TEXT.split("\n## Where things are\n")[1].split("\n## ")[0]
+    package = README.parent / "pvphong"
+    rows = [line.split("|") for line in section.splitlines() if line.startswith("| `")]
+    named = {folder for row in rows for folder in re.findall(r"`(\w+)/`", row[1])}
+    assert named == {path.parent.name for path in package.glob("*/__init__.py")}
+    for folders, what, first in (row[1:4] for row in rows):
+        for name in re.findall(r"`([\w/]+\.py)`", first):
+            assert any((package / folder / name).exists() for folder in re.findall(r"`(\w+)/`", folders)), (what, name)
+    for path in re.findall(r"\b(\w+/[\w/]+\.py)\b", section):
+        is_there = (package / path).exists() or any((package / folder / path).exists() for folder in named)
+        assert is_there or "NAME" in path, path
 
 
 def test_links_lead_somewhere():

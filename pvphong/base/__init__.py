@@ -2,6 +2,7 @@
 
 `types` and `check` (types of arguments, and the one form of their error messages), `vectors` and `float_range`
 (arithmetic over the whole range of floats), `formulas` (operations for arrays and for compiled numbers alike), `color`,
-`files` and `documents` (files that are whole or not at all, and JSON), `processes` (one that watches another), `text`
-(reports and progress), and `host` (what the core asks of PyVista and VTK without importing them).
+`threads` (ranges of vertices on all cores), `files` and `documents` (files that are whole or not at all, and JSON),
+`processes` (one that watches another), `text` (reports and progress), and `host` (what the core asks of PyVista and VTK
+without importing them).
 """

@@ -59,8 +59,7 @@ def number(
     bounds = [f"> {above:g}"] * (above > -math.inf) + [f">= {at_least:g}"] * (at_least > -math.inf)
     bounds += [f"<= {at_most:g}"] * (at_most < math.inf)
     allowed = " ".join(["a finite number", *" and ".join(bounds).split()])
-    is_real = isinstance(value, (numbers.Real, np.number)) and not isinstance(value, np.complexfloating)
-    if isinstance(value, (bool, np.bool_)) or not is_real:
+    if not isinstance(value, (numbers.Real, np.number)) or isinstance(value, (bool, np.complexfloating)):
         refuse(name, value, allowed, remedy)
     try:
         result = float(value)
@@ -129,9 +128,7 @@ def numbers_in(name: str, value: Any, count: int) -> tuple[float, ...]:
     value = getattr(value, "float_rgb", value)  # a pyvista.Color, which has no length
     if isinstance(value, np.ndarray) and value.ndim != 1:
         refuse(name, f"an array of shape {value.shape}", allowed)
-    if isinstance(value, (str, bytes)) or not isinstance(value, (Sequence, np.ndarray)):
-        refuse(name, value, allowed)
-    if len(value) != count:
+    if isinstance(value, (str, bytes)) or not isinstance(value, (Sequence, np.ndarray)) or len(value) != count:
         refuse(name, value, allowed)
     return tuple(number(f"{name}[{index}]", item) for index, item in enumerate(value))
 

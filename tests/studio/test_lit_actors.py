@@ -79,11 +79,15 @@ def test_a_mesh_that_is_lit_already_can_be_drawn():
     assert live.drawn[ARRAY].dtype == np.uint8
 
 
-def test_given_albedo_of_the_same_object_is_no_change_and_another_is():
-    live = LitMesh(ball(), SHINY, np.full((ball().n_points, 3), 0.5))
+@pytest.mark.parametrize("given", [np.array, lambda tint: tint], ids=["NumPy's", "PyVista's"])
+def test_given_albedo_of_the_same_object_is_no_change_and_another_is(given):
+    """An array of PyVista's knows when it was modified, and is compared element by element as any other."""
+    mesh = ball()
+    mesh["tint"] = np.full((mesh.n_points, 3), 0.5)
+    live = LitMesh(mesh, SHINY, given(mesh["tint"]))
     assert live.refresh(SCENE)
     assert not live.refresh(SCENE)
-    live.albedo = np.full((ball().n_points, 3), 0.5)
+    live.albedo = given(mesh["tint"])
     assert live.refresh(SCENE)
 
 

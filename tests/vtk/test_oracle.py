@@ -199,10 +199,11 @@ BEAM = examples.load_hexbeam()
         ({"lights": [BULB]}, {"lights": [tinted_bulb()]}),
         ({"lights": [bulb_with_cone(90.0)]}, {"lights": [bulb_with_cone(180.0)]}),
         ({"lights": [RIDER]}, {"lights": [RIDER], "viewer": vtk_viewer()}),
+        ({"lights": [BULB, SpotLight(exponent=130.0, on=False)]}, {"lights": [BULB]}),
         ({"matrix": vtk_shear()}, {"matrix": SHEAR.tolist()}),
         ({"mesh": BEAM}, {"mesh": BEAM.extract_surface(algorithm=None)}),
     ],
-    ids=["ambient and specular of lights", "a cone of 90 degrees", "cameras", "matrices", "a volume's surface"],
+    ids=["colours of lights", "a cone of 90 degrees", "cameras", "a light that is off", "matrices", "a surface"],
 )
 def test_what_makes_no_difference(one, other):
     colors = shaded(**({"lights": [SUN]} | one))

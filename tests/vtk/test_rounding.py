@@ -82,6 +82,15 @@ def test_floors_are_left_open_only_against_what_has_none():
     assert sharp == {}
 
 
+def test_vtks_first_tier_has_a_floor_of_its_own():
+    headlight, normals = DirectionalLight(frame="headlight"), ring(36)
+    known = found(
+        *(np.zeros((36, 3)), normals, [headlight]), material=replace(SHINY, shininess=0.1),
+        viewer=Viewer(position=(0.0, 0.0, 5.0)), tolerance=1e-4, has_floors=False,
+    )  # fmt: skip
+    assert known == {"VTK's floor": np.flatnonzero(normals[:, 2] < 1e-6).tolist()}
+
+
 def test_steep_powers_of_small_cosines_are_left_open():
     """At power 0.1, a step of 6e-8 in a cosine of 1e-3 shows as 3e-6."""
     flat = replace(SHINY, shininess=0.1)

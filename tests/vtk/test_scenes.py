@@ -104,6 +104,9 @@ def test_only_a_lone_headlight_of_blinn_phong_at_infinity_is_left_to_the_first_t
     opengl = LightModel.opengl()
     assert in_vtk_terms(Scene([HEADLIGHT], EYE, opengl), PLASTIC, MIDDLE, SIZE).tier == 1
     assert in_vtk_terms(Scene([HEADLIGHT], EYE, replace(opengl, reflection="phong")), PLASTIC, MIDDLE, SIZE).tier == 2
+    for light in (SUN, RIDER):
+        with pytest.raises(InexpressibleError, match="Blinn-Phong"):
+            refuse_inexpressible(Scene([light], EYE, opengl), replace(PLASTIC, emission=0.0), None)
     local = replace(opengl, local_viewer=True)
     assert in_vtk_terms(Scene([HEADLIGHT], EYE, local), replace(PLASTIC, specular=0.0), MIDDLE, SIZE).tier == 2
 

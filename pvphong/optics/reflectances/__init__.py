@@ -5,6 +5,8 @@ A new one is its own file beside these and one entry in `REFLECTANCES`; then its
 formula in `tests/reflectance_oracle.py`, by which it is judged.
 
 (`vtk.py` has none: VTK's convention chooses it, and nobody else can.)
+
+`highlight.py` has what all highlights by a power of a cosine share, `microfacets.py` what GGX and PBR share.
 """
 
 from __future__ import annotations

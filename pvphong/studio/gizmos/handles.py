@@ -238,6 +238,7 @@ class Handle:
     """
 
     _number_format = ""
+    """How `name` and `value` stand in the readout's line of sizes and angles; "" where they do not."""
 
     def __init__(self, shown: LightInScene, field: str, name: str) -> None:
         self.shown, self.field, self.name = shown, field, name

@@ -94,16 +94,16 @@ class View:
         """
         half = 0.5 * np.array(self.size)
         if self.is_ahead(point):
-            way = self.project(point) - self._middle
-            if (np.abs(way) <= half).all():
+            offset = self.project(point) - self._middle
+            if (np.abs(offset) <= half).all():
                 return None
         else:
-            way = self.seen(point)[:2]
-        length = float(np.hypot(*way))
-        way = way / length if length else np.array([0.0, -1.0])
-        steps = np.maximum(half - margin, 1.0) / np.maximum(np.abs(way), 1e-9)
-        x, y = (self._middle + steps.min() * way).tolist()
-        return (x, y), (float(way[0]), float(way[1]))
+            offset = self.seen(point)[:2]
+        length = float(np.hypot(*offset))
+        offset = offset / length if length else np.array([0.0, -1.0])
+        steps = np.maximum(half - margin, 1.0) / np.maximum(np.abs(offset), 1e-9)
+        x, y = (self._middle + steps.min() * offset).tolist()
+        return (x, y), (float(offset[0]), float(offset[1]))
 
     def unit_per_pixel(self, point: VectorLike | Float64Array) -> float:
         """How long one pixel is in the world at the depth of a point ahead."""
@@ -149,14 +149,14 @@ class View:
         length = float(np.hypot(*picture))
         if length == 0.0:
             return point
-        way = float(picture @ motion) / length
+        advance = float(picture @ motion) / length
         toward = -float(self.viewer.axes[2] @ axis)  # change of depth along the axis
         depth = float(self.seen(point)[2])
         if self.viewer.parallel or toward == 0.0:
-            return point + axis * (way / length)
+            return point + axis * (advance / length)
         # the picture of point + t·axis lies at (length · depth · t) / (depth + toward · t) along the axis's picture
-        left = length * depth - toward * way
-        t = way * depth / left if left > 0.0 else math.copysign(math.inf, toward)
+        left = length * depth - toward * advance
+        t = advance * depth / left if left > 0.0 else math.copysign(math.inf, toward)
         limits = sorted(((_NEAREST - 1.0) * depth / toward, (_FARTHEST - 1.0) * depth / toward))
         return point + axis * min(max(t, limits[0]), limits[1])
 

@@ -82,6 +82,14 @@ def test_faces_without_an_area_are_not(other):
     assert np.array_equal(kernel.point_normals(points, *TWO, "angle"), [(0.0, 0.0, 1.0)] * 3 + [(0.0, 0.0, 0.0)] * 3)
 
 
+def test_normals_that_cancel_but_for_rounding_leave_none():
+    turns = 2 * np.pi * np.arange(3) / 3
+    points = np.array([(0, 0, 0), (0, 0, 1), *np.stack([np.cos(turns), np.sin(turns), 0 * turns], axis=1)])
+    found = kernel.point_normals(points, *soup((0, 1, 2), (0, 1, 3), (0, 1, 4)), "angle")
+    assert not found[:2].any()
+    assert found[2:].any(axis=1).all()
+
+
 BAD = {
     "beyond the points": ([0, 1, 3], [0, 3]),
     "negative": ([0, 1, -1], [0, 3]),

@@ -76,8 +76,8 @@ def test_an_arrow_at_the_edge_points_to_where_a_light_is(projection, right, up):
     drawing = Drawing(seen_from)
     drawing.arrow_out_of_sight(point)
     tip, *rest = drawing.areas[1][0]
-    way, ahead = seen_from.project(point) - tip, tip - np.mean(rest, axis=0)
-    assert way @ ahead == pytest.approx(np.hypot(*way) * np.hypot(*ahead), rel=1e-6)
+    offset, ahead = seen_from.project(point) - tip, tip - np.mean(rest, axis=0)
+    assert offset @ ahead == pytest.approx(np.hypot(*offset) * np.hypot(*ahead), rel=1e-6)
     beside = np.abs(tip - (420, 270)) - (320, 240)
     assert -16 <= beside.max() <= 0
 

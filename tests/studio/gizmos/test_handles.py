@@ -110,9 +110,9 @@ def test_a_size_is_shown_beside_the_light_as_far_away_as_it_says(kind, handle, p
 def test_a_size_of_a_light_with_an_outline_is_shown_on_that_to_the_right_or_above(kind, handle, projection, scale):
     start = grab(kind, handle, projection, scale)
     outline, role = start.light.outline, start.light.roles[role_of(kind, handle)[1]]
-    ways, along = np.roll(outline, -1, axis=0) - outline, np.array(start.point) - outline
-    part = np.clip((along * ways).sum(axis=1) / (ways**2).sum(axis=1), 0.0, 1.0)[:, None]
-    assert np.linalg.norm(along - part * ways, axis=1).min() < 0.4 * 2e-3 * scale  # a rim is drawn with 64 sides
+    sides, along = np.roll(outline, -1, axis=0) - outline, np.array(start.point) - outline
+    part = np.clip((along * sides).sum(axis=1) / (sides**2).sum(axis=1), 0.0, 1.0)[:, None]
+    assert np.linalg.norm(along - part * sides, axis=1).min() < 0.4 * 2e-3 * scale  # a rim is drawn with 64 sides
     assert (np.array(start.point) - start.light.position) @ start.view.viewer.axes[role.axis] > 0
 
 
@@ -191,9 +191,9 @@ def test_the_handle_follows_the_cursor(kind, handle, projection, scale):
             np.testing.assert_allclose(got, wanted, atol=1e-6)
         else:  # it keeps its distance from what it turns around: it lies on the line from there to the cursor
             middle = start.view.project(start.scenery.anchor)
-            run, way = wanted - middle, got - middle
-            assert abs(run[0] * way[1] - run[1] * way[0]) <= 1e-6 * np.hypot(*run) * np.hypot(*way) + 1e-6
-            assert run @ way > 0
+            run, motion = wanted - middle, got - middle
+            assert abs(run[0] * motion[1] - run[1] * motion[0]) <= 1e-6 * np.hypot(*run) * np.hypot(*motion) + 1e-6
+            assert run @ motion > 0
 
 
 @everywhere
@@ -202,8 +202,8 @@ def test_constrained_it_moves_along_one_axis(projection, scale):
     for by in ((30.0, 2.0), (1.0, 25.0), (-20.0, -20.0)):
         for snapping in (False, True):
             after, _ = moved(start, by, constrained=True, snapping=snapping)
-            way = np.subtract(after.position, start.light.position)
-            assert np.count_nonzero(np.abs(way) > 1e-9 * scale) == 1
+            motion = np.subtract(after.position, start.light.position)
+            assert np.count_nonzero(np.abs(motion) > 1e-9 * scale) == 1
 
 
 @handles_with(Place)
@@ -288,8 +288,8 @@ def test_an_edge_comes_as_near_to_the_cursor_as_it_can(kind, handle, projection,
     start = grab(kind, handle, projection, scale)
     (before,) = start.light.values(Angle)
     where = start.view.project(start.point)
-    way = where - start.view.project(handles(start.light, start.scenery, start.view)["target"])
-    outward = way / np.hypot(*way)
+    motion = where - start.view.project(handles(start.light, start.scenery, start.view)["target"])
+    outward = motion / np.hypot(*motion)
     wider, point = moved(start, 20 * outward)
     assert before < wider.values(Angle)[0] < 89.5
     nearest = np.hypot(*(start.view.project(point) - where - 20 * outward))

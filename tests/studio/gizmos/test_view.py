@@ -57,10 +57,10 @@ def test_along_an_axis_the_picture_follows_the_cursor(projection, scale, axis):
         motion = np.array([13.0, -21.0])
         found = seen_from.along(point, axis, motion)
         assert np.linalg.norm(np.cross(found - point, axis)) <= 1e-12 * scale
-        way = seen_from.project(found) - seen_from.project(point)
-        run = way / np.hypot(*way)
-        assert way @ run == pytest.approx(abs(motion @ run), rel=1e-6)
-        assert (way @ motion) > 0
+        offset = seen_from.project(found) - seen_from.project(point)
+        run = offset / np.hypot(*offset)
+        assert offset @ run == pytest.approx(abs(motion @ run), rel=1e-6)
+        assert (offset @ motion) > 0
 
 
 @pytest.mark.parametrize("scale", SCALES)
