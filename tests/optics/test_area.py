@@ -81,7 +81,7 @@ def test_a_power_over_a_polygon(power, distance, is_cut):
     exact = exact_of_polygon(w, power, n, middle, offsets) * distance**2
     got = of_polygon(CosinePower("mirror", power), w, n, middle, offsets) * distance**2
     off = 1e-9 + is_cut * 1e-15 * distance  # where the horizon is on it is known to a rounding of n·p
-    assert got == pytest.approx(exact, abs=off * max(1.0, distance))
+    assert got == pytest.approx(exact, abs=off)
     assert of_polygon(CosinePower("mirror", power), w, n, middle, offsets[::-1]) == pytest.approx(got / distance**2)
 
 
@@ -149,6 +149,36 @@ def test_a_corner_or_a_side_on_the_horizon_is_no_special_case():
                 for m in (n, unit(n + 1e-12 * w), unit(n - 1e-12 * w))
             )
             assert beside == pytest.approx([at, at], abs=1e-11)
+
+
+@pytest.mark.parametrize("power", [0.3, 3.0, 20.0])
+def test_of_a_light_around_what_is_opposite_to_the_lobe_there_is_what_is_in_front(power):
+    middle, n, w = np.array([0.0, 0.2, -0.15]), np.array([0.0, 0.0, -1.0]), unit(np.array([0.3, -0.2, 0.25]))
+    square = [np.array(x, float) for x in ([-1, -1, 0], [-1, 1, 0], [1, 1, 0], [1, -1, 0])]
+    exact = exact_of_polygon(w, power, n, middle, square[::-1])
+    assert of_polygon(CosinePower("mirror", power), w, n, middle, square) == pytest.approx(exact, abs=1e-9)
+
+
+@pytest.mark.parametrize("form", [CosinePower("normal", 1.0), CosinePower("mirror", 20.0)])
+def test_the_back_of_a_light_is_dark_unless_it_glows_too(form):
+    corners = np.ravel([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]).tolist()
+    ahead = np.array([0.3, 0.1, -1.0])
+    lights = {
+        (polygon_cosine, polygon_power): (2.0, math.sqrt(2.0), 4.0, *corners),
+        (disk_cosine, disk_power): (0.7,),
+    }
+    for formulas, shape in lights.items():
+        n = ahead / np.linalg.norm(ahead)
+        seen = {
+            (two_sided, side): float(
+                taken(formulas, form, [0, 0, 1, two_sided, *shape], side * ahead, side * n, side * n)[0]
+            )
+            for two_sided in (0.0, 1.0)
+            for side in (1.0, -1.0)
+        }
+        assert seen[0.0, -1.0] == 0.0 < seen[0.0, 1.0]
+        assert seen[1.0, -1.0] == pytest.approx(seen[1.0, 1.0], rel=1e-12)
+        assert seen[0.0, 1.0] == seen[1.0, 1.0]
 
 
 def test_an_axis_on_a_side_or_a_corner_is_no_special_case():

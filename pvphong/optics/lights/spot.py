@@ -10,7 +10,7 @@ from typing import Any, Self
 from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.formulas import ONE, TWO, ZERO, Power, add, formula, square, where
 from pvphong.base.types import Vector, VectorLike
-from pvphong.base.vectors import angle_between, unit_vector
+from pvphong.base.vectors import angle_between, moderate_vector
 from pvphong.geometry.extent import Extent
 from pvphong.optics.attenuation import coefficients, strongest
 from pvphong.optics.light import Light, Placement, StandIn, VtkValues
@@ -91,8 +91,9 @@ class SpotLight(Weakening, Light):
 
     @cached_property
     def axis(self) -> Vector:
-        """Unit vector along the cone's axis, in which the light travels."""
-        return unit_vector(self.direction)
+        """Unit vector along the cone's axis, in which the light travels: rounded as unit vectors to the light are."""
+        (x, y, z), inverse_length = moderate_vector(self.direction)
+        return x * inverse_length, y * inverse_length, z * inverse_length
 
     @property
     def _edge(self) -> float:
