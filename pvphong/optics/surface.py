@@ -67,7 +67,7 @@ class Surface:
         return unit(2.0 * dot(n, v) * n - v)[0]
 
     def cosine(self, arrival: Arrival) -> Any:
-        """N·l, shape (n,). Its sign is that of n·D, D the vector to the light, and exact where these products are."""
+        """The cosine n·l, shape (n,). Its sign is that of n·D for the vector D to the light, exact where the products are."""
         to_light, inverse = arrival.to_light, arrival.inverse_length
         n_d = dot(self.raw, to_light)
         n_l = n_d * inverse

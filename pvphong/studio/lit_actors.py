@@ -308,7 +308,7 @@ class LightingWarning(UserWarning):
     """A mesh in a window cannot be lit as it is; it is not drawn until that is mended."""
 
 
-_ROUGH_SAMPLES = 16  # rays of each vertex to a light with a size while something is dragged
+_PREVIEW_SAMPLES = 16  # rays of each vertex to a light with a size while something is dragged
 _BEFORE_GIZMOS = 1.0  # a frame's gizmos show where highlights are
 _MESSAGE_WIDTH, _MESSAGE_PLACE = 60, (10.0, 10.0)  # letters of a line; pixels from the lower left
 
@@ -327,7 +327,7 @@ class LitActors:
     """
 
     def __init__(self, renderer: pv.Renderer, scene: Callable[[], Scene]) -> None:
-        self.is_rough = False
+        self.uses_preview_rays = False
         """Whether shadows of lights with a size are made of few rays, as while something is dragged."""
         self._renderer, self._scene = renderer, scene
         self._meshes: list[LitMesh] = []
@@ -403,11 +403,13 @@ class LitActors:
     @property
     def note(self) -> str:
         """What is to be said of colours that are not final."""
-        return f"shadows by {_ROUGH_SAMPLES} rays until let go" if self._samples(self._scene()) else ""
+        return f"shadows by {_PREVIEW_SAMPLES} rays until let go" if self._samples(self._scene()) else ""
 
     def _samples(self, scene: Scene) -> int | None:
-        is_rough = self.is_rough and scene.light_model.needs_rays and any(light.has_size for light in scene.lights)
-        return _ROUGH_SAMPLES if is_rough else None
+        uses_preview_rays = (
+            self.uses_preview_rays and scene.light_model.needs_rays and any(light.has_size for light in scene.lights)
+        )
+        return _PREVIEW_SAMPLES if uses_preview_rays else None
 
     def _refreshing(self, meshes: Sequence[LitMesh]) -> Callable[[LitMesh], bool]:
         """What brings one of some meshes up to date, which shadow each other where the light model has shadows."""

@@ -17,7 +17,7 @@ from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import directions_to, dot
 from pvphong.geometry.extent import ROUNDED_UP, Extent, Sight
 from pvphong.optics.area.lobes import CosinePower
-from pvphong.optics.area.polygon import polygon_cosine, polygon_power
+from pvphong.optics.area.polygon import polygon_highlight, polygon_irradiance
 from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate, strength_at
 from pvphong.optics.light import (
     NODES,
@@ -127,7 +127,7 @@ def over_polygon(
     """Of a polygon with such corners off its middle, shape (k, 3)."""
     size = float(np.linalg.norm(offsets, axis=1).max())
     numbers = (*normal, float(two_sided), math.sqrt(area), size, float(len(offsets)), *offsets.ravel().tolist())
-    return Integral(polygon_cosine if form.around == "normal" else polygon_power, center, size, numbers)
+    return Integral(polygon_irradiance if form.around == "normal" else polygon_highlight, center, size, numbers)
 
 
 class Flat:

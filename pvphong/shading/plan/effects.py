@@ -204,8 +204,8 @@ class Lights(Effect):
 
 
 class LightEffect(Effect):
-    """What some lights call for. Which cheaper lights may stand in for one, and how wrong they are, is the light's to
-    say (`Light.simpler`); whether that is within the tolerance is decided here.
+    """What some lights call for. The light says which cheaper lights may replace it, and how wrong they are
+    (`Light.simpler`); this class decides whether that is within the tolerance.
     """
 
     def leave_out(self, draft: Draft, term: LightTerm) -> Change:
@@ -264,7 +264,7 @@ class Size(LightEffect):
 
 
 class Sky(Effect):
-    """How finely a light from all around is taken: in how many bands of spherical harmonics."""
+    """How finely light from all around is resolved: in how many bands of spherical harmonics."""
 
     def leave_out(self, draft: Draft, term: LightTerm) -> Change:
         """The fewest bands that do."""
@@ -347,7 +347,9 @@ class Specular(Reflection):
         if not bound <= draft.allowance:
             return None
         why = f"its highlight {'is too weak to be seen' if is_weak else 'hardly reaches a vertex'}, at most {bound:.2g}"
-        return equation.without(term, "specular"), Note(self.name, term.label, why, bound, here=not is_weak)
+        return equation.without(term, "specular"), Note(
+            self.name, term.label, why, bound, only_for_this_viewer=not is_weak
+        )
 
 
 # --- the viewer
@@ -371,7 +373,7 @@ class TwoSided(Effect):
         (axis, opening), (to_viewer, spread) = normals, viewer
         if angle_between(axis, to_viewer) + opening + spread > math.pi / 2 - _EDGE_ON:
             return draft
-        note = Note(self.name, "", "no vertex faces away from the viewer", here=True)
+        note = Note(self.name, "", "no vertex faces away from the viewer", only_for_this_viewer=True)
         return replace(draft, equation=replace(equation, two_sided=False), notes=(*draft.notes, note))
 
     def decide(self, draft: Draft) -> Decision:
@@ -399,7 +401,9 @@ class LocalViewer(Effect):
         bound = math.fsum(changes) * ROUNDED_UP
         if not bound <= draft.allowance:
             return draft
-        note = Note(self.name, "", f"far away: its direction is the same to {bound:.2g}", bound, here=True)
+        note = Note(
+            self.name, "", f"far away: its direction is the same to {bound:.2g}", bound, only_for_this_viewer=True
+        )
         far = replace(equation, eye=None, to_eye=seen.direction, local_facing=False)
         return replace(draft, equation=far, notes=(*draft.notes, note))
 
@@ -417,7 +421,7 @@ class LocalViewer(Effect):
 
 
 class Shadow(Effect):
-    """A light's shadows, where nothing can stand before it."""
+    """A light's shadows, which are left out where nothing can block it."""
 
     def leave_out(self, draft: Draft, term: LightTerm) -> Change:
         if not term.is_shadowed:
@@ -470,7 +474,7 @@ EFFECTS: tuple[Effect, ...] = (
     Specular("specular", ("normals", "viewer"), "black specular colour", each=1.4),
     LightEffect(attenuation.EFFECT, ("points",), "no light weakens with distance", each=0.7),
     LightEffect(POSITION_EFFECT, ("points",), "every light is directional", once=0.5, each=0.2),
-    LocalViewer(  # without it he is at infinity along the view axis, as `LightModel(local_viewer=False)` asks for
+    LocalViewer(  # without it he is at infinity along the view axis, as `LightModel(local_viewer=False)` has it
         "local viewer",
         ("points", "viewer"),
         "no highlight is left that depends on it",

@@ -236,7 +236,7 @@ def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[st
         found.append(Variant(row, subject.run_of(equation), equation))
     plan = subject.plan(tolerance)
     backend = subject.backend_for(plan.equation)
-    row = Row(plan_name(tolerance), "light model", backend, "float32", count, promised=plan.error_bound)
+    row = Row(plan_name(tolerance), "light model", backend, "float32", count, error_bound=plan.error_bound)
 
     def run_plan() -> FloatArray:
         return subject.plan(tolerance).run(subject.vertices, backend=backend).rgb

@@ -462,7 +462,7 @@ class Interaction:
 
     def _begin(self, edit: Drag | Entry | None) -> None:
         self.edit = edit
-        self.gizmos.lit.is_rough = isinstance(edit, Drag)
+        self.gizmos.lit.uses_preview_rays = isinstance(edit, Drag)
         if edit is not None:
             self.grabbed_last = edit.handle
 
