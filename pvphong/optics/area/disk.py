@@ -38,10 +38,10 @@ from pvphong.base.formulas import (
 from pvphong.optics.area.lobes import (
     COUNT,
     NODES,
-    SMOOTH_FROM,
     PIECE,
     POINT,
     RAISED,
+    SMOOTH_FROM,
     arc_between,
     seen_as_point,
     shows,

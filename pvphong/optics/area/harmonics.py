@@ -24,7 +24,7 @@ from pvphong.optics.area.lobes import COUNT, NODES, POWER, WINDOW, lobe_numbers
 BANDS = 32
 """So many bands are kept of an image, at most."""
 
-# Nodes for a row of texels, beside those that its height asks for.
+# Nodes for a row of texels, beside those that its height needs.
 _NODES = 14
 
 

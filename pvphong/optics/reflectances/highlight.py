@@ -1,7 +1,7 @@
 """Highlights around a peak: by chords, and what bounds their change.
 
 A highlight is a function of a cosine f that is 1 at its peak. With a chord C that is 0 there, f = 1 − ½|C|². Near the
-peak |C| is small and known to full precision, while a cosine near 1 has lost the digits that a high shininess asks for.
+peak |C| is small and known to full precision, while a cosine near 1 has lost the digits that a high shininess needs.
 A `Peak` says where that is; reflectances whose highlight is fⁿ leave the power to the evaluators, because compiled code
 is faster with it in a loop of its own.
 """
@@ -126,7 +126,7 @@ MIRROR = Peak(
     _mirror_chord,
     lambda line: 2.0 * math.cos(line.theta) * max(math.cos(line.phi), 0.0) - math.cos(line.psi),
 )
-"""Where the viewer stands in the direction r = 2(n·l)n − l in which light is mirrored: r·v = 2(n·l)(n·v) − l·v."""
+"""Where the viewer is in the direction r = 2(n·l)n − l in which light is mirrored: r·v = 2(n·l)(n·v) − l·v."""
 
 HALFWAY = Peak(_halfway_square, _halfway_chord, largest_halfway, lambda psi: 0.5 / max(math.cos(0.5 * psi), 1e-6))
 """Where the half-way direction h = (l + v)/|l + v| is n. It is the middle of the arc from l to v."""

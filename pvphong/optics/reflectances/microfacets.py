@@ -10,7 +10,7 @@ with Trowbridge and Reitz' D (Walter et al., Microfacet models for refraction th
 equation 99) times n·l. Theory has β = α. Of F = F₀(1 − S) + S, the first part has the colour F₀, the second is white.
 
 Near the peak sin² θ = |n × (l + v)|² / |l + v|² is known to full precision, where cos² θ has lost the digits that a
-small α asks for.
+small α needs.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ from pvphong.optics.reflectances.highlight import (
 from pvphong.optics.reflectances.phong import Phong
 
 _LEAST_ALPHA = 1e-15
-"""Its highlights are narrower than float64 can tell directions apart, and its square is within float32's range."""
+"""Its highlights are narrower than the smallest difference of directions in float64, and its square is within float32's range."""
 
 _COUPLED = 28.0 / 23.0
 

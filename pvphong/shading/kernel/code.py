@@ -246,7 +246,7 @@ class Library:
         return self._code(function, signature, *kinds).call
 
     def _code(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Code:
-        """Looked up by `code_identity`, for lights make their stages anew each time; `signature` takes names of types."""
+        """Looked up by `code_identity`: lights make their stages anew each time. `signature` takes names of types."""
         key = *code_identity(function), signature, kinds
         code = self._codes.get(key)
         if code is not None:

@@ -167,7 +167,7 @@ class Tradeoff(Result):
             yield f"On so small a mesh everything is cheap: {seconds(slowest)} at the vertices at most."
 
     def explain(self) -> str:
-        """All of it: every row, what each effect costs, predicted error bounds, what was left out, where it was measured."""
+        """All of it: every row, each effect's cost, predicted error bounds, what was left out, where this was run."""
         parts: list[Any] = [self.table(), *self.conclusions(), "", self._ledger_table()]
         if self.predicted_bounds:
             title = "Error bounds that the plan predicted, and the errors measured"
