@@ -6,7 +6,7 @@ its determinant. The three transforms stand side by side so that nobody takes th
 
 Every row of a result depends on that row of the input and on the matrix alone: not on the other rows, nor
 on the memory layout. Rows that float64's exponent range would spoil are computed again with exponents kept
-apart, which gives the same bits wherever both ways are open.
+apart, which gives the same bits wherever both are possible.
 """
 
 from __future__ import annotations

@@ -120,7 +120,7 @@ def row_areas(height: int, width: int) -> Float64Array:
 
 
 def directions(height: int, width: int) -> Float64Array:
-    """To the middle of each texel: as parts of the vectors to the image's middle, to the right, and up, shape (h, w, 3)."""
+    """Unit vectors to the middles of texels, along the axes to the image's middle, right and up, shape (h, w, 3)."""
     down, around = _angles(height)[:, None], 2.0 * (_angles(width) - 0.5 * math.pi)
     level, height_above = np.sin(down), np.cos(down)
     return np.stack(np.broadcast_arrays(level * np.cos(around), level * np.sin(around), height_above), axis=-1)

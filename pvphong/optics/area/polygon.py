@@ -65,7 +65,7 @@ def _horizon(own: Any, m: Any, n: Any) -> Any:
 
 @formula
 def _side(own: Any, scale: Any, n: Any, height: Any, r: Any, is_lit: Any, k: Any) -> Any:
-    """Ends of side k's part above the horizon, and of the line that closes it there; 2 if there is that line, else 1."""
+    """Ends of side k's part above the horizon, ends of the line that closes it there; 2 if there is one, else 1."""
     a, b = _offset(own, k - 1, scale), _offset(own, k, scale)
     height_a, height_b = height + dot(n, a), height + dot(n, b)
     start, stop, closing_start, closing_stop, pieces = a, b, a, a, 1

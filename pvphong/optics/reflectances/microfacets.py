@@ -54,7 +54,7 @@ from pvphong.optics.reflectances.highlight import (
 from pvphong.optics.reflectances.phong import Phong
 
 _LEAST_ALPHA = 1e-15
-"""Its highlights are narrower than the smallest difference of directions in float64, and its square is within float32's range."""
+"""Its highlights are narrower than float64 resolves directions, and its square is within float32's range."""
 
 _COUPLED = 28.0 / 23.0
 

@@ -58,7 +58,7 @@ class Tradeoff(Result):
     tolerance : float
         The colour error that was to be allowed.
     rows : tuple of Row
-        Every variant that was measured: the ways of lighting the mesh.
+        Every variant that was measured: each lights the mesh.
     ledger : tuple of LedgerEntry
         What each effect and light costs, and what its absence would do.
     baseline : str

@@ -107,7 +107,7 @@ class Timing:
 
     @property
     def is_noise(self) -> bool:
-        """Whether a difference of times cannot be told from none: by its quartiles, or by too few repeats."""
+        """Whether a difference of times may be none: by its quartiles, or for too few repeats."""
         return self.low <= 0.0 or self.repeats < FEWEST_REPEATS
 
     @classmethod
@@ -305,7 +305,7 @@ class Result:
             False: at the vertices, where the largest arithmetic and light-model error must not add up to more
             than the tolerance. True: inside triangles, by the largest interpolation error.
         rays : bool, default False
-            Of the ways to cast rays, by the root mean square of what sampling leaves.
+            True: of the variants that cast rays, by the root mean square error of sampling.
 
         Returns
         -------
