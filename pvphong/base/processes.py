@@ -170,7 +170,7 @@ def available_memory() -> int | None:
 
 @contextmanager
 def _limited_memory() -> "Iterator[None]":
-    """A limit for this process's data, so that memory for a damaged file's sizes is refused before the system stalls."""
+    """A limit for this process's data: what a damaged file makes it allocate is refused before the system stalls."""
     if sys.platform != "linux":
         yield
         return

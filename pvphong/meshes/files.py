@@ -1,4 +1,4 @@
-"""Meshes and textures from files, and lit meshes to files: whole or not at all; a reader that crashes does not end the caller.
+"""Meshes and textures from files, and lit meshes to files: whole or not at all; no reader's crash ends the caller.
 
 `read` reads in a process of its own with `guarded=True`, `read_mesh` in this one; whatever a reader or writer
 complains about becomes one `ValueError`.

@@ -281,8 +281,8 @@ class Gizmos:
         drawing, soloed = Drawing(view), self.soloed
 
         def mark(gizmo: Gizmo) -> str:
-            return "solo" if gizmo.renderer_light is soloed else "" if gizmo.renderer_light.light(view.viewer).on else
-            "off"
+            is_on = gizmo.renderer_light.light(view.viewer).on
+            return "solo" if gizmo.renderer_light is soloed else "" if is_on else "off"
 
         for gizmo, highlight in highlights.items():
             gizmo.draw(drawing, highlight, active[1] if active and active[0] is gizmo else None, mark(gizmo))

@@ -83,7 +83,7 @@ class LightInScene:
 
     @cached_property
     def handles(self) -> dict[str, Handle]:
-        """Name of each handle that the light can have → the handle; where a name is taken, the field's name replaces it."""
+        """Name of each handle that the light can have → the handle; the field's name, where that name is taken."""
         light, found = self.light, dict[str, Handle]()
         for field, role in light.roles.items() if is_movable(light) else ():
             kind = next((of for of_role, of in _OF_ROLES.items() if role.handle and isinstance(role, of_role)), None)
