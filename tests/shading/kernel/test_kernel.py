@@ -128,6 +128,15 @@ def test_colours_for_a_display_are_the_rounded_floats(vertices):
     assert len(np.unique(shown)) > 100
 
 
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_a_matrix_is_the_references_whatever_its_last_entry(vertices, precision):
+    shear = np.array([[1, 0.4, 0, 2], [0, 1.5, 0.3, 0], [0, 0, -0.7, 1], [0, 0, 0, 1.0]])
+    how = {"name": "lamp", "precision": precision}
+    lit = shade(vertices, backend="numba", matrix=shear, **how)
+    np.testing.assert_array_equal(shade(vertices, backend="numba", matrix=4.0 * shear, **how), lit)
+    np.testing.assert_allclose(lit, shade(vertices, backend="numpy", matrix=shear, **how), atol=1e-5)
+
+
 def test_moving_or_tinting_a_light_compiles_nothing(vertices):
     shade(vertices, "all", "numba", "float32")
     before = len(kernel._library())
