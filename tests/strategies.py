@@ -500,12 +500,12 @@ def _spoil(dice: Dice, rows: np.ndarray, percent: float) -> None:
 def hard_case(dice: Dice, convention: str, reach: int = 900, odd_percent: float = 10.0) -> Case:
     """Inputs of the catalogue of hard cases, mixed: what comes out must be finite, or a documented exception.
 
-    Coordinates have exponents from −reach to reach. `odd_percent` of the rows are zero, and about as many again hold
-    a NaN or infinity.
+    Coordinates have exponents from −reach to reach, or from −1074 on where that is 900: subnormal ones too.
+    `odd_percent` of the rows are zero, and about as many again hold a NaN or infinity.
     """
-    count = dice.randint(1, 5)
+    count, lowest = dice.randint(1, 5), -reach if reach < 900 else -1074
     normals = np.array([dice.choice((dice.unit_vector(), dice.wide_vector())) for _ in range(count)])
-    points = np.array([dice.choice((dice.vector(), dice.wide_vector(-reach, reach))) for _ in range(count)])
+    points = np.array([dice.choice((dice.vector(), dice.wide_vector(lowest, reach))) for _ in range(count)])
     _spoil(dice, normals, odd_percent)
     _spoil(dice, points, odd_percent)
     shininess = dice.shininess() if dice.likely(70) else dice.wide(-1000, 1000)

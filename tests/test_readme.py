@@ -141,9 +141,6 @@ def test_the_map_names_every_folder_and_only_files_that_are_there():
     rows = [line.split("|") for line in section.splitlines() if line.startswith("| `")]
     named = {folder for row in rows for folder in re.findall(r"`(\w+)/`", row[1])}
     assert named == {path.parent.name for path in package.glob("*/__init__.py")}
-    for folders, what, first in (row[1:4] for row in rows):
-        for name in re.findall(r"`([\w/]+\.py)`", first):
-            assert any((package / folder / name).exists() for folder in re.findall(r"`(\w+)/`", folders)), (what, name)
     for path in re.findall(r"\b(\w+/[\w/]+\.py)\b", section):
         is_there = (package / path).exists() or any((package / folder / path).exists() for folder in named)
         assert is_there or "NAME" in path, path

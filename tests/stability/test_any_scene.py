@@ -5,11 +5,14 @@ from __future__ import annotations
 import re
 from collections import Counter
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 from stability.evaluators import STEPS, Declined, Evaluator
 from stability.hunting import FLATTENING_IS_NO_FAILURE, arrays, hunted, on_every_backend, positive_of, wide_case
 from strategies import Case, Dice, hard_case, hunt
+
+from pvphong import SpotLight
 
 pytestmark = FLATTENING_IS_NO_FAILURE
 
@@ -32,6 +35,9 @@ def test_any_scene_gives_finite_colours_or_is_refused(backend: str, examples: in
     def throw(dice: Dice) -> tuple[Case, float]:
         reach = 900 if backend == "numpy" else WITHIN_THE_KERNELS_RANGE
         case = wide_case(dice, reach) if dice.likely(50) else hard_case(dice, dice.choice(("standard", "vtk")), reach)
+        if backend != "numpy" and dice.likely(95):  # the kernel declines spots as bright as these mostly are
+            lights = [replace(s, exponent=0.0) if isinstance(s, SpotLight) else s for s in case.scene.lights]
+            case = replace(case, scene=replace(case.scene, lights=lights))
         return case, positive_of(dice) if dice.likely(50) else 0.0
 
     def check(drawn: tuple[Case, float]) -> None:
