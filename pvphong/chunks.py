@@ -141,7 +141,7 @@ def _allowed(name: str) -> str:
 
 
 def _axes(name: str, array: Any) -> str:
-    """Of an array: i along vertices, k across x, y, z or red, green, blue, l across lights."""
+    """The letters of an array's axes: i along vertices, k across x, y, z or red, green, blue, l across lights."""
     return "li" if name == _VISIBILITY else "ik"[: array.ndim]
 
 

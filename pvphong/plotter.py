@@ -401,7 +401,7 @@ class PlotterPhong:
 
     @property
     def _interactions(self) -> list[Interaction]:
-        """Of the subplots that have gizmos."""
+        """The interactions of the subplots that have gizmos."""
         return [each.interaction for each in self._subplots if each.interaction is not None]
 
     # -- pictures and exports ----------------------------------------------------------------------------

@@ -94,7 +94,7 @@ def _local(workers: int | None, held: ExitStack) -> Client:
 
 
 def _refuse_other_versions(client: Client) -> None:
-    """By Dask's own check, for what colours depend on; of its own packages Dask warns when one connects."""
+    """Refuse a cluster with other versions of what colours depend on; of its own packages Dask warns itself."""
     found = client.get_versions(packages=list(_PACKAGES))
     if not found["workers"]:
         check.refuse("client", "a cluster without workers", "one that has some", "Start workers: dask worker ADDRESS.")

@@ -69,7 +69,7 @@ class Job:
 
     @property
     def checksum(self) -> str:
-        """Of all that a lit file depends on beside the mesh."""
+        """A checksum of all that a lit file depends on beside the mesh."""
         return checksum_of([self.scene, self.materials, self.feature_angle, self.options, self.compress])
 
 
@@ -142,7 +142,7 @@ def checksum_of_file(path: Path) -> str:
 
 @dataclass(frozen=True)
 class Result:
-    """Of a piece or an index: whether it was written now, and its arrays; or the reason why there is none."""
+    """The result of a piece or an index: whether it was written now, and its arrays; or why there is none."""
 
     is_new: bool = False
     arrays: tuple[ArrayType, ...] = ()

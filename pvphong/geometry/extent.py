@@ -39,10 +39,10 @@ class Sight(NamedTuple):
     """Unit vector from the centre."""
 
     distance: float
-    """From the centre."""
+    """The distance from the centre."""
 
     radius: float
-    """Of the sphere."""
+    """The radius of the sphere."""
 
     turn: float
     """The largest angle in radians between the directions to the target from the centre and from the sphere."""
@@ -98,7 +98,7 @@ class Extent:
         return Sphere((x, y, z), radius) if math.isfinite(radius) else None
 
     def sight(self, target: VectorLike) -> Sight | None:
-        """Of a target; None where nothing is known of the vertices, or it is in the middle of them."""
+        """How a target is seen; None where nothing is known of the vertices, or it is in the middle of them."""
         x, y, z = target
         place = x, y, z
         if place not in self._sights:
@@ -124,7 +124,7 @@ class Extent:
 
 
 ANYWHERE = Extent(np.zeros((0, 3)), None, None)
-"""Of vertices of which nothing is known."""
+"""The extent of vertices of which nothing is known."""
 
 
 def _sight(target: Vector, sphere: Sphere) -> Sight | None:
@@ -138,7 +138,7 @@ def _sight(target: Vector, sphere: Sphere) -> Sight | None:
 
 
 def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
-    """Of normals between two: n·axis is least, and |n| greatest, at one of the corners."""
+    """A cone around all normals between two: n·axis is least, and |n| greatest, at one of the corners."""
     largest = max(np.abs(low).max(), np.abs(high).max())
     if not 0.0 < largest < math.inf:
         return None
@@ -154,7 +154,7 @@ def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
 
 
 def _corners(low: Float64Array, high: Float64Array) -> Float64Array:
-    """Of the box between two, shape (8, 3)."""
+    """The corners of the box between two, shape (8, 3)."""
     return np.array(list(itertools.product(*zip(low.tolist(), high.tolist(), strict=True))))
 
 

@@ -38,7 +38,7 @@ class MatrixClass(Enum):
 
 
 def class_of(matrix: Float64Array) -> MatrixClass:
-    """Of a (4, 4) affine matrix; what keeps normals is exact, what is similar is so to 1e-12."""
+    """The class of a (4, 4) affine matrix; what keeps normals is exact, what is similar is so to 1e-12."""
     linear, w = matrix[:3, :3], matrix[3, 3]
     if np.array_equal(linear, np.eye(3) * linear[0, 0]) and np.sign(linear[0, 0]) == np.sign(w):
         return MatrixClass.TRANSLATION if linear[0, 0] == w else MatrixClass.UNIFORM_SCALE

@@ -99,7 +99,7 @@ def _bytes_at(contents: Any, place: int, size: int) -> bytes:
 
 
 def _declared(first_bytes: Callable[[int], bytes], head: bytes) -> tuple[int, int]:
-    """Of an array, how many bytes the header takes and how many it declares to come; `head` is the file's first tag.
+    """How many bytes an array's header takes and how many it declares to come; `head` is the file's first tag.
 
     The header is the number of bytes; or, where they are compressed, the number of blocks, two sizes of blocks, and
     each block's compressed size.
@@ -120,7 +120,7 @@ def _declared(first_bytes: Callable[[int], bytes], head: bytes) -> tuple[int, in
 
 
 def _check_base64(text: bytes, head: bytes) -> None:
-    """Of an array in base64: its header and its data are one text, or, where they are compressed, each a text."""
+    """Check an array in base64: its header and its data are one text, or, where they are compressed, each a text."""
 
     def encoded(size: int) -> int:
         return (size + 2) // 3 * 4
@@ -155,7 +155,7 @@ def _check_xml_grid(contents: Any) -> None:
 
 
 def _cells_in(extent: bytes) -> float:
-    """Of a grid from a first to a last place along each axis; an axis with one place counts as one cell."""
+    """The number of cells of a grid from first to last places along its axes; an axis with one place counts as one."""
     try:
         a, b, c, d, e, f = map(int, extent.split())
     except ValueError:
@@ -169,7 +169,7 @@ _HDF_END = {0: 40, 1: 44, 2: 28, 3: 28}  # where the superblock of each version 
 
 
 def _check_hdf(contents: Any) -> None:
-    """By the "end of file address" of the superblock (HDF5 File Format Specification 3.0, II.A)."""
+    """Check the length by the "end of file address" of the superblock (HDF5 File Format Specification 3.0, II.A)."""
     is_hdf = contents[:8] == b"\x89HDF\r\n\x1a\n" and len(contents) > 52
     if not is_hdf or contents[8] not in _HDF_END:
         raise ValueError("It does not begin as an HDF5 file does.")

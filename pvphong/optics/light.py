@@ -41,7 +41,7 @@ class Arrival(NamedTuple):
     """Attenuation times spot factor, a · s in the model: shape (n,), or one float where it is constant."""
 
     inverse_length: FloatArray | float = 1.0
-    """Of those vectors, shape (n,) or one float; 0 where one is zero."""
+    """One over the lengths of those vectors, shape (n,) or one float; 0 where a vector is zero."""
 
     @property
     def direction(self) -> FloatArray:
@@ -73,9 +73,9 @@ class Integral(NamedTuple):
     """What a lobe reflects of all of a light with a size, of intensity 1: the limit of the sum over ever more nodes."""
 
     formula: Callable[..., Any]
-    """Of its numbers, of those of the lobe (`lobe_numbers`), of the offset d from a vertex to its place, the unit
-    normal n and the unit vector a of the lobe. It reads its numbers by index, and runs on arrays and in compiled code.
-    It gives 0 where n or a is zero."""
+    """A function of its numbers, of those of the lobe (`lobe_numbers`), of the offset d from a vertex to its place, the
+    unit normal n and the unit vector a of the lobe. It reads its numbers by index, and runs on arrays and in compiled
+    code. It gives 0 where n or a is zero."""
 
     place: Vector
     """The point to which d leads."""
@@ -124,7 +124,7 @@ class Placement(NamedTuple):
     """That power, where there is a falloff."""
 
     parameters: tuple[float, ...] = ()
-    """At most eight."""
+    """The formula's numbers, at most eight."""
 
     most_gain: float = math.inf
     """Where its colours times so much may be beyond float32, the readable evaluator is to light the scene."""

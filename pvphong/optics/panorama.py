@@ -57,7 +57,7 @@ class Panorama:
 
     @classmethod
     def of(cls, name: str, image: FloatArray) -> Self:
-        """Of an array (h, w, 3) of finite numbers >= 0; ValueError, which names it, for others."""
+        """The panorama of an array (h, w, 3) of finite numbers >= 0; ValueError, which names it, for others."""
         if not np.isfinite(image).all() or (image < 0.0).any():
             bad = image[~(np.isfinite(image) & (image >= 0.0))][0]
             remedy = "np.nan_to_num(image, posinf=...).clip(0.0) repairs one; an infinite sun is a DirectionalLight."

@@ -215,7 +215,7 @@ class Reflectance(ABC):
         return self.most(lobe)
 
     def extremes(self, field: str, low: float, high: float) -> tuple[Self, ...]:
-        """Of all with a field from `low` to `high`, some of which `change` adds up to no less than any other's.
+        """Some with a field from `low` to `high`, whose `change`s add up to no less than that of any other.
 
         One of them also has the largest factor of each lobe.
         """
@@ -223,7 +223,7 @@ class Reflectance(ABC):
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
-        """Of each lobe, its factor as a power of a cosine; None where it is something else.
+        """Each lobe's factor as a power of a cosine; None where it is something else.
 
         For such there are exact integrals over lights with a size (`Light.closed`).
         """

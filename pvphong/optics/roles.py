@@ -121,7 +121,7 @@ class Angle(Role):
 
 
 class Turn(Role):
-    """By how many degrees a light is turned around what is up, counter-clockwise; its front then is `axes[0]`."""
+    """The degrees by which a light is turned around what is up, counter-clockwise; its front then is `axes[0]`."""
 
 
 class Falloff(Role):
@@ -129,7 +129,7 @@ class Falloff(Role):
 
 
 class Power(Falloff):
-    """As a power of the cosine off its aim: the exponent."""
+    """The exponent of a light that is a power of the cosine off its aim."""
 
 
 def place(default: Any = (0.0, 0.0, 0.0)) -> Any:

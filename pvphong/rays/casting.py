@@ -34,7 +34,7 @@ BYTES_PER_TRIANGLE = 130
 """What a caster takes for each, about, measured with both backends from 1 to 3 million triangles."""
 
 RESOLUTION = 2.0**-18
-"""In parts of the size of a caster's triangles: what is nearer to a ray's begin or end than that may be passed over."""
+"""A share of the size of all of a caster's triangles; what is nearer to an end of a ray than that may be missed."""
 
 # Rays begin at most so far from the middle; those from further away are begun where they come as near.
 _NEAR = 4.0
@@ -276,7 +276,7 @@ class Occluders:
 
     @property
     def count(self) -> int:
-        """Of triangles."""
+        """The number of triangles."""
         return sum(map(len, self._parts))
 
     @property

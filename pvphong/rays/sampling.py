@@ -26,7 +26,7 @@ from pvphong.base import threads
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 
 MOST_RAYS = 4096
-"""Of a vertex at one target: into so many nodes that is divided; a power of two."""
+"""The most rays from a vertex to one target, which is divided into so many nodes; a power of two."""
 
 # So many where the number follows from the error.
 _MOST_ADAPTIVE = 1024

@@ -196,7 +196,7 @@ _MANY = 2_000_000
 
 
 class StandardError(NamedTuple):
-    """Of what was sampled; 0 where one ray says all."""
+    """Standard errors of what was sampled; 0 where one ray is exact."""
 
     per_light: FloatArray
     """Shape (lights, n)."""
@@ -264,12 +264,12 @@ class Visibility:
 
     @property
     def standard_error(self) -> StandardError:
-        """Of `per_light` and `sky`."""
+        """The standard errors of `per_light` and `sky`."""
         self.channels(range(len(self.lights)), sky=True)
         return StandardError(self._errors[:-1], self._errors[-1])
 
     def for_lights(self, lights: Sequence[Light], labels: Sequence[str], samples: int | None = None) -> Visibility:
-        """Of the same vertices for a scene's lights now: what is known of those that have not moved is kept.
+        """The same vertices, for a scene's lights now: what is known of those that have not moved is kept.
 
         Parameters
         ----------
@@ -290,7 +290,7 @@ class Visibility:
         return result
 
     def afresh(self, *, samples: int | None = None, rows: IntArray | None = None) -> Visibility:
-        """With nothing known yet; the occluders, which take time to prepare, are shared.
+        """A copy with nothing known yet; the occluders, which take time to prepare, are shared.
 
         Parameters
         ----------

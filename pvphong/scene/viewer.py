@@ -160,7 +160,7 @@ class Viewer:
 
     @property
     def distance(self) -> float:
-        """From the eye to the focal point."""
+        """The distance from the eye to the focal point."""
         return self._line_of_sight[1]
 
     @cached_property

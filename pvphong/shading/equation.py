@@ -170,7 +170,7 @@ class Equation:
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
-        """As the reflectance's; None where they are not the same at all vertices."""
+        """The reflectance's forms; None where they are not the same at all vertices."""
         forms, diffuse = self.reflectance.forms, self.lobes_of("diffuse")
         return tuple(form if k in diffuse else None for k, form in enumerate(forms)) if self.fields_with_maps else forms
 
@@ -310,7 +310,7 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
 
 
 def _terms(scene: Scene, labels: Sequence[str], reflectances: _Reflectances) -> Iterator[LightTerm]:
-    """Of the lights that are on."""
+    """The terms of the lights that are on."""
     products: dict[Any, tuple[Vector, tuple[Vector, ...], float]] = {}  # many lights have the same colours
     for index, (given, light) in enumerate(zip(scene.lights, scene.world_lights, strict=True)):
         if light.on:

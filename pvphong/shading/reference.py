@@ -268,7 +268,7 @@ def _hide(block: Block, lobe: Lobe, factors: FloatArray) -> None:
 
 
 def _integrals(block: Block, reflectance: Reflectance, term: LightTerm, seen: FloatArray | None) -> Iterator[Any]:
-    """Of each lobe over all of a light with a size, times its strength; in float64, for they have differences.
+    """Each lobe's integral over all of a light with a size, times its strength; in float64, for they have differences.
 
     Where a part of the light is seen, that is the same part of all that it sends.
     """

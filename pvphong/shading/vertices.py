@@ -187,7 +187,7 @@ class Maps:
 
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
-        """Of each that is given, the least and the greatest number; of specular those of its `rows`."""
+        """The least and the greatest number of each that is given; for specular, of its `rows`."""
         found = {}
         for name, rows in self._rows.items():
             numbers = rows if rows.size and name != _COLOR else np.array((0.0, 1.0) if name == _COLOR else 1.0)

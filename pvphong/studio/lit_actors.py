@@ -253,7 +253,7 @@ class LitMesh:
         return id(self.albedo)  # arrays would be compared element by element
 
     def _current_albedo(self) -> Any:
-        """At the points that are drawn: edges of the user's mesh may have been split."""
+        """The albedo at the points that are drawn: edges of the user's mesh may have been split."""
         albedo = self.albedo
         if is_texture(albedo):
             version = texture_version(albedo)

@@ -40,7 +40,7 @@ _GAMMA = 2.2
 """Physically based shading raises the sum of all light to 1/2.2."""
 
 _LEAST_DENOMINATOR = math.sqrt(1e-8 / math.pi)
-"""Of the microfacets' distribution D in VTK's shader."""
+"""The least denominator of the microfacets' distribution D in VTK's shader."""
 
 _DIELECTRIC = 0.04
 
@@ -130,9 +130,9 @@ class _Surface(NamedTuple):
     """v, shape (n, 3)."""
     place_error: Float64Array
     normal_angle: Float64Array
-    """By which float32 turns n."""
+    """The angle by which float32 turns n."""
     eye_angle: Float64Array
-    """By which it turns v."""
+    """The angle by which it turns v."""
 
 
 def _surface(pose: Pose, terms: Terms) -> _Surface:
@@ -158,7 +158,7 @@ class _Arrival(NamedTuple):
     strength: Float64Array
     """Attenuation times spot factor, the latter also outside the cone."""
     angle: Any
-    """By which float32 turns l."""
+    """The angle by which float32 turns l."""
     error: Any
     """Relative error of the strength."""
     lit: BoolArray
@@ -305,7 +305,7 @@ def _sine(cosine: Float64Array) -> Float64Array:
 
 
 def _unit_error(length: Float64Array) -> Float64Array:
-    """By which float32 turns a vector of this length when it makes it a unit vector; NaN where it cannot."""
+    """The angle by which float32 turns a vector of this length when it makes it a unit vector; NaN where it cannot."""
     return np.where(length <= _LONGEST, 1.0 + _FLUSHED / (length * length), np.nan)
 
 

@@ -33,7 +33,7 @@ _WIDEST_CONE = float(np.nextafter(np.float32(90.0), np.float32(0.0)))
 """VTK takes a positional light for a spot only below 90°, in float32."""
 
 _FAR = 1e8
-"""In sizes of the mesh: from here every vertex sees the eye in the same direction, to float32."""
+"""A distance in sizes of the mesh: from here every vertex sees the eye in the same direction, to float32."""
 
 _BLACK = light_from_values(VtkValues(False, (0.0, 0.0, -1.0)), diffuse=0.0)
 

@@ -36,7 +36,7 @@ TWO_SIDED, ROOT, SIZE, COUNT, OFFSETS = range(3, 8)
 
 @formula
 def _offset(own: Any, k: Any, scale: Any) -> Any:
-    """Of the corner k; of the last for −1."""
+    """The offset of the corner k; of the last one for −1."""
     at = OFFSETS + 3 * (k if k >= 0 else int(own[COUNT]) - 1)
     return own[at] * scale, own[at + 1] * scale, own[at + 2] * scale
 

@@ -65,7 +65,7 @@ class DiskLight(Flat, Light):
         return self.radius
 
     def spots(self, count: int) -> Float64Array:
-        """On a spiral, in golden angles (Vogel 1979)."""
+        """The nodes' places, on a spiral in golden angles (Vogel 1979)."""
         k = np.arange(count)
         far = np.sqrt((k + 0.5) / count) * (count > 1)
         return self._at(far, k * math.pi * (3.0 - math.sqrt(5.0)))

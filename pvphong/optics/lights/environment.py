@@ -84,7 +84,7 @@ class EnvironmentLight(Light):
 
     @cached_property
     def axes(self) -> Float64Array:
-        """To the middle of the image, to the right of it, and up: unit vectors as rows."""
+        """Directions to the middle of the image, to the right of it, and up: unit vectors as rows."""
         up, middle = np.array(unit_vector(self.up)), np.array(_middle(self.up))
         right, angle = np.cross(middle, up), math.radians(self.rotation)
         ahead = math.cos(angle) * middle - math.sin(angle) * right
@@ -105,7 +105,7 @@ class EnvironmentLight(Light):
     # -- what arrives
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
-        """From where it is brightest on average, and as strong as its `ambient` is."""
+        """Light from where it is brightest on average, and as strong as its `ambient` is."""
         return self.stand_in.arrival(points, real)
 
     @cached_property
@@ -122,7 +122,7 @@ class EnvironmentLight(Light):
         return _nodes(self.panorama, tuple(self.axes.ravel().tolist()), count)
 
     def reach(self, extent: Extent) -> Reach:  # noqa: ARG002 the same everywhere
-        """From everywhere; no lobe makes more of it than a factor of 1 does."""
+        """It comes from everywhere; no lobe makes more of it than a factor of 1 does."""
         strongest = max(1.0, _OVERSHOOT * float(self.panorama.total.max())) * ROUNDED_UP
         return Reach(strongest, None, 0.0)
 
@@ -135,7 +135,7 @@ class EnvironmentLight(Light):
 
     @property
     def bands(self) -> int:
-        """Of spherical harmonics, that are kept of its image."""
+        """The number of bands of spherical harmonics that are kept of its image."""
         return self.panorama.harmonics.shape[1]
 
     def left_out(self, form: CosinePower, bands: int) -> float:
@@ -246,7 +246,7 @@ def _halved(powers: Float64Array, count: int) -> list[tuple[slice, slice]]:
 
 
 def _halves(sums: Float64Array, top: int, bottom: int, left: int, right: int) -> list[tuple[int, int, int, int]]:
-    """Of a part, cut across where it is longer; none of a single cell."""
+    """The halves of a part, which is cut across its longer side; none of a single cell."""
     height, width = sums.shape[0] - 1, sums.shape[1] - 1
     tall, wide = (bottom - top) / height, 2.0 * (right - left) / width
     wide *= math.sin(math.pi * 0.5 * (top + bottom) / height)

@@ -43,7 +43,7 @@ class Weakening:
         return Reach() if seen is None else Reach(strongest(seen, self.attenuation), seen.direction, seen.turn + _SLACK)
 
     def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
-        """As one that is equally strong at all vertices."""
+        """A light that is equally strong at all vertices."""
         if effect != ATTENUATION_EFFECT:
             return None
         this: Any = self
@@ -108,7 +108,7 @@ class PointLight(Weakening, Light):
         return Placement((x, y, z), (c, l, q))
 
     def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
-        """As one that does not weaken; such a one as parallel light."""
+        """One that does not weaken; where it does not weaken itself, parallel light."""
         if effect != POSITION_EFFECT or exactly or tuple(self.attenuation) != NONE:
             return super().simpler(effect, extent, exactly=exactly)
         seen = extent.sight(self.position)

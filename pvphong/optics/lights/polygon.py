@@ -91,12 +91,12 @@ class PolygonLight(Flat, Light):
 
     @cached_property
     def normal(self) -> Vector:
-        """By the right-hand rule around its corners."""
+        """The normal by the right-hand rule around its corners."""
         return unit_vector(_vector_area(self._points - self._points[0]).tolist())
 
     @cached_property
     def _offsets(self) -> Float64Array:
-        """Of its corners from its middle, shape (k, 3)."""
+        """The offsets of its corners from its middle, shape (k, 3)."""
         return self._points - np.array(self.center)
 
     @cached_property
@@ -115,7 +115,7 @@ class PolygonLight(Flat, Light):
         return self._points
 
     def spots(self, count: int) -> Float64Array:
-        """On a lattice that is laid over its triangles, one after the other."""
+        """The nodes' places, on a lattice that is laid over its triangles, one after the other."""
         if count == 1:
             return np.array([self.center])
         areas = _areas(self.triangles)

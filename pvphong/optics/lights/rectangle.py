@@ -103,7 +103,7 @@ class RectangleLight(Flat, Light):
         return np.array(self.position) + self.corners
 
     def spots(self, count: int) -> Float64Array:
-        """On a lattice."""
+        """The nodes' places, on a lattice."""
         return np.array(self.position) + (2.0 * lattice(count) - 1.0) @ self.sides
 
     def closed(self, form: CosinePower) -> Integral:

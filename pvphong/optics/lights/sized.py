@@ -39,7 +39,7 @@ _NEARLY_90 = 89.999
 
 
 def reach_within(center: Vector, radius: float, extent: Extent) -> Reach:
-    """Of a light within a sphere, whose parts weaken by 1/d²: the nearest may be as near as the sphere."""
+    """The reach of a light within a sphere, whose parts weaken by 1/d²: the nearest may be as near as the sphere."""
     seen = extent.sight(center)
     if seen is None:
         return Reach()
@@ -125,7 +125,7 @@ def _halved(places: Float64Array, count: int) -> list[Float64Array]:
 def over_polygon(
     form: CosinePower, center: Vector, normal: Vector, two_sided: bool, area: float, offsets: Float64Array
 ) -> Integral:
-    """Of a polygon with such corners off its middle, shape (k, 3)."""
+    """The integral over a polygon whose corners have these offsets, shape (k, 3), from its middle."""
     size = float(np.linalg.norm(offsets, axis=1).max())
     numbers = (*normal, float(two_sided), math.sqrt(area), size, float(len(offsets)), *offsets.ravel().tolist())
     return Integral(polygon_irradiance if form.around == "normal" else polygon_highlight, center, size, numbers)
@@ -148,7 +148,7 @@ class Flat:
 
     @property
     def reach_radius(self) -> float:
-        """Of a sphere around its middle that holds it."""
+        """The radius of a sphere around its middle that holds it."""
         raise NotImplementedError  # pragma: no cover
 
     def spots(self, count: int) -> Float64Array:
@@ -188,7 +188,7 @@ class Flat:
         return reach_within(self.center, self.reach_radius, extent)
 
     def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
-        """As a spot light in its middle; off where the mesh is behind it.
+        """A spot light in its middle; off where the mesh is behind it.
 
         At the height h over its plane, a part sends h/d³: with s the sine of its angular radius, a mean around its
         middle is off by half the largest second derivative, 12 h/d⁵, times the square of its radius at most: 6 s²/(1 −
@@ -207,7 +207,7 @@ class Flat:
         return as_point(seen, self.reach_radius, part, lambda s: 6.0 * s * s / (1.0 - s) ** 5)
 
     def without(self, effect: str, point: Vector) -> tuple[Light, float]:
-        """As a spot light in its middle, or as parallel light."""
+        """A spot light in its middle, or parallel light."""
         if effect == SIZE_EFFECT:
             height = sum(n * (p - c) for n, p, c in zip(self.normal, point, self.center, strict=True))
             return _part(self.center, -1.0 if self.two_sided and height < 0.0 else 1.0, self.normal, 1.0), 1.0

@@ -72,7 +72,7 @@ class SphereLight(Light):
         return reach_within(self._center, self.radius, extent)
 
     def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
-        """As a point light in its middle.
+        """A point light in its middle.
 
         It is seen as a disk of one colour, s the sine of its angular radius, that sends 2 / (1 + √(1 − s²)) times 1/d².
         """
@@ -81,7 +81,7 @@ class SphereLight(Light):
         return as_point(extent.sight(self._center), self.radius, self.nodes(1)[0], lambda s: s * s / 2.0)
 
     def without(self, effect: str, point: Vector) -> tuple[Light, float]:
-        """As a point light in its middle, or as parallel light."""
+        """A point light in its middle, or parallel light."""
         return (self.nodes(1)[0], 1.0) if effect == SIZE_EFFECT else parallel_at(self, point)
 
     @property

@@ -44,7 +44,7 @@ class GGX(Microfacets):
         object.__setattr__(self, "f0", part_of_light("f0", self.f0))
 
     def facets_of(self, roughness: Any) -> Facets:
-        """With the same α for distribution and masking."""
+        """Facets with the same α for distribution and masking."""
         alpha = alpha_of(roughness)
         return Facets(alpha, alpha)
 

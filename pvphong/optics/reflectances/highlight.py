@@ -208,7 +208,7 @@ class Shiny(Reflectance):
         return LAMBERT, HIGHLIGHT
 
     def of(self, material: Any) -> Self:
-        """With the material's shininess, where it has none of its own."""
+        """A copy with the material's shininess, where it has none of its own."""
         own: dict[str, Any] = {"shininess": material.shininess}
         return replace(self, **own) if self.shininess is None else self
 
@@ -246,6 +246,6 @@ class Shiny(Reflectance):
         return min(change * ROUNDED_UP, 1.0)
 
     def extremes(self, field: str, low: float, high: float) -> tuple[Self, ...]:
-        """With the greatest of those below 1, which are infinitely steep, where none of the ends is it."""
+        """Also the greatest exponent below 1, where highlights are infinitely steep, unless it is one of the ends."""
         ends = super().extremes(field, low, high)
         return (*ends, replace(self, **{field: math.nextafter(1.0, 0.0)})) if low < 1.0 <= high else ends

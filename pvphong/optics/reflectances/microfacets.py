@@ -63,10 +63,10 @@ class Facets(NamedTuple):
     """How rough they are, and where cosines are cut off."""
 
     alpha: Any
-    """Of the distribution, above 0."""
+    """The roughness α of the distribution, above 0."""
 
     beta: Any
-    """Of the masking."""
+    """The roughness of the masking."""
 
     floor: float = 0.0
     """The cosines n·l and n·v are taken to be at least this."""

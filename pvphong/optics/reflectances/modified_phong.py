@@ -60,7 +60,7 @@ class ModifiedPhong(Shiny):
         return super().most(lobe, sightline) * float(factor)
 
     def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-        """As of a product of two: both fall to 0 at the horizon, so nothing jumps there."""
+        """The change of a product of two factors: both fall to 0 at the horizon, so nothing jumps there."""
         if lobe == 0:
             return super().change(lobe, turn, psi, light_moves=light_moves)
         return min((steepness(self.sharpness) + light_moves) * turn, 1.0) * float(self.parameters({})[0])

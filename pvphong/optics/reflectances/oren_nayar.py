@@ -16,7 +16,7 @@ from pvphong.optics.reflectances.phong import Phong
 
 @formula
 def _rough_diffuse(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it has none
-    """With cos φ sin α sin β = l·v − (n·l)(n·v), and cos β the greater of n·l and n·v: no angle is computed."""
+    """Their factor by cos φ sin α sin β = l·v − (n·l)(n·v), cos β the greater of n·l and n·v: no angle is computed."""
     a, b = own[0], own[1]
     n_l = maximum(at.n_l, ZERO)
     along = maximum(dot(at.l, at.v) - n_l * at.n_v, ZERO)

@@ -61,7 +61,7 @@ class PBR(Microfacets):
         super().__post_init__()
 
     def of(self, material: Any) -> PBR:
-        """With the material's diffuse colour."""
+        """A copy with the material's diffuse colour."""
         color = rgb(material.diffuse)
         if max(color) > 1.0:
             check.refuse("diffuse", color, "at most 1 in each channel for PBR", "More is no part of the light.")
@@ -82,7 +82,7 @@ class PBR(Microfacets):
         return self._lobes(WHITE, 1.0)
 
     def _lobes(self, color: Vector, scale: float) -> tuple[Lobe, ...]:
-        """Of a metal in so far as `metallic` says, whose F₀ is no multiple of the albedo in between."""
+        """The lobes of a metal to the share `metallic`; its F₀ is no multiple of the albedo in between."""
         m = self.metallic
         dielectric, metal = (1.0 - m) * DIELECTRIC, m * np.array(color)[:, None]
         f0 = dielectric + metal
@@ -105,17 +105,17 @@ class PBR(Microfacets):
 
 @dataclass(frozen=True)
 class _Colored(PBR):
-    """With a diffuse colour."""
+    """PBR with a diffuse colour."""
 
     color: Vector = WHITE
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:
-        """With F₀ from the colour."""
+        """The lobes, with F₀ from the colour."""
         return self._lobes(self.color, 1.0)
 
     def in_vtk(self) -> PBR:
-        """With its colour."""
+        """VTK's form, with its colour."""
         return _Shaded(self.metallic, self.roughness, self.color)
 
 
@@ -127,7 +127,7 @@ class _Shaded(_Colored):
     is_physical: ClassVar[bool] = True
 
     def facets_of(self, roughness: Any) -> Facets:
-        """With the shader's floors."""
+        """Facets with the shader's floors."""
         return super().facets_of(roughness)._replace(floor=_FLOOR, least=_LEAST)
 
     @property

@@ -99,7 +99,7 @@ class Ward(Reflectance):
         return 1.0 / max(self.alpha_x, _LEAST_ALPHA), 1.0 / max(self.alpha_y, _LEAST_ALPHA)
 
     def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
-        """At the largest n·h: x/z² is at most 1/z, and with θ the angle from n to s, |s|²/z² is 1 + tan² θ.
+        """The bound at the largest n·h: x/z² is at most 1/z, and with θ the angle from n to s, |s|²/z² is 1 + tan² θ.
 
         (1 + tan² θ) exp(−E) is at most 1, and falls where n·v is positive.
         """

@@ -105,7 +105,7 @@ def _errors_at(vertices: LitVertices, corners: IntArray, weights: Float64Array, 
 
 
 def _difference(colors: Float64Array, others: Float64Array) -> Float64Array:
-    """Of colours (..., 3), in the channel where it is largest."""
+    """The difference of colours (..., 3) in the channel where it is largest."""
     return np.abs(colors - others).max(axis=-1)
 
 
@@ -204,7 +204,7 @@ _INVISIBLE = 21.0
 
 
 def _highlight_peaks(term: LightTerm, equation: Equation, points: Float64Array, normals: Float64Array) -> Places:
-    """By Gauss-Newton steps, in triangles that are large against the highlight; a fixed pattern serves the others.
+    """Peaks by Gauss-Newton steps, in triangles that are large against the highlight; others have a fixed pattern.
 
     A chord's length bends by less than a quarter of the square of its spread over the triangle, so that
     triangles too far from the highlight are passed over.
@@ -291,7 +291,7 @@ def _creases(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> It
 
 
 def _beyond_the_edge(light: Light, to_light: FloatArray) -> Iterator[FloatArray]:
-    """Of a light with a cone: the squared chord from its axis at the edge, less that of unit vectors (3, k) to it."""
+    """For a light with a cone, the squared chord from its axis at the edge, less that of unit vectors (3, k) to it."""
     for direction, angle in zip(light.values(Aim), light.values(Angle), strict=False):
         chord = to_light + np.array(unit_vector(direction))[:, None]
         yield 4.0 * math.sin(math.radians(angle) / 2.0) ** 2 - dot(chord, chord)

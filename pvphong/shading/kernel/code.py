@@ -46,7 +46,7 @@ from pvphong.shading.equation import Equation
 from pvphong.shading.kernel import arithmetic
 
 Key = tuple[CodeType, tuple[Any, ...], Callable[..., Any], tuple[str, ...]]
-"""Of a piece of code: a function's code, the values it was made with, its signature, and the names of its types."""
+"""Identifies a piece of code: a function's code, the values it closes over, its signature, names of its types."""
 
 _MODULE = "pvphong.shading.kernel.ahead"
 
@@ -133,7 +133,7 @@ class Store:
 
 
 def digest(data: bytes) -> bytes:
-    """Of `_DIGEST` bytes."""
+    """SHA-256 of some bytes: `_DIGEST` bytes."""
     return hashlib.sha256(data).digest()
 
 

@@ -234,7 +234,7 @@ def _add_light(
 
 @inlined
 def _clipped(intensity: Any, low: Any, high: Any) -> Any:
-    """In [low, high], for all but NaN."""
+    """The intensity clipped to [low, high]; NaN stays."""
     return min(max(intensity, low), high)
 
 

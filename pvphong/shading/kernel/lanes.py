@@ -294,7 +294,7 @@ _TAN_22_5, _TINIEST = math.sqrt(2.0) - 1.0, 2.0**-1000
 
 @_polynomial(formulas.arctan2)
 def _arctan2(y: Any, x: Any) -> Any:
-    """By t = tan θ in [0, tan 22.5°], or of the rest to 45°: θ = t + t³ P(t²)."""
+    """The arc tangent by t = tan θ in [0, tan 22.5°], or of the rest to 45°: θ = t + t³ P(t²)."""
     height, width = abs(y), abs(x)
     low, high = formulas.minimum(height, width), formulas.maximum(formulas.maximum(height, width), _TINIEST)
     is_steep = low > _TAN_22_5 * high
@@ -309,7 +309,7 @@ def _arctan2(y: Any, x: Any) -> Any:
 
 @_polynomial(formulas.sine)
 def _sine(x: Any) -> Any:
-    """Of what is left of x without whole half turns, k of them: sin r · (−1)ᵏ."""
+    """The sine of r, which is x less k half turns: sin r · (−1)ᵏ."""
     k = formulas.nearest(x * (1.0 / _PI))
     r = formulas.multiply_add(k, -_LESS_THAN_PI, formulas.multiply_add(k, -_PI, x))
     odd = abs(k - 2.0 * formulas.nearest(0.5 * k))

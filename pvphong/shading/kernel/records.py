@@ -192,9 +192,9 @@ class Records(NamedTuple):
     """What the driver reads of an equation."""
 
     settings: bytes
-    """One of type `SETTINGS`."""
+    """One record of type `SETTINGS`."""
     terms: bytes
-    """Of type `TERM`, one for each light."""
+    """Records of type `TERM`, one for each light."""
     numbers: bytes
     """Floats of the reflectance's stage, then of each light's; a row each, filled up with zeros."""
 

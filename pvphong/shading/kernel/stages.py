@@ -123,7 +123,7 @@ def _raised(rows: Any, i: int) -> Any:
 
 
 def factors_already_written(_numbers: Any, _rows: Any, _points: Any) -> int:
-    """In place of a reflectance's stage, where that of a light with a size has written the factors."""
+    """Runs in place of a reflectance's stage where the stage of a light with a size has written the factors."""
     return _ALL_LOBES
 
 

@@ -84,7 +84,7 @@ class Draft:
 
     @classmethod
     def first(cls, equation: Equation, extent: Extent, tolerance: float, visibility: VisibilityLike | None) -> Draft:
-        """Of an equation as it was assembled."""
+        """The draft of an equation as it was assembled."""
         shining = sum(not term.is_black for term in equation.terms)
         notes = tuple(Note("lights", label, "switched off") for label in equation.off)
         return cls(equation, shining, extent, tolerance, notes, visibility)

@@ -255,7 +255,7 @@ class Size(LightEffect):
         return None
 
     def decide(self, draft: Draft) -> Decision:
-        """With how lobes are integrated over the lights: exactly, or by nodes."""
+        """Its reason also says how lobes are integrated over the lights: exactly, or by nodes."""
         decision, equation = super().decide(draft), draft.equation
         by_method: dict[str, list[str]] = {}
         components: tuple[Component, ...] = ("diffuse", "specular")
@@ -286,7 +286,7 @@ class Sky(Effect):
         return _bands(term) > 1
 
     def decide(self, draft: Draft) -> Decision:
-        """With what the bands hold at most that no light has."""
+        """Its reason also says how much the bands beyond the last one hold at most."""
         decision, equation = super().decide(draft), draft.equation
         terms = [term for term in equation.terms if self.has(equation, term)]
         if not terms:
@@ -308,7 +308,7 @@ def _bands(term: LightTerm) -> int:
 
 
 def _largest_error(equation: Equation, term: LightTerm, off: Any) -> float:
-    """In a colour, where each lobe may be off by what `off` gives for its form."""
+    """The largest error in a colour, where each lobe may be off by what `off` gives for its form."""
     errors = [
         max(color) * off(form)
         for form, color in zip(equation.forms, term.colors, strict=True)

@@ -243,7 +243,7 @@ class Plan:
 
     @property
     def _rows(self) -> list[tuple[str, ...]]:
-        """Of each effect: name, on or off, why, what it reads, bound, nanoseconds."""
+        """A row for each effect: name, on or off, why, what it reads, bound, nanoseconds."""
         rows: list[tuple[str, ...]] = []
         for effect, nanoseconds in zip(EFFECTS, self._nanoseconds, strict=True):
             decision = self.effects[effect.name]

@@ -118,7 +118,7 @@ class Timing:
 
 
 UNTIMED = Timing(0.0, 0.0, 0.0, 0)
-"""Of a row that is still to be timed."""
+"""The timing of a row that is still to be timed."""
 
 
 @dataclass(frozen=True)
@@ -345,7 +345,7 @@ class Result:
         return min(within, key=lambda row: row.time.median, default=None)
 
     def most_accurate(self, question: Question) -> Row:
-        """Of pvphong's own rows the one that errs least."""
+        """The one of pvphong's own rows that errs least."""
         return min(self.rows_for(question), key=lambda row: row.decisive_error)
 
     @property

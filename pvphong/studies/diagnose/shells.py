@@ -102,7 +102,7 @@ def fan(faces: Faces) -> tuple[IntArray, IntArray]:
 
 
 def solid_angle(triangles: Float64Array) -> float:
-    """Of triangles (m, 3 corners, 3) as the origin sees them, positive where it sees their backs.
+    """The solid angle of triangles (m, 3 corners, 3) as the origin sees them, positive where it sees their backs.
 
     Source: van Oosterom & Strackee, The Solid Angle of a Plane Triangle, IEEE Trans. Biomed. Eng. 30 (1983).
     """

@@ -54,7 +54,7 @@ PICTURED: dict[str, Light] = {
     "sun": DirectionalLight(direction=(-1.0, 0.5, -0.8), intensity=0.9),
     "lamp": PointLight(position=(1.0, -1.2, 1.4), attenuation=(0.4, 0.2, 0.1), diffuse=(1.0, 0.9, 0.7)),
 }
-"""Of the report's pictures."""
+"""The lights of the report's pictures."""
 
 _LIGHTS: dict[str, Light] = {
     "sun": DirectionalLight(direction=(-1.0, 0.6, -1.1), diffuse=_WARM),

@@ -305,7 +305,7 @@ class Command(NamedTuple):
     """What one key does, or several that belong together."""
 
     keys: str
-    """By VTK's names, with spaces between them."""
+    """The keys by VTK's names, with spaces between them."""
 
     what: str
     """What the help says."""

@@ -306,7 +306,7 @@ class PlaceHandle(Handle):
         return replace(self.light, **changes)
 
     def point(self, view: View) -> Float64Array:  # noqa: ARG002 it is seen from everywhere
-        """In its middle."""
+        """The light's middle."""
         return self.middle
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
@@ -334,7 +334,7 @@ class AimHandle(Handle):
     _sign = 1.0  # of the direction that the angles are those of
 
     def point(self, view: View) -> Float64Array:  # noqa: ARG002 it is seen from everywhere
-        """At the target."""
+        """The target."""
         return self.shown.target(self.value)
 
     def aim_at(self, point: Float64Array) -> Float64Array:
@@ -407,7 +407,7 @@ class IconHandle(AimHandle):
     _sign = -1.0
 
     def point(self, view: View) -> Float64Array:  # noqa: ARG002 it is seen from everywhere
-        """At the icon."""
+        """The icon's place."""
         return self.shown.origin
 
     def aim_at(self, point: Float64Array) -> Float64Array:
@@ -606,7 +606,7 @@ def _nearest(
     tried: Float64Array,
     reluctance: float = 0.0,
 ) -> float | None:
-    """Of numbers in a range, the one whose place comes nearest to the cursor on the screen.
+    """The number in a range whose place comes nearest to the cursor on the screen.
 
     Parameters
     ----------
