@@ -25,7 +25,7 @@ print(report)
 
 print("| way to light it | median time | largest error |\n|---|---:|---:|")
 for row in report.rows:
-    if row.on_front or row.promised:
+    if row.on_front or row.error_bound:
         print(f"| {row.name} | {1e3 * row.time.median:.3g} ms | {row.error.largest:.2g} ({row.kind}) |")
 
 picture = FOLDER / "accuracy_costs_time.png"

@@ -2,7 +2,7 @@
 
 `import pvphong as ph` gives the names below; `mesh.phong` and `plotter.phong` are there even without it, for PyVista
 finds them by this package's entry points.
-A name is imported when it is first asked for: the command line's supervisor must stay light, and computing colours
+A name is imported when it is first used: the command line's supervisor must stay light, and computing colours
 needs neither what draws nor what measures.
 
 The packages, from the lowest: `base`, `geometry`, `optics` (lights, reflectances, materials), `scene`, `shading` (the

@@ -1,6 +1,6 @@
-"""`mesh.phong` and `blocks.phong`: PyVista imports this module, by its entry point, when `phong` is first asked for.
+"""`mesh.phong` and `blocks.phong`: PyVista imports this module, by its entry point, when `phong` is first used.
 
-What a mesh's method does stands in `meshes/lit.py` and `meshes/pictures.py`, or, where it measures something, in a
+What a mesh's method does is in `meshes/lit.py` and `meshes/pictures.py`, or, where it measures something, in a
 package of `studies/`, which is imported when it is used: those load what draws. Blocks do the same, each by itself.
 """
 
@@ -238,7 +238,7 @@ class BlocksPhong:
 
     @_options_of(MeshPhong.visibility)
     def visibility(self, scene: SceneLike | None = None, **options: Any) -> dict[str, Visibility]:
-        """What the vertices of each dataset see, other blocks being in the way."""
+        """What the vertices of each dataset see; other blocks may block light."""
         matrix = options.get("matrix")
         scene = scene_for(map_blocks(self._blocks, surface), scene, matrix)
         among = occluders_of_blocks(self._blocks, matrix, options.pop("occluders", ()))

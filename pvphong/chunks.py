@@ -1,4 +1,4 @@
-"""`pvphong.evaluate` on Dask arrays: chunk by chunk, when the colours are asked for.
+"""`pvphong.evaluate` on Dask arrays: chunk by chunk, when the colours are computed.
 
 Dask decides how many chunks are lit at once, so each is lit by the one thread that Dask gives it: the evaluator's own
 threads stay out, and there are never more at work than Dask has.

@@ -88,7 +88,7 @@ class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class 
         Raises
         ------
         ValueError
-            If the input cannot be lit. (A step downstream that asks for the output gets VTK's error message.)
+            If the input cannot be lit. (A step downstream gets VTK's error message.)
         """
         super().Update()  # runs nothing where nothing has changed: what was refused then is still refused
         if self._refusal is not None:

@@ -22,7 +22,7 @@ from pvphong.studies.validate.validation import Comparison, validate
 from pvphong.studio.gizmos import Gizmo, History, Interaction, Keys, Options, check_keys
 from pvphong.studio.lit_actors import ARRAY, LitMesh, lit_meshes
 from pvphong.studio.subplot import Subplot
-from pvphong.studio.window_lights import LightHandle
+from pvphong.studio.window_lights import RendererLight
 
 _DULL = Material()
 _NO_KEYS: Keys = MappingProxyType({})
@@ -98,7 +98,7 @@ class PlotterPhong:
             Degrees between two faces from which their common edge is sharp, as for `mesh.phong.shade`; "auto" takes
             30 where the mesh has no point normals of its own.
         casts_shadows : bool, default True
-            Whether it is in the way of light where `light_model` has shadows or ambient occlusion: all such meshes of a
+            Whether it blocks light where `light_model` has shadows or ambient occlusion: all such meshes of a
             subplot that are visible shadow each other and themselves.
         **add_mesh_options
             As for `pyvista.Plotter.add_mesh`, without those that colour the mesh. With a `name` blocks are called
@@ -235,8 +235,8 @@ class PlotterPhong:
         """The active subplot's lights as values, the plotter's own `pyvista.Light` objects among them."""
         return self._subplot.lights.values
 
-    def add_light(self, light: Any) -> LightHandle:
-        """Add a light to the active subplot; VTK-lit actors stand in it too.
+    def add_light(self, light: Any) -> RendererLight:
+        """Add a light to the active subplot; it lights the actors that VTK lights too.
 
         Parameters
         ----------
@@ -245,7 +245,7 @@ class PlotterPhong:
 
         Returns
         -------
-        LightHandle
+        RendererLight
             Names the light for `set_light` and `remove_light`.
 
         Raises
@@ -262,8 +262,8 @@ class PlotterPhong:
 
         Parameters
         ----------
-        which : LightHandle, int, str or pyvista.Light
-            The light: by its handle, its index in `lights`, its name, or its PyVista light.
+        which : RendererLight, int, str or pyvista.Light
+            The light: as `add_light` gave it, or by its index in `lights`, its name, or its PyVista light.
         light : Light
             The new value.
 
@@ -276,9 +276,9 @@ class PlotterPhong:
             check.refuse("light", light, "a light of pvphong's", "as_light converts a pyvista.Light.")
         light.as_vtk()  # refuses one that VTK has nothing like
         lights = self._subplot.lights
-        handle = lights.find(which)
+        renderer_light = lights.find(which)
         with self._history.edit(lights):
-            handle.set(light, lights.viewer)
+            renderer_light.set(light, lights.viewer)
 
     def remove_light(self, which: Any) -> None:
         """Take a light out of the active subplot; `which` as for `set_light`."""
@@ -379,7 +379,7 @@ class PlotterPhong:
         self.remove_gizmos()
         owner = self._owner
 
-        def render() -> None:  # which also tells trame's views of a new picture; the plotter is not held on to
+        def render() -> None:  # trame's views also get the new picture by it; the plotter is not held on to
             if (plotter := owner()) is not None:
                 plotter.render()
 

@@ -89,7 +89,7 @@ def test_parts_of_reports_and_of_plotters_are_lines(report):
     phong = plotter.phong
     light, actor = phong.add_light(LAMP), phong.add_mesh(MESH)
     shown = (light, phong.mesh(actor), *phong.add_gizmos())
-    for value in (report, *report.rows, *report.ledger, *report.promises, finding, worst, *shown):
+    for value in (report, *report.rows, *report.ledger, *report.predicted_bounds, finding, worst, *shown):
         line(value)
     assert "1 lit meshes in 1 subplots" in line(phong)
     plotter.close()

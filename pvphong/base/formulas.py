@@ -1,13 +1,15 @@
-"""What formulas are written with, so that each stands once: NumPy runs it on arrays, compiled code on one vertex.
+"""What formulas are written with, so that each stands once: NumPy runs it on arrays, compiled code on vertices.
 
 A formula is a function of components that gives components. It is marked by `formula`, calls only the operations of
-this module and other formulas, and has no branches: `where` chooses, and both sides are computed. Vectors are anything
-with three entries: a tuple of numbers in compiled code, an array (3, n) in NumPy.
+this module and other formulas. Most have no branches: `where` chooses, and both sides are computed. Those of lights
+with a size also have loops, and skip with `if any_of(...)` what no vertex needs. Vectors are anything with three
+entries: a tuple of numbers in compiled code, an array (3, n) in NumPy.
 
 Its numbers may be float32 or float64. A Python float would widen float32 in compiled code; so small constants are
 float32, which every type holds (`ZERO`, `HALF`, `ONE`, `TWO`), and others are written `like(x, 0.3)`: as x is.
 
-The compiled form of each operation is in `pvphong.shading.kernel.arithmetic`.
+The compiled form of each operation for one vertex is in `pvphong.shading.kernel.arithmetic`; formulas of lights with a
+size run on eight vertices at once, by `pvphong.shading.kernel.lanes`.
 """
 
 from __future__ import annotations
@@ -41,7 +43,7 @@ def formula(function: Function) -> Function:
 
 
 def sqrt(x: Any) -> Any:
-    """√x."""
+    """The square root √x."""
     return np.sqrt(x)
 
 
@@ -86,12 +88,12 @@ def arctan2(y: Any, x: Any) -> Any:
 
 
 def sine(x: Any) -> Any:
-    """Sin x for some turns of the circle."""
+    """The sine of x, for some turns of the circle."""
     return np.sin(x)
 
 
 def cosine(x: Any) -> Any:
-    """Cos x, to the last digits of 1."""
+    """The cosine of x, to the last digits of 1."""
     return np.cos(x)
 
 
@@ -107,17 +109,17 @@ def power_less_one(less: Any, exponent: Any) -> Any:
 
 
 def any_of(conditions: Any) -> Any:
-    """Whether any of them holds: what none needs may then be left out, by `if`."""
+    """Whether any of them holds. `if any_of(...)` skips what none of the vertices needs."""
     return np.any(conditions)
 
 
 def largest(x: Any) -> Any:
-    """The largest of whole numbers >= 0, as an integer: so often a loop goes that serves all of them."""
+    """The largest of whole numbers >= 0, as an integer: a loop with that many steps serves all of them."""
     return int(np.max(x, initial=0.0))
 
 
 def exponential(x: Any) -> Any:
-    """Eˣ for x <= 0."""
+    """The exponential eˣ for x <= 0."""
     return np.exp(x)
 
 
@@ -158,7 +160,7 @@ class Power(NamedTuple):
     """A power of a cosine: max(f, floor)ⁿ."""
 
     exponent: Any
-    """N >= 0: a number, or an array of them vertex by vertex."""
+    """The exponent n >= 0: a number, or an array of them vertex by vertex."""
     floor: float = 0.0
 
     @property

@@ -98,7 +98,7 @@ class Watch:
         self._deadline, self._bytes_read = time.monotonic() + self.limit, self._count_bytes_read()
 
     def _count_bytes_read(self) -> int:
-        """Bytes that the worker has read so far; 0 where the system does not tell."""
+        """Bytes that the worker has read so far; 0 where the system does not report it."""
         try:
             with open(f"/proc/{self._process}/io") as counts:
                 return int(counts.readline().split()[1])
@@ -170,7 +170,7 @@ def available_memory() -> int | None:
 
 @contextmanager
 def _limited_memory() -> "Iterator[None]":
-    """A limit for this process's data, so that what a damaged file asks for is refused before the system stalls."""
+    """A limit for this process's data: what a damaged file makes it allocate is refused before the system stalls."""
     if sys.platform != "linux":
         yield
         return

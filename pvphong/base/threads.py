@@ -43,13 +43,13 @@ def count() -> int:
 
 @functools.lru_cache(maxsize=1)
 def _processors(_process: int, _second: int) -> int:
-    """Those that this process may use; asked for once a second, for the answer takes some 40 µs."""
+    """Those that this process may use; read once a second, for that takes some 40 µs."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextlib.contextmanager
 def limited(threads: int) -> Iterator[None]:
-    """While it lasts, no more threads work at once on what the calling thread asks for: 1 where others share it out."""
+    """While it lasts, no more threads work at once for the calling thread: 1 where others share out the work."""
     before, _here.limit = _here.limit, threads
     try:
         yield

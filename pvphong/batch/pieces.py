@@ -177,7 +177,7 @@ def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
     index : Index
         What else its input says is kept.
     arrays : sequence
-        Of each lit file; those that all have are declared where the format asks for it.
+        Of each lit file; those that all have are declared where the format needs it.
 
     Raises
     ------

@@ -45,7 +45,7 @@ class Batch:
     done : tuple of Path
         The files that were lit now, and the indices that were written.
     skipped : tuple of Path
-        Those of which the lit file was there already, made from the same file and in the same way.
+        Those of which the lit file was there already, made from the same file with the same settings.
     failed : mapping of Path to str
         Those that could not be lit, and why. Nothing was written for them.
     note : str
@@ -200,7 +200,7 @@ def _folders(folders: Iterable[Path]) -> Iterator[None]:
 
 
 class _Run:
-    """One call: what workers are asked for, in which order, and the result of each piece and index, by its output."""
+    """One call: what workers are to light, in which order, and the result of each piece and index, by its output."""
 
     def __init__(self, client: Client, job: Job, pieces: Sequence[Piece], indices: Sequence[Index]) -> None:
         self._client, self._job, self._pieces, self._indices = client, job, pieces, indices

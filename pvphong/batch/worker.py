@@ -121,7 +121,7 @@ def receipt_path(output: Path) -> Path:
 
 
 def valid_receipt(piece: Piece, job: Job) -> Receipt | None:
-    """The receipt of a lit file that is there as it was written, lit in just this way."""
+    """The receipt of a lit file that is there as it was written, lit with the same settings."""
     with suppress(OSError, ValueError, TypeError):
         found = json.loads(receipt_path(piece.output).read_text(encoding="utf-8"))
         receipt = Receipt(**found | {"arrays": tuple(ArrayType(*array) for array in found["arrays"])})
@@ -150,7 +150,7 @@ class Result:
 
 
 def look(piece: Piece, job: Job) -> tuple[str, Receipt | None]:
-    """A piece's checksum, and what its lit file was made from, if that is lit in just this way."""
+    """A piece's checksum, and what its lit file was made from, if that is lit with the same settings."""
     return _checksum_of_input(piece), valid_receipt(piece, job)
 
 

@@ -24,7 +24,7 @@ from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.scene import Scene, load_materials
 
 SIZE = (1024, 768)
-"""Width and height in pixels of the picture or window that a scene is made for, if none are asked for."""
+"""Width and height in pixels of the picture or window that a scene is made for, if none are given."""
 
 _IMAGES = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff")
 
@@ -133,7 +133,7 @@ class Rays:
     occluder: Annotated[tuple[str, ...], Parameter(negative="", show_default=False)] = ()
 
     def added_to(self, scene: Scene) -> Scene:
-        """A scene with what is asked for beside its own."""
+        """The scene, with the options beside its own."""
         model = scene.light_model
         occlusion = model.ambient_occlusion or self.ambient_occlusion  # a rig's may be a distance
         model = replace(model, shadows=model.shadows or self.shadows, ambient_occlusion=occlusion)

@@ -177,7 +177,7 @@ def _extremes(rows: FloatArray) -> Float64Array:
 # --- convex
 
 
-# Angles in radians by which faces may be bent the wrong way: the rounding of coordinates bends flat ones by as much.
+# Angles in radians by which faces may be bent inwards: the rounding of coordinates bends flat ones by as much.
 _BENT = 1e-5
 # Faces against which points are tried first: where the body is not convex, hardly any is in front of no point.
 _TRIED, _POINTS_TRIED = 16, 4096
@@ -195,7 +195,7 @@ def is_convex(points: FloatArray, normals: FloatArray, triangles: NDArray[np.int
     Parameters
     ----------
     points, normals : ndarray
-        Shape (n, 3). Points that stand in one place are taken as one.
+        Shape (n, 3). Points at one place are taken as one.
     triangles : ndarray
         Shape (m, 3), the points at their corners, counter-clockwise as seen from outside.
     """

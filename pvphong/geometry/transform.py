@@ -2,11 +2,11 @@
 
 A model matrix M = [[L, t], [0, 0, 0, w]] takes a point p to (L p + t) / w and a vector v to L v / w. A normal n
 goes by the inverse-transpose of L / w, which is its cofactor matrix up to a positive factor and the sign of
-its determinant. The three transforms stand side by side so that nobody takes the wrong one.
+its determinant. The three transforms are side by side so that nobody takes the wrong one.
 
 Every row of a result depends on that row of the input and on the matrix alone: not on the other rows, nor
 on the memory layout. Rows that float64's exponent range would spoil are computed again with exponents kept
-apart, which gives the same bits wherever both ways are open.
+apart, which gives the same bits wherever both are possible.
 """
 
 from __future__ import annotations

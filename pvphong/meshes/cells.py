@@ -53,7 +53,7 @@ class Cells:
     connectivity : ndarray
         Their point indices, one cell after the other.
     version : tuple or None
-        What tells this state of the array from all others, so that it need be checked but once; None if it is
+        A stamp of this state of the array, so that it is checked once only; None if it is
         to be checked each time.
     """
 
@@ -97,7 +97,7 @@ def cells(mesh: pv.DataSet) -> list[Cells]:
     """The cell arrays of a mesh; none of a dataset whose cells are implied by its dimensions.
 
     Those of a PolyData are checked once for each version of theirs, for VTK counts all objects' modifications by one
-    counter. Who writes into their memory has to tell VTK by ``Modified()``, as for drawing them. A grid's are checked
+    counter. Code that writes into their memory must call ``Modified()``, as for drawing them. A grid's are checked
     each time: VTK reads them next, to cut out the surface, and one wrong index would end the process.
 
     Raises

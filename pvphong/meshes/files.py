@@ -1,6 +1,6 @@
-"""Meshes and textures from files, and lit meshes to files: whole or not at all, and no reader's crash is the caller's.
+"""Meshes and textures from files, and lit meshes to files: whole or not at all; no reader's crash ends the caller.
 
-`read` reads in a process of its own where that is asked for, `read_mesh` in this one; whatever a reader or writer
+`read` reads in a process of its own with `guarded=True`, `read_mesh` in this one; whatever a reader or writer
 complains about becomes one `ValueError`.
 """
 
@@ -79,7 +79,7 @@ def read(path: str | os.PathLike[str], *, guarded: bool = False) -> pv.DataSet |
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder, "mesh")
         listening, speaking = os.pipe()
-        # not by multiprocessing, which would run the caller's main module again, and tells no signal and no progress
+        # not by multiprocessing, which would run the caller's main module again, and reports no signal and no progress
         child = subprocess.Popen(
             [sys.executable, "-W", "ignore", "-c", _CHILD, os.fspath(path), str(result), str(speaking)],
             stdin=subprocess.DEVNULL,
@@ -210,7 +210,7 @@ def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str, compress: 
         if coordinates is not None and coordinates.dtype != np.float32:  # which VTK's writer crashes at
             lit.active_texture_coordinates = coordinates.astype(np.float32)
     with written_aside(path) as aside:
-        if suffix == ".vtkhdf":  # its writer does not notice that a disk is full, nor does the file's length tell
+        if suffix == ".vtkhdf":  # its writer does not notice that a disk is full, nor does the file's length show it
             chunks = sum(len(part.array_names) + 12 for part in leaves(lit))
             reserve(aside, sum(map(_data_size, leaves(lit))) + 2**20 * chunks)
         _save(lit, aside, options)

@@ -253,7 +253,7 @@ def visibility(
         As for `shade`. Its light model need not ask for shadows; its `ambient_occlusion` says up to which distance
         something hides the sky.
     occluders : sequence, optional
-        Meshes, or pairs of a mesh and a 4x4 matrix, that are in the way like this mesh itself.
+        Meshes, or pairs of a mesh and a 4x4 matrix, that block light like this mesh itself.
     samples : int, optional
         So many rays for every vertex to each light with a size, and into the sky: the next power of two, at most
         4096.
@@ -327,7 +327,7 @@ def normals(
 def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None, *, backend: Backend = "auto") -> FloatArray:
     """The normals that a surface is lit with.
 
-    Its active point normals as they are, if it has any; else, or where a weighting is asked for, they are
+    Its active point normals as they are, if it has any; else, or where a weighting is given, they are
     computed from its faces. Cell normals are not read: a vertex is lit, not a face.
     """
     if weighting is None:
@@ -349,7 +349,7 @@ def vertices_of(
     backend: Backend = "auto",
     **maps: Any,
 ) -> Vertices:
-    """A surface's vertices for a scene; normals, tangents and rays are found when they are first asked for."""
+    """A surface's vertices for a scene; normals, tangents and rays are found when they are first used."""
     normals = functools.cache(lambda: point_normals(source, backend=backend))
     seen: VisibilityLike | None = None
     if visibility is not None:

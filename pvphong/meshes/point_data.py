@@ -142,7 +142,7 @@ def texture_colors(texture: Any, source: pv.PolyData) -> Float64Array:
 
 
 def texture_version(texture: Any) -> Any:
-    """What tells a texture and its image from all before, cheap to compare."""
+    """A stamp of a texture and its image that changes with them; cheap to compare."""
     return tuple((part, part.GetMTime()) for part in (texture, texture.GetInput()) if part is not None)
 
 

@@ -41,7 +41,7 @@ def surface(mesh: pv.DataSet) -> pv.PolyData:
     Raises
     ------
     ValueError
-        If `mesh` is no DataSet, has nothing that can be lit, or is broken in a way that would crash VTK
+        If `mesh` is no DataSet, has nothing that can be lit, or is so broken that it would crash VTK
         (a cell's index out of range or with too few points, dimensions or an array of the wrong length);
         the message names the cell.
     """

@@ -29,7 +29,7 @@ _BLOCK = re.compile(rb"""<DataSet\b[^>]*?\bfile\s*=\s*["']([^"']+)["']""")
 
 
 def refuse_incomplete(path: Path) -> None:
-    """Raise ``ValueError`` for a file that is not there to its end; formats that do not tell are passed over.
+    """Raise ``ValueError`` for a file that was cut short; formats that do not show it are passed over.
 
     A file that names others is whole if they are; one that is not there is left to the reader.
     """

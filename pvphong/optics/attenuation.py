@@ -1,6 +1,6 @@
 """Attenuation with distance, 1 / (c + l·d + q·d²), of lights with a position (OpenGL 2.1 specification, 2.14.1).
 
-Lights without a size say in `lights/point.py` what may stand in for it.
+`lights/point.py` says which cheaper lights may replace one that weakens with distance.
 
 Symbols: c, l, q the constant, linear and quadratic coefficient; d the distance from the light.
 """

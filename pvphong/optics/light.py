@@ -2,7 +2,7 @@
 
 A new light is one file in `pvphong/optics/lights/` and its entry in `LIGHT_TYPES` there, by which scene files know it;
 what makes it public and tested is said there. It declares its fields with roles (`roles.py`) and must say where it
-stands and how it weakens (`placement`), or of which lights without a size it consists (`nodes`), or what arrives at a
+is and how it weakens (`placement`), or of which lights without a size it consists (`nodes`), or what arrives at a
 vertex (`arrival`, which only the readable evaluator runs). Everything else has an answer here that assumes nothing of
 it.
 """
@@ -63,22 +63,22 @@ class Reach(NamedTuple):
 
 
 POSITION_EFFECT, SIZE_EFFECT = "position", "size"
-"""The plan's effects that lights call for which are somewhere, and such as have a size."""
+"""The plan's effects of lights that have a place, and of lights that have a size."""
 
 NODES = 64
-"""As so many lights a light with a size is evaluated where there is no closed form."""
+"""A light with a size is evaluated as so many lights without one where there is no closed form."""
 
 
 class Integral(NamedTuple):
     """What a lobe reflects of all of a light with a size, of intensity 1: the limit of the sum over ever more nodes."""
 
     formula: Callable[..., Any]
-    """Of its numbers, of those of the lobe (`lobe_numbers`), of the way d from a vertex to its place, the unit normal n
-    and the unit vector a of the lobe; its numbers it reads by index, and the same runs on arrays and in compiled code.
-    0 for a normal or an a that is zero."""
+    """Of its numbers, of those of the lobe (`lobe_numbers`), of the offset d from a vertex to its place, the unit
+    normal n and the unit vector a of the lobe. It reads its numbers by index, and runs on arrays and in compiled code.
+    It gives 0 where n or a is zero."""
 
     place: Vector
-    """From where d is."""
+    """The point to which d leads."""
 
     radius: float
     """All of the light is within a sphere of that radius around there."""
@@ -87,13 +87,13 @@ class Integral(NamedTuple):
 
 
 class StandIn(NamedTuple):
-    """Cheaper lights that may stand in for one, and by how much that is wrong."""
+    """Cheaper lights that may replace one, and how large the error is."""
 
     make: Callable[[], tuple[Light, ...]] | None
     """Gives them; only what arrives from them counts: colours and intensity stay. None: the one is dark here."""
 
     why: str = ""
-    """The reason, in which `{bound}` stands for the error in a colour."""
+    """The reason; `{bound}` in it is replaced by the error in a colour."""
 
     factor: float = 1.0
     """What their strength is to be multiplied by."""
@@ -109,7 +109,7 @@ class StandIn(NamedTuple):
 
 
 class Placement(NamedTuple):
-    """Where a light without a size stands and how strong it is around there: what `arrival` and compiled code run."""
+    """Where a light without a size is and how strong it is around there: what `arrival` and compiled code run."""
 
     position: Vector
 
@@ -159,7 +159,7 @@ class Light:
     on : bool, default True
         Whether the light shines.
     frame : {"world", "camera", "headlight"}
-        Where its coordinates stand. "camera": in eye space (eye at the origin, looking down −z, y up),
+        What its coordinates are relative to. "camera": in eye space (eye at the origin, looking down −z, y up),
         so that the light moves with the viewer. "headlight": position and direction are the viewer's,
         and the light's own are ignored.
     name : str
@@ -238,7 +238,7 @@ class Light:
 
     @property
     def places(self) -> list[Vector]:
-        """The points that its fields say it stands at."""
+        """The points that its fields place it at."""
         return [*self.values(Place), *(corner for corners in self.values(Corners) for corner in corners)]
 
     def moved(self, move: Callable[[Vector], Vector]) -> Self:
@@ -352,7 +352,7 @@ class Light:
         return Reach()
 
     def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:  # noqa: ARG002 there is none
-        """A cheaper light that could stand in for the vertices.
+        """A cheaper light that could replace this one for the vertices.
 
         Parameters
         ----------

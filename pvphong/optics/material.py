@@ -150,7 +150,7 @@ class Material:
         Raises
         ------
         ValueError
-            If `prop` is not such an object, or asks for what `PBR` has not; the message names it.
+            If `prop` is not such an object, or uses what `PBR` has not; the message names it.
         """
         if not hasattr(prop, "GetSpecularPower"):
             check.refuse("prop", prop, "a pyvista.Property or a vtkProperty")

@@ -120,7 +120,7 @@ def row_areas(height: int, width: int) -> Float64Array:
 
 
 def directions(height: int, width: int) -> Float64Array:
-    """To the middle of each texel: shares of the ways to the image's middle, to the right, and up, shape (h, w, 3)."""
+    """Unit vectors to the middles of texels, along the axes to the image's middle, right and up, shape (h, w, 3)."""
     down, around = _angles(height)[:, None], 2.0 * (_angles(width) - 0.5 * math.pi)
     level, height_above = np.sin(down), np.cos(down)
     return np.stack(np.broadcast_arrays(level * np.cos(around), level * np.sin(around), height_above), axis=-1)
@@ -178,5 +178,5 @@ def _from_file(name: str, entries: Mapping[str, Any]) -> Panorama:
     try:
         image = kept.image
     except (ValueError, TypeError, zlib.error, binascii.Error):
-        check.refuse(f"{name}.texels", entries["texels"], f"{height} x {width} texels as a rig keeps them")
+        check.refuse(f"{name}.texels", entries["texels"], f"{height} x {width} texels as a scene file keeps them")
     return Panorama.of(name, image.astype(image.dtype.newbyteorder("=")))

@@ -93,7 +93,7 @@ class Lobe(NamedTuple):
     """What its colour is multiplied by."""
 
     is_own: bool = False
-    """Whether `color` stands in place of the material's colour for its component."""
+    """Whether `color` replaces the material's colour for its component."""
 
     tint: Callable[[FloatArray], FloatArray] | None = None
     """Gives what the colour is multiplied by for an albedo (3, n), where that is not the albedo itself."""
@@ -162,7 +162,7 @@ class Reflectance(ABC):
         Parameters
         ----------
         maps : mapping
-            Field → numbers of each vertex that stand in its place.
+            Field → numbers of each vertex that replace it.
         """
         return None
 

@@ -19,7 +19,7 @@ _LEAST_PRODUCT = {np.float32: 2.0**-100, np.float64: 2.0**-970}
 
 @dataclass(eq=False)
 class Surface:
-    """A block of n vertices, ready to be lit, in the precision asked for. Vectors are columns, (3, n) or (3, 1).
+    """A block of n vertices, ready to be lit, in the precision of the result. Vectors are columns, (3, n) or (3, 1).
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Surface:
         Unit vectors along the surface, not quite across its normals; zero where there is none. Only where the
         reflectance needs them.
     maps : mapping
-        Field of the reflectance → numbers, shape (n,), that stand in its place.
+        Field of the reflectance → numbers, shape (n,), that replace it.
     """
 
     raw: FloatArray
@@ -67,7 +67,7 @@ class Surface:
         return unit(2.0 * dot(n, v) * n - v)[0]
 
     def cosine(self, arrival: Arrival) -> Any:
-        """N·l, shape (n,). Its sign is that of n·D, D the vector to the light, and exact where these products are."""
+        """The cosine n·l, shape (n,). Its sign is n·D's for the vector D to the light, exact where the products are."""
         to_light, inverse = arrival.to_light, arrival.inverse_length
         n_d = dot(self.raw, to_light)
         n_l = n_d * inverse

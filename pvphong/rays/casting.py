@@ -172,7 +172,7 @@ class Caster:
 
     @property
     def resolution(self) -> float:
-        """The length below which this caster tells nothing apart."""
+        """The length that this caster resolves."""
         return math.ldexp(RESOLUTION, self._exponent)
 
     def blocked(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
@@ -258,7 +258,7 @@ def _warn_once() -> None:
 
 
 # A part so many times smaller than the others is not put into one caster with them, whose resolution is too coarse for
-# it: single precision tells 2⁻²⁴ of the whole apart.
+# it: single precision resolves 2⁻²⁴ of the whole.
 _ALIKE = 2.0**8
 
 
@@ -318,7 +318,7 @@ class Occluders:
         return [Caster(BlockingFaces.joined([self._parts[index] for index in group])) for group in self._groups]
 
     def resolution(self, part: int | None) -> float:
-        """The length below which nothing is told apart at a part, or else at the finest one; 0 without any."""
+        """The length that is resolved at a part, or else at the finest one; 0 without any."""
         if not self.casters:
             return 0.0
         own = [caster for group, caster in zip(self._groups, self.casters, strict=True) if part in group]

@@ -4,7 +4,7 @@ A vertex is on the smooth surface that a mesh stands for, and its normal is that
 and rises above the tangent plane meets no face of a convex surface, however coarse: there is no staircase where light
 ends to reach it, which rays from inside of faces make (Hanika, "Hacking the shadow terminator", 2021).
 
-An origin is above the tangent plane by the resolution of the triangles. It is also a thousandth of the way into the
+An origin is above the tangent plane by the resolution of the triangles. It is also moved by a thousandth into the
 vertex's own faces, as far as they are not below that plane: a vertex at the foot of a wall is in the plane of the wall,
 and belongs on that side of it on which its faces are.
 """
@@ -47,8 +47,8 @@ def into_faces(points: Float64Array, normals: Float64Array, triangles: NDArray[n
     Returns
     -------
     ndarray
-        Shape (n, 3): a thousandth of the way to the mean of the middles of its faces, without what of it is against
-        the normal.
+        Shape (n, 3): a thousandth of the offset to the mean of the middles of its faces, without the part of it that is
+        against the normal.
     """
     columns = np.ascontiguousarray(points.T)
     sums, counts = np.zeros_like(columns), np.zeros(len(points))
@@ -253,7 +253,7 @@ class Receiver:
 
     @cached_property
     def origins(self) -> Float64Array:
-        """Where rays begin, but for the height above the tangent plane: the points, a little way into their faces."""
+        """Where rays begin, but for the height above the tangent plane: the points, moved a little into their faces."""
         if self.known_origins is not None:
             return self.known_origins
         return self.points + into_faces(self.points, self.unit_normals, self.faces.corners)

@@ -1,10 +1,10 @@
-"""How much of a light or of the sky is seen: as many rays for each vertex as its own error asks for.
+"""How much of a light or of the sky is seen: as many rays for each vertex as its own error requires.
 
-What is looked at is divided into nodes, which stand in the order of a tree that halves them by place. Each vertex takes
-them in an order of its own, in which the first 2^k nodes are one from each 2^k-th part of the tree: van der Corput's,
-scrambled as Owen does it ("Randomly permuted (t,m,s)-nets", 1995) by a hash of the vertex's number, in the way of Laine
-and Karras ("Stratified sampling for stochastic transparency", 2011). So a vertex's rays depend on nothing else: not on
-the order of vertices, on threads or on chunks; and no node is taken twice.
+What is looked at is divided into nodes, in the order of a tree that halves them by place. Each vertex takes them in an
+order of its own, in which the first 2^k nodes are one from each 2^k-th part of the tree: van der Corput's, scrambled as
+Owen does it ("Randomly permuted (t,m,s)-nets", 1995) by a hash of the vertex's number, as Laine and Karras do
+("Stratified sampling for stochastic transparency", 2011). So a vertex's rays depend on nothing else: not on the order
+of vertices, on threads or on chunks; and no node is taken twice.
 
 Two nodes from neighbouring parts of the tree see the same, except at the edge of a shadow. Their differences are
 the standard error; it is on the large side (W. G. Cochran, "Sampling techniques", 1977, 5A.12, collapsed strata).
@@ -185,7 +185,7 @@ def _is_near_others(part: Float64Array, triangles: NDArray[np.int64]) -> BoolArr
 
 
 def in_tree_order(places: FloatArray) -> IntArray:
-    """The order in which places stand in a tree that halves them across their longest side, again and again."""
+    """The order of places in a tree that halves them across their longest side, again and again."""
     order = np.arange(len(places))
     size = len(places)
     while size > 1:

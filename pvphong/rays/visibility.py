@@ -235,7 +235,7 @@ class Visibility:
     def __repr__(self) -> str:
         seen = f"{len(self.lights)} lights from {self._parts.shape[1]} vertices"
         count, memory = self._tracer.occluders.count, self._tracer.occluders.memory
-        much = f"; {count:,} triangles in the way take about {memory / 1e9:.2g} GB" if count >= _MANY else ""
+        much = f"; {count:,} triangles that block light take about {memory / 1e9:.2g} GB" if count >= _MANY else ""
         return f"<Visibility of {seen}: {self.rays} rays in {self.seconds:.3g} s{much}>"
 
     def _repr_html_(self) -> str:
@@ -307,7 +307,7 @@ class Visibility:
         self._done.add(row)
 
     def channels(self, lights: Sequence[int], *, sky: bool) -> FloatArray:
-        """Shape (lights + 1, n): `per_light` with `sky` in the last row; rows not asked for may not be computed yet."""
+        """Shape (lights + 1, n): `per_light` with `sky` in the last row; other rows may not be computed yet."""
         for index in (*lights, *[len(self.lights)] * sky):
             if index not in self._done:
                 warn_if_slow(len(self._receiver.points))
@@ -375,12 +375,12 @@ class Visibility:
 
 
 def _stamp(points: FloatArray, lights: Sequence[Light]) -> tuple[int, ...]:
-    """Numbers that tell apart points, and each light's place, direction and size."""
+    """Checksums of points, and of each light's place, direction and size."""
     world = np.ascontiguousarray(points, np.float64)
     return (zlib.crc32(world.tobytes()), *map(_light_stamp, lights))
 
 
 def _light_stamp(light: Light) -> int:
-    """A number that tells a light's place, direction and size, and of which parts it is, from others."""
+    """A checksum of a light's place, direction, size and parts."""
     nodes = [(place_or_direction(node).tolist(), light.has_size and node.intensity) for node in light.nodes(4)]
     return zlib.crc32(repr((nodes, light.is_even)).encode())

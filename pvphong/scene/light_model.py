@@ -42,7 +42,7 @@ class LightModel:
     ambient_occlusion : bool or float, default False
         Ambient light, `ambient` above and that of lights, is multiplied by the open part of the sky: of the hemisphere
         around the normal, weighted with the cosine. A number > 0 is the distance, in the mesh's unit, up to which
-        something is in the way; True is any distance.
+        something blocks it; True is any distance.
 
     Raises
     ------

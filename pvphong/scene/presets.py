@@ -16,15 +16,15 @@ _AWAY = 1.0
 
 
 def three_point(mesh: Any, viewer: Viewer | None = None, *, ratio: float = 4.0) -> tuple[Light, ...]:
-    """Key, fill and rim light of portrait photography, standing around a mesh in the world.
+    """Key, fill and rim light of portrait photography, around a mesh in the world.
 
-    The key stands 45° to the left of the viewer and 30° above; the fill opposite it, lower and weaker; the rim
+    The key is 45° to the left of the viewer and 30° above; the fill opposite it, lower and weaker; the rim
     light behind and above, so that it draws the outline.
 
     Parameters
     ----------
     mesh : pyvista.DataSet, pyvista.MultiBlock, or sequence of float
-        What stands in the light, or its bounds (x_min, x_max, y_min, y_max, z_min, z_max).
+        What is lit, or its bounds (x_min, x_max, y_min, y_max, z_min, z_max).
     viewer : Viewer, optional
         Where it is seen from, as PyVista's camera frames the mesh if not given; the lights do not move with it.
     ratio : float, default 4

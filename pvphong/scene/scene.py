@@ -87,7 +87,7 @@ class Scene:
         Raises
         ------
         ValueError
-            If a light rides along with the viewer, and there is none.
+            If a light moves with the viewer, and there is none.
         """
         if self.viewer is None and any(light.frame != "world" for light in self.lights):
             check.refuse("viewer", None, "a Viewer where lights ride along with it", "scene.framed(mesh.bounds).")
@@ -276,7 +276,7 @@ def light_labels(scene: Scene, numbered: str = "") -> tuple[str, ...]:
     scene : Scene
         Its lights are named in their order, the off ones too.
     numbered : str, default ""
-        Stands before an index.
+        Comes before an index.
     """
     names = [light.name for light in scene.lights]
     indices = [f"{numbered}{index}" for index in range(len(names))]

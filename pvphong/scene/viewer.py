@@ -26,7 +26,7 @@ _POINT_RADIUS, _LEAST_RADIUS = 0.5, 1e-9
 class Viewer:
     """An eye and what it looks at.
 
-    Colours depend on `position`, `focal_point` and `parallel` alone, and on `up` where a light rides in
+    Colours depend on `position`, `focal_point` and `parallel` alone, and on `up` where a light is in
     the camera's frame; the other fields are for `project`.
 
     Parameters
@@ -36,7 +36,7 @@ class Viewer:
     focal_point : sequence of float, default (0, 0, 0)
         What it looks at; not the eye itself.
     up : sequence of float, default (0, 1, 0)
-        Which way is up in the picture. It must not lie along the view axis where it is needed.
+        The direction that is up in the picture. It must not lie along the view axis where it is needed.
     parallel : bool, default False
         Parallel projection: the direction to the viewer is the same everywhere.
     view_angle : float, default 30

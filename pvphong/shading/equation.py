@@ -45,12 +45,12 @@ class LightTerm:
     Parameters
     ----------
     light : Light
-        Where it stands and how it weakens.
+        Where it is and how it weakens.
     index : int
         Its place among the scene's lights.
     label : str
         What names it to people.
-    rides : bool
+    follows_viewer : bool
         Whether it moves with the viewer.
     ambient : tuple of float
         Its ambient colour times intensity times the material's, divided by `gain`: at most 1.
@@ -64,13 +64,13 @@ class LightTerm:
     bands : int, optional
         How many of its light's bands are kept; all if not given.
     nodes : tuple of Light, optional
-        What stands in for its light's nodes where there is no closed form.
+        What replaces its light's nodes where there is no closed form.
     """
 
     light: Light
     index: int
     label: str
-    rides: bool
+    follows_viewer: bool
     ambient: Vector
     colors: tuple[Vector, ...]
     gain: float
@@ -317,9 +317,9 @@ def _terms(scene: Scene, labels: Sequence[str], reflectances: _Reflectances) -> 
             colors = light.intensity, light.ambient, light.diffuse, light.specular_color
             if colors not in products:
                 products[colors] = reflectances.times(*colors)
-            rides = given.frame != "world"
+            follows_viewer = given.frame != "world"
             yield LightTerm(
-                light, index, labels[index], rides, *products[colors], is_shadowed=scene.light_model.shadows
+                light, index, labels[index], follows_viewer, *products[colors], is_shadowed=scene.light_model.shadows
             )
 
 
@@ -469,8 +469,8 @@ def _vector(value: VectorLike) -> Vector:
 # a light anything that is as far away as t/w is long: the vectors to it are rounded to 2⁻⁵³ of their length as before.
 
 
-# From where 2⁻⁵³ of the offset is more than 2⁻²⁴ of the way to a light. Nearer, nothing shows even in float32; and a
-# light that was put on the image of a vertex, rounded as it is, is to stay on it.
+# From where 2⁻⁵³ of the offset is more than 2⁻²⁴ of the distance to a light. Nearer, nothing shows even in float32; and
+# a light that was put on the image of a vertex, rounded as it is, is to stay on it.
 _VERY_FAR = 2.0**29
 
 
@@ -490,9 +490,9 @@ def relative_to_mesh(equation: Equation) -> Equation:
         places.append(equation.eye)
     with np.errstate(over="ignore", invalid="ignore"):
         offset = matrix[:3, 3] / matrix[3, 3]
-        ways = [float(np.abs(np.subtract(place, offset)).max()) for place in places]
-    nearest = min((way for way in ways if way), default=0.0)  # what stands on the offset itself is as well off here
-    if not ways or not max(ways) < math.inf or np.abs(offset).max() < _VERY_FAR * nearest:
+        distances = [float(np.abs(np.subtract(place, offset)).max()) for place in places]
+    nearest = min((each for each in distances if each), default=0.0)  # a light on the offset itself loses nothing
+    if not distances or not max(distances) < math.inf or np.abs(offset).max() < _VERY_FAR * nearest:
         return equation
     beside = matrix.copy()
     beside[:3, 3] = 0.0

@@ -44,8 +44,8 @@ def evaluate(
     neither diffuse nor specular there, and an eye on a vertex sees no highlight. So every colour is finite.
 
     With the extra `dask`, `pvphong.evaluate` takes Dask arrays, cut along vertices as one likes, and gives a `Shading`
-    of Dask arrays. Nothing is computed until it is asked for, but shapes, types and all other arguments are checked at
-    once. Each chunk is planned for by itself, within the tolerance, and lit by the thread that Dask gives it; with a
+    of Dask arrays. Nothing is computed until `compute` is called, but shapes, types and all other arguments are checked
+    at once. Each chunk is planned for by itself, within the tolerance, and lit by the thread that Dask gives it; with a
     named backend and tolerance 0 the colours are those of NumPy arrays, to the bit. NumPy arrays beside Dask ones are
     cut as those are. A scene without a viewer is framed by all points, which then are computed first.
 
@@ -107,7 +107,7 @@ def evaluate(
     Raises
     ------
     ValueError
-        If an argument has the wrong shape, type or range, or Numba is asked for and missing; the message
+        If an argument has the wrong shape, type or range, or `backend` is "numba" and Numba is missing; the message
         names it.
     """
     maps = {"specular": specular, "shininess": shininess, "roughness": roughness}

@@ -5,9 +5,9 @@ for each light a·s its attenuation times spot factor. Arrays hold a block of ve
 arrives from a light is the light's to say (`Light.arrival`), what of it is reflected is the reflectance's
 (`Reflectance.factors`). A light with a size gives both at once where it has the integral (`Light.closed`).
 
-Positions are moved and subtracted from each other in float64, whatever the precision asked for: a light's
+Positions are moved and subtracted from each other in float64, whatever the precision of the result: a light's
 difference to a vertex far from the origin is then exact to the last bit of the stored coordinates. What
-follows is computed in the precision asked for.
+follows is computed in the precision of the result.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from pvphong.shading.vertices import reflectances
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Shading:
-    """Lit colours of n vertices; linear RGB, 1.0 = full, in the precision that was asked for.
+    """Lit colours of n vertices; linear RGB, 1.0 = full, in the precision that the caller chose.
 
     Of Dask arrays, the arrays are Dask's too; `dask.compute(shading)` gives one of NumPy arrays, in a tuple.
 
@@ -44,7 +44,7 @@ class Shading:
         Shape (n, 3). In [0, 1], unless the light model says not to clamp.
     ambient, diffuse, specular, emission : ndarray or None
         Shape (n, 3), unclamped; they add up to the unclamped colour. `ambient` holds the light model's and
-        the lights'. None unless components were asked for, as all that follow.
+        the lights'. None unless components were wanted, as all that follow.
     per_light : ndarray or None
         Shape (n_lights, n, 3), unclamped: each light's ambient, diffuse and specular share, in the order of
         the scene's lights; a light that is off has a share of zero.
@@ -91,7 +91,7 @@ class Block(NamedTuple):
     """Where v does not exist (the eye on the vertex, or a vertex that is not finite); False for nowhere."""
     albedo: FloatArray | None
     seen: FloatArray | None
-    """Parts of each light, and in the last row of the sky, that nothing blocks; None where that is not asked for."""
+    """Parts of each light, and in the last row of the sky, that nothing blocks; None where that is not needed."""
     specular: FloatArray | None
     """What specular colours are multiplied by, (3, block)."""
 
@@ -135,7 +135,7 @@ def shade(
 
 
 def _repeat(result: Shading, part: slice) -> None:
-    """The first block's values once more: nothing tells one vertex from another."""
+    """The first block's values once more: all vertices are alike."""
     for array in vars(result).values():
         if array is not None:
             here = array[..., part, :]
@@ -175,7 +175,7 @@ def _block(
 
 
 def _channels(channels: FloatArray | None, equation: Equation, kind: str) -> FloatArray | None:
-    """Those of a kind; None where they are not asked for."""
+    """Those of a kind; None where they are not wanted."""
     return None if channels is None or kind not in equation.channels else channels[equation.channels[kind]]
 
 

@@ -148,7 +148,7 @@ class Vertices:
         return np.full(6, np.nan) if found is None else np.column_stack(found).ravel()
 
     def extent(self, matrix: Float64Array | None) -> Extent:
-        """Where they are in the world, and where their normals point, found when it is first asked for."""
+        """Where they are in the world, and where their normals point, found when it is first used."""
         known = None if self._normals is None else lambda: self.normals
         return Extent(self.points, known, matrix)
 
@@ -166,7 +166,7 @@ _ALLOWED = {
 
 
 class Maps:
-    """Numbers of n vertices that stand in place of a material's or its reflectance's.
+    """Numbers of n vertices that replace a material's or its reflectance's.
 
     Parameters
     ----------

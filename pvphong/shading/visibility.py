@@ -31,7 +31,7 @@ class VisibilityLike(Protocol):
     def channels(self, lights: Sequence[int], *, sky: bool) -> FloatArray:
         """Parts that are seen, in [0, 1], shape (all the scene's lights + 1, n), the sky's in the last row.
 
-        Rows that are not asked for may hold anything finite.
+        Rows that are not wanted may hold anything finite.
         """
 
     def refuse_other(

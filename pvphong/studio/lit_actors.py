@@ -69,7 +69,7 @@ class LitMesh:
     feature_angle : float, "auto" or None, default None
         Degrees from which edges are sharp, as for `shade`.
     casts_shadows : bool, default True
-        Whether it is in the way of light, where the light model has shadows or ambient occlusion.
+        Whether it blocks light, where the light model has shadows or ambient occlusion.
     """
 
     def __init__(
@@ -112,8 +112,8 @@ class LitMesh:
     def refresh(self, scene: Scene, occluders: KnownOccluders | None = None, *, samples: int | None = None) -> bool:
         """Bring the colours up to date; returns whether they had to be computed.
 
-        They are computed only when something that the plan depends on has changed: the viewer counts only
-        where highlights, turned normals or a light that rides along make the colours depend on it. Only lights that
+        They are computed only when something that the plan depends on has changed: the viewer counts only where
+        highlights, turned normals or a light that moves with the viewer make the colours depend on it. Only lights that
         have moved are traced again.
 
         Parameters
@@ -199,7 +199,7 @@ class LitMesh:
         Returns
         -------
         object
-            What tells points, faces, normals and matrix apart from all before, cheap to compare.
+            A stamp of points, faces, normals and matrix that changes with them; cheap to compare.
 
         Raises
         ------
@@ -245,7 +245,7 @@ class LitMesh:
         return (self.mesh if isinstance(self.mesh, pv.PolyData) else self.drawn).point_data
 
     def _albedo_version(self) -> Any:
-        """What tells the albedo apart from all before, cheap to compare."""
+        """A stamp of the albedo that changes with it; cheap to compare."""
         if is_texture(self.albedo):
             return texture_version(self.albedo)
         if isinstance(self.albedo, str):
@@ -308,7 +308,7 @@ class LightingWarning(UserWarning):
     """A mesh in a window cannot be lit as it is; it is not drawn until that is mended."""
 
 
-_ROUGH_SAMPLES = 16  # rays of each vertex to a light with a size while something is dragged
+_PREVIEW_SAMPLES = 16  # rays of each vertex to a light with a size while something is dragged
 _BEFORE_GIZMOS = 1.0  # a frame's gizmos show where highlights are
 _MESSAGE_WIDTH, _MESSAGE_PLACE = 60, (10.0, 10.0)  # letters of a line; pixels from the lower left
 
@@ -327,8 +327,8 @@ class LitActors:
     """
 
     def __init__(self, renderer: pv.Renderer, scene: Callable[[], Scene]) -> None:
-        self.is_rough = False
-        """Whether shadows of lights with a size are made of few rays, as while something is dragged."""
+        self.uses_preview_rays = False
+        """Whether shadows of lights with a size are made of few rays: so while something is dragged."""
         self._renderer, self._scene = renderer, scene
         self._meshes: list[LitMesh] = []
         self._blocking: dict[LitMesh, tuple[Any, BlockingFaces]] = {}
@@ -403,11 +403,11 @@ class LitActors:
     @property
     def note(self) -> str:
         """What is to be said of colours that are not final."""
-        return f"shadows by {_ROUGH_SAMPLES} rays until let go" if self._samples(self._scene()) else ""
+        return f"shadows by {_PREVIEW_SAMPLES} rays until let go" if self._samples(self._scene()) else ""
 
     def _samples(self, scene: Scene) -> int | None:
-        is_rough = self.is_rough and scene.light_model.needs_rays and any(light.has_size for light in scene.lights)
-        return _ROUGH_SAMPLES if is_rough else None
+        is_preview = self.uses_preview_rays and scene.light_model.needs_rays
+        return _PREVIEW_SAMPLES if is_preview and any(light.has_size for light in scene.lights) else None
 
     def _refreshing(self, meshes: Sequence[LitMesh]) -> Callable[[LitMesh], bool]:
         """What brings one of some meshes up to date, which shadow each other where the light model has shadows."""

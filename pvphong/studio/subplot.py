@@ -11,7 +11,7 @@ from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.studio.gizmos import Gizmos, History, Interaction, Options
 from pvphong.studio.lit_actors import LitActors
-from pvphong.studio.window_lights import LightHandle, WindowLights
+from pvphong.studio.window_lights import RendererLight, WindowLights
 
 
 class Subplot:
@@ -42,7 +42,7 @@ class Subplot:
         interactor: Any,
         render: Callable[[], None],
         history: History,
-        only: Sequence[LightHandle] | None,
+        only: Sequence[RendererLight] | None,
         options: Options,
     ) -> None:
         """Put gizmos up, as `Gizmos` has them."""

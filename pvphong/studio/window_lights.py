@@ -16,7 +16,7 @@ LightState = tuple[dict[str, Any], Light | None, str]
 """Everything that makes a light what it is, to the bit: VTK's fields, and what only pvphong knows."""
 
 
-class LightHandle:
+class RendererLight:
     """One light of a renderer: a value of pvphong's, and the `vtkLight` that lights VTK's own actors with it.
 
     What only pvphong knows (a name, an exponent above 128) is kept for as long as nobody changes the
@@ -33,7 +33,7 @@ class LightHandle:
 
     def __repr__(self) -> str:
         value = type(self.vtk_light if self._own is None else self._own).__name__
-        return f"<LightHandle of a {value}{f' named {self._name!r}' if self._name else ''}>"
+        return f"<RendererLight of a {value}{f' named {self._name!r}' if self._name else ''}>"
 
     def light(self, viewer: Viewer) -> Light:
         """The light's value now."""
@@ -77,7 +77,7 @@ class LightHandle:
         self._written = _fields(self.vtk_light)
 
 
-LightStates = dict[LightHandle, LightState]
+LightStates = dict[RendererLight, LightState]
 
 
 class WindowLights:
@@ -91,7 +91,7 @@ class WindowLights:
 
     def __init__(self, renderer: pv.Renderer) -> None:
         self._renderer = renderer
-        self._handles: list[LightHandle] = []
+        self._renderer_lights: list[RendererLight] = []
 
     @property
     def viewer(self) -> Viewer:
@@ -99,82 +99,82 @@ class WindowLights:
         return Viewer.from_camera(self._renderer.camera)
 
     @property
-    def handles(self) -> tuple[LightHandle, ...]:
-        """A handle for each light that the renderer has now."""
-        known = {id(handle.vtk_light): handle for handle in self._handles}
-        self._handles = [known.get(id(light)) or LightHandle(light) for light in self._renderer.GetLights()]
-        return tuple(self._handles)
+    def renderer_lights(self) -> tuple[RendererLight, ...]:
+        """The lights that the renderer has now."""
+        known = {id(renderer_light.vtk_light): renderer_light for renderer_light in self._renderer_lights}
+        self._renderer_lights = [known.get(id(light)) or RendererLight(light) for light in self._renderer.GetLights()]
+        return tuple(self._renderer_lights)
 
     @property
     def values(self) -> tuple[Light, ...]:
         """The values of all lights."""
         viewer = self.viewer
-        return tuple(handle.light(viewer) for handle in self.handles)
+        return tuple(renderer_light.light(viewer) for renderer_light in self.renderer_lights)
 
-    def add(self, light: Any) -> LightHandle:
+    def add(self, light: Any) -> RendererLight:
         """Add a light of pvphong's, of PyVista's or of VTK's."""
         if isinstance(light, Light):
-            handle = LightHandle(light.to_pyvista(self.viewer), light)
+            renderer_light = RendererLight(light.to_pyvista(self.viewer), light)
         else:
             from_vtk(light, 1.0)  # refuses what is no light before anything changes
-            handle = LightHandle(light)
-        if any(other is handle.vtk_light for other in self._renderer.GetLights()):
+            renderer_light = RendererLight(light)
+        if any(other is renderer_light.vtk_light for other in self._renderer.GetLights()):
             check.refuse("light", light, "a light that the plotter does not have yet", "set_light changes a light.")
-        self._append(handle)
-        return handle
+        self._append(renderer_light)
+        return renderer_light
 
-    def _append(self, handle: LightHandle) -> None:
-        is_pyvistas = isinstance(handle.vtk_light, pv.Light)
-        (self._renderer.add_light if is_pyvistas else self._renderer.AddLight)(handle.vtk_light)
-        self._handles.append(handle)
+    def _append(self, renderer_light: RendererLight) -> None:
+        is_pyvistas = isinstance(renderer_light.vtk_light, pv.Light)
+        (self._renderer.add_light if is_pyvistas else self._renderer.AddLight)(renderer_light.vtk_light)
+        self._renderer_lights.append(renderer_light)
 
-    def find(self, which: Any) -> LightHandle:
-        """The handle of a light: by handle, by index, by name, or by its PyVista light."""
-        handles = self.handles
-        if isinstance(which, int) and not isinstance(which, bool) and -len(handles) <= which < len(handles):
-            return handles[which]
+    def find(self, which: Any) -> RendererLight:
+        """A light: by itself, by index, by name, or by its PyVista light."""
+        present = self.renderer_lights
+        if isinstance(which, int) and not isinstance(which, bool) and -len(present) <= which < len(present):
+            return present[which]
         lights = self.values
-        for handle, light in zip(handles, lights, strict=True):
+        for renderer_light, light in zip(present, lights, strict=True):
             named = isinstance(which, str) and which != "" and light.name == which
-            if named or handle is which or handle.vtk_light is which:
-                return handle
+            if named or renderer_light is which or renderer_light.vtk_light is which:
+                return renderer_light
         names = ", ".join(repr(light.name) for light in lights if light.name)
-        allowed = f"a light of this renderer: its handle, its pyvista.Light, an index below {len(handles)}"
+        allowed = f"a light of this renderer: what `add_light` gave, its pyvista.Light, an index below {len(present)}"
         return check.refuse("which", which, allowed + (f", or one of {names}" if names else ""))
 
     def remove(self, which: Any) -> None:
         """Take a light out, of PyVista's own list and with its actor too."""
-        handle = self.find(which)
-        light = handle.vtk_light
+        renderer_light = self.find(which)
+        light = renderer_light.vtk_light
         self._renderer.RemoveLight(light)
         self._renderer._lights[:] = [other for other in self._renderer._lights if other is not light]
         actor = getattr(light, "actor", None)
         if actor is not None:
             self._renderer.RemoveActor(actor)
-        self._handles.remove(handle)
+        self._renderer_lights.remove(renderer_light)
 
     @property
     def state(self) -> LightStates:
         """All lights and what they are, for `revert`."""
-        return {handle: handle.state for handle in self.handles}
+        return {renderer_light: renderer_light.state for renderer_light in self.renderer_lights}
 
     def revert(self, now: LightStates, then: LightStates) -> None:
         """Undo what changed from `then` to `now`; what else has changed since is left as it is."""
-        for handle, state in now.items():
-            if handle not in then and handle in self.handles:
-                self.remove(handle)
-            elif then.get(handle, state) != state:
-                handle.restore(then[handle])
+        for renderer_light, state in now.items():
+            if renderer_light not in then and renderer_light in self.renderer_lights:
+                self.remove(renderer_light)
+            elif then.get(renderer_light, state) != state:
+                renderer_light.restore(then[renderer_light])
         if then.keys() <= now.keys():
             return
         # Removed lights return, each into its old place: all are taken out and put in again in that order.
-        others = [handle for handle in self.handles if handle not in then]
-        for handle in self.handles:
-            self.remove(handle)
-        for handle in [*then, *others]:
-            self._append(handle)
-        for handle, state in then.items():
-            handle.restore(state)
+        others = [renderer_light for renderer_light in self.renderer_lights if renderer_light not in then]
+        for renderer_light in self.renderer_lights:
+            self.remove(renderer_light)
+        for renderer_light in [*then, *others]:
+            self._append(renderer_light)
+        for renderer_light, state in then.items():
+            renderer_light.restore(state)
 
 
 _ELEMENTS = "elements of the transform matrix"
@@ -193,7 +193,7 @@ _FIELDS = (
 
 
 def _fields(light: Any) -> dict[str, Any]:
-    """A VTK light's own fields; what VTK itself overwrites at every frame is left out."""
+    """A VTK light's own fields; without what VTK itself overwrites at every frame."""
     places = () if light.LightTypeIsHeadlight() else ("Position", "FocalPoint")
     fields = {field: getattr(light, f"Get{field}")() for field in (*_FIELDS, *places)}
     matrix = light.GetTransformMatrix() if light.LightTypeIsSceneLight() else None

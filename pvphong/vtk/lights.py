@@ -1,4 +1,4 @@
-"""Lights of VTK and PyVista as pvphong's, and the other way round, with nothing rounded; and VTK's light kit.
+"""Lights of VTK and PyVista as pvphong's, and pvphong's as VTK's, with nothing rounded; and VTK's light kit.
 
 This module answers the core's questions to PyVista and VTK, see `pvphong.base.host`.
 """
@@ -20,7 +20,7 @@ from pvphong.optics.light import Light, VtkValues
 from pvphong.optics.lights import light_from_values
 from pvphong.scene.viewer import Viewer
 
-# A focal point this many bits closer than the coordinates are large still tells the direction to 2⁻³².
+# A focal point this many bits closer than the coordinates are large still gives the direction to 2⁻³².
 _KEPT_BITS = 20
 
 
@@ -191,7 +191,7 @@ def _place_for_vtk(position: Vector, frame: Frame, distance: float) -> Vector:
 
 
 def _point_ahead(position: Vector, direction: Vector) -> Vector:
-    """A point in some direction, far enough from the position that the direction can be told from the two."""
+    """A point in some direction, far enough from the position that the two give the direction."""
     reach = max(map(abs, direction))
     step = max(1.0, 2.0 ** (math.frexp(max(map(abs, position)))[1] - math.frexp(reach)[1] - _KEPT_BITS))
     x, y, z = (p + d * step for p, d in zip(position, direction, strict=True))

@@ -114,7 +114,7 @@ def vtk_shade(
     if not isinstance(lights, Iterable) or isinstance(lights, (str, bytes, dict)):
         check.refuse("lights", lights, "a sequence of lights", "Put a single light into a list.")
     given = list(lights)
-    camera = vtk_camera(viewer, rides=any(getattr(light, "frame", "") == "camera" for light in given))
+    camera = vtk_camera(viewer, follows_viewer=any(getattr(light, "frame", "") == "camera" for light in given))
     copies = [vtk_light(light, Viewer.from_camera(camera)) for light in given]
     appearance = vtk_property(property_or_material)
     with np.errstate(over="ignore"):
@@ -192,15 +192,15 @@ def write_material(material: Material, appearance: vtkProperty) -> None:
     appearance.SetSpecularPower(material.shininess)
 
 
-def vtk_camera(viewer: Any, *, rides: bool) -> vtkCamera:
-    """A camera that the renderer may adjust; `rides` says whether a light depends on the viewer's `up`."""
+def vtk_camera(viewer: Any, *, follows_viewer: bool) -> vtkCamera:
+    """A camera that the renderer may adjust; `follows_viewer` says whether a light depends on the viewer's `up`."""
     camera = vtkCamera()
     if isinstance(viewer, Viewer):
         direction = viewer.view_direction
         level = any(np.cross(viewer.up, direction))
         camera.SetPosition(*viewer.position)
         camera.SetFocalPoint(*viewer.focal_point)
-        camera.SetViewUp(viewer.axes[1] if level or rides else np.eye(3)[np.argmin(np.abs(direction))])
+        camera.SetViewUp(viewer.axes[1] if level or follows_viewer else np.eye(3)[np.argmin(np.abs(direction))])
         camera.SetParallelProjection(viewer.parallel)
     elif isinstance(viewer, vtkCamera):
         camera.DeepCopy(viewer)

@@ -121,7 +121,7 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
 
 
 class _Surface(NamedTuple):
-    """Vertices in the world, and what float32 does to them on the way to eye space."""
+    """Vertices in the world, and what float32 does to them up to eye space."""
 
     points: Float64Array
     normals: Float64Array

@@ -1,4 +1,4 @@
-"""A scene as VTK draws it: what VTK's shader cannot draw, and how to tell it the rest.
+"""A scene as VTK draws it: what VTK's shader cannot draw, and how to give it the rest.
 
 `obstacles` lists what VTK has no words for, each with the nearest that it has. Much of the standard model can be said
 in other words: `in_vtk_terms` makes ambient light and emission the material's unlit ambient, a viewer at infinity an

@@ -9,9 +9,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from pvphong.optics.area.disk import disk_cosine, disk_power, sphere_cosine, sphere_power
+from pvphong.optics.area.disk import disk_highlight, disk_irradiance, sphere_highlight, sphere_irradiance
 from pvphong.optics.area.lobes import CosinePower, great_arc, lobe_numbers
-from pvphong.optics.area.polygon import polygon_cosine, polygon_power
+from pvphong.optics.area.polygon import polygon_highlight, polygon_irradiance
 
 POWERS = (0.0, 0.3, 20.0, 1e4)
 # Distance over size.
@@ -54,7 +54,7 @@ def of_polygon(form, axis, n, middle, offsets):
     length = np.linalg.norm(area)
     size = max(np.linalg.norm(x) for x in offsets)
     own = [*area / length, 1.0, math.sqrt(length), size, float(len(offsets)), *np.ravel(offsets)]
-    return float(taken((polygon_cosine, polygon_power), form, own, middle, n, axis)[0])
+    return float(taken((polygon_irradiance, polygon_highlight), form, own, middle, n, axis)[0])
 
 
 def exact_of_polygon(axis, power, n, middle, offsets):
@@ -164,8 +164,8 @@ def test_the_back_of_a_light_is_dark_unless_it_glows_too(form):
     corners = np.ravel([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]).tolist()
     ahead = np.array([0.3, 0.1, -1.0])
     lights = {
-        (polygon_cosine, polygon_power): (2.0, math.sqrt(2.0), 4.0, *corners),
-        (disk_cosine, disk_power): (0.7,),
+        (polygon_irradiance, polygon_highlight): (2.0, math.sqrt(2.0), 4.0, *corners),
+        (disk_irradiance, disk_highlight): (0.7,),
     }
     for formulas, shape in lights.items():
         n = ahead / np.linalg.norm(ahead)
@@ -194,7 +194,7 @@ def test_an_axis_on_a_side_or_a_corner_is_no_special_case():
 
 
 def on_disk(form, axis, n, middle, facing, radius=1.0):
-    return float(taken((disk_cosine, disk_power), form, [*facing, 1.0, radius], middle, n, axis)[0])
+    return float(taken((disk_irradiance, disk_highlight), form, [*facing, 1.0, radius], middle, n, axis)[0])
 
 
 def by_area(form, axis, middle, facing, across):
@@ -219,7 +219,9 @@ def polygons_of_the_same_area(around, count, *case):
     own = [*facing, 1.0, math.sqrt(math.pi / count), size, 3.0, 0.0, 0.0, 0.0, *corners[0], *corners[1]]
     n, middle, w = (np.repeat(x[:, None], count, axis=1) for x in (n, middle, w))
     axis = n if around == "normal" else w
-    return float(taken((polygon_cosine, polygon_power), CosinePower(around, case[0]), own, middle, n, axis).mean())
+    return float(
+        taken((polygon_irradiance, polygon_highlight), CosinePower(around, case[0]), own, middle, n, axis).mean()
+    )
 
 
 def disk(*case):
@@ -294,7 +296,7 @@ def thrown_at_a_cap(power, sine, is_cut, seed=0):
 
 
 def of_cap(w, n, l, sine, power, around="mirror"):
-    return float(taken((sphere_cosine, sphere_power), CosinePower(around, power), [sine], l, n, w)[0])
+    return float(taken((sphere_irradiance, sphere_highlight), CosinePower(around, power), [sine], l, n, w)[0])
 
 
 def exact_of_cap(w, n, l, sine, power):

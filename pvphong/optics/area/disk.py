@@ -1,12 +1,13 @@
 """Integrals over a disk that is seen, and over a sphere, which is seen as the disk across its nearer cap.
 
-The rim x(δ) = m + r (cos δ u + sin δ t), with u the way up in the disk's plane and t = e × u, is above the horizon for
-|δ| <= β. Along it |x|² has one harmonic, so that ∫ n·(x × x')/|x|² dδ, which gives Lambert's cosine, is elementary,
-whole or cut off; whole, it is Hamilton and Morgan's (1952). For other powers the boundary integral of `lobes` is taken
-over pieces of the rim, short against a lobe's width, and back along the horizon.
+The rim x(δ) = m + r (cos δ u + sin δ t), with u the direction upward in the disk's plane and t = e × u, is above the
+horizon for |δ| <= β. Along it |x|² has one harmonic, so that ∫ n·(x × x')/|x|² dδ, which gives Lambert's cosine, is
+elementary, whole or cut off; whole, it is Hamilton and Morgan's (1952). For other powers the boundary integral of
+`lobes` is taken over pieces of the rim, short against a lobe's width, and back along the horizon.
 
-Symbols: m the way to the middle, e the axis with e·m > 0, r the radius; n the normal of the horizon. All lengths are
-first divided by a power of two that is next to the light's distance or its size.
+Symbols: m the vector to the middle, e the axis with e·m > 0, r the radius; n the normal of the horizon. In integrals u
+is a unit direction and du its solid angle. All lengths are first divided by a power of two that is next to the light's
+distance or its size.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ from pvphong.optics.area.lobes import (
     PIECE,
     POINT,
     RAISED,
-    ROUGH,
+    SMOOTH_FROM,
     arc_between,
     seen_as_point,
     shows,
@@ -56,7 +57,7 @@ _MOST_PIECES = 2000.0
 
 @formula
 def _upward(n: Any, m: Any, e: Any, r: Any) -> Any:
-    """U, t, β, and |n × e|."""
+    """The unit vectors u and t, the angle β, and |n × e|."""
     rise = subtract(n, times(e, dot(n, e)))
     steep = sqrt(dot(rise, rise))
     is_level = steep < 1e-14  # then any direction across e will do
@@ -73,7 +74,7 @@ def _upward(n: Any, m: Any, e: Any, r: Any) -> Any:
 
 @formula
 def _rim(m: Any, u: Any, t: Any, r: Any, delta: Any) -> Any:
-    """X(δ), and x'(δ)."""
+    """The point x(δ) of the rim, and the derivative x'(δ)."""
     ahead, aside = r * cosine(delta), r * sine(delta)
     x = m[0] + ahead * u[0] + aside * t[0], m[1] + ahead * u[1] + aside * t[1], m[2] + ahead * u[2] + aside * t[2]
     return x, (ahead * t[0] - aside * u[0], ahead * t[1] - aside * u[1], ahead * t[2] - aside * u[2])
@@ -81,7 +82,7 @@ def _rim(m: Any, u: Any, t: Any, r: Any, delta: Any) -> Any:
 
 @formula
 def _above(m: Any, u: Any, r: Any, beta: Any) -> Any:
-    """What of a disk is above a chord: its share, and the way to its middle."""
+    """The part of a disk that is above a chord: its share of the area, and the vector to its middle."""
     area = beta - sine(beta) * cosine(beta)
     lift = sine(beta) * sine(beta) * sine(beta) / (1.5 * maximum(area, 1e-300))
     return area / math.pi, add(m, times(u, r * lift))
@@ -91,7 +92,7 @@ def _above(m: Any, u: Any, r: Any, beta: Any) -> Any:
 
 
 @formula
-def disk_cosine(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
+def disk_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
     """1/(π r²) · ∫ max(n·u, 0) du over the part above the horizon.
 
     Whole, it is (z T + 2 H c) / ((K + S) S), with H = e·m, z = n·e, c = n·m, K = |m|² + r², S² the product of the
@@ -118,8 +119,8 @@ def disk_cosine(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
         inward = z * rho - H * steep * cosine(middle)
         arc = r * (z * r * even + inward * along - H * steep * sine(middle) * across)
         x, _ = _rim(m, u, t, r, beta)
-        back = times(t, -2.0 * r * sine(beta))
-        arc = 0.5 * abs(arc + arctan2(dot(n, cross(x, back)), dot(x, add(x, back)))) / (math.pi * r * r)
+        closing = times(t, -2.0 * r * sine(beta))
+        arc = 0.5 * abs(arc + arctan2(dot(n, cross(x, closing)), dot(x, add(x, closing)))) / (math.pi * r * r)
         area, middle = _above(m, u, r, beta)
         inverse = 1.0 / maximum(sqrt(dot(middle, middle)), 1e-300)
         as_point = area * maximum(dot(n, middle), 0.0) * abs(dot(e, middle)) * (inverse * inverse) * (inverse * inverse)
@@ -150,7 +151,7 @@ def _lag(psi: Any, K: Any, M: Any, most: Any, ratio: Any) -> Any:
 
 
 @formula
-def sphere_cosine(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
+def sphere_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
     """∫ max(n·u, 0) du / (π r²) over a sphere of the radius r as it is seen (Snyder 1996).
 
     With s and C the sine and cosine of its angular radius, c the cosine between its middle and n, it is c/d² where all
@@ -177,7 +178,7 @@ def sphere_cosine(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
 
 @formula
 def _cap(own: Any, d: Any, n: Any) -> Any:
-    """Way, sine and cosine of the angular radius, distance, scale; whether a vertex is outside and has a normal."""
+    """Vector to it, sine and cosine of its angular radius, distance, scale; is a vertex outside, and has a normal?"""
     m, scale = scaled(d, own[0])
     r, distance = own[0] * scale, maximum(sqrt(dot(m, m)), 1e-100)
     s = minimum(r / distance, 1.0)
@@ -189,7 +190,7 @@ def _cap(own: Any, d: Any, n: Any) -> Any:
 
 
 @formula
-def disk_power(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
+def disk_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     """1/(π r²) · ∫ max(w·u, 0)ᵏ du over the part above the horizon."""
     m, scale = scaled(d, own[RADIUS])
     e = times(own, where(dot(own, m) < 0.0, -1.0, 1.0))
@@ -197,7 +198,7 @@ def disk_power(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
 
 
 @formula
-def sphere_power(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
+def sphere_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     """∫ max(w·u, 0)ᵏ du / (π r²) over what is seen of a sphere above the horizon: a disk of radius s at distance C."""
     m, s, C, distance, scale, is_lit = _cap(own, d, n)
     l = times(m, 1.0 / distance)
@@ -225,15 +226,15 @@ def _within_rim(lobe: Any, w: Any, n: Any, m: Any, e: Any, r: Any, is_lit: Any) 
             by_rim = _along_rim(lobe, w, m, e, u, t, r, beta, is_long)
             if any_of(is_cut & is_long):
                 x, _ = _rim(m, u, t, r, beta)
-                back = times(t, -2.0 * r * sine(beta))
-                by_rim = by_rim + where(is_cut, arc_between(lobe, w, x, add(x, back), back), 0.0)
+                closing = times(t, -2.0 * r * sine(beta))
+                by_rim = by_rim + where(is_cut, arc_between(lobe, w, x, add(x, closing), closing), 0.0)
             seen = where(is_point, seen, whole(by_rim) / (lobe[RAISED] * math.pi * r * r))
     return where(is_lit, seen, 0.0)
 
 
 @formula
 def _along_rim(lobe: Any, w: Any, m: Any, e: Any, u: Any, t: Any, r: Any, beta: Any, is_long: Any) -> Any:
-    """∫ (1 − max(z, 0)ᵖ) dφ along the rim in pieces, which end at the equator of w where a low power is rough there."""
+    """∫ (1 − max(z, 0)ᵖ) dφ along the rim in pieces, which end at the equator of w where a low power is not smooth."""
     over = dot(e, m)
     level = subtract(m, times(e, over))
     off = sqrt(dot(level, level)) - r
@@ -241,7 +242,7 @@ def _along_rim(lobe: Any, w: Any, m: Any, e: Any, u: Any, t: Any, r: Any, beta: 
         sqrt(off * off + over * over), 1e-6 * r
     )  # next to the vertex the rim is seen in that many radians
     low, high, parts = beta, beta, 1
-    if lobe[RAISED] < ROUGH:
+    if lobe[RAISED] < SMOOTH_FROM:
         ahead, aside, height = r * dot(w, u), r * dot(w, t), dot(w, m)
         rest = ahead * ahead + aside * aside - height * height
         half, middle = arctan2(sqrt(maximum(rest, 0.0)), -height), arctan2(aside, ahead)

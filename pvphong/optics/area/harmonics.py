@@ -1,11 +1,11 @@
-"""Spherical harmonics: an image all around in bands, what lobes make of it, and how much the bands left out hold.
+"""Spherical harmonics: an image all around in bands, what lobes make of it, and how much the other bands hold.
 
 The real harmonics Y are orthonormal; in band l there are 2l + 1. By Funk and Hecke, a function f(w·u) is a factor to
 a band: ∫ f(w·u) Y(u) du = 2π M Y(w), with M = ∫ f(t) P_l(t) dt over [−1, 1] (for Lambert's cosine: R. Ramamoorthi and
 P. Hanrahan, "An efficient representation for irradiance environment maps", 2001).
 
 Symbols: c, the image's coefficients, are those of Q(z) · ρᵐ cos mφ and sin mφ for a unit vector (x, y, z) with
-x + iy = ρ exp(iφ): Q is what of Y is a polynomial in z alone.
+x + iy = ρ exp(iφ): Q is the factor of Y that is a polynomial in z alone.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from pvphong.optics.area.lobes import COUNT, NODES, POWER, WINDOW, lobe_numbers
 BANDS = 32
 """So many bands are kept of an image, at most."""
 
-# Nodes for a row of texels, beside those that its height asks for.
+# Nodes for a row of texels, beside those that its height needs.
 _NODES = 14
 
 
@@ -38,15 +38,15 @@ def _recurrences(l: int) -> tuple[Float64Array, Float64Array]:
 
 @cache
 def _first(m: int) -> float:
-    """Q for l = m, with the √2 of cosines and sines."""
+    """The polynomial Q for l = m, with the √2 of cosines and sines."""
     constant = math.sqrt(0.25 / math.pi) * math.sqrt(2.0 if m else 1.0)
     return constant * math.prod(math.sqrt((2.0 * k + 1.0) / (2.0 * k)) for k in range(1, m + 1))
 
 
 def _polynomials(z: Float64Array, start: Float64Array) -> Iterator[Float64Array]:
-    """Q of band after band, for all m there are, (l + 1, n); times what `start`, (bands, n), is to the first of each m.
+    """The polynomials Q of band after band, shape (l + 1, n): for all m of the band.
 
-    Bands are as many as `start` has rows.
+    `start`, shape (bands, n), has the first polynomial of each m, times any factor, which all of them then have.
     """
     before, here = start[:0], start[:1]
     yield here
@@ -150,7 +150,7 @@ def _up_to(lobe: Any, angle: Any) -> Any:
 
 
 def moments(power: float, bands: int) -> Float64Array:
-    """M for the function max(t, 0)ᵏ, k the power: of each band."""
+    """The factor M of each band for the function max(t, 0)ᵏ, k the power."""
     found = [1.0 / (power + 1.0), 1.0 / (power + 2.0)]
     for l in range(2, bands):
         found.append(found[l - 2] * (power - l + 2.0) / (power + l + 1.0))

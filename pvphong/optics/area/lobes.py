@@ -1,6 +1,7 @@
 """Integrals of powers of a cosine over regions of the unit sphere, as integrals along their boundaries.
 
-With z = w·u for a unit vector w and φ the angle around it, Green's theorem gives for any real k >= 0
+With z = w·u for unit vectors w and u, du the solid angle of u, and φ the angle around w, Green's theorem gives for any
+real k >= 0
 
     ∫ max(z, 0)ᵏ du = 1/p · ∮ (1 − max(z, 0)ᵖ) dφ,    p = k + 1
 
@@ -47,23 +48,23 @@ class CosinePower(NamedTuple):
     """The k, >= 0."""
 
 
-# What formulas read of a lobe: the k and p; the 1 − z from which on zᵖ is left out, and the angle; the angular size
+# What formulas read of a lobe: the k and p; the 1 − z from which on zᵖ is taken as 0, and the angle; the angular size
 # below which a light is a point to the lobe; for half of what angle the nodes do on a rim; how many nodes, then nodes
 # on [−1, 1] and their weights by turns.
 POWER, RAISED, NOTHING, WINDOW, POINT, PIECE, COUNT, NODES = range(8)
 
-ROUGH = 8.0
-"""Of a lower power p integrands are not smooth on the equator of w, and nodes are to crowd there."""
+SMOOTH_FROM = 8.0
+"""For a lower power p integrands are not smooth on the equator of w, and nodes crowd there."""
 
 
 class _Accuracy(NamedTuple):
     """Of integrals of a lobe that is 1 at its middle."""
 
     nothing: float
-    """The zᵖ that is left out."""
+    """The zᵖ that is taken as 0."""
     nodes: int
     """On a Gaussian that is cut off there."""
-    rough_nodes: int
+    crowded_nodes: int
     """Where nodes crowd."""
     piece: float
     """Half of what the nodes do for on other curves, in a lobe's widths 1/√p."""
@@ -87,8 +88,8 @@ def lobe_numbers(power: float, *, rounded: bool = False) -> tuple[float, ...]:
     """What formulas read of a lobe with a power, for results in float64, or to be rounded to float32."""
     accuracy, raised = _ROUNDED if rounded else _EXACT, power + 1.0
     nothing, width = -math.expm1(math.log(accuracy.nothing) / raised), 1.0 / math.sqrt(raised)
-    nodes, weights = gauss_legendre(accuracy.rough_nodes if raised < ROUGH else accuracy.nodes)
-    if raised < ROUGH:
+    nodes, weights = gauss_legendre(accuracy.crowded_nodes if raised < SMOOTH_FROM else accuracy.nodes)
+    if raised < SMOOTH_FROM:
         nodes, weights = 0.5 * nodes * (3.0 - nodes * nodes), 1.5 * weights * (1.0 - nodes * nodes)
     piece = accuracy.piece * min(width, 0.14)  # the rest of an integrand is smooth over so much
     own = power, raised, nothing, math.acos(1.0 - nothing), accuracy.point * width, piece, float(len(nodes))
@@ -146,7 +147,7 @@ def _turn(rise: Any, first: Any, last: Any, length: Any) -> Any:
 
 @formula
 def arc_between(lobe: Any, w: Any, x: Any, y: Any, side: Any) -> Any:
-    """`great_arc` between the ways x and y = x + side."""
+    """`great_arc` between the directions of x and y = x + side."""
     across = cross(x, side)
     length = sqrt(dot(across, across))
     m = times(across, 1.0 / maximum(length, 1e-300))
@@ -157,7 +158,7 @@ def arc_between(lobe: Any, w: Any, x: Any, y: Any, side: Any) -> Any:
 
 @formula
 def shows(lobe: Any, w: Any, m: Any, distance: Any, size: Any) -> Any:
-    """Whether a lobe reaches something of a size at the way m."""
+    """Whether a lobe reaches something of a size whose middle is at the offset m."""
     aside = cross(w, m)
     off = arctan2(sqrt(dot(aside, aside)), dot(w, m))
     is_near = size >= distance
@@ -167,7 +168,7 @@ def shows(lobe: Any, w: Any, m: Any, distance: Any, size: Any) -> Any:
 
 @formula
 def seen_as_point(lobe: Any, e: Any, w: Any, x: Any) -> Any:
-    """∫ max(w·u, 0)ᵏ du over a small flat part at the way x, over its area, for the normal e of its plane."""
+    """∫ max(w·u, 0)ᵏ du over a small flat part at the offset x, divided by its area; e is its plane's normal."""
     square = dot(x, x)
     inverse = 1.0 / sqrt(maximum(square, 1e-300))
     gap = subtract(times(x, inverse), w)

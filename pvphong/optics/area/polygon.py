@@ -1,10 +1,11 @@
 """Integrals over a polygon that is seen: Lambert's formula (1760) and Green's theorem, side by side.
 
-The polygon is cut off at the horizon, side by side: what of a side is above the horizon, and where it crosses that, the
-way along the horizon from or to one point r of it. So any number of crossings is closed, and what is below cancels.
+Each side of the polygon is clipped at the horizon; the outline is closed along the horizon through one point r, so any
+number of crossings is closed, and what is below cancels.
 
-Symbols: m the way to the polygon's middle, e the normal of its front; n the normal of the horizon. Corners are offsets
-from the middle. All lengths are first divided by a power of two that is next to the light's distance or its size.
+Symbols: m the vector to the polygon's middle, e the normal of its front; n the normal of the horizon; u a unit
+direction, du its solid angle. Corners are offsets from the middle. All lengths are first divided by a power of two that
+is next to the light's distance or its size.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ def _offset(own: Any, k: Any, scale: Any) -> Any:
 
 @formula
 def scaled(d: Any, size: float) -> Any:
-    """A way over a power of two, and one over that power; NaN, with which nothing is lit, if the way is not finite."""
+    """A vector over a power of two, and one over that power; NaN, with which nothing is lit, if it is not finite."""
     far = maximum(maximum(abs(d[0]), abs(d[1])), maximum(abs(d[2]), size))
     scale = where(far < math.inf, over_its_size(far), math.nan)
     return times(d, scale), scale
@@ -64,20 +65,20 @@ def _horizon(own: Any, m: Any, n: Any) -> Any:
 
 @formula
 def _side(own: Any, scale: Any, n: Any, height: Any, r: Any, is_lit: Any, k: Any) -> Any:
-    """Of the side k: ends of what is above the horizon, ends of the way along it, and 2 where there is one, else 1."""
+    """Ends of side k's part above the horizon, ends of the line that closes it there; 2 if there is one, else 1."""
     a, b = _offset(own, k - 1, scale), _offset(own, k, scale)
-    here, there = height + dot(n, a), height + dot(n, b)
-    start, stop, back, forth, pieces = a, b, a, a, 1
-    if any_of(is_lit & ((here <= 0.0) | (there <= 0.0))):
-        falls, rises = (here > 0.0) & (there <= 0.0), (here <= 0.0) & (there > 0.0)
-        along = here / where(falls | rises, here - there, 1.0)
+    height_a, height_b = height + dot(n, a), height + dot(n, b)
+    start, stop, closing_start, closing_stop, pieces = a, b, a, a, 1
+    if any_of(is_lit & ((height_a <= 0.0) | (height_b <= 0.0))):
+        falls, rises = (height_a > 0.0) & (height_b <= 0.0), (height_a <= 0.0) & (height_b > 0.0)
+        along = height_a / where(falls | rises, height_a - height_b, 1.0)
         crossing = add(a, times(subtract(b, a), along))
         start = _choose(rises, crossing, a)
-        stop = _choose(falls, crossing, _choose(there > 0.0, b, start))
-        back = _choose(falls, stop, _choose(rises, r, start))
-        forth = _choose(rises, start, _choose(falls, r, start))
+        stop = _choose(falls, crossing, _choose(height_b > 0.0, b, start))
+        closing_start = _choose(falls, stop, _choose(rises, r, start))
+        closing_stop = _choose(rises, start, _choose(falls, r, start))
         pieces = 2
-    return start, stop, back, forth, pieces
+    return start, stop, closing_start, closing_stop, pieces
 
 
 @formula
@@ -86,13 +87,13 @@ def _choose(condition: Any, a: Any, b: Any) -> Any:
 
 
 @formula
-def polygon_cosine(own: Any, _lobe: Any, d: Any, n: Any, _a: Any) -> Any:
+def polygon_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _a: Any) -> Any:
     """1/area · ∫ max(n·u, 0) du over the part above the horizon.
 
     It is ½ |Σ f n·Γ|, with Γ = x × y for the ends of a side and f = θ/|Γ|, θ the angle under which it is seen. The sum
-    of the Γ is twice the vector area, α e, whatever m is; so an F next to all f is taken out, and what is left is
-    ½ |F α n·e + Σ (f − F) n·Γ|, with f − F = (θ/sin θ − 1)/|x||y| + 1/|x||y| − F by differences of squares: nothing
-    cancels, however far away.
+    of the Γ is twice the vector area, α e, whatever m is; so a common value F, close to every f, is subtracted, which
+    gives ½ |F α n·e + Σ (f − F) n·Γ|, with f − F = (θ/sin θ − 1)/|x||y| + 1/|x||y| − F by differences of squares, so
+    that nothing cancels, however far away.
     """
     m, scale = scaled(d, own[SIZE])
     is_lit, size, root = is_glowing(own, m, n), own[SIZE] * scale, own[ROOT] * scale
@@ -101,10 +102,10 @@ def polygon_cosine(own: Any, _lobe: Any, d: Any, n: Any, _a: Any) -> Any:
     if any_of(is_lit):
         r = _horizon(own, m, n)
         for k in range(int(own[COUNT])):
-            start, stop, back, forth, pieces = _side(own, scale, n, height, r, is_lit, k)
+            start, stop, closing_start, closing_stop, pieces = _side(own, scale, n, height, r, is_lit, k)
             for j in range(pieces):
                 if j == 1:
-                    start, stop = back, forth
+                    start, stop = closing_start, closing_stop
                 x, y, side = add(m, start), add(m, stop), subtract(stop, start)
                 across = cross(x, side)
                 sine_times = sqrt(dot(across, across))
@@ -127,7 +128,7 @@ def _angle_over_sine(ratio: Any, theta: Any) -> Any:
 
 
 @formula
-def polygon_power(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
+def polygon_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     """1/area · ∫ max(w·u, 0)ᵏ du over the part above the horizon, along its sides.
 
     To a lobe that is much wider than the light is seen, the light is a point: the middle of what is above the horizon.
@@ -141,10 +142,10 @@ def polygon_power(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     if any_of(is_lit):
         height, r = dot(n, m), _horizon(own, m, n)
         for k in range(int(own[COUNT])):
-            start, stop, back, forth, pieces = _side(own, scale, n, height, r, is_lit, k)
+            start, stop, closing_start, closing_stop, pieces = _side(own, scale, n, height, r, is_lit, k)
             for j in range(pieces):
                 if j == 1:
-                    start, stop = back, forth
+                    start, stop = closing_start, closing_stop
                 side = subtract(stop, start)
                 part = dot(own, cross(start, side))
                 area, middle = area + part, add(middle, times(add(start, stop), part))

@@ -41,7 +41,7 @@ class DirectionalLight(Light):
 
     @classmethod
     def at(cls, position: VectorLike, *, target: VectorLike, **fields: Any) -> Self:
-        """The light of a sun that stands in the direction of `position` as seen from `target`.
+        """The light of a sun in the direction of `position` as seen from `target`.
 
         Parameters
         ----------

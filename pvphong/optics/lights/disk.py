@@ -10,7 +10,7 @@ import numpy as np
 
 from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.base.vectors import unit_vector
-from pvphong.optics.area.disk import disk_cosine, disk_power
+from pvphong.optics.area.disk import disk_highlight, disk_irradiance
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.light import Integral, Light
 from pvphong.optics.lights.sized import Flat
@@ -85,5 +85,5 @@ class DiskLight(Flat, Light):
 
     def closed(self, form: CosinePower) -> Integral:
         """Along its rim."""
-        formula = disk_cosine if form.around == "normal" else disk_power
+        formula = disk_irradiance if form.around == "normal" else disk_highlight
         return Integral(formula, self.center, self.radius, (*self.normal, float(self.two_sided), self.radius))

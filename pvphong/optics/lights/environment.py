@@ -26,7 +26,7 @@ SKY = "sky"
 
 # Sine of the least angle between `up` and the x axis for which that is the middle of the image.
 _LEAST = 1e-9
-# Harmonics of less are left out, of 1.
+# Harmonics of less than this, of 1, are dropped.
 _NOTHING = 1e-15
 # Directions that nodes are chosen from, at least, in rows.
 _ROWS = 48
@@ -224,8 +224,8 @@ def _nodes(image: Panorama, axes: tuple[float, ...], count: int) -> tuple[Direct
     height, width, _ = image.image.shape
     cells = image.image.repeat(-(-_ROWS // height), axis=0).repeat(-(-2 * _ROWS // width), axis=1).astype(np.float64)
     powers = cells * row_areas(*cells.shape[:2])[:, None, None] / math.pi
-    ways = directions(*cells.shape[:2]) @ np.reshape(axes, (3, 3))
-    return tuple(_node(powers[part], ways[part], axes[6:]) for part in _halved(powers.mean(axis=2), count))
+    to_sky = directions(*cells.shape[:2]) @ np.reshape(axes, (3, 3))
+    return tuple(_node(powers[part], to_sky[part], axes[6:]) for part in _halved(powers.mean(axis=2), count))
 
 
 def _halved(powers: Float64Array, count: int) -> list[tuple[slice, slice]]:
@@ -265,11 +265,11 @@ def _middle_of(sums: Float64Array, start: int) -> int:
     return start + min(max(int(np.abs(sums - half).argmin()), 1), len(sums) - 2)
 
 
-def _node(powers: Float64Array, ways: Float64Array, up: tuple[float, ...]) -> DirectionalLight:
-    """What stands for a part of the image."""
+def _node(powers: Float64Array, to_sky: Float64Array, up: tuple[float, ...]) -> DirectionalLight:
+    """The parallel light that replaces a part of the image."""
     color = powers.sum(axis=(0, 1))
     power = float(color.mean())
-    middle = np.tensordot(powers.mean(axis=2) / (power or 1.0), ways, 2)
+    middle = np.tensordot(powers.mean(axis=2) / (power or 1.0), to_sky, 2)
     if np.linalg.norm(middle) <= _LEAST:
         middle = np.array(up)
     red, green, blue = (color / power).tolist() if power else (1.0, 1.0, 1.0)

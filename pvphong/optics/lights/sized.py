@@ -17,7 +17,7 @@ from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import directions_to, dot
 from pvphong.geometry.extent import ROUNDED_UP, Extent, Sight
 from pvphong.optics.area.lobes import CosinePower
-from pvphong.optics.area.polygon import polygon_cosine, polygon_power
+from pvphong.optics.area.polygon import polygon_highlight, polygon_irradiance
 from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate, strength_at
 from pvphong.optics.light import (
     NODES,
@@ -58,7 +58,7 @@ def as_point(seen: Sight | None, radius: float, light: Light, spread: Any) -> St
     radius : float
         The sphere's.
     light : Light
-        What stands in, with the intensity 1.
+        What replaces it, with the intensity 1.
     spread : callable
         From the sine of the sphere's angular radius to how far the sum of its parts' strengths may be off that of the
         middle, which is 1/d².
@@ -72,11 +72,12 @@ def as_point(seen: Sight | None, radius: float, light: Light, spread: Any) -> St
     return StandIn(lambda: (light,), why, spread=off, turn=turn, strongest=middle + off)
 
 
-def fewer_nodes(light: Light, count: int, extent: Extent) -> StandIn | None:
-    """At most so many nodes that may stand in for `NODES`; None where no bound is known.
+def merged_nodes(light: Light, count: int, extent: Extent) -> StandIn | None:
+    """At most so many nodes that may replace the `NODES`; None where no bound is known.
 
-    Nodes that stand together are one in their middle. At the distance d, 1/d² changes by at most 2/d³ along a way of
-    length 1, and so does h/d³, the field of a dipole, with which a flat light weakens at the height h over its plane.
+    Nodes that are close together become one in their middle. At the distance d, 1/d² changes by at most 2/d³ on a path
+    of length 1, and so does h/d³, the field of a dipole, with which a flat light weakens at the height h over its
+    plane.
 
     Parameters
     ----------
@@ -127,7 +128,7 @@ def over_polygon(
     """Of a polygon with such corners off its middle, shape (k, 3)."""
     size = float(np.linalg.norm(offsets, axis=1).max())
     numbers = (*normal, float(two_sided), math.sqrt(area), size, float(len(offsets)), *offsets.ravel().tolist())
-    return Integral(polygon_cosine if form.around == "normal" else polygon_power, center, size, numbers)
+    return Integral(polygon_irradiance if form.around == "normal" else polygon_highlight, center, size, numbers)
 
 
 class Flat:
@@ -167,10 +168,10 @@ class Flat:
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
         """What its middle sends."""
         x, y, z = self.center
-        ways, inverse, distance = directions_to((x, y, z), points, real)
-        cosine = -dot(np.array(self.normal, real)[:, None], ways) * inverse
+        to_light, inverse, distance = directions_to((x, y, z), points, real)
+        cosine = -dot(np.array(self.normal, real)[:, None], to_light) * inverse
         shown = np.abs(cosine) if self.two_sided else np.maximum(cosine, real(0.0))
-        return Arrival(ways, attenuate(distance, INVERSE_SQUARE) * shown, inverse)
+        return Arrival(to_light, attenuate(distance, INVERSE_SQUARE) * shown, inverse)
 
     @property
     def effects(self) -> frozenset[str]:
@@ -189,8 +190,9 @@ class Flat:
     def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
         """As a spot light in its middle; off where the mesh is behind it.
 
-        H over its plane, a part sends h/d³: with s the sine of its angular radius, a mean around its middle is off by
-        half the largest second derivative, 12 h/d⁵, times the square of its radius at most: 6 s²/(1 − s)⁵ of 1/d².
+        At the height h over its plane, a part sends h/d³: with s the sine of its angular radius, a mean around its
+        middle is off by half the largest second derivative, 12 h/d⁵, times the square of its radius at most: 6 s²/(1 −
+        s)⁵ of 1/d².
         """
         seen = extent.sight(self.center) if effect == SIZE_EFFECT else None
         if seen is None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
 from pvphong.geometry.extent import Extent
-from pvphong.optics.area.disk import sphere_cosine, sphere_power
+from pvphong.optics.area.disk import sphere_highlight, sphere_irradiance
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.attenuation import INVERSE_SQUARE
 from pvphong.optics.light import SIZE_EFFECT, Integral, Light, Reach, StandIn
@@ -59,7 +59,7 @@ class SphereLight(Light):
 
     def closed(self, form: CosinePower) -> Integral:
         """Over the cap as which it is seen."""
-        formula = sphere_cosine if form.around == "normal" else sphere_power
+        formula = sphere_irradiance if form.around == "normal" else sphere_highlight
         return Integral(formula, self._center, self.radius, (self.radius,))
 
     @property

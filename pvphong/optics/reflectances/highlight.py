@@ -1,7 +1,7 @@
 """Highlights around a peak: by chords, and what bounds their change.
 
 A highlight is a function of a cosine f that is 1 at its peak. With a chord C that is 0 there, f = 1 − ½|C|². Near the
-peak |C| is small and known to full precision, while a cosine near 1 has lost the digits that a high shininess asks for.
+peak |C| is small and known to full precision, while a cosine near 1 has lost the digits that a high shininess needs.
 A `Peak` says where that is; reflectances whose highlight is fⁿ leave the power to the evaluators, because compiled code
 is faster with it in a loop of its own.
 """
@@ -126,10 +126,10 @@ MIRROR = Peak(
     _mirror_chord,
     lambda line: 2.0 * math.cos(line.theta) * max(math.cos(line.phi), 0.0) - math.cos(line.psi),
 )
-"""Where the viewer stands in the direction r = 2(n·l)n − l in which light is mirrored: r·v = 2(n·l)(n·v) − l·v."""
+"""Where the viewer is in the direction r = 2(n·l)n − l in which light is mirrored: r·v = 2(n·l)(n·v) − l·v."""
 
 HALFWAY = Peak(_halfway_square, _halfway_chord, largest_halfway, lambda psi: 0.5 / max(math.cos(0.5 * psi), 1e-6))
-"""Where the half-way direction h = (l + v)/|l + v| is n. H is the middle of the arc from l to v."""
+"""Where the half-way direction h = (l + v)/|l + v| is n. It is the middle of the arc from l to v."""
 
 BACK = Peak(_back_square, _back_chord, lambda _: 1.0)
 """Where the viewer stands beside the light. Nothing is known of the least angle between them."""
@@ -143,9 +143,9 @@ NORMAL = Peak(_normal_square, _normal_chord, lambda line: math.cos(line.theta))
 
 @formula
 def whiteness(at: Geometry) -> Any:
-    """(1 − h·l)⁵, the part of the way from the reflectance at normal incidence to white (Schlick 1994, equation 15).
+    """(1 − h·l)⁵, the share of the range from the reflectance at normal incidence to white (Schlick 1994, equation 15).
 
-    H·l is half the length of l + v. Where l = −v it is 0, and there is no half-way direction.
+    The cosine h·l is half the length of l + v. Where l = −v it is 0, and there is no half-way direction.
     """
     rest = maximum(ONE - HALF * sqrt(square(add(at.l, at.v))), ZERO)
     return (rest * rest) * (rest * rest) * rest

@@ -10,7 +10,7 @@ with Trowbridge and Reitz' D (Walter et al., Microfacet models for refraction th
 equation 99) times n·l. Theory has β = α. Of F = F₀(1 − S) + S, the first part has the colour F₀, the second is white.
 
 Near the peak sin² θ = |n × (l + v)|² / |l + v|² is known to full precision, where cos² θ has lost the digits that a
-small α asks for.
+small α needs.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ from pvphong.optics.reflectances.highlight import (
 from pvphong.optics.reflectances.phong import Phong
 
 _LEAST_ALPHA = 1e-15
-"""Its highlights are narrower than float64 can tell directions apart, and its square is within float32's range."""
+"""Its highlights are narrower than float64 resolves directions, and its square is within float32's range."""
 
 _COUPLED = 28.0 / 23.0
 
@@ -69,7 +69,7 @@ class Facets(NamedTuple):
     """Of the masking."""
 
     floor: float = 0.0
-    """N·l and n·v are taken to be at least this."""
+    """The cosines n·l and n·v are taken to be at least this."""
 
     least: float = 0.0
     """The denominator in D is taken to be at least this."""
@@ -77,14 +77,14 @@ class Facets(NamedTuple):
 
 @formula
 def _cosines(own: Any, at: Geometry) -> Any:
-    """X and y, cut off at the floor; x is 0 where there is no normal or no light."""
+    """The cosines x and y, cut off at the floor; x is 0 where there is no normal or no light."""
     x, y = maximum(at.n_l, own[5]), maximum(at.n_v, own[5])
     return where((square(at.n) > ZERO) & (square(at.l) > ZERO), x, ZERO), y
 
 
 @formula
 def _highlight(own: Any, at: Geometry, x: Any, y: Any) -> Any:
-    """G in two parts: what is multiplied by F₀, and what is white."""
+    """The factor G in two parts: what is multiplied by F₀, and what is white."""
     alpha, alpha2, rest, beta2, beyond, least = own[0], own[1], own[2], own[3], own[4], own[6]
     s = add(at.l, at.v)
     length = square(s)
@@ -171,7 +171,7 @@ class Microfacets(Reflectance):
         return "Phong for microfacets", replace(material, diffuse=diffuse, specular=specular, reflectance=fitted)
 
     def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
-        """D at the largest n·h; K is at most 1/(2β)."""
+        """The density D at the largest n·h; K is at most 1/(2β)."""
         if lobe == 0:
             return 1.0 if self._is_faded else 1.15
         alpha, beta, floor, least = self.facets
@@ -191,7 +191,7 @@ class Microfacets(Reflectance):
 
     @property
     def sharpness(self) -> float:
-        """D is about exp(−2 θ²/α²) at its peak."""
+        """The density D is about exp(−2 θ²/α²) at its peak."""
         return min(4.0 / self.facets.alpha**2, BRIGHTEST)
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:

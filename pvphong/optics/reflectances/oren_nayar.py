@@ -59,7 +59,7 @@ class OrenNayar(Reflectance):
         return (Lobe("diffuse", takes_albedo=True, needs_viewer=True),)
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[float, float]:  # noqa: ARG002 it has no maps
-        """A and B."""
+        """The coefficients A and B."""
         variance = math.radians(self.sigma) ** 2
         return 1.0 - 0.5 * variance / (variance + 0.33), 0.45 * variance / (variance + 0.09)
 

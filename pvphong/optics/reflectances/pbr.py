@@ -145,7 +145,7 @@ def is_physical(prop: Any) -> bool:
 
 
 def physical_of(prop: Any) -> PBR:
-    """The reflectance of such a property; ValueError naming what of VTK's shading it asks for that is not here."""
+    """The reflectance of such a property; ValueError naming what it uses of VTK's shading that is not here."""
     asked = {
         "anisotropy": (prop.GetAnisotropy(), 0.0),
         "coat_strength": (prop.GetCoatStrength(), 0.0),

@@ -1,4 +1,4 @@
-"""Gloss that is longer one way than the other, as of brushed metal, satin and hair."""
+"""Gloss that is longer in one direction than across it, as of brushed metal, satin and hair."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, LAMBERT, Geometry, L
 from pvphong.optics.reflectances.highlight import HALFWAY, largest_halfway
 
 _LEAST_HEIGHT = 1e-3
-"""N·l + n·v is taken to be at least this: the formula has no bound where both are grazing."""
+"""The sum n·l + n·v is taken to be at least this: the formula has no bound where both are grazing."""
 
 _DARK = 80.0
 """Exponents from which on the highlight is 0, which float32 can hold together with what they are multiplied by."""

@@ -1,8 +1,8 @@
 """The kernel: the same equation and the same formulas as `reference.py`, compiled by Numba, on several threads.
 
-Numba is an optional extra. It is imported when the kernel is first asked for, and what it compiles is kept on disk. Who
-does not want to wait for a compiler is declined until the code is there, and a process of its own makes it meanwhile.
-What cannot be run here is declined too, cheaply, and belongs to the reference: component arrays are wanted, a light has
+Numba is an optional extra. It is imported when the kernel is first used, and the code that it compiles is kept on disk.
+Where a call is not to wait, code that is missing is declined and the reference runs; another process compiles it
+meanwhile. The kernel also declines what it cannot run, and the reference runs: component arrays are wanted, a light has
 no placement, a reflectance's formula is not marked as one, a scene coordinate lies beyond 2¹⁰⁰, an attenuation or a
 matrix has an entry that is not between that and 2⁻¹⁰⁰, or a light is brighter than its stage takes.
 Single vertices are declined too, and the reference lights those: on a light or the eye, not finite, or so far from a
@@ -16,8 +16,8 @@ In reading order: `evaluation` brings ranges of vertices to the driver, on sever
 a block of them, from loading to colours; `vertices` is where a block's values stand and how they are loaded; `stages`
 puts a loop around the formula of a light or a reflectance; `lanes` is what those of lights with a size run on, eight
 vertices side by side. `records` is the form in which the driver takes an equation, `arithmetic` what compiled code
-calculates with, `code` compiles and has the code on disk, `ahead` compiles all there is. `normals` sums the normals of
-meshes.
+calculates with, `code` compiles and keeps the code on disk, `ahead` compiles all there is. `normals` sums the normals
+of meshes.
 """
 
 from __future__ import annotations
@@ -163,7 +163,7 @@ def shade(
         0-255 for display.
     whole : Equation, optional
         The equation before a plan left out what does not reach these vertices; the same if not given. It decides
-        whether the kernel declines and the type in which vertices are read, for these are not to hang on where the
+        whether the kernel declines and the type in which vertices are read, so that these do not depend on where the
         other vertices are.
     channels : ndarray, optional
         Shape (k, n): what `equation.channels` says.
@@ -210,6 +210,8 @@ def point_normals(
         return None
     from pvphong.shading.kernel import normals as of_meshes
 
-    result = of_meshes.point_normals(library if waits else library.at_hand, points, connectivity, offsets, weighting)
+    result = of_meshes.point_normals(
+        library if waits else library.cached_only, points, connectivity, offsets, weighting
+    )
     _Process.has_run |= result is not None
     return result

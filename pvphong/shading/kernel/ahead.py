@@ -22,7 +22,7 @@ from pvphong.optics.reflectance import LAMBERT
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.vtk import VtkHeadlight
 from pvphong.shading.kernel import normals, records, stages
-from pvphong.shading.kernel.code import Library, NotCompiled, Request, what_it_does
+from pvphong.shading.kernel.code import Library, NotCompiled, Request, code_identity
 from pvphong.shading.kernel.evaluation import driver_code
 
 _REALS = "float32", "float64"
@@ -49,7 +49,7 @@ def pieces(library: Library) -> list[CompilationUnit]:
     for real in _REALS:
         for name, stage in (*_of_lights(), *_of_lights_with_a_size()):
             result.append(CompilationUnit(f"{name}, {real}", partial(library.light, stage, real)))
-        for name, stage in (*_of_reflectances(), ("already there", stages.already_there)):
+        for name, stage in (*_of_reflectances(), ("factors already written", stages.factors_already_written)):
             result.append(CompilationUnit(f"{name}, {real}", partial(library.reflectance, stage, real)))
     return result
 
@@ -57,7 +57,7 @@ def pieces(library: Library) -> list[CompilationUnit]:
 def is_kept() -> bool:
     """Whether all of it is on disk."""
     try:
-        for piece in pieces(Library().at_hand):
+        for piece in pieces(Library().cached_only):
             piece.compile()
     except NotCompiled:
         return False
@@ -109,12 +109,12 @@ def _sample(kind: Any) -> Any:
 
 
 def _distinct(stages_of_all: _Named) -> _Named:
-    """Without those that do the same as another."""
-    return {what_it_does(stage): (name, stage) for name, stage in stages_of_all}.values()
+    """Without those whose code is the same as another's."""
+    return {code_identity(stage): (name, stage) for name, stage in stages_of_all}.values()
 
 
 def main() -> None:
-    """Compile what the standard input asks for, a pickled `Request`, and then all the rest.
+    """Compile the code for the standard input, a pickled `Request`, and then all the rest.
 
     Nothing is done where another process is doing it.
     """

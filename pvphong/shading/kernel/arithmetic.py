@@ -22,7 +22,8 @@ vertex's bits depend neither on its place in a block nor on its neighbours.
 
 At the end: what compiled code does with memory that it is given as a plain pointer, which compiles in half the time of
 Numba's arrays and counts no references; calls through addresses, so that no driver is compiled anew for a new light;
-and the operations of `pvphong.base.formulas`.
+and the operations of `pvphong.base.formulas` for one vertex. (Lights with a size run on `lanes`, which has the same
+operations for eight vertices, because their formulas have loops and `if any_of(...)`.)
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 # Without Numba's runtime there is no memory to be had, and no array's references are counted: on blocks this small,
 # counting them takes 5 to 15 % of the time.
-# Entries for Python, a sixth of all code, would be for nobody.
+# No entries for Python, a sixth of all code: nothing would call them.
 _OPTIONS = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
@@ -65,8 +66,8 @@ def inlined(function: Function) -> Function:
     return cast(Function, numba.njit(**_OPTIONS, forceinline=True)(function))
 
 
-def pasted(function: Function) -> Function:
-    """As `inlined`, before types are known: one function with its only caller, where LLVM would optimise both."""
+def inlined_early(function: Function) -> Function:
+    """As `inlined`, but inlined before types are inferred: the function has one caller, and LLVM sees both as one."""
     return cast(Function, numba.njit(**_OPTIONS, inline="always")(function))
 
 
@@ -119,7 +120,7 @@ EXP64 = (
 _ROOT32, _ROOT64 = np.float32(0.5**0.5).view(np.int32), np.float64(0.5**0.5).view(np.int64)
 _MANTISSA32, _MANTISSA64 = np.int32(23), np.int64(52)
 
-# Adding it rounds to an integer, which then stands in the last bits of the mantissa.
+# Adding it rounds to an integer, which is then in the last bits of the mantissa.
 WHOLE32, _WHOLE64 = np.float32(1.5 * 2**23), 1.5 * 2**52
 
 # Powers of two below it are not normal numbers.

@@ -1,14 +1,14 @@
 """Compiled code: compiled for use through addresses, kept on disk, and compiled by another process meanwhile.
 
-On disk there is a file for each function, with its types, where Numba would keep it. It is written aside and renamed,
-and starts with a digest of all that the code depends on and one of the code itself, so that what is damaged, cut short,
-or of another version of anything is as if it were not there, and is written anew. So any number of processes may read
-and write at once. (Numba's own files share an index, in which two processes that write at once can give one function
-the other's code; and it asks only whether the file of a function itself has changed since, where here all sources count
-that a function may call.)
+On disk there is a file for each function and its types, in Numba's cache folder: `__pycache__` beside the module, or a
+folder in NUMBA_CACHE_DIR if that is set. It is written aside and renamed, and starts with a digest of all that the code
+depends on and one of the code itself, so that a file that is damaged, cut short, or of another version of anything
+counts as absent, and is written anew. So any number of processes may read and write at once. (Numba's own files share
+an index, in which two processes that write at once can give one function the other's code; and it looks only at the
+file of the function itself, where here all sources count that a function may call.)
 
-Where nobody is to wait, code that is missing is asked of a process of its own, which outlives this one if need be. It
-is asked once for each piece, so that one that cannot be compiled is not tried over and over.
+Where a call is not to wait, another process compiles the code that is missing; it may outlive this one. This process
+asks for each piece once, so that one that cannot be compiled is not tried over and over.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ _MODULE = "pvphong.shading.kernel.ahead"
 
 
 class NotCompiled(Exception):
-    """There is no code of a function, and compiling it is not to be waited for.
+    """There is no code of a function, and the call is not to wait for it.
 
     Attributes
     ----------
@@ -108,10 +108,10 @@ class Store:
         """Code for a signature, or None."""
         context.refresh()
         path, key = self._path_and_key(signature, context.codegen())
-        with contextlib.suppress(OSError):
-            kept = path.read_bytes()
-            code = kept[2 * _DIGEST :]
-            if kept[: 2 * _DIGEST] == key + digest(code):
+        with contextlib.suppress(Exception):  # no file, or whatever pickle and Numba raise where they cannot read it
+            data = path.read_bytes()
+            code = data[2 * _DIGEST :]
+            if data[: 2 * _DIGEST] == key + digest(code):
                 return self._form.rebuild(context, pickle.loads(code))
         return None
 
@@ -123,7 +123,7 @@ class Store:
             aside.write_bytes(key + digest(code) + code)
 
     def _path_and_key(self, signature: Any, codegen: Any) -> tuple[Path, bytes]:
-        """A file's name says for what the code is, the key of what it was made."""
+        """A file's name identifies the function and its types; the key, all that its code was made from."""
         function = self._function
         cells = dumps(tuple(cell.cell_contents for cell in function.__closure__ or ()))
         place = repr((function.__module__, function.__qualname__, str(signature), codegen.magic_tuple()))
@@ -141,7 +141,7 @@ def digest(data: bytes) -> bytes:
 
 
 _FLOATS = types.CPointer(types.float64)
-# Seconds until the disk is asked again for what was not there.
+# Seconds until code that was not on disk is looked for there again.
 _PATIENCE = 0.5
 
 _REALS = {"float32": types.float32, "float64": types.float64}
@@ -153,7 +153,7 @@ class _Absent(Exception):
 
 
 class Code(CFunc):
-    """A function compiled for being called by its address, from here on; or read, if that was possible before."""
+    """A function that is called by its address: read from disk if it is there, else compiled and written."""
 
     def __init__(self, function: Callable[..., Any], signature: Any, *, compiles: bool = True) -> None:
         super().__init__(function, (signature.args, signature.return_type), {}, dict(_OPTIONS))
@@ -189,7 +189,7 @@ def store_of(function: Callable[..., Any]) -> Store | None:
 def _sources(modules: tuple[str, ...]) -> bytes:
     """A digest of all sources that functions of some modules may call; OSError if there are none.
 
-    These are the modules', and all of this package and of those that formulas stand in.
+    These are the modules', and all of the packages that hold the kernel and the formulas.
     """
     here = Path(__file__).parent
     folders = here, here.parents[1] / "base", here.parents[1] / "optics"
@@ -198,7 +198,7 @@ def _sources(modules: tuple[str, ...]) -> bytes:
     return digest("".join([*called, *own]).encode())
 
 
-def what_it_does(function: Callable[..., Any]) -> tuple[CodeType, tuple[Any, ...]]:
+def code_identity(function: Callable[..., Any]) -> tuple[CodeType, tuple[Any, ...]]:
     """Equal for functions that do the same: code, and the values it was made with."""
     return function.__code__, tuple(cell.cell_contents for cell in function.__closure__ or ())
 
@@ -216,8 +216,8 @@ class Library:
         return len(self._codes)
 
     @functools.cached_property
-    def at_hand(self) -> Library:
-        """The same code, but what is not there is not compiled: `NotCompiled` is raised."""
+    def cached_only(self) -> Library:
+        """The same library, which raises `NotCompiled` instead of compiling."""
         library = copy.copy(self)
         library._compiles = False
         return library
@@ -246,8 +246,8 @@ class Library:
         return self._code(function, signature, *kinds).call
 
     def _code(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Code:
-        """By what a function does, for lights make theirs anew each time; its signature is made of names of types."""
-        key = *what_it_does(function), signature, kinds
+        """Looked up by `code_identity`: lights make their stages anew each time. `signature` takes names of types."""
+        key = *code_identity(function), signature, kinds
         code = self._codes.get(key)
         if code is not None:
             return code
@@ -279,7 +279,7 @@ def _stage_of_reflectance(real: Any) -> Any:
 
 
 class _Compiler:
-    """What this process has asked for."""
+    """The process that compiles, and the pieces for which this process has started one."""
 
     asked: ClassVar[set[Key]] = set()
     process: ClassVar[subprocess.Popen[bytes] | None] = None
@@ -287,7 +287,7 @@ class _Compiler:
 
 
 def ask_for(missing: Key, request: Request | None, lock: Path | None) -> None:
-    """Start compiling what is missing for a request, unless it was asked for before or a compiler is at work.
+    """Start compiling what is missing for a request, unless this process has done so before or a compiler is at work.
 
     Without a request, what is missing is among all that there is to compile.
     `lock` is held by the process that compiles; None if code cannot be kept.
@@ -309,12 +309,12 @@ def _start(request: Request | None) -> subprocess.Popen[bytes] | None:
     if not Path(sys.executable or "").name.lower().startswith("python"):
         return None
     try:
-        said = pickle.dumps(request)
+        pickled = pickle.dumps(request)
     except Exception:  # a light of the user's may raise anything
-        said = b""
+        pickled = b""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)}
     with tempfile.TemporaryFile() as file:
-        file.write(said)
+        file.write(pickled)
         file.seek(0)
         process = subprocess.Popen(
             [sys.executable, "-W", "ignore", "-m", _MODULE],
@@ -329,5 +329,5 @@ def _start(request: Request | None) -> subprocess.Popen[bytes] | None:
 
 
 def _leave(process: subprocess.Popen[bytes]) -> None:
-    """Tell Popen that it has ended, or it would warn of a process that goes on."""
+    """Mark the process as ended, or Popen would warn that it still runs."""
     process.returncode = process.returncode or 0

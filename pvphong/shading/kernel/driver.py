@@ -25,9 +25,9 @@ from pvphong.shading.kernel.arithmetic import (
     call_light,
     call_reflectance,
     inlined,
+    inlined_early,
     like,
     multiply_add,
-    pasted,
     plain,
     shifted,
 )
@@ -114,7 +114,7 @@ def _begin(rows: Any, base: Any, own: Any) -> None:
         rows[at.B + i] = multiply_add(base[2], sky, own[2])
 
 
-@pasted
+@inlined_early
 def _load(
     first: int, count: int, points: Any, normals: Any, albedo: Any, channels: Any, s: Any, rows: Any, wide: Any
 ) -> bool:
@@ -133,7 +133,7 @@ def _load(
         at.load_channel(shifted(channels, s.sky * s.channel_length), first, count, shifted(rows, at.SKY))
     _begin(rows, in_type(s.base, rows), in_type(s.own, rows))
     if s.has_albedo:
-        fill(rows, at.HR, in_type(s.emission, rows))
+        fill(rows, at.UNTINTED_R, in_type(s.emission, rows))
     return good
 
 
@@ -182,29 +182,29 @@ def _add_lambert(rows: Any, color: Any) -> None:
     """Add a colour times max(n·l, 0) and the light's strength."""
     for i in range(BLOCK):
         n_d = dot(vector(shifted(rows, at.NX), i), vector(shifted(rows, at.DX), i))
-        factor = max(n_d * (rows[at.NEARNESS + i] * rows[at.INVERSE + i]), ZERO) * rows[at.STRENGTH + i]
+        factor = max(n_d * (rows[at.INVERSE_DISTANCE + i] * rows[at.INVERSE_NORMAL + i]), ZERO) * rows[at.STRENGTH + i]
         rows[at.R + i] = multiply_add(color[0], factor, rows[at.R + i])
         rows[at.G + i] = multiply_add(color[1], factor, rows[at.G + i])
         rows[at.B + i] = multiply_add(color[2], factor, rows[at.B + i])
 
 
 @plain
-def _arrive_evenly(rows: Any, way: Any) -> None:
-    """D and 1/|D| of a light that arrives everywhere from one direction."""
-    inverse = inverse_length(square(way))
+def _arrive_evenly(rows: Any, offset: Any) -> None:
+    """Vector D to, and 1/|D| of, a light that arrives everywhere from one direction."""
+    inverse = inverse_length(square(offset))
     for i in range(BLOCK):
-        put(shifted(rows, at.DX), i, way)
-        rows[at.NEARNESS + i] = inverse
+        put(shifted(rows, at.DX), i, offset)
+        rows[at.INVERSE_DISTANCE + i] = inverse
 
 
-@pasted
+@inlined_early
 def _add_light(
     first: int, count: int, channels: Any, t: Any, s: Any, numbers: Any, own: Any, rows: Any, points: Any
 ) -> bool:
     """Add one light; whether no vertex is declined."""
     good = True
     if t.is_even:
-        _arrive_evenly(rows, in_type(t.way, rows))
+        _arrive_evenly(rows, in_type(t.to_light, rows))
     else:
         good = call_light(t.arrives, own, rows, points)
     _settle_strength(rows, like(rows, t.gain), t.varies)
@@ -224,7 +224,7 @@ def _add_light(
         reflected &= 4
     for lobe in range(3):
         if reflected & (1 << lobe):
-            target = at.HR if s.has_albedo and not s.takes_albedo & (1 << lobe) else at.R
+            target = at.UNTINTED_R if s.has_albedo and not s.takes_albedo & (1 << lobe) else at.R
             _add(rows, target, at.FIRST + lobe * BLOCK, in_type(t.colors[lobe], rows))
     return good
 
@@ -251,7 +251,7 @@ def _finish(s: Any, rows: Any) -> None:
     if s.has_albedo:
         for i in range(3 * BLOCK):
             albedo = rows[at.ALBEDO_R + i]  # in [0, 1], and 0 for a NaN
-            rows[at.R + i] = rows[at.R + i] * (min(albedo, ONE) if albedo > ZERO else ZERO) + rows[at.HR + i]
+            rows[at.R + i] = rows[at.R + i] * (min(albedo, ONE) if albedo > ZERO else ZERO) + rows[at.UNTINTED_R + i]
     if s.exponent != 1.0:
         exponent = like(rows, s.exponent)
         for i in range(3 * BLOCK):
@@ -277,7 +277,7 @@ def _store_bytes(first: int, count: int, display: Any, rows: Any) -> None:
         part[3 * i + 2] = _byte(rows[at.B + i])
 
 
-@pasted
+@inlined_early
 def _store(first: int, count: int, rgb: Any, display: Any, s: Any, rows: Any) -> None:
     """Colours from one block's rows to where they are wanted."""
     if s.is_display:

@@ -50,7 +50,7 @@ def shade(
     read = [points] * whole.needs_points + [normals] * whole.needs_normals
     stored = np.result_type(real, *read)
     request = Request(equation, name_of(stored), name_of(real))
-    source = library if waits else library.at_hand
+    source = library if waits else library.cached_only
     try:
         run = driver_code(source, request.stored, request.real)
         packed = records.records_of(

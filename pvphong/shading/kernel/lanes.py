@@ -1,8 +1,8 @@
 """Eight vertices side by side: formulas with loops inside run on them as on one number.
 
-A formula that loops (over a polygon's sides, over quadrature nodes) is not vectorised by LLVM when it stands in a loop
-over vertices. So a number of it is one of LLVM's own vectors here, of eight float64, and a condition is eight bits.
-Each operation of `pvphong.base.formulas` is an instruction on them, or a polynomial. Where a formula asks for `any_of`,
+A formula that loops (over a polygon's sides, over quadrature nodes) is not vectorised by LLVM inside a loop over
+vertices. So each of its numbers is a vector of eight float64 here, a type of LLVM's, and a condition is eight bits.
+Each operation of `pvphong.base.formulas` is an instruction on them, or a polynomial. Where a formula calls `any_of`,
 one test serves eight vertices. Sums of products may be rounded once; but all lanes are computed alike, so a vertex's
 bits depend on no neighbour.
 
@@ -181,7 +181,7 @@ _operation(formulas.largest, _ONE, types.int64, _largest)
 
 _EXPONENT, _BIAS, _MANTISSA, _ROOT = 0x7FF << 52, 1023, 52, 0x3FE6A09E667F3BCD  # the last: bits of √½
 _WHOLE = 1.5 * 2.0**52
-# Adding it rounds to a whole number, which then stands in the last bits.
+# Adding it rounds to a whole number, which is then in the last bits.
 
 
 def _power_below(builder: Any, x: Any) -> Any:

@@ -1,9 +1,9 @@
 """Normals of a mesh's points, `pvphong.geometry.normals.point_normals`, compiled.
 
 Each call of `find_normals` does the points of one range, whatever else there is: it passes over the faces that touch
-none of them, and adds the others in the order in which they stand in the mesh. So a point's bits depend neither on the
+none of them, and adds the others in their order in the mesh. So a point's bits depend neither on the
 ranges nor on who does them, and no two threads write to one place. Faces are taken in blocks of equally many corners,
-whose values stand in rows, corner after corner, so that loops over them vectorise. At the end, `point_normals` shares
+whose values are in rows, corner after corner, so that loops over them vectorise. At the end, `point_normals` shares
 ranges of points out to threads.
 
 Faces with a point that is not finite have no weight. What else is rare is left to NumPy, the whole mesh with it: an

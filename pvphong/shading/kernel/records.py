@@ -22,7 +22,7 @@ from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.kernel.code import Library
 from pvphong.shading.kernel.stages import (
     LEAST_NUMBERS,
-    already_there,
+    factors_already_written,
     integral_numbers,
     integral_stage,
     light_numbers,
@@ -41,14 +41,14 @@ TERM = np.dtype(
         ("arrives", "i8"),
         ("reflects", "i8"),
         ("gain", "f8"),
-        ("way", "3f8"),
+        ("to_light", "3f8"),
         ("ambient", "3f8"),
         ("colors", "(3,3)f8"),
     ],
     align=True,
 )
-"""One light. `is_even`: the same everywhere, from the direction `way`. `varies`: whether its strength is taken at each
-vertex; what of it is the same everywhere is in the colours, and `gain`, a power of two, goes with the strength.
+"""One light. `is_even`: the same everywhere, from the direction `to_light`. `varies`: whether its strength is taken at
+each vertex; what of it is the same everywhere is in the colours, and `gain`, a power of two, goes with the strength.
 `wanted`: lobes that are not black, as the sum of 1, 2 and 4. `visible`: the channel with its visible part, or -1.
 `arrives`, `reflects`: addresses of the stages, 0 for those that the driver has."""
 
@@ -129,7 +129,7 @@ def holds(numbers: Iterable[Any]) -> bool:
 
 def are_in_range(numbers: Iterable[float]) -> bool:
     """Whether compiled code takes such coordinates."""
-    for x in numbers:  # noqa: SIM110 asked for each light, and takes a third of the time that `all` does
+    for x in numbers:  # noqa: SIM110 runs for each light, and takes a third of the time that `all` does
         if not abs(x) <= _LARGEST:
             return False
     return True
@@ -220,17 +220,17 @@ def records_of(
     """An equation that compiled code can take, for rows of a type."""
     reflectance, base = equation.reflectance, equation.ambient
     terms, numbers = [], [reflectance_numbers(reflectance)]
-    addresses: dict[Any, int] = {}  # each stage is asked for but once
+    addresses: dict[Any, int] = {}  # each stage is looked up once
     for term in equation.terms:
         code = _code_of(term, equation, real)
         assert code is not None
         stage, own, varies, divisors = code
-        strength, gain, way = min(term.gain, BRIGHTEST), 1.0, _NOWHERE
+        strength, gain, to_light = min(term.gain, BRIGHTEST), 1.0, _NOWHERE
         if term.light.has_size:
             strength = 1.0  # its stage's factors have that
         if stage is None:
             arrival = term.light.arrival(np.zeros((3, 1)))
-            way = arrival.to_light[:, 0].tolist()
+            to_light = arrival.to_light[:, 0].tolist()
             strength = min(term.gain * np.asarray(arrival.strength).item(), BRIGHTEST)
             base = _plus(base, _times(term.ambient, strength))
         elif stage not in addresses:
@@ -247,7 +247,7 @@ def records_of(
         wanted, reflects = term.shines, 0
         is_lambert = reflectance.lobes[0] is LAMBERT and True not in wanted[1:]
         if term.light.has_size:
-            reflects = library.reflectance(already_there, real)
+            reflects = library.reflectance(factors_already_written, real)
         elif True in wanted and not is_lambert:
             if wanted not in addresses:
                 addresses[wanted] = library.reflectance(reflectance_stage(reflectance, wanted), real)
@@ -263,7 +263,7 @@ def records_of(
                 0 if stage is None else addresses[stage],
                 reflects,
                 gain,
-                *way,
+                *to_light,
                 *_times(term.ambient, strength),
                 *colors,
                 *(0.0,) * (3 * MOST_LOBES - len(colors)),

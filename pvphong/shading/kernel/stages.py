@@ -1,8 +1,8 @@
-"""What compiled code runs for a light or a reflectance, put together around the formula that stands in its file.
+"""What compiled code runs for a light or a reflectance, put together around the formula in that one's file.
 
 A stage lights a block of `BLOCK` vertices at once: a loop loads a vertex's numbers from the block's rows, calls the
-formula, which is inlined, and stores what it gives. Such loops have no branches, so LLVM vectorises them. What a stage
-closes over are formulas and integers, by which its code is known on disk.
+formula, which is inlined, and stores what it gives. Such loops have no branches, so LLVM vectorises them. A stage's
+closure (formulas and integers) is part of the key of its code on disk.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from pvphong.shading.kernel.vertices import (
     DZ,
     FACING,
     FIRST,
-    INVERSE,
-    NEARNESS,
+    INVERSE_DISTANCE,
+    INVERSE_NORMAL,
     NX,
     NY,
     NZ,
@@ -55,24 +55,27 @@ _OWN_OF_REFLECTANCE, _OWN_OF_LIGHT, _MOST_PARAMETERS = 3, 9, 8
 LEAST_NUMBERS = _OWN_OF_LIGHT + _MOST_PARAMETERS
 """So many may be read, whether a formula uses them or not."""
 
+_ALL_LOBES = 1 + 2 + 4
+"""Bits of the lobes that a reflectance's stage reports: none is 0 everywhere in the block."""
+
 
 @inlined
 def _cosine(rows: Any, i: int) -> Any:
-    """N·l, its sign that of the raw vectors."""
+    """The cosine n·l, its sign that of the raw vectors."""
     n_d = dot((rows[NX + i], rows[NY + i], rows[NZ + i]), (rows[DX + i], rows[DY + i], rows[DZ + i]))
-    return n_d * (rows[NEARNESS + i] * rows[INVERSE + i])
+    return n_d * (rows[INVERSE_DISTANCE + i] * rows[INVERSE_NORMAL + i])
 
 
 @inlined
 def _geometry(rows: Any, i: int, n_l: Any) -> Geometry:
     """What a formula is given of a vertex; what it does not use is not loaded."""
-    scale = rows[INVERSE + i]
+    scale = rows[INVERSE_NORMAL + i]
     return Geometry(
         (rows[NX + i], rows[NY + i], rows[NZ + i]),
         scale,
         n_l,
         rows[FACING + i] * scale,
-        times((rows[DX + i], rows[DY + i], rows[DZ + i]), rows[NEARNESS + i]),
+        times((rows[DX + i], rows[DY + i], rows[DZ + i]), rows[INVERSE_DISTANCE + i]),
         (rows[VX + i], rows[VY + i], rows[VZ + i]),
         (rows[TX + i], rows[TY + i], rows[TZ + i]),
     )
@@ -80,7 +83,7 @@ def _geometry(rows: Any, i: int, n_l: Any) -> Geometry:
 
 @inlined
 def _parameters(rows: Any, numbers: Any) -> Any:
-    """A formula's numbers in the type of rows: eight, of which it may use fewer."""
+    """A formula's numbers in the type of rows: eight, of which it may use only some."""
     return (
         like(rows, numbers[0]),
         like(rows, numbers[1]),
@@ -119,9 +122,9 @@ def _raised(rows: Any, i: int) -> Any:
     return exp2(y) if y > _NEVER else ZERO
 
 
-def already_there(_numbers: Any, _rows: Any, _points: Any) -> int:
+def factors_already_written(_numbers: Any, _rows: Any, _points: Any) -> int:
     """In place of a reflectance's stage, where that of a light with a size has written the factors."""
-    return 7
+    return _ALL_LOBES
 
 
 def reflectance_stage(reflectance: Reflectance, wanted: Sequence[bool]) -> Callable[..., Any]:
@@ -177,7 +180,7 @@ def reflectance_stage(reflectance: Reflectance, wanted: Sequence[bool]) -> Calla
 
 
 def light_stage(falloff: Callable[..., Any] | None, weakens: bool) -> Callable[..., Any]:
-    """(numbers, rows, points) → bool: writes ways to a light's position, and strengths if there is anything to them.
+    """(numbers, rows, points) → bool: writes vectors to a light's position, and strengths if they vary.
 
     It gives whether it could take all vertices; `approach` has marked the others, which the reference lights.
 
@@ -206,7 +209,7 @@ def light_stage(falloff: Callable[..., Any] | None, weakens: bool) -> Callable[.
             _weaken(rows, numbers)
         own = _parameters(rows, shifted(numbers, _OWN_OF_LIGHT))
         for i in range(BLOCK):
-            l = times((rows[DX + i], rows[DY + i], rows[DZ + i]), rows[NEARNESS + i])
+            l = times((rows[DX + i], rows[DY + i], rows[DZ + i]), rows[INVERSE_DISTANCE + i])
             rows[FIRST + i], rows[SECOND + i] = falloff(own, l)
         _take_logarithms(rows, numbers[6], numbers[7], numbers[8])
         for i in range(BLOCK):

@@ -1,6 +1,6 @@
-"""A block of vertices: where their values stand, how they are loaded, and the directions from them to a position.
+"""A block of vertices: where their values are, how they are loaded, and the directions from them to a position.
 
-A block's values stand in scratch memory, row after row, in the type of the arithmetic; beside them stand the points, in
+A block's values are in scratch memory, row after row, in the type of the arithmetic; the points are beside them, in
 float64. Vectors of any length are taken: where squares of them could leave the range of floats, they are first scaled
 by powers of two, each by its own. That is exact, so a vertex has the same bits in any unit of length. What is zero or
 not finite becomes a zero vector, and light on it 0.
@@ -24,19 +24,19 @@ from pvphong.shading.kernel.arithmetic import inlined, like, plain, shifted
 BLOCK = 128
 
 # Colour; and the part of it that the albedo does not multiply, where there is an albedo.
-R, G, B, HR, HG, HB = range(0, 6 * BLOCK, BLOCK)
+R, G, B, UNTINTED_R, UNTINTED_G, UNTINTED_B = range(0, 6 * BLOCK, BLOCK)
 
 # Factors of one light's lobes, and its strength. Until a stage is done, these are for its own use too.
 FIRST, SECOND, THIRD, STRENGTH = range(6 * BLOCK, 10 * BLOCK, BLOCK)
 
 # Normals n, with 1/|n|.
-NX, NY, NZ, INVERSE = range(10 * BLOCK, 14 * BLOCK, BLOCK)
+NX, NY, NZ, INVERSE_NORMAL = range(10 * BLOCK, 14 * BLOCK, BLOCK)
 
 # Unit vectors v to the viewer, with n·v.
 VX, VY, VZ, FACING = range(14 * BLOCK, 18 * BLOCK, BLOCK)
 
-# Differences D to a light or to the eye, with 1/|D|; |D| stands in the row of strengths at first.
-DX, DY, DZ, NEARNESS = range(18 * BLOCK, 22 * BLOCK, BLOCK)
+# Differences D to a light or to the eye, with 1/|D|; |D| is in the row of strengths at first.
+DX, DY, DZ, INVERSE_DISTANCE = range(18 * BLOCK, 22 * BLOCK, BLOCK)
 
 # Albedo; unit tangents across n, where the reflectance needs them.
 ALBEDO_R, ALBEDO_G, ALBEDO_B, TX, TY, TZ = range(22 * BLOCK, 28 * BLOCK, BLOCK)
@@ -68,7 +68,7 @@ def in_type(vector: Any, rows: Any) -> tuple[Any, Any, Any]:
 
 @inlined
 def vector(rows: Any, i: int) -> tuple[Any, Any, Any]:
-    """The vector that stands in the first three of some rows."""
+    """The vector in the first three of some rows."""
     return rows[i], rows[BLOCK + i], rows[2 * BLOCK + i]
 
 
@@ -114,7 +114,7 @@ def scaled(x: float, y: float, z: float, exponent: int) -> tuple[float, float, f
 
 @plain
 def load_vectors(array: Any, first: int, count: int, rows: Any) -> None:
-    """Vectors that stand one after the other into the first three rows; the last one fills up the block."""
+    """Vectors, one after the other in memory, into the first three rows; the last one fills up the block."""
     part = shifted(array, 3 * first)
     for i in range(count):
         rows[i] = part[3 * i]
@@ -151,7 +151,7 @@ def _measure_normals(rows: Any) -> bool:
     good = True
     for i in range(BLOCK):
         squared = square(vector(shifted(rows, NX), i))
-        rows[INVERSE + i] = inverse_length(squared)
+        rows[INVERSE_NORMAL + i] = inverse_length(squared)
         good = good & is_moderate(squared)
     return good
 
@@ -201,7 +201,7 @@ def load_tangents(channels: Any, stride: int, first: int, count: int, rows: Any)
     for axis in range(3):
         load_channel(shifted(channels, axis * stride), first, count, shifted(tangents, axis * BLOCK))
     for i in range(BLOCK):
-        n = times(vector(shifted(rows, NX), i), rows[INVERSE + i])
+        n = times(vector(shifted(rows, NX), i), rows[INVERSE_NORMAL + i])
         put(tangents, i, _unit(cross(_unit(cross(n, vector(tangents, i))), n)))
 
 
@@ -210,32 +210,32 @@ def load_tangents(channels: Any, stride: int, first: int, count: int, rows: Any)
 
 @plain
 def approach(rows: Any, points: Any, x: float, y: float, z: float) -> bool:
-    """D towards a position, 1/|D|, and |D| in the row of strengths; whether no vertex is declined.
+    """Vectors D to a position, 1/|D|, and |D| in the row of strengths; whether no vertex is declined.
 
     Declined is a vertex on the position, not finite, or whose distance is out of range.
     """
-    ways, good = shifted(rows, DX), True
+    offsets, good = shifted(rows, DX), True
     for i in range(BLOCK):
         d = like(rows, x - points[i]), like(rows, y - points[BLOCK + i]), like(rows, z - points[2 * BLOCK + i])
         squared = square(d)
         distance = np.sqrt(max(squared, LEAST_SQUARE))
-        put(ways, i, d)
-        rows[NEARNESS + i] = ONE / distance
+        put(offsets, i, d)
+        rows[INVERSE_DISTANCE + i] = ONE / distance
         rows[STRENGTH + i] = distance
         good = good & is_moderate(squared)
     if good:
         return True
     good = True
     for i in range(BLOCK):
-        if is_moderate(square(vector(ways, i))):
+        if is_moderate(square(vector(offsets, i))):
             continue
         dx, dy, dz = x - points[i], y - points[BLOCK + i], z - points[2 * BLOCK + i]
         exponent = exponent_of(dx, dy, dz) if is_finite(dx, dy, dz) else 0
         dx, dy, dz = scaled(dx, dy, dz, exponent)
-        put(ways, i, (dx, dy, dz))
-        squared = square(vector(ways, i))
+        put(offsets, i, (dx, dy, dz))
+        squared = square(vector(offsets, i))
         distance = like(rows, math.ldexp(np.float64(np.sqrt(squared)), exponent))
-        rows[NEARNESS + i] = inverse_length(squared)
+        rows[INVERSE_DISTANCE + i] = inverse_length(squared)
         rows[STRENGTH + i] = distance
         if not (is_moderate(squared) and distance >= _NEAREST and distance <= _FARTHEST):
             rows[DECLINED + i] = 1.0
@@ -245,12 +245,12 @@ def approach(rows: Any, points: Any, x: float, y: float, z: float) -> bool:
 
 @plain
 def look_at_viewer(s: Any, rows: Any, points: Any) -> bool:
-    """V, n turned to the viewer, and n·v, as far as the settings ask for them; whether no vertex is declined."""
+    """Writes v, n turned to the viewer, and n·v, as far as the settings want them; whether no vertex is declined."""
     good, normals, viewer = True, shifted(rows, NX), shifted(rows, VX)
     if s.needs_eye:
         good = approach(rows, points, s.eye[0], s.eye[1], s.eye[2])
         for i in range(BLOCK):
-            put(viewer, i, times(vector(shifted(rows, DX), i), rows[NEARNESS + i]))
+            put(viewer, i, times(vector(shifted(rows, DX), i), rows[INVERSE_DISTANCE + i]))
     if s.is_flipped:
         axis, is_local = in_type(s.to_eye, rows), s.has_local_facing
         for i in range(BLOCK):

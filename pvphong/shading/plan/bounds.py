@@ -30,7 +30,7 @@ def most_color(draft: Draft, term: LightTerm) -> float:
 
 
 def stand_in_error(draft: Draft, term: LightTerm, choice: StandIn) -> float:
-    """The largest error in a colour where something cheaper stands in for a term's light."""
+    """The largest error in a colour where something cheaper replaces a term's light."""
     bound = most_color(draft, term) * choice.spread
     if choice.turn is not None:
         bound += largest_change(draft, term, choice.turn, light_moves=True) * choice.strongest

@@ -44,24 +44,24 @@ class Decision:
 class Note(NamedTuple):
     """One rewriting of the equation: which effect was left out, for which light, why, at what error.
 
-    `here`: it holds for the viewer as it is now; for another one the effect may have to run.
+    `only_for_this_viewer`: it holds for the viewer as it is now; for another one the effect may have to run.
     """
 
     effect: str
     light: str
     why: str
     bound: float = 0.0
-    here: bool = False
+    only_for_this_viewer: bool = False
 
 
 @dataclass(frozen=True)
 class Draft:
-    """An equation on its way to what is left of it.
+    """An equation while effects rewrite it.
 
     Parameters
     ----------
     equation : Equation
-        As it stands.
+        What is left so far.
     shining : int
         How many of its lights add anything; the tolerance is divided among them.
     extent : Extent
@@ -94,7 +94,7 @@ class Draft:
         return replace(self, extent=ANYWHERE, visibility=None, _reaches={})
 
     def reach(self, term: LightTerm) -> Reach:
-        """What of a light can reach the vertices; several effects ask."""
+        """What of a light can reach the vertices; kept, for several effects need it."""
         light, reach = self._reaches.get(term.index, (None, Reach()))
         if light is not term.light:
             reach = term.light.reach(self.extent)

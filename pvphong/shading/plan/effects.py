@@ -16,7 +16,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,17 +28,23 @@ from pvphong.geometry.transform import class_of
 from pvphong.optics import attenuation
 from pvphong.optics.area.harmonics import BANDS
 from pvphong.optics.light import NODES, POSITION_EFFECT, SIZE_EFFECT
-from pvphong.optics.lights.sized import fewer_nodes
+from pvphong.optics.lights.sized import merged_nodes
 from pvphong.optics.reflectance import Component
 from pvphong.shading.equation import BLACK, Equation, LightTerm, by_closed_form, in_parts
 from pvphong.shading.plan.bounds import largest_change, most_color, sightline, stand_in_error, viewer_seen
 from pvphong.shading.plan.draft import Decision, Draft, Note
 
-Change = tuple[LightTerm | None, *tuple[Note, ...]] | None
-"""What is left of a light's term, None for nothing, and why; or None where the term stays as it is."""
-
 _LIGHTS = "lights"
 _NO_LIGHT = "no light reaches the mesh"
+
+
+class Change(NamedTuple):
+    """A light's term without an effect."""
+
+    left: tuple[LightTerm, ...]
+    """The cheaper term; empty where the light adds nothing."""
+    notes: tuple[Note, ...]
+    """Why, at what error."""
 
 
 @dataclass(frozen=True)
@@ -79,19 +85,18 @@ class Effect:
             if change is None:
                 terms.append(term)
                 continue
-            left, *notes = change
-            exact += notes
-            if any(note.bound for note in notes):  # exact ones can wait: a draft for each of many would take long
+            terms += change.left
+            exact += change.notes
+            if any(note.bound for note in change.notes):
+                # exact ones can wait: a draft for each of many would take long
                 draft, exact = replace(draft, notes=(*draft.notes, *exact)), []
-            if left is not None:
-                terms.append(left)
         if exact:
             draft = replace(draft, notes=(*draft.notes, *exact))
         left_terms = tuple(terms)
         return draft if left_terms == before else replace(draft, equation=replace(draft.equation, terms=left_terms))
 
-    def leave_out(self, draft: Draft, term: LightTerm) -> Change:
-        """One light's term without the effect, where it can be left out."""
+    def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
+        """One light's term without the effect; None where it cannot be left out."""
         return None
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
@@ -188,15 +193,16 @@ class Ambient(Effect):
 class Lights(Effect):
     """Whether a light shines at all: one that is black goes, and one that is too weak for the tolerance."""
 
-    def leave_out(self, draft: Draft, term: LightTerm) -> Change:
+    def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
         if term.is_black:
             why = "adds black: its colour, intensity or the material's is 0"
-            return None, Note(self.name, term.label, why)
+            return Change((), (Note(self.name, term.label, why),))
         if not draft.allowance:
             return None
         bound = term.gain * draft.reach(term).strongest * most_color(draft, term)
         if bound <= draft.allowance:
-            return None, Note(self.name, term.label, f"too weak to be seen, at most {bound:.2g}", bound)
+            why = f"too weak to be seen, at most {bound:.2g}"
+            return Change((), (Note(self.name, term.label, why, bound),))
         return None
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
@@ -204,23 +210,23 @@ class Lights(Effect):
 
 
 class LightEffect(Effect):
-    """What some lights call for. Which cheaper lights may stand in for one, and how wrong they are, is the light's to
-    say (`Light.simpler`); whether that is within the tolerance is decided here.
+    """What some lights call for. The light says which cheaper lights may replace it, and how wrong they are
+    (`Light.simpler`); this class decides whether that is within the tolerance.
     """
 
-    def leave_out(self, draft: Draft, term: LightTerm) -> Change:
+    def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
         if self.name not in term.light.effects:
             return None
         choice = term.light.simpler(self.name, draft.extent, exactly=not draft.allowance)
         if choice is None:
             return None
         if choice.make is None:  # it is dark here
-            return None, Note(self.name, term.label, choice.why), Note(_LIGHTS, term.label, choice.why)
+            return Change((), (Note(self.name, term.label, choice.why), Note(_LIGHTS, term.label, choice.why)))
         bound, gain = stand_in_error(draft, term, choice), term.gain * choice.factor
         if not bound <= draft.allowance or not 1.0 / BRIGHTEST < gain < BRIGHTEST:
             return None
         note = Note(self.name, term.label, choice.why.format(bound=bound), bound)
-        return replace(term, light=choice.make()[0], gain=gain), note
+        return Change((replace(term, light=choice.make()[0], gain=gain),), (note,))
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
         return self.name in term.light.effects
@@ -233,18 +239,19 @@ class LightEffect(Effect):
 class Size(LightEffect):
     """A point in place of a light with a size; or as few nodes as do, for lobes without a closed form."""
 
-    def leave_out(self, draft: Draft, term: LightTerm) -> Change:
+    def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
         change = super().leave_out(draft, term)
         if change is not None or not (draft.allowance and term.light.has_size):
             return change
         _, summed = by_closed_form(term, draft.equation.forms)
         part = replace(term, ambient=BLACK, colors=summed)
         for count in () if part.is_black else (1, 4, 16):
-            choice = fewer_nodes(term.light, count, draft.extent)
+            choice = merged_nodes(term.light, count, draft.extent)
             bound = math.inf if choice is None else stand_in_error(draft, part, choice)
             if choice is not None and choice.make is not None and bound <= draft.allowance:
                 why = f"{NODES - count} of {NODES} nodes, at most {bound:.2g}"
-                return replace(term, nodes=choice.make()), Note(self.name, term.label, why, bound)
+                note = Note(self.name, term.label, why, bound)
+                return Change((replace(term, nodes=choice.make()),), (note,))
         return None
 
     def decide(self, draft: Draft) -> Decision:
@@ -264,15 +271,15 @@ class Size(LightEffect):
 
 
 class Sky(Effect):
-    """How finely a light from all around is taken: in how many bands of spherical harmonics."""
+    """How finely light from all around is resolved: in how many bands of spherical harmonics."""
 
-    def leave_out(self, draft: Draft, term: LightTerm) -> Change:
+    def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
         """The fewest bands that do."""
         for bands in range(1, _bands(term)) if draft.allowance else ():
             bound = _largest_error(draft.equation, term, partial(term.light.left_out, bands=bands))
             if bound <= draft.allowance:
                 note = Note(self.name, term.label, f"bands from {bands} on, at most {bound:.2g}", bound)
-                return replace(term, bands=bands), note
+                return Change((replace(term, bands=bands),), (note,))
         return None
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
@@ -331,7 +338,7 @@ class Reflection(Effect):
 class Specular(Reflection):
     """A light's highlight, where it is too weak for the tolerance, or hardly reaches a vertex."""
 
-    def leave_out(self, draft: Draft, term: LightTerm) -> Change:
+    def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
         equation = draft.equation
         lobes = [k for k in equation.lobes_of("specular") if any(term.colors[k])]
         if not (draft.allowance and lobes):
@@ -347,7 +354,8 @@ class Specular(Reflection):
         if not bound <= draft.allowance:
             return None
         why = f"its highlight {'is too weak to be seen' if is_weak else 'hardly reaches a vertex'}, at most {bound:.2g}"
-        return equation.without(term, "specular"), Note(self.name, term.label, why, bound, here=not is_weak)
+        note = Note(self.name, term.label, why, bound, only_for_this_viewer=not is_weak)
+        return Change((equation.without(term, "specular"),), (note,))
 
 
 # --- the viewer
@@ -371,7 +379,7 @@ class TwoSided(Effect):
         (axis, opening), (to_viewer, spread) = normals, viewer
         if angle_between(axis, to_viewer) + opening + spread > math.pi / 2 - _EDGE_ON:
             return draft
-        note = Note(self.name, "", "no vertex faces away from the viewer", here=True)
+        note = Note(self.name, "", "no vertex faces away from the viewer", only_for_this_viewer=True)
         return replace(draft, equation=replace(equation, two_sided=False), notes=(*draft.notes, note))
 
     def decide(self, draft: Draft) -> Decision:
@@ -399,7 +407,9 @@ class LocalViewer(Effect):
         bound = math.fsum(changes) * ROUNDED_UP
         if not bound <= draft.allowance:
             return draft
-        note = Note(self.name, "", f"far away: its direction is the same to {bound:.2g}", bound, here=True)
+        note = Note(
+            self.name, "", f"far away: its direction is the same to {bound:.2g}", bound, only_for_this_viewer=True
+        )
         far = replace(equation, eye=None, to_eye=seen.direction, local_facing=False)
         return replace(draft, equation=far, notes=(*draft.notes, note))
 
@@ -417,15 +427,15 @@ class LocalViewer(Effect):
 
 
 class Shadow(Effect):
-    """A light's shadows, where nothing can stand before it."""
+    """A light's shadows, which are left out where nothing can block it."""
 
-    def leave_out(self, draft: Draft, term: LightTerm) -> Change:
+    def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
         if not term.is_shadowed:
             return None
         why = "" if draft.visibility is None else draft.visibility.why_clear(term.index)
         if not term.needs_normals:
             why = "adds ambient light alone"
-        return (replace(term, is_shadowed=False), Note(self.name, term.label, why)) if why else None
+        return Change((replace(term, is_shadowed=False),), (Note(self.name, term.label, why),)) if why else None
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
         return term.is_shadowed
@@ -470,7 +480,7 @@ EFFECTS: tuple[Effect, ...] = (
     Specular("specular", ("normals", "viewer"), "black specular colour", each=1.4),
     LightEffect(attenuation.EFFECT, ("points",), "no light weakens with distance", each=0.7),
     LightEffect(POSITION_EFFECT, ("points",), "every light is directional", once=0.5, each=0.2),
-    LocalViewer(  # without it he is at infinity along the view axis, as `LightModel(local_viewer=False)` asks for
+    LocalViewer(  # without it he is at infinity along the view axis, as `LightModel(local_viewer=False)` has it
         "local viewer",
         ("points", "viewer"),
         "no highlight is left that depends on it",

@@ -32,7 +32,7 @@ from pvphong.shading.vertices import Vertices
 _WORTH_LOADING = 2**18
 # Those from which it is worth its start in a window once it is loaded; what is drawn is rounded anyway.
 _WORTH_STARTING = 2**13
-# Vertices whose float colours are held at once on their way to 0-255.
+# Vertices whose float colours are held at once before they become 0-255.
 _DISPLAYED_AT_ONCE = 2**17
 
 
@@ -122,8 +122,10 @@ class Plan:
             view_dependent=(
                 left.has_highlights
                 or left.is_flipped
-                or any(note.here for note in draft.notes)
-                or any(term.rides and not term.is_black for term in whole.terms)  # elsewhere it may reach the mesh
+                or any(note.only_for_this_viewer for note in draft.notes)
+                or any(
+                    term.follows_viewer and not term.is_black for term in whole.terms
+                )  # elsewhere it may reach the mesh
             ),
             tolerance=tolerance,
             error_bound=min(draft.error_bound ** (1.0 / whole.gamma), tolerance),
@@ -147,8 +149,8 @@ class Plan:
         Raises
         ------
         ValueError
-            If an option is not one of those that `pvphong.evaluate` has, or Numba is asked for and missing; or for
-            shadows on vertices of which it is not known what they see.
+            If an option is not one of those that `pvphong.evaluate` has, or `backend` is "numba" and Numba is missing;
+            or for shadows on vertices of which it is not known what they see.
         """
         real = np.dtype(check.choice("precision", precision, get_args(Precision)))
         kernel.check_backend(backend)

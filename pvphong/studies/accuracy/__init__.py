@@ -1,7 +1,7 @@
 """What accuracy costs in time, measured on one's own mesh and scene.
 
 Read `measure` first: `tradeoff`, and what it measures, in which order, as long as there is time. `result` is what a row
-says, and the choice among the rows. `variants` are ways to light a mesh at its vertices and to cast rays from them,
-`interpolation` the meshes that are refined, `peers` what others wrote; `timing` runs all of them in turns. `report` has
-the result for its reader, and `figure` draws it.
+says, and the choice among the rows. `variants` light a mesh at its vertices and cast rays from them,
+`interpolation` the meshes that are refined, `peers` other implementations; `timing` runs all of them in turns. `report`
+has the result for its reader, and `figure` draws it.
 """

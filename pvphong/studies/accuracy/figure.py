@@ -115,9 +115,9 @@ def _draw_front(axes: Any, report: Result, kind: Kind) -> None:
         if row.error.rms:
             axes.plot([x, x], [row.error.rms, y], color=color, linewidth=0.8, zorder=2)
             axes.plot(x, row.error.rms, marker="_", markersize=9, color=color, zorder=2)
-        if row.promised:
-            axes.plot([x, x], [y, row.promised], color=color, linewidth=0.8, linestyle=":", zorder=2)
-            axes.plot(x, row.promised, marker="v", markersize=7, color="white", markeredgecolor=color, zorder=3)
+        if row.error_bound:
+            axes.plot([x, x], [y, row.error_bound], color=color, linewidth=0.8, linestyle=":", zorder=2)
+            axes.plot(x, row.error_bound, marker="v", markersize=7, color="white", markeredgecolor=color, zorder=3)
         if row in chosen:
             axes.plot(x, y, marker="*", markersize=22, color=_STAR, markeredgecolor=_INK, zorder=4)
         else:

@@ -25,7 +25,7 @@ from pvphong.shading.plan.effects import EFFECTS
 from pvphong.studies.accuracy.interpolation import AS_IT_IS, Interpolation, interpolation, least_seconds
 from pvphong.studies.accuracy.peers import LIGHT_SOURCE, PER_PIXEL, TEXTBOOK, light_source, textbook, vtk_frames
 from pvphong.studies.accuracy.report import Tradeoff, circumstances
-from pvphong.studies.accuracy.result import NO_ERROR, Errors, LedgerEntry, Promise, Row, Timing, with_fronts
+from pvphong.studies.accuracy.result import NO_ERROR, Errors, LedgerEntry, PredictedBound, Row, Timing, with_fronts
 from pvphong.studies.accuracy.timing import FEWEST_REPEATS, Clock, Run, interleaved, progress, timed
 from pvphong.studies.accuracy.variants import (
     REFERENCE,
@@ -45,8 +45,9 @@ _SPARE = 0.05
 # for rays and for meshes that are refined.
 _FOR_ROUNDS, _FOR_SAMPLING, _FOR_INSIDE = 0.4, 0.4, 0.5
 
-# Float64 evaluations that it takes to get ready to measure, with errors: a variant, the promises, an effect, a peer.
-_FOR_VARIANT, _FOR_PROMISES, _FOR_EFFECT, _FOR_PEER = 2.0, 6.0, 2.0, 6.0
+# Float64 evaluations that it takes to get ready to measure, with errors: a variant, the error bounds, an effect, a
+# peer.
+_FOR_VARIANT, _FOR_BOUNDS, _FOR_EFFECT, _FOR_PEER = 2.0, 6.0, 2.0, 6.0
 
 # Seconds that VTK needs to open two windows, and for a frame drawn by the processor: its pixels, and each face.
 _FOR_WINDOWS, _PER_FRAME, _PER_FACE = 1.5, 0.1, 2e-6
@@ -94,7 +95,7 @@ def tradeoff(
     Returns
     -------
     Tradeoff
-        `.rows`, `.best(tolerance)`, `.ledger`, `.promises`, `.table()`, `.plot(path)`, `.to_csv(path)`,
+        `.rows`, `.best(tolerance)`, `.ledger`, `.predicted_bounds`, `.table()`, `.plot(path)`, `.to_csv(path)`,
         `.to_json(path)`; print it for what to choose, and `.explain()` for all of it.
 
     Raises
@@ -153,9 +154,9 @@ class _Measurement:
             _, self.exact_seconds = timed(lambda: s.exact(s.equation))  # warm
         sampled = self._cast_rays()
         lighting = self._light_vertices()
-        promised: tuple[Promise, ...] = ()
-        if self._has_time_for("promises", _FOR_PROMISES * self.exact_seconds):
-            promised = promises(s, self.tolerance)
+        bounds: tuple[PredictedBound, ...] = ()
+        if self._has_time_for("predicted error bounds", _FOR_BOUNDS * self.exact_seconds):
+            bounds = predicted_bounds(s, self.tolerance)
         inside = self._refine()
         errors_without = self._drop_effects()
         self._light_by_peers()
@@ -178,7 +179,7 @@ class _Measurement:
             rows=with_fronts([*rows, *sampled.rows]),
             ledger=ledger(s, self.tolerance, errors_without, costs),
             baseline=self.baseline,
-            promises=promised,
+            predicted_bounds=bounds,
             left_out=self.left_out,
             facts=circumstances(self.mesh, s.scene, s.material) | {"measured": measured},
             inside_errors=inside.errors,
@@ -231,11 +232,11 @@ class _Measurement:
                 continue
             self.clock.say(row.name)
             colors, seconds = timed(run)
-            own, light_model = s.truth, NO_ERROR
+            float64_colors, light_model = s.truth, NO_ERROR
             if equation is not None and equation is not s.equation:
-                own = s.exact(equation)
-                light_model = Errors.at_vertices(own, s.truth)
-            arithmetic = Errors.at_vertices(colors, own)
+                float64_colors = s.exact(equation)
+                light_model = Errors.at_vertices(float64_colors, s.truth)
+            arithmetic = Errors.at_vertices(colors, float64_colors)
             self._add(replace(row, arithmetic=arithmetic, light_model=light_model), run, seconds)
         return found
 
@@ -294,7 +295,7 @@ class _Measurement:
             self._add(row, run, timed(run)[1])
 
 
-# --- the ledger: what each effect costs, and the plan's promises
+# --- the ledger: what each effect costs, and the plan's error bounds
 
 
 def _without(effect: str) -> str:
@@ -345,7 +346,7 @@ def ledger(
     return tuple(entries)
 
 
-def promises(subject: Subject, tolerance: float) -> tuple[Promise, ...]:
+def predicted_bounds(subject: Subject, tolerance: float) -> tuple[PredictedBound, ...]:
     """Each approximation of the plan at a tolerance: the bound that it took, the largest difference that it makes."""
     extent = subject.vertices.extent(subject.assembled.matrix)
     draft = Draft.first(subject.assembled, extent, tolerance, subject.visibility)
@@ -356,5 +357,5 @@ def promises(subject: Subject, tolerance: float) -> tuple[Promise, ...]:
         if notes:
             measured = Errors.at_vertices(subject.exact(draft.equation), subject.exact(before.equation)).largest
             why = "; ".join(f"{note.light}: {note.why}".removeprefix(": ") for note in notes)
-            found.append(Promise(effect.name, why, sum(note.bound for note in notes), measured))
+            found.append(PredictedBound(effect.name, why, sum(note.bound for note in notes), measured))
     return tuple(found)

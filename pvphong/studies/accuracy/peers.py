@@ -1,4 +1,4 @@
-"""Others' ways to light a mesh, as peers: a textbook's NumPy, Matplotlib's hillshading, VTK's per-pixel shading."""
+"""Other implementations that light a mesh: a textbook's NumPy, Matplotlib's hillshading, VTK's per-pixel shading."""
 
 from __future__ import annotations
 

@@ -58,12 +58,12 @@ class Tradeoff(Result):
     tolerance : float
         The colour error that was to be allowed.
     rows : tuple of Row
-        Every variant that was measured: the ways of lighting the mesh.
+        Every variant that was measured: each lights the mesh.
     ledger : tuple of LedgerEntry
         What each effect and light costs, and what its absence would do.
     baseline : str
         The row that the ledger's costs are parts of: what `evaluate` does by itself.
-    promises : tuple of Promise
+    predicted_bounds : tuple of PredictedBound
         The approximations of the plan at the tolerance: their bounds, and their measured errors.
     left_out : dict of str to str
         What was not measured, and why.
@@ -167,14 +167,14 @@ class Tradeoff(Result):
             yield f"On so small a mesh everything is cheap: {seconds(slowest)} at the vertices at most."
 
     def explain(self) -> str:
-        """All of it: every row, what each effect costs, what was promised, what was left out, where it was measured."""
+        """All of it: every row, each effect's cost, predicted error bounds, what was left out, where this was run."""
         parts: list[Any] = [self.table(), *self.conclusions(), "", self._ledger_table()]
-        if self.promises:
-            title = "What the plan promised, and what was measured"
-            promised = _table(title, "left out", "how", "promised", "measured")
-            for promise in self.promises:
-                promised.add_row(promise.effect, promise.why, number(promise.promised), number(promise.measured))
-            parts.append(promised)
+        if self.predicted_bounds:
+            title = "Error bounds that the plan predicted, and the errors measured"
+            bounds = _table(title, "left out", "how", "predicted", "measured")
+            for bound in self.predicted_bounds:
+                bounds.add_row(bound.effect, bound.why, number(bound.predicted), number(bound.measured))
+            parts.append(bounds)
         if notes := [(row.name, row.note) for row in self.rows if row.note]:
             parts.append(_pairs_table("notes", notes))
         if self.left_out:
@@ -252,7 +252,7 @@ class Tradeoff(Result):
             "rows": [asdict(row) for row in self.rows],
             "ledger": [asdict(entry) for entry in self.ledger],
             "baseline": self.baseline,
-            "promises": [asdict(promise) for promise in self.promises],
+            "predicted_bounds": [asdict(bound) for bound in self.predicted_bounds],
             "left_out": self.left_out,
             "worst_vertices": [{"index": index, "error": error} for index, error in self.worst()],
         }
@@ -283,7 +283,7 @@ class Tradeoff(Result):
                 errors: Errors | None = getattr(row, kind)
                 for key in ("largest", "rms", "p99", "count"):
                     line[f"{kind}_{key}"] = "" if errors is None else getattr(errors, key)
-            for key in ("points", "backend", "precision", "promised", "preparation", "is_peer", "on_front", "note"):
+            for key in ("points", "backend", "precision", "error_bound", "preparation", "is_peer", "on_front", "note"):
                 value = getattr(row, key)
                 line[key] = "" if value is None else value
             lines.append(line)

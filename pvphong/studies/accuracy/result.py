@@ -107,7 +107,7 @@ class Timing:
 
     @property
     def is_noise(self) -> bool:
-        """Whether a difference of times cannot be told from none: by its quartiles, or by too few repeats."""
+        """Whether a difference of times may be none: by its quartiles, or for too few repeats."""
         return self.low <= 0.0 or self.repeats < FEWEST_REPEATS
 
     @classmethod
@@ -144,8 +144,8 @@ class Row:
         Of one evaluation of all its vertices, the plan included; of a peer that draws, of one frame.
     arithmetic, light_model, sampling, interpolation : Errors or None
         None where that kind was not measured.
-    promised : float or None
-        The bound on the light-model error that the plan gave before anything ran.
+    error_bound : float or None
+        The bound on the light-model error that the plan predicted before anything ran.
     preparation : float
         Seconds that were spent once, before: splitting triangles.
     is_peer : bool
@@ -166,7 +166,7 @@ class Row:
     light_model: Errors | None = None
     sampling: Errors | None = None
     interpolation: Errors | None = None
-    promised: float | None = None
+    error_bound: float | None = None
     preparation: float = 0.0
     is_peer: bool = False
     note: str = ""
@@ -231,7 +231,7 @@ class LedgerEntry:
 
 
 @dataclass(frozen=True)
-class Promise:
+class PredictedBound:
     """The bound that the plan took for one approximation, and the error that was measured.
 
     Attributes
@@ -240,7 +240,7 @@ class Promise:
         What was left out.
     why : str
         How, for which lights.
-    promised : float
+    predicted : float
         The bound that the plan took for it.
     measured : float
         The largest difference that it made at any vertex, in float64.
@@ -248,7 +248,7 @@ class Promise:
 
     effect: str
     why: str
-    promised: float
+    predicted: float
     measured: float
 
 
@@ -282,7 +282,7 @@ class Result:
     rows: tuple[Row, ...]
     ledger: tuple[LedgerEntry, ...]
     baseline: str
-    promises: tuple[Promise, ...]
+    predicted_bounds: tuple[PredictedBound, ...]
     left_out: dict[str, str]
     facts: dict[str, str]
     inside_errors: Float64Array
@@ -305,7 +305,7 @@ class Result:
             False: at the vertices, where the largest arithmetic and light-model error must not add up to more
             than the tolerance. True: inside triangles, by the largest interpolation error.
         rays : bool, default False
-            Of the ways to cast rays, by the root mean square of what sampling leaves.
+            True: of the variants that cast rays, by the root mean square error of sampling.
 
         Returns
         -------

@@ -236,7 +236,7 @@ def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[st
         found.append(Variant(row, subject.run_of(equation), equation))
     plan = subject.plan(tolerance)
     backend = subject.backend_for(plan.equation)
-    row = Row(plan_name(tolerance), "light model", backend, "float32", count, promised=plan.error_bound)
+    row = Row(plan_name(tolerance), "light model", backend, "float32", count, error_bound=plan.error_bound)
 
     def run_plan() -> FloatArray:
         return subject.plan(tolerance).run(subject.vertices, backend=backend).rgb
@@ -296,7 +296,7 @@ class Sampling(NamedTuple):
 
 
 def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: Clock) -> Sampling:
-    """Rows for shadows and occlusion by few rays and many, and by as many as the tolerance asks for.
+    """Rows for shadows and occlusion by few rays and many, and by as many as the tolerance needs.
 
     A row's time is that of casting its rays and lighting the vertices by them. What is done once for all rays, such as
     the tree of the occluders' triangles, is not counted. Its errors are those of its colours against colours by 4096

@@ -164,7 +164,7 @@ KINDS: dict[str, Kind] = {
     "nearly_singular_matrix": Kind(
         "matrix",
         "never",
-        "flattens the mesh but for the last bits of its entries: which way normals point hangs on those",
+        "flattens the mesh but for the last bits of its entries: where normals point depends on those",
         "Leave it if they are meant; else use a matrix that flattens exactly, or less.",
     ),
     "mirrored_matrix": Kind(

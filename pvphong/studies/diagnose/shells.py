@@ -42,7 +42,8 @@ def inside_out_faces(points: FloatArray, faces: Faces, first_in_place: IntArray)
     part_of_face = np.full(faces.count, -1)
     part_of_face[owner] = parts
 
-    # Open is a part with an edge that is run along more often one way than the other; one that is not finite, too.
+    # Open is a part with an edge that is run along more often in one direction than in the other; one that is not
+    # finite, too.
     edges = np.minimum(begin, end) * count + np.maximum(begin, end)
     _, some, edge = np.unique(edges, return_index=True, return_inverse=True)
     balance = np.bincount(edge.ravel(), np.where(begin < end, 1.0, -1.0))

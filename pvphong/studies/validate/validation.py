@@ -48,7 +48,7 @@ def validate(
     """Compare pvphong's colours with those of VTK's own shader, vertex by vertex.
 
     pvphong's are `evaluate`'s, in its float32 default, before they are clamped. VTK's are `vtk_shade`'s.
-    The scene is compared as it is, in its own convention, whatever VTK needs to be told for it: ambient light and
+    The scene is compared as it is, in its own convention, whatever VTK's settings must be for it: ambient light and
     emission as the material's unlit ambient, a viewer at infinity as an eye far away, two-sided lighting
     as normals turned to the viewer, a mesh far from the origin around its middle. `Comparison.conversions` says what.
 

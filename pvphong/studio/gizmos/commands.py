@@ -75,7 +75,7 @@ def _change(gizmos: Gizmos, change: Callable[[Light], Light]) -> Light | None:
     if (gizmo := _chosen(gizmos)) is None:
         return None
     changed = change(gizmo.light)
-    gizmo.light_handle.set(changed, gizmos.lights.viewer)
+    gizmo.renderer_light.set(changed, gizmos.lights.viewer)
     return changed
 
 
@@ -88,9 +88,9 @@ def solo(gizmos: Gizmos) -> None:
     """All others off; if they are off already, all on."""
     if (chosen := _chosen(gizmos)) is None:
         return
-    viewer, others_on = gizmos.lights.viewer, gizmos.soloed is chosen.light_handle
-    for handle in gizmos.lights.handles:
-        handle.set(replace(handle.light(viewer), on=others_on or handle is chosen.light_handle), viewer)
+    viewer, others_on = gizmos.lights.viewer, gizmos.soloed is chosen.renderer_light
+    for each in gizmos.lights.renderer_lights:
+        each.set(replace(each.light(viewer), on=others_on or each is chosen.renderer_light), viewer)
 
 
 def to_camera(gizmos: Gizmos) -> None:
@@ -109,7 +109,7 @@ def to_camera(gizmos: Gizmos) -> None:
 def reset(gizmos: Gizmos) -> None:
     """The light as it was when it got its gizmo."""
     if (gizmo := _chosen(gizmos)) is not None:
-        gizmo.light_handle.set(gizmo.first, gizmos.lights.viewer)
+        gizmo.renderer_light.set(gizmo.first, gizmos.lights.viewer)
 
 
 def brighten(gizmos: Gizmos, thirds: int) -> None:
@@ -229,7 +229,7 @@ def delete(gizmos: Gizmos) -> None:
     """The selected light gone; `undo` brings it back."""
     if (gizmo := _chosen(gizmos)) is not None:
         gizmos.notice = f"deleted: {called(gizmo.light)}; z brings it back"
-        gizmos.lights.remove(gizmo.light_handle)
+        gizmos.lights.remove(gizmo.renderer_light)
 
 
 # -- materials: of the mesh under the cursor, or of all where there is none

@@ -17,7 +17,7 @@ from pvphong.studio.gizmos.highlight import SurfacePoint, Surfaces, find_highlig
 from pvphong.studio.gizmos.history import History
 from pvphong.studio.gizmos.view import Scenery, View, vector
 from pvphong.studio.lit_actors import LitActors
-from pvphong.studio.window_lights import LightHandle, WindowLights
+from pvphong.studio.window_lights import RendererLight, WindowLights
 
 HIGHLIGHT = "highlight"
 """The handle of a selected light on the surface."""
@@ -48,15 +48,15 @@ class Gizmo:
 
     Parameters
     ----------
-    light_handle : LightHandle
+    renderer_light : RendererLight
         The light.
     gizmos : Gizmos
         All of the subplot.
     """
 
-    def __init__(self, light_handle: LightHandle, gizmos: Gizmos) -> None:
-        self.light_handle = light_handle
-        self.first = light_handle.light(gizmos.lights.viewer)
+    def __init__(self, renderer_light: RendererLight, gizmos: Gizmos) -> None:
+        self.renderer_light = renderer_light
+        self.first = renderer_light.light(gizmos.lights.viewer)
         """The light as it was when it got its gizmo."""
         self.is_selected = False
         self.hovered: str | None = None
@@ -70,7 +70,7 @@ class Gizmo:
     @property
     def light(self) -> Light:
         """The light's current value, in its own frame."""
-        return self.light_handle.light(self._gizmos.lights.viewer)
+        return self.renderer_light.light(self._gizmos.lights.viewer)
 
     @property
     def handles(self) -> dict[str, Vector]:
@@ -90,7 +90,7 @@ class Gizmo:
 
     def surface_highlight(self, view: View) -> SurfacePoint | None:
         """Where the light has its highlight, for an eye."""
-        light = self.light_handle.light(view.viewer)
+        light = self.renderer_light.light(view.viewer)
         if light.frame == "headlight":
             return None
         return find_highlight(light.in_world(view.viewer), view, self._gizmos.lit.shown)
@@ -98,9 +98,9 @@ class Gizmo:
     def in_scene(self, view: View) -> LightInScene:
         """The light in the world, and the scene around it.
 
-        The icon of a light without a place stands in front of the scene, or where a drag has left it.
+        The icon of a light without a place is in front of the scene, or where a drag has left it.
         """
-        light, scene = self.light_handle.light(view.viewer), self._scene(view)
+        light, scene = self.renderer_light.light(view.viewer), self._scene(view)
         scenery = self._held[1] if self._held is not None and self._held[0] == scene else Scenery.around(*scene[:2])
         return LightInScene(light.in_world(view.viewer), scenery)
 
@@ -110,11 +110,11 @@ class Gizmo:
 
     def _scene(self, view: View) -> tuple[Vector, float, Viewer | None]:
         """Middle and size of the scene, and the eye if the light goes along with it."""
-        return *self._gizmos.extent, view.viewer if self.light_handle.light(view.viewer).frame == "camera" else None
+        return *self._gizmos.extent, view.viewer if self.renderer_light.light(view.viewer).frame == "camera" else None
 
     def points(self, view: View, highlight: Vector | None = None) -> dict[str, Float64Array]:
         """The handles' positions, as arrays; with that of a highlight, if there is one."""
-        if self.light_handle.light(view.viewer).frame == "headlight":
+        if self.renderer_light.light(view.viewer).frame == "headlight":
             return {}
         found = self.in_scene(view).points(view)
         return found if highlight is None else found | {HIGHLIGHT: np.array(highlight)}
@@ -133,7 +133,7 @@ class Gizmo:
         mark : str
             What stands beside its icon.
         """
-        if self.light_handle.light(drawing.view.viewer).frame == "headlight":
+        if self.renderer_light.light(drawing.view.viewer).frame == "headlight":
             return
         shown = self.in_scene(drawing.view)
         drawing.color, drawing.edge = hue(shown.light), DARK_EDGE if shown.light.on else LIGHT_EDGE
@@ -162,7 +162,7 @@ class Gizmos:
         The renderer's lit meshes.
     history : History
         Where finished drags and edits go.
-    only : sequence of LightHandle, optional
+    only : sequence of RendererLight, optional
         The lights that get a gizmo; all, also those added later, if not given.
     options : Options
         How they behave.
@@ -176,7 +176,7 @@ class Gizmos:
         lights: WindowLights,
         lit: LitActors,
         history: History,
-        only: Sequence[LightHandle] | None,
+        only: Sequence[RendererLight] | None,
         options: Options,
     ) -> None:
         self.renderer, self.interactor, self.render = renderer, interactor, render
@@ -189,9 +189,9 @@ class Gizmos:
     @property
     def all(self) -> tuple[Gizmo, ...]:
         """A gizmo for each light that is there now."""
-        present = [handle for handle in self.lights.handles if self._only is None or handle in self._only]
-        known = {gizmo.light_handle: gizmo for gizmo in self._all}
-        self._all = [known.get(handle) or Gizmo(handle, self) for handle in present]
+        present = [each for each in self.lights.renderer_lights if self._only is None or each in self._only]
+        known = {gizmo.renderer_light: gizmo for gizmo in self._all}
+        self._all = [known.get(each) or Gizmo(each, self) for each in present]
         return tuple(self._all)
 
     @property
@@ -206,17 +206,17 @@ class Gizmos:
 
     def add(self, light: Light) -> None:
         """Add a light, give it a gizmo, and select it."""
-        handle = self.lights.add(light)
+        added = self.lights.add(light)
         if self._only is not None:
-            self._only.append(handle)
-        self.select(next(gizmo for gizmo in self.all if gizmo.light_handle is handle))
+            self._only.append(added)
+        self.select(next(gizmo for gizmo in self.all if gizmo.renderer_light is added))
 
     @property
-    def soloed(self) -> LightHandle | None:
+    def soloed(self) -> RendererLight | None:
         """The light that is on while all others of several are off, if there is such a one."""
-        viewer, handles = self.lights.viewer, self.lights.handles
-        shining = [handle for handle in handles if handle.light(viewer).on]
-        return shining[0] if len(shining) == 1 < len(handles) else None
+        viewer, present = self.lights.viewer, self.lights.renderer_lights
+        shining = [each for each in present if each.light(viewer).on]
+        return shining[0] if len(shining) == 1 < len(present) else None
 
     # -- the subplot around them
 
@@ -281,7 +281,8 @@ class Gizmos:
         drawing, soloed = Drawing(view), self.soloed
 
         def mark(gizmo: Gizmo) -> str:
-            return "solo" if gizmo.light_handle is soloed else "" if gizmo.light_handle.light(view.viewer).on else "off"
+            is_on = gizmo.renderer_light.light(view.viewer).on
+            return "solo" if gizmo.renderer_light is soloed else "" if is_on else "off"
 
         for gizmo, highlight in highlights.items():
             gizmo.draw(drawing, highlight, active[1] if active and active[0] is gizmo else None, mark(gizmo))
@@ -289,7 +290,7 @@ class Gizmos:
         has_room = self.overlay.help(help_text if self.shows_help else "", view.size)
         lines = [self.notice, "" if self.shows_help else _HINT]
         if (chosen := self.selected) is not None:
-            light = chosen.light_handle.light(view.viewer)
+            light = chosen.renderer_light.light(view.viewer)
             kind, bright = type(light).__name__, light.intensity * luminance(light.diffuse)
             parts = [f"{light.name}: {kind}" if light.name else kind, f"intensity {light.intensity:.3g}"]
             lines[1] = ", ".join([*parts, f"luminance {bright:.3g}", *filter(None, [mark(chosen)])])

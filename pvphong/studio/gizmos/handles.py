@@ -83,7 +83,7 @@ class LightInScene:
 
     @cached_property
     def handles(self) -> dict[str, Handle]:
-        """Name of each handle that the light can have → the handle; a name that is taken gives way to the field's."""
+        """Name of each handle that the light can have → the handle; the field's name, where that name is taken."""
         light, found = self.light, dict[str, Handle]()
         for field, role in light.roles.items() if is_movable(light) else ():
             kind = next((of for of_role, of in _OF_ROLES.items() if role.handle and isinstance(role, of_role)), None)
@@ -238,7 +238,7 @@ class Handle:
     """
 
     _number_format = ""
-    """How `name` and `value` stand in the readout's line of sizes and angles; "" where they do not."""
+    """How `name` and `value` are written in the readout's line of sizes and angles; "" where they are not."""
 
     def __init__(self, shown: LightInScene, field: str, name: str) -> None:
         self.shown, self.field, self.name = shown, field, name
@@ -251,7 +251,7 @@ class Handle:
         raise NotImplementedError
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """The light that the cursor asks for."""
+        """The light after the cursor has moved there."""
         raise NotImplementedError
 
     @property
@@ -615,7 +615,7 @@ def _nearest(
     places : callable
         From numbers, shape (n,), to points, shape (n, 3).
     tried : numpy.ndarray
-        From the least number to the largest, in steps in which the nearest can be told.
+        From the least number to the largest, in steps so fine that the nearest is found.
     reluctance : float, default 0
         So many pixels farther counts a place for each 1 that its number is off zero.
 

@@ -21,7 +21,7 @@ from pvphong.studio.gizmos.handles import comes_from_somewhere, fields
 from pvphong.studio.gizmos.view import View, vector
 from pvphong.studio.lit_actors import LitMesh
 
-# So many vertices of a mesh are asked for the brightest: it places a handle, it does not light anything.
+# The brightest of so many vertices of a mesh is taken: it places a handle, it does not light anything.
 _ASKED = 20_000
 
 

@@ -1,7 +1,7 @@
 """What mouse and keyboard do: handles are dragged, values are typed, keys are commands.
 
-A drag goes from VTK's widget (`HandleWidget`) to `Interaction.dragged` and `Drag.move`. What the cursor makes of the
-light is asked of its handle (`handles.py`, which counts with `view.py`), and set in the renderer
+A drag goes from VTK's widget (`HandleWidget`) to `Interaction.dragged` and `Drag.move`. The handle says what the
+cursor makes of the light (`handles.py`, which computes with `view.py`), and the renderer's light is set
 (`studio/window_lights.py`). VTK's widget then draws a frame, before which the meshes are lit again
 (`studio/lit_actors.py`) and the gizmos drawn anew (`Interaction.update`).
 """
@@ -51,7 +51,7 @@ class HandleWidget:
     name : str
         The handle's.
     interaction : Interaction
-        Is told when it is grabbed, dragged and dropped; held weakly.
+        Its methods are called when it is grabbed, dragged and dropped; held weakly.
     """
 
     def __init__(self, renderer: Any, interactor: Any, gizmo: Gizmo, name: str, interaction: Interaction) -> None:
@@ -146,12 +146,12 @@ class Edit:
         gizmo.hold(handle, self.view)
         self.start = gizmo.in_scene(self.view)
         self.before = gizmos.lights.state
-        self._own, self._own_state = gizmo.light_handle.light(self.view.viewer), gizmo.light_handle.state
+        self._own, self._own_state = gizmo.renderer_light.light(self.view.viewer), gizmo.renderer_light.state
 
     @property
     def is_possible(self) -> bool:
         """Whether the light is still there."""
-        return self.gizmo.light_handle in self.gizmos.lights.handles
+        return self.gizmo.renderer_light in self.gizmos.lights.renderer_lights
 
     def set(self, light: Light) -> None:
         """Make the light another of the world; in its own frame what has not changed keeps its bits."""
@@ -162,17 +162,17 @@ class Edit:
         moved = light.in_frame(self._own.frame, viewer)
         same = (field for field in light.roles if getattr(light, field) == getattr(before, field))
         changed = replace(moved, **{field: getattr(self._own, field) for field in same})
-        self.gizmo.light_handle.set(changed, viewer)
+        self.gizmo.renderer_light.set(changed, viewer)
 
     def put_back(self) -> None:
         """Make the light what it was, to the bit."""
-        self.gizmo.light_handle.restore(self._own_state)
+        self.gizmo.renderer_light.restore(self._own_state)
 
     @property
     def now(self) -> LightInScene:
         """The light as it is now, where it started."""
         return LightInScene(
-            self.gizmo.light_handle.light(self.view.viewer).in_world(self.view.viewer), self.start.scenery
+            self.gizmo.renderer_light.light(self.view.viewer).in_world(self.view.viewer), self.start.scenery
         )
 
 
@@ -195,7 +195,7 @@ class Drag(Edit):
         self._surfaces: Surfaces | None = gizmos.surfaces if handle == HIGHLIGHT else None
 
     def move(self, cursor: Cursor) -> None:
-        """Make the light what the cursor asks for."""
+        """Give the light the value that belongs to the cursor's place."""
         assert self.grabbed is not None
         if self._surfaces is None:
             light = self.start.handles[self.handle].dragged(self.grabbed, cursor)
@@ -381,7 +381,7 @@ class Interaction:
         return gizmo.highlight
 
     def _hover(self) -> bool:
-        """Tell each gizmo which of its handles is under the cursor; returns whether that is another than before."""
+        """Set each gizmo's handle under the cursor; returns whether that is another than before."""
         gizmos = self.gizmos.all
         before = [gizmo.hovered for gizmo in gizmos]
         found = [key for key, widget in self._widgets.items() if self.gizmos.is_pointed_at and widget.is_hovered]
@@ -442,7 +442,7 @@ class Interaction:
             self._begin(drag)
 
     def dragged(self) -> None:
-        """The cursor moved with the button down: the light becomes what the cursor asks for."""
+        """The cursor moved with the button down: the light follows the cursor."""
         if not isinstance(self.edit, Drag):
             return
         if not self.edit.is_possible:
@@ -462,7 +462,7 @@ class Interaction:
 
     def _begin(self, edit: Drag | Entry | None) -> None:
         self.edit = edit
-        self.gizmos.lit.is_rough = isinstance(edit, Drag)
+        self.gizmos.lit.uses_preview_rays = isinstance(edit, Drag)
         if edit is not None:
             self.grabbed_last = edit.handle
 

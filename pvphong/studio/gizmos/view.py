@@ -181,7 +181,7 @@ class View:
 
 @dataclass(frozen=True)
 class Scenery:
-    """What a gizmo knows of the scene it stands in.
+    """What a gizmo knows of the scene around it.
 
     Parameters
     ----------

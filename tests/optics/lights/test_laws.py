@@ -16,7 +16,7 @@ from pvphong import LightModel, Material, Scene, Viewer, as_light, evaluate, pla
 from pvphong.geometry.extent import Extent
 from pvphong.optics.light import NODES, Light
 from pvphong.optics.lights import LIGHT_TYPES
-from pvphong.optics.lights.sized import fewer_nodes
+from pvphong.optics.lights.sized import merged_nodes
 from pvphong.optics.roles import Aim, Corners, Place, Role, Turn, Up
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.vtk.scenes import refuse_inexpressible
@@ -257,7 +257,7 @@ def test_fewer_nodes_are_no_further_off_than_is_said(kind, seed, farther):
     light, every, _ = thrown(kind, seed)
     light = light.moved(lambda place: triple(farther * np.array(place)))
     for points, count in itertools.product(all_and_single(every), (1, 4, 16)):
-        choice = fewer_nodes(light, count, extent_of(points))
+        choice = merged_nodes(light, count, extent_of(points))
         if choice is None:
             continue
         strengths, directions = from_nodes(light.nodes(NODES), points)

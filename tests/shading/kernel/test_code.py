@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import shutil
 
 import pytest
@@ -81,8 +82,9 @@ def test_code_is_kept(folder):
         lambda code: code[:40],
         lambda code: code[:-9] + bytes([code[-9] ^ 1]) + code[-8:],
         lambda code: bytes([code[0] ^ 1]) + code[1:],
+        lambda code: code[:32] + hashlib.sha256(b"no pickle").digest() + b"no pickle",
     ],
-    ids=["empty", "cut short", "cut to digests", "a bit turned", "of other sources"],
+    ids=["empty", "cut short", "cut to digests", "a bit turned", "of other sources", "no pickle"],
 )
 def test_a_damaged_file_is_replaced(folder, damage):
     (file,) = folder.rglob("*.pvphong")

@@ -1,4 +1,4 @@
-"""The report on accuracy and time: its errors are those of `evaluate`, its promises hold, its choice is right."""
+"""The report on accuracy and time: its errors are those of `evaluate`, its error bounds hold, its choice is right."""
 
 import csv
 import json
@@ -15,7 +15,7 @@ from strategies import Dice
 
 import pvphong as ph
 from pvphong.shading.plan.effects import EFFECTS
-from pvphong.studies.accuracy.measure import promises, tradeoff
+from pvphong.studies.accuracy.measure import predicted_bounds, tradeoff
 from pvphong.studies.accuracy.peers import textbook_colors
 from pvphong.studies.accuracy.result import Errors
 from pvphong.studies.accuracy.variants import Subject, variants
@@ -160,35 +160,35 @@ def test_a_cloud_has_no_inside():
     assert not any(row.kind == "interpolation" and not row.is_peer for row in found.rows)
 
 
-# -- promises
+# -- predicted error bounds
 
 
-def test_the_plans_row_says_what_was_promised(mesh, report):
+def test_the_plans_row_says_what_was_predicted(mesh, report):
     planned = row(report, "plan at 1/255")
     plan = mesh.phong.plan(SCENE, SHINY, tolerance=STEP)
-    assert planned.promised == plan.error_bound > 0
+    assert planned.error_bound == plan.error_bound > 0
     assert planned.light_model.largest <= plan.error_bound
-    assert {promise.effect for promise in report.promises} >= {"lights"}
-    assert sum(promise.promised for promise in report.promises) == pytest.approx(plan.error_bound)
+    assert {bound.effect for bound in report.predicted_bounds} >= {"lights"}
+    assert sum(bound.predicted for bound in report.predicted_bounds) == pytest.approx(plan.error_bound)
 
 
-def test_no_approximation_errs_by_more_than_it_promises():
+def test_no_approximation_errs_by_more_than_is_predicted():
     count = 0
     for seed in range(60):
         thrown = promising_case(Dice(seed))
-        for promise in promises(Subject(*thrown.case.arguments, thrown.case.matrix), thrown.tolerance):
-            assert promise.measured <= promise.promised + 1e-9, f"seed {seed}: {promise}"
+        for bound in predicted_bounds(Subject(*thrown.case.arguments, thrown.case.matrix), thrown.tolerance):
+            assert bound.measured <= bound.predicted + 1e-9, f"seed {seed}: {bound}"
             count += 1
     assert count > 60, "approximations are really taken"
 
 
-def test_promises_name_lights_as_the_plan_does(mesh):
+def test_predicted_bounds_name_lights_as_the_plan_does(mesh):
     lights = [replace(SUN, name="")] * 3
     scene = replace(SCENE, lights=lights)
     subject = Subject(mesh.points, mesh.point_data.active_normals, scene, ph.Material(), None)
-    (promise,) = promises(subject, 0.02)
-    assert re.findall(r"(light \d): far away", promise.why) == ["light 0", "light 1", "light 2"]
-    assert "light 0, light 1, light 2: far away" in subject.plan(0.02).effects[promise.effect].why
+    (bound,) = predicted_bounds(subject, 0.02)
+    assert re.findall(r"(light \d): far away", bound.why) == ["light 0", "light 1", "light 2"]
+    assert "light 0, light 1, light 2: far away" in subject.plan(0.02).effects[bound.effect].why
 
 
 # -- the ledger
@@ -233,7 +233,7 @@ def test_what_there_is_no_time_for_is_said(mesh):
 
 def test_the_whole_report_names_everything(report):
     shown = report.explain()
-    parts = ("What each effect costs", "What the plan promised", "measured on", "noise", "cores")
+    parts = ("What each effect costs", "Error bounds that the plan predicted", "measured on", "noise", "cores")
     for text in ("float64 reference", "plan at 1/255", "VTK per pixel", "At the vertices", "Inside triangles", *parts):
         assert text in shown
     assert repr(report).startswith("<Tradeoff of ")

@@ -7,7 +7,7 @@ import pyvista as pv
 import pvphong as ph
 from pvphong.base import text
 from pvphong.studies.accuracy.report import Tradeoff
-from pvphong.studies.accuracy.result import Errors, LedgerEntry, Promise, Row, Timing, with_fronts
+from pvphong.studies.accuracy.result import Errors, LedgerEntry, PredictedBound, Row, Timing, with_fronts
 
 
 def report(*rows, **fields):
@@ -22,7 +22,7 @@ def report(*rows, **fields):
         "tolerance": 1 / 255,
         "ledger": (LedgerEntry("local viewer", Timing(1e-3, 9e-4, 2e-3, 9), 0.2, True, "highlights of the lamp"),),
         "baseline": "float32 kernel",
-        "promises": (Promise("lights", "glow: too weak to be seen, at most 0.0005", 0.0005, 0.0003),),
+        "predicted_bounds": (PredictedBound("lights", "glow: too weak to be seen, at most 0.0005", 0.0005, 0.0003),),
         "left_out": {},
         "facts": {"machine": "some processor, 2 cores"},
         "inside_errors": np.zeros(0),
