@@ -235,7 +235,7 @@ def point_normals(
         As for `polygon_normals`.
     weighting : {"angle", "area", "max"}
         A face's weight at a corner: its angle there [1]_, which no other division of the same surface into
-        faces can change, 180° at a point that stands where the one before or after it does; its area; or sine of the
+        faces can change, 180° at a point that is where the one before or after it is; its area; or sine of the
         angle / product of the two edges' lengths [2]_, which is exact on a sphere.
 
     Returns

@@ -243,7 +243,7 @@ def _cofactors(matrix: MatrixLike) -> list[int]:
 
 
 def _product(rows: FloatArray, coefficients: Float64Array, w: float) -> Float64Array:
-    """(coefficients @ row) / w for every row; a fourth column of coefficients is added as it stands."""
+    """(coefficients @ row) / w for every row; a fourth column of coefficients is added as it is."""
     with np.errstate(all="ignore"):
         result = _sums(rows.astype(np.float64, copy=False), coefficients)
         if w != 1.0:
@@ -299,7 +299,7 @@ def _wide_sums(
     Products and sums are rounded as in plain float64 arithmetic, in the order of the columns.
 
     Rows have the shape (n, 3). The coefficients, mantissas * 2**exponents, have the shape (k, 3), or (k, 4) with a last
-    column that is added as it stands. The images, sums * 2**exponents of what is given, have the shape (n, k).
+    column that is added as it is. The images, sums * 2**exponents of what is given, have the shape (n, k).
     """
     if mantissas.shape[1] == 4:
         rows = np.column_stack([rows, np.ones(len(rows))])

@@ -11,7 +11,7 @@ import pyvista as pv
 from pvphong.base import check
 
 Surface = TypeVar("Surface")
-"""A material, or what stands for one."""
+"""A material, or what replaces one."""
 
 DEFAULT = "default"
 """Name of the material of those that have none of their own name."""

@@ -129,7 +129,7 @@ def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
         try:
             refuse_incomplete(Path(path))
             mesh = pv.read(path)
-        except Exception as error:  # readers, VTK's and others', raise what they like
+        except Exception as error:  # readers, VTK's and others', may raise anything
             complaints.insert(0, str(error) or type(error).__name__)
     if complaints:
         is_scene = Path(path).suffix.lower() == ".json" and is_scene_file(path)
@@ -155,7 +155,7 @@ def read_texture(path: str) -> Any:
     try:
         with Image.open(path) as image:
             values = np.asarray(image if image.mode[0] in "IF" else image.convert("RGB"))
-    except Exception as error:  # its readers raise what they like
+    except Exception as error:  # its readers may raise anything
         check.refuse("albedo", Path(path), "an image file that Pillow can read", _first_line([str(error)]))
     return pv.Texture(values)
 

@@ -110,7 +110,7 @@ def shade_mesh(
     pyvista.PolyData
         The surface with the arrays. It shares points, cells and all other arrays with this dataset, as outputs of
         VTK's filters do: what is written into them in place, on either side, is seen on both. Its ``.copy()``
-        stands alone.
+        shares nothing.
 
     Raises
     ------

@@ -68,7 +68,7 @@ class _TooShort(ValueError):
 def _check_xml(contents: Any) -> None:
     """It ends with its tag, and its arrays have all the bytes that they declare.
 
-    Arrays stand between their tags in base64, or one after the other at the file's end. What compressed bytes hold is
+    Arrays are between their tags in base64, or one after the other at the file's end. What compressed bytes hold is
     not looked at: VTK checks their checksum.
     """
     if b"</VTKFile>" not in contents[-_END:]:

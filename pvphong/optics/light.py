@@ -1,10 +1,10 @@
 """What every light is: fields and checks that all share, and the questions that a light answers for itself.
 
-A new light is one file in `pvphong/optics/lights/` and its entry in `LIGHT_TYPES` there, by which scene files know it;
-what makes it public and tested is said there. It declares its fields with roles (`roles.py`) and must say where it
-is and how it weakens (`placement`), or of which lights without a size it consists (`nodes`), or what arrives at a
-vertex (`arrival`, which only the readable evaluator runs). Everything else has an answer here that assumes nothing of
-it.
+A new light is one file in `pvphong/optics/lights/` and its entry in `LIGHT_TYPES` there, whose key scene files name
+it by; what makes it public and tested is said there. It declares its fields with roles (`roles.py`) and must
+say where it is and how it weakens (`placement`), or of which lights without a size it consists (`nodes`), or what
+arrives at a vertex (`arrival`, which only the readable evaluator runs). Everything else has an answer here that assumes
+nothing of it.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ class StandIn(NamedTuple):
     """The reason; `{bound}` in it is replaced by the error in a colour."""
 
     factor: float = 1.0
-    """What their strength is to be multiplied by."""
+    """Their strength is multiplied by it."""
 
     spread: float = 0.0
     """The largest error of the strength."""
@@ -280,7 +280,7 @@ class Light:
 
     @property
     def placement(self) -> Placement | None:
-        """Where it stands and how strong it is around there, for a light without a size that has a place.
+        """Where it is and how strong it is around there, for a light without a size that has a place.
 
         None where `arrival` says what arrives; then only the readable evaluator lights a scene with it, unless it is
         even.
@@ -318,13 +318,13 @@ class Light:
 
     @property
     def bands(self) -> int:
-        """Of spherical harmonics, in which it may be divided: for a light from all around. 0 of others."""
+        """The number of bands of spherical harmonics that a light from all around is divided into; 0 for others."""
         return 0
 
     def left_out(self, form: CosinePower, bands: int) -> float:  # noqa: ARG002 it has none
-        """The most by which what a lobe reflects of it, at intensity 1, changes without the bands from this one on.
+        """A bound on the change of what a lobe reflects of it, at intensity 1, without the bands from this one on.
 
-        For as many as it has: by which it may be off with all of them.
+        With `bands` as large as it has any: a bound on the error with all of them.
         """
         return 0.0
 
@@ -366,7 +366,7 @@ class Light:
         return None
 
     def without(self, effect: str, point: Vector) -> tuple[Light, float]:  # noqa: ARG002 there is none
-        """The light with one of its effects left out, whatever the error, and what its strength is to be multiplied by.
+        """The light with one of its effects left out, whatever the error, and the factor of its strength.
 
         What varies is then taken as it is at a point. Only what arrives counts: colours and intensity stay.
         """

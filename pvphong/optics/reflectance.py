@@ -117,7 +117,7 @@ class Reflectance(ABC):
 
     is_physical: ClassVar[bool] = False
     """Whether it is of VTK's physically based branch, where a material has no ambient colour, and a headlight alone
-    stands at the eye."""
+    is at the eye."""
 
     needs: ClassVar[frozenset[str]] = frozenset()
     """What it reads beside normals and the viewer: "tangents", as `Geometry.t`."""

@@ -48,7 +48,7 @@ class Role:
 
 
 class Place(Role):
-    """Where a light stands: three coordinates."""
+    """Where a light is: three coordinates."""
 
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 it is a point
         """The point."""
@@ -83,7 +83,7 @@ class Aim(Role):
 
 
 class Corners(Role):
-    """Where the corners of a light stand: points one after the other around it."""
+    """Where the corners of a light are: points one after the other around it."""
 
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 they are points
         """The points."""
@@ -133,7 +133,7 @@ class Power(Falloff):
 
 
 def place(default: Any = (0.0, 0.0, 0.0)) -> Any:
-    """A field that says where the light stands."""
+    """A field that says where the light is."""
     return _field(default, Place(check.vector, "position"))
 
 

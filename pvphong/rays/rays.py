@@ -1,6 +1,6 @@
 """Rays from vertices to lights: their origins, their targets, and which need not be cast.
 
-A vertex is on the smooth surface that a mesh stands for, and its normal is that surface's; so a ray that begins there
+A vertex is on the smooth surface that a mesh approximates, and its normal is that surface's; so a ray that begins there
 and rises above the tangent plane meets no face of a convex surface, however coarse: there is no staircase where light
 ends to reach it, which rays from inside of faces make (Hanika, "Hacking the shadow terminator", 2021).
 
@@ -154,7 +154,7 @@ class Targets:
         return result
 
 
-# --- the occlusion test: why nothing can stand between vertices and a light, known before any ray is cast
+# --- the occlusion test: why nothing can block light between vertices and a light, known before any ray is cast
 
 
 def may_block(light: Light, vertices: Sphere | None, part: Sphere) -> bool:

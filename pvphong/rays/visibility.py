@@ -35,7 +35,7 @@ _VERTICES_AT_ONCE = 2**16
 _LIGHTS = 1024
 # So many rays every vertex gets.
 _LEAST, _LEAST_OF_ALL_AROUND = 16, 64
-# In units of the resolution: rays end so far before a light, for it may stand on a face.
+# In units of the resolution: rays end so far before a light, for it may be on a face.
 _BEFORE_LIGHT = 2.0
 
 

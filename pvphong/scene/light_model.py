@@ -79,7 +79,7 @@ class LightModel:
 
     @property
     def needs_rays(self) -> bool:
-        """Whether it asks what stands between vertices and lights, or the sky."""
+        """Whether it needs to know what is between vertices and lights, or the sky."""
         return self.shadows or self.ambient_occlusion is not False
 
     @property

@@ -12,7 +12,7 @@ from pvphong.optics.lights import DirectionalLight, Light, PointLight
 from pvphong.scene.viewer import Viewer
 
 _AWAY = 1.0
-"""How far the lights of `three_point` stand from the middle, in diagonals of the mesh's bounds."""
+"""How far the lights of `three_point` are from the middle, in diagonals of the mesh's bounds."""
 
 
 def three_point(mesh: Any, viewer: Viewer | None = None, *, ratio: float = 4.0) -> tuple[Light, ...]:

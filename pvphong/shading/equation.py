@@ -127,8 +127,8 @@ class Equation:
     is_occluded : bool
         Whether ambient light, the light model's and the lights', is multiplied by the open part of the sky.
     maps : mapping
-        What stands vertex by vertex in place of the reflectance's field of that name, or is multiplied with specular
-        colours → its least and its greatest.
+        Name → least and greatest of the numbers, one for each vertex, that replace the reflectance's field of that name
+        or are multiplied with specular colours.
     gamma : float
         The sum of all light is raised to 1/gamma before it is clamped.
     """
@@ -379,7 +379,7 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
 def vtk_tier(lights: Iterable[Light]) -> int:
     """Which tier of its shader VTK chooses: 1 a headlight alone, 2 directional lights, 3 any light; 0 draws unlit.
 
-    A light that is off counts too if it has a position, or if it is no headlight and stands behind the first
+    A light that is off counts too if it has a position, or if it is no headlight and comes after the first
     that is on (vtkOpenGLRenderer::UpdateLights).
     """
     chosen, shine = 0, 0

@@ -49,8 +49,8 @@ class CosinePower(NamedTuple):
 
 
 # What formulas read of a lobe: the k and p; the 1 − z from which on zᵖ is taken as 0, and the angle; the angular size
-# below which a light is a point to the lobe; for half of what angle the nodes do on a rim; how many nodes, then nodes
-# on [−1, 1] and their weights by turns.
+# below which a light is a point to the lobe; half the angle on a rim that the nodes are enough for; how many nodes,
+# then nodes on [−1, 1] and their weights by turns.
 POWER, RAISED, NOTHING, WINDOW, POINT, PIECE, COUNT, NODES = range(8)
 
 SMOOTH_FROM = 8.0
@@ -58,18 +58,18 @@ SMOOTH_FROM = 8.0
 
 
 class _Accuracy(NamedTuple):
-    """Of integrals of a lobe that is 1 at its middle."""
+    """How accurate integrals of a lobe are that is 1 at its middle."""
 
     nothing: float
     """The zᵖ that is taken as 0."""
     nodes: int
-    """On a Gaussian that is cut off there."""
+    """How many are used along an arc, where the lobe is a Gaussian cut off there."""
     crowded_nodes: int
-    """Where nodes crowd."""
+    """How many are used where they crowd."""
     piece: float
-    """Half of what the nodes do for on other curves, in a lobe's widths 1/√p."""
+    """Half the length of a curve that they are enough for, in lobe widths 1/√p."""
     point: float
-    """The angular size, in these, at which a region's middle stands for it."""
+    """The angular size, in lobe widths, below which a region's middle replaces it."""
 
 
 # To some 1e-11 and, for results in float32, some 1e-7.

@@ -1,8 +1,8 @@
 """The kinds of light.
 
 A new kind is its own file beside these and one entry in `LIGHT_TYPES`; then its name and place in
-`pvphong/__init__.py`, a row in the README, and a strategy in `tests/strategies.py`, by which it is under all laws.
-`sized.py` has what lights with a size share, `conversion.py` makes lights from other notations.
+`pvphong/__init__.py`, a row in the README, and a strategy in `tests/strategies.py`, with which all tests of laws take
+it. `sized.py` has what lights with a size share, `conversion.py` makes lights from other notations.
 """
 
 from __future__ import annotations

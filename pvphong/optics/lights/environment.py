@@ -42,10 +42,10 @@ class EnvironmentLight(Light):
     Its colours are radiance, in units where a white patch under a uniform image of 1 gets the colour 1; `diffuse` and
     `intensity` multiply it, and `ambient` arrives everywhere with the strength 1. What matt surfaces scatter, and
     Phong's highlight, are taken from the image's first 32 bands of spherical harmonics; the plan's row "sky" says how
-    much the other bands hold at most, and how many do for a tolerance. Highlights are the image blurred by the lobe,
-    looked up in the mirror direction, times the part of the lobe that is above the horizon: exact for one colour, and
-    where the horizon cuts the lobe off by at most (brightest − darkest) / (2 (shininess + 1)). What other reflectances
-    make of it is that of 64 parallel lights of the same energy.
+    much the other bands hold at most, and how many are enough for a tolerance. Highlights are the image blurred by the
+    lobe, looked up in the mirror direction, times the part of the lobe that is above the horizon: exact for one colour,
+    and where the horizon cuts the lobe off by at most (brightest − darkest) / (2 (shininess + 1)). What other
+    reflectances make of it is that of 64 parallel lights of the same energy.
 
     Phong's lobe is not normalised: under a uniform sky its highlight is 2/(shininess + 1), dark for a mirror.
     `ModifiedPhong` and `GGX` are.
@@ -59,7 +59,7 @@ class EnvironmentLight(Light):
     up : sequence of float, default (0, 1, 0)
         To the top of the image; of any length. (VTK's environments have the same by default.)
     rotation : float, default 0
-        By which it is turned around `up`, counter-clockwise as seen from there, in degrees.
+        The angle by which it is turned around `up`, counter-clockwise as seen from there, in degrees.
     **common
         The fields of every light: `diffuse`, `specular`, `ambient`, `intensity`, `on`, `frame`, `name`. As a headlight
         it is in eye space.

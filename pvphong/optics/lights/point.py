@@ -86,7 +86,7 @@ class PointLight(Weakening, Light):
     Parameters
     ----------
     position : sequence of float, default (0, 0, 0)
-        Where it stands, in the mesh's unit.
+        Where it is, in the mesh's unit.
     attenuation : sequence of float, default (1, 0, 0)
         Constant c, linear l and quadratic q in 1 / (c + l·d + q·d²), d the distance; >= 0, not all zero.
     **common
@@ -103,7 +103,7 @@ class PointLight(Weakening, Light):
 
     @property
     def placement(self) -> Placement:
-        """Where it stands, and how it weakens."""
+        """Where it is, and how it weakens."""
         (x, y, z), (c, l, q) = self.position, self.attenuation
         return Placement((x, y, z), (c, l, q))
 

@@ -47,7 +47,7 @@ class SpotLight(Weakening, Light):
     Parameters
     ----------
     position : sequence of float, default (0, 0, 0)
-        Where it stands, in the mesh's unit.
+        Where it is, in the mesh's unit.
     direction : sequence of float, default (0, 0, -1)
         Axis of the cone, in the direction in which the light travels; of any length.
     cone_angle : float, default 30

@@ -1,8 +1,8 @@
 """The reflectances.
 
 A new one is its own file beside these and one entry in `REFLECTANCES`; then its name and place in
-`pvphong/__init__.py`, a line in the README, a strategy in `tests/strategies.py`, by which it is under all laws, and its
-formula in `tests/reflectance_oracle.py`, by which it is judged.
+`pvphong/__init__.py`, a line in the README, a strategy in `tests/strategies.py`, with which all tests of laws take it,
+and its formula in `tests/reflectance_oracle.py`, which it is compared with.
 
 (`vtk.py` has none: VTK's convention chooses it, and nobody else can.)
 

@@ -132,7 +132,7 @@ HALFWAY = Peak(_halfway_square, _halfway_chord, largest_halfway, lambda psi: 0.5
 """Where the half-way direction h = (l + v)/|l + v| is n. It is the middle of the arc from l to v."""
 
 BACK = Peak(_back_square, _back_chord, lambda _: 1.0)
-"""Where the viewer stands beside the light. Nothing is known of the least angle between them."""
+"""Where the viewer is beside the light. Nothing is known of the least angle between them."""
 
 NORMAL = Peak(_normal_square, _normal_chord, lambda line: math.cos(line.theta))
 """Where light falls along the normal."""
@@ -187,7 +187,7 @@ def lambert_and_highlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noq
 class Shiny(Reflectance):
     """Lambert's cosine, and a highlight that is a power of the cosine around its peak.
 
-    Each kind has the field `shininess`, whose default None stands for the material's.
+    Each kind has the field `shininess`, whose default None means the material's.
     """
 
     shininess: float | None

@@ -13,7 +13,7 @@ included, but for integrals over lights with a size: differences of positions ha
 the scene is from the origin, and a highlight errs by at most (4√n + 10) · 2⁻²⁴ for shininess n.
 
 In reading order: `evaluation` brings ranges of vertices to the driver, on several threads; `driver` is what happens to
-a block of them, from loading to colours; `vertices` is where a block's values stand and how they are loaded; `stages`
+a block of them, from loading to colours; `vertices` is where a block's values are and how they are loaded; `stages`
 puts a loop around the formula of a light or a reflectance; `lanes` is what those of lights with a size run on, eight
 vertices side by side. `records` is the form in which the driver takes an equation, `arithmetic` what compiled code
 calculates with, `code` compiles and keeps the code on disk, `ahead` compiles all there is. `normals` sums the normals

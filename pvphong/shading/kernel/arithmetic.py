@@ -223,7 +223,7 @@ def like(_typing: Any, rows: Any, value: Any) -> Any:
 
 @intrinsic
 def shifted(_typing: Any, pointer: Any, count: Any) -> Any:  # noqa: ARG001 Numba wants it by name
-    """The pointer to what stands so many entries further on."""
+    """The pointer to the entry that is so many further on."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         return builder.gep(*arguments[:1], [arguments[1]])

@@ -44,7 +44,7 @@ _F64, _I64, _BITS = (ir.VectorType(kind, WIDTH) for kind in (ir.DoubleType(), ir
 
 
 class Lanes(types.Type):
-    """Eight numbers; a number beside them stands for eight equal ones."""
+    """Eight numbers; a number beside them means eight equal ones."""
 
     def __init__(self) -> None:
         super().__init__("lanes")
@@ -220,7 +220,7 @@ def _two_to(_typing: Any, shifted: Any) -> Any:
 
 @intrinsic
 def load(_typing: Any, rows: Any, place: Any) -> Any:  # noqa: ARG001 Numba wants it by name
-    """Eight numbers that stand one after the other, as float64."""
+    """Eight numbers, one after the other in memory, as float64."""
 
     def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
         start = builder.gep(values[0], [values[1]])

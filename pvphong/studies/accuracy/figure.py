@@ -38,7 +38,7 @@ _TITLES: dict[str, str] = {
     "interpolation": "interpolation, inside triangles",
 }
 
-# The part of a front's width that markers take; names stand beside it.
+# The part of a front's width that markers take; names are beside it.
 _DATA = 0.5
 
 # Of the pictures: pixels, and the part of them that a mesh covers at least where it counts as seen.

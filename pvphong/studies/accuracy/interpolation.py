@@ -28,7 +28,7 @@ _MOST_POINTS = 5_000_000
 _PER_SPLIT = 4e-6
 
 # Triangles in which the error is searched, of a large mesh a random choice, in a part of the time; and of these the
-# ones that stand for all on the refined meshes: those that are worst on the mesh as it is, and a random choice of the
+# ones that represent all on the refined meshes: those that are worst on the mesh as it is, and a random choice of the
 # others.
 _FEWEST_SEARCHED, _MOST_SEARCHED, _FOR_SEARCH = 2_000, 50_000, 0.3
 _WORST, _OTHERS = 400, 300
@@ -58,7 +58,7 @@ class Triangles(NamedTuple):
     corners : ndarray
         Shape (m, 3), indices of points.
     areas : ndarray
-        Shape (m,): how much of the surface each stands for.
+        Shape (m,): how much of the surface each represents.
     """
 
     points: FloatArray
@@ -132,7 +132,7 @@ def interpolation(
     else:
         found.append(adaptive)
 
-    # Uniform refinement: the worst triangles, and some others that stand for all others, are searched.
+    # Uniform refinement: the worst triangles, and some others that represent all others, are searched.
     order = np.argsort(-errors, kind="stable")
     worst, others = order[:_WORST], order[_WORST:]
     chosen = others

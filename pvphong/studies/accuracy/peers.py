@@ -211,7 +211,7 @@ def hillshading(field: HeightField, equation: Equation) -> Callable[[], Float64A
     Raises
     ------
     ValueError
-        If Matplotlib is not installed, or cannot stand for the scene.
+        If Matplotlib is not installed, or cannot draw the scene.
     """
     light = equation.terms[0].light if len(equation.terms) == 1 else None
     if light is None or not light.is_even or light.has_size:

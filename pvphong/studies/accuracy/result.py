@@ -65,7 +65,7 @@ class Errors:
 
     @classmethod
     def inside_triangles(cls, errors: Float64Array, areas: Float64Array) -> Errors:
-        """Errors of triangles (m,), each of which stands for so much of a surface, in any unit.
+        """Errors of triangles (m,), each with the area of the surface that it represents, in any unit.
 
         By area, for what is seen of a triangle is its area: counted one by one, the many small triangles of a mesh
         that is refined where it errs most would make it look worse than it was.

@@ -163,7 +163,7 @@ class Subject:
         backend : str, optional
             What computes; what `evaluate` takes by itself, if not given.
         scene : Scene, optional
-            What the equation stands for, if not the whole scene: the time counts that it takes to assemble it.
+            What the equation is assembled from, if not the whole scene: the time for that counts.
         """
 
         def run() -> FloatArray:
@@ -175,7 +175,7 @@ class Subject:
 
 
 class Variant(NamedTuple):
-    """One way of lighting, to be measured.
+    """One lighting of the mesh, to be measured.
 
     Parameters
     ----------
