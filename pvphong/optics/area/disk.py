@@ -99,8 +99,8 @@ def disk_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
     squares of the least and the greatest distance of the rim, and T = S − (|m|² − r²), where nothing cancels.
     """
     m, scale = scaled(d, own[RADIUS])
-    is_lit = is_glowing(own, m, n)
     r = own[RADIUS] * scale
+    is_lit = is_glowing(own, m, n, r)
     e = times(own, where(dot(own, m) < 0.0, -1.0, 1.0))
     H, z, height = dot(e, m), dot(n, e), dot(n, m)
     level = subtract(m, times(e, H))
@@ -194,7 +194,8 @@ def disk_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     """1/(π r²) · ∫ max(w·u, 0)ᵏ du over the part above the horizon."""
     m, scale = scaled(d, own[RADIUS])
     e = times(own, where(dot(own, m) < 0.0, -1.0, 1.0))
-    return _within_rim(lobe, w, n, m, e, own[RADIUS] * scale, is_glowing(own, m, n)) * scale * scale
+    r = own[RADIUS] * scale
+    return _within_rim(lobe, w, n, m, e, r, is_glowing(own, m, n, r)) * scale * scale
 
 
 @formula

@@ -50,10 +50,10 @@ def scaled(d: Any, size: float) -> Any:
 
 
 @formula
-def is_glowing(own: Any, m: Any, n: Any) -> Any:
-    """Whether a side of a flat light that glows is seen, and there is a normal."""
+def is_glowing(own: Any, m: Any, n: Any, size: Any) -> Any:
+    """Whether a side of a flat light that glows is seen: there is a normal, and not all is below its horizon."""
     behind = dot(own, m)
-    return ((behind < 0.0) | (behind * own[TWO_SIDED] > 0.0)) & (dot(n, n) > 0.5)
+    return ((behind < 0.0) | (behind * own[TWO_SIDED] > 0.0)) & (dot(n, n) > 0.5) & (dot(n, m) > -size)
 
 
 @formula
@@ -96,7 +96,8 @@ def polygon_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _a: Any) -> Any:
     that nothing cancels, however far away.
     """
     m, scale = scaled(d, own[SIZE])
-    is_lit, size, root = is_glowing(own, m, n), own[SIZE] * scale, own[ROOT] * scale
+    size, root = own[SIZE] * scale, own[ROOT] * scale
+    is_lit = is_glowing(own, m, n, size)
     near, height = dot(m, m), dot(n, m)
     per_far, total, area = 1.0 / (near + size * size), 0.0 * scale, 0.0 * scale
     if any_of(is_lit):
@@ -135,7 +136,7 @@ def polygon_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     """
     m, scale = scaled(d, own[SIZE])
     size, distance = own[SIZE] * scale, sqrt(dot(m, m))
-    is_lit = is_glowing(own, m, n) & shows(lobe, w, m, distance, size)
+    is_lit = is_glowing(own, m, n, size) & shows(lobe, w, m, distance, size)
     is_point = size < lobe[POINT] * distance
     root = own[ROOT] * scale
     turned, area, middle = 0.0 * scale, 0.0 * scale, times(m, 0.0)
