@@ -1,11 +1,12 @@
 """Compiled code: compiled for use through addresses, kept on disk, and compiled by another process meanwhile.
 
-On disk there is a file for each function and its types, in Numba's cache folder: `__pycache__` beside the module, or a
-folder in NUMBA_CACHE_DIR if that is set. It is written aside and renamed, and starts with a digest of all that the code
-depends on and one of the code itself, so that a file that is damaged, cut short, or of another version of anything
-counts as absent, and is written anew. So any number of processes may read and write at once. (Numba's own files share
-an index, in which two processes that write at once can give one function the other's code; and it looks only at the
-file of the function itself, where here all sources count that a function may call.)
+On disk there is a file for each function and its types, in Numba's cache folder: `__pycache__` beside the module, or
+the user's own where that cannot be written to, or one in NUMBA_CACHE_DIR if that is set. It is written aside and
+renamed, and starts with a digest of all that the code depends on and one of the code itself, so that a file that is
+damaged, cut short, or of another version of anything counts as absent, and is written anew. So any number of processes
+may read and write at once. (Numba's own files share an index, in which two processes that write at once can give one
+function the other's code; and it looks only at the file of the function itself, where here all sources count that a
+function may call.)
 
 Where a call is not to wait, another process compiles the code that is missing; it may outlive this one. This process
 asks for each piece once, so that one that cannot be compiled is not tried over and over.

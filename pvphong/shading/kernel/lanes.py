@@ -309,7 +309,7 @@ def _arctan2(y: Any, x: Any) -> Any:
 
 @_polynomial(formulas.sine)
 def _sine(x: Any) -> Any:
-    """The sine of r, which is x less k half turns: sin r · (−1)ᵏ."""
+    """The sine of x is sin r · (−1)ᵏ, where r is x less k half turns."""
     k = formulas.nearest(x * (1.0 / _PI))
     r = formulas.multiply_add(k, -_LESS_THAN_PI, formulas.multiply_add(k, -_PI, x))
     odd = abs(k - 2.0 * formulas.nearest(0.5 * k))
