@@ -244,8 +244,8 @@ def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:
     complaints: list[str] = []
     with _complaints_in(complaints):
         try:
-            if aside.suffix.lower() == ".vtp" and not _has_room(aside, lit):
-                aside.write_text(_xml_text(lit, options["compression"]), encoding="ascii")
+            if aside.suffix.lower() == ".vtp":
+                _write_polydata(lit, aside, options["compression"])
             else:
                 lit.save(aside, **options)
         except OSError as error:
@@ -260,27 +260,25 @@ def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:
         raise ValueError(f"output could not be written. {error}") from error
 
 
-def _has_room(aside: Path, lit: pv.PolyData) -> bool:
-    """Whether there is room for the largest .vtp file that a mesh can make, in base64 and if nothing is compressed.
+def _write_polydata(lit: pv.PolyData, aside: Path, compression: Any) -> None:
+    """Write a .vtp file, its arrays as bytes behind the text: base64 takes three times as long, and a third more room.
 
-    Where there is none, VTK's writer would end the process; most files are much smaller.
+    Where there may be no room for it, VTK's writer would end the process. So the file is then made in memory, twice its
+    length, and written from here.
     """
-    try:
-        reserve(aside, int(1.4 * _data_size(lit)) + 2**16)
-    except OSError:
-        return False
-    return True
-
-
-def _xml_text(lit: pv.PolyData, compression: Any) -> str:
-    """The text of a .vtp file; it takes twice its length of memory, and no disk."""
     lit._store_metadata()  # as PyVista's `save` does, for arrays of bools and complex numbers
-    writer = pv.XMLPolyDataWriter("", lit)
+    writer = pv.XMLPolyDataWriter(aside, lit)
     writer.compression = compression
-    writer.writer.WriteToOutputStringOn()
-    writer.write()
-    text: str = writer.writer.GetOutputString()
-    return text
+    writer.writer.SetDataModeToAppended()
+    writer.writer.EncodeAppendedDataOff()
+    try:
+        reserve(aside, int(1.1 * _data_size(lit)) + 2**16)  # if nothing is compressed; most files are much smaller
+    except OSError:
+        writer.writer.WriteToOutputStringOn()
+        writer.write()
+        aside.write_bytes(writer.writer.GetOutputString())
+    else:
+        writer.write()
 
 
 def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]) -> None:
