@@ -294,7 +294,7 @@ def test_occluders_of_wrong_types_are_refused(given):
 def test_memory_is_said_before_any_ray(monkeypatch):
     monkeypatch.setattr(visibility, "_MANY", 100)
     seen = floor(cells=8).phong.visibility(scene(SUN))
-    assert "128 triangles in the way take about 1.7e-05 GB" in repr(seen)
+    assert "128 triangles that block light take about 1.7e-05 GB" in repr(seen)
     assert seen.rays == 0
 
 

@@ -141,48 +141,53 @@ def _load(
 
 
 @plain
-def _settle_strength(rows: Any, gain: Any, varies: bool) -> None:
-    """Strengths times a gain; 1 where the light has the same strength everywhere."""
-    if varies:
-        for i in range(BLOCK):
-            rows[at.STRENGTH + i] = min(rows[at.STRENGTH + i] * gain, _BRIGHTEST)
-    else:
-        for i in range(BLOCK):
-            rows[at.STRENGTH + i] = ONE
+def _settle_strength(rows: Any, gain: Any) -> None:
+    """Strengths times a gain."""
+    for i in range(BLOCK):
+        rows[at.STRENGTH + i] = min(rows[at.STRENGTH + i] * gain, _BRIGHTEST)
+
+
+@inlined
+def _strength(rows: Any, i: int, varies: bool) -> Any:
+    """The light's strength at a vertex. LLVM makes two loops of one around this, for `varies` is fixed there."""
+    return rows[at.STRENGTH + i] if varies else ONE
 
 
 @plain
-def _hide(rows: Any) -> None:
+def _hide(rows: Any, varies: bool) -> None:
     """Strengths times the visible part of the light."""
     for i in range(BLOCK):
-        rows[at.STRENGTH + i] *= rows[at.VISIBLE + i]
+        rows[at.STRENGTH + i] = _strength(rows, i, varies) * rows[at.VISIBLE + i]
 
 
 @plain
-def _add(rows: Any, target: int, factors: int, color: Any) -> None:
+def _add(rows: Any, target: int, factors: int, varies: bool, color: Any) -> None:
     """Add a colour times the factors in a row and the light's strength to the rows of a colour."""
     for i in range(BLOCK):
-        factor = rows[factors + i] * rows[at.STRENGTH + i]
+        factor = rows[factors + i] * _strength(rows, i, varies)
         rows[target + i] = multiply_add(color[0], factor, rows[target + i])
         rows[target + BLOCK + i] = multiply_add(color[1], factor, rows[target + BLOCK + i])
         rows[target + 2 * BLOCK + i] = multiply_add(color[2], factor, rows[target + 2 * BLOCK + i])
 
 
 @plain
-def _add_two(rows: Any, color: Any, other: Any) -> None:
+def _add_two(rows: Any, varies: bool, color: Any, other: Any) -> None:
+    """The first two lobes at half the traffic, where no albedo keeps them apart."""
     for i in range(BLOCK):
-        first, second = rows[at.FIRST + i] * rows[at.STRENGTH + i], rows[at.SECOND + i] * rows[at.STRENGTH + i]
+        strength = _strength(rows, i, varies)
+        first, second = rows[at.FIRST + i] * strength, rows[at.SECOND + i] * strength
         rows[at.R + i] = multiply_add(other[0], second, multiply_add(color[0], first, rows[at.R + i]))
         rows[at.G + i] = multiply_add(other[1], second, multiply_add(color[1], first, rows[at.G + i]))
         rows[at.B + i] = multiply_add(other[2], second, multiply_add(color[2], first, rows[at.B + i]))
 
 
 @plain
-def _add_lambert(rows: Any, color: Any) -> None:
+def _add_lambert(rows: Any, varies: bool, color: Any) -> None:
     """Add a colour times max(n·l, 0) and the light's strength."""
     for i in range(BLOCK):
         n_d = dot(vector(shifted(rows, at.NX), i), vector(shifted(rows, at.DX), i))
-        factor = max(n_d * (rows[at.INVERSE_DISTANCE + i] * rows[at.INVERSE_NORMAL + i]), ZERO) * rows[at.STRENGTH + i]
+        n_l = max(n_d * (rows[at.INVERSE_DISTANCE + i] * rows[at.INVERSE_NORMAL + i]), ZERO)
+        factor = n_l * _strength(rows, i, varies)
         rows[at.R + i] = multiply_add(color[0], factor, rows[at.R + i])
         rows[at.G + i] = multiply_add(color[1], factor, rows[at.G + i])
         rows[at.B + i] = multiply_add(color[2], factor, rows[at.B + i])
@@ -207,25 +212,28 @@ def _add_light(
         _arrive_evenly(rows, in_type(t.to_light, rows))
     else:
         good = call_light(t.arrives, own, rows, points)
-    _settle_strength(rows, like(rows, t.gain), t.varies)
+    varies = t.varies
+    if varies:
+        _settle_strength(rows, like(rows, t.gain))
     if t.has_ambient:
-        _add(rows, at.R, at.SKY, in_type(t.ambient, rows))
+        _add(rows, at.R, at.SKY, varies, in_type(t.ambient, rows))
     if not t.wanted:
         return good
     if t.visible >= 0:
         at.load_channel(shifted(channels, t.visible * s.channel_length), first, count, shifted(rows, at.VISIBLE))
-        _hide(rows)
+        _hide(rows, varies)
+        varies = True
     if not t.reflects:
-        _add_lambert(rows, in_type(t.colors[0], rows))
+        _add_lambert(rows, varies, in_type(t.colors[0], rows))
         return good
     reflected = t.wanted & call_reflectance(t.reflects, numbers, rows, points)
     if not s.has_albedo and reflected & 3 == 3:
-        _add_two(rows, in_type(t.colors[0], rows), in_type(t.colors[1], rows))
+        _add_two(rows, varies, in_type(t.colors[0], rows), in_type(t.colors[1], rows))
         reflected &= 4
     for lobe in range(3):
         if reflected & (1 << lobe):
             target = at.UNTINTED_R if s.has_albedo and not s.takes_albedo & (1 << lobe) else at.R
-            _add(rows, target, at.FIRST + lobe * BLOCK, in_type(t.colors[lobe], rows))
+            _add(rows, target, at.FIRST + lobe * BLOCK, varies, in_type(t.colors[lobe], rows))
     return good
 
 

@@ -195,7 +195,7 @@ def light_stage(falloff: Callable[..., Any] | None, weakens: bool) -> Callable[.
     measures = int(weakens)
 
     def arrive(numbers: Any, rows: Any, points: Any) -> bool:
-        good = approach(rows, points, numbers[0], numbers[1], numbers[2])
+        good = approach(rows, points, numbers[0], numbers[1], numbers[2], measures == 1)
         if measures == 1:
             _weaken(rows, numbers)
         return good
@@ -204,7 +204,7 @@ def light_stage(falloff: Callable[..., Any] | None, weakens: bool) -> Callable[.
         return arrive
 
     def arrive_in_cone(numbers: Any, rows: Any, points: Any) -> bool:
-        good = approach(rows, points, numbers[0], numbers[1], numbers[2])
+        good = approach(rows, points, numbers[0], numbers[1], numbers[2], measures == 1)
         if measures == 1:
             _weaken(rows, numbers)
         own = _parameters(rows, shifted(numbers, _OWN_OF_LIGHT))

@@ -209,7 +209,7 @@ def load_tangents(channels: Any, stride: int, first: int, count: int, rows: Any)
 
 
 @plain
-def approach(rows: Any, points: Any, x: float, y: float, z: float) -> bool:
+def approach(rows: Any, points: Any, x: float, y: float, z: float, measures: bool) -> bool:
     """Vectors D to a position, 1/|D|, and |D| in the row of strengths; whether no vertex is declined.
 
     Declined is a vertex on the position, not finite, or whose distance is out of range.
@@ -221,7 +221,8 @@ def approach(rows: Any, points: Any, x: float, y: float, z: float) -> bool:
         distance = np.sqrt(max(squared, LEAST_SQUARE))
         put(offsets, i, d)
         rows[INVERSE_DISTANCE + i] = ONE / distance
-        rows[STRENGTH + i] = distance
+        if measures:
+            rows[STRENGTH + i] = distance
         good = good & is_moderate(squared)
     if good:
         return True
@@ -248,7 +249,7 @@ def look_at_viewer(s: Any, rows: Any, points: Any) -> bool:
     """Writes v, n turned to the viewer, and n·v, as far as the settings want them; whether no vertex is declined."""
     good, normals, viewer = True, shifted(rows, NX), shifted(rows, VX)
     if s.needs_eye:
-        good = approach(rows, points, s.eye[0], s.eye[1], s.eye[2])
+        good = approach(rows, points, s.eye[0], s.eye[1], s.eye[2], False)
         for i in range(BLOCK):
             put(viewer, i, times(vector(shifted(rows, DX), i), rows[INVERSE_DISTANCE + i]))
     if s.is_flipped:
