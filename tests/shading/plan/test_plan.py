@@ -181,6 +181,8 @@ def test_no_normal_is_turned_where_all_face_the_viewer(material, local_viewer):
     plan = assert_same_without_turning(bent(40), above, material)
     assert plan.error_bound == 0.0
     assert plan.view_dependent  # from elsewhere, some may face away
+    aside = ph.Scene([LAMP], ph.Viewer(position=(9, 0, 1)), model)
+    assert ph.plan(bent(40), aside, material).effects["two-sided"].on
 
 
 QUARTER_TURN = np.array([[0.0, 0, 2, 5], [0, 2, 0, 6], [-2, 0, 0, 7], [0, 0, 0, 1]])  # z to x, and twice as large
