@@ -210,9 +210,9 @@ def load_tangents(channels: Any, stride: int, first: int, count: int, rows: Any)
 
 @plain
 def approach(rows: Any, points: Any, x: float, y: float, z: float, measures: bool) -> bool:
-    """Vectors D to a position, 1/|D|, and |D| in the row of strengths; whether no vertex is declined.
+    """Vectors D to a position, 1/|D|, and |D| in the row of strengths if it is measured; whether no vertex is declined.
 
-    Declined is a vertex on the position, not finite, or whose distance is out of range.
+    Declined is a vertex on the position, not finite, or whose measured distance is out of range.
     """
     offsets, good = shifted(rows, DX), True
     for i in range(BLOCK):
@@ -237,8 +237,11 @@ def approach(rows: Any, points: Any, x: float, y: float, z: float, measures: boo
         squared = square(vector(offsets, i))
         distance = like(rows, math.ldexp(np.float64(np.sqrt(squared)), exponent))
         rows[INVERSE_DISTANCE + i] = inverse_length(squared)
-        rows[STRENGTH + i] = distance
-        if not (is_moderate(squared) and distance >= _NEAREST and distance <= _FARTHEST):
+        is_there = is_moderate(squared)
+        if measures:
+            rows[STRENGTH + i] = distance
+            is_there = is_there and distance >= _NEAREST and distance <= _FARTHEST
+        if not is_there:
             rows[DECLINED + i] = 1.0
             good = False
     return good
