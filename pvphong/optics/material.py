@@ -3,38 +3,61 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
 from pvphong.base import check, documents
-from pvphong.base.types import ColorLike, InitSignature, rgb
+from pvphong.base.types import InitSignature, rgb
+from pvphong.optics.maps import (
+    COLORS,
+    FIELDS,
+    MOST_REFLECTED,
+    Map,
+    is_color_name,
+    is_texture,
+    map_in,
+    number_or_map,
+    refuse_unnamed,
+)
 from pvphong.optics.named_materials import NAMED, WITH_REFLECTANCE
 from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.pbr import is_physical, physical_of
 
-# A surface may be made to reflect more than all of the light, but whole numbers above this are 0-255 in disguise.
-_MOST = 16.0
+
+# What files of earlier versions have not, and its defaults: a file without it stays one that they can read.
+_NEW = (("albedo", 1.0), ("tangents", None))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Material:
     """A Phong material; the defaults are OpenGL's (2.1 specification, table 2.10).
 
+    A color is a float (grey), RGB floats (1.0 = full), or a colour's name. Where it says "or map", it may differ from
+    vertex to vertex: the name of a mesh's point array, an array with a row for each vertex, a `pyvista.Texture` that is
+    laid on by the mesh's texture coordinates, or the path of an image file for one. Colours of uint8 count as 0-255.
+    A string that is a colour's name is that colour, and three numbers are one colour.
+
     Parameters
     ----------
     ambient : color, default 0.2
-        Reflectance of ambient light, k_ambient. A float (grey), RGB floats (1.0 = full), or a colour name.
-    diffuse : color, default 0.8
+        Reflectance of ambient light, k_ambient.
+    diffuse : color or map, default 0.8
         Reflectance of light that is scattered in all directions, k_diffuse.
-    specular : color, default 0
+    specular : color or map, default 0
         Reflectance of light that is mirrored in the highlight, k_specular.
-    shininess : float, default 0
+    shininess : float or map, default 0
         Exponent of the highlight, >= 0; 1 to 200 is usual, 1e6 works.
-    emission : color, default 0
+    emission : color or map, default 0
         Light that the surface gives off by itself.
+    albedo : color or map, default 1
+        Multiplies ambient and diffuse. Floats of a map are clipped to [0, 1], a NaN counts as 0.
+    tangents : str or array_like, optional
+        Name of a point array, or an array of shape (n, 3), of vectors along the surface, for a reflectance that is not
+        the same in all directions; from a mesh's texture coordinates, where u grows, if not given.
     reflectance : Reflectance, optional
-        How it reflects; by the light model's `reflection` if not given.
+        How it reflects; by the light model's `reflection` if not given. Its roughness, metallic or shininess may be
+        maps too.
 
     Raises
     ------
@@ -42,11 +65,13 @@ class Material:
         If a field is out of range; the message names the field.
     """
 
-    ambient: ColorLike = 0.2
-    diffuse: ColorLike = 0.8
-    specular: ColorLike = 0.0
-    shininess: float = 0.0
-    emission: ColorLike = 0.0
+    ambient: Any = 0.2
+    diffuse: Any = 0.8
+    specular: Any = 0.0
+    shininess: Any = 0.0
+    emission: Any = 0.0
+    albedo: Any = 1.0
+    tangents: Any = None
     reflectance: Reflectance | None = None
 
     __signature__ = InitSignature()
@@ -58,18 +83,20 @@ class Material:
         return super().__new__(cls)
 
     def __post_init__(self) -> None:
-        for field in ("specular", "shininess"):
-            if getattr(getattr(self, field), "size", 1) > 3:
-                remedy = f"For one at each vertex, shade and evaluate take {field}=."
-                check.refuse(field, "an array", "one for all vertices", remedy)
-        for field in ("ambient", "diffuse", "specular", "emission"):
-            object.__setattr__(self, field, check.color(field, getattr(self, field)))
-        for field in ("ambient", "diffuse", "specular"):
-            color = rgb(getattr(self, field))
-            if _MOST < max(color) <= 255.0 and all(channel.is_integer() for channel in color):
-                remedy = "These look like 0-255 values: divide them by 255."
-                check.refuse(field, getattr(self, field), "a reflectance, of which 1.0 is all", remedy)
-        object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
+        for name in ("ambient", *COLORS):
+            given = getattr(self, name)
+            found = None if name == "ambient" else map_in(name, given)
+            object.__setattr__(self, name, check.color(name, given) if found is None else found)
+        for name in ("ambient", "diffuse", "specular", "albedo"):
+            given, most = getattr(self, name), 1.0 if name == "albedo" else MOST_REFLECTED
+            if not isinstance(given, str | Map) and max(rgb(given)) > most:
+                is_255 = max(rgb(given)) <= 255.0 and all(channel.is_integer() for channel in rgb(given))
+                remedy = "These look like 0-255 values: divide them by 255." if is_255 else ""
+                if is_255 or name == "albedo":
+                    check.refuse(name, given, f"a reflectance, of which 1.0 is all{', at most' * (most == 1.0)}", remedy)
+        object.__setattr__(self, "shininess", number_or_map("shininess", self.shininess, at_least=0.0))
+        if self.tangents is not None and not isinstance(self.tangents, str | Map):
+            object.__setattr__(self, "tangents", Map(self.tangents))
         if self.reflectance is not None and not isinstance(self.reflectance, Reflectance):
             check.refuse(
                 "reflectance",
@@ -77,6 +104,37 @@ class Material:
                 "a reflectance, or None for the light model's",
                 "For example, ph.GGX(roughness=0.3).",
             )
+
+    @property
+    def maps(self) -> dict[str, Map | str]:
+        """Field → map, of this material and of its reflectance: what is not the same at all vertices.
+
+        A number that the reflectance has itself replaces the material's, also where that is a map.
+        """
+        own = {name: getattr(self, name) for name in (*COLORS, "shininess")}
+        of = vars(self.reflectance) if self.reflectance is not None else {}
+        own |= {name: value for name, value in of.items() if name in FIELDS and value is not None}
+        return {name: value for name, value in own.items() if isinstance(value, str | Map)}
+
+    def with_values(self, values: Mapping[str, Any]) -> Self:
+        """A copy with other values of some fields, of this material's or, where that has them, of its reflectance's."""
+        of = self.reflectance
+        inner = {name: value for name, value in values.items() if getattr(of, name, None) is not None}
+        changes: dict[str, Any] = {name: value for name, value in values.items() if name not in inner}
+        if of is not None and inner:
+            changes["reflectance"] = replace(of, **inner)
+        return replace(self, **changes) if changes else self
+
+    def without_albedo(self) -> Self:
+        """The material that looks the same with an albedo of 1: it is in ambient and diffuse. Not for maps of these."""
+        if self.albedo == 1.0:
+            return self
+        albedo = rgb(self.albedo)
+        colors = {
+            name: tuple(a * b for a, b in zip(albedo, rgb(getattr(self, name)), strict=True))
+            for name in ("ambient", "diffuse")
+        }
+        return replace(self, albedo=1.0, **colors)
 
     @classmethod
     def named(cls, name: str) -> Self:
@@ -109,10 +167,13 @@ class Material:
         Raises
         ------
         ValueError
-            If the reflectance is of a kind that files do not know.
+            If the reflectance is of a kind that files do not know, or a map is no name.
         """
-        found = asdict(self)
-        del found["reflectance"]
+        names = [each.name for each in fields(self)]
+        found = {name: getattr(self, name) for name in names if name not in ("albedo", "tangents", "reflectance")}
+        found |= {name: getattr(self, name) for name, default in _NEW if getattr(self, name) != default}
+        for name, value in (found | self.maps).items():
+            refuse_unnamed(name, value)
         if self.reflectance is not None:
             found["reflectance"] = documents.with_type("reflectance", self.reflectance, REFLECTANCES)
         return found
@@ -186,10 +247,29 @@ class Material:
         return replace(self, shininess=4.0 * self.shininess)
 
 
-def check_material(given: Any) -> None:
-    """Raise ValueError unless it is a material."""
-    if not isinstance(given, Material):
-        check.refuse("material", given, "a Material", _remedy(given))
+def as_material(given: Any) -> Material:
+    """A material as it is, or the one of a name.
+
+    Raises
+    ------
+    ValueError
+        If it is neither; the message says what makes one of it.
+    """
+    if isinstance(given, Material):
+        return given
+    names = Material.names()
+    if isinstance(given, str) and given.lower() in names:
+        return Material.named(given)
+    allowed = "a Material, or the name of one"
+    if is_texture(given):
+        remedy = "Material(albedo=texture) has its colours."
+    elif isinstance(given, str) and not is_color_name(given):
+        remedy = check.meant(given, names) or "Material.names() lists them."
+    elif isinstance(given, str | tuple | list) or hasattr(given, "float_rgb"):
+        remedy = f"Material(diffuse={given!r}) has that colour."
+    else:
+        remedy = "Material.from_property makes one of a pyvista.Property."
+    return check.refuse("material", given, allowed, remedy)
 
 
 def nearest_in_vtk(material: Material) -> str:
@@ -209,7 +289,6 @@ def _rounded(color: Any) -> str:
 
 def _remedy(given: Any) -> str:
     """What gives a material, from what was taken for one."""
-    if isinstance(given, str):
-        is_one = given.lower() in Material.names()
-        return f"Material.named({given!r})." if is_one else "Material.named knows those in Material.names()."
+    if isinstance(given, str) and given.lower() in Material.names():
+        return f"Material.named({given!r})."
     return "Material.from_property makes one of a pyvista.Property."

@@ -127,8 +127,9 @@ class Equation:
     is_occluded : bool
         Whether ambient light, the light model's and the lights', is multiplied by the open part of the sky.
     maps : mapping
-        Name → least and greatest of the numbers, one for each vertex, that replace the reflectance's field of that name
-        or are multiplied with specular colours.
+        Field of the reflectance → least and greatest of the numbers, one for each vertex, that replace it.
+    tints : frozenset of str
+        "albedo", "diffuse", "specular", "emission": of what there is a map of colours.
     gamma : float
         The sum of all light is raised to 1/gamma before it is clamped.
     """
@@ -149,19 +150,15 @@ class Equation:
     is_occluded: bool = False
     gamma: float = 1.0
     maps: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    tints: frozenset[str] = frozenset()
 
     @cached_property
     def extremes(self) -> tuple[Reflectance, ...]:
         """What the reflectance may be at a vertex: those with the greatest bounds; see `Reflectance.extremes`."""
         found: tuple[Reflectance, ...] = (self.reflectance,)
-        for name, (low, high) in self.fields_with_maps.items():
+        for name, (low, high) in self.maps.items():
             found = tuple(extreme for each in found for extreme in each.extremes(name, low, high))
         return found
-
-    @property
-    def fields_with_maps(self) -> dict[str, tuple[float, float]]:
-        """Fields of the reflectance that are given vertex by vertex, as in `maps`."""
-        return {name: ends for name, ends in self.maps.items() if name != "specular"}
 
     @cached_property
     def largest(self) -> tuple[float, ...]:
@@ -172,7 +169,7 @@ class Equation:
     def forms(self) -> tuple[CosinePower | None, ...]:
         """The reflectance's forms; None where they are not the same at all vertices."""
         forms, diffuse = self.reflectance.forms, self.lobes_of("diffuse")
-        return tuple(form if k in diffuse else None for k, form in enumerate(forms)) if self.fields_with_maps else forms
+        return tuple(form if k in diffuse else None for k, form in enumerate(forms)) if self.maps else forms
 
     @cached_property
     def needs_normals(self) -> bool:
@@ -237,9 +234,20 @@ class Equation:
         if self.needs_tangents:
             sizes["tangents"] = 3
         if self.needs_normals:
-            sizes |= {name: 3 if name == "specular" else 1 for name in self.maps}
+            sizes |= dict.fromkeys(self.maps, 1)
         ends = accumulate(sizes.values())
         return {kind: slice(end - size, end) for (kind, size), end in zip(sizes.items(), ends, strict=True)}
+
+    @property
+    def needed_tints(self) -> tuple[str, ...]:
+        """The tints of what is not black."""
+        is_read = {
+            "albedo": True,
+            "diffuse": any(self.has(term, "diffuse") or self.has(term, "specular") for term in self.terms),
+            "specular": any(self.has(term, "specular") for term in self.terms),
+            "emission": any(self.emission),
+        }
+        return tuple(name for name in is_read if name in self.tints and is_read[name])
 
     @property
     def needs_visibility(self) -> bool:
@@ -266,21 +274,34 @@ _SMALL = _TAME / FARTHEST
 
 
 def assemble(
-    scene: Scene, material: Material, matrix: MatrixLike | None, maps: Mapping[str, tuple[float, float]] = NO_MAPS
+    scene: Scene,
+    material: Material,
+    matrix: MatrixLike | None,
+    maps: Mapping[str, tuple[float, float]] = NO_MAPS,
+    tints: frozenset[str] = frozenset(),
 ) -> Equation:
-    """The equation of a scene and a material, in the scene's convention; the matrix is copied.
+    """The equation of a scene and a material without maps, in the scene's convention; the matrix is copied.
+
+    Parameters
+    ----------
+    scene, material, matrix
+        As for `evaluate`; in place of its maps the material has the greatest of their numbers.
+    maps, tints
+        As `Equation` has them.
 
     Raises
     ------
     ValueError
-        If the reflectance does not read one of the maps, or in VTK's convention, which has none.
+        If the reflectance does not read one of the maps, or in VTK's convention, which has none but albedo.
     """
     copied = None if matrix is None else check.matrix4("matrix", matrix)
     if copied is not None:
         copied.flags.writeable = False
+    material = material.without_albedo()
     standard = _standard(scene, material, copied)
-    if maps:
-        standard = _with_maps(standard, scene, material, maps)
+    if maps or tints:
+        _refuse_unread(standard, scene, material, (*maps, *tints))
+        standard = replace(standard, maps=maps, tints=tints)
     return standard if scene.light_model.convention == "standard" else _as_vtk(standard, scene, material)
 
 
@@ -323,22 +344,19 @@ def _terms(scene: Scene, labels: Sequence[str], reflectances: _Reflectances) -> 
             )
 
 
-def _with_maps(
-    standard: Equation, scene: Scene, material: Material, maps: Mapping[str, tuple[float, float]]
-) -> Equation:
-    """The reflectance has the greatest of the numbers that are given for its fields."""
+def _refuse_unread(standard: Equation, scene: Scene, material: Material, names: Iterable[str]) -> None:
+    """Raise ValueError for a map that the reflectance does not read, or VTK's convention does not have."""
     reflectance = standard.reflectance
-    for name in maps:
+    for name in names:
+        if name == "albedo":
+            continue
         if scene.light_model.convention == "vtk":
-            remedy = "VTK's shader knows but one for all vertices: give it to the Material, or take LightModel()."
-            check.refuse(name, "an array", "None in VTK's convention", remedy)
-        if name not in reflectance.maps:
-            others = ", ".join(sorted(reflectance.maps))
-            remedy = f"It reads {others} of each vertex." if others else "It reads nothing of each vertex but albedo."
-            check.refuse(name, "an array", f"None for {type(material.reflectance or reflectance).__name__}", remedy)
-    equation = replace(standard, maps=maps)
-    greatest: dict[str, Any] = {name: high for name, (_, high) in equation.fields_with_maps.items()}
-    return replace(equation, reflectance=replace(reflectance, **greatest))
+            remedy = "VTK's shader knows but one for all vertices; LightModel() takes maps."
+            check.refuse(name, "a map", "a number or colour in VTK's convention", remedy)
+        if name not in ("diffuse", "emission", *reflectance.maps):
+            others = ", ".join(sorted(("albedo", "diffuse", "emission", *reflectance.maps)))
+            kind = type(material.reflectance or reflectance).__name__
+            check.refuse(name, "a map", f"a number or colour for {kind}", f"It reads {others} of each vertex.")
 
 
 def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:

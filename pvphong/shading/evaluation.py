@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from pvphong.base.types import Backend, MatrixLike, Precision
-from pvphong.optics.material import Material
+from pvphong.optics.material import Material, as_material
 from pvphong.scene.scene import SceneLike, as_scene
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.reference import Shading
@@ -20,14 +20,9 @@ def evaluate(
     points: Any,
     normals: Any,
     scene: SceneLike,
-    material: Material,
+    material: Material | str,
     *,
     matrix: MatrixLike | None = None,
-    albedo: Any = None,
-    specular: Any = None,
-    shininess: Any = None,
-    roughness: Any = None,
-    tangents: Any = None,
     precision: Precision = "float32",
     backend: Backend = "auto",
     tolerance: float = 0.0,
@@ -58,23 +53,13 @@ def evaluate(
     scene : Scene, light, or sequence of lights
         Lights, viewer and light model, in world coordinates. Without a viewer, seen as PyVista's camera frames the
         points.
-    material : Material
-        The surface's reflectances.
+    material : Material or str
+        The surface's reflectances, or the name of a material. Its maps, and its tangents, are arrays with a row for each
+        vertex; names and textures need a mesh, as in `mesh.phong.shade`.
     matrix : array_like, optional
         (4, 4) model matrix: points are transformed by it, normals by its inverse-transpose.
         Positions are summed in float64. Where its offset is so long that this shows in float32, it is taken out of
         lights and eye first, if every light's fields say where it is.
-    albedo : array_like, optional
-        Shape (n, 3): multiplies the material's ambient and diffuse. uint8 counts as 0-255; floats are
-        clipped to [0, 1], a NaN counts as 0.
-    specular : array_like, optional
-        Shape (n, 3) or (n,): reflectances in place of the material's, >= 0; uint8 counts as 0-255.
-    shininess, roughness : array_like, optional
-        Shape (n,): in place of the material's or its reflectance's. What a reflectance does not read vertex by vertex
-        is refused; in VTK's convention all of it is. Where any is given, NumPy computes.
-    tangents : array_like, optional
-        Shape (n, 3), of any length: directions along the surface, transformed as differences of points are, for
-        reflectances that are not the same in all of them. What of them is along the normal is left out.
     precision : {"float32", "float64"}
         Of the result, and of the arithmetic after positions are subtracted. float32 errs by at most
         (4√n + 16) · 2⁻²⁴ · (1 + number of lights) for colours of size 1, n the largest of the material's
@@ -110,8 +95,8 @@ def evaluate(
         If an argument has the wrong shape, type or range, or `backend` is "numba" and Numba is missing; the message
         names it.
     """
-    maps = {"specular": specular, "shininess": shininess, "roughness": roughness}
-    vertices = Vertices(points, normals, albedo, tangents=tangents, maps=maps)
+    material = as_material(material)
+    vertices = Vertices(points, normals, material.maps, tangents=material.tangents)
     scene = as_scene(scene, lambda: vertices.bounds(matrix))
     if visibility is not None:
         vertices.visibility = checked_visibility("visibility", visibility, vertices.points, matrix, scene)

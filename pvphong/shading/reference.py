@@ -12,7 +12,7 @@ follows is computed in the precision of the result.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -29,7 +29,7 @@ from pvphong.optics.light import Integral
 from pvphong.optics.reflectance import Lobe, Reflectance
 from pvphong.optics.surface import Surface
 from pvphong.shading.equation import Equation, LightTerm
-from pvphong.shading.vertices import reflectances
+from pvphong.shading.vertices import Tint
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -89,18 +89,18 @@ class Block(NamedTuple):
     surface: Surface
     unseen: Any
     """Where v does not exist (the eye on the vertex, or a vertex that is not finite); False for nowhere."""
-    albedo: FloatArray | None
     seen: FloatArray | None
     """Parts of each light, and in the last row of the sky, that nothing blocks; None where that is not needed."""
-    specular: FloatArray | None
-    """What specular colours are multiplied by, (3, block)."""
+    tints: dict[str, FloatArray]
+    """What colours are multiplied by, (3, block): "albedo" the ambient ones, "diffuse" those that take albedo,
+    "specular" and "emission"."""
 
 
 def shade(
     points: FloatArray,
     normals: FloatArray,
     equation: Equation,
-    albedo: FloatArray | None,
+    tints: Mapping[str, Tint],
     result: Shading,
     channels: FloatArray | None = None,
 ) -> None:
@@ -114,23 +114,23 @@ def shade(
         Shape (n, 3), float32 or float64, of any memory layout.
     equation : Equation
         What to evaluate.
-    albedo : ndarray or None
-        Shape (n, 3), as `checked_albedo` gives it; multiplies the material's ambient and diffuse.
+    tints : mapping
+        What `Vertices.tints` gives.
     result : Shading
         `rgb` is filled in, the others are added to; their type is the precision.
     channels : ndarray, optional
         Shape (k, n): what `equation.channels` says.
     """
-    is_even = not (equation.needs_points or equation.needs_normals or equation.is_occluded or albedo is not None)
+    is_even = not (equation.needs_points or equation.needs_normals or equation.is_occluded or tints)
     for start in range(0, len(points), BLOCK):
         part = slice(start, start + BLOCK)
         if start and is_even:
             _repeat(result, part)
             continue
-        shades = None if albedo is None else albedo[part]
+        own_tints = {name: tint[part].factors(name, result.rgb.dtype.type) for name, tint in tints.items()}
         own = None if channels is None else channels[:, part].astype(result.rgb.dtype, copy=False)
         with np.errstate(divide="ignore", under="ignore", over="ignore"):
-            block = _block(points[part], normals[part], shades, own, equation, result.rgb.dtype.type)
+            block = _block(points[part], normals[part], own_tints, own, equation, result.rgb.dtype.type)
             _shade_block(block, equation, _part(result, part))
 
 
@@ -152,7 +152,7 @@ def _part(result: Shading, part: slice) -> Shading:
 def _block(
     points: FloatArray,
     normals: FloatArray,
-    albedo: FloatArray | None,
+    tints: dict[str, FloatArray],
     channels: FloatArray | None,
     equation: Equation,
     real: Any,
@@ -167,11 +167,14 @@ def _block(
     if equation.is_flipped:
         facing = v if equation.local_facing else _column(equation.to_eye)
         raw = np.where(dot(raw, facing) < 0.0, -raw, raw)
-    shades = None if albedo is None else reflectances(albedo).T.astype(real)
+    if "diffuse" in tints and "albedo" in tints:
+        tints = tints | {"diffuse": tints["diffuse"] * tints["albedo"]}
+    elif "albedo" in tints:
+        tints = tints | {"diffuse": tints["albedo"]}
     of = partial(_channels, channels, equation)
-    maps = {name: rows[0] for name in equation.fields_with_maps if (rows := of(name)) is not None}
+    maps = {name: rows[0] for name in equation.maps if (rows := of(name)) is not None}
     surface = Surface(raw, inverse_length, v.astype(real, copy=False), of("tangents"), maps)
-    return Block(p, surface, unseen, shades, of("visibility"), of("specular"))
+    return Block(p, surface, unseen, of("visibility"), tints)
 
 
 def _channels(channels: FloatArray | None, equation: Equation, kind: str) -> FloatArray | None:
@@ -201,18 +204,16 @@ def _to_viewer(p: Float64Array, eye: Vector, real: Any) -> tuple[Any, Any]:
 
 def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
     color = np.zeros((3, len(result.rgb)), result.rgb.dtype)
-    _add(equation.emission, 1.0, None, color, result.emission, result.base)
+    tints, albedo = block.tints, block.tints.get("albedo")
+    _add(equation.emission, 1.0, tints.get("emission"), color, result.emission, result.base)
     sky = block.seen[-1] if equation.is_occluded and block.seen is not None else None
-    _add(equation.ambient, 1.0 if sky is None else sky, block.albedo, color, result.ambient, result.base)
+    _add(equation.ambient, 1.0 if sky is None else sky, albedo, color, result.ambient, result.base)
     for term in equation.terms:
         share = None if result.per_light is None else result.per_light[term.index]
         strength, factors = _factors(block, equation.reflectance, term)
-        _add(term.ambient, strength if sky is None else strength * sky, block.albedo, color, result.ambient, share)
+        _add(term.ambient, strength if sky is None else strength * sky, albedo, color, result.ambient, share)
         for lobe, coefficients, factor in zip(equation.reflectance.lobes, term.colors, factors, strict=True):
-            tint = _tint(lobe, block.albedo) if lobe.takes_albedo else None
-            if block.specular is not None and lobe.component == "specular":
-                tint = block.specular if tint is None else tint * block.specular
-            _add(coefficients, factor, tint, color, getattr(result, lobe.component), share)
+            _add(coefficients, factor, _tint(lobe, tints), color, getattr(result, lobe.component), share)
     if equation.gamma != 1.0:
         color = np.maximum(color, 0.0) ** color.dtype.type(1.0 / equation.gamma)
     if equation.clamp:
@@ -220,22 +221,26 @@ def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
     result.rgb[:] = color.T
 
 
-def _tint(lobe: Lobe, albedo: FloatArray | None) -> FloatArray | None:
-    return albedo if albedo is None or lobe.tint is None else lobe.tint(albedo)
+def _tint(lobe: Lobe, tints: Mapping[str, FloatArray]) -> FloatArray | None:
+    """What a lobe's colour is multiplied by; None where it is the same everywhere."""
+    if lobe.takes_albedo:
+        found = tints.get("diffuse")
+        return found if found is None or lobe.tint is None else lobe.tint(found)
+    return None if lobe.is_own else tints.get(lobe.component)
 
 
 def _add(
-    coefficients: Vector, factor: Any, albedo: FloatArray | None, color: FloatArray, *shares: FloatArray | None
+    coefficients: Vector, factor: Any, tint: FloatArray | None, color: FloatArray, *shares: FloatArray | None
 ) -> None:
-    """Add coefficient · factor · albedo, channel by channel, to the colour and to each share that is wanted.
+    """Add coefficient · factor · tint, channel by channel, to the colour and to each share that is wanted.
 
     The colour holds vertices as columns, the shares as rows. A black channel is left out, exactly.
     """
     for channel, coefficient in enumerate(coefficients):
         if coefficient:
             product = color.dtype.type(coefficient) * factor
-            if albedo is not None:
-                product = product * albedo[channel]
+            if tint is not None:
+                product = product * tint[channel]
             color[channel] += product
             for share in shares:
                 if share is not None:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike, 
 from pvphong.base.vectors import unit
 from pvphong.geometry.extent import Extent
 from pvphong.geometry.transform import transform_vectors
+from pvphong.optics.maps import COLORS, FIELDS, Map, brightest, checked, fractions
 from pvphong.optics.material import Material
 from pvphong.shading.equation import Equation
 from pvphong.shading.visibility import VisibilityLike, visibility_channels
@@ -30,6 +30,25 @@ def _is_direction(vectors: FloatArray) -> BoolArray:
     return np.asarray(np.isfinite(x) & np.isfinite(y) & np.isfinite(z) & ((x != 0.0) | (y != 0.0) | (z != 0.0)))
 
 
+class Tint(NamedTuple):
+    """What colours are multiplied by at each vertex: rows of a map over the greatest of them."""
+
+    rows: Any
+    """Shape (n, 1) or (n, 3), uint8, float32 or float64, as `pvphong.optics.maps.checked` gives them."""
+    most: Vector
+    """Powers of two; 0 where all are 0."""
+
+    def __getitem__(self, part: Any) -> Any:
+        """A tint of some of the vertices."""
+        return Tint(self.rows[part], self.most)
+
+    def factors(self, name: str, real: Any) -> FloatArray:
+        """Shape (3, n)."""
+        rows = fractions(name, self.rows).astype(real, copy=False)
+        over = np.array([1.0 / most if most else 0.0 for most in self.most])[:, None]
+        return np.asarray(np.broadcast_to(rows.T, (3, len(rows))) * over.astype(real))
+
+
 class Vertices:
     """One record for n vertices, checked: all that evaluators and plans read of them.
 
@@ -40,13 +59,12 @@ class Vertices:
     normals : array_like, callable or None
         Shape (n, 3), of any length; or what gives them when they are first read, for computing them can cost more
         than lighting. None: they are not known, and the vertices can only be planned for.
-    albedo : array_like, optional
-        Shape (n, 3): multiplies the material's ambient and diffuse.
+    maps : mapping, optional
+        Field of the material or its reflectance → what it is at each vertex, an array or a `Map`; see
+        `pvphong.optics.maps`.
     tangents : array_like or callable, optional
         Shape (n, 3), of any length but 0: directions along the surface, for reflectances that are not the same in all
         of them; or what gives them, as for normals.
-    maps : mapping, optional
-        What of the material is given vertex by vertex, as `Maps` takes it.
     visibility : VisibilityLike, optional
         What they see of lights and sky, for scenes with shadows or ambient occlusion.
 
@@ -60,17 +78,15 @@ class Vertices:
         self,
         points: Any,
         normals: Any | Callable[[], Any] | None,
-        albedo: Any = None,
+        maps: Mapping[str, Any] = MappingProxyType({}),
         visibility: VisibilityLike | None = None,
         *,
         tangents: Any | Callable[[], Any] | None = None,
-        maps: Mapping[str, Any] = MappingProxyType({}),
     ) -> None:
         self.points: FloatArray = check.array("points", points)
         self._normals = normals if callable(normals) else self._checked("normals", normals)
-        self.albedo: Any = None if albedo is None else checked_albedo(albedo, len(self.points))
+        self.maps: dict[str, Any] = {name: checked(name, value, len(self.points)) for name, value in maps.items()}
         self.visibility = visibility
-        self.maps = Maps(maps, len(self.points))
         self._tangents = tangents if callable(tangents) else self._checked("tangents", tangents)
 
     def __repr__(self) -> str:
@@ -106,6 +122,10 @@ class Vertices:
         return tangents
 
     def _checked(self, name: str, vectors: Any) -> Any:
+        if isinstance(vectors, Map):
+            vectors = vectors.source
+        if isinstance(vectors, str):
+            check.refuse(name, vectors, "an array where there is no mesh, shape (n, 3)")
         return None if vectors is None else check.array(name, vectors, count=len(self.points))
 
     def normals_if(self, needed: bool) -> FloatArray:
@@ -116,6 +136,25 @@ class Vertices:
             else np.broadcast_to(np.zeros(3, np.float32), self.points.shape)
         )
 
+    def tints(self, equation: Equation) -> dict[str, Tint]:
+        """What is multiplied by colours at each vertex, of what an equation reads."""
+        return {name: Tint(self.maps[name], brightest(name, self.maps[name])) for name in equation.needed_tints}
+
+    def without_maps(self, material: Material) -> Material:
+        """The material with no less than any vertex has, in place of its maps; colours as `brightest` has them."""
+        values: dict[str, Any] = {}
+        for name, rows in self.maps.items():
+            values[name] = brightest(name, rows) if name in COLORS else float(rows.max(initial=FIELDS[name].least))
+        return material.with_values(values)
+
+    @property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """The least and the greatest of the numbers that are no colours, of each map."""
+        numbers = {name: rows for name, rows in self.maps.items() if name not in COLORS}
+        return {
+            name: (float(rows.min()), float(rows.max())) if rows.size else (1.0, 1.0) for name, rows in numbers.items()
+        }
+
     def channels(self, equation: Equation) -> FloatArray | None:
         """Numbers at each vertex, a kind a row, as `Equation.channels` says; None where an equation reads none."""
         if not equation.channels:
@@ -124,7 +163,7 @@ class Vertices:
             "visibility": lambda equation: visibility_channels(equation, self.visibility),
             "tangents": self._turned_tangents,
         }
-        kinds = [of[kind](equation) if kind in of else self.maps.rows(kind) for kind in equation.channels]
+        kinds = [of[kind](equation) if kind in of else self.maps[kind].T for kind in equation.channels]
         return np.concatenate(kinds) if len(kinds) > 1 else kinds[0]
 
     def _turned_tangents(self, equation: Equation) -> FloatArray:
@@ -153,119 +192,3 @@ class Vertices:
         return Extent(self.points, known, matrix)
 
 
-# --- what of a material is given vertex by vertex
-
-
-_COLOR = "specular"
-_BOUNDS = {_COLOR: (0.0, 16.0), "shininess": (0.0, np.inf), "roughness": (np.nextafter(0.0, 1.0), 1.0)}
-_ALLOWED = {
-    _COLOR: "reflectances from 0, of which 1 is all, to 16, shape (n,) or (n, 3)",
-    "shininess": "finite numbers >= 0, shape (n,)",
-    "roughness": "numbers > 0 and <= 1, shape (n,)",
-}
-
-
-class Maps:
-    """Numbers of n vertices that replace a material's or its reflectance's.
-
-    Parameters
-    ----------
-    given : mapping
-        "specular", "shininess" or "roughness" → array with a number for each vertex, of "specular" a number or three;
-        or None.
-    count : int
-        How many vertices there are.
-
-    Raises
-    ------
-    ValueError
-        If an array has another shape or length, or a number in it is not allowed; the message names it.
-    """
-
-    def __init__(self, given: Mapping[str, Any], count: int) -> None:
-        self._rows = {k: checked_map(k, value, count).T for k, value in given.items() if value is not None}
-
-    @property
-    def ranges(self) -> dict[str, tuple[float, float]]:
-        """The least and the greatest number of each that is given; for specular, of its `rows`."""
-        found = {}
-        for name, rows in self._rows.items():
-            numbers = rows if rows.size and name != _COLOR else np.array((0.0, 1.0) if name == _COLOR else 1.0)
-            found[name] = float(numbers.min()), float(numbers.max())
-        return found
-
-    def brightest(self, material: Material) -> Material:
-        """The material with no less than any of the specular reflectances, channel by channel."""
-        return replace(material, specular=self._most) if _COLOR in self._rows else material
-
-    def rows(self, name: str) -> FloatArray:
-        """Shape (1, n); of specular (3, n), as parts of the brightest."""
-        rows = self._rows[name]
-        if name != _COLOR:
-            return rows
-        most = np.array(self._most)[:, None]
-        return np.divide(rows, most, out=np.zeros((3, rows.shape[1]), rows.dtype), where=most > 0.0)
-
-    @property
-    def _most(self) -> Vector:
-        """Powers of two, so that no vertex's bits depend on the others'."""
-        largest = np.broadcast_to(self._rows[_COLOR].max(axis=1, initial=0.0).astype(np.float64), 3)
-        mantissas, exponents = np.frexp(largest)
-        red, green, blue = np.ldexp(np.sign(mantissas), exponents - (mantissas == 0.5)).tolist()
-        return red, green, blue
-
-
-def checked_map(name: str, value: Any, count: int) -> FloatArray:
-    """An (n, 1) or (n, 3) array of float32 or float64."""
-    allowed = _ALLOWED[name]
-    given = check.real_array(name, value, allowed)
-    if name == _COLOR and given.dtype == np.uint8:
-        given = given / 255.0
-    numbers = given[:, None] if given.ndim == 1 else given
-    if numbers.ndim != 2 or numbers.shape[1] not in ((1, 3) if name == _COLOR else (1,)):
-        check.refuse(name, f"an array of shape {given.shape}", allowed)
-    if len(numbers) != count:
-        check.refuse(name, f"{len(numbers)} numbers", f"one per point, {count}")
-    numbers = numbers if numbers.dtype in (np.float32, np.float64) else numbers.astype(np.float64)
-    low, high = _BOUNDS[name]
-    is_bad = ~(np.isfinite(numbers) & (numbers >= low) & (numbers <= high)).all(axis=1)
-    if is_bad.any():
-        first = int(np.argmax(is_bad))
-        check.refuse(name, f"{numbers[first].tolist()} at vertex {first}", allowed)
-    return numbers
-
-
-# --- albedo: what the material's ambient and diffuse are multiplied by
-
-
-# Colours that were computed may be above 1 by rounding; what is more is 0-255 in disguise.
-_MOST = 1.001
-
-
-def checked_albedo(value: Any, count: int) -> Any:
-    """An (n, 3) array of uint8, float32 or float64, one row for each of `count` vertices; copied only if it has to be.
-
-    Raises
-    ------
-    ValueError
-        For another shape, another number of rows, integers other than uint8, or what is no number.
-    """
-    given = check.real_array("albedo", value, "an (n, 3) array of real numbers")
-    if given.ndim == 2 and given.shape[1] == 4:
-        check.refuse("albedo", f"an array of shape {given.shape}", "of shape (n, 3)", "Leave out the opacity: [:, :3].")
-    if given.dtype.kind in "iu" and given.dtype != np.uint8:
-        remedy = "Convert 0-255 to uint8, or divide it by 255."
-        check.refuse("albedo", f"an array of {given.dtype}", "uint8 or floats", remedy)
-    checked = check.rows if given.dtype == np.uint8 else check.array
-    albedo = checked("albedo", given, count=count)
-    if given.dtype != np.uint8 and len(albedo) and np.fmax.reduce(albedo, axis=None) > _MOST:
-        remedy = "Divide 0-255 by 255, or convert it to uint8."
-        check.refuse("albedo", f"floats up to {np.fmax.reduce(albedo, axis=None):g}", "floats from 0 to 1", remedy)
-    return albedo
-
-
-def reflectances(albedo: Any) -> FloatArray:
-    """Rows of a checked albedo as numbers in [0, 1]: uint8 counts as 0-255, floats are clipped, a NaN counts as 0."""
-    if albedo.dtype == np.uint8:
-        return albedo / 255.0
-    return np.fmin(np.fmax(albedo, 0.0), 1.0)  # fmax takes 0 before a NaN

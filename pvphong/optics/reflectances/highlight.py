@@ -37,6 +37,7 @@ from pvphong.base.formulas import (
 )
 from pvphong.base.types import Color, rgb
 from pvphong.geometry.extent import ROUNDED_UP
+from pvphong.optics.maps import number_or_map
 from pvphong.optics.reflectance import (
     ANYWHERE,
     HIGHLIGHT,
@@ -200,7 +201,7 @@ class Shiny(Reflectance):
 
     def __post_init__(self) -> None:
         if self.shininess is not None:
-            object.__setattr__(self, "shininess", check.number("shininess", self.shininess, at_least=0.0))
+            object.__setattr__(self, "shininess", number_or_map("shininess", self.shininess, at_least=0.0))
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:

@@ -23,7 +23,6 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from pvphong.base import check
 from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.formulas import (
     HALF,
@@ -43,6 +42,7 @@ from pvphong.base.formulas import (
 )
 from pvphong.base.types import rgb
 from pvphong.geometry.extent import ROUNDED_UP
+from pvphong.optics.maps import number_or_map
 from pvphong.optics.reflectance import ANYWHERE, Geometry, Reflectance, Sightline
 from pvphong.optics.reflectances.highlight import (
     HALFWAY,
@@ -139,7 +139,7 @@ class Microfacets(Reflectance):
 
     def __post_init__(self) -> None:
         remedy = "0.1 is polished, 0.5 satin, 1 matt."
-        roughness = check.number("roughness", self.roughness, above=0.0, at_most=1.0, remedy=remedy)
+        roughness = number_or_map("roughness", self.roughness, above=0.0, at_most=1.0, remedy=remedy)
         object.__setattr__(self, "roughness", roughness)
 
     @abstractmethod

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
@@ -34,6 +34,7 @@ from pvphong.base import check
 from pvphong.base.types import Backend, Float64Array, FloatArray, Weighting
 from pvphong.shading.equation import Equation
 from pvphong.shading.reference import Shading
+from pvphong.shading.vertices import Tint
 
 if TYPE_CHECKING:
     from pvphong.shading.kernel.code import Library
@@ -138,7 +139,7 @@ def shade(
     points: FloatArray,
     normals: FloatArray,
     equation: Equation,
-    albedo: FloatArray | None,
+    tints: Mapping[str, Tint],
     result: Shading,
     whole: Equation | None = None,
     *,
@@ -156,8 +157,8 @@ def shade(
         Shape (n, 3), float32 or float64, of any memory layout.
     equation : Equation
         What to evaluate.
-    albedo : ndarray or None
-        Shape (n, 3), as `checked_albedo` gives it; multiplies the material's ambient and diffuse.
+    tints : mapping
+        What `Vertices.tints` gives.
     result : Shading
         `rgb`, C-contiguous, is filled in: float32, float64, or uint8, which is float32 arithmetic rounded to
         0-255 for display.
@@ -181,7 +182,7 @@ def shade(
         return False
     from pvphong.shading.kernel import evaluation
 
-    done = evaluation.shade(library, points, normals, equation, albedo, result, whole or equation, channels, waits)
+    done = evaluation.shade(library, points, normals, equation, tints, result, whole or equation, channels, waits)
     _Process.has_run |= done
     return done
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numba
@@ -13,13 +13,14 @@ from numba import types
 
 from pvphong.base import threads
 from pvphong.base.types import FloatArray
+from pvphong.optics.maps import fractions
 from pvphong.shading.equation import Equation
 from pvphong.shading.kernel import code, driver, records
 from pvphong.shading.kernel.code import Library, NotCompiled, Request
 from pvphong.shading.kernel.vertices import BLOCK, ROWS
 from pvphong.shading.reference import Shading
 from pvphong.shading.reference import shade as shade_by_reference
-from pvphong.shading.vertices import reflectances
+from pvphong.shading.vertices import Tint
 
 # Vertices that a thread lights at a time, at least and at most: so many that calling compiled code shows in no time,
 # and so few that copies of arrays in another form take little room.
@@ -34,7 +35,7 @@ def shade(
     points: FloatArray,
     normals: FloatArray,
     equation: Equation,
-    albedo: FloatArray | None,
+    tints: Mapping[str, Tint],
     result: Shading,
     whole: Equation,
     channels: FloatArray | None,
@@ -44,6 +45,9 @@ def shade(
     rgb = result.rgb
     if result.base is not None or not rgb.flags.c_contiguous:
         return False
+    albedo = tints["albedo"].rows if "albedo" in tints else None
+    if albedo is not None and albedo.shape[1] == 1:
+        albedo = np.broadcast_to(albedo, (len(albedo), 3))
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
     if not records.can_take(whole, name_of(real), has_albedo=albedo is not None):
         return False
@@ -71,7 +75,7 @@ def shade(
         part = slice(first, last)
         shades = None if albedo is None else albedo[part]
         if shades is not None and shades.dtype != real:
-            shades = reflectances(shades)  # the kernel clips what it gets, but this may not even fit its type
+            shades = fractions("albedo", shades)  # the kernel clips what it gets, but this may not even fit its type
         seen = None if channels is None else channels[:, part]
         own = (
             as_plain(points[part], stored) if equation.needs_points else None,
@@ -86,8 +90,9 @@ def shade(
             return
         left = np.flatnonzero(declined)
         lit = Shading(np.empty((len(left), 3), real))
-        shades, seen = (None if shades is None else shades[left]), (None if seen is None else seen[:, left])
-        shade_by_reference(points[part][left], normals[part][left], equation, shades, lit, seen)
+        own_tints = {name: tint[part][left] for name, tint in tints.items()}
+        seen = None if seen is None else seen[:, left]
+        shade_by_reference(points[part][left], normals[part][left], equation, own_tints, lit, seen)
         rgb[part][left] = np.rint(np.clip(lit.rgb, 0.0, 1.0) * 255.0) if rgb.dtype == np.uint8 else lit.rgb
 
     threads.run(work, len(rgb), min(max(SHORTEST, -(-len(rgb) // (4 * threads.count()))), LONGEST))

@@ -202,7 +202,7 @@ class Records(NamedTuple):
 def can_take(equation: Equation, real: str, *, has_albedo: bool) -> bool:
     """Whether compiled code can: all lights and the reflectance have stages, and numbers are within its range."""
     lobes = equation.reflectance.lobes
-    if equation.maps or (has_albedo and any(lobe.tint for lobe in lobes)):
+    if equation.maps or equation.tints - {"albedo"} or (has_albedo and any(lobe.tint for lobe in lobes)):
         return False
     if len(lobes) > MOST_LOBES or type(equation.reflectance).factors not in FORMULAS:
         return False

@@ -18,7 +18,8 @@ from pvphong.base import check
 from pvphong.base.text import html_table, rendered, wrapped
 from pvphong.base.types import Backend, ByteArray, MatrixLike, Precision
 from pvphong.geometry.transform import normal_matrix
-from pvphong.optics.material import Material, check_material
+from pvphong.optics.maps import COLORS
+from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.shading import kernel, reference
 from pvphong.shading.equation import Equation, assemble, in_parts, relative_to_mesh
@@ -102,11 +103,11 @@ class Plan:
         ValueError
             If material, matrix or tolerance is not what it should be.
         """
-        check_material(material)
         tolerance = check.number("tolerance", tolerance, at_least=0.0)
         if matrix is not None:
             normal_matrix(matrix)  # refuses what cannot light, also where the scene does not need it
-        whole = assemble(scene, vertices.maps.brightest(material), matrix, vertices.maps.ranges)
+        tints = frozenset(vertices.maps).intersection(COLORS)
+        whole = assemble(scene, vertices.without_maps(material), matrix, vertices.ranges, tints)
         return cls.of_equation(relative_to_mesh(whole), vertices, tolerance)
 
     @classmethod
@@ -158,7 +159,7 @@ class Plan:
         normals, channels = vertices.normals_if(self.equation.needs_normals), vertices.channels(self.equation)
         waits = backend == "numba"
         tries_compiled = waits or (backend == "auto" and is_worth_loading(len(vertices), self.whole))
-        arrays = vertices.points, normals, self.equation, vertices.albedo, result
+        arrays = vertices.points, normals, self.equation, vertices.tints(self.equation), result
         if not (tries_compiled and kernel.shade(*arrays, self.whole, channels=channels, waits=waits)):
             reference.shade(*arrays, channels)
         return result
@@ -166,17 +167,17 @@ class Plan:
     def run_for_display(self, vertices: Vertices, out: ByteArray) -> None:
         """Lit colours of the vertices, computed in float32 and written as 0-255 into `out`, shape (n, 3), uint8."""
         points, normals = vertices.points, vertices.normals_if(self.equation.needs_normals)
-        albedo, channels = vertices.albedo, vertices.channels(self.equation)
+        tints, channels = vertices.tints(self.equation), vertices.channels(self.equation)
         is_worth_it = len(out) * len(self.whole.terms) >= (_WORTH_STARTING if kernel.has_run() else _WORTH_LOADING)
-        arrays = points, normals, self.equation, albedo, Shading(out), self.whole
+        arrays = points, normals, self.equation, tints, Shading(out), self.whole
         if is_worth_it and kernel.shade(*arrays, channels=channels, waits=False):
             return
         for start in range(0, len(out), _DISPLAYED_AT_ONCE):
             part = slice(start, start + _DISPLAYED_AT_ONCE)
             shading = Shading(np.empty((len(points[part]), 3), np.float32))
-            albedo_part = None if albedo is None else albedo[part]
+            tints_part = {name: tint[part] for name, tint in tints.items()}
             channels_part = None if channels is None else channels[:, part]
-            reference.shade(points[part], normals[part], self.equation, albedo_part, shading, channels_part)
+            reference.shade(points[part], normals[part], self.equation, tints_part, shading, channels_part)
             np.rint(np.clip(shading.rgb, 0.0, 1.0) * 255.0, out=out[part], casting="unsafe")
 
     def __getstate__(self) -> dict[str, Any]:

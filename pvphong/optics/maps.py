@@ -1,0 +1,185 @@
+"""Maps: what of a surface is given vertex by vertex, in place of one number or colour.
+
+A map is an array with a row for each vertex, the name of a mesh's point array, or a texture. Fields that may be one are
+in `FIELDS`; `checked` says of an array whether it is allowed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pvphong.base import check
+from pvphong.base.float_range import BRIGHTEST
+from pvphong.base.host import color_by_name
+from pvphong.base.types import FloatArray, Vector
+
+MOST_REFLECTED = 16.0
+"""A surface may be made to reflect more than all of the light, but more than this is 0-255 in disguise."""
+
+
+class Field(NamedTuple):
+    """What numbers a field may have, as a map and as one number or colour."""
+
+    is_color: bool
+    least: float
+    most: float
+    allowed: str
+
+
+FIELDS: Mapping[str, Field] = {
+    "albedo": Field(True, 0.0, 1.001, "parts of the light, from 0 to 1"),  # computed ones are above 1 by rounding
+    "diffuse": Field(True, 0.0, MOST_REFLECTED, "reflectances from 0, of which 1 is all, to 16"),
+    "specular": Field(True, 0.0, MOST_REFLECTED, "reflectances from 0, of which 1 is all, to 16"),
+    "emission": Field(True, 0.0, BRIGHTEST, "finite numbers >= 0"),
+    "shininess": Field(False, 0.0, float(np.finfo(float).max), "finite numbers >= 0"),
+    "roughness": Field(False, float(np.nextafter(0.0, 1.0)), 1.0, "numbers > 0 and <= 1"),
+    "metallic": Field(False, 0.0, 1.0, "numbers from 0 to 1"),
+}
+"""Name of a material's or a reflectance's field → what it may be."""
+
+COLORS = tuple(name for name, field in FIELDS.items() if field.is_color)
+
+
+class Map:
+    """An array or a texture in a field. Two are equal if they hold the same object, whatever its numbers are.
+
+    Parameters
+    ----------
+    source : array_like or pyvista.Texture
+        What a material was given; it is neither copied nor changed.
+    """
+
+    __slots__ = ("source",)
+
+    def __init__(self, source: Any) -> None:
+        self.source = source
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Map) and other.source is self.source
+
+    def __hash__(self) -> int:
+        return id(self.source)
+
+    def __repr__(self) -> str:
+        shape = getattr(self.source, "shape", None)
+        return f"<{type(self.source).__name__}{'' if shape is None else f' of shape {shape}'}>"
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
+        return np.array(self.source, dtype, copy=copy)
+
+
+def map_in(name: str, value: Any) -> Map | str | None:
+    """A field's value as a map: an array or a texture as a `Map`, a point array's name as it is; None for other values.
+
+    A string that is a colour's name, and three numbers, are a colour where a field is one.
+    """
+    is_color = name in COLORS
+    if isinstance(value, Map):
+        return value
+    if isinstance(value, str):
+        return None if is_color and is_color_name(value) else value
+    if is_texture(value):
+        return Map(value)
+    if isinstance(value, Sequence) and not isinstance(value, bytes):
+        is_map = not is_color or len(value) > 4 or any(isinstance(row, Sequence | np.ndarray) for row in value)
+        return Map(value) if is_map else None
+    shape = getattr(value, "shape", ())
+    return Map(value) if len(shape) > 1 or (len(shape) == 1 and not (is_color and shape[0] in (3, 4))) else None
+
+
+def is_color_name(value: str) -> bool:
+    """Whether PyVista takes a string for a colour."""
+    try:
+        color_by_name(value)
+    except ValueError:
+        return False
+    return True
+
+
+def is_texture(value: Any) -> bool:
+    """Whether it is a `pyvista.Texture` or a `vtkTexture`; neither is imported for that."""
+    return hasattr(value, "GetUseSRGBColorSpace")
+
+
+def number_or_map(name: str, value: Any, **bounds: Any) -> Any:
+    """A map, or a number within the bounds that `check.number` takes."""
+    found = map_in(name, value)
+    return check.number(name, value, **bounds) if found is None else found
+
+
+def refuse_unnamed(name: str, value: Any) -> None:
+    """Raise ValueError for a map that a file cannot keep: only names can be written."""
+    if isinstance(value, Map):
+        allowed = "a number or colour, a point array's name or an image file's path, where it is kept in a file"
+        remedy = "Store it as a point array of the mesh, and give its name."
+        check.refuse(name, value, allowed, remedy)
+
+
+def checked(name: str, value: Any, count: int) -> Any:
+    """A map's numbers for `count` vertices: uint8, float32 or float64, shape (n, 1), or (n, 3) for colours.
+
+    Raises
+    ------
+    ValueError
+        For another shape or length, integers other than uint8 as colours, or numbers that are not allowed. Of albedo,
+        which is clipped, only what is too large.
+    """
+    field = FIELDS[name]
+    allowed = f"{field.allowed}, shape (n,){' or (n, 3)' if field.is_color else ''}"
+    if isinstance(value, str):
+        check.refuse(name, repr(value), f"an array where there is no mesh: {allowed}")
+    given = check.real_array(name, value.source if isinstance(value, Map) else value, allowed)
+    if field.is_color and given.ndim == 2 and given.shape[1] == 4:
+        check.refuse(name, f"an array of shape {given.shape}", allowed, "Leave out the opacity: [:, :3].")
+    if given.ndim not in (1, 2) or (given.ndim == 2 and given.shape[1] not in ((1, 3) if field.is_color else (1,))):
+        check.refuse(name, f"an array of shape {given.shape}", allowed)
+    if len(given) != count:
+        check.refuse(name, f"{len(given)} rows", f"an array with one row per point, {count} rows")
+    numbers = given[:, None] if given.ndim == 1 else given
+    if field.is_color and numbers.dtype == np.uint8:
+        return numbers
+    if field.is_color and numbers.dtype.kind in "iu":
+        remedy = "Convert 0-255 to uint8, or divide it by 255."
+        check.refuse(name, f"an array of {numbers.dtype}", "uint8 or floats", remedy)
+    if numbers.dtype not in (np.float32, np.float64) or not numbers.dtype.isnative:
+        with np.errstate(over="ignore"):
+            numbers = numbers.astype(np.float32 if numbers.dtype.kind == "f" and numbers.itemsize == 4 else np.float64)
+    if not numbers.size:
+        return numbers
+    if name == "albedo":
+        largest = float(np.fmax.reduce(numbers, axis=None))
+        if largest > field.most:
+            remedy = "Divide 0-255 by 255, or convert it to uint8."
+            check.refuse(name, f"floats up to {largest:g}", "floats from 0 to 1", remedy)
+    elif not (numbers.min() >= field.least and numbers.max() <= field.most):  # nor if one is NaN
+        is_bad = ~((numbers >= field.least) & (numbers <= field.most)).all(axis=1)
+        first = int(np.argmax(is_bad))
+        is_255 = field.is_color and field.most < numbers[first].max() <= 255.0
+        remedy = "Divide 0-255 by 255, or convert it to uint8." if is_255 else ""
+        check.refuse(name, f"{numbers[first].tolist()} at vertex {first}", allowed, remedy)
+    return numbers
+
+
+def fractions(name: str, rows: Any) -> FloatArray:
+    """Rows of checked colours as floats: uint8 counts as 0-255; albedo is clipped to [0, 1], a NaN counts as 0."""
+    if rows.dtype == np.uint8:
+        return rows / 255.0
+    return np.fmin(np.fmax(rows, 0.0), 1.0) if name == "albedo" else rows  # fmax takes 0 before a NaN
+
+
+def brightest(name: str, rows: Any) -> Vector:
+    """A power of two for each channel that is no less than any of checked colours; 1 for albedo, 0 where all are 0.
+
+    Colours divided by it lose no bit, and no vertex's depend on others'.
+    """
+    if name == "albedo":
+        return 1.0, 1.0, 1.0
+    largest = np.broadcast_to(rows.max(axis=0, initial=0).astype(np.float64), 3)
+    if rows.dtype == np.uint8:
+        largest = np.minimum(largest, 1.0)
+    mantissas, exponents = np.frexp(largest)
+    red, green, blue = np.ldexp(np.sign(mantissas), exponents - (mantissas == 0.5)).tolist()
+    return red, green, blue
