@@ -141,7 +141,7 @@ def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
     return mesh
 
 
-def read_texture(path: str) -> Any:
+def read_texture(path: str, name: str = "albedo") -> Any:
     """The texture in an image file of any format that Pillow reads; VTK's readers would crash on damaged ones.
 
     Raises
@@ -151,12 +151,12 @@ def read_texture(path: str) -> Any:
     """
     from PIL import Image
 
-    _refuse_missing("albedo", Path(path), "a point array, or an image file that exists")
+    _refuse_missing(name, Path(path), "a point array, or an image file that exists")
     try:
         with Image.open(path) as image:
             values = np.asarray(image if image.mode[0] in "IF" else image.convert("RGB"))
     except Exception as error:  # its readers may raise anything
-        check.refuse("albedo", Path(path), "an image file that Pillow can read", _first_line([str(error)]))
+        check.refuse(name, Path(path), "an image file that Pillow can read", _first_line([str(error)]))
     return pv.Texture(values)
 
 

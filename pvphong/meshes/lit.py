@@ -7,6 +7,7 @@ viewer (`default_scene.py`); these give vertices, a plan is made for them, and `
 from __future__ import annotations
 
 import functools
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -19,10 +20,10 @@ from pvphong.base.types import Backend, FloatArray, MatrixLike, Precision, Weigh
 from pvphong.geometry.transform import transform_normals
 from pvphong.meshes.blocks import leaves, map_blocks
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.point_data import surface_and_point_data, tangents_from
+from pvphong.meshes.point_data import surface_and_maps, tangents_from
 from pvphong.meshes.surfaces import FeatureAngle, shallow_copy, split_sharp_edges, surface, vertex_normals
 from pvphong.meshes.visibility import visibility_of
-from pvphong.optics.material import Material
+from pvphong.optics.material import Material, as_material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, SceneLike, as_scene, light_labels
 from pvphong.shading.plan.plan import Plan
@@ -35,15 +36,10 @@ _PLAIN = Material()
 def shade_mesh(
     mesh: pv.DataSet,
     scene: SceneLike | None = None,
-    material: Material = _PLAIN,
+    material: Material | str = _PLAIN,
     *,
     name: str = "phong",
     matrix: MatrixLike | None = None,
-    albedo: Any = None,
-    specular: Any = None,
-    shininess: Any = None,
-    roughness: Any = None,
-    tangents: Any = None,
     components: bool = False,
     tolerance: float = 0.0,
     precision: Precision = "float32",
@@ -65,23 +61,12 @@ def shade_mesh(
     scene : Scene, light, or sequence of lights, optional
         Lights, viewer and light model, in world coordinates; the scene of `pvphong.default_scene` if not given.
         Without a viewer, it is seen as PyVista's camera frames the mesh.
-    material : Material, optional
-        The surface's reflectances; OpenGL's default material if not given.
+    material : Material or str, optional
+        The surface's reflectances, numbers or maps, or the name of a material; OpenGL's default material if not given.
     name : str, default "phong"
         Name of the array, shape (n_points, 3), linear RGB in [0, 1]; it becomes the active scalars.
     matrix : array_like, optional
         (4, 4) model matrix, as on an actor. It takes part in the lighting; the points stay as they are.
-    albedo : array_like, str or pyvista.Texture, optional
-        (n_points, 3) colours, or the name of a point array, that multiply the material's ambient and
-        diffuse. uint8 counts as 0-255; floats are clipped to [0, 1], a NaN counts as 0. Of a texture, the colours
-        at the mesh's texture coordinates: bilinear, with its `wrap`, and as linear light where it says that they
-        are sRGB; see `pvphong.meshes.point_data.texture_colors`.
-    specular, shininess, roughness : array_like or str, optional
-        (n_points,) numbers, of specular (n_points, 3) colours too, or the name of a point array, in place of the
-        material's or its reflectance's, which are the same at all points; see `pvphong.evaluate`.
-    tangents : array_like or str, optional
-        (n_points, 3) vectors along the surface, or the name of a point array, for reflectances that are not the
-        same in all directions; from the mesh's texture coordinates, where u grows, if not given.
     components : bool, default False
         Adds `<name>_ambient`, `<name>_diffuse`, `<name>_specular`, `<name>_emission`, which add up to
         the unclamped colour, `<name>_base` (emission and the light model's ambient) and one
@@ -128,11 +113,11 @@ def shade_mesh(
         check.refuse("name", name, "a string that is not empty")
     # shared first, and then read: what another thread replaces meanwhile is not half seen
     now = shallow_copy(mesh) if isinstance(mesh, pv.PolyData) else mesh
-    given = {"albedo": albedo, "specular": specular, "shininess": shininess, "roughness": roughness}
-    source, at_points = surface_and_point_data(now, given | {"tangents": tangents}, feature_angle)
+    material = as_material(material)
+    source, maps, tangents = surface_and_maps(now, material, feature_angle)
     scene = scene_for(source, scene, matrix)
     rays = {"occluders": occluders, "visibility": visibility, "tolerance": tolerance, "matrix": matrix}
-    vertices = vertices_of(source, scene=scene, backend=backend, **at_points, **rays)
+    vertices = vertices_of(source, maps, tangents, scene=scene, backend=backend, **rays)
     planned = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     shading = planned.run(vertices, components=components, backend=backend, precision=precision)
     lit = source if source is now else shallow_copy(source)
@@ -157,14 +142,11 @@ def shade_mesh(
 def plan(
     mesh_or_points: Any,
     scene: SceneLike | None = None,
-    material: Material = _PLAIN,
+    material: Material | str = _PLAIN,
     *,
     matrix: MatrixLike | None = None,
     tolerance: float = 0.0,
     feature_angle: FeatureAngle = None,
-    specular: Any = None,
-    shininess: Any = None,
-    roughness: Any = None,
     occluders: Any = (),
     visibility: Visibility | None = None,
 ) -> Plan:
@@ -183,13 +165,13 @@ def plan(
     scene : Scene, light, sequence of lights, or None
         What lights it; without a viewer, seen as PyVista's camera frames it. Of a mesh, None is the scene of
         `default_scene`.
-    material : Material, optional
-        The surface's reflectances; OpenGL's default material if not given.
+    material : Material or str, optional
+        As for `mesh.phong.shade`; for points its maps are arrays.
     matrix : array_like, optional
         (4, 4) model matrix.
     tolerance : float, default 0
         Largest absolute colour error that may be taken; 1/255 is one step of a display.
-    feature_angle, specular, shininess, roughness
+    feature_angle
         Of a mesh, as for `mesh.phong.shade`.
     occluders, visibility
         Of a mesh, as for `mesh.phong.shade`. No ray is cast: of bare points, what they see is not known.
@@ -204,12 +186,12 @@ def plan(
     ValueError
         If an argument has the wrong shape, type or range; the message names it.
     """
+    material = as_material(material)
     if isinstance(mesh_or_points, pv.DataSet):
-        maps = {"specular": specular, "shininess": shininess, "roughness": roughness}
-        source, at_points = surface_and_point_data(mesh_or_points, maps, feature_angle)
+        source, maps, tangents = surface_and_maps(mesh_or_points, material, feature_angle)
         scene = scene_for(source, scene, matrix)
         rays: dict[str, Any] = {"occluders": occluders, "visibility": visibility, "matrix": matrix}
-        vertices = vertices_of(source, scene=scene, **rays, **at_points)
+        vertices = vertices_of(source, maps, tangents, scene=scene, **rays)
         return Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     allowed = "a mesh or an (n, 3) array of real numbers"
     if isinstance(mesh_or_points, pv.MultiBlock):
@@ -218,7 +200,7 @@ def plan(
     if isinstance(mesh_or_points, vtkDataObject):
         remedy = "pyvista.wrap(...) makes a mesh of VTK's datasets."
         check.refuse("mesh_or_points", f"a {type(mesh_or_points).__name__}", allowed, remedy)
-    vertices = Vertices(check.array("mesh_or_points", mesh_or_points, allowed=allowed), None)
+    vertices = Vertices(check.array("mesh_or_points", mesh_or_points, allowed=allowed), None, material.maps)
     scene = as_scene(scene, lambda: vertices.bounds(matrix))
     result = Plan.of(scene, material, vertices, matrix=matrix, tolerance=tolerance)
     is_open = bool(tolerance) and any(result.equation.has(term, "specular") for term in result.equation.terms)
@@ -338,16 +320,15 @@ def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None, *, back
 
 def vertices_of(
     source: pv.PolyData,
+    maps: Mapping[str, Any],
+    tangents: Any,
     *,
-    albedo: Any = None,
-    tangents: Any = None,
     scene: Scene,
     occluders: Any = (),
     visibility: Visibility | None = None,
     matrix: MatrixLike | None = None,
     tolerance: float = 0.0,
     backend: Backend = "auto",
-    **maps: Any,
 ) -> Vertices:
     """A surface's vertices for a scene; normals, tangents and rays are found when they are first used."""
     normals = functools.cache(lambda: point_normals(source, backend=backend))
@@ -357,7 +338,7 @@ def vertices_of(
     elif scene.light_model.needs_rays:
         seen = visibility_of(source, normals, scene, occluders=occluders, tolerance=tolerance, matrix=matrix)
     tangents = tangents_from(source, normals) if tangents is None else tangents
-    return Vertices(source.points, normals, albedo, seen, tangents=tangents, maps=maps)
+    return Vertices(source.points, normals, maps, seen, tangents=tangents)
 
 
 def one_surface(blocks: pv.MultiBlock) -> pv.PolyData:

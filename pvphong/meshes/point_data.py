@@ -1,9 +1,10 @@
-"""What is given for each point, as an array, its name or a texture, at the points of the surface that is lit."""
+"""A material's maps, given as arrays, names or textures, at the points of the surface that is lit."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NoReturn
 
 import numpy as np
 import pyvista as pv
@@ -12,27 +13,38 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong.base import check
 from pvphong.base.color import linear_from_srgb
+from pvphong.base.host import color_names
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.geometry.normals import point_tangents
 from pvphong.meshes.surfaces import FeatureAngle, has_faces, polygons, split_sharp_edges, surface
-from pvphong.shading.vertices import checked_albedo, checked_map
+from pvphong.optics.maps import COLORS, IMAGES, SHINIEST, Map, checked, is_texture
+from pvphong.optics.material import Material
 
 _TO_POINTS = "mesh.cell_data_to_point_data() turns cell arrays into point arrays."
 
 
-def surface_and_point_data(
-    mesh: pv.DataSet, given: Mapping[str, Any], feature_angle: FeatureAngle = None
-) -> tuple[pv.PolyData, dict[str, Any]]:
-    """The surface, split along its sharp edges, and what was given, at its points.
+def surface_and_maps(
+    mesh: pv.DataSet, material: Material, feature_angle: FeatureAngle = None
+) -> tuple[pv.PolyData, dict[str, Any], Any]:
+    """The surface, split along its sharp edges, and a material's maps and tangents at its points.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
         It is not modified.
-    given : mapping
-        Argument's name → array with a row for each point of the mesh, the name of a point array, a texture, or None.
+    material : Material
+        Arrays in it have a row for each point of the mesh; names are those of point arrays.
     feature_angle : float, "auto" or None
         As for `split_sharp_edges`.
+
+    Returns
+    -------
+    source : pyvista.PolyData
+        The surface.
+    maps : dict
+        Field → array with a row for each of its points.
+    tangents : ndarray or None
+        The same of the material's tangents; None if it has none.
 
     Raises
     ------
@@ -40,43 +52,83 @@ def surface_and_point_data(
         If the mesh has no surface, or no array of a name, or an array has not a row for each point; or for a texture
         without texture coordinates.
     """
-    arrays = {k: value for k, value in given.items() if not (isinstance(value, str | None) or is_texture(value))}
-    for name, value in arrays.items():
-        if isinstance(value, np.ndarray) and len(value) == mesh.n_cells != mesh.n_points:
-            got = f"{len(value)} rows, one per cell"
-            check.refuse(name, got, f"one per point, {mesh.n_points} rows", _TO_POINTS)
+    given: dict[str, Any] = given_maps(material)
+    arrays = {name: value.source for name, value in given.items() if isinstance(value, Map) and not is_texture(value.source)}
     if isinstance(mesh, pv.PolyData) or not arrays:
         whole = surface(mesh)
     else:  # a mesh with points inside: its arrays are carried along to its surface
         carrier = mesh.copy(deep=False)
         for name, value in arrays.items():
-            carrier.point_data[f"_pvphong_{name}"] = _checked(name, value, mesh.n_points)
+            carrier.point_data[f"_pvphong_{name}"] = _checked(name, value, mesh)
         whole = surface(carrier)
-        arrays = {name: whole.point_data.pop(f"_pvphong_{name}") for name in arrays}
+        given |= {name: whole.point_data.pop(f"_pvphong_{name}") for name in arrays}
     source, points = split_sharp_edges(whole, feature_angle)
-    found: dict[str, Any] = dict.fromkeys(given)
-    for name, value in given.items():
-        if name in arrays:
-            found[name] = values_at(name, arrays[name], points, whole.n_points)
-        elif is_texture(value):
-            found[name] = texture_colors(value, source)
-        elif isinstance(value, str):
-            if value in mesh.cell_data and value not in source.point_data:
-                check.refuse(name, f"{value!r}, a cell array", "a point array", _TO_POINTS)
-            found[name] = source.point_data[check.choice(name, value, source.point_data.keys())]
-    return source, found
+    found = {name: values_at(name, value, whole, source, points) for name, value in given.items()}
+    return source, found, found.pop("tangents", None)
 
 
-def values_at(name: str, given: Any, points: NDArray[Any] | None, count: int) -> Any:
-    """What was given for so many points, at those that `split_sharp_edges` gives."""
-    return given if given is None or points is None else _checked(name, given, count)[points]
+def given_maps(material: Material) -> dict[str, Map | str]:
+    """A material's maps, and its tangents as one of them."""
+    return material.maps | ({} if material.tangents is None else {"tangents": material.tangents})
 
 
-def _checked(name: str, given: Any, count: int) -> Any:
-    """An array with a row for each point."""
-    if name == "albedo":
-        return checked_albedo(given, count)
-    return check.array(name, given, count=count) if name == "tangents" else checked_map(name, given, count)
+def values_at(name: str, given: Any, whole: pv.PolyData, source: pv.PolyData, points: NDArray[Any] | None) -> Any:
+    """A map's values at a surface's points.
+
+    Parameters
+    ----------
+    name : str
+        Of the field.
+    given : Map, array_like, texture or str
+        What it is.
+    whole, source : pyvista.PolyData
+        The surface before its edges were split, and after that.
+    points : ndarray or None
+        For each of its points the one of the whole; None where they are the same.
+    """
+    value = given.source if isinstance(given, Map) else given
+    if isinstance(value, str) and value not in source.point_data:
+        if Path(value).suffix.lower() in IMAGES:
+            from pvphong.meshes.files import read_texture  # what reads files is not loaded to light a mesh
+
+            value = read_texture(value, name)
+        elif value in whole.cell_data:
+            check.refuse(name, f"{value!r}, a cell array", "a point array", _TO_POINTS)
+        else:
+            _refuse_unknown(name, value, source)
+    if isinstance(value, str):
+        return np.asarray(source.point_data[value])
+    if is_texture(value):
+        return _of_texture(name, value, source)
+    return _checked(name, value, whole) if points is None else _checked(name, value, whole)[points]
+
+
+def _refuse_unknown(name: str, value: str, source: pv.PolyData) -> NoReturn:
+    """Raise ValueError for a name that no point array has, nor a colour."""
+    names = list(source.point_data.keys())
+    remedy = check.meant(value, [*names, *(color_names() if name in COLORS else ())])
+    check.refuse(name, repr(value), f"the name of a point array ({', '.join(names) or 'there is none'})", remedy)
+
+
+def _of_texture(name: str, texture: Any, source: pv.PolyData) -> FloatArray:
+    """A texture's colours; of a field that is a number, its grey, for shininess as parts of `SHINIEST`."""
+    if name == "tangents":
+        check.refuse(name, "a texture", "a point array, or its name")
+    colors = texture_colors(texture, source, name)
+    if name in COLORS:
+        return colors
+    if not (colors == colors[:, :1]).all():
+        remedy = "Take the channel that holds it, as in pv.Texture(image[:, :, 1])."
+        check.refuse(name, "a texture of colours", "a texture of one channel, or a grey one", remedy)
+    return colors[:, 0] * (SHINIEST if name == "shininess" else 1.0)
+
+
+def _checked(name: str, given: Any, mesh: pv.DataSet) -> Any:
+    """An array with a row for each of the mesh's points."""
+    if len(given) == mesh.n_cells != mesh.n_points:
+        check.refuse(name, f"{len(given)} rows, one per cell", f"one per point, {mesh.n_points} rows", _TO_POINTS)
+    count = mesh.n_points
+    return check.array(name, given, count=count) if name == "tangents" else checked(name, given, count)
 
 
 # vtkTexture's numbers for what is beyond the picture; 3 is its border colour.
@@ -89,12 +141,7 @@ _AT_ONCE = 2**14
 _TO_COORDINATES = "mesh.texture_map_to_plane() and mesh.texture_map_to_sphere() give texture coordinates."
 
 
-def is_texture(given: Any) -> bool:
-    """Whether it is a `pyvista.Texture` or a `vtkTexture`; neither is imported for that."""
-    return hasattr(given, "GetUseSRGBColorSpace")
-
-
-def texture_colors(texture: Any, source: pv.PolyData) -> Float64Array:
+def texture_colors(texture: Any, source: pv.PolyData, name: str = "albedo") -> Float64Array:
     """A texture's colours at a surface's points, bilinear between the centres of texels.
 
     The texture's `wrap` is honoured, `interpolate` and `mipmap` are not: vertices are no pixels. Where it says that its
@@ -107,6 +154,8 @@ def texture_colors(texture: Any, source: pv.PolyData) -> Float64Array:
         An image of 1 to 4 channels, uint8 or floats from 0 to 1.
     source : pyvista.PolyData
         With texture coordinates; a point whose coordinates are not finite is black.
+    name : str, default "albedo"
+        What an error calls it.
 
     Returns
     -------
@@ -121,8 +170,8 @@ def texture_colors(texture: Any, source: pv.PolyData) -> Float64Array:
     coordinates = _coordinates(source)
     if coordinates is None:
         allowed = "an array, its name, or a texture for a mesh with texture coordinates"
-        check.refuse("albedo", "a texture for a mesh without them", allowed, _TO_COORDINATES)
-    texels, wrap = _texels(texture), int(texture.GetWrap())
+        check.refuse(name, "a texture for a mesh without them", allowed, _TO_COORDINATES)
+    texels, wrap = _texels(texture, name), int(texture.GetWrap())
     border, is_encoded = np.array(texture.GetBorderColor()[:3]), bool(texture.GetUseSRGBColorSpace())
     if texels.dtype == np.uint8:
         steps = np.arange(256) / 255.0
@@ -152,19 +201,19 @@ def _coordinates(source: pv.PolyData) -> FloatArray | None:
     return None if found is None or found.ndim != 2 or found.shape[1] < 2 else np.asarray(found)[:, :2]
 
 
-def _texels(texture: Any) -> NDArray[Any]:
+def _texels(texture: Any, name: str) -> NDArray[Any]:
     """Shape (height, width, 1 or 3): from below to above."""
     image = texture.GetInput()
     scalars = None if image is None else image.GetPointData().GetScalars()
     if texture.GetCubeMap() or scalars is None or image.GetDimensions()[2] != 1:
-        check.refuse("albedo", "a texture without one", "a texture with a flat image", "pv.read_texture reads one.")
+        check.refuse(name, "a texture without one", "a texture with a flat image", "pv.read_texture reads one.")
     if texture.GetColorMode() == _MAPPED:
         remedy = 'texture.color_mode = "direct" takes its numbers as colours.'
-        check.refuse("albedo", "a texture with a lookup table", "a texture of colours", remedy)
+        check.refuse(name, "a texture with a lookup table", "a texture of colours", remedy)
     values = vtk_to_numpy(scalars)
     if values.dtype != np.uint8 and values.dtype.kind != "f":
         remedy = "Convert 0-255 to uint8, or divide it by 255."
-        check.refuse("albedo", f"a texture of {values.dtype}", "a texture of uint8 or floats", remedy)
+        check.refuse(name, f"a texture of {values.dtype}", "a texture of uint8 or floats", remedy)
     width, height, _ = image.GetDimensions()
     texels = values.reshape(height, width, -1)
     return texels[..., :3] if texels.shape[2] > 2 else texels[..., :1]

@@ -40,6 +40,12 @@ FIELDS: Mapping[str, Field] = {
 }
 """Name of a material's or a reflectance's field → what it may be."""
 
+IMAGES = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff")
+"""How the path of an image file ends; a string that ends so, and names no point array, is one."""
+
+SHINIEST = 128.0
+"""The shininess of a texture's white: OpenGL's largest (2.1 specification, table 2.10)."""
+
 COLORS = tuple(name for name, field in FIELDS.items() if field.is_color)
 
 

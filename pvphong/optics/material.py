@@ -36,7 +36,8 @@ class Material:
     A color is a float (grey), RGB floats (1.0 = full), or a colour's name. Where it says "or map", it may differ from
     vertex to vertex: the name of a mesh's point array, an array with a row for each vertex, a `pyvista.Texture` that is
     laid on by the mesh's texture coordinates, or the path of an image file for one. Colours of uint8 count as 0-255.
-    A string that is a colour's name is that colour, and three numbers are one colour.
+    A string that is a colour's name is that colour, and three numbers are one colour. A texture's white is a shininess
+    of 128, OpenGL's largest.
 
     Parameters
     ----------
