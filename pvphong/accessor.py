@@ -36,7 +36,7 @@ _PLAIN = Material()
 Options = ParamSpec("Options")
 Result = TypeVar("Result")
 Method = TypeVar("Method", bound=Callable[..., Any])
-Materials = Material | Mapping[str, Material]
+Materials = Material | str | Mapping[str, Material | str]
 
 
 def _of_mesh(
@@ -70,7 +70,7 @@ class MeshPhong:
     color_view = _of_mesh(pictures.color_view)
 
     def validate(
-        self, scene: SceneLike | None = None, material: Material = _PLAIN, *, matrix: MatrixLike | None = None
+        self, scene: SceneLike | None = None, material: Material | str = _PLAIN, *, matrix: MatrixLike | None = None
     ) -> Comparison:
         """Compare the lit colours with those of VTK's own shader, vertex by vertex; see `pvphong.validate`."""
         from pvphong.studies.validate.validation import validate
@@ -80,14 +80,13 @@ class MeshPhong:
     def refine(
         self,
         scene: SceneLike | None = None,
-        material: Material = _PLAIN,
+        material: Material | str = _PLAIN,
         *,
         tolerance: float,
         max_points: int | None = None,
         name: str = "phong",
         placement: Placement = "linear",
         matrix: MatrixLike | None = None,
-        albedo: Any = None,
         precision: Precision = "float32",
         feature_angle: FeatureAngle = None,
     ) -> pv.PolyData:
@@ -99,7 +98,7 @@ class MeshPhong:
 
         Parameters
         ----------
-        scene, material, name, matrix, albedo, precision, feature_angle
+        scene, material, name, matrix, precision, feature_angle
             As for `shade`.
         tolerance : float
             Largest absolute colour error that may be left inside triangles, > 0; 1/255 is one step of a display.
@@ -139,7 +138,6 @@ class MeshPhong:
             name=name,
             placement=placement,
             matrix=matrix,
-            albedo=albedo,
             precision=precision,
             feature_angle=feature_angle,
         )
@@ -147,17 +145,16 @@ class MeshPhong:
     def interpolation_error(
         self,
         scene: SceneLike | None = None,
-        material: Material = _PLAIN,
+        material: Material | str = _PLAIN,
         *,
         matrix: MatrixLike | None = None,
-        albedo: Any = None,
         feature_angle: FeatureAngle = None,
     ) -> pv.PolyData:
         """A new mesh that says for each triangle how far interpolated colours are from per-pixel shading.
 
         Parameters
         ----------
-        scene, material, matrix, albedo, feature_angle
+        scene, material, matrix, feature_angle
             As for `shade`.
 
         Returns
@@ -173,13 +170,13 @@ class MeshPhong:
         """
         from pvphong.studies.refine import interpolation_error
 
-        options: dict[str, Any] = {"matrix": matrix, "albedo": albedo, "feature_angle": feature_angle}
+        options: dict[str, Any] = {"matrix": matrix, "feature_angle": feature_angle}
         return interpolation_error(self._mesh, scene, material, **options)
 
     def tradeoff(
         self,
         scene: SceneLike | None = None,
-        material: Material = _PLAIN,
+        material: Material | str = _PLAIN,
         *,
         tolerance: float = 1.0 / 255.0,
         seconds: float = 20.0,
@@ -278,7 +275,7 @@ class BlocksPhong:
         return self._by_path(self._each("validate", scene, material, options))
 
     @_options_of(MeshPhong.tradeoff)
-    def tradeoff(self, scene: SceneLike | None = None, material: Material = _PLAIN, **options: Any) -> Tradeoff:
+    def tradeoff(self, scene: SceneLike | None = None, material: Material | str = _PLAIN, **options: Any) -> Tradeoff:
         """What accuracy costs in time on all blocks together, as one surface of one material."""
         from pvphong.studies.accuracy.measure import tradeoff
 

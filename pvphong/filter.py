@@ -9,7 +9,7 @@ from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 
 from pvphong.meshes.lit import shade_mesh
-from pvphong.optics.material import Material, check_material
+from pvphong.optics.material import Material, as_material
 from pvphong.scene.scene import Scene, SceneLike, as_scene
 
 
@@ -50,9 +50,9 @@ class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class 
         """The scene that lights the input; without lights at first."""
         return self._scene
 
-    def SetMaterial(self, material: Material) -> None:
+    def SetMaterial(self, material: Material | str) -> None:
         """Set the surface's material; an equal one changes nothing."""
-        check_material(material)
+        material = as_material(material)
         if material != self._material:
             self._material = material
             self.Modified()

@@ -165,6 +165,11 @@ class Equation:
         """The largest factor of each lobe at any vertex."""
         return tuple(max(each.most(k) for each in self.extremes) for k in range(len(self.reflectance.lobes)))
 
+    @cached_property
+    def sharpness(self) -> float:
+        """The greatest that the reflectance has at any vertex."""
+        return max(each.sharpness for each in self.extremes)
+
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
         """The reflectance's forms; None where they are not the same at all vertices."""

@@ -16,7 +16,8 @@ from pvphong.geometry.extent import Extent
 from pvphong.geometry.transform import transform_vectors
 from pvphong.optics.maps import COLORS, FIELDS, Map, brightest, checked, fractions
 from pvphong.optics.material import Material
-from pvphong.shading.equation import Equation
+from pvphong.scene.scene import Scene
+from pvphong.shading.equation import Equation, assemble
 from pvphong.shading.visibility import VisibilityLike, visibility_channels
 
 _TO_TANGENTS = (
@@ -154,6 +155,17 @@ class Vertices:
         return {
             name: (float(rows.min()), float(rows.max())) if rows.size else (1.0, 1.0) for name, rows in numbers.items()
         }
+
+    def equation(self, scene: Scene, material: Material, matrix: MatrixLike | None) -> Equation:
+        """The whole lighting equation of a scene and a material whose maps these are.
+
+        Raises
+        ------
+        ValueError
+            As `assemble`.
+        """
+        tints = frozenset(self.maps).intersection(COLORS)
+        return assemble(scene, self.without_maps(material), matrix, self.ranges, tints)
 
     def channels(self, equation: Equation) -> FloatArray | None:
         """Numbers at each vertex, a kind a row, as `Equation.channels` says; None where an equation reads none."""

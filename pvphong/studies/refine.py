@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 from pvphong.base import check
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, Precision
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.lit import point_normals
-from pvphong.meshes.point_data import surface_and_point_data
+from pvphong.meshes.lit import point_normals, vertices_of
+from pvphong.meshes.point_data import surface_and_maps
 from pvphong.meshes.surfaces import ORIGINAL_POINT, FeatureAngle, has_faces, shallow_copy
-from pvphong.optics.material import Material, check_material
+from pvphong.optics.material import Material, as_material
 from pvphong.scene.scene import SceneLike
 from pvphong.shading.inside.interpolation import Lighting, LitVertices, all_errors
 from pvphong.shading.inside.splitting import Refinement, Stopped
-from pvphong.shading.vertices import checked_albedo, reflectances
 from pvphong.shading.visibility import refuse_rays
 
 Placement = Literal["linear", "smooth"]
@@ -41,14 +40,13 @@ _ERROR = "_interpolation_error"
 def refine(
     mesh: pv.DataSet,
     scene: SceneLike | None,
-    material: Material,
+    material: Material | str,
     *,
     tolerance: float,
     max_points: int | None = None,
     name: str = "phong",
     placement: Placement = "linear",
     matrix: MatrixLike | None = None,
-    albedo: Any = None,
     precision: Precision = "float32",
     feature_angle: FeatureAngle = None,
 ) -> pv.PolyData:
@@ -69,7 +67,7 @@ def refine(
         A dataset with faces; it is not modified. Polygons and strips are cut into triangles first; of other
         than PolyData the extracted surface is taken. Vertex and line cells are left out.
     scene, material
-        As for `evaluate`.
+        As for `mesh.phong.shade`; maps are taken at the mesh's own points, and interpolated like the colours.
     tolerance : float
         Largest absolute colour error that may be left, > 0; 1/255 is one step of a display.
     max_points : int, optional
@@ -84,8 +82,6 @@ def refine(
         stays straight, so that cracks cannot open and creases with points of their own stay sharp.
     matrix : array_like, optional
         (4, 4) model matrix. It takes part in the lighting only: the mesh's points stay where they are.
-    albedo : array_like, str or pyvista.Texture, optional
-        As for `mesh.phong.shade`, at the mesh's own points; it is interpolated like the colours.
     precision : {"float32", "float64"}
         Of the colours in the result. They are evaluated in float64.
     feature_angle : float, "auto" or None, default None
@@ -143,13 +139,13 @@ def refine(
         check.refuse("name", name, "a string that is not empty")
     smooth = check.choice("placement", placement, get_args(Placement)) == "smooth"
     real = check.choice("precision", precision, get_args(Precision))
-    lit = _lit_triangles(mesh, scene, material, matrix, albedo, feature_angle)
+    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle)
     count = lit.mesh.n_points
     limit = count + _MOST_ADDED if max_points is None else max_points
     if isinstance(limit, bool) or not isinstance(limit, numbers.Integral) or limit < count:
         check.refuse("max_points", max_points, f"an integer >= {count}, the points that the mesh has, or None")
     with _far_ranges_allowed():
-        refinement = Refinement(lit.mesh.points, lit.blended, lit.albedo, lit.corners, lit.lighting, smooth)
+        refinement = Refinement(lit.mesh.points, lit.blended, lit.corners, lit.lighting, smooth)
         stopped = refinement.run(tolerance, int(limit))
     result, left = _split_mesh(lit, refinement), float(refinement.errors.max(initial=0.0))
     quality = f"{tolerance:.3g} everywhere, off by up to {left:.3g}"
@@ -171,17 +167,16 @@ def refine(
 def interpolation_error(
     mesh: pv.DataSet,
     scene: SceneLike | None,
-    material: Material,
+    material: Material | str,
     *,
     matrix: MatrixLike | None = None,
-    albedo: Any = None,
     feature_angle: FeatureAngle = None,
 ) -> pv.PolyData:
     """A new mesh that says how far colours interpolated across each triangle are from per-pixel shading.
 
     Parameters
     ----------
-    mesh, scene, material, matrix, albedo, feature_angle
+    mesh, scene, material, matrix, feature_angle
         As for `refine`.
 
     Returns
@@ -197,10 +192,11 @@ def interpolation_error(
     ValueError
         As `refine`.
     """
-    lit = _lit_triangles(mesh, scene, material, matrix, albedo, feature_angle)
+    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle)
     points, normals = lit.mesh.points.astype(np.float64), lit.blended
     with _far_ranges_allowed():
-        vertices = LitVertices(points, normals, normals, lit.albedo, lit.lighting.colors(points, normals, lit.albedo))
+        maps = lit.lighting.maps
+        vertices = LitVertices(points, normals, normals, maps, lit.lighting.colors(points, normals, maps))
         errors = all_errors(vertices, lit.corners, lit.lighting)
     result = shallow_copy(lit.mesh)
     result.cell_data["phong" + _ERROR] = errors
@@ -216,25 +212,22 @@ class _LitTriangles(NamedTuple):
     blended: Float64Array
     """The same, divided by 2**exponent so that the longest is near 1 and no blend overflows; 0 if not finite."""
     exponent: int
-    albedo: Float64Array | None
     lighting: Lighting
 
 
 def _lit_triangles(
     mesh: pv.DataSet,
     given_scene: SceneLike | None,
-    material: Material,
+    material: Material | str,
     matrix: MatrixLike | None,
-    albedo: Any,
     feature_angle: FeatureAngle,
 ) -> _LitTriangles:
-    check_material(material)
-    source, found = surface_and_point_data(mesh, {"albedo": albedo}, feature_angle)
-    scene, given = scene_for(source, given_scene, matrix), found["albedo"]
+    material = as_material(material)
+    source, maps, tangents = surface_and_maps(mesh, material, feature_angle)
+    scene = scene_for(source, given_scene, matrix)
     refuse_rays(scene, "where colours inside of triangles count")
     if not has_faces(source):
         check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", "A cloud has no inside.")
-    factors = None if given is None else reflectances(checked_albedo(given, source.n_points)).astype(np.float64)
     triangles, first = source, source.n_verts + source.n_lines
     if not source.is_all_triangles:  # VTK's triangulation would mix up the arrays of vertex and line cells and of faces
         faces = shallow_copy(source)
@@ -249,8 +242,8 @@ def _lit_triangles(
     blended[~np.isfinite(blended).all(axis=1)] = 0.0
     exponent = int(np.frexp(np.abs(blended).max(initial=0.0))[1])
     corners, blended = triangles.regular_faces.astype(np.intp), np.ldexp(blended, -exponent)
-    lighting = Lighting(scene, material, matrix)
-    return _LitTriangles(triangles, corners, normals, blended, exponent, factors, lighting)
+    lighting = Lighting(scene, material, matrix, vertices_of(source, maps, tangents, scene=scene))
+    return _LitTriangles(triangles, corners, normals, blended, exponent, lighting)
 
 
 def _far_ranges_allowed() -> np.errstate:

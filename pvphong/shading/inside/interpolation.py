@@ -12,8 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
-from itertools import chain
+from itertools import chain, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,11 +21,13 @@ from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike
 from pvphong.base.vectors import columns, dot, towards, unit, unit_vector
 from pvphong.geometry.transform import normal_matrix, transform_points
 from pvphong.optics.light import Light
+from pvphong.optics.maps import Map, fractions
 from pvphong.optics.material import Material
 from pvphong.optics.roles import Aim, Angle, Power
 from pvphong.scene.scene import Scene
-from pvphong.shading.equation import Equation, LightTerm, assemble
+from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.evaluation import evaluate
+from pvphong.shading.vertices import Vertices
 
 # Samples that are held in memory at a time.
 _SAMPLES = 2**18
@@ -35,34 +36,55 @@ _SAMPLES = 2**18
 # --- what is compared
 
 
-@dataclass(frozen=True)
 class Lighting:
-    """What a surface is lit by."""
+    """What a surface is lit by, and how it reflects.
 
-    scene: Scene
-    material: Material
-    matrix: MatrixLike | None
+    Parameters
+    ----------
+    scene : Scene
+        With a viewer.
+    material : Material
+        Its maps are not read.
+    matrix : array_like or None
+        (4, 4) model matrix.
+    vertices : Vertices
+        With the material's maps.
 
-    def colors(self, points: FloatArray, normals: FloatArray, albedo: Float64Array | None) -> Float64Array:
-        """(n, 3) lit colours before they are clamped."""
+    Attributes
+    ----------
+    equation : Equation
+        The whole lighting equation.
+    maps : ndarray
+        Shape (n, k): the maps, and tangents where the reflectance needs them, in float64, side by side.
+    """
+
+    def __init__(self, scene: Scene, material: Material, matrix: MatrixLike | None, vertices: Vertices) -> None:
+        self.scene, self.matrix = scene, matrix
+        self.equation = vertices.equation(scene, material, matrix)
+        self._material = material
+        columns = {name: fractions(name, rows).astype(np.float64) for name, rows in vertices.maps.items()}
+        if self.equation.needs_tangents:
+            columns["tangents"] = vertices.tangents.astype(np.float64)
+        ends = np.cumsum([0, *(rows.shape[1] for rows in columns.values())]).tolist()
+        self._columns = {name: slice(*part) for name, part in zip(columns, pairwise(ends), strict=True)}
+        self.maps = np.concatenate([np.zeros((len(vertices), 0)), *columns.values()], axis=1)
+
+    def colors(self, points: FloatArray, normals: FloatArray, maps: Float64Array) -> Float64Array:
+        """(n, 3) lit colours before they are clamped, for rows of `maps`."""
+        material = self._material.with_values({name: Map(maps[:, part]) for name, part in self._columns.items()})
         unclamped = replace(self.scene, light_model=replace(self.scene.light_model, clamp=False))
         options: dict[str, Any] = {"matrix": self.matrix, "precision": "float64", "backend": "numpy"}
-        shading = evaluate(points, normals, unclamped, self.material, albedo=albedo, **options)
+        shading = evaluate(points, normals, unclamped, material, **options)
         return shading.rgb.astype(np.float64, copy=False)
 
     def shown(self, colors: Float64Array) -> Float64Array:
         """Colours as the light model shows them, clamped or not."""
         return np.clip(colors, 0.0, 1.0) if self.scene.light_model.clamp else colors
 
-    @cached_property
-    def equation(self) -> Equation:
-        """The whole lighting equation."""
-        return assemble(self.scene, self.material, self.matrix)
-
 
 @dataclass(frozen=True)
 class LitVertices:
-    """Points, and what is interpolated between them: float64 arrays of shape (n, 3).
+    """Points, and what is interpolated between them: float64 arrays of shape (n, 3), but for maps.
 
     Attributes
     ----------
@@ -72,8 +94,8 @@ class LitVertices:
         Of the lengths with which they are blended.
     stored : ndarray
         The same directions, of the lengths with which whoever gets the mesh will blend them.
-    albedo : ndarray or None
-        In [0, 1].
+    maps : ndarray
+        Shape (n, k), as `Lighting.maps` has them.
     colors : ndarray
         The lit colours before they are clamped.
     """
@@ -81,21 +103,21 @@ class LitVertices:
     points: Float64Array
     normals: Float64Array
     stored: Float64Array
-    albedo: Float64Array | None
+    maps: Float64Array
     colors: Float64Array
 
     def followed_by(self, others: LitVertices) -> LitVertices:
         """These vertices and then others."""
         pairs = [(getattr(self, field.name), getattr(others, field.name)) for field in fields(self)]
-        joined: list[Any] = [None if mine is None else np.concatenate([mine, theirs]) for mine, theirs in pairs]
-        return LitVertices(*joined)
+        return LitVertices(*(np.concatenate(pair) for pair in pairs))
 
 
 def _lit_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
     """(m, s, 3): the truth at places in triangles (m, 3), as it is shown."""
     points, normals = weights @ vertices.points[corners], weights @ vertices.normals[corners]
-    albedo = None if vertices.albedo is None else (weights @ vertices.albedo[corners]).reshape(-1, 3)
-    return lighting.shown(lighting.colors(points.reshape(-1, 3), normals.reshape(-1, 3), albedo)).reshape(points.shape)
+    maps = weights @ vertices.maps[corners]
+    rows = (each.reshape(-1, each.shape[-1]) for each in (points, normals, maps))
+    return lighting.shown(lighting.colors(*rows)).reshape(points.shape)
 
 
 def _errors_at(vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
@@ -177,7 +199,7 @@ def _peaks(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Iter
         found = []
         for offsets in _offsets(term.light, columns(points.reshape(-1, 3))):
             found.append(Places(np.arange(len(points)), _shortest(offsets.T.reshape(points.shape))))
-        if equation.reflectance.sharpness > 0.0 and equation.has(term, "specular"):
+        if equation.sharpness > 0.0 and equation.has(term, "specular"):
             found.append(_highlight_peaks(term, equation, points, normals))
         for rows, weights in found:
             inside = weights.max(axis=1) < 1.0 - _AT_CORNER
@@ -209,7 +231,7 @@ def _highlight_peaks(term: LightTerm, equation: Equation, points: Float64Array, 
     A chord's length bends by less than a quarter of the square of its spread over the triangle, so that
     triangles too far from the highlight are passed over.
     """
-    sharpness = equation.reflectance.sharpness
+    sharpness = equation.sharpness
     at_corners = _chords(term, equation, points.reshape(-1, 3), normals.reshape(-1, 3)).reshape(points.shape)
     spread = np.abs(at_corners - np.roll(at_corners, 1, axis=1)).max(axis=(1, 2))
     weights = _shortest(at_corners)
@@ -281,7 +303,7 @@ def _creases(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> It
         if term.needs_normals:
             values.append(dot(n, to_light))  # with the normal's length: so it is linear under a distant light
         values += _beyond_the_edge(term.light, to_light)
-        if equation.has(term, "specular") and 0.0 < equation.reflectance.sharpness < _SMOOTH:
+        if equation.has(term, "specular") and 0.0 < equation.sharpness < _SMOOTH:
             chord = _chords(term, equation, points, normals)
             values.append(1.0 - np.einsum("ki,ki->k", chord, chord) / 2.0)
     if lighting.scene.light_model.clamp:

@@ -193,8 +193,6 @@ class Refinement:
         Shape (n, 3), float32 or float64; new points are rounded to the same type.
     normals : ndarray
         Shape (n, 3), of any length.
-    albedo : ndarray or None
-        Shape (n, 3), in [0, 1].
     corners : ndarray of int
         Shape (m, 3).
     lighting : Lighting
@@ -216,13 +214,12 @@ class Refinement:
         self,
         points: FloatArray,
         normals: FloatArray,
-        albedo: Float64Array | None,
         corners: IntArray,
         lighting: Lighting,
         smooth: bool = False,
     ) -> None:
         p, n = points.astype(np.float64), normals.astype(np.float64)
-        self.vertices = LitVertices(p, n, n, albedo, lighting.colors(p, n, albedo))
+        self.vertices = LitVertices(p, n, n, lighting.maps, lighting.colors(p, n, lighting.maps))
         with np.errstate(invalid="ignore", over="ignore"):
             lengths = np.linalg.norm(np.roll(p[corners], -1, axis=1) - p[corners], axis=2)
         self.triangles = Triangles(corners, len(p), lengths)
@@ -339,9 +336,9 @@ class Refinement:
         mean = np.where(lengths.min(axis=0) > 0.0, lengths.mean(axis=0), lengths.max(axis=0))
         stored = normalize(normals) * mean[:, None]  # so that between unit normals there are unit normals
         normals = stored if self._smooth else normals
-        albedo = None if old.albedo is None else 0.5 * old.albedo[a] + 0.5 * old.albedo[b]
-        colors = self._lighting.colors(points, normals, albedo)
-        self.vertices = old.followed_by(LitVertices(points, normals, stored, albedo, colors))
+        maps = 0.5 * old.maps[a] + 0.5 * old.maps[b]
+        colors = self._lighting.colors(points, normals, maps)
+        self.vertices = old.followed_by(LitVertices(points, normals, stored, maps, colors))
         self.parents.append(parents)
         self._measure(rows)
 

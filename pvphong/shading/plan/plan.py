@@ -18,11 +18,10 @@ from pvphong.base import check
 from pvphong.base.text import html_table, rendered, wrapped
 from pvphong.base.types import Backend, ByteArray, MatrixLike, Precision
 from pvphong.geometry.transform import normal_matrix
-from pvphong.optics.maps import COLORS
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.shading import kernel, reference
-from pvphong.shading.equation import Equation, assemble, in_parts, relative_to_mesh
+from pvphong.shading.equation import Equation, in_parts, relative_to_mesh
 from pvphong.shading.plan.draft import Decision, Draft
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.reference import Shading
@@ -106,8 +105,7 @@ class Plan:
         tolerance = check.number("tolerance", tolerance, at_least=0.0)
         if matrix is not None:
             normal_matrix(matrix)  # refuses what cannot light, also where the scene does not need it
-        tints = frozenset(vertices.maps).intersection(COLORS)
-        whole = assemble(scene, vertices.without_maps(material), matrix, vertices.ranges, tints)
+        whole = vertices.equation(scene, material, matrix)
         return cls.of_equation(relative_to_mesh(whole), vertices, tolerance)
 
     @classmethod
