@@ -6,7 +6,7 @@ threads stay out, and there are never more at work than Dask has.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from functools import wraps
 from typing import Any, ParamSpec
@@ -15,6 +15,8 @@ import numpy as np
 
 from pvphong.base import check, threads
 from pvphong.base.types import Float64Array
+from pvphong.optics.maps import Map
+from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene, as_scene
 from pvphong.shading import evaluation, kernel
 from pvphong.shading.reference import Shading
@@ -25,7 +27,9 @@ Given = ParamSpec("Given")
 _VISIBILITY = "visibility"
 """The one array whose vertices are in columns: shape (lights + 1, n)."""
 
-_ARRAYS = ("points", "normals", "albedo", "specular", "shininess", "roughness", "tangents", _VISIBILITY)
+_ARGUMENTS = ("points", "normals", _VISIBILITY)
+"""Arguments that are arrays; all others are the material's."""
+
 
 
 def _taking_chunks(whole: Callable[Given, Shading]) -> Callable[Given, Shading]:
@@ -33,8 +37,10 @@ def _taking_chunks(whole: Callable[Given, Shading]) -> Callable[Given, Shading]:
 
     @wraps(whole)
     def evaluate(*given: Given.args, **options: Given.kwargs) -> Shading:
-        if any(hasattr(array, "__dask_graph__") for array in (*given[:2], *(options.get(name) for name in _ARRAYS))):
-            return _evaluate_chunks(*given, **options)
+        named = dict(zip(("points", "normals", "scene", "material"), given, strict=False)) | options
+        arrays = _arrays_of(named)
+        if any(hasattr(array, "__dask_graph__") for array in arrays.values()):
+            return _evaluate_chunks(arrays, **{name: value for name, value in named.items() if name not in arrays})
         return whole(*given, **options)
 
     return evaluate
@@ -43,19 +49,27 @@ def _taking_chunks(whole: Callable[Given, Shading]) -> Callable[Given, Shading]:
 evaluate = _taking_chunks(evaluation.evaluate)
 
 
-def _evaluate_chunks(points: Any, normals: Any, scene: Any, material: Any, **options: Any) -> Shading:
+def _arrays_of(given: Mapping[str, Any]) -> dict[str, Any]:
+    """What has a row for each vertex, of all that is given: arguments, and the material's maps by their fields."""
+    found = {name: given.get(name) for name in _ARGUMENTS}
+    material = given.get("material")
+    if isinstance(material, Material):
+        maps = material.maps | {"tangents": material.tangents}
+        found |= {name: each.source for name, each in maps.items() if isinstance(each, Map)}
+    return {name: array for name, array in found.items() if array is not None}
+
+
+def _evaluate_chunks(given: dict[str, Any], scene: Any, **options: Any) -> Shading:
     """A `Shading` of Dask arrays; everything but the arrays' entries is checked now."""
     from dask.array import blockwise, map_blocks
 
-    options |= {"points": points, "normals": normals}
-    given = {name: options.pop(name) for name in _ARRAYS if name in options}
-    arrays = _cut_alike({name: array for name, array in given.items() if array is not None})
-    scene, options["material"] = as_scene(scene), material
+    arrays = _cut_alike(given)
+    scene = as_scene(scene)
     kernel.check_backend(options.get("backend", "auto"))
     # which arrays there will be, and of which type, is known from no vertex at all
     shapes = {name: (len(array), 0) if name == _VISIBILITY else (0, *array.shape[1:]) for name, array in arrays.items()}
     nothing: dict[str, Any] = {name: np.empty(shape, arrays[name].dtype) for name, shape in shapes.items()}
-    form = evaluation.evaluate(**nothing, scene=scene, **options | {"backend": "numpy"})
+    form = _evaluated(nothing, scene=scene, **options | {"backend": "numpy"})
     if scene.viewer is None:
         scene = _framed(scene, arrays["points"], options.get("matrix"))
     pairs = [part for name, array in arrays.items() for part in (array, _axes(name, array))]
@@ -76,7 +90,16 @@ def _evaluate_chunks(points: Any, normals: Any, scene: Any, material: Any, **opt
 def _lit(*arrays: Any, names: Sequence[str], **options: Any) -> Shading:
     """One chunk, by this thread alone."""
     with threads.limited(1):
-        return evaluation.evaluate(**dict(zip(names, arrays, strict=True)), **options)
+        return _evaluated(dict(zip(names, arrays, strict=True)), **options)
+
+
+def _evaluated(arrays: Mapping[str, Any], *, material: Any, **options: Any) -> Shading:
+    """`evaluate` of arrays by their names; those that are no arguments are the material's."""
+    own = {name: array for name, array in arrays.items() if name in _ARGUMENTS}
+    maps = {name: Map(array) for name, array in arrays.items() if name not in _ARGUMENTS}
+    if maps:
+        material = material.with_values(maps)
+    return evaluation.evaluate(**own, material=material, **options)
 
 
 def _framed(scene: Scene, points: Any, matrix: Any) -> Any:

@@ -26,7 +26,7 @@ from pvphong.meshes.blocks import DEFAULT
 from pvphong.meshes.default_scene import default_scene_of
 from pvphong.meshes.files import Compression
 from pvphong.meshes.surfaces import FeatureAngle
-from pvphong.optics.material import Material
+from pvphong.optics.material import Material, as_material
 from pvphong.scene.scene import Scene, SceneLike, as_scene
 
 if TYPE_CHECKING:
@@ -74,13 +74,12 @@ def shade_files(
     paths: Any,
     out: str | os.PathLike[str],
     scene: SceneLike | None = None,
-    material: Material | Mapping[str, Material] = _DULL,
+    material: Material | str | Mapping[str, Material | str] = _DULL,
     *,
     client: Client | str | None = None,
     workers: int | None = None,
     seams: Seams | None = None,
     name: str = "phong",
-    albedo: str | None = None,
     components: bool = False,
     tolerance: float = 0.0,
     precision: Precision = "float32",
@@ -110,7 +109,8 @@ def shade_files(
         together, and so is the default scene, for which all files are read once more. Pieces of one surface cast no
         shadows on each other, so they are refused with shadows or ambient occlusion; whole meshes shadow themselves.
     material : Material or mapping, optional
-        The surface's reflectances; or by the paths of names of a .vtm file's blocks, "default" for the others.
+        The surface's reflectances; or by the paths of names of a .vtm file's blocks, "default" for the others. Maps are
+        names of point arrays that the files have, or paths of image files.
     client : distributed.Client or str, optional
         A Dask cluster, or the address of its scheduler, as "tcp://host:8786". A local cluster is started if not given;
         a script then needs ``if __name__ == "__main__":``, as with all of Python's processes.
@@ -121,8 +121,8 @@ def shade_files(
         computed from faces. If not given: "merge" for what one index names, at one time, and "keep" for files beside
         each other. Points are the same whose coordinates are, to the bit; of a piece's own points at one place the
         first one counts.
-    name, albedo, components, tolerance, precision, backend, feature_angle
-        As for `mesh.phong.shade`; `albedo` is the name of a point array. Each piece is planned for by itself, within
+    name, components, tolerance, precision, backend, feature_angle
+        As for `mesh.phong.shade`. Each piece is planned for by itself, within
         the tolerance. Sharp edges are found across pieces whose seams are merged.
     compress : {"lz4", "zlib", "none"}, default "lz4"
         How arrays in the lit files are compressed: zlib takes about half the room of LZ4, and ten times as long.
@@ -143,10 +143,10 @@ def shade_files(
         check.choice("seams", seams, get_args(Seams))
     given = None if scene is None else as_scene(scene)
     check.choice("compress", compress, get_args(Compression))
-    materials = dict(material) if isinstance(material, Mapping) else {DEFAULT: material}
+    given_materials = material if isinstance(material, Mapping) else {DEFAULT: material}
+    materials = {label: as_material(each) for label, each in given_materials.items()}
     options = {
         "name": name,
-        "albedo": albedo,
         "components": components,
         "tolerance": tolerance,
         "precision": precision,

@@ -22,7 +22,9 @@ from pvphong.batch.seams import NORMALS, Border, Neighbours, border_of, with_nor
 from pvphong.meshes.blocks import check_names, material_of
 from pvphong.meshes.files import Compression, read_mesh, save_lit
 from pvphong.meshes.lit import shade_mesh
+from pvphong.meshes.point_data import given_maps
 from pvphong.meshes.surfaces import FeatureAngle, has_normals, surface
+from pvphong.optics.maps import Map
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 
@@ -60,12 +62,12 @@ class Job:
     def refuse_wrong(self, labels: set[str]) -> None:
         """Raise ``ValueError`` for what no piece could be lit with: it is tried on a triangle."""
         check_names(self.materials, sorted(labels))
-        albedo = self.options["albedo"]
-        if albedo is not None and not isinstance(albedo, str):
-            check.refuse("albedo", albedo, "the name of a point array that the files have")
         for material in self.materials.values():
-            without = self.options | {"albedo": None}
-            shade_mesh(pv.Triangle(), self.scene, material, feature_angle=self.feature_angle, **without)
+            for name, given in given_maps(material).items():
+                if isinstance(given, Map):
+                    check.refuse(name, given, "the name of a point array that the files have")
+            lit_alike = material.with_values(dict.fromkeys(material.maps, 0.5) | {"tangents": None})
+            shade_mesh(pv.Triangle(), self.scene, lit_alike, feature_angle=self.feature_angle, **self.options)
 
     @property
     def checksum(self) -> str:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.float_range import BRIGHTEST
+from pvphong.base.formulas import BRIGHTEST
 from pvphong.base.host import color_by_name
 from pvphong.base.types import FloatArray, Vector
 
