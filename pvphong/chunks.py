@@ -31,7 +31,6 @@ _ARGUMENTS = ("points", "normals", _VISIBILITY)
 """Arguments that are arrays; all others are the material's."""
 
 
-
 def _taking_chunks(whole: Callable[Given, Shading]) -> Callable[Given, Shading]:
     """`evaluation.evaluate` for arrays of any sort."""
 

@@ -69,9 +69,8 @@ class PlotterPhong:
     def add_mesh(
         self,
         mesh: pv.DataSet | pv.MultiBlock,
-        material: Material | Mapping[str, Material] = _DULL,
+        material: Material | str | Mapping[str, Material | str] = _DULL,
         *,
-        albedo: Any = None,
         feature_angle: FeatureAngle = "auto",
         casts_shadows: bool = True,
         **add_mesh_options: Any,
@@ -79,7 +78,7 @@ class PlotterPhong:
         """Draw a mesh, or all blocks of a MultiBlock, with lit colours, and keep them current.
 
         Before a frame is drawn its colours are computed again if, and only if, something that they depend on
-        has changed: a light, the actor's matrix, the material, the albedo, the mesh, the light model; the
+        has changed: a light, the actor's matrix, the material, its maps, the mesh, the light model; the
         camera only where highlights or lights that ride along make it count. A hidden actor waits until it is
         shown, a removed one is followed no longer.
 
@@ -88,12 +87,9 @@ class PlotterPhong:
         mesh : pyvista.DataSet or pyvista.MultiBlock
             A dataset with a surface, or blocks of such; edits to them are followed, blocks that are put in or taken
             out are not.
-        material : Material or mapping, optional
-            The surface's reflectances; OpenGL's default material if not given. Blocks share it, or a mapping has one
-            for each, as for `blocks.phong.shade`.
-        albedo : str, array_like or pyvista.Texture, optional
-            Colours that multiply the material's ambient and diffuse, as for `mesh.phong.shade`; for blocks a texture,
-            or the name of a point array that each has.
+        material : Material, str or mapping, optional
+            The surface's reflectances, numbers or maps, or the name of a material; OpenGL's default material if not
+            given. Blocks share it, or a mapping has one for each, as for `blocks.phong.shade`.
         feature_angle : float, "auto" or None, default "auto"
             Degrees between two faces from which their common edge is sharp, as for `mesh.phong.shade`; "auto" takes
             30 where the mesh has no point normals of its own.
@@ -114,9 +110,9 @@ class PlotterPhong:
         ValueError
             If an argument is not allowed, or the mesh has nothing that can be lit.
         """
-        _refuse_colouring(add_mesh_options, "Colour comes from `material` and `albedo` here.")
+        _refuse_colouring(add_mesh_options, "Colour comes from `material` here.")
         check.flag("casts_shadows", casts_shadows)
-        subplot, meshes = self._subplot, lit_meshes(mesh, material, albedo, feature_angle)
+        subplot, meshes = self._subplot, lit_meshes(mesh, material, feature_angle)
         for lit in meshes.values():
             lit.casts_shadows = casts_shadows
             subplot.lit.light(lit)
@@ -183,7 +179,7 @@ class PlotterPhong:
         return actors if isinstance(lit, pv.MultiBlock) else actors[0]
 
     def mesh(self, actor: pv.Actor) -> LitMesh:
-        """What `add_mesh` drew as this actor: its `.material`, which blocks share, and `.albedo` can be set.
+        """What `add_mesh` drew as this actor: its `.material`, which blocks share, can be set.
 
         Raises
         ------
@@ -212,7 +208,7 @@ class PlotterPhong:
         Raises
         ------
         ValueError
-            If there is no lit mesh, it has an albedo, or VTK's shader cannot draw the scene.
+            If there is no lit mesh, its material has maps, or VTK's shader cannot draw the scene.
         """
         if actor is None:
             subplot = self._subplot
@@ -222,9 +218,6 @@ class PlotterPhong:
             subplot = next(each for each in self._subplots if compared[0] in each.lit.meshes)
         if not compared:
             check.refuse("plotter", "a subplot without any", "one with a lit mesh", "phong.add_mesh draws one.")
-        for lit in compared:
-            if lit.albedo is not None:
-                check.refuse("albedo", type(lit.albedo).__name__, "None", "VTK's vertex colours have but 8 bits.")
         comparisons = [validate(lit.drawn, subplot.scene, lit.material, matrix=lit.matrix) for lit in compared]
         return max(comparisons, key=lambda each: each.max_error / each.tolerance)
 

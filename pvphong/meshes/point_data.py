@@ -53,7 +53,9 @@ def surface_and_maps(
         without texture coordinates.
     """
     given: dict[str, Any] = given_maps(material)
-    arrays = {name: value.source for name, value in given.items() if isinstance(value, Map) and not is_texture(value.source)}
+    arrays = {
+        name: value.source for name, value in given.items() if isinstance(value, Map) and not is_texture(value.source)
+    }
     if isinstance(mesh, pv.PolyData) or not arrays:
         whole = surface(mesh)
     else:  # a mesh with points inside: its arrays are carried along to its surface

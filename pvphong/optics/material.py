@@ -24,7 +24,6 @@ from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.pbr import is_physical, physical_of
 
-
 # What files of earlier versions have not, and its defaults: a file without it stays one that they can read.
 _NEW = (("albedo", 1.0), ("tangents", None))
 
@@ -94,7 +93,9 @@ class Material:
                 is_255 = max(rgb(given)) <= 255.0 and all(channel.is_integer() for channel in rgb(given))
                 remedy = "These look like 0-255 values: divide them by 255." if is_255 else ""
                 if is_255 or name == "albedo":
-                    check.refuse(name, given, f"a reflectance, of which 1.0 is all{', at most' * (most == 1.0)}", remedy)
+                    check.refuse(
+                        name, given, f"a reflectance, of which 1.0 is all{', at most' * (most == 1.0)}", remedy
+                    )
         object.__setattr__(self, "shininess", number_or_map("shininess", self.shininess, at_least=0.0))
         if self.tangents is not None and not isinstance(self.tangents, str | Map):
             object.__setattr__(self, "tangents", Map(self.tangents))
@@ -271,6 +272,13 @@ def as_material(given: Any) -> Material:
     else:
         remedy = "Material.from_property makes one of a pyvista.Property."
     return check.refuse("material", given, allowed, remedy)
+
+
+def refuse_maps_in_vtk(material: Material) -> None:
+    """Raise ValueError for what the material has vertex by vertex: VTK's shader takes a property for all of a mesh."""
+    for name, given in material.maps.items():
+        remedy = "VTK's shader has one for a mesh; its vertex colours, which could stand for albedo, have but 8 bits."
+        check.refuse(name, given, "one number or colour, to be compared with VTK", remedy)
 
 
 def nearest_in_vtk(material: Material) -> str:

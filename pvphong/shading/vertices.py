@@ -202,5 +202,3 @@ class Vertices:
         """Where they are in the world, and where their normals point, found when it is first used."""
         known = None if self._normals is None else lambda: self.normals
         return Extent(self.points, known, matrix)
-
-

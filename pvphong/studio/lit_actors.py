@@ -23,10 +23,11 @@ from pvphong.base import check
 from pvphong.base.types import ByteArray, Float64Array, FloatArray
 from pvphong.meshes.blocks import DEFAULT, datasets, materials_of, single_material
 from pvphong.meshes.lit import point_normals
-from pvphong.meshes.point_data import is_texture, tangents_from, texture_colors, texture_version, values_at
+from pvphong.meshes.point_data import given_maps, tangents_from, texture_version, values_at
 from pvphong.meshes.surfaces import FeatureAngle, has_normals, split_sharp_edges, surface
 from pvphong.meshes.visibility import KnownOccluders, visibility_of, world_faces
-from pvphong.optics.material import Material, check_material
+from pvphong.optics.maps import Map, is_texture
+from pvphong.optics.material import Material, as_material
 from pvphong.rays.casting import BlockingFaces, Occluders
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, light_labels
@@ -62,10 +63,8 @@ class LitMesh:
     mesh : pyvista.DataSet
         The user's mesh; edits to it are followed, and it is not modified.
     material : Material or SharedMaterial
-        A material of its own, or one that is shared with others.
-    albedo : str, array_like, texture or None
-        As for `shade`; can be set at any time. A named array or a texture is followed when it is edited or replaced; of
-        an array that is given, edits are not seen.
+        A material of its own, or one that is shared with others. Named arrays and textures in it are followed when they
+        are edited or replaced; of an array that is given, edits are seen if it is a mesh's.
     feature_angle : float, "auto" or None, default None
         Degrees from which edges are sharp, as for `shade`.
     casts_shadows : bool, default True
@@ -76,7 +75,6 @@ class LitMesh:
         self,
         mesh: pv.DataSet,
         material: Material | SharedMaterial,
-        albedo: Any = None,
         *,
         feature_angle: FeatureAngle = None,
         casts_shadows: bool = True,
@@ -85,7 +83,6 @@ class LitMesh:
         self.mesh = mesh
         self.feature_angle: FeatureAngle = feature_angle
         self.shared_material = material if isinstance(material, SharedMaterial) else SharedMaterial(material)
-        self.albedo = albedo
         self.casts_shadows = casts_shadows
         self.drawn = pv.PolyData()
         self.actor: pv.Actor | None = None
@@ -95,11 +92,10 @@ class LitMesh:
         self._geometry: Any = None
         self._computed_normals: FloatArray | None = None
         self._tangents: Callable[[], FloatArray] | None = None
-        self._textured: tuple[Any, FloatArray] | None = None
+        self._textured: dict[str, tuple[Any, FloatArray]] = {}
         self._original_points: Any = None
-        self._n_original = 0
+        self._whole = pv.PolyData()
         self._lit_for: Any = None
-        self._lit_albedo: Any = None  # held on to, so that no other is taken for it
         self._eye: Any = None
         self._plan: Plan | None = None
         self._visibility: tuple[Any, Visibility] | None = None
@@ -133,7 +129,7 @@ class LitMesh:
         """
         geometry, blockers = self.geometry(), occluders and occluders.occluders
         self._show_colors()
-        state = scene.lights, scene.light_model, self.material, geometry, self._albedo_version(), blockers, samples
+        state = scene.lights, scene.light_model, self.material, geometry, self._maps_version(), blockers, samples
         viewer = scene.viewer
         eye = viewer and (viewer.position, viewer.focal_point, viewer.up, viewer.parallel)
         if state == self._lit_for and self._plan and (eye == self._eye or not self._plan.view_dependent):
@@ -147,11 +143,12 @@ class LitMesh:
                 how: dict[str, Any] = {"occluders": occluders or (), "samples": samples, "matrix": self.matrix}
                 visibility = visibility_of(self.drawn, lambda: self.normals, scene, **how)
             self._visibility = key, visibility
-        arrays = self.drawn.points, lambda: self.normals, self._current_albedo(), visibility
-        vertices = Vertices(*arrays, tangents=self._tangents)
+        maps = {name: self._values(name, given) for name, given in given_maps(self.material).items()}
+        tangents = maps.pop("tangents", self._tangents)
+        vertices = Vertices(self.drawn.points, lambda: self.normals, maps, visibility, tangents=tangents)
         self._plan = Plan.of(scene, self.material, vertices, matrix=self.matrix)
         self._plan.run_for_display(vertices, self.colors)
-        self._lit_for, self._eye, self._lit_albedo = state, eye, self.albedo
+        self._lit_for, self._eye = state, eye
         self._colors.Modified()
         self.evaluations += 1
         return True
@@ -168,8 +165,7 @@ class LitMesh:
 
     @material.setter
     def material(self, material: Material) -> None:
-        check_material(material)
-        self.shared_material.material = material
+        self.shared_material.material = as_material(material)
 
     @property
     def matrix(self) -> Float64Array | None:
@@ -223,9 +219,9 @@ class LitMesh:
             self.blank()  # VTK goes on to draw it, and might not survive that
             raise
         split, self._original_points = split_sharp_edges(whole, self.feature_angle)
-        self._n_original = whole.n_points
+        self._whole = whole
         self.drawn.ShallowCopy(split)
-        self._geometry, self._computed_normals, self._textured = geometry, None, None
+        self._geometry, self._computed_normals, self._textured = geometry, None, {}
         tangents = tangents_from(self.drawn, lambda: self.normals)
         self._tangents = tangents and cache(tangents)
         return geometry, place
@@ -239,34 +235,29 @@ class LitMesh:
             data.AddArray(self._colors)
             self.drawn.set_active_scalars(ARRAY, preference="point")
 
-    @property
-    def _arrays(self) -> Any:
-        """Where a named albedo is looked up: the user's point arrays, which may be replaced at any time."""
-        return (self.mesh if isinstance(self.mesh, pv.PolyData) else self.drawn).point_data
+    def _maps_version(self) -> Any:
+        """A stamp of the arrays and textures that the material names, which changes with them; cheap to compare."""
+        return tuple((name, self._version_of(given)) for name, given in given_maps(self.material).items())
 
-    def _albedo_version(self) -> Any:
-        """A stamp of the albedo that changes with it; cheap to compare."""
-        if is_texture(self.albedo):
-            return texture_version(self.albedo)
-        if isinstance(self.albedo, str):
-            return self.albedo, _version(self._arrays.GetAbstractArray(self.albedo))
-        return id(self.albedo)  # arrays would be compared element by element
+    def _version_of(self, given: Map | str) -> Any:
+        if isinstance(given, str):  # an array of the user's mesh, which may be replaced at any time
+            arrays = (self.mesh if isinstance(self.mesh, pv.PolyData) else self.drawn).point_data
+            return given, _version(arrays.GetAbstractArray(given))
+        source = given.source
+        return texture_version(source) if is_texture(source) else (given, _version(getattr(source, "VTKObject", None)))
 
-    def _current_albedo(self) -> Any:
-        """The albedo at the points that are drawn: edges of the user's mesh may have been split."""
-        albedo = self.albedo
-        if is_texture(albedo):
-            version = texture_version(albedo)
-            if self._textured is None or self._textured[0] != version:
-                self._textured = version, texture_colors(albedo, self.drawn).astype(np.float32)
-            return self._textured[1]
-        if isinstance(albedo, str):
-            arrays = self._arrays
-            check.choice("albedo", albedo, arrays.keys())
-            albedo = arrays[albedo]
-            if not isinstance(self.mesh, pv.PolyData):
-                return albedo
-        return values_at("albedo", albedo, self._original_points, self._n_original)
+    def _values(self, name: str, given: Map | str) -> Any:
+        """A map at the points that are drawn; texels are looked up only where the texture is another."""
+        if isinstance(given, str) and isinstance(self.mesh, pv.PolyData) and given in self.mesh.point_data:
+            given = Map(self.mesh.point_data[given])  # the drawn mesh shares those that it had before
+        is_looked_up = isinstance(given, str) or is_texture(given.source)
+        if not is_looked_up:
+            return values_at(name, given, self._whole, self.drawn, self._original_points)
+        version = self._version_of(given)
+        if name not in self._textured or self._textured[name][0] != version:
+            values = values_at(name, given, self._whole, self.drawn, self._original_points)
+            self._textured[name] = version, np.array(values, np.float32)
+        return self._textured[name][1]
 
 
 def _version(part: Any) -> Any:
@@ -275,7 +266,7 @@ def _version(part: Any) -> Any:
 
 
 def lit_meshes(
-    mesh: Any, material: Material | Mapping[str, Material], albedo: Any, feature_angle: FeatureAngle
+    mesh: Any, material: Material | str | Mapping[str, Material | str], feature_angle: FeatureAngle
 ) -> dict[str, LitMesh]:
     """The lit mesh, by no name, or those of all blocks, by their names: they share the material if there is but one.
 
@@ -285,18 +276,13 @@ def lit_meshes(
         If there is nothing that can be lit, or what is given as a material is none; the message names the block.
     """
     given = material if isinstance(material, Mapping) else {DEFAULT: material}
-    for each in given.values():
-        check_material(each)
-    shared = {name: SharedMaterial(each) for name, each in given.items()}
+    shared = {name: SharedMaterial(as_material(each)) for name, each in given.items()}
     if not isinstance(mesh, pv.MultiBlock):
-        return {"": LitMesh(mesh, single_material(shared), albedo, feature_angle=feature_angle)}
-    if not (isinstance(albedo, str | None) or is_texture(albedo)):
-        allowed = "a texture, the name of a point array that every block has, or None"
-        check.refuse("albedo", type(albedo).__name__, allowed)
+        return {"": LitMesh(mesh, single_material(shared), feature_angle=feature_angle)}
     found = {}
     for (path, block), own in zip(datasets(mesh), materials_of(mesh, shared), strict=True):
         try:
-            found[path] = LitMesh(block, own, albedo, feature_angle=feature_angle)
+            found[path] = LitMesh(block, own, feature_angle=feature_angle)
         except ValueError as error:
             raise ValueError(f"block {path!r}: {error}") from error
     if not found:

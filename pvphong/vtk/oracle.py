@@ -35,7 +35,7 @@ from pvphong.meshes.lit import point_normals
 from pvphong.meshes.pictures import drawing_window, preferring
 from pvphong.meshes.surfaces import surface
 from pvphong.optics.lights import Light
-from pvphong.optics.material import Material, nearest_in_vtk
+from pvphong.optics.material import Material, nearest_in_vtk, refuse_maps_in_vtk
 from pvphong.optics.reflectances.pbr import is_physical, physical_of
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER
 from pvphong.scene.viewer import Viewer
@@ -173,6 +173,8 @@ def vtk_property(property_or_material: Any) -> vtkProperty:
 
 def write_material(material: Material, appearance: vtkProperty) -> None:
     """A material in VTK's terms; raises ``ValueError`` for what VTK has no place for."""
+    refuse_maps_in_vtk(material)
+    material = material.without_albedo()
     physical = material.reflectance
     if physical is None:
         appearance.SetInterpolationToPhong()

@@ -16,7 +16,7 @@ from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.lit import point_normals
 from pvphong.meshes.surfaces import surface
 from pvphong.meshes.visibility import visibility_of
-from pvphong.optics.material import Material, check_material
+from pvphong.optics.material import Material, as_material
 from pvphong.scene.scene import SceneLike, light_labels
 from pvphong.shading import kernel
 from pvphong.shading.plan.draft import Draft
@@ -102,7 +102,7 @@ def tradeoff(
     ValueError
         If an argument has the wrong shape, type or range, or the mesh has nothing that can be lit.
     """
-    check_material(material)
+    material = as_material(material)
     tolerance = check.number("tolerance", tolerance, above=0.0)
     clock = Clock((1.0 - _SPARE) * check.number("seconds", seconds, above=0.0))
     source = surface(mesh)

@@ -111,7 +111,7 @@ class Subject:
         points, normals = (self.points, self.normals) if rows is None else (self.points[rows], self.normals[rows])
         seen = self.vertices.channels(equation) if rows is None else channels
         result = Shading(np.empty((len(points), 3)))
-        reference.shade(points, normals, in_parts(equation), None, result, seen)
+        reference.shade(points, normals, in_parts(equation), {}, result, seen)
         return result.rgb
 
     @cached_property
@@ -126,7 +126,7 @@ class Subject:
         first = None if seen is None else seen[:, :1]
         return all(
             kernel.shade(
-                self.points[:1], self.normals[:1], self.equation, None, Shading(np.empty((1, 3), real)), channels=first
+                self.points[:1], self.normals[:1], self.equation, {}, Shading(np.empty((1, 3), real)), channels=first
             )
             for real in ("float32", "float64")
         )

@@ -18,7 +18,7 @@ from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, Ma
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.lit import point_normals
 from pvphong.meshes.surfaces import surface
-from pvphong.optics.material import Material, check_material
+from pvphong.optics.material import Material, as_material, refuse_maps_in_vtk
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.evaluation import evaluate
 from pvphong.vtk.oracle import driver, vtk_shade
@@ -42,7 +42,7 @@ TIERS = ("unlit", "headlight", "directional lights", "positional lights")
 
 
 def validate(
-    mesh: pv.DataSet, scene: SceneLike | None, material: Material, *, matrix: MatrixLike | None = None
+    mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, *, matrix: MatrixLike | None = None
 ) -> Comparison:
     """Compare pvphong's colours with those of VTK's own shader, vertex by vertex.
 
@@ -93,7 +93,9 @@ def validate(
     >>> ph.validate(pv.Sphere(), ph.Scene(lights=[ph.DirectionalLight()]), ph.Material()).passed
     True
     """
-    check_material(material)
+    material = as_material(material)
+    refuse_maps_in_vtk(material)
+    material = material.without_albedo()
     source = surface(mesh)
     scene = scene_for(source, scene, matrix)
     given = None if matrix is None else check.matrix4("matrix", matrix)

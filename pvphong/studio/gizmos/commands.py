@@ -251,13 +251,16 @@ def _change_material(
         gizmos.notice = "no lit mesh"
         return
     which, now = "all meshes" if pointed is None and len(materials) > 1 else "material", materials[-1].material
-    shine = f"specular {max(rgb(now.specular)):.3g}, shininess {now.shininess:.4g}"
+    specular = "from its map" if "specular" in now.maps else f"{max(rgb(now.specular)):.3g}"
+    shininess = "from its map" if "shininess" in now.maps else f"{now.shininess:.4g}"
+    shine = f"specular {specular}, shininess {shininess}"
     gizmos.notice = f"{which}: {shine if said is None else said(now)}"
 
 
 def _name_of(material: Material) -> str:
-    plain = replace(material, reflectance=None)
-    return next((name for name, named in _NAMED.items() if named in (material, plain)), "no name")
+    bare = replace(material, albedo=1.0, tangents=None)
+    plain = replace(bare, reflectance=None)
+    return next((name for name, named in _NAMED.items() if named in (bare, plain)), "no name")
 
 
 def next_material(gizmos: Gizmos, step: int) -> None:
@@ -267,7 +270,7 @@ def next_material(gizmos: Gizmos, step: int) -> None:
     def neighbour(material: Material) -> Material:
         name = _name_of(material)
         at = names.index(name) if name in names else min(-step, 0)
-        chosen = _NAMED[names[(at + step) % len(names)]]
+        chosen = replace(_NAMED[names[(at + step) % len(names)]], albedo=material.albedo, tangents=material.tangents)
         is_its_own = name in names and _NAMED[name].reflectance is not None
         return chosen if chosen.reflectance or is_its_own else replace(chosen, reflectance=material.reflectance)
 
@@ -278,6 +281,8 @@ def shine(gizmos: Gizmos, step: int) -> None:
     """A narrower highlight, or a wider: √2 times the exponent, on the scale of powers of √2; below 1 is 0."""
 
     def stepped(material: Material) -> Material:
+        if "shininess" in material.maps:
+            return material
         at = 2.0 * math.log2(material.shininess) if material.shininess > 0.0 else -1.0
         nearest = round(at) if abs(at - round(at)) < 1e-9 else at
         shininess = 2.0 ** ((nearest + step) / 2.0) if nearest + step >= 0.0 else 0.0
@@ -290,6 +295,8 @@ def strengthen(gizmos: Gizmos, step: float) -> None:
     """So much more of specular reflectance, at most 1 in any channel."""
 
     def mirroring(material: Material) -> Material:
+        if "specular" in material.maps:
+            return material
         colors = rgb(material.specular)
         largest = max(colors)
         level = round(min(max(largest + step, 0.0), max(1.0, largest)), 10)

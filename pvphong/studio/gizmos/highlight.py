@@ -39,7 +39,7 @@ def find_highlight(light: Light, view: View, meshes: Sequence[LitMesh]) -> Surfa
         return None
     found = []
     for mesh in meshes:
-        if any(rgb(mesh.material.specular)):
+        if "specular" in mesh.material.maps or any(rgb(mesh.material.specular)):
             points, normals = np.asarray(mesh.drawn.points), np.asarray(mesh.normals)
             step = max(1, len(points) // _ASKED)
             found.append(brightest(light, view, *_in_world(mesh, points[::step], normals[::step])))
