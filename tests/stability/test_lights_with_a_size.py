@@ -263,11 +263,15 @@ def as_its_bands_are(evaluator: Evaluator, sky: str, look: str) -> None:
         assert_within(f"E sky {look}", abs(got - in_bands(sky, way, power)), allowed)
 
 
+def shown(argument: Any) -> str:
+    """What names an argument in a test: a kind of light is named by its class."""
+    kind = argument if isinstance(argument, type) else type(argument)
+    return str(argument) if kind in (str, float, int) else kind.__name__
+
+
 BOTH, SIZED = ("diffuse", "highlight"), (SPHERE, SQUARE, POLYGON, DISK)
 ROWS = {
-    " ".join(
-        [name, *(type(x).__name__ if hasattr(x, "roles") else str(x) for x in arguments), str(evaluator)]
-    ): partial(check, evaluator, *arguments)
+    " ".join([name, *map(shown, arguments), str(evaluator)]): partial(check, evaluator, *arguments)
     for name, check, choices in [
         ("horizon", cut_by_the_horizon, product(SIZED, BOTH)),
         ("parallel", face_to_face, product((SQUARE, DISK), BOTH)),
