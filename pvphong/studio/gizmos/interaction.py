@@ -290,7 +290,7 @@ class Interaction:
         if self._nearest is not None:
             self._representation.SetWorldPosition(self._handles[self._nearest].tolist())
             self._representation.BuildRepresentation()  # else it is grabbed where it was at the last frame
-            is_near = self._representation.ComputeInteractionState(*gizmos.interactor.GetEventPosition(), 0)
+            is_near = self._representation.ComputeInteractionState(*gizmos.interactor.GetEventPosition())
             found = self._nearest[1] if is_near and gizmos.is_pointed_at else ""
         before = [gizmo.hovered for gizmo in gizmos.all]
         for gizmo in gizmos.all:
