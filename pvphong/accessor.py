@@ -20,6 +20,7 @@ from pvphong.meshes.blocks import DEFAULT, datasets, map_blocks, materials_of
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.surfaces import FeatureAngle, shallow_copy, surface
 from pvphong.meshes.visibility import occluders_of_blocks, visibility_options
+from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import Material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import SceneLike
@@ -77,6 +78,7 @@ class MeshPhong:
 
         return validate(self._mesh, scene, material, matrix=matrix)
 
+    @maps_on_material
     def refine(
         self,
         scene: SceneLike | None = None,
@@ -142,6 +144,7 @@ class MeshPhong:
             feature_angle=feature_angle,
         )
 
+    @maps_on_material
     def interpolation_error(
         self,
         scene: SceneLike | None = None,

@@ -15,6 +15,7 @@ from pvphong.base import check
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.surfaces import FeatureAngle, drawable
 from pvphong.optics.lights import Light
+from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
@@ -66,6 +67,7 @@ class PlotterPhong:
 
     # -- meshes ------------------------------------------------------------------------------------------
 
+    @maps_on_material
     def add_mesh(
         self,
         mesh: pv.DataSet | pv.MultiBlock,

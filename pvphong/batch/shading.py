@@ -26,6 +26,7 @@ from pvphong.meshes.blocks import DEFAULT
 from pvphong.meshes.default_scene import default_scene_of
 from pvphong.meshes.files import Compression
 from pvphong.meshes.surfaces import FeatureAngle
+from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import Material, as_material
 from pvphong.scene.scene import Scene, SceneLike, as_scene
 
@@ -70,6 +71,7 @@ class Batch:
         return html_table(repr(self)[1:-1], ("failed", "why") if rows else (), rows)
 
 
+@maps_on_material
 def shade_files(
     paths: Any,
     out: str | os.PathLike[str],

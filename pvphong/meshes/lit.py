@@ -23,6 +23,7 @@ from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.point_data import surface_and_maps, tangents_from
 from pvphong.meshes.surfaces import FeatureAngle, shallow_copy, split_sharp_edges, surface, vertex_normals
 from pvphong.meshes.visibility import visibility_of
+from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import Material, as_material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, SceneLike, as_scene, light_labels
@@ -33,6 +34,7 @@ from pvphong.shading.visibility import VisibilityLike, checked_visibility
 _PLAIN = Material()
 
 
+@maps_on_material
 def shade_mesh(
     mesh: pv.DataSet,
     scene: SceneLike | None = None,
@@ -139,6 +141,7 @@ def shade_mesh(
     return lit
 
 
+@maps_on_material
 def plan(
     mesh_or_points: Any,
     scene: SceneLike | None = None,

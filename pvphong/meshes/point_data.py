@@ -11,9 +11,8 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from pvphong.base import check
+from pvphong.base import check, host
 from pvphong.base.color import linear_from_srgb
-from pvphong.base.host import color_names
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.geometry.normals import point_tangents
 from pvphong.meshes.surfaces import FeatureAngle, has_faces, polygons, split_sharp_edges, surface
@@ -108,7 +107,7 @@ def values_at(name: str, given: Any, whole: pv.PolyData, source: pv.PolyData, po
 def _refuse_unknown(name: str, value: str, source: pv.PolyData) -> NoReturn:
     """Raise ValueError for a name that no point array has, nor a colour."""
     names = list(source.point_data.keys())
-    remedy = check.meant(value, [*names, *(color_names() if name in COLORS else ())])
+    remedy = check.meant(value, [*names, *(host.answers().color_names() if name in COLORS else ())])
     check.refuse(name, repr(value), f"the name of a point array ({', '.join(names) or 'there is none'})", remedy)
 
 

@@ -6,15 +6,17 @@ in `FIELDS`; `checked` says of an array whether it is allowed.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 
-from pvphong.base import check
+from pvphong.base import check, host
 from pvphong.base.formulas import BRIGHTEST
-from pvphong.base.host import color_by_name
 from pvphong.base.types import FloatArray, Vector
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 MOST_REFLECTED = 16.0
 """A surface may be made to reflect more than all of the light, but more than this is 0-255 in disguise."""
@@ -92,14 +94,15 @@ def map_in(name: str, value: Any) -> Map | str | None:
     if isinstance(value, Sequence) and not isinstance(value, bytes):
         is_map = not is_color or len(value) > 4 or any(isinstance(row, Sequence | np.ndarray) for row in value)
         return Map(value) if is_map else None
-    shape = getattr(value, "shape", ())
-    return Map(value) if len(shape) > 1 or (len(shape) == 1 and not (is_color and shape[0] in (3, 4))) else None
+    shape: tuple[int, ...] = getattr(value, "shape", ())
+    is_one = not shape or (is_color and shape in ((3,), (4,)))
+    return None if is_one else Map(value)
 
 
 def is_color_name(value: str) -> bool:
     """Whether PyVista takes a string for a colour."""
     try:
-        color_by_name(value)
+        host.answers().color_by_name(value)
     except ValueError:
         return False
     return True
@@ -114,6 +117,26 @@ def number_or_map(name: str, value: Any, **bounds: Any) -> Any:
     """A map, or a number within the bounds that `check.number` takes."""
     found = map_in(name, value)
     return check.number(name, value, **bounds) if found is None else found
+
+
+def maps_on_material(function: Function) -> Function:
+    """Have a function's callers told where arguments went that are the material's now."""
+
+    @functools.wraps(function)
+    def called(*given: Any, **options: Any) -> Any:
+        for name in options:
+            if name in _MOVED:
+                place = "the material's reflectance" if name == "roughness" else "the material"
+                example = "reflectance=GGX(roughness=...)" if name == "roughness" else f"{name}=..."
+                raise TypeError(
+                    f"{function.__name__} takes no {name}: it is on {place} now, as in Material({example})."
+                )
+        return function(*given, **options)
+
+    return cast("Function", called)
+
+
+_MOVED = ("albedo", "specular", "shininess", "roughness", "tangents")
 
 
 def refuse_unnamed(name: str, value: Any) -> None:

@@ -132,7 +132,7 @@ class Material:
         if self.albedo == 1.0:
             return self
         albedo = rgb(self.albedo)
-        colors = {
+        colors: dict[str, Any] = {
             name: tuple(a * b for a, b in zip(albedo, rgb(getattr(self, name)), strict=True))
             for name in ("ambient", "diffuse")
         }

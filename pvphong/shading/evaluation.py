@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from pvphong.base.types import Backend, MatrixLike, Precision
+from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import Material, as_material
 from pvphong.scene.scene import SceneLike, as_scene
 from pvphong.shading.plan.plan import Plan
@@ -16,6 +17,7 @@ from pvphong.shading.vertices import Vertices
 from pvphong.shading.visibility import checked_visibility
 
 
+@maps_on_material
 def evaluate(
     points: Any,
     normals: Any,
@@ -54,7 +56,7 @@ def evaluate(
         Lights, viewer and light model, in world coordinates. Without a viewer, seen as PyVista's camera frames the
         points.
     material : Material or str
-        The surface's reflectances, or the name of a material. Its maps, and its tangents, are arrays with a row for each
+        The surface's reflectances, or the name of a material. Its maps and tangents are arrays with a row for each
         vertex; names and textures need a mesh, as in `mesh.phong.shade`.
     matrix : array_like, optional
         (4, 4) model matrix: points are transformed by it, normals by its inverse-transpose.

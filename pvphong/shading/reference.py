@@ -127,7 +127,7 @@ def shade(
         if start and is_even:
             _repeat(result, part)
             continue
-        own_tints = {name: tint[part].factors(name, result.rgb.dtype.type) for name, tint in tints.items()}
+        own_tints = {name: tint.at(part).factors(result.rgb.dtype.type) for name, tint in tints.items()}
         own = None if channels is None else channels[:, part].astype(result.rgb.dtype, copy=False)
         with np.errstate(divide="ignore", under="ignore", over="ignore"):
             block = _block(points[part], normals[part], own_tints, own, equation, result.rgb.dtype.type)

@@ -34,18 +34,20 @@ def _is_direction(vectors: FloatArray) -> BoolArray:
 class Tint(NamedTuple):
     """What colours are multiplied by at each vertex: rows of a map over the greatest of them."""
 
+    name: str
+    """The field whose map it is."""
     rows: Any
     """Shape (n, 1) or (n, 3), uint8, float32 or float64, as `pvphong.optics.maps.checked` gives them."""
     most: Vector
     """Powers of two; 0 where all are 0."""
 
-    def __getitem__(self, part: Any) -> Any:
-        """A tint of some of the vertices."""
-        return Tint(self.rows[part], self.most)
+    def at(self, part: Any) -> Tint:
+        """The tint of some of the vertices."""
+        return self._replace(rows=self.rows[part])
 
-    def factors(self, name: str, real: Any) -> FloatArray:
+    def factors(self, real: Any) -> FloatArray:
         """Shape (3, n)."""
-        rows = fractions(name, self.rows).astype(real, copy=False)
+        rows = fractions(self.name, self.rows).astype(real, copy=False)
         over = np.array([1.0 / most if most else 0.0 for most in self.most])[:, None]
         return np.asarray(np.broadcast_to(rows.T, (3, len(rows))) * over.astype(real))
 
@@ -139,7 +141,7 @@ class Vertices:
 
     def tints(self, equation: Equation) -> dict[str, Tint]:
         """What is multiplied by colours at each vertex, of what an equation reads."""
-        return {name: Tint(self.maps[name], brightest(name, self.maps[name])) for name in equation.needed_tints}
+        return {name: Tint(name, self.maps[name], brightest(name, self.maps[name])) for name in equation.needed_tints}
 
     def without_maps(self, material: Material) -> Material:
         """The material with no less than any vertex has, in place of its maps; colours as `brightest` has them."""

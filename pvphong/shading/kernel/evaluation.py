@@ -90,7 +90,7 @@ def shade(
             return
         left = np.flatnonzero(declined)
         lit = Shading(np.empty((len(left), 3), real))
-        own_tints = {name: tint[part][left] for name, tint in tints.items()}
+        own_tints = {name: tint.at(part).at(left) for name, tint in tints.items()}
         seen = None if seen is None else seen[:, left]
         shade_by_reference(points[part][left], normals[part][left], equation, own_tints, lit, seen)
         rgb[part][left] = np.rint(np.clip(lit.rgb, 0.0, 1.0) * 255.0) if rgb.dtype == np.uint8 else lit.rgb

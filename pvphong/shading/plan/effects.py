@@ -346,7 +346,7 @@ class Specular(Reflection):
         peak = sum(max(term.colors[k]) * equation.largest[k] for k in lobes)
         bound = term.gain * draft.reach(term).strongest * peak * ROUNDED_UP
         is_weak = bound <= draft.allowance
-        if not is_weak and not (equation.is_flipped or equation.fields_with_maps):
+        if not is_weak and not (equation.is_flipped or equation.maps):
             known, reflectance = sightline(draft, term), equation.reflectance
             if known is not None:  # how much of a lobe normals and directions allow
                 reached = max(reflectance.most(k, known) / reflectance.most(k) for k in lobes)

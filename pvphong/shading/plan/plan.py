@@ -173,7 +173,7 @@ class Plan:
         for start in range(0, len(out), _DISPLAYED_AT_ONCE):
             part = slice(start, start + _DISPLAYED_AT_ONCE)
             shading = Shading(np.empty((len(points[part]), 3), np.float32))
-            tints_part = {name: tint[part] for name, tint in tints.items()}
+            tints_part = {name: tint.at(part) for name, tint in tints.items()}
             channels_part = None if channels is None else channels[:, part]
             reference.shade(points[part], normals[part], self.equation, tints_part, shading, channels_part)
             np.rint(np.clip(shading.rgb, 0.0, 1.0) * 255.0, out=out[part], casting="unsafe")
