@@ -95,8 +95,9 @@ class Lobe(NamedTuple):
     is_own: bool = False
     """Whether `color` replaces the material's colour for its component."""
 
-    tint: Callable[[FloatArray], FloatArray] | None = None
-    """Gives what the colour is multiplied by for an albedo (3, n), where that is not the albedo itself."""
+    tint: Callable[[FloatArray, Mapping[str, FloatArray]], FloatArray] | None = None
+    """Gives what the colour is multiplied by for an albedo (3, n) and maps as in `Surface.maps`, where that is not the
+    albedo itself."""
 
 
 LAMBERT = Lobe("diffuse", takes_albedo=True, needs_viewer=False)
@@ -135,6 +136,13 @@ class Reflectance(ABC):
 
     def of(self, material: Any) -> Reflectance:  # noqa: ARG002 for those that take something
         """This reflectance with what it takes of a material, such as a shininess where it has none of its own."""
+        return self
+
+    def over(self, maps: Mapping[str, tuple[float, float]]) -> Reflectance:  # noqa: ARG002 colours are the same
+        """This reflectance for maps of its fields, whose least and greatest numbers are given.
+
+        Its fields have the greatest; what of its colours depends on them is to be no less than at any vertex.
+        """
         return self
 
     def stand_in(self, material: Any) -> tuple[str, Any] | None:  # noqa: ARG002 nothing is simpler

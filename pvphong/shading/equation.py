@@ -303,18 +303,20 @@ def assemble(
     if copied is not None:
         copied.flags.writeable = False
     material = material.without_albedo()
-    standard = _standard(scene, material, copied)
+    standard = _standard(scene, material, copied, maps)
     if maps or tints:
         _refuse_unread(standard, scene, material, (*maps, *tints))
         standard = replace(standard, maps=maps, tints=tints)
     return standard if scene.light_model.convention == "standard" else _as_vtk(standard, scene, material)
 
 
-def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> Equation:
+def _standard(
+    scene: Scene, material: Material, matrix: Float64Array | None, maps: Mapping[str, tuple[float, float]]
+) -> Equation:
     model, viewer = scene.light_model, scene.viewer
     local = model.local_viewer and not viewer.parallel
     x, y, z = viewer.view_direction
-    reflectance = (material.reflectance or REFLECTANCES[model.reflection]()).of(material)
+    reflectance = (material.reflectance or REFLECTANCES[model.reflection]()).of(material).over(maps)
     reflectances = _Reflectances.of(material, reflectance)
     labels = light_labels(scene, "light ")
     return Equation(

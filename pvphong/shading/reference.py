@@ -213,7 +213,7 @@ def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
         strength, factors = _factors(block, equation.reflectance, term)
         _add(term.ambient, strength if sky is None else strength * sky, albedo, color, result.ambient, share)
         for lobe, coefficients, factor in zip(equation.reflectance.lobes, term.colors, factors, strict=True):
-            _add(coefficients, factor, _tint(lobe, tints), color, getattr(result, lobe.component), share)
+            _add(coefficients, factor, _tint(lobe, tints, block.surface), color, getattr(result, lobe.component), share)
     if equation.gamma != 1.0:
         color = np.maximum(color, 0.0) ** color.dtype.type(1.0 / equation.gamma)
     if equation.clamp:
@@ -221,11 +221,14 @@ def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
     result.rgb[:] = color.T
 
 
-def _tint(lobe: Lobe, tints: Mapping[str, FloatArray]) -> FloatArray | None:
+def _tint(lobe: Lobe, tints: Mapping[str, FloatArray], surface: Surface) -> FloatArray | None:
     """What a lobe's colour is multiplied by; None where it is the same everywhere."""
     if lobe.takes_albedo:
         found = tints.get("diffuse")
-        return found if found is None or lobe.tint is None else lobe.tint(found)
+        if lobe.tint is None or (found is None and not surface.maps):
+            return found
+        albedo = np.ones((3, 1), surface.raw.dtype) if found is None else found
+        return np.broadcast_to(lobe.tint(albedo, surface.maps), (3, surface.raw.shape[1]))
     return None if lobe.is_own else tints.get(lobe.component)
 
 

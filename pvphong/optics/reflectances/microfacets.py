@@ -137,8 +137,9 @@ class Microfacets(Reflectance):
     maps: ClassVar[frozenset[str]] = frozenset({"roughness"})
     peak: ClassVar = HALFWAY
 
-    fade = 1.0
-    """The t of a `faded` base: how much less of it is left where light grazes the facets."""
+    def fade_of(self, maps: Mapping[str, Any]) -> Any:  # noqa: ARG002 as much everywhere
+        """The t of a `faded` base: how much less of it is left where light grazes the facets."""
+        return 1.0
 
     def __post_init__(self) -> None:
         remedy = "0.1 is polished, 0.5 satin, 1 matt."
@@ -200,7 +201,16 @@ class Microfacets(Reflectance):
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:
         """α, α², 1 − α², β², 1 − β², where cosines and D's denominator are cut off, and t."""
         alpha, beta, floor, least = self.facets_of(maps.get("roughness", self.roughness))
-        return alpha, alpha * alpha, 1.0 - alpha * alpha, beta * beta, 1.0 - beta * beta, floor, least, self.fade
+        return (
+            alpha,
+            alpha * alpha,
+            1.0 - alpha * alpha,
+            beta * beta,
+            1.0 - beta * beta,
+            floor,
+            least,
+            self.fade_of(maps),
+        )
 
 
 def alpha_of(roughness: Any) -> Any:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 
 from pvphong.base import check
 from pvphong.base.types import FloatArray, Vector, rgb
+from pvphong.optics.maps import number_or_map
 from pvphong.optics.reflectance import HIGHLIGHT, WHITE, Lobe
 from pvphong.optics.reflectances.microfacets import Facets, Microfacets, alpha_of, faded
 
@@ -34,9 +36,9 @@ class PBR(Microfacets):
 
     Parameters
     ----------
-    metallic : float, default 0
+    metallic : float or map, default 0
         0 for anything but metal, 1 for metal; in between, as in VTK, for a blend.
-    roughness : float, default 0.5
+    roughness : float or map, default 0.5
         0 < roughness <= 1.
 
     Raises
@@ -56,10 +58,12 @@ class PBR(Microfacets):
     metallic: float = 0.0
     roughness: float = 0.5
 
+    maps: ClassVar[frozenset[str]] = frozenset({"roughness", "metallic"})
     factors = staticmethod(faded)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "metallic", check.number("metallic", self.metallic, at_least=0.0, at_most=1.0))
+        metallic = number_or_map("metallic", self.metallic, at_least=0.0, at_most=1.0)
+        object.__setattr__(self, "metallic", metallic)
         super().__post_init__()
 
     def of(self, material: Any) -> PBR:
@@ -84,7 +88,7 @@ class PBR(Microfacets):
         return _Colored(self.metallic, self.roughness).lobes
 
 
-def fresnel_ends(metallic: float, color: Any) -> tuple[Any, Any]:
+def fresnel_ends(metallic: Any, color: Any) -> tuple[Any, Any]:
     """F₀ in each channel of a colour, shape (3, ...), and F₉₀, which all channels share, shape (...).
 
     As VTK and Filament (5.6.2, specular occlusion) have it, who take an F₀ below 0.02 for a crevice: the part of F₉₀
@@ -99,6 +103,8 @@ class _Colored(PBR):
     """PBR with a diffuse colour."""
 
     color: Vector = WHITE
+    ends: tuple[float, float] | None = None
+    """The least and the greatest `metallic`, where that is a map."""
 
     scale: ClassVar[float] = 1.0
 
@@ -106,37 +112,51 @@ class _Colored(PBR):
         """VTK's form, with its colour."""
         return _Shaded(self.metallic, self.roughness, self.color)
 
-    @property
-    def fade(self) -> float:
+    def over(self, maps: Mapping[str, tuple[float, float]]) -> PBR:
+        """One whose colours hold for a map of metallic too."""
+        return replace(self, ends=maps["metallic"]) if "metallic" in maps else self
+
+    def fade_of(self, maps: Mapping[str, Any]) -> Any:
         """1 − (1 − F₉₀)/(1 − F₀), for (1 − F₀)(1 − tS) to be 1 − F, in the brightest channel."""
-        f0, f90 = fresnel_ends(self.metallic, np.array(self.color))
-        return float((f90 - f0.max()) / (1.0 - f0.max())) if f90 < 1.0 else 1.0
+        f0, f90 = fresnel_ends(maps.get("metallic", self.metallic), np.array(self.color)[:, None])
+        most = f0.max(axis=0)
+        fade = np.where(f90 < 1.0, (f90 - most) / np.maximum(1.0 - most, 1e-9), 1.0)
+        return fade if "metallic" in maps else float(fade[0])
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:
-        """The lobes of a metal to the share `metallic`; its F₀ is no multiple of the albedo in between."""
-        m, color = self.metallic, np.array(self.color)[:, None]
-        f0, f90 = fresnel_ends(m, color)
+        """The lobes of a metal to the share `metallic`; its F₀ is no multiple of the albedo in between.
 
-        def left(albedo: FloatArray) -> FloatArray:
-            return np.asarray(albedo * (1.0 - fresnel_ends(m, color * albedo)[0]) / (1.0 - f0), albedo.dtype)
+        Where `metallic` is a map, their colours are the greatest that they are at any vertex: that of the base falls
+        with it, and F₀ is linear in it.
+        """
+        color, is_blend = np.array(self.color)[:, None], self.ends is not None or 0.0 < self.metallic < 1.0
+        low, high = self.ends or (self.metallic, self.metallic)
+        under = (1.0 - low) * (1.0 - fresnel_ends(low, color)[0])
+        f0 = np.maximum(fresnel_ends(low, color)[0], fresnel_ends(high, color)[0])
+        f90 = fresnel_ends(low, color)[1] if self.ends is None else np.ones(1)
 
-        def tinted(albedo: FloatArray) -> FloatArray:
-            return np.asarray(fresnel_ends(m, color * albedo)[0] / f0, albedo.dtype)
+        def left(albedo: FloatArray, maps: Mapping[str, FloatArray]) -> FloatArray:
+            m = maps.get("metallic", low)
+            own = (1.0 - m) * (1.0 - fresnel_ends(m, color * albedo)[0])
+            return np.asarray(albedo * own / np.where(under > 0.0, under, 1.0), albedo.dtype)
 
-        def white(albedo: FloatArray) -> FloatArray:
-            grazing = fresnel_ends(m, color * albedo)[1] / f90
+        def tinted(albedo: FloatArray, maps: Mapping[str, FloatArray]) -> FloatArray:
+            own = fresnel_ends(maps.get("metallic", low), color * albedo)[0]
+            return np.asarray(own / np.where(f0 > 0.0, f0, 1.0), albedo.dtype)
+
+        def white(albedo: FloatArray, maps: Mapping[str, FloatArray]) -> FloatArray:
+            grazing = fresnel_ends(maps.get("metallic", low), color * albedo)[1] / f90
             return np.broadcast_to(grazing.astype(albedo.dtype), albedo.shape)
 
         def highlight(color: Any, tint: Any, *, takes_albedo: bool) -> Lobe:
             shown = rgb(tuple(np.broadcast_to(color * self.scale, (3, 1)).ravel().tolist()))
             return HIGHLIGHT._replace(is_own=True, color=shown, takes_albedo=takes_albedo, tint=tint)
 
-        is_blend = 0.0 < m < 1.0
-        under = rgb(tuple(((1.0 - m) * (1.0 - f0) * self.scale).ravel().tolist()))
+        base = rgb(tuple((under * self.scale).ravel().tolist()))
         return (
-            Lobe("diffuse", takes_albedo=True, needs_viewer=True, color=under, tint=left if is_blend else None),
-            highlight(f0, tinted if is_blend else None, takes_albedo=m > 0.0),
+            Lobe("diffuse", takes_albedo=True, needs_viewer=True, color=base, tint=left if is_blend else None),
+            highlight(f0, tinted if is_blend else None, takes_albedo=is_blend or high > 0.0),
             highlight(f90, white if is_blend else None, takes_albedo=is_blend),
         )
 
