@@ -137,9 +137,9 @@ def meaning(role: Role, default: Any) -> Any:
     return field(default=default, metadata={"role": role})
 
 
-def place() -> Any:
+def place(default: Any = (0.0, 0.0, 0.0)) -> Any:
     """A field that says where the light is."""
-    return meaning(Place(check.vector, "position"), (0.0, 0.0, 0.0))
+    return meaning(Place(check.vector, "position"), default)
 
 
 def aim() -> Any:
