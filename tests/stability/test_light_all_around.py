@@ -18,8 +18,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sky_oracle as oracle
+from stability.bounds import assert_bits, assert_within
 from stability.evaluators import EVALUATORS, STEPS, UNLIT, Evaluator
-from stability.ledger import same_bits
 from stability.naive import in_harmonics, least_excess
 
 from pvphong import EnvironmentLight, Material, Scene, Viewer
@@ -92,7 +92,7 @@ def as_its_bands_are(evaluator: Evaluator, sky: str, look: str) -> None:
     for way in WAYS:
         exact = np.array([max(float(x), 0.0) for x in in_bands(sky, way, power)])
         got = lit(evaluator, [way], light, material, np.multiply(way, 4.0))[0]
-        evaluator.record(f"E sky {look}", abs(got - exact), bound(evaluator, light, power))
+        assert_within(f"E sky {look}", abs(got - exact), bound(evaluator, light, power))
 
 
 UP, CAP = (0.0, 0.0, 1.0), (0.25, 0.5, 1.0)
@@ -114,9 +114,9 @@ def one_colour(evaluator: Evaluator, power: float) -> None:
     for eye in EYES:
         exact = over_caps(eye, power, ()) * np.array(light.image)
         got = lit(evaluator, [UP], light, material_of("", power), eye)[0]
-        evaluator.record("E one colour", abs(got - exact), hidden(evaluator, power) * exact)
+        assert_within("E one colour", abs(got - exact), hidden(evaluator, power) * exact)
     got = lit(evaluator, WAYS, light, material_of("diffuse"), EYES[0])
-    evaluator.record("E furnace", abs(got - light.image), 4 * evaluator.step)
+    assert_within("E furnace", abs(got - light.image), 4 * evaluator.step)
 
 
 def half_a_sky(evaluator: Evaluator, power: float) -> None:
@@ -128,7 +128,7 @@ def half_a_sky(evaluator: Evaluator, power: float) -> None:
         cut = color / (2.0 * (power + 1.0))
         allowed = bound(evaluator, light, power) + cut + light.left_out(CosinePower("mirror", power), light.bands)
         got = lit(evaluator, [UP], light, material_of("", power), eye)[0]
-        evaluator.record("E half a sky", abs(got - exact), allowed)
+        assert_within("E half a sky", abs(got - exact), allowed)
 
 
 @cache
@@ -146,7 +146,7 @@ def left_out(evaluator: Evaluator, sky: str) -> None:
         exact = irradiance(sky, way)
         allowed = light.left_out(DIFFUSE, light.bands) + bound(evaluator, light, 1.0)
         got = lit(evaluator, [way], light, material_of("diffuse"), EYES[0])[0]
-        evaluator.record("E left out", abs(got - exact), allowed)
+        assert_within("E left out", abs(got - exact), allowed)
 
 
 def energy(evaluator: Evaluator, sky: str) -> None:
@@ -162,9 +162,9 @@ def energy(evaluator: Evaluator, sky: str) -> None:
     mean = weights @ got.reshape(*ways.shape).mean(axis=1) / 2.0
     total = light.panorama.total
     allowed = light.left_out(DIFFUSE, light.bands) + bound(evaluator, light, 1.0)
-    evaluator.record("E energy", abs(mean - total / 4.0), allowed)
+    assert_within("E energy", abs(mean - total / 4.0), allowed)
     nodes = sum(node.intensity * np.array(node.diffuse) for node in light.nodes(64))
-    evaluator.record("E energy", abs(nodes - total), 64 * STEPS["float64"] * total)
+    assert_within("E energy", abs(nodes - total), 64 * STEPS["float64"] * total)
 
 
 def in_other_units(evaluator: Evaluator, look: str, power: int) -> None:
@@ -173,7 +173,7 @@ def in_other_units(evaluator: Evaluator, look: str, power: int) -> None:
     brighter = replace(light, image=light.image.image.astype(float) * 2.0**power)
     light = replace(light, image=light.image.image.astype(float))
     got, once = (lit(evaluator, WAYS, x, material_of(look), (1.0, 2.0, 3.0)) for x in (brighter, light))
-    same_bits(f"E sky times 2^k {look}", evaluator.name, evaluator.precision, got, once * 2.0**power)
+    assert_bits(f"E sky times 2^k {look}", got, once * 2.0**power)
 
 
 def everywhere(evaluator: Evaluator, look: str, offset: float) -> None:
@@ -184,7 +184,7 @@ def everywhere(evaluator: Evaluator, look: str, offset: float) -> None:
     here, there = (
         lit(evaluator, WAYS, SKIES["odd"], material_of(look), eye + x, points + x) for x in (np.zeros(3), shift)
     )
-    same_bits(f"E sky far out {look}", evaluator.name, evaluator.precision, there, here)
+    assert_bits(f"E sky far out {look}", there, here)
 
 
 def no_normal(evaluator: Evaluator, look: str) -> None:
@@ -192,14 +192,14 @@ def no_normal(evaluator: Evaluator, look: str) -> None:
     none = [(0.0, 0.0, 0.0), (math.nan, 0.0, 1.0), (0.0, 0.0, math.inf)]
     for sky in ("odd", "sun"):
         got = lit(evaluator, none, SKIES[sky], material_of(look), EYES[1])
-        evaluator.record(f"E sky, no normal {look}", abs(got), 0.0)
+        assert_within(f"E sky, no normal {look}", abs(got), 0.0)
         nowhere = [(math.nan, 0.0, 0.0), (0.0, math.inf, 0.0), EYES[1]]  # the last is the viewer's
         assert np.isfinite(lit(evaluator, [UP] * 3, SKIES[sky], material_of(look), EYES[1], nowhere)).all()
 
 
 def black(evaluator: Evaluator, look: str) -> None:
     light = EnvironmentLight(np.zeros((3, 5, 3)))
-    evaluator.record(f"E black sky {look}", lit(evaluator, WAYS, light, material_of(look), EYES[1]), 0.0)
+    assert_within(f"E black sky {look}", lit(evaluator, WAYS, light, material_of(look), EYES[1]), 0.0)
 
 
 DIFFUSE = CosinePower("normal", 1.0)

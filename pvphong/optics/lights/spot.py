@@ -8,8 +8,7 @@ from functools import cached_property, partial
 from typing import Any, Self
 
 from pvphong.base import check
-from pvphong.base.float_range import BRIGHTEST
-from pvphong.base.formulas import ONE, TWO, ZERO, Power, add, formula, square, where
+from pvphong.base.formulas import BRIGHTEST, ONE, TWO, ZERO, Power, add, formula, square, where
 from pvphong.base.types import Vector, VectorLike
 from pvphong.base.vectors import angle_between, moderate_vector
 from pvphong.geometry.extent import Extent

@@ -24,8 +24,8 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.formulas import (
+    BRIGHTEST,
     HALF,
     LEAST_SQUARE,
     ONE,

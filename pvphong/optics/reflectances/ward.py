@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from pvphong.base import check
-from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.formulas import (
+    BRIGHTEST,
     ONE,
     ZERO,
     add,
