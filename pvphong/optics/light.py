@@ -409,4 +409,4 @@ class Light:
         ValueError
             If VTK has nothing like it.
         """
-        return host.light_to_pyvista(self, viewer)
+        return host.answers().to_pyvista(self, viewer)

@@ -74,9 +74,9 @@ class Scene:
     def _converted(self, light: Any) -> Light:
         """A light of VTK's; the places of its camera lights are in units of the distance to the focal point."""
         if self.viewer is not None:
-            return host.light_from_vtk(light, self.viewer.distance)
-        converted = host.light_from_vtk(light, 1.0)
-        if converted != host.light_from_vtk(light, 2.0):
+            return host.answers().from_vtk(light, self.viewer.distance)
+        converted = host.answers().from_vtk(light, 1.0)
+        if converted != host.answers().from_vtk(light, 2.0):
             check.refuse("viewer", None, "a Viewer where a camera light of VTK's has a place", "viewer=plotter.camera.")
         return converted
 
@@ -130,7 +130,7 @@ class Scene:
             check.refuse("plotter", "image-based light on meshes with pbr=True", "lit by its lights alone", remedy)
         # plotter.camera would count as a choice of view, and keep PyVista from fitting it to the meshes.
         viewer = Viewer.from_camera(renderer.camera)
-        lights = tuple(host.light_placed(light, viewer) for light in renderer.GetLights())
+        lights = tuple(host.answers().as_light(light, viewer) for light in renderer.GetLights())
         return cls(lights=lights, viewer=viewer)
 
     def _repr_html_(self) -> str:
