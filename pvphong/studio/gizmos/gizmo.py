@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -90,19 +90,17 @@ class Gizmo:
 
     def surface_highlight(self, view: View) -> SurfacePoint | None:
         """Where the light has its highlight, for an eye."""
-        light = self.renderer_light.light(view.viewer)
-        if light.frame == "headlight":
-            return None
-        return find_highlight(light.in_world(view.viewer), view, self._gizmos.lit.shown)
+        return find_highlight(self.in_scene(view).light, view, self._gizmos.lit.shown)
 
     def in_scene(self, view: View) -> LightInScene:
-        """The light in the world, and the scene around it.
+        """The light in the world, and the scene around it; a headlight is still called one.
 
         The icon of a light without a place is in front of the scene, or where a drag has left it.
         """
         light, scene = self.renderer_light.light(view.viewer), self._scene(view)
         scenery = self._held[1] if self._held is not None and self._held[0] == scene else Scenery.around(*scene[:2])
-        return LightInScene(light.in_world(view.viewer), scenery)
+        placed = light.in_world(view.viewer)
+        return LightInScene(replace(placed, frame="headlight") if light.frame == "headlight" else placed, scenery)
 
     def hold(self, handle: str, view: View) -> None:
         """Let a light without a place turn around the end that is not grabbed, for as long as the scene stays."""
@@ -114,8 +112,6 @@ class Gizmo:
 
     def points(self, view: View, highlight: Vector | None = None) -> dict[str, Float64Array]:
         """The handles' positions, as arrays; with that of a highlight, if there is one."""
-        if self.renderer_light.light(view.viewer).frame == "headlight":
-            return {}
         found = self.in_scene(view).points(view)
         return found if highlight is None else found | {HIGHLIGHT: np.array(highlight)}
 
@@ -133,8 +129,6 @@ class Gizmo:
         mark : str
             What stands beside its icon.
         """
-        if self.renderer_light.light(drawing.view.viewer).frame == "headlight":
-            return
         shown = self.in_scene(drawing.view)
         drawing.color, drawing.edge = hue(shown.light), DARK_EDGE if shown.light.on else LIGHT_EDGE
         shown.draw(drawing, self.is_selected or active is not None)

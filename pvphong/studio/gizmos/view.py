@@ -281,14 +281,6 @@ class DragStart:
         axis = self.view.axis_along(point, self.motion(cursor))
         return point if axis is None else self.view.along(point, axis, self.motion(cursor))
 
-    def moved_on_grid(self, cursor: Cursor) -> Float64Array:
-        """As `moved`; snapping: to the grid, but for coordinates in which the handle does not move."""
-        point = self.moved(cursor)
-        if not cursor.snapping:
-            return point
-        stays = np.abs(point - self.point) <= 1e-9 * self.scenery.size
-        return np.where(stays, self.point, np.round(point / self.grid) * self.grid)
-
 
 def vector(values: VectorLike | Float64Array) -> Vector:
     """Three floats, as lights have them."""
