@@ -94,15 +94,12 @@ CRASHES = {
 }
 
 
-@pytest.mark.parametrize(("work", "line"), CRASHES.items(), ids=CRASHES)
-def test_a_crash_is_one_line_and_status_2(work, line):
+@pytest.mark.parametrize(
+    ("work", "line", "forks"), [(*row, True) for row in CRASHES.items()] + [("os.abort()", KILLED.format("SIGABRT"), False)]
+)
+def test_a_crash_is_one_line_and_status_2(work, line, forks):
     """It names the file that was read, if there is one; a reader that comes to no end is ended."""
-    assert run(work) == (2, "", f"error: {line}\n")
-
-
-def test_where_nothing_is_forked_a_crash_is_one_line_too():
-    status, out, err = run("os.kill(os.getpid(), signal.SIGSEGV)", forks=False)
-    assert (status, out, err) == (2, "", f"error: {KILLED.format('SIGSEGV')}\n")
+    assert run(work, forks=forks) == (2, "", f"error: {line}\n")
 
 
 def test_a_crash_after_the_work_is_none():
@@ -117,10 +114,12 @@ def test_a_reader_that_is_slow_but_reads_on_is_waited_for():
     assert run(READING + slow) == (0, "read\n", "")
 
 
-def test_memory_is_limited_while_a_file_is_read():
+def test_memory_is_limited_while_a_file_is_read_with_others_that_belong_to_it_even_if_it_fails():
     work = "import resource\nlimit = lambda: resource.getrlimit(resource.RLIMIT_DATA)[0]\nold = limit()\n"
-    work += READING + "new = limit()\nprint(old == limit(), 0 < new < 2**50)"
-    assert run(work) == (0, "True True\n", "")
+    work += f"try:\n {READING.splitlines()[0]}\n with reading('mesh.vtm'):\n  with reading('block.vtp'): pass\n"
+    work += "  print(0 < limit() < 2**50)\n  raise ValueError\nexcept ValueError: print(old == limit())\n"
+    work += "time.sleep(1); os.abort()"
+    assert run(work) == (2, "True\nTrue\n"[:0], f"error: {KILLED.format('SIGABRT')}\n")
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])

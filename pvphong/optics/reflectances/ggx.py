@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -43,9 +44,9 @@ class GGX(Microfacets):
         super().__post_init__()
         object.__setattr__(self, "f0", part_of_light("f0", self.f0))
 
-    def facets_of(self, roughness: Any) -> Facets:
+    def facets_of(self, maps: Mapping[str, Any]) -> Facets:
         """Facets with the same α for distribution and masking."""
-        alpha = alpha_of(roughness)
+        alpha = alpha_of(maps.get("roughness", self.roughness))
         return Facets(alpha, alpha)
 
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -75,11 +75,11 @@ class PBR(Microfacets):
 
     def in_vtk(self) -> PBR:
         """As the shader has it; for that it must have its colour."""
-        return _Shaded(self.metallic, self.roughness)
+        return _Shaded(**asdict(self))
 
-    def facets_of(self, roughness: Any) -> Facets:
+    def facets_of(self, maps: Mapping[str, Any]) -> Facets:
         """D has the square of the roughness, the masking the roughness itself."""
-        alpha = alpha_of(roughness)
+        alpha = alpha_of(maps.get("roughness", self.roughness))
         return Facets(alpha, np.sqrt(alpha))
 
     @property
@@ -108,20 +108,16 @@ class _Colored(PBR):
 
     scale: ClassVar[float] = 1.0
 
-    def in_vtk(self) -> PBR:
-        """VTK's form, with its colour."""
-        return _Shaded(self.metallic, self.roughness, self.color)
+    def facets_of(self, maps: Mapping[str, Any]) -> Facets:
+        """With t = 1 − (1 − F₉₀)/(1 − F₀), for (1 − F₀)(1 − tS) to be 1 − F, in the brightest channel."""
+        f0, f90 = fresnel_ends(maps.get("metallic", self.metallic), np.array(self.color)[:, None])
+        top = f0.max(axis=0)
+        fade = np.where(f90 < 1.0, (f90 - top) / np.maximum(1.0 - top, 1e-9), 1.0)
+        return super().facets_of(maps)._replace(fade=fade if "metallic" in maps else float(fade[0]))
 
     def over(self, maps: Mapping[str, tuple[float, float]]) -> PBR:
         """One whose colours hold for a map of metallic too."""
         return replace(self, ends=maps["metallic"]) if "metallic" in maps else self
-
-    def fade_of(self, maps: Mapping[str, Any]) -> Any:
-        """1 − (1 − F₉₀)/(1 − F₀), for (1 − F₀)(1 − tS) to be 1 − F, in the brightest channel."""
-        f0, f90 = fresnel_ends(maps.get("metallic", self.metallic), np.array(self.color)[:, None])
-        most = f0.max(axis=0)
-        fade = np.where(f90 < 1.0, (f90 - most) / np.maximum(1.0 - most, 1e-9), 1.0)
-        return fade if "metallic" in maps else float(fade[0])
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:
@@ -170,9 +166,9 @@ class _Shaded(_Colored):
     scale: ClassVar[float] = 1.0 / math.pi
     """Over π."""
 
-    def facets_of(self, roughness: Any) -> Facets:
+    def facets_of(self, maps: Mapping[str, Any]) -> Facets:
         """Facets with the shader's floors."""
-        return super().facets_of(roughness)._replace(floor=_FLOOR, least=_LEAST)
+        return super().facets_of(maps)._replace(floor=_FLOOR, least=_LEAST)
 
 
 # --- VTK's properties
