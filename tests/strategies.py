@@ -412,16 +412,17 @@ def moderate_case(dice: Dice, convention: str) -> Case:
 # --- hard scenes ---
 
 
-def _hard_matrix(dice: Dice) -> np.ndarray | None:
+def _hard_matrix(dice: Dice, reach: int) -> np.ndarray | None:
     """Extreme scales, flattened and nearly flattened, strongly sheared; rank 1 and less are left to their own test."""
     kind = dice.choice(["none", "none", "none", "uniform", "diagonal", "thin", "flat", "shear"])
     if kind == "none":
         return None
     matrix = np.eye(4)
     if kind == "uniform":
-        linear = dice.rotation() * dice.wide(-600, 600)
+        linear = dice.rotation() * dice.wide(-min(reach, 600), min(reach, 600))
     elif kind == "diagonal":
-        linear = np.diag([dice.choice((1, -1)) * dice.wide(-490, 490) for _ in range(3)])
+        most = min(reach, 490)
+        linear = np.diag([dice.choice((1, -1)) * dice.wide(-most, most) for _ in range(3)])
     elif kind == "thin":
         small = dice.log_between(1e-16, 1e-2)
         linear = dice.rotation() @ np.diag([1.0, dice.choice([1.0, math.sqrt(small), small]), small]) @ dice.rotation()
@@ -436,8 +437,8 @@ def _hard_matrix(dice: Dice) -> np.ndarray | None:
     return matrix
 
 
-def _hard_attenuation(dice: Dice) -> Triple:
-    c, linear, quadratic = (dice.choice((0.0, dice.wide(-1000, 1000))) for _ in range(3))
+def _hard_attenuation(dice: Dice, reach: int) -> Triple:
+    c, linear, quadratic = (dice.choice((0.0, dice.wide(-reach, reach))) for _ in range(3))
     return (c, linear, quadratic) if c or linear or quadratic else (0.0, 0.0, 1.0)
 
 
@@ -464,7 +465,7 @@ def _hard_light(dice: Dice, points: np.ndarray, normals: np.ndarray, reach: int)
     kind = dice.choice(["directional", "point", "spot"])
     if kind == "directional":
         return DirectionalLight(direction=triple(-to_light), **common)
-    attenuation = dice.attenuation() if dice.likely(50) else _hard_attenuation(dice)
+    attenuation = dice.attenuation() if dice.likely(50) else _hard_attenuation(dice, reach)
     common |= {"position": triple(position), "attenuation": attenuation}
     if kind == "point":
         return PointLight(**common)
@@ -500,7 +501,8 @@ def _spoil(dice: Dice, rows: np.ndarray, percent: float) -> None:
 def hard_case(dice: Dice, convention: str, reach: int = 900, odd_percent: float = 10.0) -> Case:
     """Inputs of the catalogue of hard cases, mixed: what comes out must be finite, or a documented exception.
 
-    Coordinates have exponents from −reach to reach, or from −1074 on where that is 900: subnormal ones too.
+    Coordinates, attenuations and matrices have exponents from −reach to reach; where that is 900, coordinates are
+    subnormal too.
     `odd_percent` of the rows are zero, and about as many again hold a NaN or infinity.
     """
     count, lowest = dice.randint(1, 5), -reach if reach < 900 else -1074
@@ -514,4 +516,4 @@ def hard_case(dice: Dice, convention: str, reach: int = 900, odd_percent: float 
         viewer=_hard_viewer(dice, points, reach),
         light_model=_light_model(dice, convention),
     )
-    return Case(points, normals, scene, replace(_material(dice), shininess=shininess), _hard_matrix(dice))
+    return Case(points, normals, scene, replace(_material(dice), shininess=shininess), _hard_matrix(dice, reach))

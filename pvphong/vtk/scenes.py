@@ -1,14 +1,14 @@
 """A scene as VTK draws it: what VTK's shader cannot draw, and how to give it the rest.
 
-`obstacles` lists what VTK has no words for, each with the nearest that it has. Much of the standard model can be said
-in other words: `in_vtk_terms` makes ambient light and emission the material's unlit ambient, a viewer at infinity an
-eye far away, a cone of 90° the widest that VTK still takes for one.
+`refuse_inexpressible` names what VTK cannot draw, and the nearest scene that it can. Much of the standard model can be
+said in other words: `in_vtk_terms` makes ambient light and emission the material's unlit ambient, a viewer at infinity
+an eye far away, a cone of 90° the widest that VTK still takes for one.
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -74,27 +74,6 @@ def _is_headlight_tier(scene: Scene) -> bool:
 
 # --- what VTK cannot draw ---
 
-Change = Callable[[Scene, Material], tuple[Scene, Material]]
-
-
-@dataclass(frozen=True)
-class Obstacle:
-    """Something that VTK cannot draw.
-
-    Parameters
-    ----------
-    what : str
-        What it is.
-    instead : str
-        What can be drawn in its place, or what to do about it.
-    change : callable, optional
-        Makes scene and material over into the nearest without it; None where there is none.
-    """
-
-    what: str
-    instead: str
-    change: Change | None = None
-
 
 class InexpressibleError(ValueError):
     """A scene that VTK's shader cannot draw.
@@ -107,17 +86,12 @@ class InexpressibleError(ValueError):
         The nearest that it can draw; None where there is none, as for a singular matrix.
     """
 
-    def __init__(self, obstacles: list[Obstacle], scene: Scene, material: Material) -> None:
-        self.reasons = tuple(obstacle.what for obstacle in obstacles)
-        self.scene: Scene | None = scene
-        self.material: Material | None = material
-        for obstacle in obstacles:
-            if obstacle.change is None:
-                self.scene = self.material = None
-            elif self.scene is not None and self.material is not None:
-                self.scene, self.material = obstacle.change(self.scene, self.material)
-        remedy = ", ".join(obstacle.instead for obstacle in obstacles)
-        if self.scene is not None:
+    def __init__(self, reasons: Iterable[str], remedies: Iterable[str], nearest: tuple[Scene, Material] | None) -> None:
+        self.reasons = tuple(reasons)
+        self.scene: Scene | None = nearest[0] if nearest else None
+        self.material: Material | None = nearest[1] if nearest else None
+        remedy = ", ".join(remedies)
+        if nearest:
             remedy = f"The nearest that it can: {remedy} (`.scene` and `.material` of this error)"
         super().__init__(f"scene must be one that VTK can draw; got {'; '.join(self.reasons)}. {remedy}.")
 
@@ -129,125 +103,85 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
     """
     for index, light in enumerate(scene.lights):
         refuse_unless_in_vtk(light, f"lights[{index}]", "a light that VTK has")
+    is_physical = material.reflectance is not None
     if material.reflectance is not None and material.reflectance.in_vtk() is None:
         allowed = "None or PBR where VTK is to draw it"
         check.refuse("reflectance", material.reflectance, allowed, nearest_in_vtk(material))
-    found = list(obstacles(scene, material, matrix))
-    if found:
-        raise InexpressibleError(found, scene, material)
+    given = scene.light_model
+    obstacles: dict[str, str] = {}  # what VTK cannot draw → what it can in its place, or what to do about it
+    lights, viewer, model, nearest = list(scene.lights), scene.viewer, given, material  # the nearest that it can
 
-
-def obstacles(scene: Scene, material: Material, matrix: Float64Array | None) -> Iterator[Obstacle]:
-    """What VTK cannot draw of a scene whose lights and reflectance it has, where it has an effect."""
-    model = scene.light_model
     if matrix is not None:
-        yield from _obstacles_of_matrix(matrix, turns_normals=model.convention == "vtk" and model.two_sided)
-    if model.needs_rays:
-        yield Obstacle("shadows or ambient occlusion", "the same without them", _with_model(LightModel.without_rays))
-    if material.reflectance is not None:  # VTK's physically based shading, which has its own units
-        if model.convention == "standard":
-            what = "PBR in the standard convention (VTK's is darker by π, and raised to 1/2.2)"
-            vtks = _with_model(lambda model: LightModel.vtk(model.two_sided))
-            yield Obstacle(what, "LightModel.vtk()", vtks)
-        if any(rgb(material.emission)):
-            what = "emission of a physically based material"
-            yield Obstacle(what, "emission=0", lambda scene, material: (scene, replace(material, emission=0.0)))
-    elif model.convention == "standard":
-        yield from _obstacles_of_standard(scene, material)
-    if material.shininess > HIGHEST_POWER and material.reflectance is None:
+        obstacles |= _obstacles_of_matrix(matrix)
+    is_drawn = not obstacles
+    if matrix is not None and given.convention == "vtk" and given.two_sided and np.linalg.det(matrix) < 0.0:
+        what = "a mirrored surface (VTK draws it black, having turned its normals away from the eye)"
+        obstacles[what] = "LightModel.vtk(two_sided=False), as it draws points"
+        model = replace(model, two_sided=False)
+    if given.needs_rays:
+        obstacles["shadows or ambient occlusion"] = "the same without them"
+        model = model.without_rays()
+    if is_physical and given.convention == "standard":  # VTK's physically based shading has its own units
+        what = "PBR in the standard convention (VTK's is darker by π, and raised to 1/2.2)"
+        obstacles[what], model = "LightModel.vtk()", LightModel.vtk(model.two_sided)
+    if is_physical and any(rgb(material.emission)):
+        obstacles["emission of a physically based material"] = "emission=0"
+        nearest = replace(nearest, emission=0.0)
+    if not is_physical and given.convention == "standard":
+        for index, light in enumerate(scene.lights):
+            if not light.on:
+                continue
+            if any(reflected(material.ambient, rgb(light.ambient), light)):
+                what = f"ambient light of its own from lights[{index}] (ambient={light.ambient})"
+                lights[index] = replace(lights[index], ambient=0.0)
+                obstacles[what] = f"lights[{index}] with ambient=0"
+                if light.is_even:  # it is the same everywhere, as the light model's: colours stay what they are
+                    obstacles[what] = f"LightModel.ambient brighter by that of lights[{index}]"
+                    red, green, blue = np.add(rgb(model.ambient), reflected(1.0, rgb(light.ambient), light)).tolist()
+                    model = replace(model, ambient=(red, green, blue))
+            both = (reflected(material.specular, color, light) for color in (light.specular_color, rgb(light.diffuse)))
+            if len(set(both)) > 1:
+                what = f"highlights of lights[{index}] in another colour than its diffuse (specular={light.specular})"
+                obstacles[what] = f"lights[{index}] with specular=None"
+                lights[index] = replace(lights[index], specular=None)
+        if _has_highlights(scene, material) and not _is_headlight_tier(scene):
+            if given.reflection == "blinn-phong":
+                phong = material.shininess / 4.0  # the inverse of `Material.for_blinn_phong`
+                obstacles["Blinn-Phong highlights (VTK's are Phong's)"] = f"reflection='phong' with shininess={phong:g}"
+                model, nearest = replace(model, reflection="phong"), replace(nearest, shininess=phong)
+            if seen_from_infinity(scene) and not all(light.is_even for light in shining(scene)):
+                what = "highlights for a viewer at infinity beside lights with a position (VTK's viewer is local)"
+                obstacles[what] = "local_viewer=True and parallel=False"
+                model, viewer = replace(model, local_viewer=True), replace(viewer, parallel=False)
+    if material.shininess > HIGHEST_POWER and not is_physical:
         what = f"a shininess of {material.shininess:g} (VTK clamps powers to {HIGHEST_POWER:g})"
-        yield Obstacle(what, f"shininess at most {HIGHEST_POWER:g}", _with_power_in_reach)
+        obstacles[what] = f"shininess at most {HIGHEST_POWER:g}"
+        nearest = replace(nearest, shininess=min(nearest.shininess, HIGHEST_POWER))
     for index, light in enumerate(scene.lights):
-        if light.on and (exponent := light.as_vtk().exponent) > HIGHEST_POWER:
+        exponent = light.as_vtk().exponent
+        if light.on and exponent > HIGHEST_POWER:
             what = f"an exponent of {exponent:g} in lights[{index}] (VTK clamps them to {HIGHEST_POWER:g})"
-            clamped = _with_light(index, lambda light: light.with_values(Power, HIGHEST_POWER))
-            yield Obstacle(what, f"lights[{index}] with exponent={HIGHEST_POWER:g}", clamped)
+            obstacles[what] = f"lights[{index}] with exponent={HIGHEST_POWER:g}"
+            lights[index] = lights[index].with_values(Power, HIGHEST_POWER)
+    if obstacles:
+        drawn = replace(scene, lights=lights, viewer=viewer, light_model=model), nearest
+        raise InexpressibleError(obstacles.keys(), obstacles.values(), drawn if is_drawn else None)
 
 
-def _obstacles_of_matrix(matrix: Float64Array, *, turns_normals: bool) -> Iterator[Obstacle]:
+def _obstacles_of_matrix(matrix: Float64Array) -> dict[str, str]:
+    """What VTK cannot do with a model matrix → the remedy, for the scene has none."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", SingularMatrixWarning)
         normal_matrix(matrix)  # refuses what no evaluator takes
-    linear = matrix[:3, :3] / matrix[3, 3]
-    scales = np.linalg.svd(linear, compute_uv=False)
     if caught:
-        remedy = "Use a small scale in place of 0"
-        yield Obstacle("a matrix that flattens space (VTK leaves it uninverted for normals)", remedy)
-    elif scales.min() < LEAST_SCALE or scales.max() > MOST_SCALE:
+        return {
+            "a matrix that flattens space (VTK leaves it uninverted for normals)": "Use a small scale in place of 0"
+        }
+    scales = np.linalg.svd(matrix[:3, :3] / matrix[3, 3], compute_uv=False)
+    if scales.min() < LEAST_SCALE or scales.max() > MOST_SCALE:
         what = f"a matrix that scales by {scales.min():.3g} to {scales.max():.3g} (VTK then draws black)"
-        yield Obstacle(what, f"Scale mesh, lights and viewer alike, to between {LEAST_SCALE:g} and {MOST_SCALE:g}")
-    if turns_normals and np.linalg.det(linear) < 0.0:
-        what = "a mirrored surface (VTK draws it black, having turned its normals away from the eye)"
-        one_sided = _with_model(lambda model: replace(model, two_sided=False))
-        yield Obstacle(what, "LightModel.vtk(two_sided=False), as it draws points", one_sided)
-
-
-def _obstacles_of_standard(scene: Scene, material: Material) -> Iterator[Obstacle]:
-    """What the standard convention's lights and highlights have that VTK's shader has not."""
-    for index, light in enumerate(scene.lights):
-        if not light.on:
-            continue
-        if any(reflected(material.ambient, rgb(light.ambient), light)):
-            what = f"ambient light of its own from lights[{index}] (ambient={light.ambient})"
-            if light.is_even:
-                instead = f"LightModel.ambient brighter by that of lights[{index}]"
-                yield Obstacle(what, instead, _with_ambient_in_model(index))
-            else:
-                dark = _with_light(index, lambda light: replace(light, ambient=0.0))
-                yield Obstacle(what, f"lights[{index}] with ambient=0", dark)
-        both = (reflected(material.specular, color, light) for color in (light.specular_color, rgb(light.diffuse)))
-        if len(set(both)) > 1:
-            what = f"highlights of lights[{index}] in another colour than its diffuse (specular={light.specular})"
-            plain = _with_light(index, lambda light: replace(light, specular=None))
-            yield Obstacle(what, f"lights[{index}] with specular=None", plain)
-    if not _has_highlights(scene, material) or _is_headlight_tier(scene):
-        return
-    if scene.light_model.reflection == "blinn-phong":
-        instead = f"reflection='phong' with shininess={material.shininess / 4.0:g}"
-        yield Obstacle("Blinn-Phong highlights (VTK's are Phong's)", instead, _as_phong)
-    if seen_from_infinity(scene) and not all(light.is_even for light in shining(scene)):
-        what = "highlights for a viewer at infinity beside lights with a position (VTK's viewer is local)"
-        yield Obstacle(what, "local_viewer=True and parallel=False", _with_local_viewer)
-
-
-def _with_light(index: int, made: Callable[[Light], Light]) -> Change:
-    def change(scene: Scene, material: Material) -> tuple[Scene, Material]:
-        lights = list(scene.lights)
-        lights[index] = made(lights[index])
-        return replace(scene, lights=lights), material
-
-    return change
-
-
-def _with_model(made: Callable[[LightModel], LightModel]) -> Change:
-    return lambda scene, material: (replace(scene, light_model=made(scene.light_model)), material)
-
-
-def _with_ambient_in_model(index: int) -> Change:
-    """A directional light's ambient is the same everywhere, as is the light model's: the colours stay what they are."""
-
-    def change(scene: Scene, material: Material) -> tuple[Scene, Material]:
-        light, model = list(scene.lights)[index], scene.light_model
-        red, green, blue = np.add(rgb(model.ambient), reflected(1.0, rgb(light.ambient), light)).tolist()
-        brighter = replace(scene, light_model=replace(model, ambient=(red, green, blue)))
-        return _with_light(index, lambda light: replace(light, ambient=0.0))(brighter, material)
-
-    return change
-
-
-def _as_phong(scene: Scene, material: Material) -> tuple[Scene, Material]:
-    """A quarter of the shininess, the inverse of `Material.for_blinn_phong`."""
-    phong = replace(scene.light_model, reflection="phong")
-    return replace(scene, light_model=phong), replace(material, shininess=material.shininess / 4.0)
-
-
-def _with_local_viewer(scene: Scene, material: Material) -> tuple[Scene, Material]:
-    model, viewer = replace(scene.light_model, local_viewer=True), replace(scene.viewer, parallel=False)
-    return replace(scene, light_model=model, viewer=viewer), material
-
-
-def _with_power_in_reach(scene: Scene, material: Material) -> tuple[Scene, Material]:
-    return scene, replace(material, shininess=min(material.shininess, HIGHEST_POWER))
+        return {what: f"Scale mesh, lights and viewer alike, to between {LEAST_SCALE:g} and {MOST_SCALE:g}"}
+    return {}
 
 
 # --- the rest, in VTK's terms ---
@@ -293,7 +227,11 @@ def in_vtk_terms(scene: Scene, material: Material, center: Float64Array, size: f
     lights, viewer, conversions = list(scene.lights), scene.viewer, []
     ambient, emission = np.array(rgb(material.ambient)), np.array(rgb(material.emission))
     if scene.light_model.convention == "standard":
-        lights = [_within_widest_cone(light) for light in shining(scene)]
+        angles = (light.as_vtk().cone_angle or 0.0 for light in shining(scene))
+        lights = [
+            light.with_values(Angle, _WIDEST_CONE) if angle > _WIDEST_CONE else light
+            for light, angle in zip(shining(scene), angles, strict=True)
+        ]
         if lights != shining(scene):
             conversions.append(f"cones of 90° as {_WIDEST_CONE:.6f}°, VTK's widest")
         if _is_headlight_tier(scene):
@@ -317,8 +255,3 @@ def in_vtk_terms(scene: Scene, material: Material, center: Float64Array, size: f
     red, green, blue = (ambient + emission).tolist()
     given = replace(material, ambient=(red, green, blue), emission=0.0)
     return Terms(tuple(lights), given, viewer, vtk_tier(lights), tuple(conversions))
-
-
-def _within_widest_cone(light: Light) -> Light:
-    angle = light.as_vtk().cone_angle
-    return light if angle is None or angle <= _WIDEST_CONE else light.with_values(Angle, _WIDEST_CONE)

@@ -61,6 +61,6 @@ def test_any_scene_gives_finite_colours_or_is_refused(backend: str, examples: in
         return "lit" if shading.rgb.any() else "black"
 
     hunt(throw, check, examples)
-    assert outcomes["lit"] > (0.4 if backend == "numpy" else 0.3) * examples, outcomes
+    assert outcomes["lit"] > 0.4 * examples, outcomes
     assert outcomes["refused"] < 0.1 * examples, outcomes
-    assert outcomes["declined"] == 0 or backend != "numpy", outcomes
+    assert outcomes["declined"] <= (0.0 if backend == "numpy" else 0.1) * examples, outcomes
