@@ -289,8 +289,8 @@ def lit_meshes(
     if not (isinstance(albedo, str | None) or is_texture(albedo)):
         allowed = "a texture, the name of a point array that every block has, or None"
         check.refuse("albedo", type(albedo).__name__, allowed)
-    found = {}
-    for (path, block), own in zip(datasets(mesh), materials_of(mesh, shared), strict=True):
+    found, blocks = {}, list(datasets(mesh))
+    for (path, block), own in zip(blocks, materials_of([path for path, _ in blocks], shared), strict=True):
         try:
             found[path] = LitMesh(block, own, albedo, feature_angle=feature_angle)
         except ValueError as error:
