@@ -113,34 +113,3 @@ def _horner(coefficients: list[int], t: int) -> int:
     for coefficient in coefficients:
         value = (value * t >> BITS) + coefficient
     return value
-
-
-def irradiance(image: Any, up: Any, rotation: float, n: Any) -> list[Any]:
-    """1/π · ∫ L max(n·u, 0) du of each channel, in all bands; n of length 1."""
-    theta_n, phi_n = around_top(n, up, rotation)
-    height, width, channels = image.shape
-    edges = [2 * mp.pi * (mp.mpf(j) / width - mp.mpf(0.5)) - phi_n for j in range(width + 1)]
-    level, aside = mp.cos(theta_n), mp.sin(theta_n)
-    breaks = [mp.atan2(level, -aside * c) for c in (1, -1, *map(mp.cos, edges))]  # where edges cross the horizon
-    breaks = [x + mp.pi if x < 0 else x for x in breaks]
-    result = [mp.mpf(0)] * channels
-    for i in range(height):
-        low, high = mp.pi * i / height, mp.pi * (i + 1) / height
-        ends = sorted({low, high, *(x for x in breaks if low < x < high)})
-        for j, (first, last) in enumerate(pairwise(edges)):
-            texel = mp.quad(lambda theta, a=first, b=last: _along(theta, a, b, level, aside), ends)
-            for c in range(channels):
-                result[c] += texel * mp.mpf(float(image[i, j, c])) / mp.pi
-    return result
-
-
-def _along(theta: Any, first: Any, last: Any, level: Any, aside: Any) -> Any:
-    """∫ of the positive part of cos θ · level + sin θ · aside · cos φ, times sin θ, between two φ."""
-    even, wave = mp.cos(theta) * level, mp.sin(theta) * aside
-    half = mp.acos(max(-1, min(1, -even / wave))) if wave else mp.pi * (even > 0)
-    total = mp.mpf(0)
-    for turn in (-2 * mp.pi, 0, 2 * mp.pi):
-        a, b = max(first, turn - half), min(last, turn + half)
-        if a < b:
-            total += even * (b - a) + wave * (mp.sin(b) - mp.sin(a))
-    return total * mp.sin(theta)

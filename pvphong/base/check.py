@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from pvphong.base.host import color_by_name, color_names
+from pvphong.base import host
 from pvphong.base.types import Color, Float64Array, FloatArray, Vector
 
 _LONGEST_SHOWN = 80
@@ -82,21 +82,17 @@ def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
     options = list(allowed)
     if isinstance(value, str) and value in options:
         return value
-    close = _close(value, options)
+    remedy = meant(value, options)
     if len(options) > _MANY:
-        options = [*close, *(option for option in options if option not in close)]
+        options.sort(key=lambda option: repr(option) not in remedy)
     listed = "one of " + ", ".join(repr(o) for o in options)
-    refuse(name, value, listed if options else "the name of one, and there is none", meant(value, options))
+    refuse(name, value, listed if options else "the name of one, and there is none", remedy)
 
 
 def meant(value: Any, options: Iterable[str]) -> str:
     """A remedy that suggests the nearest of several strings; "" where none is near."""
-    close = _close(value, options)
+    close = difflib.get_close_matches(value.lower(), options) if isinstance(value, str) else ()
     return f"Did you mean {' or '.join(repr(c) for c in close)}?" if close else ""
-
-
-def _close(value: Any, options: Iterable[str]) -> list[str]:
-    return difflib.get_close_matches(value.lower(), options) if isinstance(value, str) else []
 
 
 def text(name: str, value: Any) -> str:
@@ -150,10 +146,10 @@ def color(name: str, value: Any) -> Color:
     allowed = "a number >= 0, three numbers >= 0 (1.0 = full), or a colour name or hex string"
     if isinstance(value, str):
         try:
-            return color_by_name(value)
+            return host.answers().color_by_name(value)
         except ValueError:
             listed = "PyVista's colour names are listed in pyvista.hex_colors."
-            refuse(name, value, allowed, meant(value, color_names()) or listed)
+            refuse(name, value, allowed, meant(value, host.answers().color_names()) or listed)
     value = getattr(value, "float_rgb", value)  # a pyvista.Color, which has no length
     if isinstance(value, np.ndarray) and value.ndim != 1:
         refuse(name, f"an array of shape {value.shape}", allowed)

@@ -20,8 +20,6 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from pvphong.base.float_range import BRIGHTEST, FAINTEST
-
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 FORMULAS: list[Callable[..., Any]] = []
@@ -29,7 +27,19 @@ FORMULAS: list[Callable[..., Any]] = []
 
 ZERO, HALF, ONE, TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
 
-LEAST_SQUARE = np.float32(2.0**-126)
+BRIGHTEST = 2.0**100
+"""Strengths, colours and exponents are capped here, so that nothing overflows float32; anything near it is white.
+
+(The kernel caps a spot's attenuation before its falloff: where the attenuation has no constant, and so near to the
+light that this matters, 2⁻⁵⁰ of the distance where it is 1, a spot may be darker outside the middle of its cone.)"""
+
+FAINTEST = 2.0**-126
+"""The least normal number of float32."""
+
+FARTHEST = 2.0**1000
+"""The most that a light's colours may be before its attenuation, which may bring them down again."""
+
+LEAST_SQUARE = np.float32(FAINTEST)
 """Stands in for the square of a zero vector, which then remains zero when it is made unit length."""
 
 

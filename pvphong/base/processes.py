@@ -19,29 +19,21 @@ SECONDS, BYTES_PER_SECOND = 60.0, 1e6
 """Seconds that reading a file may take, and a second more for each megabyte; counted from when it last got anything
 from a disk."""
 
-worker: "Worker | None" = None
-"""This process's end of the pipe, if another process watches it."""
+watcher: int | None = None
+"""Descriptor of the pipe to the process that watches this one, if one does."""
+
+_is_reading = False
 
 
-class Worker:
-    """The process that is watched.
+def say(what: str, more: object = "") -> None:
+    """Tell the process that watches this one, if one does, what this one is about to do.
 
-    Parameters
-    ----------
-    end : int
-        The pipe's descriptor.
+    That is a "folder" that is written in, to be removed should this process be killed; that "reading" begins, with its
+    seconds and the file, and is "done", or has failed; or the exit "status": the work is over, whatever libraries do
+    when they are unloaded.
     """
-
-    def __init__(self, end: int) -> None:
-        self._end = end
-        self.is_reading = False
-
-    def say(self, what: str, more: object = "") -> None:
-        """Announce a "folder" that is written in, to be removed should this process be killed; that "reading" begins,
-        with its seconds and the file, and is "done", or has failed; or the exit "status": the work is over, whatever
-        libraries do when they are unloaded.
-        """
-        os.write(self._end, os.fsencode(f"{what} {more}") + b"\0")
+    if watcher is not None:
+        os.write(watcher, os.fsencode(f"{what} {more}") + b"\0")
 
 
 class Watch:
@@ -128,16 +120,15 @@ class Watch:
         return f"{line} {advice}".rstrip()
 
 
-def begin_work(end: int) -> Worker:
-    """Make this process a worker, which ends with the one that watches it."""
-    global worker
+def begin_work(end: int) -> None:
+    """Make this process a worker, which ends with the one that watches it; `end` is its end of the pipe."""
+    global watcher
     os.set_inheritable(end, False)
-    worker = Worker(end)
+    watcher = end
     if sys.platform == "linux":
         import ctypes
 
         ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
-    return worker
 
 
 @contextmanager
@@ -146,21 +137,22 @@ def reading(path: "str | os.PathLike[str]") -> "Iterator[None]":
 
     Within another such block, and in a process that nobody watches, nothing changes.
     """
-    if worker is None or worker.is_reading:
+    global _is_reading
+    if watcher is None or _is_reading:
         yield
         return
     try:
         size = os.stat(path).st_size
     except (OSError, ValueError):
         size = 0
-    worker.is_reading = True
-    worker.say("reading", f"{SECONDS + size / BYTES_PER_SECOND} {os.fspath(path)}")
+    _is_reading = True
+    say("reading", f"{SECONDS + size / BYTES_PER_SECOND} {os.fspath(path)}")
     try:
         with _limited_memory():
             yield
     finally:
-        worker.is_reading = False
-        worker.say("done")
+        _is_reading = False
+        say("done")
 
 
 def available_memory() -> int | None:

@@ -14,31 +14,19 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import ContextVar
 from typing import Any
 
 from pvphong.base import text
 
-
-class _Here(threading.local):
-    """What holds for the calling thread."""
-
-    limit = sys.maxsize
-
-
-_here = _Here()
-
-
-def _most() -> int:
-    """Numba's setting, NUMBA_NUM_THREADS, which is by default the processors that this process may use."""
-    numba = sys.modules.get("numba")  # rays are cast without it
-    return int(os.environ.get("NUMBA_NUM_THREADS", sys.maxsize) if numba is None else numba.config.NUMBA_NUM_THREADS)
+_limit: ContextVar[int] = ContextVar("limit", default=sys.maxsize)
 
 
 def count() -> int:
     """Threads that work at once: Numba's setting, but no more than the processors that this process may use now."""
-    if _here.limit == 1:
-        return 1
-    return max(1, min(_most(), _processors(os.getpid(), int(time.monotonic())), _here.limit))
+    numba = sys.modules.get("numba")  # rays are cast without it
+    setting = os.environ.get("NUMBA_NUM_THREADS", sys.maxsize) if numba is None else numba.config.NUMBA_NUM_THREADS
+    return max(1, min(int(setting), _processors(os.getpid(), int(time.monotonic())), _limit.get()))
 
 
 @functools.lru_cache(maxsize=1)
@@ -50,11 +38,11 @@ def _processors(_process: int, _second: int) -> int:
 @contextlib.contextmanager
 def limited(threads: int) -> Iterator[None]:
     """While it lasts, no more threads work at once for the calling thread: 1 where others share out the work."""
-    before, _here.limit = _here.limit, threads
+    token = _limit.set(threads)
     try:
         yield
     finally:
-        _here.limit = before
+        _limit.reset(token)
 
 
 @functools.lru_cache(maxsize=1)

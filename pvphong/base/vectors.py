@@ -39,17 +39,6 @@ def cross(a: NDArray[Real], b: NDArray[Real]) -> NDArray[Real]:
     return result
 
 
-def square_of_cross(a: FloatArray, b: FloatArray) -> Any:
-    """|a × b|² of the columns of two (3, n) arrays; exactly 0 where they are equal, or 2^k times as long."""
-    total: Any = 0.0
-    for i, j in ((1, 2), (2, 0), (0, 1)):
-        component = a[i] * b[j]
-        component -= a[j] * b[i]
-        component *= component
-        total += component
-    return total
-
-
 def columns(rows: FloatArray) -> Float64Array:
     """A (3, n) float64 contiguous copy of an (n, 3) array."""
     return rows.T.astype(np.float64, order="C")
@@ -80,11 +69,10 @@ def unit(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real]]:
     Float64 unit vectors are within 4 roundings (4 * 2**-53) of the exact ones.
     """
     with np.errstate(all="ignore"):
-        square, comfortable = _squares(w)
+        square, rare = _squares(w)
         length = np.sqrt(square)
         direction = w / length
-        if not comfortable:
-            rare = _is_rare(square)
+        if rare is not None:
             scaled, exponents = _rescaled(w[:, rare])
             scaled_length = np.sqrt(dot(scaled, scaled))
             direction[:, rare] = np.where(scaled_length > 0.0, scaled / scaled_length, 0.0)
@@ -101,25 +89,20 @@ def moderate(w: FloatArray, real: Any = np.float64) -> tuple[Any, Any]:
     """
     with np.errstate(all="ignore"):
         result = w.astype(real, order="C")
-        square, comfortable = _squares(result)
+        square, rare = _squares(result)
         inverse = 1.0 / np.sqrt(square)
-    if not comfortable:
-        rare = _is_rare(square)
+    if rare is not None:
         scaled = _rescaled(w[:, rare].astype(np.float64))[0].astype(real)
         result[:, rare], inverse[rare] = scaled, _inverse(np.sqrt(dot(scaled, scaled)))
     return result, inverse
 
 
-def _squares(w: NDArray[Real]) -> tuple[NDArray[Real], bool]:
-    """Squared lengths, and whether all of them can be used as they are."""
-    with np.errstate(over="ignore", invalid="ignore", under="ignore"):
-        square = dot(w, w)
-        comfortable = square.min(initial=1.0) >= _LEAST and square.max(initial=1.0) <= _MOST  # a NaN fails both
-    return square, bool(comfortable)
-
-
-def _is_rare(square: FloatArray) -> BoolArray:
-    return ~((square >= _LEAST) & (square <= _MOST))
+def _squares(w: NDArray[Real]) -> tuple[NDArray[Real], BoolArray | None]:
+    """Squared lengths, and which of them cannot be used as they are; None if all can."""
+    square = dot(w, w)
+    if square.min(initial=1.0) >= _LEAST and square.max(initial=1.0) <= _MOST:  # a NaN fails both
+        return square, None
+    return square, ~((square >= _LEAST) & (square <= _MOST))
 
 
 def _rescaled(w: NDArray[Real]) -> tuple[NDArray[Real], NDArray[np.int32]]:
@@ -169,12 +152,11 @@ def directions_to(target: Vector, points: Float64Array, real: Any = np.float64) 
     directions = np.empty(points.shape, real)
     with np.errstate(all="ignore"):
         np.subtract(goal, points, out=directions, casting="same_kind")
-        square, comfortable = _squares(directions)
+        square, rare = _squares(directions)
         length = np.sqrt(square)
         inverse = 1.0 / length
         distance = length.astype(np.float64, copy=False)
-        if not comfortable:  # a square is 0, not finite, or has overflowed or underflowed
-            rare = _is_rare(square)
+        if rare is not None:  # a square is 0, not finite, or has overflowed or underflowed
             there = points[:, rare]
             difference = goal - there
             far = ~np.isfinite(difference).all(axis=0)

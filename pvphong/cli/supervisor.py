@@ -11,7 +11,7 @@ import signal
 import sys
 import warnings
 
-from pvphong.base.processes import Watch, begin_work
+from pvphong.base.processes import Watch, begin_work, say
 
 TYPE_CHECKING = False  # as in pvphong
 if TYPE_CHECKING:
@@ -79,19 +79,17 @@ def _supervise() -> int:
 def _work(end: int | None) -> int:
     """What the child does; `end` is its end of the pipe to the parent, if it has one."""
     _set_outputs(_VERBOSE in sys.argv)
-    worker = None
     if end is not None:
         for name in _QUIET:
             signal.signal(getattr(signal, name), signal.SIG_DFL)
-        worker = begin_work(end)
+        begin_work(end)
         from pvphong.base.files import announce
 
-        announce.append(functools.partial(worker.say, "folder"))
+        announce.append(functools.partial(say, "folder"))
     from pvphong.cli.app import main as run
 
     status = run()
-    if worker is not None:
-        worker.say("status", status)
+    say("status", status)
     return status
 
 

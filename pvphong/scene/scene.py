@@ -74,9 +74,9 @@ class Scene:
     def _converted(self, light: Any) -> Light:
         """A light of VTK's; the places of its camera lights are in units of the distance to the focal point."""
         if self.viewer is not None:
-            return host.light_from_vtk(light, self.viewer.distance)
-        converted = host.light_from_vtk(light, 1.0)
-        if converted != host.light_from_vtk(light, 2.0):
+            return host.answers().from_vtk(light, self.viewer.distance)
+        converted = host.answers().from_vtk(light, 1.0)
+        if converted != host.answers().from_vtk(light, 2.0):
             check.refuse("viewer", None, "a Viewer where a camera light of VTK's has a place", "viewer=plotter.camera.")
         return converted
 
@@ -130,7 +130,7 @@ class Scene:
             check.refuse("plotter", "image-based light on meshes with pbr=True", "lit by its lights alone", remedy)
         # plotter.camera would count as a choice of view, and keep PyVista from fitting it to the meshes.
         viewer = Viewer.from_camera(renderer.camera)
-        lights = tuple(host.light_placed(light, viewer) for light in renderer.GetLights())
+        lights = tuple(host.answers().as_light(light, viewer) for light in renderer.GetLights())
         return cls(lights=lights, viewer=viewer)
 
     def _repr_html_(self) -> str:
@@ -189,8 +189,13 @@ class Scene:
         lights = document.get("lights", [])
         if not isinstance(lights, list):
             check.refuse("lights", lights, "a list")
-        if document["version"] == 1:
-            lights = _renamed(lights)
+        if document["version"] == 1:  # its lights may share a name: each but the first gets a number behind it
+            seen: Counter[str] = Counter()
+            for k, entry in enumerate(lights):
+                name = entry.get("name") if isinstance(entry, dict) else None
+                if isinstance(name, str) and name:
+                    seen[name] += 1
+                    lights[k] = entry | {"name": f"{name} {seen[name]}"} if seen[name] > 1 else entry
         viewer = document.get("viewer", {} if document["version"] == 1 else None)
         return cls(
             lights=[documents.value_of_type(f"lights[{k}]", entry, LIGHT_TYPES) for k, entry in enumerate(lights)],
@@ -281,16 +286,3 @@ def light_labels(scene: Scene, numbered: str = "") -> tuple[str, ...]:
     names = [light.name for light in scene.lights]
     indices = [f"{numbered}{index}" for index in range(len(names))]
     return tuple(name if name and name not in indices else index for name, index in zip(names, indices, strict=True))
-
-
-def _renamed(lights: list[Any]) -> list[Any]:
-    """Lights of a file of version 1, which may share a name; each but the first gets a number behind it."""
-    seen: Counter[str] = Counter()
-    result = []
-    for entry in lights:
-        name = entry.get("name") if isinstance(entry, dict) else None
-        if isinstance(name, str) and name:
-            seen[name] += 1
-            entry = entry | {"name": f"{name} {seen[name]}"} if seen[name] > 1 else entry
-        result.append(entry)
-    return result

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.float_range import BRIGHTEST, FARTHEST
+from pvphong.base.formulas import BRIGHTEST, FARTHEST
 from pvphong.base.types import ColorLike, Float64Array, MatrixLike, Vector, VectorLike, rgb
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.light import NODES, Light

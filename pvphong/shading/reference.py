@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pvphong.base.float_range import BRIGHTEST
+from pvphong.base.formulas import BRIGHTEST
 from pvphong.base.types import Float64Array, FloatArray, Vector
 from pvphong.base.vectors import columns, dot, moderate, towards
 from pvphong.geometry.transform import transform_normals, transform_points

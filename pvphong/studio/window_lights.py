@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import pyvista as pv
+from vtkmodules.vtkRenderingCore import VTK_LIGHT_TYPE_HEADLIGHT, VTK_LIGHT_TYPE_SCENE_LIGHT, vtkLight
 
 from pvphong.base import check
 from pvphong.optics.lights import Light
@@ -178,6 +179,7 @@ class WindowLights:
 
 
 _ELEMENTS = "elements of the transform matrix"
+_PLACES = ("Position", "FocalPoint")
 _FIELDS = (
     "LightType",
     "DiffuseColor",
@@ -189,12 +191,18 @@ _FIELDS = (
     "ConeAngle",
     "Exponent",
     "AttenuationValues",
+    *_PLACES,
 )
+# Functions, not methods: PyVista's lights look at each attribute before they give it, which takes longer than VTK.
+_GETTERS = {field: getattr(vtkLight, f"Get{field}") for field in _FIELDS}
 
 
 def _fields(light: Any) -> dict[str, Any]:
     """A VTK light's own fields; without what VTK itself overwrites at every frame."""
-    places = () if light.LightTypeIsHeadlight() else ("Position", "FocalPoint")
-    fields = {field: getattr(light, f"Get{field}")() for field in (*_FIELDS, *places)}
-    matrix = light.GetTransformMatrix() if light.LightTypeIsSceneLight() else None
+    fields = {field: get(light) for field, get in _GETTERS.items()}
+    if fields["LightType"] == VTK_LIGHT_TYPE_HEADLIGHT:
+        for field in _PLACES:
+            del fields[field]
+    is_placed = fields["LightType"] == VTK_LIGHT_TYPE_SCENE_LIGHT
+    matrix = vtkLight.GetTransformMatrix(light) if is_placed else None
     return fields | {"TransformMatrix": matrix, _ELEMENTS: None if matrix is None else tuple(matrix.GetData())}

@@ -199,7 +199,13 @@ def _point_ahead(position: Vector, direction: Vector) -> Vector:
 
 
 def color_by_name(name: str) -> Vector:
-    """See `pvphong.base.host.color_by_name`."""
+    """Red, green, blue in [0, 1] of a PyVista colour name or hex string.
+
+    Raises
+    ------
+    ValueError
+        If PyVista knows no such colour, or it is not opaque.
+    """
     red, green, blue, opacity = pv.Color(name).float_rgba
     if opacity != 1.0:
         raise ValueError(f"{name} has an opacity")
@@ -207,7 +213,7 @@ def color_by_name(name: str) -> Vector:
 
 
 def color_names() -> list[str]:
-    """See `pvphong.base.host.color_names`."""
+    """PyVista's colour names, without their other spellings."""
     return list(pv.hex_colors)
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from pvphong.base.types import BoolArray, Float64Array, Vector, rgb
 from pvphong.optics.light import Light, VtkValues
-from pvphong.optics.reflectances import PBR
+from pvphong.optics.reflectances.pbr import PBR, fresnel_ends
 from pvphong.vtk.scenes import Terms, reflected
 
 _ROUNDING = 2.0**-24
@@ -41,8 +41,6 @@ _GAMMA = 2.2
 
 _LEAST_DENOMINATOR = math.sqrt(1e-8 / math.pi)
 """The least denominator of the microfacets' distribution D in VTK's shader."""
-
-_DIELECTRIC = 0.04
 
 
 class Pose(NamedTuple):
@@ -277,9 +275,9 @@ def _physical_share(
     # as VTK's shader has it: Schlick's F, GGX's D, and G of Smith, correlated
     x, y, a, m = np.maximum(n_l, _FLOOR), np.maximum(n_v, _FLOOR), np.array(diffuse), values.metallic
     r2 = values.roughness**2
-    f0 = (1.0 - m) * _DIELECTRIC + m * a
+    f0, f90 = fresnel_ends(m, a)
     grazing = (1.0 - np.clip(h_l, _FLOOR, 1.0))[:, None]
-    f = f0 + (1.0 - f0) * grazing**5
+    f = f0 + (f90 - f0) * grazing**5
     denominator = np.maximum(1.0 - (1.0 - r2 * r2) * n_h**2, _LEAST_DENOMINATOR)
     masked = x * np.sqrt(r2 + (1.0 - r2) * y * y) + y * np.sqrt(r2 + (1.0 - r2) * x * x)
     shine = ((r2 / denominator) ** 2 * x / (2.0 * masked))[:, None]

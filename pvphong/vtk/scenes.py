@@ -88,7 +88,8 @@ class InexpressibleError(ValueError):
 
     def __init__(self, reasons: Iterable[str], remedies: Iterable[str], nearest: tuple[Scene, Material] | None) -> None:
         self.reasons = tuple(reasons)
-        self.scene, self.material = nearest or (None, None)
+        self.scene: Scene | None = nearest[0] if nearest else None
+        self.material: Material | None = nearest[1] if nearest else None
         remedy = ", ".join(remedies)
         if nearest:
             remedy = f"The nearest that it can: {remedy} (`.scene` and `.material` of this error)"

@@ -7,14 +7,14 @@ import sys
 import pytest
 
 from pvphong.base import processes
-from pvphong.base.processes import Worker, reading
+from pvphong.base.processes import reading
 
 
 @pytest.mark.parametrize("fails", [False, True])
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is not limited there")
 def test_the_watch_and_the_limit_of_memory_end_with_the_reading_even_if_it_fails(monkeypatch, fails):
     listening, speaking = os.pipe()
-    monkeypatch.setattr(processes, "worker", Worker(speaking))
+    monkeypatch.setattr(processes, "watcher", speaking)
     before = resource.getrlimit(resource.RLIMIT_DATA)
 
     def read():

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from pvphong.base.vectors import columns, dot, moderate, square_of_cross, towards, unit, unit_vector
+from pvphong.base.vectors import columns, dot, moderate, towards, unit, unit_vector
 
 U, V = 2.0**-53, 2.0**-24
 LARGEST = np.finfo(np.float64).max
@@ -78,12 +78,6 @@ def test_dot_sums_in_the_order_x_y_z_and_broadcasts_one_column():
     assert dot(np.float32([[1], [2], [3]]), np.float32([[4], [5], [6]])).dtype == np.float32
     w = np.arange(12.0).reshape(3, 4)
     np.testing.assert_array_equal(dot(w, column((1, 2, 3))), [1 * i + 2 * (i + 4) + 3 * (i + 8) for i in range(4)])
-
-
-def test_square_of_cross_is_that_of_numpys_cross_and_exactly_0_along_one_line():
-    a, b = np.random.default_rng(4).normal(size=(2, 3, 50))
-    np.testing.assert_allclose(square_of_cross(a, b), (np.cross(a.T, b.T) ** 2).sum(axis=1), rtol=1e-14)
-    assert not square_of_cross(a, -0.25 * a).any()
 
 
 @pytest.mark.parametrize("real", [np.float32, np.float64])

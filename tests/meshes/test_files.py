@@ -283,8 +283,8 @@ def test_what_is_no_whole_mesh_file_is_refused_in_silence_with_one_error(lit, ca
 def test_where_the_process_is_watched_it_is_while_a_mesh_is_read(lit, monkeypatch):
     """Whoever reads it: an occluder of the command line's, say."""
     heard = []
-    monkeypatch.setattr(processes, "worker", processes.Worker(-1))
-    monkeypatch.setattr(processes.Worker, "say", lambda _, what, more="": heard.append([what, *more.split()[1:]]))
+    monkeypatch.setattr(processes, "watcher", -1)
+    monkeypatch.setattr(processes, "say", lambda what, more="": heard.append([what, *more.split()[1:]]))
     save(lit, "lit.vtp")
     half_a_file(lit, "half.vtp")
     read_mesh("lit.vtp")

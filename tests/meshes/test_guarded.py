@@ -7,8 +7,8 @@ import pyvista as pv
 import pvphong
 from pvphong.meshes import files
 
-DIES = "import os, sys; from pvphong.base import processes as p; w = p.begin_work(int(sys.argv[3])); {}"
-READING = "w.say('reading', '0.3 ' + sys.argv[1]); "
+DIES = "import os, sys; from pvphong.base import processes as p; p.begin_work(int(sys.argv[3])); {}"
+READING = "p.say('reading', '0.3 ' + sys.argv[1]); "
 
 
 @pytest.fixture(autouse=True)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pvphong.base.float_range import BRIGHTEST
+from pvphong.base.formulas import BRIGHTEST
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import BlinnPhong, Phong

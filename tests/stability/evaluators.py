@@ -7,7 +7,7 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
-from stability.ledger import U, V, record
+from stability.bounds import U, V
 
 from pvphong import LightModel, Material, Scene, Shading, evaluate
 from pvphong.base import threads
@@ -26,11 +26,6 @@ class Evaluator:
 
     backend: str
     precision: str
-
-    @property
-    def name(self) -> str:
-        """As the ledger has it."""
-        return {"numpy": "reference", "numba": "kernel"}[self.backend]
 
     @property
     def real(self) -> Any:
@@ -52,9 +47,6 @@ class Evaluator:
             return evaluate(points, normals, scene, material, **options)
         with mock.patch.object(reference, "shade", side_effect=Declined), threads.limited(1):
             return evaluate(points, normals, scene, material, **options)
-
-    def record(self, row: str, observed: Any, bound: Any) -> None:
-        record(row, self.name, self.precision, observed, bound)
 
     def __str__(self) -> str:
         return f"{self.precision}-{self.backend}"

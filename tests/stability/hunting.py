@@ -133,9 +133,6 @@ LAYOUTS: dict[str, Callable[[np.ndarray], Any]] = {
 """What changes no value of an array: how it lies in memory."""
 
 
-# --- scenes without low powers, near to nothing that is undecidable, for what may change by rounding only ---
-
-
 def blunt(case: Case) -> Case:
     """No power between 0 and 1: there a cosine's slope at 0 is infinite."""
 
@@ -145,12 +142,6 @@ def blunt(case: Case) -> Case:
     lights = [replace(s, exponent=power(s.exponent)) if isinstance(s, SpotLight) else s for s in case.scene.lights]
     material = replace(case.material, shininess=power(case.material.shininess))
     return replace(case, scene=replace(case.scene, lights=lights), material=material)
-
-
-def smooth_case(dice: Dice) -> Case:
-    """An ordinary scene without a matrix; powers are 0 or at least 1."""
-    case = replace(blunt(moderate_case(dice, "standard")), matrix=None, albedo=None)
-    return in_either_type(dice, case)
 
 
 # --- scenes that a plan can simplify ---

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -46,39 +45,3 @@ def least_excess(errors: Any, bounds: Any) -> float:
     """Observed / bound of the sample that a naive formula does best; an error that is NaN counts as infinite."""
     assert len(errors), "nothing was measured"
     return float(np.min(np.where(np.isnan(errors), np.inf, errors) / bounds))
-
-
-def in_harmonics(ways: Any, energies: Any, n: Any, bands: int, real: Any) -> Any:
-    """What a white patch scatters of light from many ways, L du each, by Legendre's functions as textbooks have them.
-
-    In three bands, with nine coefficients, it is Ramamoorthi and Hanrahan's (2001).
-    """
-    total = np.zeros(len(n), real)
-    for l in range(bands):
-        for m in range(l + 1):
-            ratio = math.prod(range(l - m + 1, l + m + 1))
-            scale = real(math.sqrt((2 * l + 1) / (4 * math.pi) / ratio * (2 if m else 1)))
-            for wave in (np.cos, np.sin) if m else (np.cos,):
-                at_ways, at_n = (
-                    scale * _legendre(l, m, u[:, 2], real) * wave(real(m) * np.arctan2(u[:, 1], u[:, 0])).astype(real)
-                    for u in (ways.astype(real), n.astype(real))
-                )
-                total += real(2 * _cosine_in_band(l)) * (at_ways * energies.astype(real)).sum(dtype=real) * at_n
-    return total
-
-
-def _legendre(l: int, m: int, z: Any, real: Any) -> Any:
-    """P of the band l, not normalised, from (2m − 1)!! ρᵐ upward."""
-    here, before = np.sqrt(1 - z * z) ** real(m), np.zeros_like(z)
-    for k in range(1, m + 1):
-        here = here * real(2 * k - 1)
-    for k in range(m + 1, l + 1):
-        here, before = (real(2 * k - 1) * z * here - real(k + m - 1) * before) / real(k - m), here
-    return here
-
-
-def _cosine_in_band(l: int) -> float:
-    """∫ t P_l(t) dt over [0, 1]."""
-    if l % 2:
-        return 1 / 3 if l == 1 else 0.0
-    return (-1) ** (l // 2 + 1) * math.factorial(l) / ((l + 2) * (l - 1) * 2**l * math.factorial(l // 2) ** 2)

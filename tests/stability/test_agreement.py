@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from judging import FIELDS, judge
-from stability.conditioning import Change, largest_power
-from stability.evaluators import BACKENDS, STEPS, Evaluator
+from judging import FIELDS, judge, largest_power
+from stability.evaluators import Evaluator
 from stability.hunting import (
     FLATTENING_IS_NO_FAILURE,
     Promise,
@@ -21,7 +20,6 @@ from stability.hunting import (
     on_every_evaluator,
     promising_case,
     rows_of,
-    smooth_case,
 )
 from strategies import Case, Dice, hard_case, hunt, moderate_case
 
@@ -43,19 +41,6 @@ in_either_convention = pytest.mark.parametrize("convention", ["standard", "vtk"]
 def planned(case, tolerance=0.0):
     vertices = Vertices(case.points, case.normals)
     return Plan.of(case.scene, case.material, vertices, matrix=case.matrix, tolerance=tolerance)
-
-
-@hunted
-@pytest.mark.parametrize("backend", BACKENDS[1:])
-def test_every_backend_agrees_with_the_reference(backend: str, examples: int) -> None:
-    def check(case: Case) -> None:
-        exact, change = Evaluator("numpy", "float64")(*case.arguments).rgb, Change(case, case)
-        for precision, step in STEPS.items():
-            error = np.abs(Evaluator(backend, precision)(*case.arguments).rgb - exact).max(axis=1)
-            ratio = error / (0.5 * change.bound(step)) * change.decidable(step)  # half: the bound is for two that err
-            assert (ratio <= 1.0).all(), f"{ratio.max():.3g} times the bound in {precision}\n{case!r}"
-
-    hunt(smooth_case, check, examples)
 
 
 @dataclass
@@ -84,8 +69,7 @@ class Tally:
 @on_every_evaluator
 @in_either_convention
 def test_ordinary_scenes_agree_with_the_oracle(evaluator: Evaluator, convention: str, examples: int) -> None:
-    """With matrices, albedo, both conventions and low powers, which the property above leaves out."""
-    tally, examples = Tally(evaluator), examples // EIGHTY_DIGITS
+    tally, examples = Tally(evaluator), 2 * examples // EIGHTY_DIGITS
     hunt(
         lambda dice: moderate_case(dice, convention),
         lambda case: tally.judge(case.stored_in(evaluator.real)),

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from oracle import as_array, shade
 from stability import naive
+from stability.bounds import assert_within
 from stability.evaluators import EVALUATORS, UNLIT, Evaluator
-from stability.ledger import held
 
 from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Viewer
 
@@ -75,8 +75,8 @@ def near_the_peak(evaluator: Evaluator, shininess: float, reflection: str = "pho
         by_cosine = naive.highlight(normals, *np.array([[to_light], [to_viewer]], evaluator.real), shininess)
         broken += np.count_nonzero(abs(by_cosine - truth)[near] > bound * truth[near])
     assert len(relative) > 120
-    evaluator.record(label, relative, bound)
-    evaluator.record(f"{label} absolute", absolute, bound)
+    assert_within(label, relative, bound)
+    assert_within(f"{label} absolute", absolute, bound)
     assert reflection != "phong" or broken > 0.05 * len(relative), "the cosine is no comparison here"
 
 
@@ -94,7 +94,7 @@ def at_the_peak(evaluator: Evaluator, shininess: float, reflection: str = "phong
         near = Scene([PointLight(position=8.0 * ahead)], Viewer(position=2.0 * ahead), local)
         for scene in (scene_of(ahead, ahead, reflection), near):
             observed += list(specular(evaluator, n[None], scene, shininess))
-    evaluator.record(f"33 n={shininess:.0e} {reflection}", np.abs(np.array(observed) - 1.0), 0.0)
+    assert_within(f"33 n={shininess:.0e} {reflection}", np.abs(np.array(observed) - 1.0), 0.0)
     by_cosine = naive.highlight(stored, stored, stored, shininess)
     assert np.mean(by_cosine > 1.0) > 0.1, "the cosine is no comparison here"
     if evaluator.precision == "float32" and shininess == 1e6:
@@ -115,7 +115,7 @@ def subnormal(evaluator: Evaluator, shininess: float) -> None:
     truth, observed = exactly(normals, scene, shininess), specular(evaluator, normals, scene, shininess)
     assert (truth > tiny).any()
     assert ((truth > 0.0) & (truth < tiny)).any()
-    evaluator.record(f"35 n={shininess:.0e}", abs(observed - truth), bound)
+    assert_within(f"35 n={shininess:.0e}", abs(observed - truth), bound)
 
 
 # --- 36: 0 to the power of 0 ---
@@ -145,7 +145,7 @@ def zero_to_the_zero(evaluator: Evaluator, reflection: str) -> None:
             wrong += list(specular(evaluator, upward, scene, 0.0) != expected)
     for shininess in (0.01, 3.0):
         wrong += list(specular(evaluator, upward, scene_of(*OPPOSITE[:2], "blinn-phong"), shininess) != 0.0)
-    evaluator.record(f"36 {reflection}", wrong, 0.0)
+    assert_within(f"36 {reflection}", wrong, 0.0)
 
 
 # --- 37: powers below 1 ---
@@ -168,7 +168,7 @@ def turned_away(evaluator: Evaluator, shininess: float, convention: str) -> None
         lights = [DirectionalLight(direction=-to_light), DirectionalLight(intensity=0.0)]
         scene = Scene(lights, Viewer(position=to_viewer * 4.0), model)
         errors += list(specular(evaluator, n[None].astype(evaluator.real), scene, shininess) - expected)
-    evaluator.record(f"37 n={shininess:g} {convention}", np.abs(errors), 10 * evaluator.step)
+    assert_within(f"37 n={shininess:g} {convention}", np.abs(errors), 10 * evaluator.step)
 
 
 # --- 38: any shininess ---
@@ -176,7 +176,7 @@ def turned_away(evaluator: Evaluator, shininess: float, convention: str) -> None
 
 def no_such_shininess(shininess: float) -> None:
     message = r"shininess must be a finite number >= 0; got"
-    with held("raises ValueError", "38", "Material"), pytest.raises(ValueError, match=message):
+    with pytest.raises(ValueError, match=message):
         Material(shininess=shininess)
 
 
@@ -186,7 +186,7 @@ def large(evaluator: Evaluator, shininess: float) -> None:
     tilts = np.array([0.0, 0.1, 1.0, 3.0, 1e3]) / math.sqrt(shininess)
     normals = np.stack([tilts, 0.0 * tilts, np.ones_like(tilts)], axis=1).astype(evaluator.real)
     truth, observed = exactly(normals, scene, shininess), specular(evaluator, normals, scene, shininess)
-    evaluator.record(f"38 n={shininess:.0e}", abs(observed - truth), chord(shininess, evaluator.step))
+    assert_within(f"38 n={shininess:.0e}", abs(observed - truth), chord(shininess, evaluator.step))
     assert observed[0] == 1.0
 
 

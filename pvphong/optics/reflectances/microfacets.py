@@ -24,8 +24,8 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.float_range import BRIGHTEST
 from pvphong.base.formulas import (
+    BRIGHTEST,
     HALF,
     LEAST_SQUARE,
     ONE,
@@ -74,6 +74,9 @@ class Facets(NamedTuple):
     least: float = 0.0
     """The denominator in D is taken to be at least this."""
 
+    fade: float = 1.0
+    """The t of a `faded` base: how much less of it is left where light grazes the facets."""
+
 
 @formula
 def _cosines(own: Any, at: Geometry) -> Any:
@@ -102,10 +105,10 @@ def _highlight(own: Any, at: Geometry, x: Any, y: Any) -> Any:
 
 @formula
 def faded(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
-    """Lambert's reflection of what the facets let in, x(1 − S), and the highlight in its two colours."""
+    """Lambert's reflection of what the facets let in, x(1 − tS), and the highlight in its two colours."""
     x, y = _cosines(own, at)
     tinted, white = _highlight(own, at, x, y)
-    return x * (ONE - whiteness(at)), tinted, white
+    return x * (ONE - own[7] * whiteness(at)), tinted, white
 
 
 @formula
@@ -174,7 +177,7 @@ class Microfacets(Reflectance):
         """The density D at the largest n·h; K is at most 1/(2β)."""
         if lobe == 0:
             return 1.0 if self._is_faded else 1.15
-        alpha, beta, floor, least = self.facets
+        alpha, beta, floor, least, _ = self.facets
         if sightline.theta >= math.pi / 2 and not floor:
             return 0.0
         sine = max(1.0 - max(largest_halfway(sightline) * ROUNDED_UP, 0.0) ** 2, 0.0)
@@ -195,9 +198,9 @@ class Microfacets(Reflectance):
         return min(4.0 / self.facets.alpha**2, BRIGHTEST)
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:
-        """α, α², 1 − α², β², 1 − β², and where cosines and D's denominator are cut off."""
-        alpha, beta, floor, least = self.facets_of(maps.get("roughness", self.roughness))
-        return alpha, alpha * alpha, 1.0 - alpha * alpha, beta * beta, 1.0 - beta * beta, floor, least
+        """α, α², 1 − α², β², 1 − β², where cosines and D's denominator are cut off, and t."""
+        alpha, beta, floor, least, fade = self.facets_of(maps.get("roughness", self.roughness))
+        return alpha, alpha * alpha, 1.0 - alpha * alpha, beta * beta, 1.0 - beta * beta, floor, least, fade
 
 
 def alpha_of(roughness: Any) -> Any:

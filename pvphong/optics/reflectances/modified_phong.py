@@ -9,8 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from pvphong.base.float_range import BRIGHTEST
-from pvphong.base.formulas import ZERO, formula, maximum
+from pvphong.base.formulas import BRIGHTEST, ZERO, formula, maximum
 from pvphong.optics.reflectance import ANYWHERE, Geometry, Sightline
 from pvphong.optics.reflectances.highlight import MIRROR, Shiny, steepness
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -26,10 +26,11 @@ class PBR(Microfacets):
 
     With a the material's `diffuse` times the albedo, F₀ = 0.04 (1 − metallic) + metallic · a, and S, D and K as
     `pvphong.optics.reflectances.microfacets` has them, for α = roughness² and, as VTK has it, β = roughness: the
-    surface reflects (1 − metallic)(1 − F) a n·l + D K F, with F = F₀(1 − S) + S. The material's `specular` is not
-    read. In VTK's convention (`LightModel.vtk()`) that is VTK's to the letter: over π, with cosines of at least 1e-5,
-    no ambient colour, and the sum of all light raised to 1/2.2. It is reciprocal; the sum of base and highlight is
-    more than all light where a white surface is seen at grazing angles, as in VTK.
+    surface reflects (1 − metallic)(1 − F) a n·l + D K F, with F = F₀(1 − S) + F₉₀S. F₉₀ is 1, and less where surfaces
+    are partly metal and nearly black, see `fresnel_ends`. The material's `specular` is not read. In VTK's convention
+    (`LightModel.vtk()`) that is VTK's to the letter: over π, with cosines of at least 1e-5, no ambient colour, and the
+    sum of all light raised to 1/2.2. It is reciprocal; the sum of base and highlight is more than all light where a
+    white surface is seen at grazing angles, as in VTK.
 
     Parameters
     ----------
@@ -47,8 +48,9 @@ class PBR(Microfacets):
     -----
     Source: VTK 9.7's vtkOpenGLPolyDataMapper.cxx (ReplaceShaderLight). Its anisotropy, clear coat, edge tint, index of
     refraction other than 1.5, emissive and other textures, and light from environment textures are not here;
-    `Material.from_property` and `Scene.from_plotter` refuse them by name. Nor is what VTK takes off the reflection at
-    grazing angles (its `f90`) where the mean of F₀ is below 0.02: of surfaces that are nearly black and partly metal.
+    `Material.from_property` and `Scene.from_plotter` refuse them by name. Where F₉₀ is below 1, its share in the base
+    is taken from the brightest channel, which is within 3e-7 of what VTK draws of a light of 1, and for an albedo of 1,
+    which is within 1e-4.
     """
 
     metallic: float = 0.0
@@ -69,7 +71,7 @@ class PBR(Microfacets):
 
     def in_vtk(self) -> PBR:
         """As the shader has it; for that it must have its colour."""
-        return _Shaded(self.metallic, self.roughness)
+        return _Shaded(**asdict(self))
 
     def facets_of(self, roughness: Any) -> Facets:
         """D has the square of the roughness, the masking the roughness itself."""
@@ -79,28 +81,17 @@ class PBR(Microfacets):
     @property
     def lobes(self) -> tuple[Lobe, ...]:
         """The base, and the highlight in the colour of F₀ and in white."""
-        return self._lobes(WHITE, 1.0)
+        return _Colored(self.metallic, self.roughness).lobes
 
-    def _lobes(self, color: Vector, scale: float) -> tuple[Lobe, ...]:
-        """The lobes of a metal to the share `metallic`; its F₀ is no multiple of the albedo in between."""
-        m = self.metallic
-        dielectric, metal = (1.0 - m) * DIELECTRIC, m * np.array(color)[:, None]
-        f0 = dielectric + metal
 
-        def f0_left(albedo: FloatArray) -> FloatArray:
-            return np.asarray(albedo * (1.0 - (dielectric + metal * albedo)) / (1.0 - f0), albedo.dtype)
+def fresnel_ends(metallic: float, color: Any) -> tuple[Any, Any]:
+    """F₀ in each channel of a colour, shape (3, ...), and F₉₀, which all channels share, shape (...).
 
-        def f0_tint(albedo: FloatArray) -> FloatArray:
-            return np.asarray((dielectric + metal * albedo) / f0, albedo.dtype)
-
-        left, tint = (f0_left, f0_tint) if 0.0 < m < 1.0 else (None, None)
-        under, over = ((1.0 - m) * (1.0 - f0) * scale).ravel(), (f0 * scale).ravel()
-        highlight = HIGHLIGHT._replace(is_own=True, color=(scale, scale, scale))
-        return (
-            Lobe("diffuse", takes_albedo=True, needs_viewer=True, color=rgb(tuple(under.tolist())), tint=left),
-            highlight._replace(color=rgb(tuple(over.tolist())), takes_albedo=m > 0.0, tint=tint),
-            highlight,
-        )
+    As VTK and Filament (5.6.2, specular occlusion) have it, who take an F₀ below 0.02 for a crevice: the part of F₉₀
+    that is not a metal's is 50 times the mean of F₀, and 1 at most; VTK takes 0.33 for a third.
+    """
+    f0 = (1.0 - metallic) * DIELECTRIC + metallic * color
+    return f0, (1.0 - metallic) * np.minimum(50.0 * 0.33 * f0.sum(axis=0), 1.0) + metallic
 
 
 @dataclass(frozen=True)
@@ -109,14 +100,41 @@ class _Colored(PBR):
 
     color: Vector = WHITE
 
+    scale: ClassVar[float] = 1.0
+
+    def facets_of(self, roughness: Any) -> Facets:
+        """With t = 1 − (1 − F₉₀)/(1 − F₀), for (1 − F₀)(1 − tS) to be 1 − F, in the brightest channel."""
+        f0, f90 = fresnel_ends(self.metallic, np.array(self.color))
+        top = float(f0.max())
+        return super().facets_of(roughness)._replace(fade=(float(f90) - top) / (1.0 - top) if f90 < 1.0 else 1.0)
+
     @property
     def lobes(self) -> tuple[Lobe, ...]:
-        """The lobes, with F₀ from the colour."""
-        return self._lobes(self.color, 1.0)
+        """The lobes of a metal to the share `metallic`; its F₀ is no multiple of the albedo in between."""
+        m, color = self.metallic, np.array(self.color)[:, None]
+        f0, f90 = fresnel_ends(m, color)
 
-    def in_vtk(self) -> PBR:
-        """VTK's form, with its colour."""
-        return _Shaded(self.metallic, self.roughness, self.color)
+        def left(albedo: FloatArray) -> FloatArray:
+            return np.asarray(albedo * (1.0 - fresnel_ends(m, color * albedo)[0]) / (1.0 - f0), albedo.dtype)
+
+        def tinted(albedo: FloatArray) -> FloatArray:
+            return np.asarray(fresnel_ends(m, color * albedo)[0] / f0, albedo.dtype)
+
+        def white(albedo: FloatArray) -> FloatArray:
+            grazing = fresnel_ends(m, color * albedo)[1] / f90
+            return np.broadcast_to(grazing.astype(albedo.dtype), albedo.shape)
+
+        def highlight(color: Any, tint: Any, *, takes_albedo: bool) -> Lobe:
+            shown = rgb(tuple(np.broadcast_to(color * self.scale, (3, 1)).ravel().tolist()))
+            return HIGHLIGHT._replace(is_own=True, color=shown, takes_albedo=takes_albedo, tint=tint)
+
+        is_blend = 0.0 < m < 1.0
+        under = rgb(tuple(((1.0 - m) * (1.0 - f0) * self.scale).ravel().tolist()))
+        return (
+            Lobe("diffuse", takes_albedo=True, needs_viewer=True, color=under, tint=left if is_blend else None),
+            highlight(f0, tinted if is_blend else None, takes_albedo=m > 0.0),
+            highlight(f90, white if is_blend else None, takes_albedo=is_blend),
+        )
 
 
 @dataclass(frozen=True)
@@ -125,15 +143,12 @@ class _Shaded(_Colored):
 
     gamma: ClassVar[float] = 2.2
     is_physical: ClassVar[bool] = True
+    scale: ClassVar[float] = 1.0 / math.pi
+    """Over π."""
 
     def facets_of(self, roughness: Any) -> Facets:
         """Facets with the shader's floors."""
         return super().facets_of(roughness)._replace(floor=_FLOOR, least=_LEAST)
-
-    @property
-    def lobes(self) -> tuple[Lobe, ...]:
-        """Over π."""
-        return self._lobes(self.color, 1.0 / math.pi)
 
 
 # --- VTK's properties

@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 from numba import carray
 
-from pvphong.base.float_range import BRIGHTEST
-from pvphong.base.formulas import ONE, ZERO, dot, inverse_length, square
+from pvphong.base.formulas import BRIGHTEST, ONE, ZERO, dot, inverse_length, square
 from pvphong.shading.kernel import vertices as at
 from pvphong.shading.kernel.arithmetic import (
     WHOLE32,

@@ -13,8 +13,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from pvphong.base.float_range import BRIGHTEST
-from pvphong.base.formulas import FORMULAS
+from pvphong.base.formulas import BRIGHTEST, FORMULAS
 from pvphong.base.types import Vector
 from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.reflectance import LAMBERT

@@ -12,8 +12,20 @@ from typing import Any
 
 import numpy as np
 
-from pvphong.base.float_range import BRIGHTEST
-from pvphong.base.formulas import ONE, TWO, ZERO, Power, dot, formula, maximum, minimum, sqrt, subtract, times
+from pvphong.base.formulas import (
+    BRIGHTEST,
+    ONE,
+    TWO,
+    ZERO,
+    Power,
+    dot,
+    formula,
+    maximum,
+    minimum,
+    sqrt,
+    subtract,
+    times,
+)
 from pvphong.optics.area.lobes import POWER, CosinePower, lobe_numbers
 from pvphong.optics.attenuation import divisor
 from pvphong.optics.light import Integral, Placement

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pvphong.base.float_range import BRIGHTEST
+from pvphong.base.formulas import BRIGHTEST
 from pvphong.base.types import Vector
 from pvphong.base.vectors import angle_between
 from pvphong.geometry.extent import ROUNDED_UP

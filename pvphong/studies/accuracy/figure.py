@@ -228,15 +228,16 @@ def linked_pictures(report: Result) -> list[Picture]:
         pixels = drawn(mesh, reference, viewer)
     chosen = report.best()
     title = "chosen" if chosen is None else f"chosen: {chosen.name}"
-    errors = worst_channel(report.chosen_colors - report.reference_colors)
-    scale = signed_scale(errors)
+    differences = report.chosen_colors - report.reference_colors
+    errors = differences[np.arange(len(differences)), np.abs(differences).argmax(axis=1)]  # of each the worst channel
+    scale = error_scale(errors)
     pictures = [
         Picture("reference", pixels),
         Picture(title, drawn(mesh, np.clip(report.chosen_colors, 0.0, 1.0), viewer)),
         Picture("its signed error at the vertices", drawn(mesh, _scaled(errors, scale), viewer), scale),
     ]
     if len(report.inside_errors) == mesh.n_cells and mesh.is_all_triangles:
-        scale = decades(report.inside_errors, report.tolerance)
+        scale = error_scale(report.inside_errors, report.tolerance)
         corners = mesh.regular_faces  # each triangle has points of its own, and so one colour
         apart = pv.PolyData.from_regular_faces(mesh.points[corners.ravel()], np.arange(corners.size).reshape(-1, 3))
         colors = np.repeat(_scaled(report.inside_errors, scale), 3, axis=0)
@@ -244,27 +245,20 @@ def linked_pictures(report: Result) -> list[Picture]:
     return pictures
 
 
-def worst_channel(differences: Float64Array) -> Float64Array:
-    """The entry of each row (n, 3) that is farthest from 0, with its sign."""
-    return differences[np.arange(len(differences)), np.abs(differences).argmax(axis=1)]
+def error_scale(errors: Float64Array, tolerance: float | None = None) -> Any:
+    """Colours of errors, as a `matplotlib.cm.ScalarMappable`.
 
-
-def signed_scale(errors: Float64Array) -> Any:
-    """White for no error, red above, blue below, up to the largest; up to a display step where there is none."""
+    Signed errors: white for none, red above, blue below, up to the largest; up to a display step where there is none.
+    With a tolerance errors have no sign: logarithmic, from white, a small part of it, to the largest of both.
+    """
     from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
+    from matplotlib.colors import LogNorm, Normalize
 
-    largest = float(np.abs(errors).max(initial=0.0)) or 1.0 / 255.0
+    largest = float(np.abs(errors).max(initial=0.0))
+    if tolerance is not None:
+        return ScalarMappable(LogNorm(_LEAST_SHOWN * tolerance, max(largest, tolerance), clip=True), "Reds")
+    largest = largest or 1.0 / 255.0
     return ScalarMappable(Normalize(-largest, largest), "RdBu_r")
-
-
-def decades(errors: Float64Array, tolerance: float) -> Any:
-    """From white, a small part of the tolerance, to the largest error or the tolerance; logarithmic."""
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import LogNorm
-
-    most = max(float(errors.max(initial=0.0)), tolerance)
-    return ScalarMappable(LogNorm(_LEAST_SHOWN * tolerance, most, clip=True), "Reds")
 
 
 def _scaled(errors: Float64Array, scale: Any) -> Float64Array:

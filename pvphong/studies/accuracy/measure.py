@@ -19,7 +19,6 @@ from pvphong.meshes.visibility import visibility_of
 from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import SceneLike, light_labels
 from pvphong.shading import kernel
-from pvphong.shading.equation import Equation
 from pvphong.shading.plan.draft import Draft
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.studies.accuracy.interpolation import AS_IT_IS, Interpolation, interpolation, least_seconds
@@ -166,9 +165,9 @@ class _Measurement:
         baseline = times[self.baseline]
         rows = [replace(row, time=Timing.of(times[name])) for name, row in self.rows.items() if name in times]
         costs = {
-            effect: Timing.of(baseline - times[_without(effect)] + sampled.costs.get(effect, 0.0))
+            effect: Timing.of(baseline - times[f"without {effect}"] + sampled.costs.get(effect, 0.0))
             for effect in errors_without
-            if _without(effect) in times
+            if f"without {effect}" in times
         }
         measured = (
             f"{len(baseline)} rounds in turns after a warm-up, slow runs in some of them only; "
@@ -241,12 +240,13 @@ class _Measurement:
         return found
 
     def _refine(self) -> Interpolation:
-        s = self.subject.unshadowed
+        s, model = self.subject, self.subject.scene.light_model
         if not self._has_time_for("inside triangles", least_seconds(self.mesh, self.exact_seconds)):
             return Interpolation([], np.zeros(0), np.zeros(0), {})
-        if s is not self.subject:
+        if model.needs_rays:
             why = "no rays are cast there; interpolation is measured without them"
             self.left_out["shadows and occlusion inside triangles"] = why
+            s = replace(s, scene=replace(s.scene, light_model=model.without_rays()), visibility=None)
         clock = self.clock.part(_FOR_INSIDE * self._left())
         found = interpolation(self.mesh, s, self.tolerance, self.exact_seconds, clock)
         self.left_out |= found.left_out
@@ -256,64 +256,46 @@ class _Measurement:
 
     def _drop_effects(self) -> dict[str, float]:
         """The largest light-model error without each effect or light that is there; runs without it are to be timed."""
-        s, errors = self.subject, dict[str, float]()
-        for effect, equation in without_each(s).items():
+        s, whole, errors = self.subject, self.subject.assembled, dict[str, float]()
+        effects, (middle, _) = s.plan().effects, s.sphere
+        without = {name: drop(whole, middle) for name, drop in WITHOUT.items() if effects[name].on}
+        if len(s.equation.terms) > 1:
+            for index in dict.fromkeys(term.index for term in s.equation.terms):
+                others = tuple(term for term in whole.terms if term.index != index)
+                without[f"light {light_labels(s.scene)[index]}"] = replace(whole, terms=others)
+        for effect, equation in without.items():
             if not self._has_time_for(f"ledger: {effect}", _FOR_EFFECT * self.exact_seconds):
                 continue
-            self.clock.say(_without(effect))
+            name = f"without {effect}"
+            self.clock.say(name)
             errors[effect] = Errors.at_vertices(s.exact(equation), s.truth).largest
-            gone = {term.index for term in s.assembled.terms} - {term.index for term in equation.terms}
+            gone = {term.index for term in whole.terms} - {term.index for term in equation.terms}
             lights = tuple(light for index, light in enumerate(s.scene.lights) if index not in gone)
             scene = replace(s.scene, lights=lights) if gone else None  # what is not there is not assembled either
-            run, name = s.run_of(equation, scene=scene), _without(effect)
+            run = s.run_of(equation, scene=scene)
             self.runs[name], self.estimates[name] = run, min(timed(run)[1] for _ in range(2))
         return errors
 
     def _light_by_peers(self) -> None:
-        seconds, frame = _FOR_PEER * self.exact_seconds, _PER_FRAME + self.mesh.n_cells * _PER_FACE
-        as_it_is = self.rows.get(AS_IT_IS)
-        lit_error = None if as_it_is is None else as_it_is.error
-        self._add_peers(TEXTBOOK, seconds, 0.0, lambda: [textbook(self.subject)])
-        self._add_peers(LIGHT_SOURCE, seconds, 0.0, lambda: [light_source(self.subject)])
-        self._add_peers(
-            PER_PIXEL,
-            _FOR_WINDOWS + 4.0 * frame,
-            2.0 * frame,
-            lambda: vtk_frames(self.mesh, self.subject, self.stack, lit_error),
-        )
-
-    def _add_peers(self, name: str, seconds: float, frame: float, make: Callable[[], list[Variant]]) -> None:
-        if not self._has_time_for(name, seconds, frame):
-            return
-        self.clock.say(name)
-        try:
-            found = make()
-        except ValueError as error:
-            self.left_out[name] = str(error)
-            return
-        for row, run, _ in found:
-            self._add(row, run, timed(run)[1])
+        s, seconds, frame = self.subject, _FOR_PEER * self.exact_seconds, _PER_FRAME + self.mesh.n_cells * _PER_FACE
+        lit_error = self.rows[AS_IT_IS].error if AS_IT_IS in self.rows else None
+        peers: list[tuple[str, float, float, Callable[[], list[Variant]]]] = [
+            (TEXTBOOK, seconds, 0.0, lambda: [textbook(s)]),
+            (LIGHT_SOURCE, seconds, 0.0, lambda: [light_source(s)]),
+            (PER_PIXEL, _FOR_WINDOWS + 4 * frame, 2 * frame, lambda: vtk_frames(self.mesh, s, self.stack, lit_error)),
+        ]
+        for name, to_get_ready, to_repeat, make in peers:
+            if not self._has_time_for(name, to_get_ready, to_repeat):
+                continue
+            self.clock.say(name)
+            try:
+                for row, run, _ in make():
+                    self._add(row, run, timed(run)[1])
+            except ValueError as error:
+                self.left_out[name] = str(error)
 
 
 # --- the ledger: what each effect costs, and the plan's error bounds
-
-
-def _without(effect: str) -> str:
-    """The name of the run without an effect or a light."""
-    return f"without {effect}"
-
-
-def without_each(subject: Subject) -> dict[str, Equation]:
-    """The equations without each effect of the plan and each light that is there, by their names in the ledger."""
-    whole, needed, (middle, _) = subject.assembled, subject.equation, subject.sphere
-    effects = subject.plan().effects
-    found = {name: drop(whole, middle) for name, drop in WITHOUT.items() if effects[name].on}
-    if len(needed.terms) > 1:
-        labels = light_labels(subject.scene)
-        for index in dict.fromkeys(term.index for term in needed.terms):
-            others = tuple(term for term in whole.terms if term.index != index)
-            found[f"light {labels[index]}"] = replace(whole, terms=others)
-    return found
 
 
 def ledger(

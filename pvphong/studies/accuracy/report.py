@@ -44,7 +44,7 @@ _CALL = 1e-3
 # Columns of a terminal that names take beside their explanations.
 _NAMES = 24
 
-_HEADINGS = ("", "way", "time", "spread", "largest", "RMS", "99 %", "points")
+_HEADINGS = ("", "variant", "time", "spread", "largest", "RMS", "99 %", "points")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -168,7 +168,16 @@ class Tradeoff(Result):
 
     def explain(self) -> str:
         """All of it: every row, each effect's cost, predicted error bounds, what was left out, where this was run."""
-        parts: list[Any] = [self.table(), *self.conclusions(), "", self._ledger_table()]
+        title = f"What each effect costs: time with it minus time without it, of {self.baseline}"
+        ledger = _table(title, "effect", "", "cost", "if dropped", "why")
+        for column in ledger.columns[1:4]:
+            column.no_wrap = True
+        for column in ledger.columns[2:4]:
+            column.justify = "right"
+        for entry in self.ledger:
+            error = "" if entry.error is None else number(entry.error)
+            ledger.add_row(entry.effect, "on" if entry.runs else "off", entry.cost_text, error, entry.why)
+        parts: list[Any] = [self.table(), *self.conclusions(), "", ledger]
         if self.predicted_bounds:
             title = "Error bounds that the plan predicted, and the errors measured"
             bounds = _table(title, "left out", "how", "predicted", "measured")
@@ -199,7 +208,8 @@ class Tradeoff(Result):
         table = _table(title, *_HEADINGS)
         table.padding = 0  # so that every name fits
         for column in table.columns:
-            column.no_wrap, column.justify = column.header != "way", "left" if column.header in ("", "way") else "right"
+            column.no_wrap = column.header != "variant"
+            column.justify = "left" if column.header in ("", "variant") else "right"
         last = ""
         for row in self._in_order():
             if last != row.kind:
@@ -223,18 +233,6 @@ class Tradeoff(Result):
             *(f"{error:.2g}" for error in (row.error.largest, row.error.rms, row.error.p99)),
             f"{row.points}",
         )
-
-    def _ledger_table(self) -> Table:
-        title = f"What each effect costs: time with it minus time without it, of {self.baseline}"
-        table = _table(title, "effect", "", "cost", "if dropped", "why")
-        for column in table.columns[1:4]:
-            column.no_wrap = True
-        for column in table.columns[2:4]:
-            column.justify = "right"
-        for entry in self.ledger:
-            error = "" if entry.error is None else number(entry.error)
-            table.add_row(entry.effect, "on" if entry.runs else "off", entry.cost_text, error, entry.why)
-        return table
 
     # -- files
 
@@ -279,13 +277,11 @@ class Tradeoff(Result):
         for row in self.rows:
             line: dict[str, object] = {"name": row.name, "kind": row.kind}
             line |= {f"time_{key}": value for key, value in asdict(row.time).items()}
-            for kind in ("arithmetic", "light_model", "sampling", "interpolation"):
+            for kind in (name.replace(" ", "_") for name in KINDS):
                 errors: Errors | None = getattr(row, kind)
-                for key in ("largest", "rms", "p99", "count"):
-                    line[f"{kind}_{key}"] = "" if errors is None else getattr(errors, key)
+                line |= {f"{kind}_{key}": getattr(errors, key, "") for key in ("largest", "rms", "p99", "count")}
             for key in ("points", "backend", "precision", "error_bound", "preparation", "is_peer", "on_front", "note"):
-                value = getattr(row, key)
-                line[key] = "" if value is None else value
+                line[key] = getattr(row, key)
             lines.append(line)
         with written_aside(path) as aside, aside.open("w", newline="", encoding="utf-8") as file:
             writer = csv.DictWriter(file, list(lines[0]))

@@ -23,8 +23,6 @@ Question = Literal["at the vertices", "casting rays", "inside triangles"]
 QUESTIONS: tuple[Question, ...] = get_args(Question)
 """What a row answers: how to light vertices, how to cast rays from them, how to light between them."""
 
-_VERTICES_AT_ONCE = 2**18
-
 # Vertices that are named as the worst.
 _WORST = 5
 
@@ -54,13 +52,9 @@ class Errors:
     @classmethod
     def at_vertices(cls, colors: FloatArray, truth: FloatArray) -> Errors:
         """Errors of colours (n, 3) against the truth at the same vertices."""
-        worst, squares = np.empty(len(truth)), 0.0
-        for start in range(0, len(truth), _VERTICES_AT_ONCE):
-            part = slice(start, start + _VERTICES_AT_ONCE)
-            difference = np.abs(colors[part].astype(np.float64) - truth[part])
-            worst[part] = difference.max(axis=1)
-            squares += float(np.square(difference).sum())
-        rms = math.sqrt(squares / max(3 * len(truth), 1))
+        differences = np.abs(colors.astype(np.float64) - truth)
+        worst = differences.max(axis=1)
+        rms = math.sqrt(float(np.mean(differences**2)))
         return cls(float(worst.max()), rms, float(np.percentile(worst, 99.0)), len(truth))
 
     @classmethod
@@ -318,11 +312,7 @@ class Result:
             If the tolerance is not a number >= 0.
         """
         allowed = self.tolerance if tolerance is None else check.number("tolerance", tolerance, at_least=0.0)
-        return self.cheapest(_question(inside, rays), allowed)
-
-    def nearest(self, *, inside: bool = False, rays: bool = False) -> Row:
-        """The row that errs least, for when none is within the tolerance; peers are not chosen."""
-        return self.most_accurate(_question(inside, rays))
+        return self.cheapest(QUESTIONS[2 if inside else 1 if rays else 0], allowed)
 
     def next_step(self, row: Row) -> Row | None:
         """The cheapest row that errs less than a row and answers the same question; None where there is none."""
@@ -365,10 +355,6 @@ class Result:
         errors = np.abs(self.chosen_colors.astype(np.float64) - self.reference_colors).max(axis=1)
         order = np.argsort(-errors, kind="stable")[:_WORST]
         return [(int(index), float(errors[index])) for index in order]
-
-
-def _question(inside: bool, rays: bool) -> Question:
-    return QUESTIONS[2] if inside else QUESTIONS[1] if rays else QUESTIONS[0]
 
 
 def seconds(value: float) -> str:

@@ -71,14 +71,6 @@ class Subject:
     visibility: Visibility | None = None
 
     @cached_property
-    def unshadowed(self) -> Subject:
-        """The same without shadows and ambient occlusion: inside triangles no rays are cast."""
-        if not self.scene.light_model.needs_rays:
-            return self
-        scene = replace(self.scene, light_model=self.scene.light_model.without_rays())
-        return replace(self, scene=scene, visibility=None)
-
-    @cached_property
     def vertices(self) -> Vertices:
         """Points and normals as evaluators take them."""
         return Vertices(self.points, self.normals, visibility=self.visibility)
@@ -210,23 +202,19 @@ def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[st
     The evaluators and precisions come first, then simpler light models in float32, by the evaluator that
     `evaluate` takes by itself, and the plan at the tolerance.
     """
-    whole, count, reasons = subject.assembled, len(subject.points), {}
+    whole, count, reasons, found = subject.assembled, len(subject.points), dict[str, str](), list[Variant]()
     computed: list[tuple[str, Backend, Precision]] = [
         (REFERENCE, "numpy", "float64"),
         ("float32 NumPy", "numpy", "float32"),
+        ("float64 kernel", "numba", "float64"),
+        ("float32 kernel", "numba", "float32"),
     ]
-    if subject.has_kernel:
-        computed += [("float64 kernel", "numba", "float64"), ("float32 kernel", "numba", "float32")]
-    else:
+    if not subject.has_kernel:
         reasons["kernel"] = "Numba is not installed, or has no code for this scene"
-    found = [
-        Variant(
-            Row(name, "arithmetic", backend, precision, count),
-            subject.run_of(whole, precision, backend=backend),
-            subject.equation,
-        )
-        for name, backend, precision in computed
-    ]
+        computed = computed[:2]
+    for name, backend, precision in computed:
+        run = subject.run_of(whole, precision, backend=backend)
+        found.append(Variant(Row(name, "arithmetic", backend, precision, count), run, subject.equation))
     for name, equation, reason in _simpler_models(subject):
         if reason:
             reasons[name] = reason

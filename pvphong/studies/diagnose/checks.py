@@ -73,8 +73,10 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
             degenerate.append(block.faces[usable & (flat | repeated)])
             folded.append(block.faces[(flat | ~usable) & repeated])
 
-            longest = np.sqrt(_squares(block.edges).max(axis=0))
-            height = np.sqrt(_squares(areas)) / longest  # twice the area over the base, in units of 2**exponents
+            longest = np.sqrt(np.square(block.edges).sum(axis=0).max(axis=0))
+            height = (
+                np.sqrt(np.square(areas).sum(axis=0)) / longest
+            )  # twice the area over the base, in units of 2**exponents
             collapsed = ~(height > 0)
             height[collapsed] = np.ldexp(typical, -block.exponents[collapsed])
             as_it_lies, about_the_middle = (
@@ -119,10 +121,6 @@ def _largest(points: Float64Array) -> Float64Array:
     sizes = np.abs(points)
     rows: Float64Array = np.maximum(np.maximum(sizes[:, 0], sizes[:, 1]), sizes[:, 2])
     return rows
-
-
-def _squares(vectors: Float64Array) -> Float64Array:
-    return vectors[0] * vectors[0] + vectors[1] * vectors[1] + vectors[2] * vectors[2]
 
 
 def first_alike(rows: NDArray[Any]) -> IntArray:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyvista as pv
@@ -154,39 +155,36 @@ def window_of_colors(
     lit: pv.PolyData, viewer: Viewer, size: tuple[int, int], matrix: Float64Array | None = None, *, name: str = _ARRAY
 ) -> pv.Plotter:
     """An offscreen window that shows a point array of colours as they are, VTK's lighting off."""
-    plotter = _window(size)
-    shown = drawable(lit, name)
-    actor = plotter.add_mesh(shown, scalars=name, rgb=True, lighting=False, copy_mesh=False)
-    return _aimed(plotter, actor, viewer, matrix)
+    window, _ = _window(drawable(lit, name), viewer, size, matrix, scalars=name, rgb=True, lighting=False)
+    return window
 
 
 def window_lit_by_vtk(
     mesh: pv.PolyData, terms: Terms, size: tuple[int, int], matrix: Float64Array | None = None
 ) -> pv.Plotter:
     """An offscreen window in which VTK lights the mesh pixel by pixel, by its active normals or computed ones."""
-    plotter = _window(size)
-    for light in terms.lights:
-        plotter.renderer.AddLight(vtk_light(light, terms.viewer))
     smooth = shallow_copy(mesh)
     smooth.clear_data()
     smooth.point_data.active_normals = point_normals(mesh)
-    actor = plotter.add_mesh(smooth, copy_mesh=False)
+    window, actor = _window(smooth, terms.viewer, size, matrix)
     write_material(terms.material, actor.prop)
-    return _aimed(plotter, actor, terms.viewer, matrix)
+    for light in terms.lights:
+        window.renderer.AddLight(vtk_light(light, terms.viewer))
+    return window
 
 
-def _window(size: tuple[int, int]) -> pv.Plotter:
+def _window(
+    mesh: pv.PolyData, viewer: Viewer, size: tuple[int, int], matrix: Float64Array | None, **options: Any
+) -> tuple[pv.Plotter, pv.Actor]:
+    """A mesh as a viewer sees it on white, without lights, and its actor."""
     with preferring(drawing_window()), pv.vtk_verbosity("off"):
         plotter = pv.Plotter(off_screen=True, window_size=list(size), lighting="none")
     plotter.set_background("white")
-    return plotter
-
-
-def _aimed(plotter: pv.Plotter, actor: pv.Actor, viewer: Viewer, matrix: Float64Array | None) -> pv.Plotter:
+    actor = plotter.add_mesh(mesh, copy_mesh=False, **options)
     actor.user_matrix = matrix if matrix is not None else np.eye(4)
     aim(plotter, viewer)
     plotter.renderer.ResetCameraClippingRange()
-    return plotter
+    return plotter, actor
 
 
 def _inside(distances: Float64Array, viewer: Viewer) -> BoolArray:

@@ -196,7 +196,15 @@ def vtk_report() -> VTKReport:
     ValueError
         If this machine cannot draw.
     """
-    found = pictures()  # first: they say what is missing where VTK cannot draw
+    # Pictures first: they say what is missing where VTK cannot draw.
+    eye = Viewer(position=(1.6, -1.2, 1.0), up=(0.0, 0.0, 1.0), view_angle=36.0)
+    torus = pv.ParametricTorus(ringradius=0.35, crosssectionradius=0.15, u_res=300, v_res=200, w_res=2)
+    sphere = pv.Sphere(theta_resolution=300, phi_resolution=200)
+    sun, lamp = Scene([PICTURED["sun"]], eye), Scene([PICTURED["lamp"]], eye, LightModel.vtk())
+    pictures = {
+        "matte": compare_images(torus, sun, MATERIALS["matte"]),
+        "shiny": compare_images(sphere, lamp, MATERIALS["plastic"]),
+    }
     meshes = {name: load() for name, load in MESHES.items()}
     for mesh in meshes.values():
         mesh.clear_data()  # normals are computed
@@ -205,16 +213,4 @@ def vtk_report() -> VTKReport:
         mesh = meshes[case.mesh]
         compared = validate(mesh, case.scene(mesh), MATERIALS[case.material], matrix=case.transform(mesh))
         rows.append(CaseRow(case, compared))
-    return VTKReport(tuple(rows), found)
-
-
-def pictures() -> dict[str, ImageComparison]:
-    """A matte and a shiny closed mesh, by the names of their files."""
-    eye = Viewer(position=(1.6, -1.2, 1.0), up=(0.0, 0.0, 1.0), view_angle=36.0)
-    torus = pv.ParametricTorus(ringradius=0.35, crosssectionradius=0.15, u_res=300, v_res=200, w_res=2)
-    sphere = pv.Sphere(theta_resolution=300, phi_resolution=200)
-    sun, lamp = Scene([PICTURED["sun"]], eye), Scene([PICTURED["lamp"]], eye, LightModel.vtk())
-    return {
-        "matte": compare_images(torus, sun, MATERIALS["matte"]),
-        "shiny": compare_images(sphere, lamp, MATERIALS["plastic"]),
-    }
+    return VTKReport(tuple(rows), pictures)

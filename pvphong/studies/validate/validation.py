@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -358,20 +357,19 @@ class Comparison:
         return rows
 
     def __str__(self) -> str:
-        return "\n".join(line for sentence in self._sentences() for line in wrapped(sentence))
-
-    def _sentences(self) -> Iterator[str]:
         if not self.n:
-            yield f"Nothing to compare: none of {self.n_left_out} vertices can be held against VTK."
-            return
+            return f"Nothing to compare: none of {self.n_left_out} vertices can be held against VTK."
         within = int(np.count_nonzero(self._magnitudes <= self.tolerance))
         count = f"all {self.n}" if self.passed else f"{within} of {self.n}"
-        yield f"{self._verdict.capitalize()}: {count} vertices are within {self.tolerance:.3g} of VTK's own shader."
-        yield f"The largest error is {self.max_error:.3g}, {self.max_error / self.tolerance:.2f} of that bound."
+        sentences = [
+            f"{self._verdict.capitalize()}: {count} vertices are within {self.tolerance:.3g} of VTK's own shader.",
+            f"The largest error is {self.max_error:.3g}, {self.max_error / self.tolerance:.2f} of that bound.",
+        ]
         if self.left_out:
-            yield f"{self.n_left_out} vertices are left out: {', '.join(self.left_out)}."
+            sentences.append(f"{self.n_left_out} vertices are left out: {', '.join(self.left_out)}.")
         if not self.passed:
-            yield f"Worst is vertex {self.worst[0].index} at {_numbers(self.worst[0].position)}."
+            sentences.append(f"Worst is vertex {self.worst[0].index} at {_numbers(self.worst[0].position)}.")
+        return "\n".join(line for sentence in sentences for line in wrapped(sentence))
 
     def __repr__(self) -> str:
         error = f"largest error {self.max_error:.3g} of {self.tolerance:.3g}"

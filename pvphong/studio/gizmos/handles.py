@@ -28,6 +28,9 @@ from pvphong.studio.gizmos.view import STANDS_OFF, Cursor, DragStart, Scenery, V
 ORIGIN = "origin"
 """The handle of a light without a place at its icon; its aim has another one at the target."""
 
+INTENSITY = "intensity"
+"""What is typed for a light as a whole, beside the fields that say where it is."""
+
 # The arrow of a light without a place, in scene sizes.
 _ARROW = 0.6 * STANDS_OFF
 # A direction's own length is the distance of the target where that can be seen and grabbed, in scene sizes.
@@ -83,7 +86,10 @@ class LightInScene:
 
     @cached_property
     def handles(self) -> dict[str, Handle]:
-        """Name of each handle that the light can have → the handle; the field's name, where that name is taken."""
+        """Name of each handle that the light can have → the handle; the field's name, where that name is taken.
+
+        The last is the intensity, which is nowhere: it can only be typed.
+        """
         light, found = self.light, dict[str, Handle]()
         for field, role in light.roles.items() if is_movable(light) else ():
             kind = next((of for of_role, of in _OF_ROLES.items() if role.handle and isinstance(role, of_role)), None)
@@ -92,8 +98,8 @@ class LightInScene:
                 found[name] = kind(self, field, name)
         aim = next(iter(fields(light, Aim)), None)
         if found and aim is not None and not light.places:
-            found[ORIGIN] = IconHandle(self, aim, ORIGIN)
-        return found
+            found[ORIGIN] = AimHandle(self, aim, ORIGIN)
+        return found | {INTENSITY: Handle(self, INTENSITY, INTENSITY)}
 
     def points(self, view: View) -> dict[str, Float64Array]:
         """Name of each handle that is shown → where it is."""
@@ -156,8 +162,11 @@ class LightInScene:
     # -- how it is drawn
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add it to a drawing; selected: with all that its fields say of its shape."""
-        light = self.light
+        """Add it to a drawing; selected: with all that its fields say of its shape.
+
+        Of an outline that is what is normal to its front, and lines across it if the side that is seen glows.
+        """
+        light, outline = self.light, self.light.outline
         if not is_movable(light):
             return
         drawing.arrow_out_of_sight(self.origin)
@@ -168,11 +177,8 @@ class LightInScene:
         for name, handle in self.handles.items():
             if name != ORIGIN:  # the icon is there
                 handle.draw(drawing, selected)
-        if light.outline is not None:
-            self._draw_outline(drawing, light.outline, selected)
-
-    def _draw_outline(self, drawing: Drawing, outline: Float64Array, selected: bool) -> None:
-        """The line; selected: with what is normal to its front, and hatched if the side that is seen glows."""
+        if outline is None:
+            return
         drawing.line(np.concatenate([outline, outline[:1]]), 0.9 if selected else 0.45)
         if not selected:
             return
@@ -180,7 +186,7 @@ class LightInScene:
         drawing.line(np.array([self.origin, tip]), 0.9)
         drawing.arrowhead(tip, self.normal, 0.9)
         eye = self.origin + self.scenery.size * drawing.view.towards_eye(self.origin)
-        if float(np.ravel(self.light.arrival(eye[:, None]).strength)[0]) == 0.0:
+        if float(np.ravel(light.arrival(eye[:, None]).strength)[0]) == 0.0:
             return
         # parallel lines from side to side of the outline, which may have inward corners
         offsets = outline - outline[0]
@@ -206,10 +212,10 @@ class LightInScene:
 
     def readout(self, handle: str) -> str:
         """What a drag of a handle is changing, in numbers, and how much light arrives."""
+        said = {each.field: each.said for name, each in self.handles.items() if name != ORIGIN or handle == ORIGIN}
         lines = [f"{self.light.name}: {handle}" if self.light.name else handle]
-        said = {each.field: each for name, each in self.handles.items() if name != ORIGIN or handle == ORIGIN}
-        lines += [each.line for each in said.values()]
-        lines.append(", ".join(each.number_text for each in said.values() if each.number_text))
+        lines += [line for line, _ in said.values()]
+        lines.append(", ".join(numbers for _, numbers in said.values() if numbers))
         return "\n".join(line for line in [*lines, self.arriving] if line)
 
     @property
@@ -226,6 +232,8 @@ class LightInScene:
 
 class Handle:
     """A field of a light in a window. Drags and typed values give a new light of the world.
+
+    By itself it stands for a number that is nowhere, and can only be typed.
 
     Parameters
     ----------
@@ -244,11 +252,11 @@ class Handle:
         self.shown, self.field, self.name = shown, field, name
         self.light, self.scenery = shown.light, shown.scenery
         self.value: Any = getattr(shown.light, field)
-        self.role: Any = shown.light.roles[field]
+        self.role: Any = shown.light.roles.get(field)
 
-    def point(self, view: View) -> Float64Array | None:
+    def point(self, view: View) -> Float64Array | None:  # noqa: ARG002 it is nowhere
         """Where the handle is; None where there is none."""
-        raise NotImplementedError
+        return None
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
         """The light after the cursor has moved there."""
@@ -267,14 +275,9 @@ class Handle:
         """Add what the field says of the light's shape to a drawing."""
 
     @property
-    def line(self) -> str:
-        """A line of the readout of its own: points, directions, coefficients; "" for none."""
-        return ""
-
-    @property
-    def number_text(self) -> str:
-        """What it adds to the readout's line of sizes and angles; "" for nothing."""
-        return self._number_format.format(name=self.name, value=self.value)
+    def said(self) -> tuple[str, str]:
+        """A line of the readout of its own, for places and directions, and what it adds to that of sizes and angles."""
+        return "", self._number_format.format(name=self.name, value=self.value)
 
     def with_value(self, value: Any) -> Light:
         """The light with another value of the field."""
@@ -289,8 +292,9 @@ class PlaceHandle(Handle):
         """Where it is."""
         return np.mean(np.atleast_2d(self.value), axis=0)
 
-    def moved_to(self, point: Float64Array) -> Light:
+    def typed(self, numbers: dict[str, float]) -> Light:
         """The light elsewhere, aimed at the same target; as it is where that is the target itself."""
+        point = np.array(list(numbers.values()))
         offset = point - self.middle
         if not offset.any():
             return self.light
@@ -310,67 +314,65 @@ class PlaceHandle(Handle):
         return self.middle
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Moved with the cursor."""
-        return self.moved_to(start.moved_on_grid(cursor))
+        """Moved with the cursor; snapping: to the grid, but for coordinates in which it does not move."""
+        point = start.moved(cursor)
+        if cursor.snapping:
+            stays = np.abs(point - start.point) <= 1e-9 * self.scenery.size
+            point = np.where(stays, start.point, np.round(point / start.grid) * start.grid)
+        return self.typed(dict(zip("xyz", point.tolist(), strict=True)))
 
     @property
     def numbers(self) -> dict[str, float]:
         """Coordinates."""
-        return _coordinates(self.middle)
-
-    def typed(self, numbers: dict[str, float]) -> Light:
-        """Moved there."""
-        return self.moved_to(np.array([numbers[label] for label in "xyz"]))
+        return dict(zip("xyz", vector(self.middle), strict=True))
 
     @property
-    def line(self) -> str:
+    def said(self) -> tuple[str, str]:
         """The middle."""
-        return f"{self.name} {_tuple_of(self.middle)}"
+        return f"{self.name} {_tuple_of(self.middle)}", ""
 
 
 class AimHandle(Handle):
-    """An aim, at the target. Without a place it is typed by azimuth and elevation."""
+    """An aim, at the target, or at the icon of a light without a place. Without a place it is typed by angles."""
 
-    _sign = 1.0  # of the direction that the angles are those of
+    @property
+    def _sign(self) -> float:
+        """Of the direction from the icon to the handle's other end: at the icon it is turned by where it comes from."""
+        return -1.0 if self.name == ORIGIN else 1.0
 
     def point(self, view: View) -> Float64Array:  # noqa: ARG002 it is seen from everywhere
-        """The target."""
-        return self.shown.target(self.value)
-
-    def aim_at(self, point: Float64Array) -> Float64Array:
-        """The aim that has the handle there."""
-        return point - self.shown.origin
+        """The target, or the icon's place."""
+        return self.shown.origin if self.name == ORIGIN else self.shown.target(self.value)
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
         """The light aimed by the handle's new place; snapping: in steps of azimuth and elevation about z."""
         goal = start.moved(cursor)
         if np.array_equal(goal, start.point):
             return self.light
-        aim = self.aim_at(goal)
+        stays = np.array(self.scenery.anchor) if self.name == ORIGIN else self.shown.origin
+        aim = self._sign * (goal - stays)
         if cursor.snapping and aim.any():
             step = start.angle_step
             azimuth, elevation = (round(angle / step) * step for angle in _angles_of(aim))
             aim = float(np.linalg.norm(aim)) * _direction_of(azimuth, elevation)
-        return self._aimed(aim)
-
-    def _aimed(self, aim: Float64Array) -> Light:
-        """The light with another aim; as it is where that is none."""
         return self.with_value(vector(aim)) if aim.any() else self.light
 
     @property
     def numbers(self) -> dict[str, float]:
         """The target's coordinates, or the angles of a direction; at the icon those of where the light comes from."""
         if self.light.values(Place):
-            return _coordinates(self.shown.target(self.value))
+            return dict(zip("xyz", vector(self.shown.target(self.value)), strict=True))
         return dict(zip(("azimuth", "elevation"), _angles_of(self._sign * np.array(self.value)), strict=True))
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Aimed there; a direction stays as long as it was."""
+        """Aimed there, unless it is there itself; a direction stays as long as it was."""
         if self.light.values(Place):
-            return self._aimed(np.array([numbers[label] for label in "xyz"]) - self.shown.origin)
-        elevation = check.number("elevation", numbers["elevation"], at_least=-90.0, at_most=90.0)
-        direction = math.hypot(*self.value) * _direction_of(numbers["azimuth"], elevation)
-        return self._aimed(self._sign * direction + 0.0)  # and no −0
+            aim = np.array(list(numbers.values())) - self.shown.origin
+        else:
+            elevation = check.number("elevation", numbers["elevation"], at_least=-90.0, at_most=90.0)
+            direction = math.hypot(*self.value) * _direction_of(numbers["azimuth"], elevation)
+            aim = self._sign * direction + 0.0  # and no −0
+        return self.with_value(vector(aim)) if aim.any() else self.light
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
         """A line to the target; selected, without a place: four with tips beside it, for it comes from everywhere."""
@@ -386,33 +388,14 @@ class AimHandle(Handle):
             drawing.arrowhead(tip + offset, along, 0.6)
 
     @property
-    def line(self) -> str:
-        """The target, or the direction of a light that is nowhere."""
+    def said(self) -> tuple[str, str]:
+        """The target and how far away it is; of a light that is nowhere the direction and its angles."""
         if self.light.values(Place):
-            return f"{self.name} {_tuple_of(self.shown.target(self.value))}"
-        return f"{self.field} {_tuple_of(unit_vector(self.value))}"
-
-    @property
-    def number_text(self) -> str:
-        """How far away the target is, or the angles."""
-        if self.light.values(Place):
-            return f"distance {self.shown.reach(self.value):.4g}"
+            target = self.shown.target(self.value)
+            return f"{self.name} {_tuple_of(target)}", f"distance {self.shown.reach(self.value):.4g}"
         azimuth, elevation = self.numbers.values()
-        return f"azimuth {azimuth:.1f}°, elevation {elevation:.1f}°"
-
-
-class IconHandle(AimHandle):
-    """The other handle of the aim of a light without a place: its icon, from where it shines."""
-
-    _sign = -1.0
-
-    def point(self, view: View) -> Float64Array:  # noqa: ARG002 it is seen from everywhere
-        """The icon's place."""
-        return self.shown.origin
-
-    def aim_at(self, point: Float64Array) -> Float64Array:
-        """From there to what the icon turns around."""
-        return np.array(self.scenery.anchor) - point
+        direction = f"{self.field} {_tuple_of(unit_vector(self.value))}"
+        return direction, f"azimuth {azimuth:.1f}°, elevation {elevation:.1f}°"
 
 
 class AngleHandle(Handle):
@@ -517,14 +500,7 @@ class FalloffHandle(Handle):
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
         """The light of which half is left at the cursor's distance."""
         distance = _distance(self, start, cursor)
-        return self.light if distance is None else self._fading_at(distance)
-
-    def _fading_at(self, distance: float) -> Light:
-        """Linear and quadratic coefficient scaled."""
-        if self._half is None:
-            return self.light
-        (constant, linear, quadratic), shrink = self.value, self._half / distance
-        return self.with_value((constant, linear * shrink, quadratic * shrink * shrink))
+        return self.light if distance is None else self.typed({"half left at": distance})
 
     @property
     def numbers(self) -> dict[str, float]:
@@ -532,8 +508,12 @@ class FalloffHandle(Handle):
         return {"half left at": self._half or math.inf}
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Half left there."""
-        return self._fading_at(check.number("half left at", numbers["half left at"], above=0.0))
+        """Half left there: linear and quadratic coefficient scaled."""
+        distance = check.number("half left at", numbers["half left at"], above=0.0)
+        if self._half is None:
+            return self.light
+        (constant, linear, quadratic), shrink = self.value, self._half / distance
+        return self.with_value((constant, linear * shrink, quadratic * shrink * shrink))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
         """Selected: spheres where a half and a 256th of the light is left."""
@@ -544,9 +524,9 @@ class FalloffHandle(Handle):
                 drawing.label(self.shown.origin + radius * drawing.view.viewer.axes[1], label)
 
     @property
-    def line(self) -> str:
+    def said(self) -> tuple[str, str]:
         """The coefficients."""
-        return "" if self.light.values(Aim) else f"{self.field} {_tuple_of(self.value)}"
+        return "" if self.light.values(Aim) else f"{self.field} {_tuple_of(self.value)}", ""
 
 
 class TurnHandle(Handle):
@@ -662,10 +642,6 @@ def _direction_of(azimuth: float, elevation: float) -> Float64Array:
     around, up = math.radians(azimuth), math.radians(elevation)
     parts = np.array([math.cos(up) * math.cos(around), math.cos(up) * math.sin(around), math.sin(up)])
     return np.where(np.abs(parts) < 1e-15, 0.0, parts)
-
-
-def _coordinates(point: Any) -> dict[str, float]:
-    return dict(zip("xyz", vector(point), strict=True))
 
 
 def _tuple_of(values: Any) -> str:

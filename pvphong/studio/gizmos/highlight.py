@@ -35,7 +35,7 @@ class SurfacePoint:
 
 def find_highlight(light: Light, view: View, meshes: Sequence[LitMesh]) -> SurfacePoint | None:
     """Where a light that comes from somewhere, in the world, has its highlight on the shiny ones of some meshes."""
-    if not light.on or not comes_from_somewhere(light):
+    if not light.on or light.frame == "headlight" or not comes_from_somewhere(light):
         return None
     found = []
     for mesh in meshes:

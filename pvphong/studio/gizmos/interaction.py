@@ -1,9 +1,9 @@
 """What mouse and keyboard do: handles are dragged, values are typed, keys are commands.
 
-A drag goes from VTK's widget (`HandleWidget`) to `Interaction.dragged` and `Drag.move`. The handle says what the
-cursor makes of the light (`handles.py`, which computes with `view.py`), and the renderer's light is set
-(`studio/window_lights.py`). VTK's widget then draws a frame, before which the meshes are lit again
-(`studio/lit_actors.py`) and the gizmos drawn anew (`Interaction.update`).
+A drag goes from VTK's widget to `Interaction._dragged` and `Drag.move`. The handle says what the cursor makes of the
+light (`handles.py`, which computes with `view.py`), and the renderer's light is set (`studio/window_lights.py`).
+VTK's widget then draws a frame, before which the meshes are lit again (`studio/lit_actors.py`) and the gizmos drawn
+anew (`Interaction.update`).
 """
 
 from __future__ import annotations
@@ -22,107 +22,13 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkInteractionWidgets import vtkHandleWidget, vtkPointHandleRepresentation2D
 
 from pvphong.base import check
-from pvphong.base.types import Float64Array, Vector
+from pvphong.base.types import Float64Array
 from pvphong.optics.light import Light
 from pvphong.studio.gizmos import commands
 from pvphong.studio.gizmos.gizmo import HIGHLIGHT, Gizmo, Gizmos, called
-from pvphong.studio.gizmos.handles import LightInScene
+from pvphong.studio.gizmos.handles import INTENSITY, LightInScene
 from pvphong.studio.gizmos.highlight import SurfacePoint, Surfaces, mirrored_to_eye
 from pvphong.studio.gizmos.view import Cursor, DragStart, vector
-
-# -- a handle that can be grabbed
-
-TOLERANCE = 12
-"""How near to a handle the cursor must be, in pixels: the dot that is drawn is half as wide."""
-
-
-class HandleWidget:
-    """One handle in one renderer: VTK's widget finds it under the cursor and follows the mouse.
-
-    It draws nothing: its looks are part of the gizmos' drawing. It is an overlay in pixels, so it is not part
-    of the scene's bounds, cannot be picked as an object, and keeps its size in every projection.
-
-    Parameters
-    ----------
-    renderer, interactor
-        VTK's.
-    gizmo : Gizmo
-        Whose handle it is.
-    name : str
-        The handle's.
-    interaction : Interaction
-        Its methods are called when it is grabbed, dragged and dropped; held weakly.
-    """
-
-    def __init__(self, renderer: Any, interactor: Any, gizmo: Gizmo, name: str, interaction: Interaction) -> None:
-        nothing = vtkPolyData()
-        nothing.SetPoints(vtkPoints())
-        self._representation = vtkPointHandleRepresentation2D()
-        self._representation.SetCursorShape(nothing)
-        self._representation.SetTolerance(TOLERANCE)
-        self._representation.UseBoundsOff()
-        self._representation.PickableOff()
-        self._widget = vtkHandleWidget()
-        self._widget.SetInteractor(interactor)
-        self._widget.SetDefaultRenderer(renderer)
-        self._widget.SetCurrentRenderer(renderer)
-        self._widget.SetRepresentation(self._representation)
-        self._widget.KeyPressActivationOff()
-        self._widget.EnableAxisConstraintOff()
-        self._widget.SetEnabled(True)
-        events: dict[str, Callable[[Interaction], None]] = {
-            "StartInteractionEvent": lambda alive: alive.grabbed(gizmo, name),
-            "InteractionEvent": Interaction.dragged,
-            "EndInteractionEvent": Interaction.dropped,
-        }
-        owner = weakref.ref(interaction)
-
-        def happened(_widget: Any, event: str) -> None:
-            if (alive := owner()) is not None:
-                events[event](alive)
-
-        for event in events:
-            self._widget.AddObserver(event, happened)
-
-    def place(self, position: Float64Array | None) -> None:
-        """Put it somewhere in the world; None takes it away, when it is let go."""
-        self._widget.SetProcessEvents(position is not None or self._is_held)
-        if position is not None:
-            self._representation.SetWorldPosition(position.tolist())
-            self._representation.BuildRepresentation()  # else it is grabbed where it was at the last frame
-
-    def limit(self, distance: float) -> None:
-        """Grab it from no farther than this many pixels, so that another one close by can be grabbed too."""
-        self._representation.SetTolerance(int(min(max(distance, 1.0), TOLERANCE)))
-
-    def look_for(self, cursor: tuple[int, int]) -> None:
-        """See whether the cursor is on it: the handle may have moved, and the cursor not."""
-        if not self._is_held:
-            self._representation.ComputeInteractionState(*cursor, 0)
-
-    @property
-    def _is_held(self) -> bool:
-        return bool(self._widget.GetWidgetState() == vtkHandleWidget.Active)
-
-    @property
-    def is_hovered(self) -> bool:
-        """Whether it can be grabbed where the cursor is."""
-        return bool(self._widget.GetProcessEvents() and self._representation.GetInteractionState())
-
-    def retire(self) -> None:
-        """Take it away for good; a drag of it ends here."""
-        self._widget.SetProcessEvents(False)
-        if self._is_held:
-            self._widget.ReleaseFocus()
-
-    def release(self) -> None:
-        """Let go of renderer and interactor; not to be called while the widget itself deals with an event."""
-        self._widget.RemoveAllObservers()
-        self._widget.SetEnabled(False)
-        self._widget.SetInteractor(None)
-        self._widget.SetCurrentRenderer(None)
-        self._widget.SetDefaultRenderer(None)
-
 
 # -- a light that is being changed
 
@@ -143,8 +49,7 @@ class Edit:
     def __init__(self, gizmos: Gizmos, gizmo: Gizmo, handle: str) -> None:
         self.gizmos, self.gizmo, self.handle = gizmos, gizmo, handle
         self.view = gizmos.view
-        gizmo.hold(handle, self.view)
-        self.start = gizmo.in_scene(self.view)
+        self.start = gizmo.in_scene(self.view, grabbed=handle)
         self.before = gizmos.lights.state
         self._own, self._own_state = gizmo.renderer_light.light(self.view.viewer), gizmo.renderer_light.state
 
@@ -211,9 +116,6 @@ class Drag(Edit):
         self.readout = LightInScene(light, self.start.scenery).readout(self.handle)
 
 
-INTENSITY = "intensity"
-"""What is typed for a light as a whole, beside its handles."""
-
 _CHARACTERS = frozenset("0123456789.+-exyz ")  # of which typed text consists; a comma counts as a decimal point
 # VTK's names of keys that give one of the characters, and of those that end an entry or erase.
 _CHARACTER_OF = {"period": ".", "comma": ".", ",": ".", "minus": "-", "plus": "+", "space": " "}
@@ -247,14 +149,9 @@ class Entry(Edit):
     def readout(self) -> str:
         """What is typed, what the light has now, and how to end it."""
         now = self.now
-        numbers = "  ".join(f"{label} {value:.4g}" for label, value in numbers_of(now, self.handle).items())
+        numbers = "  ".join(f"{label} {value:.4g}" for label, value in now.handles[self.handle].numbers.items())
         lines = [f"{called(now.light)}: {self.handle} = {self.text}_", numbers]
         return "\n".join([*lines, self.error or now.arriving, _HOW])
-
-
-def numbers_of(shown: LightInScene, handle: str) -> dict[str, float]:
-    """Label → number of what a handle sets, or of the intensity, in the order in which they are typed."""
-    return {INTENSITY: shown.light.intensity} if handle == INTENSITY else shown.handles[handle].numbers
 
 
 def typed_light(shown: LightInScene, handle: str, text: str) -> Light:
@@ -265,7 +162,7 @@ def typed_light(shown: LightInScene, handle: str, text: str) -> Light:
     ValueError
         If it is no such text, has too many numbers, or the light allows no such value.
     """
-    light, known, given = shown.light, numbers_of(shown, handle), dict[str, float]()
+    light, known, given = shown.light, shown.handles[handle].numbers, dict[str, float]()
     labels = list(known)
     letters = "".join(label for label in labels if len(label) == 1)
     at = 0
@@ -285,8 +182,6 @@ def typed_light(shown: LightInScene, handle: str, text: str) -> Light:
         at += 1
     if all(known[label] == value for label, value in given.items()):
         return light
-    if handle == INTENSITY:
-        return replace(light, intensity=given[INTENSITY])
     typed = shown.handles[handle].typed(known | given)
     if typed == light:  # it would shine from its target
         check.refuse(handle, given, "another place", "The light must shine somewhere.")
@@ -295,11 +190,18 @@ def typed_light(shown: LightInScene, handle: str, text: str) -> Light:
 
 # -- events
 
-_BEFORE_ALL, _BEFORE_WIDGETS = 2.0, 1.0  # theirs is 0.5, PyVista's and the interactor style's 0
+_BEFORE_ALL, _BEFORE_WIDGET = 2.0, 1.0  # its own is 0.5, PyVista's and the interactor style's 0
+
+TOLERANCE = 12
+"""How near to a handle the cursor must be, in pixels: the dot that is drawn is half as wide."""
 
 
 class Interaction:
     """Turns the events of one subplot into drags, typed values and commands.
+
+    One widget of VTK's stands for all handles: it is put to the one nearest to the cursor, finds out whether the cursor
+    is on it, and follows the mouse. It draws nothing, for handles are part of the gizmos' drawing; in pixels it is no
+    part of the scene's bounds, and cannot be picked as an object.
 
     Parameters
     ----------
@@ -312,16 +214,33 @@ class Interaction:
         self.edit: Drag | Entry | None = None
         self.grabbed_last = ""
         self._key_down: str | None = None
-        self._widgets: dict[tuple[Gizmo, str], HandleWidget] = {}
-        self._retired: list[HandleWidget] = []
+        self._handles: dict[tuple[Gizmo, str], Float64Array] = {}
+        self._nearest: tuple[Gizmo, str] | None = None
         self._observed: list[tuple[Any, int]] = []
-        interactor = gizmos.interactor
+        interactor, nothing = gizmos.interactor, vtkPolyData()
+        nothing.SetPoints(vtkPoints())
+        self._representation = vtkPointHandleRepresentation2D()
+        self._representation.SetCursorShape(nothing)
+        self._representation.SetTolerance(TOLERANCE)
+        self._representation.UseBoundsOff()
+        self._representation.PickableOff()
+        self._widget = vtkHandleWidget()
+        self._widget.SetInteractor(interactor)
+        self._widget.SetDefaultRenderer(gizmos.renderer)
+        self._widget.SetCurrentRenderer(gizmos.renderer)
+        self._widget.SetRepresentation(self._representation)
+        self._widget.KeyPressActivationOff()
+        self._widget.EnableAxisConstraintOff()
+        self._widget.SetEnabled(True)
+        self._observe(self._widget, "StartInteractionEvent", Interaction._grabbed)
+        self._observe(self._widget, "InteractionEvent", Interaction._dragged)
+        self._observe(self._widget, "EndInteractionEvent", Interaction._dropped)
         self._observe(gizmos.renderer, "StartEvent", Interaction.update)
         self._observe(interactor, "KeyPressEvent", Interaction._key_pressed, _BEFORE_ALL)
-        self._observe(interactor, "CharEvent", Interaction._character_given, _BEFORE_ALL)
-        self._observe(interactor, "KeyReleaseEvent", Interaction._key_released)
-        self._observe(interactor, "MouseMoveEvent", Interaction._resized, _BEFORE_WIDGETS)
-        self._observe(interactor, "MouseMoveEvent", Interaction._moved_over)
+        self._observe(interactor, "CharEvent", Interaction._press_ended, _BEFORE_ALL)
+        self._observe(interactor, "KeyReleaseEvent", Interaction._press_ended)
+        for event in ("MouseMoveEvent", "LeftButtonPressEvent"):
+            self._observe(interactor, event, Interaction._pointed, _BEFORE_WIDGET)
         self.update()
 
     def _observe(
@@ -338,56 +257,48 @@ class Interaction:
         self._observed.append((subject, tag))
 
     def update(self) -> None:
-        """Bring widgets and looks to where lights, camera and scene are now."""
-        gizmos, view = self.gizmos, self.gizmos.view
-        self._size = view.size
-        all_gizmos = gizmos.all
-        highlights = {gizmo: self._highlight(gizmo) for gizmo in all_gizmos if not gizmos.is_hidden}
-        places = {
-            (gizmo, name): point
-            for gizmo, highlight in highlights.items()
-            for name, point in gizmo.points(view, highlight).items()
-            if view.is_ahead(point)
-        }
-        for gone in [key for key in self._widgets if key[0] not in all_gizmos]:
-            widget = self._widgets.pop(gone)
-            widget.retire()
-            self._retired.append(widget)
-        for gizmo, name in places.keys() - self._widgets.keys():
-            self._widgets[gizmo, name] = HandleWidget(gizmos.renderer, gizmos.interactor, gizmo, name, self)
-        pixels = {key: view.project(point) for key, point in places.items()}
-        for key, widget in self._widgets.items():
-            widget.place(places.get(key))
-            if key in places:  # of two close together each is grabbed on its own half of the distance
-                others = (math.dist(pixels[key], pixel) for other, pixel in pixels.items() if other != key)
-                widget.limit(0.5 * min(others, default=math.inf))
-                widget.look_for(gizmos.interactor.GetEventPosition())
+        """Bring handles and looks to where lights, camera and scene are now."""
+        gizmos, view, edit = self.gizmos, self.gizmos.view, self.edit
+        self._size, self._handles = view.size, {}
+        shown = {} if gizmos.is_hidden else {gizmo: gizmo.highlight for gizmo in gizmos.all}
+        if isinstance(edit, Drag) and edit.over is not None:
+            shown[edit.gizmo] = edit.over.point  # where it was dragged to, which need not be at a vertex
+        for gizmo, highlight in shown.items():
+            for name, point in gizmo.points(view, highlight).items():
+                if view.is_ahead(point):
+                    self._handles[gizmo, name] = point
         self._hover()
-        active = next(((gizmo, gizmo.hovered) for gizmo in all_gizmos if gizmo.hovered), None)
+        active = next(((gizmo, gizmo.hovered) for gizmo in gizmos.all if gizmo.hovered), None)
         readout = ""
-        if self.edit is not None:
-            active = self.edit.gizmo, self.edit.handle
-            readout = self.edit.readout
+        if edit is not None:
+            active, readout = (edit.gizmo, edit.handle), edit.readout
         if readout and (note := gizmos.lit.note):
             readout = f"{readout}\n{note}"
         keys = commands.help_entries(gizmos.options.keys)
-        gizmos.draw(view, highlights, active, readout, "\n".join(f"{key:15}{what}" for key, what in keys))
-
-    def _highlight(self, gizmo: Gizmo) -> Vector | None:
-        """Where its highlight is; while that is dragged, where it was dragged to, which need not be at a vertex."""
-        edit = self.edit
-        if isinstance(edit, Drag) and edit.gizmo is gizmo and edit.over is not None:
-            return edit.over.point
-        return gizmo.highlight
+        gizmos.draw(view, shown, active, readout, "\n".join(f"{key:15}{what}" for key, what in keys))
 
     def _hover(self) -> bool:
-        """Set each gizmo's handle under the cursor; returns whether that is another than before."""
-        gizmos = self.gizmos.all
-        before = [gizmo.hovered for gizmo in gizmos]
-        found = [key for key, widget in self._widgets.items() if self.gizmos.is_pointed_at and widget.is_hovered]
-        for gizmo in gizmos:
-            gizmo.hovered = next((name for owner, name in found if owner is gizmo), None)
-        return before != [gizmo.hovered for gizmo in gizmos]
+        """Put the widget to the handle nearest to the cursor; returns whether another than before is under it now."""
+        gizmos, cursor = self.gizmos, self.gizmos.cursor
+        if self._is_held:
+            return False
+        view, found = gizmos.view, ""
+        off = {key: math.dist(view.project(point), cursor) for key, point in self._handles.items()}
+        self._nearest = min(off, key=lambda key: off[key], default=None)
+        self._widget.SetProcessEvents(self._nearest is not None)
+        if self._nearest is not None:
+            self._representation.SetWorldPosition(self._handles[self._nearest].tolist())
+            self._representation.BuildRepresentation()  # else it is grabbed where it was at the last frame
+            is_near = self._representation.ComputeInteractionState(*gizmos.interactor.GetEventPosition())
+            found = self._nearest[1] if is_near and gizmos.is_pointed_at else ""
+        before = [gizmo.hovered for gizmo in gizmos.all]
+        for gizmo in gizmos.all:
+            gizmo.hovered = found if found and self._nearest is not None and self._nearest[0] is gizmo else None
+        return before != [gizmo.hovered for gizmo in gizmos.all]
+
+    @property
+    def _is_held(self) -> bool:
+        return bool(self._widget.GetWidgetState() == vtkHandleWidget.Active)
 
     @contextmanager
     def out_of_sight(self) -> Iterator[None]:
@@ -403,68 +314,70 @@ class Interaction:
             self.update()
 
     def release(self) -> None:
-        """Let go of widgets, observers and actors."""
+        """Let go of widget, observers and actors; a drag ends here."""
         self._begin(None)
         for subject, tag in self._observed:
             subject.RemoveObserver(tag)
-        for widget in self._widgets.values():
-            widget.retire()
-            self._retired.append(widget)
-        self._widgets.clear()
-        self._release_retired()
+        if self._is_held:
+            self._widget.ReleaseFocus()
+        self._widget.SetEnabled(False)
+        self._widget.SetInteractor(None)
+        self._widget.SetCurrentRenderer(None)
+        self._widget.SetDefaultRenderer(None)
         self.gizmos.overlay.detach(self.gizmos.renderer)
-
-    def _release_retired(self) -> None:
-        """A light can go while its handle is dragged: its widget must outlive the event that it is dealing with."""
-        for widget in self._retired:
-            widget.release()
-        self._retired.clear()
 
     # -- the mouse
 
-    def _resized(self) -> None:
-        """A browser's window is resized without a frame: while the button is down, trame may draw fewer pixels."""
+    def _pointed(self) -> None:
+        """The cursor is somewhere else, perhaps in a window of another size.
+
+        A browser's window is resized without a frame: while the button is down, trame may draw fewer pixels.
+        """
         if self.gizmos.view.size != self._size:
             self.update()
-
-    def _moved_over(self) -> None:
-        self._release_retired()
-        if self._hover():
+        elif self._hover():
             self.gizmos.render()
 
-    def grabbed(self, gizmo: Gizmo, handle: str) -> None:
+    def _grabbed(self) -> None:
         """A handle was grabbed: freeze everything that the drag depends on."""
-        self._end_entry(taken=True)
+        assert self._nearest is not None
+        self._end(taken=True)  # what was being typed
         self.gizmos.notice = ""
-        self.gizmos.select(gizmo)
-        drag = Drag(self.gizmos, gizmo, handle)
+        self.gizmos.select(self._nearest[0])
+        drag = Drag(self.gizmos, *self._nearest)
         if drag.grabbed is not None:
             self._begin(drag)
 
-    def dragged(self) -> None:
+    def _dragged(self) -> None:
         """The cursor moved with the button down: the light follows the cursor."""
-        if not isinstance(self.edit, Drag):
-            return
-        if not self.edit.is_possible:
-            self._begin(None)
-            return
         interactor = self.gizmos.interactor
-        shift, control = bool(interactor.GetShiftKey()), bool(interactor.GetControlKey())
-        self.edit.move(Cursor(self.gizmos.cursor, shift, control))
+        if isinstance(self.edit, Drag) and self.edit.is_possible:
+            shift, control = bool(interactor.GetShiftKey()), bool(interactor.GetControlKey())
+            self.edit.move(Cursor(self.gizmos.cursor, shift, control))
 
-    def dropped(self) -> None:
+    def _dropped(self) -> None:
         """The button was let go: the drag becomes one step."""
         if isinstance(self.edit, Drag):
-            if self.edit.is_possible:
-                self.gizmos.history.record(self.gizmos.lights, self.edit.before)
-            self._begin(None)
+            self._end(taken=True)
         self.gizmos.render()
+
+    # -- the beginning and the end of an edit
 
     def _begin(self, edit: Drag | Entry | None) -> None:
         self.edit = edit
         self.gizmos.lit.uses_preview_rays = isinstance(edit, Drag)
         if edit is not None:
             self.grabbed_last = edit.handle
+
+    def _end(self, *, taken: bool) -> None:
+        """What was dragged or typed becomes one step, or is put back."""
+        edit = self.edit
+        self._begin(None)
+        if edit is not None and edit.is_possible:
+            if taken:
+                self.gizmos.history.record(self.gizmos.lights, edit.before)
+            else:
+                edit.put_back()
 
     # -- the keyboard
 
@@ -475,7 +388,6 @@ class Interaction:
         for the browser's `keydown` and for its `keypress`: the second report is none.
         """
         gizmos, key = self.gizmos, self.gizmos.interactor.GetKeySym()
-        self._release_retired()
         character = _CHARACTER_OF.get(key, key)
         character = character if character in _CHARACTERS else ""
         drag = self.edit if isinstance(self.edit, Drag) else None
@@ -491,8 +403,7 @@ class Interaction:
             gizmos.render()
         elif self.edit is not None:
             if key == "Escape":
-                self.edit.put_back()
-                self._begin(None)
+                self._end(taken=False)
                 gizmos.render()
         elif gizmos.is_pointed_at:
             control, gizmo = bool(gizmos.interactor.GetControlKey()), gizmos.selected
@@ -505,21 +416,18 @@ class Interaction:
                 gizmos.render()
         return is_typed
 
-    def _character_given(self) -> bool:
-        """The character of a key, which VTK and PyVista would act on; True if it belongs to what is being typed."""
+    def _press_ended(self) -> bool:
+        """A press has ended, with a character perhaps; True if nobody else may act on it: a value is being typed."""
         self._key_down = None
         return isinstance(self.edit, Entry)
 
-    def _key_released(self) -> None:
-        self._key_down = None
-
     def _type(self, entry: Entry, key: str, character: str) -> None:
         if not entry.is_possible or key == "Escape":
-            self._end_entry(taken=False)
+            self._end(taken=False)
         elif key in _TAKE or key == "Tab":
             if entry.error:  # it stays, and says what is wrong
                 return
-            self._end_entry(taken=True)
+            self._end(taken=True)
             if key == "Tab":
                 names = [*entry.gizmo.handles, INTENSITY]
                 following = names[(names.index(entry.handle) + 1) % len(names)]
@@ -528,14 +436,3 @@ class Interaction:
             entry.put(entry.text[:-1])
         elif character:
             entry.put(entry.text + character)
-
-    def _end_entry(self, *, taken: bool) -> None:
-        """What was typed becomes one step, or is put back."""
-        if not isinstance(self.edit, Entry):
-            return
-        ended = self.edit
-        self._begin(None)
-        if ended.is_possible and taken:
-            self.gizmos.history.record(self.gizmos.lights, ended.before)
-        elif ended.is_possible:
-            ended.put_back()

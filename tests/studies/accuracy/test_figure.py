@@ -8,7 +8,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.studies.accuracy.figure import decades, draw_fronts, linked_pictures, signed_scale, worst_channel
+from pvphong.studies.accuracy.figure import draw_fronts, error_scale, linked_pictures
 from pvphong.studies.accuracy.result import Errors, Row, Timing, with_fronts
 
 figure = pytest.importorskip("matplotlib.figure")
@@ -62,18 +62,14 @@ def test_the_signed_error_can_be_seen_when_it_is_that_of_rounding(report):
 
 
 def test_red_is_above_and_blue_below_and_no_error_white():
-    scale = signed_scale(np.array([-2e-7, 0.0, 1e-7]))
+    scale = error_scale(np.array([-2e-7, 0.0, 1e-7]))
     below, none, above = scale.to_rgba(np.array([-2e-7, 0.0, 2e-7]))[:, :3]
     assert below[2] > 2 * below[0]
     assert above[0] > 2 * above[2]
     assert none.min() > 0.95
-    assert signed_scale(np.zeros(3)).get_clim() == (-1 / 255, 1 / 255)
+    assert error_scale(np.zeros(3)).get_clim() == (-1 / 255, 1 / 255)
 
 
 def test_powers_of_ten_reach_from_a_part_of_the_tolerance_to_the_largest_error():
-    assert decades(np.array([0.5, 0.0]), 0.01).get_clim() == (1e-4, 0.5)
-    assert decades(np.array([1e-6, 0.0]), 0.01).get_clim() == (1e-4, 0.01)
-
-
-def test_the_worst_channel_keeps_its_sign():
-    np.testing.assert_array_equal(worst_channel(np.array([[0.1, -0.3, 0.2], [0.0, 0.0, 0.5]])), [-0.3, 0.5])
+    assert error_scale(np.array([0.5, 0.0]), 0.01).get_clim() == (1e-4, 0.5)
+    assert error_scale(np.array([1e-6, 0.0]), 0.01).get_clim() == (1e-4, 0.01)

@@ -294,7 +294,7 @@ def test_the_highlight_is_dragged_on_the_surface_and_waits_off_it(new_mouse, kin
     mouse.move(start)
     assert only.hovered == "highlight"
     end = mouse.pull(start, (12, -15))
-    ring = interaction_of(mouse)._highlight(only)
+    ring = interaction_of(mouse).edit.over.point
     np.testing.assert_allclose(mouse.at(ring), end, atol=1.01)  # under the cursor
     np.testing.assert_allclose(mouse.at(only.highlight), end, atol=5)  # of the vertices, the nearest
     on_surface = only.light

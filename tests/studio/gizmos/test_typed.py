@@ -8,15 +8,15 @@ from views import EACH, KINDS, example, handles, role_of, scenery
 
 from pvphong.optics.lights import PointLight
 from pvphong.optics.roles import Aim, Angle, Corners, Place, Turn
-from pvphong.studio.gizmos.handles import LightInScene
-from pvphong.studio.gizmos.interaction import INTENSITY, numbers_of, typed_light
+from pvphong.studio.gizmos.handles import INTENSITY, LightInScene
+from pvphong.studio.gizmos.interaction import typed_light
 
 LAMP = PointLight(position=(7, 8, 9), attenuation=(1, 0, 1))
 each = pytest.mark.parametrize(("kind", "handle"), [*EACH, *((kind, INTENSITY) for kind in KINDS)])
 
 
 def numbers(light, handle):
-    return numbers_of(LightInScene(light, scenery()), handle)
+    return LightInScene(light, scenery()).handles[handle].numbers
 
 
 def typed(light, handle, values):
