@@ -7,11 +7,11 @@ Times are the least of some rounds in turns; errors are against the float64 refe
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
+from common import least_in_turns
 
 import pvphong as ph
 
@@ -36,30 +36,16 @@ def nodes_of(light: ph.Light) -> list[ph.Light]:
     return [replace(node, intensity=node.intensity * light.intensity) for node in light.nodes(64)]
 
 
-def material_of(shininess: float) -> ph.Material:
-    return ph.Material(diffuse=0.6, specular=0.4 if shininess else 0.0, shininess=shininess)
-
-
+SIZED = {"sphere": SPHERE, "square": SQUARE, "disk": DISK}
 CASES: dict[str, tuple[list[ph.Light], float]] = {
     "point, highlight": ([POINT], 20.0),
     "point, matt": ([POINT], 0.0),
-    "sphere, matt": ([SPHERE], 0.0),
-    "sphere, shininess 20": ([SPHERE], 20.0),
-    "sphere, shininess 1000": ([SPHERE], 1000.0),
-    "sphere, 64 nodes": (nodes_of(SPHERE), 20.0),
-    "square, matt": ([SQUARE], 0.0),
-    "square, shininess 20": ([SQUARE], 20.0),
-    "square, shininess 1000": ([SQUARE], 1000.0),
-    "square, 64 nodes": (nodes_of(SQUARE), 20.0),
     "sky, matt": ([SKY], 0.0),
     "sky, shininess 20": ([SKY], 20.0),
-    "disk, matt": ([DISK], 0.0),
-    "disk, shininess 20": ([DISK], 20.0),
-    "disk, shininess 1000": ([DISK], 1000.0),
 }
-EXACT = {"sphere, 64 nodes": SPHERE, "square, 64 nodes": SQUARE}
-
-
+for kind, sized in SIZED.items():
+    CASES |= {f"{kind}, shininess {power:g}": ([sized], power) for power in (0.0, 20.0, 1000.0)}
+    CASES[f"{kind}, 64 nodes"] = nodes_of(sized), 20.0
 BESIDE, AGAINST = ph.Viewer((1.5, -2.0, 3.0)), ph.Viewer((-2.5, 1.5, 1.0))
 """Eyes that see where lights shine, and that look against them: highlights are cut by the horizon."""
 
@@ -72,27 +58,16 @@ def main() -> None:
 
 
 def measure(points: np.ndarray, normals: np.ndarray, viewer: ph.Viewer) -> None:
-    model = ph.LightModel(ambient=0.0)
-
     def run(lights: list[ph.Light], shininess: float, rows: slice = slice(None), **options: str) -> np.ndarray:
-        scene = ph.Scene(lights, viewer, model)
-        return ph.evaluate(points[rows], normals[rows], scene, material_of(shininess), **options).rgb
-
-    def least(action: Callable[[], object]) -> float:
-        start = time.perf_counter()
-        action()
-        return time.perf_counter() - start
+        scene = ph.Scene(lights, viewer, ph.LightModel(ambient=0.0))
+        material = ph.Material(diffuse=0.6, specular=0.4 if shininess else 0.0, shininess=shininess)
+        return ph.evaluate(points[rows], normals[rows], scene, material, **options).rgb
 
     some = slice(None, None, len(points) // FEW)
-    seconds = dict.fromkeys(CASES, np.inf)
-    for _ in range(ROUNDS):
-        for name, case in CASES.items():
-            if not np.isfinite(seconds[name]):
-                run(*case, backend="numba")
-            if seconds[name] < 1.0 or not np.isfinite(seconds[name]):
-                seconds[name] = min(seconds[name], least(lambda case=case: run(*case, backend="numba")))
+    seconds = least_in_turns({name: partial(run, *case, backend="numba") for name, case in CASES.items()}, ROUNDS)
     for name, (lights, shininess) in CASES.items():
-        exact = run([EXACT[name]] if name in EXACT else lights, shininess, some, precision="float64", backend="numpy")
+        whole = [SIZED[name.split(",")[0]]] if name.endswith("nodes") else lights
+        exact = run(whole, shininess, some, precision="float64", backend="numpy")
         error = np.abs(run(lights, shininess, some, backend="numba") - exact).max()
         times = seconds[name] / seconds["point, highlight"]
         print(f"{name:24} {seconds[name] * 1e3:8.1f} ms  {times:7.1f} x a point with highlight  error {error:.1e}")

@@ -1,22 +1,19 @@
 """How fast the compiled evaluator is: `python bench_kernel.py [vertices]`.
 
 Every workload is measured as a ratio to `np.add(a, b, out=out)` on (n, 3) float32 arrays, which is what the memory
-allows NumPy, and to the textbook's formula. All are measured in turns, so that a busy machine slows them down
-alike, and the least time of each counts; processor time on one thread is what a busy machine changes least. The
-targets are for two cores that have nothing else to do. Whether they had is told by how much faster two threads are
-than one; a machine that is shared is at times slow for seconds, so the repeats are spread over the whole run.
+allows NumPy, and to the textbook's formula; the least time of each counts. Processor time on one thread is what a busy
+machine changes least. The targets are for two cores that have nothing else to do. Whether they had is told by how much
+faster two threads are than one; a machine that is shared is at times slow for seconds, so the repeats are spread over
+the whole run. Memory, growth and the first call are in bench_whole_job.py.
 """
 
-import subprocess
 import sys
 import time
 from dataclasses import replace
 
 import numpy as np
+from common import least_in_turns, mark, table, textbook, vertices
 from rich.console import Console
-from rich.table import Table
-from textbook import shade as textbook
-from textbook import vertices
 
 from pvphong.base import threads
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
@@ -31,12 +28,7 @@ from pvphong.shading.plan.plan import Plan
 from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
 
-COUNT = 1_000_000
-REPEATS = 200
-BURSTS = 5
-FEW_REPEATS = 40
-TURNS = 8
-SIZES = (100_000, 1_000_000, 10_000_000, 50_000_000)
+REPEATS, FEW_REPEATS = 100, 40
 
 DULL = Material(ambient=0.1, diffuse=(0.6, 0.5, 0.4))
 SHINY = replace(DULL, specular=0.5, shininess=20)
@@ -50,37 +42,6 @@ SPOT = SpotLight(
 )
 SUN = DirectionalLight(direction=(-1.0, -1.0, -2.0))
 VIEWER = Viewer(position=(1.0, 0.5, 4.0))
-
-FIRST_CALL = """
-import time
-import numpy as np
-from pvphong import Material, PointLight, Scene, evaluate
-arguments = (np.ones((1000, 3), np.float32), np.ones((1000, 3), np.float32), Scene([PointLight()]), Material())
-seconds = []
-for _ in range(2):
-    start = time.perf_counter()
-    evaluate(*arguments, backend="numba")
-    seconds.append(time.perf_counter() - start)
-print(seconds[0] - seconds[1])
-"""
-
-
-# In a process of its own, because the resident size's peak never goes down; the arrays are in place before.
-PEAK = """
-import re, sys
-import numpy as np
-from pvphong import Material, PointLight, Scene, evaluate
-def peak():  # not ru_maxrss, which begins with what the parent process had
-    return int(re.search(r"VmHWM:\\s+(\\d+)", open("/proc/self/status").read())[1]) * 1024
-count, stored = int(sys.argv[1]), np.dtype(sys.argv[2])
-points, normals = (np.full((count, 3), value, stored) for value in (0.5, 1.0))
-scene, material = Scene([PointLight(position=(k, 2, 3)) for k in range(3)]), Material(specular=0.5, shininess=20)
-evaluate(points[:1000], normals[:1000], scene, material, backend="numba")
-before = peak()
-rgb = evaluate(points, normals, scene, material, backend="numba").rgb
-print(peak() - before - rgb.nbytes)
-"""
-MANY = 10_000_000
 
 
 def scene_of(*lights):
@@ -104,25 +65,6 @@ def compiled(arrays, scene, material, real, planned=False):
 
     run.plan = Plan.of(scene, material, Vertices(points, normals))
     return run
-
-
-def least_times(calls, repeats, clock=time.perf_counter):
-    """Seconds of the fastest repeat of each call, all measured in turns."""
-    least = dict.fromkeys(calls, float("inf"))
-    for call in calls.values():
-        call()
-    for _ in range(repeats):
-        for name, call in calls.items():
-            start = clock()
-            call()
-            least[name] = min(least[name], clock() - start)
-    return least
-
-
-def least_times_alone(calls, repeats):
-    """Seconds of processor time of the fastest repeat of each call on one thread."""
-    with threads.limited(1):
-        return least_times(calls, repeats, time.thread_time)
 
 
 def workloads(count):
@@ -164,102 +106,36 @@ def targets(least, book):
     ]
 
 
-def measure_growth():
-    """Nanoseconds of processor time per vertex on one thread, by number of vertices; the least of some turns.
-
-    In each turn every size shades as many vertices in all, so that a busy machine meets all of them alike.
-    """
-    result = dict.fromkeys(SIZES, float("inf"))
-    few = vertices(SIZES[0], np.float32)
-    calls = {
-        count: compiled(tuple(np.resize(array, (count, 3)) for array in few), scene_of(*LAMPS), SHINY, np.float32)
-        for count in SIZES
-    }
-    with threads.limited(1):
-        for _ in range(TURNS):
-            for count, call in calls.items():
-                call()
-                start = time.thread_time()
-                for _ in range(SIZES[-1] // count):
-                    call()
-                result[count] = min(result[count], (time.thread_time() - start) / SIZES[-1] * 1e9)
-    return result
-
-
-def measure_first_call():
-    """Seconds by which the first call in a process takes longer than the second, with compiled code on disk."""
-    runs = (
-        subprocess.run([sys.executable, "-c", FIRST_CALL], capture_output=True, text=True, check=True) for _ in range(5)
-    )
-    return min(float(run.stdout) for run in runs)
-
-
 def estimate(call):
     """What `Plan.explain` says that a call costs, ns per vertex on one thread; the writing of colours is no effect."""
     plan = getattr(call, "plan", None)
-    return plan and sum(effect.nanoseconds(plan.effects[effect.name]) for effect in EFFECTS)
-
-
-def measure_peak(stored):
-    """MiB of resident memory at the peak beside inputs, stored as some type, and float32 output."""
-    command = [sys.executable, "-c", PEAK, str(MANY), stored]
-    run = subprocess.run(command, capture_output=True, text=True, check=True)
-    return float(run.stdout) / 2**20
-
-
-def times_table(calls, least, alone, book, count):
-    table = Table(title=f"{count / 1e6:g} M vertices, least of {REPEATS} repeats in turns")
-    for heading in ("workload", "ms", "over a + b", "textbook over it", "one thread, ns", "of which plan says"):
-        table.add_column(heading, justify="left" if heading == "workload" else "right")
-    for name, seconds in {**least, "textbook, float64": book}.items():
-        ratios = f"{seconds / least['a + b']:.2f}", f"{book / seconds:.1f}"
-        single = f"{alone[name] / count * 1e9:.2f}" if name in alone else ""
-        expected = estimate(calls.get(name))
-        table.add_row(name, f"{seconds * 1e3:.2f}", *ratios, single, "" if expected is None else f"{expected:.1f}")
-    return table
-
-
-def targets_table(rows):
-    table = Table(title="Targets")
-    for heading in ("what", "measured", "target", "met"):
-        table.add_column(heading, justify="left" if heading == "what" else "right")
-    for what, measured, target, more in rows:
-        met = measured >= target if more else measured <= target
-        shown = f"{'>=' if more else '<='} {target:g}"
-        table.add_row(what, f"{measured:.2f}", shown, "[green]yes[/]" if met else "[red]no[/]")
-    return table
+    return "" if plan is None else f"{sum(effect.nanoseconds(plan.effects[effect.name]) for effect in EFFECTS):.1f}"
 
 
 def main():
-    count = int(float(sys.argv[1])) if len(sys.argv) > 1 else COUNT
+    count = int(float(sys.argv[1])) if len(sys.argv) > 1 else 1_000_000
+    calls, arrays = workloads(count), vertices(count)
+    first = least_in_turns(calls, REPEATS)
+    with threads.limited(1):
+        alone = least_in_turns(calls, FEW_REPEATS, time.thread_time)
+    book = least_in_turns({"it": lambda: textbook(*arrays, scene_of(*LAMPS), SHINY)}, 3)["it"]
+    least = {name: min(first[name], seconds) for name, seconds in least_in_turns(calls, REPEATS).items()}
+
+    headings = "ms", "over a + b", "textbook over it", "one thread, ns", "of which plan says"
+    times = table(f"{count / 1e6:g} M vertices, least of {2 * REPEATS} repeats in turns", "workload", *headings)
+    for name, seconds in {**least, "textbook, float64": book}.items():
+        ratios = f"{seconds / least['a + b']:.2f}", f"{book / seconds:.1f}"
+        single = f"{alone[name] / count * 1e9:.2f}" if name in alone else ""
+        times.add_row(name, f"{seconds * 1e3:.2f}", *ratios, single, estimate(calls.get(name)))
+    promises = table("Targets", "what", "measured", "target", "met")
+    for what, measured, target, more in targets(least, book):
+        met = measured >= target if more else measured <= target
+        promises.add_row(what, f"{measured:.2f}", f"{'>=' if more else '<='} {target:g}", mark(met))
     console = Console()
-    calls, bursts = workloads(count), []
-
-    def burst():
-        bursts.append(least_times(calls, REPEATS // BURSTS))
-
-    burst()
-    alone = least_times_alone(calls, FEW_REPEATS)
-    burst()
-    arrays = vertices(count)
-    book = least_times({"it": lambda: textbook(*arrays, scene_of(*LAMPS), SHINY)}, 3)["it"]
-    burst()
-    first_call = measure_first_call()
-    peaks = {stored: measure_peak(stored) for stored in ("float32", "float64")}
-    burst()
-    growth = measure_growth()
-    burst()
-    least = {name: min(times[name] for times in bursts) for name in calls}
-    rows = targets(least, book)
-    rows.append(("first call over second, seconds", first_call, 0.6, False))
-    for stored, peak in peaks.items():
-        rows.append((f"peak memory, {MANY / 1e6:g} M vertices in {stored}, MiB", peak, 32.0, False))
-    rows.append(("ns per vertex, largest over least", max(growth.values()) / min(growth.values()), 1.15, False))
-    console.print(times_table(calls, least, alone, book, count))
-    console.print("One thread: " + ", ".join(f"{n:,} vertices {ns:.2f} ns each" for n, ns in growth.items()))
+    console.print(times)
     sooner = alone["3 lamps, highlights"] / least["3 lamps, highlights"]
     console.print(f"3 lamps, highlights: two threads are {sooner:.2f} times as fast as one")
-    console.print(targets_table(rows))
+    console.print(promises)
 
 
 if __name__ == "__main__":

@@ -14,10 +14,9 @@ from pathlib import Path
 
 import psutil
 import pyvista as pv
+from common import measured_scene, table
 from distributed import Client, LocalCluster
 from rich.console import Console
-from rich.table import Table
-from textbook import measured_scene
 
 import pvphong as ph
 from pvphong.batch.pieces import Piece
@@ -98,10 +97,10 @@ def main():
                 ("memory of a worker", f"{max(memory.values()):.2f} pieces", f"allowed {MEMORY_ALLOWED:.0f}"),
                 *overhead(two, Path(folder), piece),
             ]
-    table = Table("what", "measured", "")
+    made = table("", "what", "measured", "", texts=3)
     for row in rows:
-        table.add_row(*row)
-    Console().print(table)
+        made.add_row(*row)
+    Console().print(made)
 
 
 def overhead(cluster, folder, piece):

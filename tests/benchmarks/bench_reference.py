@@ -1,85 +1,118 @@
 """How fast the reference evaluator is, what its stability costs, and what it needs: `python bench_reference.py`.
 
-Variants are measured in turns, so that a busy machine slows all of them down alike; a ratio is given of medians
-and of minima. `test_naive_block.py` and the studies' `test_peers.py` show that all compute the same thing.
+Against itself with naive formulas, blocks, memory layout and the order of the work are the same; these differ:
+
+- highlights: the power of r·v or n·h, where the evaluator takes the power of a chord;
+- cones: the cosine with the axis and its power, where it takes a chord too;
+- vectors: divided by their length, where it looks for lengths that would overflow first;
+- positions, in the last variant: float32 where the result is float32, where they are always float64.
+
+`test_naive_block.py` and the studies' `test_peers.py` show that all compute the same thing.
 """
 
-import os
-import subprocess
-import sys
 import tempfile
 import time
 import tracemalloc
+from contextlib import ExitStack, contextmanager
+from functools import partial
 from statistics import median
+from unittest import mock
 
 import numpy as np
+from common import apart, in_turns, mark, measured_scene, table, textbook, vertices
 from naive_block import naive_highlights
 from rich.console import Console
-from rich.table import Table
-from textbook import measured_scene, shade, vertices
 
-from pvphong.geometry.transform import normal_matrix
-from pvphong.shading.evaluation import evaluate
+from pvphong import DirectionalLight, LightModel, Material, Scene, SpotLight, evaluate, normal_matrix
+from pvphong.base.vectors import dot
+from pvphong.optics import light
+from pvphong.optics.attenuation import attenuate
+from pvphong.optics.light import Arrival
+from pvphong.shading import reference
 
-COUNT = 1_000_000
-MANY = 10_000_000
-REPEATS = 7
-IMPORTS = 7
-
-ALLOWED_MEMORY = 64 * 2**20
-ALLOWED_IMPORT = 0.050
+COUNT, MANY = 250_000, 10_000_000
+REPEATS, IMPORTS = 15, 7
+ALLOWED_LOSS, ALLOWED_MEMORY, ALLOWED_MATRIX, ALLOWED_IMPORT = 0.25, 64 * 2**20, 1e-3, 0.050
 
 
-def interleaved(variants, repeats):
-    """Seconds of CPU time of every repeat of every variant, in turns."""
-    seconds = {name: [] for name in variants}
-    for run in variants.values():
-        run()  # warms caches up
-    for _ in range(repeats):
-        for name, run in variants.items():
-            start = time.process_time()
-            run()
-            seconds[name].append(time.process_time() - start)
-    return seconds
+def naive_directions_to(target, points, real):
+    """`naive_towards`, in the form that lights take."""
+    direction, distance = naive_towards(target, points, real)
+    return direction, 1.0, distance
 
 
-def speed_table(title, seconds, base, count):
-    """Rows of times; ratios are the base's time over the row's: above 1 is faster than the base."""
-    table = Table(title=title)
-    for heading in ("variant", "median", "least", "M/s", "× median", "× least"):
-        table.add_column(heading, justify="left" if heading == "variant" else "right")
-    for name, times in seconds.items():
-        middle, least = median(times), min(times)
-        table.add_row(
-            name,
-            f"{middle * 1e3:.1f} ms",
-            f"{least * 1e3:.1f} ms",
-            f"{count / middle / 1e6:.2f}",
-            f"{median(seconds[base]) / middle:.2f}",
-            f"{min(seconds[base]) / least:.2f}",
-        )
-    return table
+def naive_towards(target, points, real):
+    """Unit vectors and distances, whatever the numbers."""
+    difference = np.empty(points.shape, real)
+    np.subtract(np.array(target, points.dtype)[:, None], points, out=difference, casting="same_kind")
+    distance = np.sqrt(dot(difference, difference))
+    difference /= distance
+    return difference, distance
 
 
-def measure_speed():
-    scene, material = measured_scene()
-    points, normals = vertices(COUNT)
+def naive_moderate(w, real):
+    w = w.astype(real, order="C")
+    return w, 1.0 / np.sqrt(dot(w, w))
 
-    def blocked(precision):
-        return evaluate(points, normals, scene, material, precision=precision, backend="numpy")
 
-    def naive(precision):
-        with naive_highlights():
-            return blocked(precision)
+def naive_spot(self, points, real=np.float64):
+    directions, _, distance = naive_directions_to(self.position, points, real)
+    axis = np.array(self.direction, real)
+    cosine = -dot(axis[:, None] / np.sqrt(axis @ axis), directions)
+    inside = cosine >= real(np.cos(np.radians(self.cone_angle)))
+    factor = np.where(inside, np.maximum(cosine, 0) ** real(self.exponent), 0)
+    return Arrival(directions, attenuate(distance, self.attenuation) * factor)
 
-    variants = {
-        "textbook, float64": lambda: shade(points, normals, scene, material),
-        "evaluate, float64": lambda: blocked("float64"),
-        "evaluate, float32": lambda: blocked("float32"),
-        "naive highlights, float64": lambda: naive("float64"),
-        "naive highlights, float32": lambda: naive("float32"),
+
+@contextmanager
+def naive_formulas(real):
+    """While it lasts, `evaluate` computes with naive formulas, from positions in the float type `real`."""
+    with ExitStack() as stack:
+        stack.enter_context(naive_highlights())
+        replaced = [(reference, "moderate", naive_moderate), (reference, "towards", naive_towards)]
+        replaced += [(light, "directions_to", naive_directions_to), (SpotLight, "arrival", naive_spot)]
+        replaced += [(reference, "columns", lambda rows: rows.T.astype(real, order="C"))]
+        for owner, name, naive in replaced:
+            stack.enter_context(mock.patch.object(owner, name, naive))
+        yield
+
+
+def scenes():
+    """Name → scene, material; the mesh is a sphere of radius 1."""
+    points, material = measured_scene()
+    sun = DirectionalLight(direction=(-1, -2, -3))
+    spots = [
+        SpotLight(position=(2.0, 1.0, 2.5), direction=(-2, -1, -2.5), cone_angle=20, exponent=8),
+        SpotLight(position=(-2.0, 1.5, 1.0), direction=(2, -1.5, -1), cone_angle=30, exponent=2.5),
+    ]
+    blinn, far = LightModel(reflection="blinn-phong"), LightModel(local_viewer=False)
+    return {
+        "sun, viewer far away": (Scene([sun], points.viewer, far), material),
+        "sun, local viewer": (Scene([sun], points.viewer), material),
+        "3 point lights": (points, material),
+        "3 point lights, Blinn-Phong": (Scene(points.lights, points.viewer, blinn), material),
+        "2 spot lights": (Scene(spots, points.viewer), material),
+        "3 point lights, matt": (points, Material()),
     }
-    return interleaved(variants, REPEATS)
+
+
+def measure(scene, material, precision):
+    """Seconds of the evaluator, of naive formulas, and of the textbook, by name; medians."""
+    points, normals = vertices(COUNT, precision)
+
+    def run():
+        evaluate(points, normals, scene, material, precision=precision, backend="numpy")
+
+    def run_naive(real):
+        with naive_formulas(real), np.errstate(all="ignore"):
+            run()
+
+    variants = {"stable": run, "naive": lambda: run_naive(np.float64)}
+    if precision == "float32":
+        variants["float32 throughout"] = lambda: run_naive(np.float32)
+    else:
+        variants["textbook"] = lambda: textbook(points, normals, scene, material)
+    return {name: median(times) for name, times in in_turns(variants, REPEATS, time.process_time).items()}
 
 
 def measure_memory(precision):
@@ -93,23 +126,14 @@ def measure_memory(precision):
     return peak - rgb.nbytes
 
 
-def measure_normal_matrix():
-    """Microseconds per call, for model matrices of several kinds."""
-    rng = np.random.default_rng(0)
-    turned = np.eye(4)
-    turned[:3, :3] = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    sheared, wide = turned.copy(), turned.copy()
-    sheared[:3, :3] = rng.normal(size=(3, 3))
-    wide[:3, :3] = sheared[:3, :3] * [1e-8, 1.0, 1e8]
-    result = {}
-    for name, matrix in {"identity": np.eye(4), "rotation": turned, "shear": sheared, "1e16 wide": wide}.items():
-        times = []
-        for _ in range(200):
-            start = time.perf_counter()
-            normal_matrix(matrix)
-            times.append(time.perf_counter() - start)
-        result[name] = median(times) * 1e6
-    return result
+def matrix_seconds():
+    """Median seconds of an exact normal matrix, of the slowest kind of matrix."""
+    rng, calls = np.random.default_rng(0), {}
+    for scales in ((1, 1, 1), (1e-8, 1, 1e8), (1e-150, 1, 1e150)):
+        matrix = np.eye(4)
+        matrix[:3, :3] = rng.normal(size=(3, 3)) * scales
+        calls[scales] = partial(normal_matrix, matrix)
+    return max(median(times) for times in in_turns(calls, 300).values())
 
 
 IMPORT = """
@@ -121,50 +145,44 @@ print(time.process_time() - start)
 """
 
 
-def measure_import():
-    """Seconds of CPU time that `import pvphong` adds after `import pyvista`, in fresh interpreters.
+def import_seconds():
+    """Median seconds of CPU time that `import pvphong` adds after `import pyvista`, in fresh interpreters.
 
     The first one compiles to bytecode, as an installer does, and does not count.
     """
     with tempfile.TemporaryDirectory() as bytecode:
-        environment = os.environ | {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": bytecode}
-        runs = [
-            subprocess.run([sys.executable, "-c", IMPORT], capture_output=True, text=True, check=True, env=environment)
-            for _ in range(1 + IMPORTS)
-        ]
-    return [float(run.stdout) for run in runs[1:]]
-
-
-def verdict(good):
-    return "[green]within[/]" if good else "[red]over[/]"
+        variables = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": bytecode}
+        return median([float(apart(IMPORT, **variables)) for _ in range(1 + IMPORTS)][1:])
 
 
 def main():
-    console = Console()
-    seconds = measure_speed()
-    title = f"{COUNT / 1e6:g} M vertices, 3 point lights with highlights and attenuation, {REPEATS} repeats in turns"
-    console.print(speed_table(title, seconds, "textbook, float64", COUNT))
-    for precision in ("float64", "float32"):
-        stable, naive = (seconds[f"{variant}, {precision}"] for variant in ("evaluate", "naive highlights"))
-        cost = f"{median(stable) / median(naive) - 1:+.1%} by medians, {min(stable) / min(naive) - 1:+.1%} by minima"
-        console.print(f"the stable highlight costs {cost} of the whole in {precision}")
-
-    table = Table(title="Beside speed")
-    for heading in ("what", "measured", "allowed", ""):
-        table.add_column(heading)
+    title = f"CPU time per vertex, median of {REPEATS} runs in turns over {COUNT:,} vertices, and what stability costs"
+    headings = "scene", "precision", "stable", "naive", "loss", "float32 throughout, textbook", "loss"
+    speed = table(title, *headings, texts=2)
+    for name, (scene, material) in scenes().items():
+        for precision in ("float32", "float64"):
+            seconds = measure(scene, material, precision)
+            cells = [f"{seconds['stable'] / COUNT * 1e9:.0f} ns"]
+            for naive in ("naive", "float32 throughout"):
+                if naive in seconds:
+                    loss = 1.0 - seconds[naive] / seconds["stable"]
+                    verdict = f"[{'green' if loss < ALLOWED_LOSS else 'red'}]{loss:+.0%}[/]"
+                    cells += [f"{seconds[naive] / COUNT * 1e9:.0f} ns", verdict]
+                else:
+                    cells += [f"{seconds['textbook'] / COUNT * 1e9:.0f} ns", ""]
+            speed.add_row(name, precision, *cells)
+    console, others = Console(width=120), table("Beside speed", "what", "measured", "allowed", "met")
     for precision in ("float32", "float64"):
-        peak = measure_memory(precision)
+        peak, allowed = measure_memory(precision) / 2**20, ALLOWED_MEMORY / 2**20
         what = f"peak memory beside inputs and output, {MANY / 1e6:g} M vertices, {precision}"
-        table.add_row(
-            what, f"{peak / 2**20:.1f} MiB", f"{ALLOWED_MEMORY / 2**20:g} MiB", verdict(peak < ALLOWED_MEMORY)
-        )
-    for name, microseconds in measure_normal_matrix().items():
-        table.add_row(f"exact normal matrix, {name}", f"{microseconds:.0f} µs", "", "")
-    times = measure_import()
-    shown = f"{median(times) * 1e3:.0f} ms (least {min(times) * 1e3:.0f})"
-    within = verdict(median(times) < ALLOWED_IMPORT)
-    table.add_row("import pvphong after pyvista", shown, f"{ALLOWED_IMPORT * 1e3:.0f} ms", within)
-    console.print(table)
+        others.add_row(what, f"{peak:.1f} MiB", f"{allowed:g} MiB", mark(peak < allowed))
+    matrix, importing = matrix_seconds(), import_seconds()
+    what, allowed = "exact normal matrix, the slowest kind", f"{ALLOWED_MATRIX * 1e6:g} µs"
+    others.add_row(what, f"{matrix * 1e6:.0f} µs", allowed, mark(matrix < ALLOWED_MATRIX))
+    what, allowed = "import pvphong after pyvista", f"{ALLOWED_IMPORT * 1e3:.0f} ms"
+    others.add_row(what, f"{importing * 1e3:.0f} ms", allowed, mark(importing < ALLOWED_IMPORT))
+    console.print(speed)
+    console.print(others)
 
 
 if __name__ == "__main__":

@@ -8,8 +8,10 @@ Processor time of all threads together, the least of some rounds in turns, in on
 from __future__ import annotations
 
 import time
+from functools import partial
 
 import numpy as np
+from common import least_in_turns
 
 import pvphong as ph
 
@@ -35,15 +37,11 @@ def main() -> None:
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     tangents = np.roll(normals, 1, axis=1)
 
-    def run(material: ph.Material) -> float:
-        start = time.process_time()
+    def run(material: ph.Material) -> None:
         ph.evaluate(normals, normals, SCENE, material, tangents=tangents, backend="numba")
-        return time.process_time() - start
 
-    seconds = {name: [run(material) for _ in range(2)][1] for name, (material, _, _) in CASES.items()}
-    for _ in range(ROUNDS):
-        for name, (material, _, _) in CASES.items():
-            seconds[name] = min(seconds[name], run(material))
+    calls = {name: partial(run, material) for name, (material, _, _) in CASES.items()}
+    seconds = least_in_turns(calls, ROUNDS, time.process_time)
     print(f"{COUNT:,} vertices, {len(SCENE.lights)} point lights, float32")
     for name, (_, beside, most) in CASES.items():
         asked = "" if most is None else f", at most {most} asked for"

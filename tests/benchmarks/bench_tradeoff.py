@@ -22,9 +22,9 @@ from pathlib import Path
 
 import numpy as np
 import pyvista as pv
+from common import mark, table
 from pyvista import examples
 from rich.console import Console
-from rich.table import Table
 
 import pvphong as ph
 from pvphong.shading import kernel
@@ -156,11 +156,6 @@ def alone(function, *arguments):
         return pool.submit(function, *arguments).result()
 
 
-def error_of(row):
-    """The error of the row's own kind."""
-    return row[row["kind"].replace(" ", "_")]["largest"]
-
-
 def seconds_of(row):
     """Its median time."""
     return row["time"]["median"]
@@ -168,8 +163,8 @@ def seconds_of(row):
 
 def is_better(one, other):
     """Whether a row is as good as another of its kind in time and in error."""
-    same = one["kind"] == other["kind"] and one["name"] != other["name"]
-    return same and error_of(one) <= error_of(other) and seconds_of(one) <= seconds_of(other)
+    same, kind = one["kind"] == other["kind"] and one["name"] != other["name"], one["kind"].replace(" ", "_")
+    return same and one[kind]["largest"] <= other[kind]["largest"] and seconds_of(one) <= seconds_of(other)
 
 
 def ahead(first, second):
@@ -205,19 +200,6 @@ def compared(report, own):
             apart = own[entry["effect"]]
             known = np.hypot(uncertainty(told, entry["cost"]["repeats"]), uncertainty(apart, REPEATS)) <= ALLOWED / 2
             yield entry["effect"], told, apart, known
-
-
-def table(title, *headings):
-    """An empty table; the first column is on the left."""
-    result = Table(title=title, title_justify="left")
-    for heading in headings:
-        result.add_column(heading, justify="right" if result.columns else "left")
-    return result
-
-
-def mark(holds):
-    """For a cell."""
-    return "[green]yes[/]" if holds else "[red]no[/]"
 
 
 def parts(cost):

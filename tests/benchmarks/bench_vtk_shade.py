@@ -5,15 +5,13 @@ wall clock: VTK's includes sending the mesh to the driver and reading the colour
 on the same processor.
 """
 
-import time
 from dataclasses import replace
 from statistics import median
 
 import numpy as np
 import pyvista as pv
+from common import in_turns, measured_scene, table, vertices
 from rich.console import Console
-from rich.table import Table
-from textbook import measured_scene, vertices
 
 from pvphong import evaluate
 from pvphong.shading import kernel
@@ -42,27 +40,15 @@ def variants():
     return named | {"vtk_shade": lambda: vtk_shade(cloud, terms.lights, terms.material, terms.viewer)}
 
 
-def measured(named):
-    """Seconds of each variant, run in turns, and its colours."""
-    seconds, colors = {name: [] for name in named}, {}
-    for turn in range(REPEATS + 1):
-        for name, run in named.items():
-            start = time.perf_counter()
-            colors[name] = run()
-            if turn:  # the first one compiles and loads
-                seconds[name].append(time.perf_counter() - start)
-    return seconds, colors
-
-
 def main():
-    seconds, colors = measured(variants())
-    table = Table(title=f"{COUNT:,} vertices, median of {REPEATS} runs in turns")
-    for heading in ("", "time", "quickest – slowest", "per vertex", "of vtk_shade's", "largest difference from VTK"):
-        table.add_column(heading, justify="right" if heading else "left")
+    named = variants()
+    seconds, colors = in_turns(named, REPEATS), {name: run() for name, run in named.items()}
+    headings = "", "time", "quickest – slowest", "per vertex", "of vtk_shade's", "largest difference from VTK"
+    made = table(f"{COUNT:,} vertices, median of {REPEATS} runs in turns", *headings)
     drawn, whole = np.clip(colors["vtk_shade"], 0.0, 1.0), median(seconds["vtk_shade"])
     for name, times in seconds.items():
         middle = median(times)
-        table.add_row(
+        made.add_row(
             name,
             f"{middle * 1e3:.0f} ms",
             f"{min(times) * 1e3:.0f} – {max(times) * 1e3:.0f} ms",
@@ -71,7 +57,7 @@ def main():
             "" if name == "vtk_shade" else f"{np.abs(colors[name] - drawn).max():.1e}",
         )
     console = Console(width=120)
-    console.print(table)
+    console.print(made)
     console.print(f"VTK {pv.vtk_version_info} on {driver()}")
 
 

@@ -7,8 +7,6 @@ Growth goes up to 10 million vertices, or as many as are asked for: 100 million 
 small meshes in less than a minute, without the first call of an installation; its times say little.
 """
 
-import os
-import subprocess
 import sys
 import tempfile
 import time
@@ -18,9 +16,8 @@ from statistics import median
 
 import numpy as np
 import pyvista as pv
+from common import apart, in_turns, measured_scene, table
 from rich.console import Console
-from rich.table import Table
-from textbook import measured_scene
 
 import pvphong  # noqa: F401 registers mesh.phong
 from pvphong.meshes.files import read_mesh, save_lit
@@ -48,7 +45,7 @@ import gc, re, sys, time
 import numpy as np
 import pyvista as pv
 import pvphong
-from textbook import measured_scene
+from common import measured_scene
 def status(field):
     return int(re.search(field + r":\\s+(\\d+)", open("/proc/self/status").read())[1]) * 1024
 count = int(sys.argv[1])
@@ -81,7 +78,7 @@ import pyvista as pv
 start = now("import pyvista", start)
 import pvphong as ph
 start = now("import pvphong after it", start)
-from textbook import measured_scene
+from common import measured_scene
 mesh = pv.Sphere(theta_resolution=1000, phi_resolution=1000)
 scene, material = measured_scene()
 start = time.perf_counter()
@@ -93,15 +90,8 @@ start = now("second call", start)
 
 
 def timed(calls, turns):
-    """Seconds of each call, run in turns; the first turn does not count."""
-    seconds = {name: [] for name in calls}
-    for turn in range(turns + 1):
-        for name, call in calls.items():
-            start = time.perf_counter()
-            call()
-            if turn:
-                seconds[name].append(time.perf_counter() - start)
-    return {name: median(times) for name, times in seconds.items()}
+    """Median seconds of each call, run in turns."""
+    return {name: median(times) for name, times in in_turns(calls, turns).items()}
 
 
 def sphere():
@@ -155,9 +145,8 @@ def file_job(folder):
 
 
 def job_table(seconds):
-    table = Table(title=f"{SIDE**2 / 1e6:g} M vertices, {2 * SIDE**2 / 1e6:g} M triangles, 3 lamps with highlights")
-    for heading in ("step", "ms", "share", "over VTK's normals", "over a + b", "over VTK's frame"):
-        table.add_column(heading, justify="left" if heading == "step" else "right")
+    title = f"{SIDE**2 / 1e6:g} M vertices, {2 * SIDE**2 / 1e6:g} M triangles, 3 lamps with highlights"
+    made = table(title, "step", "ms", "share", "over VTK's normals", "over a + b", "over VTK's frame")
     names = {
         "read": "read .vtp",
         "normals": "normals, compiled",
@@ -169,49 +158,37 @@ def job_table(seconds):
 
     def row(label, value, share=""):
         ratios = (value / seconds[name] for name in ("VTK's normals", "a + b", "VTK's frame"))
-        table.add_row(label, f"{value * 1e3:.2f}", share, *(f"{ratio:.3g}" for ratio in ratios))
+        made.add_row(label, f"{value * 1e3:.2f}", share, *(f"{ratio:.3g}" for ratio in ratios))
 
     for name, label in names.items():
         row(label, seconds[name], f"{seconds[name] / whole:.1%}")
     row("all of it", whole, "100%")
-    table.add_section()
+    made.add_section()
     for name in ("normals in NumPy", "kernel", "shade, without normals", "VTK's normals", "a + b", "VTK's frame"):
         row(name, seconds[name])
-    return table
-
-
-def apart(code, *arguments, **environment):
-    """What a process of its own prints."""
-    folders = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
-    variables = os.environ | {"PYTHONPATH": folders} | environment
-    run = subprocess.run(
-        [sys.executable, "-c", code, *map(str, arguments)], env=variables, capture_output=True, text=True, check=False
-    )
-    return run.stdout if run.returncode == 0 else sys.exit(run.stderr)
+    return made
 
 
 def growth_table(most):
-    table = Table(title="`shade` of points with normals, float32, each size in a process of its own")
-    memory = f"MiB beside input and output (<= {EXTRA_ALLOWED})"
-    for heading in ("vertices", "us a call", "ns per vertex", f"over the least (<= {GROWTH_ALLOWED})", memory):
-        table.add_column(heading, justify="right")
+    title = "`shade` of points with normals, float32, each size in a process of its own"
+    limits = f"over the least (<= {GROWTH_ALLOWED})", f"MiB beside input and output (<= {EXTRA_ALLOWED})"
+    made = table(title, "vertices", "us a call", "ns per vertex", *limits)
     found = {count: tuple(map(float, apart(GROWTH, count).split())) for count in SIZES if count <= most}
     least = min(each for each, _ in found.values())
     for count, (each, extra) in found.items():
         ratio = "" if count == FEW else f"{each / least:.2f}" + " [red]too much[/]" * (each / least > GROWTH_ALLOWED)
         room = f"{extra:.1f}" + " [red]too much[/]" * (extra > EXTRA_ALLOWED)
-        table.add_row(f"{count:,}", f"{each * count / 1e3:.0f}", f"{each:.2f}", ratio, room)
-    return table
+        made.add_row(f"{count:,}", f"{each * count / 1e3:.0f}", f"{each:.2f}", ratio, room)
+    return made
 
 
 def first_table():
-    table = Table(title="A fresh process, nothing compiled yet")
-    table.add_column("what")
-    table.add_column("seconds", justify="right")
+    made = table("Seconds in a fresh process", "what", "nothing compiled yet", "compiled code on disk")
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        for line in apart(FIRST, NUMBA_CACHE_DIR=folder).splitlines():
-            table.add_row(*line.split(": "))
-    return table
+        runs = [apart(FIRST, NUMBA_CACHE_DIR=folder).splitlines() for _ in range(2)]
+    for first, second in zip(*runs, strict=True):
+        made.add_row(*first.split(": "), second.split(": ")[1])
+    return made
 
 
 def drag_seconds():
@@ -231,7 +208,7 @@ def drag_seconds():
         planned = Plan.of(now, material, Vertices(live.drawn.points, live.normals))
         calls = {
             "plan": lambda now=now: Plan.of(now, material, Vertices(live.drawn.points, live.normals)),
-            "kernel, to 0-255": lambda planned=planned: planned.run_for_display(vertices, live.colors),
+            "kernel, to 0-255": lambda planned=planned: planned.run_for_display(vertices, live.drawn["phong"]),
             "all of bringing colours up to date": subplot.lit.refresh,
             "frame with new colours": ours.render,
             "frame with the same colours": ours.render,
@@ -249,9 +226,7 @@ def drag_seconds():
 
 
 def drag_table(seconds):
-    table = Table(title="A light dragged in a window, 1280 x 800 pixels")
-    for heading in ("part", "ms", "over VTK's frame"):
-        table.add_column(heading, justify="left" if heading == "part" else "right")
+    made = table("A light dragged in a window, 1280 x 800 pixels", "part", "ms", "over VTK's frame")
     upload = seconds["frame with new colours"] - seconds["frame with the same colours"]
     shown = {
         "noticing that something has changed": seconds["noticing that nothing has changed"],
@@ -263,8 +238,8 @@ def drag_table(seconds):
         "for comparison: a frame lit by VTK": seconds["frame lit by VTK"],
     }
     for name, value in shown.items():
-        table.add_row(name, f"{value * 1e3:.2f}", f"{value / seconds['frame lit by VTK']:.1%}")
-    return table
+        made.add_row(name, f"{value * 1e3:.2f}", f"{value / seconds['frame lit by VTK']:.1%}")
+    return made
 
 
 def main():

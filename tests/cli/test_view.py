@@ -16,7 +16,7 @@ from pvphong.cli.view import show
 from pvphong.meshes.files import eight_bit
 from pvphong.plotter import PlotterPhong
 
-DULL, JADE, GOLD = {"default": Material()}, Material.named("jade"), Material.named("gold")
+DULL, JADE, GOLD = Material(), Material.named("jade"), Material.named("gold")
 SCENE = Scene(
     lights=[
         DirectionalLight(direction=(1, -1, -1), frame="camera", name="key"),
@@ -45,7 +45,7 @@ def drawn(plotter):
 
 def test_the_window_shows_the_mesh_in_the_scene_that_was_given(shown):
     sphere = pv.Sphere()
-    show(sphere, SCENE, {"default": GOLD}, title="a sphere")
+    show(sphere, SCENE, GOLD, title="a sphere")
     (plotter,) = shown
     assert plotter.title == "a sphere"
     assert plotter.phong.lights == SCENE.lights
@@ -87,14 +87,14 @@ def test_words_become_arguments_of_the_window(monkeypatch):
         "--scene red.json --shadows --occluder roof.vtp",
     ):
         assert main(["view", "sphere.vtp", *words.split()]) == 0
-    (mesh, scene, materials, plain), (_, _, jade, changed), (_, shadowy, _, roofed) = calls
+    (mesh, scene, red, plain), (_, _, jade, changed), (_, shadowy, _, roofed) = calls
     assert mesh.n_points == pv.read("sphere.vtp").n_points
-    assert (scene, materials) == (Scene.load("red.json"), load_materials("red.json"))
+    assert (scene, red) == (Scene.load("red.json"), load_materials("red.json")["default"])
     assert plain == {
         "title": "pvphong: sphere.vtp", "stem": "sphere", "background": view.BACKGROUND,
         "albedo": None, "feature_angle": "auto", "occluders": [],
     }  # fmt: skip
-    assert jade == {"default": JADE}
+    assert jade == JADE
     assert changed | {"feature_angle": None, "background": "navy", "albedo": "tint"} == changed
     assert shadowy.light_model.shadows
     assert [occluder.n_points for occluder in roofed["occluders"]] == [pv.read("roof.vtp").n_points]
@@ -144,7 +144,7 @@ def keys(shown, monkeypatch):
 def test_keys_save_the_rig_the_lit_mesh_and_a_picture(shown, keys, capsys, monkeypatch):
     sphere, image = pv.Sphere(), np.arange(60, dtype=np.uint8).reshape(4, 5, 3)
     monkeypatch.setattr(pv.Plotter, "screenshot", lambda *_, **__: image)
-    saving = keys(sphere, {"default": GOLD})
+    saving = keys(sphere, GOLD)
     shown[0].phong.mesh(drawn(shown[0])[0]).material = JADE
     assert [saving[key]() for key in "dx4"] == ["saved mine-rig.json", "saved mine-lit.vtp", "saved mine.png"]
     assert capsys.readouterr().out.split() == ["mine-rig.json", "mine-lit.vtp", "mine.png"]
@@ -158,7 +158,7 @@ def test_keys_save_the_rig_the_lit_mesh_and_a_picture(shown, keys, capsys, monke
 def test_blocks_are_shown_and_saved_with_their_materials_as_keys_have_left_them(shown, keys, capsys, tmp_path):
     ruby = Material.named("ruby")
     blocks = pv.MultiBlock({"one": pv.Sphere(), "none": None, "two": pv.MultiBlock({"deep": pv.Cube()})})
-    saving = keys(blocks, {"one": JADE} | DULL)
+    saving = keys(blocks, {"one": JADE, "default": DULL})
     one, two = drawn(shown[0])
     assert [shown[0].phong.mesh(actor).material for actor in (one, two)] == [JADE, Material()]
     shown[0].phong.mesh(two).material = ruby

@@ -1,7 +1,7 @@
 """Keys: `COMMANDS`, at the end, is the table of all of them; above it stands what each does.
 
-To add a key: a function of the `Gizmos` it acts on, and a row of the table. None of the keys is one of PyVista's or
-VTK's own. What a light can do is asked of its fields' roles.
+To add a key: a function, as `Command.edits` says, and a row of the table. None of the keys is one of PyVista's or VTK's
+own. What a light can do is asked of its fields' roles.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import colorsys
 import math
 import re
 from collections.abc import Callable, Mapping
-from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -26,7 +25,6 @@ from pvphong.optics.material import Material
 from pvphong.optics.roles import Aim
 from pvphong.studio.gizmos.gizmo import Gizmo, Gizmos, Keys, called
 from pvphong.studio.gizmos.handles import comes_from_somewhere, fields, luminance
-from pvphong.studio.gizmos.history import Editable
 from pvphong.studio.gizmos.view import vector
 
 # -- help, gizmos, selection, undo
@@ -61,63 +59,35 @@ def redo(gizmos: Gizmos) -> None:
     gizmos.notice = "done again" if gizmos.history.redo() else "nothing to redo"
 
 
-# -- the selected light
+# -- the selected light: what it becomes
 
 
-def _chosen(gizmos: Gizmos) -> Gizmo | None:
-    if gizmos.selected is None:
-        gizmos.notice = "no light is selected: n, or a click on one, does"
-    return gizmos.selected
+def mute(_gizmos: Gizmos, gizmo: Gizmo) -> Light:
+    """Off, or on."""
+    return replace(gizmo.light, on=not gizmo.light.on)
 
 
-def _change(gizmos: Gizmos, change: Callable[[Light], Light]) -> Light | None:
-    """Make the selected light another; gives what it is then."""
-    if (gizmo := _chosen(gizmos)) is None:
-        return None
-    changed = change(gizmo.light)
-    gizmo.renderer_light.set(changed, gizmos.lights.viewer)
-    return changed
+def reset(_gizmos: Gizmos, gizmo: Gizmo) -> Light:
+    """As it was when it got its gizmo."""
+    return gizmo.first
 
 
-def mute(gizmos: Gizmos) -> None:
-    """The selected light off, or on."""
-    _change(gizmos, lambda light: replace(light, on=not light.on))
+def to_camera(gizmos: Gizmos, gizmo: Gizmo) -> Light:
+    """Where the eye is, shining along the view axis."""
+    light, viewer = gizmo.light, gizmos.lights.viewer
+    world = replace(light, frame="headlight").in_world(viewer)
+    aim: Any = tuple(viewer.distance * part for part in viewer.view_direction)  # the focal point is its target
+    aimed = replace(world, **dict.fromkeys(list(fields(world, Aim))[:1], aim))
+    return aimed.in_frame(light.frame, viewer)
 
 
-def solo(gizmos: Gizmos) -> None:
-    """All others off; if they are off already, all on."""
-    if (chosen := _chosen(gizmos)) is None:
-        return
-    viewer, others_on = gizmos.lights.viewer, gizmos.soloed is chosen.renderer_light
-    for each in gizmos.lights.renderer_lights:
-        each.set(replace(each.light(viewer), on=others_on or each is chosen.renderer_light), viewer)
-
-
-def to_camera(gizmos: Gizmos) -> None:
-    """The light where the eye is, shining along the view axis."""
-    viewer = gizmos.lights.viewer
-
-    def moved(light: Light) -> Light:
-        world = replace(light, frame="headlight").in_world(viewer)
-        aim: Any = tuple(viewer.distance * part for part in viewer.view_direction)
-        aimed = replace(world, **dict.fromkeys(list(fields(world, Aim))[:1], aim))  # the focal point is its target
-        return aimed.in_frame(light.frame, viewer)
-
-    _change(gizmos, moved)
-
-
-def reset(gizmos: Gizmos) -> None:
-    """The light as it was when it got its gizmo."""
-    if (gizmo := _chosen(gizmos)) is not None:
-        gizmo.renderer_light.set(gizmo.first, gizmos.lights.viewer)
-
-
-def brighten(gizmos: Gizmos, thirds: int) -> None:
+def brighten(gizmos: Gizmos, gizmo: Gizmo, thirds: int) -> Light:
     """So many thirds of a stop more: three make it twice as bright."""
-    changed = _change(gizmos, lambda light: replace(light, intensity=by_thirds(light.intensity, thirds)))
-    if changed is not None:
-        stops = f" = {math.log2(changed.intensity):+.2g} stops" if changed.intensity else ": Enter, to type one"
-        gizmos.notice = f"{called(changed)}: intensity {changed.intensity:.4g}{stops}"
+    light = gizmo.light
+    intensity = by_thirds(light.intensity, thirds)
+    stops = f" = {math.log2(intensity):+.2g} stops" if intensity else ": Enter, to type one"
+    gizmos.notice = f"{called(light)}: intensity {intensity:.4g}{stops}"
+    return replace(light, intensity=intensity)
 
 
 def by_thirds(intensity: float, thirds: int) -> float:
@@ -154,22 +124,17 @@ def warmed(color: ColorLike, steps: float) -> Vector:
     return vector(tinted * (luminance(color) / luminance(tinted.tolist()))) if tinted.any() else rgb(color)
 
 
-def recolor(gizmos: Gizmos, what: str, change: Callable[[ColorLike], Vector]) -> None:
-    """Change all colours that the light has of its own alike."""
-
-    def recolored(light: Light) -> Light:
-        colors = {"diffuse": light.diffuse, "specular": light.specular, "ambient": light.ambient}
-        given = {field: color for field, color in colors.items() if color is not None and any(rgb(color))}
-        changes: dict[str, Any] = {field: change(color) for field, color in given.items()}
-        return replace(light, **changes)
-
-    changed = _change(gizmos, recolored)
-    if changed is not None:
-        red, green, blue = rgb(changed.diffuse)
-        bright = luminance(changed.diffuse)
-        gizmos.notice = (
-            f"{called(changed)}: {what}, colour ({red:.3g}, {green:.3g}, {blue:.3g}), luminance {bright:.3g}"
-        )
+def recolor(gizmos: Gizmos, gizmo: Gizmo, what: str, change: Callable[[ColorLike], Vector]) -> Light:
+    """All colours that it has of its own changed alike."""
+    light = gizmo.light
+    colors = {"diffuse": light.diffuse, "specular": light.specular, "ambient": light.ambient}
+    given = {field: color for field, color in colors.items() if color is not None and any(rgb(color))}
+    changes: dict[str, Any] = {field: change(color) for field, color in given.items()}
+    changed = replace(light, **changes)
+    red, green, blue = rgb(changed.diffuse)
+    color = f"colour ({red:.3g}, {green:.3g}, {blue:.3g}), luminance {luminance(changed.diffuse):.3g}"
+    gizmos.notice = f"{called(light)}: {what}, {color}"
+    return changed
 
 
 # -- lights that come and go
@@ -189,10 +154,8 @@ def add(gizmos: Gizmos) -> None:
     _put(gizmos, PointLight(position=place, attenuation=(1.0, 0.0, height**-2), name="point"))
 
 
-def duplicate(gizmos: Gizmos) -> None:
+def duplicate(gizmos: Gizmos, gizmo: Gizmo) -> None:
     """A light like the selected one, a little to the right of it; one without a place comes from the right."""
-    if (gizmo := _chosen(gizmos)) is None:
-        return
     light, viewer = gizmo.light, gizmos.lights.viewer
     if light.frame == "headlight" or not comes_from_somewhere(light):
         where = "is the viewer" if light.frame == "headlight" else "comes from all around"
@@ -225,14 +188,21 @@ def free_name(wanted: str, taken: set[str]) -> str:
     return name
 
 
-def delete(gizmos: Gizmos) -> None:
+def delete(gizmos: Gizmos, gizmo: Gizmo) -> None:
     """The selected light gone; `undo` brings it back."""
-    if (gizmo := _chosen(gizmos)) is not None:
-        gizmos.notice = f"deleted: {called(gizmo.light)}; z brings it back"
-        gizmos.lights.remove(gizmo.renderer_light)
+    gizmos.notice = f"deleted: {called(gizmo.light)}; z brings it back"
+    gizmos.lights.remove(gizmo.renderer_light)
 
 
-# -- materials: of the mesh under the cursor, or of all where there is none
+def solo(gizmos: Gizmos, gizmo: Gizmo) -> None:
+    """All others off; if they are off already, all on."""
+    chosen, viewer = gizmo.renderer_light, gizmos.lights.viewer
+    others_on = gizmos.soloed is chosen
+    for each in gizmos.lights.renderer_lights:
+        each.set(replace(each.light(viewer), on=others_on or each is chosen), viewer)
+
+
+# -- materials
 
 _NAMED = {name: Material.named(name) for name in Material.names()}
 _NAMED = {name: named for name, named in _NAMED.items() if named.reflectance is None or not named.reflectance.needs}
@@ -240,62 +210,34 @@ _NAMED = {name: named for name, named in _NAMED.items() if named.reflectance is 
 _HIGHLIGHT_STEP = 0.1
 
 
-def _change_material(
-    gizmos: Gizmos, change: Callable[[Material], Material], said: Callable[[Material], str] | None = None
-) -> None:
-    pointed = gizmos.surfaces.mesh(gizmos.cursor)
-    materials = list(gizmos.lit.state) if pointed is None else [pointed.shared_material]
-    for shared in materials:
-        shared.material = change(shared.material)
-    if not materials:
-        gizmos.notice = "no lit mesh"
-        return
-    which, now = "all meshes" if pointed is None and len(materials) > 1 else "material", materials[-1].material
-    shine = f"specular {max(rgb(now.specular)):.3g}, shininess {now.shininess:.4g}"
-    gizmos.notice = f"{which}: {shine if said is None else said(now)}"
-
-
-def _name_of(material: Material) -> str:
-    plain = replace(material, reflectance=None)
-    return next((name for name, named in _NAMED.items() if named in (material, plain)), "no name")
-
-
-def next_material(gizmos: Gizmos, step: int) -> None:
+def next_material(material: Material, step: int) -> Material:
     """The next of the named materials, or the one before; after or before one that has no name the first or last."""
-    names = list(_NAMED)
-
-    def neighbour(material: Material) -> Material:
-        name = _name_of(material)
-        at = names.index(name) if name in names else min(-step, 0)
-        chosen = _NAMED[names[(at + step) % len(names)]]
-        is_its_own = name in names and _NAMED[name].reflectance is not None
-        return chosen if chosen.reflectance or is_its_own else replace(chosen, reflectance=material.reflectance)
-
-    _change_material(gizmos, neighbour, _name_of)
+    names, name = list(_NAMED), name_of(material)
+    at = names.index(name) if name else min(-step, 0)
+    chosen = _NAMED[names[(at + step) % len(names)]]
+    is_its_own = name and _NAMED[name].reflectance is not None
+    return chosen if chosen.reflectance or is_its_own else replace(chosen, reflectance=material.reflectance)
 
 
-def shine(gizmos: Gizmos, step: int) -> None:
+def name_of(material: Material) -> str:
+    """What a material is called, whatever its reflectance; "" if it is none of the named ones."""
+    plain = replace(material, reflectance=None)
+    return next((name for name, named in _NAMED.items() if named in (material, plain)), "")
+
+
+def shine(material: Material, step: int) -> Material:
     """A narrower highlight, or a wider: √2 times the exponent, on the scale of powers of √2; below 1 is 0."""
-
-    def stepped(material: Material) -> Material:
-        at = 2.0 * math.log2(material.shininess) if material.shininess > 0.0 else -1.0
-        nearest = round(at) if abs(at - round(at)) < 1e-9 else at
-        shininess = 2.0 ** ((nearest + step) / 2.0) if nearest + step >= 0.0 else 0.0
-        return replace(material, shininess=shininess)
-
-    _change_material(gizmos, stepped)
+    at = 2.0 * math.log2(material.shininess) if material.shininess > 0.0 else -1.0
+    nearest = round(at) if abs(at - round(at)) < 1e-9 else at
+    return replace(material, shininess=2.0 ** ((nearest + step) / 2.0) if nearest + step >= 0.0 else 0.0)
 
 
-def strengthen(gizmos: Gizmos, step: float) -> None:
+def strengthen(material: Material, step: float) -> Material:
     """So much more of specular reflectance, at most 1 in any channel."""
-
-    def mirroring(material: Material) -> Material:
-        colors = rgb(material.specular)
-        largest = max(colors)
-        level = round(min(max(largest + step, 0.0), max(1.0, largest)), 10)
-        return replace(material, specular=[level * c / largest for c in colors] if largest else level)
-
-    _change_material(gizmos, mirroring)
+    colors = rgb(material.specular)
+    largest = max(colors)
+    level = round(min(max(largest + step, 0.0), max(1.0, largest)), 10)
+    return replace(material, specular=[level * c / largest for c in colors] if largest else level)
 
 
 # -- the table
@@ -310,11 +252,16 @@ class Command(NamedTuple):
     what: str
     """What the help says."""
 
-    acts: tuple[Callable[[Gizmos], None], ...]
-    """What each of the keys does."""
+    acts: tuple[Callable[..., Any], ...]
+    """What each of the keys does, as `edits` says."""
 
     edits: str = ""
-    """What it changes, as one step of undo: "lights", "materials" or nothing."""
+    """What it changes, as one step of undo.
+
+    "light": from the gizmos and the selected one to what its light becomes, or None where the gizmos are told.
+    "lights": a function of the gizmos, which changes their lights. "material": from a material to what that of the mesh
+    under the cursor becomes, or those of all meshes. Nothing: a function of the gizmos.
+    """
 
 
 COMMANDS = (
@@ -322,15 +269,15 @@ COMMANDS = (
     Command("g", "hide or show the gizmos", (toggle_hidden,)),
     Command("n", "select the next light", (select_next,)),
     Command("z y", "undo, redo", (undo, redo)),
-    Command("m", "light off or on", (mute,), "lights"),
-    Command("o", "this light alone, or all", (solo,), "lights"),
-    Command("k", "light to the camera", (to_camera,), "lights"),
-    Command("0", "light as it was at first", (reset,), "lights"),
+    Command("m", "light off or on", (mute,), "light"),
+    Command("o", "this light alone, or all", (solo,), "light"),
+    Command("k", "light to the camera", (to_camera,), "light"),
+    Command("0", "light as it was at first", (reset,), "light"),
     Command(
         "Left Right",
         "dimmer, brighter by 1/3 stop",
         (partial(brighten, thirds=-1), partial(brighten, thirds=1)),
-        "lights",
+        "light",
     ),
     Command(
         "comma period",
@@ -338,7 +285,7 @@ COMMANDS = (
         tuple(
             partial(recolor, what="hue", change=partial(hue_turned, degrees=step)) for step in (-_HUE_STEP, _HUE_STEP)
         ),
-        "lights",
+        "light",
     ),
     Command(
         "1 2",
@@ -347,23 +294,23 @@ COMMANDS = (
             partial(recolor, what="cooler", change=partial(warmed, steps=-1.0)),
             partial(recolor, what="warmer", change=partial(warmed, steps=1.0)),
         ),
-        "lights",
+        "light",
     ),
     Command("N", "new light where the cursor points", (add,), "lights"),
-    Command("D", "duplicate the light", (duplicate,), "lights"),
-    Command("Delete BackSpace", "delete the light", (delete, delete), "lights"),
+    Command("D", "duplicate the light", (duplicate,), "light"),
+    Command("Delete BackSpace", "delete the light", (delete, delete), "light"),
     Command(
         "M K",
         "material: next, previous",
         (partial(next_material, step=1), partial(next_material, step=-1)),
-        "materials",
+        "material",
     ),
-    Command("5 6", "less, more shiny", (partial(shine, step=-1), partial(shine, step=1)), "materials"),
+    Command("5 6", "less, more shiny", (partial(shine, step=-1), partial(shine, step=1)), "material"),
     Command(
         "7 8",
         "weaker, stronger highlight",
         (partial(strengthen, step=-_HIGHLIGHT_STEP), partial(strengthen, step=_HIGHLIGHT_STEP)),
-        "materials",
+        "material",
     ),
 )
 _TYPING = {"Enter": "type a value; in a drag: digits"}
@@ -394,14 +341,37 @@ def run(gizmos: Gizmos, key: str, *, control: bool = False) -> bool:
     if key in _OF_KEYS:
         act, edits = _OF_KEYS[key]
         gizmos.notice = ""
-        edited: dict[str, Editable] = {"lights": gizmos.lights, "materials": gizmos.lit}
-        with gizmos.history.edit(edited[edits]) if edits else nullcontext():
+        if not edits:
             act(gizmos)
+            return True
+        with gizmos.history.edit(gizmos.lit if edits == "material" else gizmos.lights):
+            if edits == "material":
+                _change_material(gizmos, act)
+            elif edits == "lights":
+                act(gizmos)
+            elif (gizmo := gizmos.selected) is None:
+                gizmos.notice = "no light is selected: n, or a click on one, does"
+            elif (changed := act(gizmos, gizmo)) is not None:
+                gizmo.renderer_light.set(changed, gizmos.lights.viewer)
         return True
     if key in gizmos.options.keys:
         gizmos.notice = gizmos.options.keys[key][1]() or ""
         return True
     return False
+
+
+def _change_material(gizmos: Gizmos, change: Callable[[Material], Material]) -> None:
+    """Change the material of the mesh under the cursor, or of all meshes where there is none, and say what it is."""
+    pointed = gizmos.surfaces.mesh(gizmos.cursor)
+    materials = list(gizmos.lit.state) if pointed is None else [pointed.shared_material]
+    for shared in materials:
+        shared.material = change(shared.material)
+    if not materials:
+        gizmos.notice = "no lit mesh"
+        return
+    now = materials[-1].material
+    said = name_of(now) or f"specular {max(rgb(now.specular)):.3g}, shininess {now.shininess:.4g}"
+    gizmos.notice = f"{'material' if len(materials) == 1 else 'all meshes'}: {said}"
 
 
 def help_entries(more: Keys) -> list[tuple[str, str]]:

@@ -27,8 +27,8 @@ GOLD = Material.named("gold")
 LEFT, RIGHT = (-0.7, 0.0, 0.0), (0.7, 0.0, 0.0)
 
 
-def keys_that_edit(what):
-    return [key for command in commands.COMMANDS if command.edits == what for key in command.keys.split()]
+def keys_that_edit(*what):
+    return [key for command in commands.COMMANDS if command.edits in what for key in command.keys.split()]
 
 
 @pytest.fixture
@@ -230,7 +230,7 @@ def test_a_light_is_muted_soloed_put_at_the_camera_and_reset(plotter, mouse, kin
     assert plotter.phong.lights == before
 
 
-@pytest.mark.parametrize("key", keys_that_edit("lights"))
+@pytest.mark.parametrize("key", keys_that_edit("lights", "light"))
 def test_each_key_for_lights_is_one_step_which_is_undone_to_the_bit(plotter, mouse, key):
     mouse.move(mouse.at((*RIGHT[:1], -0.4, 0.3)))
     select(plotter)
@@ -396,7 +396,7 @@ def test_a_name_is_kept_where_it_is_free_and_numbered_where_not(wanted, taken, n
 # --- materials ---
 
 
-@pytest.mark.parametrize("key", keys_that_edit("materials"))
+@pytest.mark.parametrize("key", keys_that_edit("material"))
 def test_a_key_changes_the_material_under_the_cursor_or_all_in_one_step(plotter, mouse, key):
     before = colors(plotter)
     for place, changed in ((LEFT, [True, False]), (RIGHT, [False, True]), ((0, 0, 1.2), [True, True])):

@@ -1,0 +1,80 @@
+"""What benchmarks share: a scene, vertices, the textbook's formula, calls that are measured in turns, and tables.
+
+Calls take turns, so that a busy machine slows all of them down alike.
+"""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from rich.table import Table
+
+from pvphong.optics.lights import PointLight
+from pvphong.optics.material import Material
+from pvphong.scene.scene import Scene
+from pvphong.scene.viewer import Viewer
+from pvphong.studies.accuracy.peers import textbook_colors as textbook
+
+__all__ = ["apart", "in_turns", "least_in_turns", "mark", "measured_scene", "table", "textbook", "vertices"]
+
+
+def measured_scene():
+    """Three point lights with highlights and attenuation around the unit sphere."""
+    lights = [
+        PointLight(position=(2.0, 1.0, 2.5), attenuation=(0.5, 0.1, 0.05), diffuse=(1.0, 0.9, 0.8)),
+        PointLight(position=(-2.0, 1.5, 1.0), attenuation=(1.0, 0.0, 0.1), diffuse=(0.3, 0.4, 0.9), intensity=1.5),
+        PointLight(position=(0.5, -2.0, 2.0), attenuation=(0.2, 0.3, 0.1), specular=(1.0, 0.5, 0.2)),
+    ]
+    material = Material(ambient=0.1, diffuse=(0.6, 0.5, 0.4), specular=0.5, shininess=30, emission=0.01)
+    return Scene(lights=lights, viewer=Viewer(position=(1.0, 0.5, 4.0))), material
+
+
+def vertices(count, dtype=np.float64):
+    """Points on the unit sphere, and normals that are a little off."""
+    rng = np.random.default_rng(0)
+    points = rng.normal(size=(count, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    normals = points + 0.1 * rng.normal(size=(count, 3))
+    return points.astype(dtype), normals.astype(dtype)
+
+
+def in_turns(calls, repeats, clock=time.perf_counter):
+    """Name → seconds of every repeat of a call; a first turn compiles and warms up, and does not count."""
+    seconds = {name: [] for name in calls}
+    for turn in range(repeats + 1):
+        for name, call in calls.items():
+            start = clock()
+            call()
+            if turn:
+                seconds[name].append(clock() - start)
+    return seconds
+
+
+def least_in_turns(calls, repeats, clock=time.perf_counter):
+    """Name → seconds of the fastest repeat."""
+    return {name: min(times) for name, times in in_turns(calls, repeats, clock).items()}
+
+
+def apart(code, *arguments, **environment):
+    """What a process of its own prints."""
+    folders = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
+    variables = os.environ | {"PYTHONPATH": folders} | environment
+    command = [sys.executable, "-c", code, *map(str, arguments)]
+    run = subprocess.run(command, env=variables, capture_output=True, text=True, check=False)
+    return run.stdout if run.returncode == 0 else sys.exit(run.stderr)
+
+
+def table(title, *headings, texts=1):
+    """An empty table; the first columns hold texts, the others numbers."""
+    result = Table(title=title, title_justify="left")
+    for place, heading in enumerate(headings):
+        result.add_column(heading, justify="right" if place >= texts else "left")
+    return result
+
+
+def mark(holds):
+    """Whether something holds, for a cell."""
+    return "[green]yes[/]" if holds else "[red]no[/]"
