@@ -13,7 +13,7 @@ from pvphong.optics.light import Light
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.roles import Aim, Angle, Falloff, Length, Place, Turn, Up, length, place
 from pvphong.studio.gizmos.handles import LightInScene, luminance
-from pvphong.studio.gizmos.view import Cursor, DragStart, Scenery, round_step, vector
+from pvphong.studio.gizmos.view import STANDS_OFF, Cursor, DragStart, Scenery, vector
 
 everywhere = pytest.mark.parametrize(("projection", "scale"), EVERYWHERE)
 each = pytest.mark.parametrize(("kind", "handle"), EACH)
@@ -211,9 +211,10 @@ def test_constrained_it_moves_along_one_axis(projection, scale):
 @pytest.mark.parametrize("step", [None, 0.25])
 def test_places_snap_to_a_round_grid(kind, handle, scale, step):
     for size, expected in ((1.0, 1.0), (0.99, 0.5), (4.9, 2.0), (5.1e-7, 5e-7), (1.9e6, 1e6)):
-        assert round_step(size) == pytest.approx(expected)
+        start = dataclasses.replace(grab("point", "position"), scenery=Scenery((0, 0, 0), 20.0 * size, (0, 0, 0)))
+        assert start.grid == pytest.approx(expected)
     start = grab(kind, handle, scale=scale, length_step=None if step is None else step * scale)
-    steps = moved(start, (31.0, 17.0), snapping=True)[1] / (step * scale if step else round_step(2.0 * scale / 20))
+    steps = moved(start, (31.0, 17.0), snapping=True)[1] / (step * scale if step else start.grid)
     np.testing.assert_allclose(steps, np.round(steps), atol=1e-6)
     assert not np.allclose(steps * start.grid, start.point)
 
@@ -240,7 +241,7 @@ def test_a_light_that_is_moved_keeps_its_target():
 @pytest.mark.parametrize("scale", SCALES)
 def test_a_sun_stands_in_front_of_the_scenes_middle_and_is_swung_around_it(scale):
     light, around, center = example("directional", scale), scenery(scale), np.array((0.3, -0.2, 0.1)) * scale
-    around = Scenery.around(vector(center), around.size)
+    around = Scenery(vector(center), around.size, vector(center), STANDS_OFF * around.size)
     for _ in range(3):
         points = handles(light, around, view(scale=scale))
         np.testing.assert_allclose(np.cross(center - points["origin"], light.direction), 0, atol=1e-12 * scale**2)
@@ -252,7 +253,7 @@ def test_a_sun_stands_in_front_of_the_scenes_middle_and_is_swung_around_it(scale
 
 
 def test_a_sun_turns_around_its_icon_where_its_target_is_dragged_and_else_around_what_is_in_front_of_it():
-    light, around, seen_from = example("directional"), Scenery.around((0.0, 0.0, 0.0), 2.0), view()
+    light, around, seen_from = example("directional"), Scenery((0.0, 0.0, 0.0), 2.0, (0.0, 0.0, 0.0), 1.9), view()
     for handle in ("target", "origin", "target", "target", "origin"):
         before, around = handles(light, around, seen_from), LightInScene(light, around).held(handle)
         np.testing.assert_allclose(handles(light, around, seen_from)[handle], before[handle], atol=1e-12)  # no jump
