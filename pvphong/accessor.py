@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 
 import pyvista as pv
 
-from pvphong.base.types import MatrixLike, Precision, Weighting
+from pvphong.base.types import Backend, MatrixLike, Precision, Weighting
 from pvphong.meshes import lit, pictures
 from pvphong.meshes.blocks import DEFAULT, datasets, map_blocks, materials_of
 from pvphong.meshes.default_scene import scene_for
@@ -71,12 +71,18 @@ class MeshPhong:
     color_view = _of_mesh(pictures.color_view)
 
     def validate(
-        self, scene: SceneLike | None = None, material: Material | str = _PLAIN, *, matrix: MatrixLike | None = None
+        self,
+        scene: SceneLike | None = None,
+        material: Material | str = _PLAIN,
+        *,
+        matrix: MatrixLike | None = None,
+        feature_angle: FeatureAngle = None,
+        backend: Backend = "auto",
     ) -> Comparison:
         """Compare the lit colours with those of VTK's own shader, vertex by vertex; see `pvphong.validate`."""
         from pvphong.studies.validate.validation import validate
 
-        return validate(self._mesh, scene, material, matrix=matrix)
+        return validate(self._mesh, scene, material, matrix=matrix, feature_angle=feature_angle, backend=backend)
 
     @maps_on_material
     def refine(
@@ -184,12 +190,15 @@ class MeshPhong:
         tolerance: float = 1.0 / 255.0,
         seconds: float = 20.0,
         matrix: MatrixLike | None = None,
+        feature_angle: FeatureAngle = None,
         occluders: Any = (),
+        visibility: Visibility | None = None,
     ) -> Tradeoff:
         """What accuracy costs in time on this mesh, measured; see `pvphong.studies.accuracy.measure.tradeoff`."""
         from pvphong.studies.accuracy.measure import tradeoff
 
-        how: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "matrix": matrix, "occluders": occluders}
+        how: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "matrix": matrix}
+        how |= {"feature_angle": feature_angle, "occluders": occluders, "visibility": visibility}
         return tradeoff(self._mesh, scene, material, **how)
 
     def diagnose(self, *, matrix: MatrixLike | None = None) -> Diagnosis:

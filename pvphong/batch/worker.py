@@ -61,14 +61,7 @@ class Job:
 
     def refuse_wrong(self, labels: set[str]) -> None:
         """Raise ``ValueError`` for what no piece could be lit with: it is tried on a triangle."""
-<<<<<<< HEAD
-        check_names(self.materials, sorted(labels))
-=======
         materials_of(sorted(labels), self.materials)
-        albedo = self.options["albedo"]
-        if albedo is not None and not isinstance(albedo, str):
-            check.refuse("albedo", albedo, "the name of a point array that the files have")
->>>>>>> main
         for material in self.materials.values():
             for name, given in given_maps(material).items():
                 if isinstance(given, Map):

@@ -279,6 +279,7 @@ def normals(
     weighting: Weighting | None = None,
     *,
     matrix: MatrixLike | None = None,
+    feature_angle: FeatureAngle = None,
     backend: Backend = "auto",
 ) -> FloatArray:
     """The point normals that `shade` lights the surface with.
@@ -292,6 +293,8 @@ def normals(
         they are, if it has any, else weighting by angle.
     matrix : array_like, optional
         (4, 4) model matrix: the normals are transformed by its inverse-transpose and made unit length.
+    feature_angle : float, "auto" or None, default None
+        As for `shade`; the normals are those of the points after edges are split.
     backend : {"auto", "numpy", "numba"}
         What computes them, where they are computed; see `pvphong.vertex_normals`.
 
@@ -305,7 +308,8 @@ def normals(
     ValueError
         If the mesh has neither normals nor faces, or the matrix or weighting is not allowed.
     """
-    found = point_normals(surface(mesh), weighting, backend=backend)
+    source, _ = split_sharp_edges(surface(mesh), feature_angle)
+    found = point_normals(source, weighting, backend=backend)
     return found if matrix is None else transform_normals(found, matrix)
 
 

@@ -171,13 +171,8 @@ class Equation:
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
         """The reflectance's forms; None where they are not the same at all vertices."""
-<<<<<<< HEAD
-        forms, diffuse = self.reflectance.forms, self.lobes_of("diffuse")
-        return tuple(form if k in diffuse else None for k, form in enumerate(forms)) if self.maps else forms
-=======
         forms, diffuse = self.reflectance.forms, self.lobes_of["diffuse"]
-        return tuple(form if k in diffuse else None for k, form in enumerate(forms)) if self.fields_with_maps else forms
->>>>>>> main
+        return tuple(form if k in diffuse else None for k, form in enumerate(forms)) if self.maps else forms
 
     @cached_property
     def needs_normals(self) -> bool:
@@ -279,12 +274,8 @@ def assemble(
     scene: Scene,
     material: Material,
     matrix: MatrixLike | None,
-<<<<<<< HEAD
-    maps: Mapping[str, tuple[float, float]] = NO_MAPS,
-    tints: frozenset[str] = frozenset(),
-=======
     maps: Mapping[str, tuple[float, float]] = MappingProxyType({}),
->>>>>>> main
+    tints: frozenset[str] = frozenset(),
 ) -> Equation:
     """The equation of a scene and a material without maps, in the scene's convention; the matrix is copied.
 
@@ -349,29 +340,8 @@ def _standard(
     )
 
 
-<<<<<<< HEAD
-def _terms(scene: Scene, labels: Sequence[str], reflectances: _Reflectances) -> Iterator[LightTerm]:
-    """The terms of the lights that are on."""
-    products: dict[Any, tuple[Vector, tuple[Vector, ...], float]] = {}  # many lights have the same colours
-    for index, (given, light) in enumerate(zip(scene.lights, scene.world_lights, strict=True)):
-        if light.on:
-            colors = light.intensity, light.ambient, light.diffuse, light.specular_color
-            if colors not in products:
-                products[colors] = reflectances.times(*colors)
-            follows_viewer = given.frame != "world"
-            yield LightTerm(
-                light, index, labels[index], follows_viewer, *products[colors], is_shadowed=scene.light_model.shadows
-            )
-
-
 def _refuse_unread(standard: Equation, scene: Scene, material: Material, names: Iterable[str]) -> None:
     """Raise ValueError for a map that the reflectance does not read, or VTK's convention does not have."""
-=======
-def _with_maps(
-    standard: Equation, scene: Scene, material: Material, maps: Mapping[str, tuple[float, float]]
-) -> Equation:
-    """The reflectance has the greatest of the numbers that are given for its fields."""
->>>>>>> main
     reflectance = standard.reflectance
     for name in names:
         if name == "albedo":

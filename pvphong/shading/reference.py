@@ -25,7 +25,7 @@ from pvphong.base.vectors import columns, dot, moderate, towards
 from pvphong.geometry.transform import transform_normals, transform_points
 from pvphong.optics.area.lobes import CosinePower, lobe_numbers
 from pvphong.optics.light import Integral
-from pvphong.optics.reflectance import Reflectance
+from pvphong.optics.reflectance import Lobe, Reflectance
 from pvphong.optics.surface import Surface
 from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.vertices import Tint
@@ -132,28 +132,8 @@ def shade(
         own_tints = {name: tint.at(part).factors(result.rgb.dtype.type) for name, tint in tints.items()}
         own = None if channels is None else channels[:, part].astype(result.rgb.dtype, copy=False)
         with np.errstate(divide="ignore", under="ignore", over="ignore"):
-<<<<<<< HEAD
             block = _block(points[part], normals[part], own_tints, own, equation, result.rgb.dtype.type)
-            _shade_block(block, equation, _part(result, part))
-
-
-def _repeat(result: Shading, part: slice) -> None:
-    """The first block's values once more: all vertices are alike."""
-    for array in vars(result).values():
-        if array is not None:
-            here = array[..., part, :]
-            here[:] = array[..., : here.shape[-2], :]
-
-
-def _part(result: Shading, part: slice) -> Shading:
-    """The vertices of one block of the result, as views."""
-    arrays = {name: getattr(result, name) for name in Shading.__dataclass_fields__}
-    views: dict[str, Any] = {name: a if a is None else a[..., part, :] for name, a in arrays.items()}
-    return Shading(**views)
-=======
-            block = _block(points[part], normals[part], shades, own, equation, result.rgb.dtype.type)
             _shade_block(block, equation, Shading(**views))
->>>>>>> main
 
 
 def _block(
@@ -178,50 +158,13 @@ def _block(
             normals = transform_normals(normals, matrix)
         raw, inverse_length = moderate(normals.T, real)
     if equation.is_flipped:
-<<<<<<< HEAD
-        facing = v if equation.local_facing else _column(equation.to_eye)
-        raw = np.where(dot(raw, facing) < 0.0, -raw, raw)
-    if "diffuse" in tints and "albedo" in tints:
-        tints = tints | {"diffuse": tints["diffuse"] * tints["albedo"]}
-    elif "albedo" in tints:
-        tints = tints | {"diffuse": tints["albedo"]}
-    of = partial(_channels, channels, equation)
-    maps = {name: rows[0] for name in equation.maps if (rows := of(name)) is not None}
-    surface = Surface(raw, inverse_length, v.astype(real, copy=False), of("tangents"), maps)
-    return Block(p, surface, unseen, of("visibility"), tints)
-
-
-def _channels(channels: FloatArray | None, equation: Equation, kind: str) -> FloatArray | None:
-    """Those of a kind; None where they are not wanted."""
-    return None if channels is None or kind not in equation.channels else channels[equation.channels[kind]]
-
-
-def _points(points: FloatArray, equation: Equation) -> Float64Array:
-    return columns(points if equation.matrix is None else transform_points(points, equation.matrix))
-
-
-def _normals(normals: FloatArray, equation: Equation, real: Any) -> tuple[FloatArray, FloatArray]:
-    if equation.turns_normals and equation.matrix is not None:
-        normals = transform_normals(normals, equation.matrix)
-    return moderate(normals.T, real)
-
-
-def _column(vector: Vector) -> Float64Array:
-    return np.array(vector)[:, None]
-
-
-def _to_viewer(p: Float64Array, eye: Vector, real: Any) -> tuple[Any, Any]:
-    """Unit vectors v, (3, n), and where there is none."""
-    v, distance = towards(eye, p, real)
-    return v, False if distance.min(initial=1.0) > 0.0 else ~(distance > 0.0)
-=======
         raw = np.where(dot(raw, v if equation.local_facing else to_eye) < 0.0, -raw, raw)
-    shades = None if albedo is None else reflectances(albedo).T.astype(real)
+    if "albedo" in tints:
+        tints = tints | {"diffuse": tints["albedo"] * tints.get("diffuse", real(1.0))}
     of = {} if channels is None else {kind: channels[rows] for kind, rows in equation.channels.items()}
-    maps = {name: of[name][0] for name in equation.fields_with_maps if name in of}
+    maps = {name: of[name][0] for name in equation.maps if name in of}
     surface = Surface(raw, inverse_length, v.astype(real, copy=False), of.get("tangents"), maps)
-    return Block(p, surface, unseen, shades, of.get("visibility"), of.get("specular"))
->>>>>>> main
+    return Block(p, surface, unseen, of.get("visibility"), tints)
 
 
 def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
@@ -235,18 +178,9 @@ def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
         strength, factors = _factors(block, equation.reflectance, term)
         _add(term.ambient, strength if sky is None else strength * sky, albedo, color, result.ambient, share)
         for lobe, coefficients, factor in zip(equation.reflectance.lobes, term.colors, factors, strict=True):
-<<<<<<< HEAD
-            _add(coefficients, factor, _tint(lobe, tints, block.surface), color, getattr(result, lobe.component), share)
-=======
             if lobe.needs_viewer and block.unseen is not False and any(coefficients):
                 factor[block.unseen] = 0.0
-            tint = block.albedo if lobe.takes_albedo else None
-            if tint is not None and lobe.tint is not None:
-                tint = lobe.tint(tint)
-            if block.specular is not None and lobe.component == "specular":
-                tint = block.specular if tint is None else tint * block.specular
-            _add(coefficients, factor, tint, color, getattr(result, lobe.component), share)
->>>>>>> main
+            _add(coefficients, factor, _tint(lobe, tints, block.surface), color, getattr(result, lobe.component), share)
     if equation.gamma != 1.0:
         color = np.maximum(color, 0.0) ** color.dtype.type(1.0 / equation.gamma)
     if equation.clamp:
@@ -254,7 +188,6 @@ def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
     result.rgb[:] = color.T
 
 
-<<<<<<< HEAD
 def _tint(lobe: Lobe, tints: Mapping[str, FloatArray], surface: Surface) -> FloatArray | None:
     """What a lobe's colour is multiplied by; None where it is the same everywhere."""
     if lobe.takes_albedo:
@@ -266,8 +199,6 @@ def _tint(lobe: Lobe, tints: Mapping[str, FloatArray], surface: Surface) -> Floa
     return None if lobe.is_own else tints.get(lobe.component)
 
 
-=======
->>>>>>> main
 def _add(
     coefficients: Vector, factor: Any, tint: FloatArray | None, color: FloatArray, *shares: FloatArray | None
 ) -> None:

@@ -148,13 +148,8 @@ class LitMesh:
         tangents = maps.pop("tangents", self._tangents)
         vertices = Vertices(self.drawn.points, lambda: self.normals, maps, visibility, tangents=tangents)
         self._plan = Plan.of(scene, self.material, vertices, matrix=self.matrix)
-<<<<<<< HEAD
-        self._plan.run_for_display(vertices, self.colors)
-        self._lit_for, self._eye = state, eye
-=======
         self._plan.run_for_display(vertices, vtk_to_numpy(self._colors))
-        self._lit_for, self._eye, self._lit_albedo = state, eye, self.albedo
->>>>>>> main
+        self._lit_for, self._eye = state, eye
         self._colors.Modified()
         self.evaluations += 1
         return True
@@ -279,18 +274,9 @@ def lit_meshes(
     given = material if isinstance(material, Mapping) else {DEFAULT: material}
     shared = {name: SharedMaterial(as_material(each)) for name, each in given.items()}
     if not isinstance(mesh, pv.MultiBlock):
-<<<<<<< HEAD
         return {"": LitMesh(mesh, single_material(shared), feature_angle=feature_angle)}
-    found = {}
-    for (path, block), own in zip(datasets(mesh), materials_of(mesh, shared), strict=True):
-=======
-        return {"": LitMesh(mesh, single_material(shared), albedo, feature_angle=feature_angle)}
-    if not (isinstance(albedo, str | None) or is_texture(albedo)):
-        allowed = "a texture, the name of a point array that every block has, or None"
-        check.refuse("albedo", type(albedo).__name__, allowed)
     found, blocks = {}, list(datasets(mesh))
     for (path, block), own in zip(blocks, materials_of([path for path, _ in blocks], shared), strict=True):
->>>>>>> main
         try:
             found[path] = LitMesh(block, own, feature_angle=feature_angle)
         except ValueError as error:

@@ -201,13 +201,8 @@ class Records(NamedTuple):
 def codes_of(equation: Equation, real: str, *, has_albedo: bool) -> list[TermCode] | None:
     """What lights with each term; None if something has no stage, or a number is not within compiled code's range."""
     lobes = equation.reflectance.lobes
-<<<<<<< HEAD
     if equation.maps or equation.tints - {"albedo"} or (has_albedo and any(lobe.tint for lobe in lobes)):
-        return False
-=======
-    if equation.maps or (has_albedo and any(lobe.tint for lobe in lobes)):
         return None
->>>>>>> main
     if len(lobes) > MOST_LOBES or type(equation.reflectance).factors not in FORMULAS:
         return None
     matrix = equation.matrix

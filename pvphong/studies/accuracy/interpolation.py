@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyvista as pv
 
 from pvphong.base.types import Float64Array, FloatArray, IntArray
 from pvphong.geometry.transform import transform_points
-from pvphong.meshes.surfaces import has_faces
+from pvphong.meshes.point_data import given_maps
+from pvphong.meshes.surfaces import has_faces, shallow_copy
+from pvphong.optics.maps import Map
+from pvphong.optics.material import Material
 from pvphong.shading.plan.plan import Plan
-from pvphong.shading.vertices import Vertices
 from pvphong.studies.accuracy.result import Errors, Row
 from pvphong.studies.accuracy.timing import Clock, timed
-from pvphong.studies.accuracy.variants import Subject, Variant
+from pvphong.studies.accuracy.variants import Subject, Variant, vertices_of
 from pvphong.studies.refine import interpolation_error, refine
 
 AS_IT_IS = "as it is"
 ADAPTIVE = "refined adaptively"
 
 _ERROR = "phong_interpolation_error"
+_HIDDEN = "_pvphong_"
 _LEVELS = (1, 2, 3)
 _MOST_POINTS = 5_000_000
 
@@ -59,12 +63,15 @@ class Triangles(NamedTuple):
         Shape (m, 3), indices of points.
     areas : ndarray
         Shape (m,): how much of the surface each represents.
+    material : Material
+        With maps for the points.
     """
 
     points: FloatArray
     normals: FloatArray
     corners: IntArray
     areas: Float64Array
+    material: Material
 
 
 class Interpolation(NamedTuple):
@@ -122,7 +129,8 @@ def interpolation(
     areas = _areas(subject, subject.points, searched)
     errors, seconds = timed(lambda: _errors(subject, _with_own_corners(subject, searched, areas)))
     some = "" if len(searched) == len(corners) else f"searched in {len(searched)} of {len(corners)} triangles"
-    found = [_variant(subject, AS_IT_IS, subject.points, subject.normals, Errors.inside_triangles(errors, areas), some)]
+    as_it_is = Triangles(subject.points, subject.normals, corners, np.zeros(len(corners)), subject.material)
+    found = [_variant(subject, AS_IT_IS, as_it_is, Errors.inside_triangles(errors, areas), some)]
     left_out: dict[str, str] = {}
 
     budget = clock.part(0.5 * clock.left)
@@ -141,7 +149,7 @@ def interpolation(
     represented = areas[chosen] * (areas[others].sum() / (areas[chosen].sum() or 1.0))
     rows = np.concatenate([worst, chosen])
     sample = _with_own_corners(subject, searched[rows], np.concatenate([areas[worst], represented]))
-    whole = Triangles(subject.points, subject.normals, corners, np.zeros(len(corners)))
+    whole = as_it_is
     preparation = spent = 0.0
     for level in _LEVELS:
         name = f"refined {level}×"
@@ -160,29 +168,28 @@ def interpolation(
         left = Errors.inside_triangles(_errors(subject, sample), sample.areas)
         spent = clock.spent - start
         note = f"{len(whole.points)} points"
-        found.append(_variant(subject, name, whole.points, whole.normals, left, note, preparation))
+        found.append(_variant(subject, name, whole, left, note, preparation))
     return Interpolation(found, errors, areas, left_out)
 
 
 def _variant(
     subject: Subject,
     name: str,
-    points: FloatArray,
-    normals: FloatArray,
+    whole: Triangles,
     errors: Errors,
     note: str,
     preparation: float = 0.0,
 ) -> Variant:
     """A mesh that is evaluated at its points."""
-    backend = subject.backend_for(subject.equation, len(points))
+    backend = subject.backend_for(subject.equation, len(whole.points))
 
     def run() -> FloatArray:
-        vertices = Vertices(points, normals)
-        plan = Plan.of(subject.scene, subject.material, vertices, matrix=subject.matrix)
+        vertices = vertices_of(whole.points, whole.normals, whole.material)
+        plan = Plan.of(subject.scene, whole.material, vertices, matrix=subject.matrix)
         return plan.run(vertices, backend=backend).rgb
 
     row = Row(
-        name, "interpolation", backend, "float32", len(points),
+        name, "interpolation", backend, "float32", len(whole.points),
         interpolation=errors, preparation=preparation, note=note,
     )  # fmt: skip
     return Variant(row, run)
@@ -203,15 +210,22 @@ def _areas(subject: Subject, points: FloatArray, corners: IntArray) -> Float64Ar
 
 def _with_own_corners(subject: Subject, corners: IntArray, areas: Float64Array) -> Triangles:
     """Triangles that share no points, so that each can be searched and split by itself."""
-    own = np.arange(corners.size).reshape(-1, 3)
-    return Triangles(subject.points[corners.ravel()], subject.normals[corners.ravel()], own, areas)
+    own, points = np.arange(corners.size).reshape(-1, 3), corners.ravel()
+    material = _with_maps(subject.material, lambda values: values[points])
+    return Triangles(subject.points[points], subject.normals[points], own, areas, material)
+
+
+def _with_maps(material: Material, change: Callable[[Any], Any]) -> Material:
+    """A material whose maps, which are arrays, are changed."""
+    maps = given_maps(material).items()
+    return material.with_values({name: Map(change(np.asarray(each))) for name, each in maps})
 
 
 def _errors(subject: Subject, triangles: Triangles) -> Float64Array:
     """The largest interpolation error in each triangle, shape (m,)."""
     mesh = pv.PolyData.from_regular_faces(triangles.points, triangles.corners)
     mesh.point_data.active_normals = triangles.normals
-    result = interpolation_error(mesh, subject.scene, subject.material, matrix=subject.matrix)
+    result = interpolation_error(mesh, subject.scene, triangles.material, matrix=subject.matrix)
     return np.asarray(result.cell_data[_ERROR], np.float64)
 
 
@@ -225,11 +239,12 @@ def _adaptive(
     per_point = max(_SEARCHES_PER_POINT * seconds_each, _LEAST_PER_POINT)
     most = mesh.n_points + max(int((left - count * seconds_each) / per_point), 0)
     clock.say(ADAPTIVE)
-    result, seconds = timed(
-        lambda: refine(
-            mesh, subject.scene, subject.material, tolerance=tolerance, max_points=most, matrix=subject.matrix
-        )
-    )
+    named, carrier = subject.material, shallow_copy(mesh)
+    for name, each in given_maps(subject.material).items():  # as point arrays they are refined with the mesh
+        carrier.point_data[f"{_HIDDEN}{name}"] = np.asarray(each)
+        named = named.with_values({name: f"{_HIDDEN}{name}"})
+    options: dict[str, Any] = {"tolerance": tolerance, "max_points": most, "matrix": subject.matrix}
+    result, seconds = timed(lambda: refine(carrier, subject.scene, named, **options))
     note, nothing_added = _STOPPED[str(result.field_data["phong_refinement_stopped"])]
     if result.n_points == mesh.n_points:
         return nothing_added
@@ -237,7 +252,9 @@ def _adaptive(
     errors = Errors.inside_triangles(
         np.asarray(result.cell_data[_ERROR], np.float64), _areas(subject, points, result.regular_faces)
     )
-    return _variant(subject, ADAPTIVE, points, normals, errors, note, seconds)
+    maps = {name: Map(np.asarray(result.point_data[f"{_HIDDEN}{name}"])) for name in given_maps(named)}
+    whole = Triangles(points, normals, result.regular_faces, np.zeros(0), subject.material.with_values(maps))
+    return _variant(subject, ADAPTIVE, whole, errors, note, seconds)
 
 
 def split(triangles: Triangles) -> Triangles:
@@ -253,8 +270,11 @@ def split(triangles: Triangles) -> Triangles:
     ab, bc, ca = (places.reshape(-1, 3) + count).T
     a, b, c = corners.T
     four = np.stack([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca], axis=1).reshape(-1, 3)
-    points, normals = (
-        np.concatenate([array, array[low] * array.dtype.type(0.5) + array[high] * array.dtype.type(0.5)])
-        for array in (triangles.points, triangles.normals)
-    )
-    return Triangles(points, normals, four, np.repeat(triangles.areas / 4.0, 4))
+
+    def with_middles(array: Any) -> Any:
+        half = array.dtype.type(0.5) if array.dtype.kind == "f" else 0.5
+        return np.concatenate([array, (array[low] * half + array[high] * half).astype(array.dtype)])
+
+    points, normals = map(with_middles, (triangles.points, triangles.normals))
+    areas = np.repeat(triangles.areas / 4.0, 4)
+    return Triangles(points, normals, four, areas, _with_maps(triangles.material, with_middles))

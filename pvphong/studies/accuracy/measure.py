@@ -13,10 +13,12 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.types import MatrixLike
 from pvphong.meshes.default_scene import scene_for
-from pvphong.meshes.lit import point_normals
-from pvphong.meshes.surfaces import surface
-from pvphong.meshes.visibility import visibility_of
+from pvphong.meshes.lit import vertices_of
+from pvphong.meshes.point_data import surface_and_maps
+from pvphong.meshes.surfaces import FeatureAngle
+from pvphong.optics.maps import Map
 from pvphong.optics.material import Material, as_material
+from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import SceneLike, light_labels
 from pvphong.shading import kernel
 from pvphong.shading.plan.draft import Draft
@@ -55,12 +57,14 @@ _FOR_WINDOWS, _PER_FRAME, _PER_FACE = 1.5, 0.1, 2e-6
 def tradeoff(
     mesh: pv.DataSet,
     scene: SceneLike | None,
-    material: Material,
+    material: Material | str,
     *,
     tolerance: float = 1.0 / 255.0,
     seconds: float = 20.0,
     matrix: MatrixLike | None = None,
+    feature_angle: FeatureAngle = None,
     occluders: Any = (),
+    visibility: Visibility | None = None,
 ) -> Tradeoff:
     """Measure what accuracy costs in time on a mesh and a scene of one's own.
 
@@ -78,7 +82,7 @@ def tradeoff(
         A dataset with a surface; it is not modified.
     scene : Scene, light, sequence of lights, or None
         What lights it; None is the scene of `pvphong.default_scene`.
-    material : Material
+    material : Material or str
         The surface's reflectances.
     tolerance : float, default 1/255
         The largest absolute colour error that is to be allowed, > 0; the default is one step of a display.
@@ -88,8 +92,8 @@ def tradeoff(
         installation, is not counted.
     matrix : array_like, optional
         (4, 4) model matrix.
-    occluders : sequence
-        Meshes, or pairs of a mesh and a matrix, that shadow this one as it does itself; see `mesh.phong.shade`.
+    feature_angle, occluders, visibility
+        As for `mesh.phong.shade`.
 
     Returns
     -------
@@ -105,15 +109,17 @@ def tradeoff(
     material = as_material(material)
     tolerance = check.number("tolerance", tolerance, above=0.0)
     clock = Clock((1.0 - _SPARE) * check.number("seconds", seconds, above=0.0))
-    source = surface(mesh)
+    source, maps, tangents = surface_and_maps(mesh, material, feature_angle)
     scene = scene_for(source, scene, matrix)
     placed = None if matrix is None else check.matrix4("matrix", matrix)
-    points, normals = check.array("points", source.points), check.array("normals", point_normals(source))
-    visibility = None
-    if scene.light_model.needs_rays:
-        rays: Any = {"occluders": occluders, "tolerance": tolerance, "matrix": placed}
-        visibility = visibility_of(source, lambda: normals, scene, **rays)
-    subject = Subject(points, normals, scene, material, placed, visibility)
+    rays: Any = {"occluders": occluders, "visibility": visibility, "tolerance": tolerance, "matrix": placed}
+    vertices = vertices_of(source, maps, tangents, scene=scene, **rays)
+    arrays = vertices.maps
+    if material.reflectance is not None and "tangents" in material.reflectance.needs:
+        arrays = arrays | {"tangents": vertices.tangents}
+    lit = material.with_values({name: Map(rows) for name, rows in arrays.items()})
+    seen = vertices.visibility if isinstance(vertices.visibility, Visibility) else None
+    subject = Subject(vertices.points, vertices.normals, scene, lit, placed, seen)
     with progress(clock, "measuring"), ExitStack() as stack:
         clock.say("loading the evaluator")
         clock.seconds += kernel.seconds_compiling(lambda: subject.has_kernel)

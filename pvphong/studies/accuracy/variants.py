@@ -20,7 +20,7 @@ from pvphong.rays.sampling import MOST_RAYS
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene
 from pvphong.shading import kernel, reference
-from pvphong.shading.equation import Equation, as_nodes, assemble, in_parts
+from pvphong.shading.equation import Equation, as_nodes, in_parts
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan, is_worth_loading
 from pvphong.shading.reference import Shading
@@ -58,7 +58,7 @@ class Subject:
     points, normals : ndarray
         Shape (n, 3).
     scene, material, matrix
-        As for `evaluate`.
+        As for `evaluate`; the material's maps are arrays.
     visibility : Visibility, optional
         What the points see, where the scene has shadows or ambient occlusion.
     """
@@ -73,7 +73,7 @@ class Subject:
     @cached_property
     def vertices(self) -> Vertices:
         """Points and normals as evaluators take them."""
-        return Vertices(self.points, self.normals, visibility=self.visibility)
+        return vertices_of(self.points, self.normals, self.material, self.visibility)
 
     def plan(self, tolerance: float = 0.0) -> Plan:
         """The plan at a tolerance."""
@@ -82,7 +82,7 @@ class Subject:
     @cached_property
     def assembled(self) -> Equation:
         """The whole lighting equation."""
-        return assemble(self.scene, self.material, self.matrix)
+        return self.vertices.equation(self.scene, self.material, self.matrix)
 
     @cached_property
     def equation(self) -> Equation:
@@ -111,7 +111,10 @@ class Subject:
         points, normals = (self.points, self.normals) if rows is None else (self.points[rows], self.normals[rows])
         seen = self.vertices.channels(equation) if rows is None else channels
         result = Shading(np.empty((len(points), 3)))
-        reference.shade(points, normals, in_parts(equation), {}, result, seen)
+        tints = self.vertices.tints(equation)
+        if rows is not None:
+            tints = {name: tint.at(rows) for name, tint in tints.items()}
+        reference.shade(points, normals, in_parts(equation), tints, result, seen)
         return result.rgb
 
     @cached_property
@@ -124,9 +127,10 @@ class Subject:
         """Whether the kernel is there and takes the equation; asking compiles it for these types."""
         seen = self.vertices.channels(self.equation)
         first = None if seen is None else seen[:, :1]
+        tints = {name: tint.at(slice(1)) for name, tint in self.vertices.tints(self.equation).items()}
         return all(
             kernel.shade(
-                self.points[:1], self.normals[:1], self.equation, {}, Shading(np.empty((1, 3), real)), channels=first
+                self.points[:1], self.normals[:1], self.equation, tints, Shading(np.empty((1, 3), real)), channels=first
             )
             for real in ("float32", "float64")
         )
@@ -159,11 +163,18 @@ class Subject:
         """
 
         def run() -> FloatArray:
-            assemble(scene or self.scene, self.material, self.matrix)
+            self.vertices.equation(scene or self.scene, self.material, self.matrix)
             chosen = backend or self.backend_for(equation)
             return Plan.of_equation(equation, self.vertices).run(self.vertices, precision=precision, backend=chosen).rgb
 
         return run
+
+
+def vertices_of(
+    points: FloatArray, normals: FloatArray, material: Material, visibility: Visibility | None = None
+) -> Vertices:
+    """Points and normals with a material's maps."""
+    return Vertices(points, normals, material.maps, visibility, tangents=material.tangents)
 
 
 class Variant(NamedTuple):
@@ -243,7 +254,8 @@ def _simpler_models(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
     if other := counterpart_of(whole.reflectance):
         name, reflectance = other
         yield name, replace(whole, reflectance=reflectance), no_highlight
-    if whole.gamma == 1.0 and (simpler := whole.reflectance.stand_in(subject.material)):
+    has_maps = bool(subject.material.maps)  # what stands in is one material
+    if whole.gamma == 1.0 and not has_maps and (simpler := whole.reflectance.stand_in(subject.material)):
         name, material = simpler
         yield name, replace(subject, material=material).assembled, ""
 
@@ -329,7 +341,7 @@ def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: 
         backend = subject.backend_for(equation)
         while not seconds or (len(seconds) < _REPEATS and sum(seconds) < most):
             cast = visibility.afresh(samples=samples)
-            vertices = Vertices(subject.points, subject.normals, visibility=cast)
+            vertices = vertices_of(subject.points, subject.normals, subject.material, cast)
             plan = Plan.of_equation(equation, vertices)
             seconds.append(timed(partial(plan.run, vertices, backend=backend))[1])
         errors, note = NO_ERROR, f"{cast.rays / count:.3g} rays a vertex"

@@ -14,10 +14,10 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.files import write_json
 from pvphong.base.text import html_table, rendered, wrapped
-from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, Vector
+from pvphong.base.types import Backend, BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, Vector
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.lit import point_normals
-from pvphong.meshes.surfaces import surface
+from pvphong.meshes.surfaces import FeatureAngle, split_sharp_edges, surface
 from pvphong.optics.material import Material, as_material, refuse_maps_in_vtk
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.evaluation import evaluate
@@ -42,7 +42,13 @@ TIERS = ("unlit", "headlight", "directional lights", "positional lights")
 
 
 def validate(
-    mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, *, matrix: MatrixLike | None = None
+    mesh: pv.DataSet,
+    scene: SceneLike | None,
+    material: Material | str,
+    *,
+    matrix: MatrixLike | None = None,
+    feature_angle: FeatureAngle = None,
+    backend: Backend = "auto",
 ) -> Comparison:
     """Compare pvphong's colours with those of VTK's own shader, vertex by vertex.
 
@@ -66,6 +72,8 @@ def validate(
         The surface's reflectances.
     matrix : array_like, optional
         (4, 4) model matrix.
+    feature_angle, backend
+        As for `mesh.phong.shade`.
 
     Returns
     -------
@@ -96,13 +104,13 @@ def validate(
     material = as_material(material)
     refuse_maps_in_vtk(material)
     material = material.without_albedo()
-    source = surface(mesh)
+    source, _ = split_sharp_edges(surface(mesh), feature_angle)
     scene = scene_for(source, scene, matrix)
     given = None if matrix is None else check.matrix4("matrix", matrix)
     refuse_inexpressible(scene, material, given)
     points, normals = check.array("points", source.points), check.array("normals", point_normals(source))
     unclamped = replace(scene, light_model=replace(scene.light_model, clamp=False))
-    own = evaluate(points, normals, unclamped, material, matrix=given).rgb
+    own = evaluate(points, normals, unclamped, material, matrix=given, backend=backend).rgb
 
     lit = np.logical_and.reduce(np.isfinite(points) & np.isfinite(normals), axis=1) & (normals != 0.0).any(axis=1)
     rows = np.flatnonzero(lit)
