@@ -542,17 +542,6 @@ def test_triangles_without_area_end_and_keep_their_neighbours_whole():
     assert (errors[1:4] > 0.1).all()
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_points_that_are_not_finite_are_left_alone(bad):
-    mesh = square(4)
-    mesh.points[7] = bad
-    scene = lamp_at(0.5, 0.1, 0.1)
-    fine = refine(mesh, scene, MATT, tolerance=STEP, placement="smooth")
-    assert stopped(fine) == "tolerance"
-    assert np.isfinite(fine.points).all(axis=1).sum() == fine.n_points - 1
-    assert np.isfinite(fine["phong"]).all()
-
-
 @pytest.mark.parametrize(
     "examples", [pytest.param(20, id="few"), pytest.param(1000, id="many", marks=pytest.mark.long)]
 )

@@ -1,6 +1,5 @@
 """Others' ways to light a mesh, as peers: which meshes and scenes they can stand for, and their colours."""
 
-import sys
 from contextlib import ExitStack
 from dataclasses import replace
 from itertools import product
@@ -110,12 +109,6 @@ def test_on_a_dome_brightness_is_stretched():
     np.testing.assert_allclose(shown.max(axis=0), constant + np.multiply(MATT.diffuse, SUN.diffuse), atol=1e-9)
 
 
-def test_the_order_of_the_vertices_does_not_matter():
-    points, normals = grid(dome())
-    order = np.random.default_rng(0).permutation(len(points))
-    np.testing.assert_array_equal(colors(points[order], normals[order]), colors(points, normals)[order])
-
-
 def test_a_matrix_can_make_it_a_height_field():
     points, normals = grid(dome())
     turned = np.array([[0, 0, 1.0, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
@@ -176,18 +169,6 @@ def test_the_report_has_it_as_a_peer_with_its_error():
     error = np.abs(colors(points, normals) - ph.evaluate(points, normals, SCENE, MATT, precision="float64").rgb).max()
     assert row.light_model.largest == pytest.approx(error, rel=1e-6) != 0.0
     assert report.best(10.0) is not row
-
-
-def test_without_matplotlib_the_message_says_what_to_install(monkeypatch):
-    monkeypatch.setitem(sys.modules, "matplotlib.colors", None)
-    with pytest.raises(ValueError, match=r'Matplotlib is not installed: pip install "pvphong\[plot\]"'):
-        colors(*grid(dome()))
-
-
-def test_the_report_says_why_it_is_left_out():
-    report = ph.tradeoff(pv.Sphere(theta_resolution=8, phi_resolution=8), SCENE, MATT, seconds=1)
-    why = "it lights height fields: one point at each place of a regular grid in x and y"
-    assert report.left_out["Matplotlib LightSource"] == why
 
 
 # --- VTK's frames

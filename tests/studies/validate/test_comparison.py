@@ -101,14 +101,6 @@ def test_printed_it_is_a_few_plain_lines():
     ]
 
 
-def test_a_notebooks_table_has_all_numbers_and_escapes_what_others_wrote():
-    found = comparison(ramp(), **{"<b>left": [11, 12]})
-    html = found._repr_html_()
-    assert "pvphong against VTK&#x27;s shader: passed" in html
-    assert '<td style="text-align: left">2: &lt;b&gt;left</td>' in html
-    assert f"{found.rms:.3g}" in html
-
-
 def test_json_holds_the_numbers(tmp_path):
     found = comparison(ramp(), float32=[15])
     found.to_json(tmp_path / "comparison.json")

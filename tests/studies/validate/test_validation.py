@@ -9,7 +9,6 @@ from functools import partial
 import numpy as np
 import pytest
 import pyvista as pv
-from pyvista import examples
 from strategies import Dice, moderate_case
 
 from pvphong.base.types import rgb
@@ -20,9 +19,7 @@ from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading import kernel
-from pvphong.shading.equation import assemble
 from pvphong.shading.evaluation import evaluate
-from pvphong.shading.plan import plan
 from pvphong.studies.validate import validation
 from pvphong.studies.validate.validation import validate
 from pvphong.vtk.oracle import vtk_shade
@@ -223,12 +220,6 @@ def test_quirk_the_floor_shows_at_powers_below_1():
     assert reds[reds > 0.0].min() == pytest.approx(0.8 * 1e-5**0.1, abs=1e-4)  # .316 · .8: nothing is darker
 
 
-def test_quirk_parallel_projection_keeps_a_local_viewer():
-    near, parallel = (validate(BALL, Scene([SUN], eye, VTK), PLASTIC) for eye in (EYE, replace(EYE, parallel=True)))
-    assert_equals_vtk(parallel)
-    np.testing.assert_array_equal(parallel.pvphong, near.pvphong)
-
-
 def test_quirk_a_cone_of_90_degrees_is_none():
     comparison = validate(HOLLOW, Scene([replace(HALF_SPACE, exponent=9.0)], EYE, VTK), PLASTIC)
     assert_equals_vtk(comparison)
@@ -244,41 +235,6 @@ def test_physical_shading_of_a_property_is_its_materials():
     drawn = vtk_shade(BALL, viewed[0], prop, EYE)
     own = evaluate(BALL.points, BALL.point_data.active_normals, Scene(*viewed, VTK), Material.from_property(prop))
     np.testing.assert_allclose(own.rgb, np.clip(drawn, 0, 1), atol=2e-5)
-
-
-def unlike_physical(change):
-    def equation(*arguments):
-        found = assemble(*arguments)
-        return replace(found, **change(found))
-
-    return equation
-
-
-WRONG = {
-    "roughness": lambda e: {"reflectance": replace(e.reflectance, roughness=e.reflectance.roughness * 1.001)},
-    "gamma": lambda _: {"gamma": 2.201},
-}
-
-
-@pytest.mark.parametrize("change", WRONG.values(), ids=WRONG.keys())
-def test_physical_shading_can_fail(change, monkeypatch):
-    material = Material(diffuse=(0.8, 0.5, 0.0), reflectance=PBR(0.3, 0.4))
-    scene = Scene([SUN, LAMP], EYE, VTK)
-    assert validate(BALL, scene, material).passed
-    monkeypatch.setattr(plan, "assemble", unlike_physical(change))
-    assert not validate(BALL, scene, material).passed
-
-
-def test_swapped_colours_of_the_fresnel_term_fail(monkeypatch):
-    material = Material(diffuse=(0.8, 0.5, 0.0), reflectance=PBR(0.3, 0.4))
-    lobes = type(material.reflectance.of(material).in_vtk()).lobes.fget
-
-    def swapped(self):
-        base, tinted, white = lobes(self)
-        return base, tinted._replace(color=white.color), white._replace(color=tinted.color)
-
-    monkeypatch.setattr(type(material.reflectance.of(material).in_vtk()), "lobes", property(swapped))
-    assert not validate(BALL, Scene([SUN, LAMP], EYE, VTK), material).passed
 
 
 @pytest.mark.parametrize(
@@ -491,19 +447,3 @@ def test_unlit_vertices_are_left_out_and_counted():
     nothing = validate(mesh, Scene([SUN], EYE), PLASTIC)
     assert (nothing.n, nothing.passed) == (0, False)
     assert math.isnan(nothing.max_error)
-
-
-def test_of_a_volume_the_surface_is_compared():
-    beam = examples.load_hexbeam()
-    comparison = validate(beam, Scene([SUN], Viewer(position=(4.0, -3.0, 8.0))), PLASTIC)
-    assert_equals_vtk(comparison)
-    assert len(comparison.pvphong) == beam.extract_surface(algorithm="dataset_surface").n_points
-
-
-def test_inputs_are_not_modified():
-    mesh = BALL.copy()
-    before = mesh.points.copy(), mesh.point_data.active_normals.copy(), sorted(mesh.array_names)
-    validate(mesh, Scene([LAMP], EYE, LightModel(two_sided=True)), PLASTIC, matrix=SHEAR)
-    np.testing.assert_array_equal(mesh.points, before[0])
-    np.testing.assert_array_equal(mesh.point_data.active_normals, before[1])
-    assert sorted(mesh.array_names) == before[2]
