@@ -222,8 +222,3 @@ def test_frames_are_drawn_and_their_notes_say_by_what_and_what_was_changed(squar
         assert per_pixel.is_peer
         assert lit_array.is_peer
     assert len(frames(square, FACED, shiny)) == 1
-
-
-def test_what_vtk_cannot_draw_at_all_is_refused(square):
-    with pytest.raises(ValueError, match="VTK can draw"):
-        frames(square, FACED, GREEN, np.diag([1.0, 1.0, 0.0, 1.0]))
