@@ -305,7 +305,8 @@ class BlocksPhong:
     ) -> Callable[[pv.DataSet], Any]:
         """What calls a method for one dataset after the other, with the scene of all, and its own material and rays."""
         scene = scene_for(map_blocks(self._blocks, surface), scene, options.get("matrix"))
-        materials = materials_of(self._blocks, material if isinstance(material, Mapping) else {DEFAULT: material})
+        given = material if isinstance(material, Mapping) else {DEFAULT: material}
+        materials = iter(materials_of([path for path, _ in datasets(self._blocks)], given))
         takes_rays = method in ("shade", "plan")
         own = visibility_options(self._blocks, scene, options) if takes_rays else repeat(options)
         return lambda block: getattr(block.phong, method)(scene, next(materials), **next(own))

@@ -19,7 +19,7 @@ from pvphong.base import check, threads
 from pvphong.base.files import write_json
 from pvphong.batch.pieces import ArrayType, Piece
 from pvphong.batch.seams import NORMALS, Border, Neighbours, border_of, with_normals, without_ghosts
-from pvphong.meshes.blocks import check_names, material_of
+from pvphong.meshes.blocks import DEFAULT, materials_of
 from pvphong.meshes.files import Compression, read_mesh, save_lit
 from pvphong.meshes.lit import shade_mesh
 from pvphong.meshes.surfaces import FeatureAngle, has_normals, surface
@@ -59,7 +59,7 @@ class Job:
 
     def refuse_wrong(self, labels: set[str]) -> None:
         """Raise ``ValueError`` for what no piece could be lit with: it is tried on a triangle."""
-        check_names(self.materials, sorted(labels))
+        materials_of(sorted(labels), self.materials)
         albedo = self.options["albedo"]
         if albedo is not None and not isinstance(albedo, str):
             check.refuse("albedo", albedo, "the name of a point array that the files have")
@@ -217,7 +217,7 @@ def _surface(piece: Piece) -> tuple[pv.PolyData, bool]:
 
 def _lit(piece: Piece, job: Job, neighbours: Neighbours | None) -> pv.PolyData:
     mesh, _ = _surface(piece)
-    material, angle = material_of(piece.label, job.materials), job.feature_angle
+    material, angle = job.materials.get(piece.label) or job.materials[DEFAULT], job.feature_angle
     has_own = has_normals(mesh) and angle in (None, "auto")
     if neighbours is None or has_own or len(neighbours.offsets) == 1:
         return shade_mesh(mesh, job.scene, material, feature_angle=angle, **job.options)

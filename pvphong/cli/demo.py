@@ -12,7 +12,7 @@ from rich.markdown import Markdown
 
 from pvphong.base.files import written_aside
 from pvphong.base.text import changed_fields
-from pvphong.cli.progress import busy
+from pvphong.cli.options import busy
 from pvphong.meshes.files import save_lit
 from pvphong.meshes.pictures import draw, save_picture
 from pvphong.optics.lights import DirectionalLight, SpotLight

@@ -1,18 +1,26 @@
-"""Options that several commands share, and what commands read: a mesh file's surface, its scene, its materials."""
+"""What several commands have in common: options, what they read, and what is shown while they work.
+
+They read a mesh file's surface, its scene and its materials.
+"""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import pyvista as pv
 from cyclopts import Parameter
+from rich.console import Console
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeRemainingColumn
 
 from pvphong.base import check
 from pvphong.base.processes import reading
+from pvphong.base.text import listening
 from pvphong.base.types import ColorLike
 from pvphong.meshes.blocks import DEFAULT, map_blocks, single_material
 from pvphong.meshes.default_scene import default_scene, scene_for
@@ -25,6 +33,9 @@ from pvphong.scene.scene import Scene, load_materials
 
 SIZE = (1024, 768)
 """Width and height in pixels of the picture or window that a scene is made for, if none are given."""
+
+_LONG = 1.0
+"""Seconds after which work is long enough for a bar."""
 
 _IMAGES = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff")
 
@@ -47,6 +58,44 @@ FeatureAngleOption = Annotated[
         'point normals of its own, and "none" leaves all of it smooth.',
     ),
 ]
+
+
+@dataclass(frozen=True)
+class Rays:
+    """Whether light is hidden, and by what beside the mesh itself.
+
+    Parameters
+    ----------
+    shadows
+        Multiply what lights add by the part of them that each vertex sees; blocks shadow each other.
+    ambient_occlusion
+        Multiply ambient light by the open part of the sky.
+    occluder
+        A file with a mesh that casts shadows too; may be given several times.
+    """
+
+    shadows: Flag = False
+    ambient_occlusion: Flag = False
+    occluder: Annotated[tuple[str, ...], Parameter(negative="", show_default=False)] = ()
+
+    def added_to(self, scene: Scene) -> Scene:
+        """The scene, with the options beside its own."""
+        model = scene.light_model
+        occlusion = model.ambient_occlusion or self.ambient_occlusion  # a rig's may be a distance
+        model = replace(model, shadows=model.shadows or self.shadows, ambient_occlusion=occlusion)
+        if self.occluder and not model.needs_rays:
+            remedy = "Give --shadows, --ambient-occlusion or a rig with them too."
+            check.refuse("--occluder", self.occluder[0], "left out where nothing casts shadows", remedy)
+        return replace(scene, light_model=model)
+
+    def occluders(self) -> list[Any]:
+        """The meshes that cast shadows too."""
+        return [read_mesh(path) for path in self.occluder]
+
+
+RayOptions = Annotated[Rays, Parameter(name="*")]
+NO_RAYS = Rays()
+"""None of its options given."""
 
 
 @dataclass(frozen=True)
@@ -100,61 +149,40 @@ class Lighting:
             changes["reflectance"] = _reflectance(self.reflectance)
         return {name: replace(material, **changes) for name, material in found.items()}
 
-    def read(self, path: str, size: tuple[int, int] = SIZE) -> tuple[Any, Scene]:
-        """The surface in a mesh file, or several; and the rig's scene, or one made for a picture of this size."""
+    def read(self, path: str, rays: Rays = NO_RAYS, size: tuple[int, int] = SIZE) -> tuple[Any, Scene, Any]:
+        """What a command needs to light a mesh file.
+
+        Parameters
+        ----------
+        path
+            The file.
+        rays
+            Are added to the scene.
+        size
+            Of the picture for which a scene is made where no rig is given.
+
+        Returns
+        -------
+        mesh : pyvista.PolyData or pyvista.MultiBlock
+            The surface, or several.
+        scene : Scene
+            With a viewer.
+        material : Material or dict
+            As `mesh.phong` takes it: one for a single mesh, or for several blocks all by their names.
+        """
+        materials = self.materials()
         given = None if self.scene is None else Scene.load(self.scene)
         with reading(path):
             mesh = read_mesh(path)
-            outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
-        return outside, default_scene(outside, size[0] / size[1]) if given is None else scene_for(outside, given)
+            has_blocks = isinstance(mesh, pv.MultiBlock)
+            outside = map_blocks(mesh, surface) if has_blocks else surface(mesh)
+        scene = default_scene(outside, size[0] / size[1]) if given is None else scene_for(outside, given)
+        return outside, rays.added_to(scene), materials if has_blocks else single_material(materials)
 
 
 LightingOptions = Annotated[Lighting, Parameter(name="*")]
 DEFAULT_LIGHTING = Lighting()
 """None of its options given."""
-
-
-@dataclass(frozen=True)
-class Rays:
-    """Whether light is hidden, and by what beside the mesh itself.
-
-    Parameters
-    ----------
-    shadows
-        Multiply what lights add by the part of them that each vertex sees; blocks shadow each other.
-    ambient_occlusion
-        Multiply ambient light by the open part of the sky.
-    occluder
-        A file with a mesh that casts shadows too; may be given several times.
-    """
-
-    shadows: Flag = False
-    ambient_occlusion: Flag = False
-    occluder: Annotated[tuple[str, ...], Parameter(negative="", show_default=False)] = ()
-
-    def added_to(self, scene: Scene) -> Scene:
-        """The scene, with the options beside its own."""
-        model = scene.light_model
-        occlusion = model.ambient_occlusion or self.ambient_occlusion  # a rig's may be a distance
-        model = replace(model, shadows=model.shadows or self.shadows, ambient_occlusion=occlusion)
-        if self.occluder and not model.needs_rays:
-            remedy = "Give --shadows, --ambient-occlusion or a rig with them too."
-            check.refuse("--occluder", self.occluder[0], "left out where nothing casts shadows", remedy)
-        return replace(scene, light_model=model)
-
-    def occluders(self) -> list[Any]:
-        """The meshes that cast shadows too."""
-        return [read_mesh(path) for path in self.occluder]
-
-
-RayOptions = Annotated[Rays, Parameter(name="*")]
-NO_RAYS = Rays()
-"""None of its options given."""
-
-
-def material_for(mesh: Any, materials: Mapping[str, Material]) -> Any:
-    """The material as `mesh.phong` takes it: one for a single mesh, or for several blocks all by their names."""
-    return materials if isinstance(mesh, pv.MultiBlock) else single_material(materials)
 
 
 def albedo_of(given: str | None) -> Any:
@@ -196,3 +224,20 @@ def _color(text: str) -> ColorLike:
     except ValueError:
         return text
     return numbers[0] if len(numbers) == 1 else numbers
+
+
+@contextmanager
+def busy(what: str) -> Iterator[None]:
+    """A spinner on the error output, if that is a terminal; with a bar where long work says how far it has come."""
+    console, begun = Console(stderr=True), time.perf_counter()
+    columns = SpinnerColumn(), TextColumn("{task.description}")
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as shown:
+        task = shown.add_task(what, total=None)
+
+        def update(doing: str, part: float) -> None:
+            if time.perf_counter() - begun > _LONG:
+                shown.columns = (*columns, BarColumn(), TimeRemainingColumn())
+                shown.update(task, description=f"{what}: {doing}", completed=part, total=1.0)
+
+        with listening(update):
+            yield

@@ -19,9 +19,8 @@ from pvphong.cli.options import (
     LightingOptions,
     RayOptions,
     Verbose,
-    material_for,
+    busy,
 )
-from pvphong.cli.progress import busy
 from pvphong.meshes.blocks import single_material
 from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, read_mesh, refuse_suffix, save_lit
 
@@ -45,15 +44,9 @@ def plan(
     tolerance
         Largest absolute colour error that may be traded for time; 1/255 = 0.0039 is one step of a display.
     """
-    outside, scene = lighting.read(mesh)
-    found = outside.phong.plan(
-        rays.added_to(scene),
-        material_for(outside, lighting.materials()),
-        tolerance=tolerance,
-        feature_angle=feature_angle,
-        occluders=rays.occluders(),
-    )
-    _print_reports(found, verbose)
+    outside, scene, material = lighting.read(mesh, rays)
+    options: dict[str, Any] = {"tolerance": tolerance, "feature_angle": feature_angle, "occluders": rays.occluders()}
+    _print_reports(outside.phong.plan(scene, material, **options), verbose)
 
 
 def validate(
@@ -90,16 +83,14 @@ def validate(
         check.refuse("--report", str(report), "given together with --all")
     if mesh is None:
         check.refuse("MESH", "none", "given, or --all in its place")
-    materials = lighting.materials()
-    outside, scene = lighting.read(mesh)
+    outside, scene, material = lighting.read(mesh)
     has_blocks = isinstance(outside, pv.MultiBlock)
     if output is not None:
         formats = BLOCK_FORMATS if has_blocks else tuple(suffix for suffix in MESH_FORMATS if suffix != ".ply")
         refuse_suffix(output, "signed errors", formats)
     with busy(f"Drawing {mesh} with VTK"):
-        found = outside.phong.validate(scene, material_for(outside, materials))
-    by_block = found if has_blocks else {"": found}
-    _print_reports(found, verbose)
+        found = outside.phong.validate(scene, material)
+    by_block = _print_reports(found, verbose)
     if json is not None:
         numbers = {block: comparison.to_dict() for block, comparison in by_block.items()}
         write_json(numbers if has_blocks else numbers[""], json)
@@ -160,14 +151,10 @@ def tradeoff(
     for output in (plot, csv, json):
         if output is not None and not output.resolve().parent.is_dir():
             check.refuse("path", output, "in a folder that exists", f"Create {output.parent} first.")
-    outside, scene = lighting.read(mesh)
-    result = outside.phong.tradeoff(
-        rays.added_to(scene),
-        single_material(lighting.materials()),
-        tolerance=tolerance,
-        seconds=seconds,
-        occluders=rays.occluders(),
-    )
+    outside, scene, _ = lighting.read(mesh, rays)
+    material = single_material(lighting.materials())  # for all blocks
+    options: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "occluders": rays.occluders()}
+    result = outside.phong.tradeoff(scene, material, **options)
     _print_reports(result, verbose)
     for path, save in ((plot, result.plot), (csv, result.to_csv), (json, result.to_json)):
         if path is not None:
@@ -185,13 +172,12 @@ def diagnose(mesh: str, /, *, verbose: Verbose = False) -> int:
     """
     with reading(mesh):
         found = read_mesh(mesh).phong.diagnose()
-    _print_reports(found, verbose)
-    diagnoses = list(found.values()) if isinstance(found, dict) else [found]
-    return 0 if diagnoses and all(diagnosis.ok for diagnosis in diagnoses) else 1
+    diagnoses = _print_reports(found, verbose)
+    return 0 if diagnoses and all(diagnosis.ok for diagnosis in diagnoses.values()) else 1
 
 
-def _print_reports(found: Any, verbose: bool) -> None:
-    """Print a report, or several after the names of their blocks: a few lines of each, or all of it."""
+def _print_reports(found: Any, verbose: bool) -> dict[str, Any]:
+    """Print a report, or several after the names of their blocks: a few lines of each, or all; gives them by block."""
     reports = found if isinstance(found, dict) else {"": found}
     for block, report in reports.items():
         if block:
@@ -200,4 +186,5 @@ def _print_reports(found: Any, verbose: bool) -> None:
     if not reports:
         print("nothing to light: no block of the file holds a mesh")
     elif not verbose and sys.stdout.isatty():
-        print("(--verbose tells all of it.)", file=sys.stderr)
+        print("(--verbose shows the whole report.)", file=sys.stderr)
+    return reports

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -25,39 +24,15 @@ from pvphong.cli.options import (
     LightingOptions,
     RayOptions,
     albedo_of,
-    material_for,
+    busy,
     seeing,
 )
-from pvphong.cli.progress import busy
 from pvphong.meshes import pictures
 from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, Compression, refuse_suffix, save_lit
 from pvphong.scene.scene import Scene
 
 _OUTPUTS = (*dict.fromkeys(MESH_FORMATS + BLOCK_FORMATS), ".png")
 _COMPRESSED = (".vtp", ".vtm", ".vtmb")
-
-
-@dataclass(frozen=True)
-class ManyFiles:
-    """Many files: who lights them.
-
-    Parameters
-    ----------
-    workers
-        How many processes light them here; as many as there are processors if not given.
-    scheduler
-        The address of a Dask scheduler, as tcp://host:8786, of which the workers light them.
-    seams
-        "merge" gives points at one place the normal of all pieces' faces there, "keep" that of their own piece's; if
-        not given, pieces that a .vtm, .pvtp, .pvtu or .pvd file names are merged.
-    """
-
-    workers: int | None = None
-    scheduler: str | None = None
-    seams: Seams | None = None
-
-
-_ONE_FILE = ManyFiles()
 
 
 def shade(
@@ -76,7 +51,9 @@ def shade(
     compress: Compression | None = None,
     size: Annotated[tuple[int, int] | None, Parameter(negative="")] = None,
     background: str | None = None,
-    many: Annotated[ManyFiles, Parameter(name="*")] = _ONE_FILE,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    seams: Seams | None = None,
 ) -> int:
     """Light a mesh; write it with its colours, or write a picture of it. Or light many meshes into a folder.
 
@@ -107,8 +84,14 @@ def shade(
         Width and height of a picture in pixels, 1024 768 if not given.
     background
         Colour of a picture's background, white if not given.
+    workers
+        How many processes light many files here; as many as there are processors if not given.
+    scheduler
+        The address of a Dask scheduler, as tcp://host:8786, of which the workers light many files.
+    seams
+        "merge" gives points at one place the normal of all pieces' faces there, "keep" that of their own piece's; if
+        not given, pieces that a .vtm, .pvtp, .pvtu or .pvd file names are merged.
     """
-    materials = lighting.materials()
     options: dict[str, Any] = {
         "name": "phong" if array is None else array,
         "albedo": albedo_of(albedo),
@@ -117,16 +100,18 @@ def shade(
         "tolerance": tolerance,
         "feature_angle": feature_angle,
     }
-    meshes, target = (mesh, *more), Path(output)
+    target = Path(output)
     suffix = target.suffix.lower()
     is_folder = output.endswith(("/", os.sep)) or target.is_dir() or bool(more) or is_pattern(mesh)
     if is_folder or suffix != ".png":
         _refuse_given({"--size": size, "--background": background}, "left out, for a mesh has none")
     if is_folder:
-        scene = None if lighting.scene is None else Scene.load(lighting.scene)
-        return _shade_many(meshes, output, scene, many, rays, options | {"material": materials, "compress": compress})
+        if workers is not None and scheduler is not None:
+            check.refuse("--workers", workers, "left out beside --scheduler, which has its own")
+        options |= {"compress": compress or "lz4", "client": scheduler, "workers": workers, "seams": seams}
+        return _shade_many((mesh, *more), output, lighting, rays, options)
     allowed = "left out where a single mesh is lit into a file; -o FOLDER/ is for many"
-    _refuse_given({f"--{name}": given for name, given in vars(many).items()}, allowed)
+    _refuse_given({"--workers": workers, "--scheduler": scheduler, "--seams": seams}, allowed)
     refuse_suffix(target, "a mesh", _OUTPUTS)
     if suffix in (".png", ".ply"):
         _refuse_given({"--array": array, "--components": components}, f"left out, for a {suffix} holds no arrays")
@@ -135,9 +120,10 @@ def shade(
     size = size or SIZE
     pictures.refuse_size(size)
     with busy(f"Lighting {mesh}"):
-        outside, scene = lighting.read(mesh, size)
-        scene = rays.added_to(seeing(scene, outside, size) if suffix == ".png" else scene)
-        lit = outside.phong.shade(scene, material_for(outside, materials), occluders=rays.occluders(), **options)
+        outside, scene, material = lighting.read(mesh, rays, size)
+        if suffix == ".png":
+            scene = seeing(scene, outside, size)
+        lit = outside.phong.shade(scene, material, occluders=rays.occluders(), **options)
         if suffix == ".png":
             name = options["name"]
             image = pictures.draw(lit, scene.viewer, name=name, size=size, background=background or "white")
@@ -149,21 +135,18 @@ def shade(
 
 
 def _shade_many(
-    meshes: Sequence[str], output: str, scene: Scene | None, many: ManyFiles, rays: RayOptions, options: dict[str, Any]
+    meshes: Sequence[str], output: str, lighting: LightingOptions, rays: RayOptions, options: dict[str, Any]
 ) -> int:
     """Light many files, print the results, and give the exit status."""
-    if many.workers is not None and many.scheduler is not None:
-        check.refuse("--workers", many.workers, "left out beside --scheduler, which has its own")
     _refuse_given({"--occluder": rays.occluder}, "left out where many files are lit, each by itself")
-    if scene is None:
+    scene = None
+    if lighting.scene is not None:
+        scene = rays.added_to(Scene.load(lighting.scene))
+    else:
         given = {"--shadows": rays.shadows, "--ambient-occlusion": rays.ambient_occlusion}
         _refuse_given(given, "left out without --scene where many files are lit")
-    else:
-        scene = rays.added_to(scene)
-    options["compress"] = options["compress"] or "lz4"
-    who: dict[str, Any] = {"client": many.scheduler, "workers": many.workers, "seams": many.seams}
     with busy("Lighting many files"):
-        batch = shade_files(meshes, output, scene, **who, **options)
+        batch = shade_files(meshes, output, scene, lighting.materials(), **options)
     print(batch, file=sys.stderr if batch.failed else sys.stdout)
     return 1 if batch.failed else 0
 

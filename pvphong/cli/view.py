@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,6 @@ from pvphong.cli.options import (
     LightingOptions,
     RayOptions,
     albedo_of,
-    material_for,
     seeing,
 )
 from pvphong.meshes.blocks import DEFAULT, datasets
@@ -55,11 +55,11 @@ def view(
     background
         Colour of the window's background.
     """
-    outside, scene = lighting.read(mesh)
+    outside, scene, material = lighting.read(mesh, rays)
     show(
         outside,
-        seeing(rays.added_to(scene), outside, SIZE),
-        lighting.materials(),
+        seeing(scene, outside, SIZE),
+        material,
         title=f"pvphong: {mesh}",
         stem=Path(mesh).stem,
         background=background,
@@ -72,7 +72,7 @@ def view(
 def show(
     mesh: pv.PolyData | pv.MultiBlock,
     scene: Scene,
-    materials: Mapping[str, Material],
+    material: Material | Mapping[str, Material],
     *,
     title: str,
     stem: str = "pvphong",
@@ -92,8 +92,8 @@ def show(
         A surface, or several.
     scene : Scene
         Its viewer is where the camera stands at first.
-    materials : mapping
-        Material of each block, or of "default".
+    material : Material or mapping
+        As for `shade`: of several blocks by their names, or "default".
     title : str
         Of the window.
     stem : str
@@ -122,7 +122,7 @@ def show(
     for light in scene.lights:
         plotter.phong.add_light(light)
     options = {"albedo": albedo, "feature_angle": feature_angle}
-    drawn = plotter.phong.add_mesh(mesh, material_for(mesh, materials), **options)
+    drawn = plotter.phong.add_mesh(mesh, material, **options)
     for occluder in occluders:
         plotter.phong.add_mesh(occluder)
     has_blocks = isinstance(mesh, pv.MultiBlock)
@@ -135,36 +135,30 @@ def show(
         first = next(iter(found.values()))
         return {DEFAULT: first} if all(material == first for material in found.values()) else found
 
-    def save_rig(path: Path) -> None:
-        plotter.phong.scene.save(path, materials=current())
-
     def save_lit_mesh(path: Path) -> None:
-        material = material_for(mesh, current())
-        save_lit(mesh.phong.shade(plotter.phong.scene, material, occluders=occluders, **options), path, "phong")
-
-    def save_screenshot(path: Path) -> None:
-        save_picture(plotter.screenshot(return_img=True), path)
+        left = current()
+        lit = mesh.phong.shade(
+            plotter.phong.scene, left if has_blocks else left[DEFAULT], occluders=occluders, **options
+        )
+        save_lit(lit, path, "phong")
 
     plotter.reset_camera_clipping_range()  # PyVista leaves it alone once the camera has been placed
-    keys = {
-        "d": _saving("the rig", Path(f"{stem}-rig.json"), save_rig),
-        "x": _saving("the lit mesh", Path(f"{stem}-lit.{'vtm' if has_blocks else 'vtp'}"), save_lit_mesh),
-        "4": _saving("a picture", Path(f"{stem}.png"), save_screenshot),
+    saved: dict[str, tuple[str, str, Callable[[Path], Any]]] = {
+        "d": ("the rig", f"{stem}-rig.json", lambda path: plotter.phong.scene.save(path, materials=current())),
+        "x": ("the lit mesh", f"{stem}-lit.{'vtm' if has_blocks else 'vtp'}", save_lit_mesh),
+        "4": ("a picture", f"{stem}.png", lambda path: save_picture(plotter.screenshot(return_img=True), path)),
     }
+    keys = {key: (f"save {what} as {path}", partial(_save, save, path)) for key, (what, path, save) in saved.items()}
     plotter.phong.add_gizmos(keys=keys)
     plotter.show()
 
 
-def _saving(what: str, path: Path, save: Callable[[Path], None]) -> tuple[str, Callable[[], str]]:
-    """What a key does in words, and the function that does it: an error is printed, for a window must outlive it."""
-
-    def press() -> str:
-        try:
-            save(path)
-        except ValueError as error:
-            print("error:", error, file=sys.stderr)
-            return f"error: {error}"
-        print(path)
-        return f"saved {path}"
-
-    return f"save {what} as {path}", press
+def _save(save: Callable[[Path], Any], path: str) -> str:
+    """What has come of a key: an error is printed, for a window must outlive it."""
+    try:
+        save(Path(path))
+    except ValueError as error:
+        print("error:", error, file=sys.stderr)
+        return f"error: {error}"
+    print(path)
+    return f"saved {path}"

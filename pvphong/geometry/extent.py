@@ -80,7 +80,7 @@ class Extent:
         """
         if not len(self._points):
             return None
-        low, high = _box(self._points)
+        low, high = box_of(self._points)
         if self._matrix is not None:
             corners = transform_points(_corners(low, high), self._matrix)
             low, high = corners.min(axis=0), corners.max(axis=0)
@@ -102,7 +102,15 @@ class Extent:
         x, y, z = target
         place = x, y, z
         if place not in self._sights:
-            self._sights[place] = None if self.sphere is None else _sight(place, self.sphere)
+            self._sights[place] = None
+            if self.sphere is not None:
+                (cx, cy, cz), radius = self.sphere
+                x, y, z = x - cx, y - cy, z - cz
+                distance = math.hypot(x, y, z)
+                if 0.0 < distance < math.inf:
+                    turn = math.pi if distance <= radius else math.asin(min(radius / distance, 1.0)) * ROUNDED_UP
+                    direction = x / distance, y / distance, z / distance
+                    self._sights[place] = Sight(direction, distance, radius, turn)
         return self._sights[place]
 
     @cached_property
@@ -115,7 +123,7 @@ class Extent:
             return None
         normals = self._normals()
         some = normals[:: max(len(normals) // _SOME, 1)]  # where these have no cone, all hardly have one
-        stored = None if _cone(*_box(some)) is None else _cone(*_box(normals))
+        stored = None if _cone(*box_of(some)) is None else _cone(*box_of(normals))
         if stored is None or self._matrix is None or kind.keeps_normals:
             return stored
         axis, angle = stored
@@ -125,16 +133,6 @@ class Extent:
 
 ANYWHERE = Extent(np.zeros((0, 3)), None, None)
 """The extent of vertices of which nothing is known."""
-
-
-def _sight(target: Vector, sphere: Sphere) -> Sight | None:
-    (x, y, z), (cx, cy, cz), radius = target, *sphere
-    x, y, z = x - cx, y - cy, z - cz
-    distance = math.hypot(x, y, z)
-    if not 0.0 < distance < math.inf:
-        return None
-    turn = math.pi if distance <= radius else math.asin(min(radius / distance, 1.0)) * ROUNDED_UP
-    return Sight((x / distance, y / distance, z / distance), distance, radius, turn)
 
 
 def _cone(low: Float64Array, high: Float64Array) -> tuple[Vector, float] | None:
@@ -158,20 +156,18 @@ def _corners(low: Float64Array, high: Float64Array) -> Float64Array:
     return np.array(list(itertools.product(*zip(low.tolist(), high.tolist(), strict=True))))
 
 
-def _box(rows: FloatArray) -> tuple[Float64Array, Float64Array]:
-    """Least and greatest entry of each column; NaN where any is."""
-    extremes = np.concatenate([_extremes(rows[start : start + _CHUNK]) for start in range(0, len(rows), _CHUNK)])
-    return extremes.min(axis=0), extremes.max(axis=0)
-
-
-def _extremes(rows: FloatArray) -> Float64Array:
-    """A few rows with the same least and greatest entries. NumPy reduces long rows many times as fast as triples."""
-    whole = len(rows) // _FOLD * _FOLD
-    folded = rows[:whole].reshape(-1, 3 * _FOLD)
-    parts = [rows[whole:]]
-    if whole:
-        parts += [folded.min(axis=0).reshape(_FOLD, 3), folded.max(axis=0).reshape(_FOLD, 3)]
-    return np.concatenate(parts).astype(np.float64)
+def box_of(rows: FloatArray) -> tuple[Float64Array, Float64Array]:
+    """Least and greatest entry of each column, of at least one row of three; NaN where any is."""
+    extremes = []
+    for start in range(0, len(rows), _CHUNK):
+        part = rows[start : start + _CHUNK]
+        whole = len(part) // _FOLD * _FOLD
+        if whole:  # NumPy reduces long rows many times as fast as triples
+            folded = part[:whole].reshape(-1, 3 * _FOLD)
+            extremes += [folded.min(axis=0).reshape(_FOLD, 3), folded.max(axis=0).reshape(_FOLD, 3)]
+        extremes.append(part[whole:])
+    few = np.concatenate(extremes).astype(np.float64)
+    return few.min(axis=0), few.max(axis=0)
 
 
 # --- convex
@@ -216,45 +212,30 @@ def is_convex(points: FloatArray, normals: FloatArray, triangles: NDArray[np.int
     some, faces = p[:: max(len(p) // _POINTS_TRIED, 1)], slice(None, None, max(len(across) // _TRIED, 1))
     if not (levels > 0.0).all() or not (some @ across[faces].T - levels[faces] <= _BENT).all():
         return False
-    return (
-        _point_out_of_it(corners, normals[triangles])
-        and _is_convex_at_edges(p, triangles, across)
-        and _meets_one(corners, across, levels)
-    )
-
-
-def _point_out_of_it(corners: Float64Array, normals: FloatArray) -> bool:
-    """Whether at each corner the edges of the face fall off from the tangent plane."""
     with np.errstate(invalid="ignore"):
-        n = normals / np.linalg.norm(normals.astype(np.float64), axis=2, keepdims=True)
-    for k in range(3):
-        for other in (corners[:, k - 1], corners[:, k - 2]):
-            edges = other - corners[:, k]
+        n = normals[triangles] / np.linalg.norm(normals[triangles].astype(np.float64), axis=2, keepdims=True)
+    for k in range(3):  # at each corner the edges of the face fall off from the tangent plane
+        for neighbour in (corners[:, k - 1], corners[:, k - 2]):
+            edges = neighbour - corners[:, k]
             rise = (n[:, k] * edges).sum(axis=1)  # NaN for a normal that is none
             if not (rise <= _BENT * np.linalg.norm(edges, axis=1)).all():
                 return False
-    return True
-
-
-def _is_convex_at_edges(p: Float64Array, triangles: NDArray[np.int64], across: Float64Array) -> bool:
-    """Whether each edge has two faces, in opposite orders, and neither rises above the other."""
+    # each edge has two faces, in opposite orders, and neither rises above the other
     rows = np.ascontiguousarray(p + 0.0).view(np.dtype((np.void, 3 * p.itemsize))).ravel()  # sorted at once; no -0.0
     _, first, merged = np.unique(rows, return_index=True, return_inverse=True)
-    places, corners = p[first], merged.ravel()[triangles]
-    begins, ends = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
-    apexes, faces = np.roll(corners, -2, axis=1).ravel(), np.repeat(np.arange(len(corners)), 3)
+    places, indices = p[first], merged.ravel()[triangles]
+    begins, ends = indices.ravel(), np.roll(indices, -1, axis=1).ravel()
+    apexes, owners = np.roll(indices, -2, axis=1).ravel(), np.repeat(np.arange(len(triangles)), 3)
     forth, back = begins * len(places) + ends, ends * len(places) + begins
     order, other = np.argsort(forth), np.argsort(back)
     one, two = forth[order], back[other]
     if (one[1:] == one[:-1]).any() or (one != two).any():
         return False
     to_apex = places[apexes[other]] - places[begins[order]]
-    rise = (across[faces[order]] * to_apex).sum(axis=1)
-    return bool((rise <= _BENT * np.linalg.norm(to_apex, axis=1)).all())
-
-
-def _meets_one(corners: Float64Array, across: Float64Array, levels: Float64Array) -> bool:
-    """Whether a ray from the middle through that of a face meets no other."""
+    rise = (across[owners[order]] * to_apex).sum(axis=1)
+    if not (rise <= _BENT * np.linalg.norm(to_apex, axis=1)).all():
+        return False
+    # a ray from the middle through that of a face meets no other
     ray = corners[0].mean(axis=0)
     along = across @ ray
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -92,9 +92,9 @@ def frustum(left: float, right: float, bottom: float, top: float, near: float, f
     ValueError
         If the window has no size, or the planes are not in order.
     """
-    left, right, bottom, top = _window(left, right, bottom, top)
-    near, far = _planes(near, far, above=0.0)
-    width, height, depth = right - left, top - bottom, far - near
+    left, right, width = _interval("left", left, "right", right)
+    bottom, top, height = _interval("bottom", bottom, "top", top)
+    near, far, depth = _planes(near, far, above=0.0)
     return _finite_matrix(
         [
             [2 * (near / width), 0, right / width + left / width, 0],
@@ -125,9 +125,9 @@ def ortho(left: float, right: float, bottom: float, top: float, near: float, far
     ValueError
         If the window has no size, or the planes are not in order.
     """
-    left, right, bottom, top = _window(left, right, bottom, top)
-    near, far = _planes(near, far)
-    width, height, depth = right - left, top - bottom, far - near
+    left, right, width = _interval("left", left, "right", right)
+    bottom, top, height = _interval("bottom", bottom, "top", top)
+    near, far, depth = _planes(near, far)
     return _finite_matrix(
         [
             [2 / width, 0, 0, -(right / width + left / width)],
@@ -164,26 +164,24 @@ def perspective(view_angle: float, aspect: float, near: float, far: float) -> Fl
     if angle >= 180:
         check.refuse("view_angle", view_angle, "a full angle in degrees, > 0 and < 180")
     aspect = check.number("aspect", aspect, above=0.0)
-    near, _ = _planes(near, far, above=0.0)
+    near, *_ = _planes(near, far, above=0.0)
     top = near * math.tan(math.radians(angle) / 2)
     return frustum(-top * aspect, top * aspect, -top, top, near, far)
 
 
-def _window(left: Any, right: Any, bottom: Any, top: Any) -> tuple[float, float, float, float]:
-    left, right = check.number("left", left), check.number("right", right)
-    bottom, top = check.number("bottom", bottom), check.number("top", top)
-    if left == right or math.isinf(right - left):
-        check.refuse("right", right, f"different from left, {left:g}, at a finite distance")
-    if bottom == top or math.isinf(top - bottom):
-        check.refuse("top", top, f"different from bottom, {bottom:g}, at a finite distance")
-    return left, right, bottom, top
+def _interval(first: str, begin: Any, last: str, end: Any) -> tuple[float, float, float]:
+    """Two edges of the window, checked, and the size between them."""
+    begin, end = check.number(first, begin), check.number(last, end)
+    if begin == end or math.isinf(end - begin):
+        check.refuse(last, end, f"different from {first}, {begin:g}, at a finite distance")
+    return begin, end, end - begin
 
 
-def _planes(near: Any, far: Any, above: float = -math.inf) -> tuple[float, float]:
+def _planes(near: Any, far: Any, above: float = -math.inf) -> tuple[float, float, float]:
     near, far = check.number("near", near, above=above), check.number("far", far)
     if far <= near or math.isinf(far - near):
         check.refuse("far", far, f"beyond near, > {near:g}", "Distances are measured from the eye.")
-    return near, far
+    return near, far, far - near
 
 
 def _finite_matrix(rows: list[list[float]]) -> Float64Array:

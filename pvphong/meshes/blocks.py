@@ -61,28 +61,21 @@ def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
         yield (path if counts[path] == 1 else f"{path} {place}"), block
 
 
-def materials_of(blocks: pv.MultiBlock, materials: Mapping[str, Surface]) -> Iterator[Surface]:
-    """The material of each dataset that is not empty, in their order.
+def materials_of(paths: Sequence[str], materials: Mapping[str, Surface]) -> list[Surface]:
+    """The materials of all blocks, in their order.
 
     Parameters
     ----------
-    blocks : pyvista.MultiBlock
-        The blocks.
+    paths : sequence of str
+        The blocks' paths of names, as `datasets` gives them.
     materials : mapping
-        One for each path of names that `datasets` gives; the blocks not named have that of "default".
+        One for each path; the blocks not named have that of "default".
 
     Raises
     ------
     ValueError
         If a block has none, or a name is no block's.
     """
-    paths = [path for path, _ in datasets(blocks)]
-    check_names(materials, paths)
-    return (material_of(path, materials) for path in paths)
-
-
-def check_names(materials: Mapping[str, Surface], paths: Sequence[str]) -> None:
-    """Raise ``ValueError`` if a block has no material of a mapping, or a name in it is no block's."""
     allowed = "a mapping with the names of all blocks, or with 'default' for those not named"
     for name in materials:
         if name not in (*paths, DEFAULT):
@@ -90,11 +83,7 @@ def check_names(materials: Mapping[str, Surface], paths: Sequence[str]) -> None:
     for path in paths:
         if path not in materials and DEFAULT not in materials:
             check.refuse("material", f"a mapping without {path!r}", allowed)
-
-
-def material_of(path: str, materials: Mapping[str, Surface]) -> Surface:
-    """That of a block's path of names, or of "default"."""
-    return materials[path if path in materials else DEFAULT]
+    return [materials[path if path in materials else DEFAULT] for path in paths]
 
 
 def single_material(materials: Mapping[str, Surface]) -> Surface:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from pvphong.base.types import Float64Array, MatrixLike, VectorLike
+from pvphong.base.types import MatrixLike, VectorLike
 from pvphong.meshes.blocks import leaves, map_blocks
 from pvphong.meshes.surfaces import surface
 from pvphong.scene.light_model import LightModel
@@ -52,11 +52,19 @@ def default_scene(mesh: pv.DataSet | pv.MultiBlock, aspect: float = 4 / 3) -> Sc
 
 def default_scene_of(bounds: VectorLike, *, is_open: bool, aspect: float = 4 / 3) -> Scene:
     """The default scene of meshes of which the box around them is known, and whether one has open edges."""
-    return Scene(
-        lights=key_fill_rim(),
-        viewer=_viewer(np.array(bounds), aspect),
-        light_model=LightModel(two_sided=is_open),
-    )
+    limits = np.array(bounds)
+    far = Viewer.framing(limits)
+    box = limits if np.isfinite(limits).all() and (limits[::2] <= limits[1::2]).all() else np.array([0.0, 1.0] * 3)
+    center, radius = np.array(far.focal_point), far.parallel_scale
+    # from how far away the corners of the box fit into the picture, with a margin
+    corners = 0.5 * (box[1::2] - box[::2]) * np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+    right, up, back = (corners @ axis for axis in (_RIGHT, _UP, _BACK))
+    slope = math.tan(math.radians(0.5 * Viewer.view_angle)) / _MARGIN
+    distance = float(np.max(back + np.maximum(np.abs(right) / aspect, np.abs(up)) / slope))
+    distance = max(distance, 0.1 * radius)
+    clipping_range = max(distance - radius, 0.01 * distance), distance + radius
+    viewer = replace(far, position=center + distance * _BACK, clipping_range=clipping_range)
+    return Scene(lights=key_fill_rim(), viewer=viewer, light_model=LightModel(two_sided=is_open))
 
 
 def scene_for(mesh: Any, given: SceneLike | None, matrix: MatrixLike | None = None) -> Scene:
@@ -87,21 +95,3 @@ def scene_for(mesh: Any, given: SceneLike | None, matrix: MatrixLike | None = No
         return np.stack([low, high], axis=1).ravel()
 
     return as_scene(given, bounds)
-
-
-def _viewer(bounds: Float64Array, aspect: float) -> Viewer:
-    """The framing one's, brought as near as the box allows."""
-    far = Viewer.framing(bounds)
-    box = bounds if np.isfinite(bounds).all() and (bounds[::2] <= bounds[1::2]).all() else np.array([0.0, 1.0] * 3)
-    center, radius = np.array(far.focal_point), far.parallel_scale
-    # from how far away the corners of the box fit into the picture, with a margin
-    corners = 0.5 * (box[1::2] - box[::2]) * np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
-    right, up, back = (corners @ axis for axis in (_RIGHT, _UP, _BACK))
-    slope = math.tan(math.radians(0.5 * Viewer.view_angle)) / _MARGIN
-    distance = float(np.max(back + np.maximum(np.abs(right) / aspect, np.abs(up)) / slope))
-    distance = max(distance, 0.1 * radius)
-    return replace(
-        far,
-        position=center + distance * _BACK,
-        clipping_range=(max(distance - radius, 0.01 * distance), distance + radius),
-    )

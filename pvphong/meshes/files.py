@@ -295,11 +295,12 @@ def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]
         with written_aside(path) as aside:
             mark = "-" + aside.parent.name.removeprefix(PREFIX)
             marked = aside.with_stem(target.stem + mark)
-            index = map_blocks(blocks, lambda block: pv.PolyData(np.zeros((1, 3))) if _is_surface(block) else block)
+            point = pv.PolyData(np.zeros((1, 3)))
+            index = map_blocks(blocks, lambda block: point if isinstance(block, pv.PolyData) else block)
             reserve(aside, 2048 * int(index.actual_memory_size) + 2**12 * (1 + len(leaves(index))))
             _save(index, marked, options)
             for number, block in enumerate(blocks.recursive_iterator(skip_none=False, skip_empty=False)):
-                if _is_surface(block):
+                if isinstance(block, pv.PolyData) and block.n_points:
                     _save(block, marked.with_suffix("") / f"{marked.stem}_{number}.vtp", options)
             aside.write_text(marked.read_text(encoding="utf-8").replace(f"{mark}/", "/"), encoding="utf-8")
             folder, files = target.with_suffix(""), sorted(marked.with_suffix("").glob("*"))
@@ -313,10 +314,6 @@ def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]
                 raise ValueError(f"output needs the folder {folder} for its blocks ({error}).") from error
     finally:
         _clear_old_blocks(target)
-
-
-def _is_surface(block: Any) -> bool:
-    return isinstance(block, pv.PolyData) and block.n_points > 0
 
 
 def _clear_old_blocks(target: Path) -> None:

@@ -330,10 +330,10 @@ def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None, *, back
     Its active point normals as they are, if it has any; else, or where a weighting is given, they are
     computed from its faces. Cell normals are not read: a vertex is lit, not a face.
     """
-    if weighting is None:
-        active: FloatArray | None = mesh.point_data.active_normals
-        return vertex_normals(mesh, backend=backend) if active is None else np.asarray(active)
-    return vertex_normals(mesh, weighting, backend=backend)
+    active: FloatArray | None = mesh.point_data.active_normals
+    if weighting is None and active is not None:
+        return np.asarray(active)
+    return vertex_normals(mesh, weighting or "angle", backend=backend)
 
 
 def vertices_of(

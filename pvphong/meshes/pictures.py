@@ -17,7 +17,6 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.color import xyz_from_rgb
 from pvphong.base.files import written_aside
-from pvphong.base.types import FloatArray
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.surfaces import drawable, shallow_copy, surface
 from pvphong.scene.viewer import Viewer
@@ -227,7 +226,7 @@ def color_view(mesh: pv.DataSet, space: ColorSpace, *, name: str = "phong") -> p
     >>> float(luminance.min().round(2))
     0.04
     """
-    convert = {"hsv": _hsv, "xyz": xyz_from_rgb}[check.choice("space", space, get_args(ColorSpace))]
+    check.choice("space", space, get_args(ColorSpace))
     source = mesh if isinstance(mesh, pv.PolyData) else surface(mesh)
     colors: Any = np.asarray(source.point_data[check.choice("name", name, source.point_data.keys())])
     allowed = "an array of lit colours: three floats >= 0 per point"
@@ -235,19 +234,17 @@ def color_view(mesh: pv.DataSet, space: ColorSpace, *, name: str = "phong") -> p
         check.refuse("name", f"{name}, an array of {colors.dtype} of shape {colors.shape}", allowed)
     if not (np.isfinite(colors) & (colors >= 0.0)).all():
         check.refuse("name", f"{name}, an array with a negative number, NaN or infinity", allowed)
+    if space == "xyz":
+        converted = xyz_from_rgb(colors)
+    else:  # hue and saturation of colours above 1 are those of the same colour at full brightness
+        try:
+            from matplotlib.colors import rgb_to_hsv
+        except ImportError as error:
+            raise ValueError('Hue, saturation and value need Matplotlib: pip install "pvphong[plot]".') from error
+        above = np.maximum(colors.max(axis=1, keepdims=True), colors.dtype.type(1.0))
+        converted = rgb_to_hsv(colors / above)
+        converted[:, 2:] *= above
     result = shallow_copy(source)
-    result.point_data[f"{name}_{space}"] = convert(colors)
+    result.point_data[f"{name}_{space}"] = converted
     result.set_active_scalars(f"{name}_{space}", preference="point")
-    return result
-
-
-def _hsv(rgb: FloatArray) -> FloatArray:
-    """Hue, saturation, value; of colours above 1 they are those of the same colour at full brightness, value aside."""
-    try:
-        from matplotlib.colors import rgb_to_hsv
-    except ImportError as error:
-        raise ValueError('Hue, saturation and value need Matplotlib: pip install "pvphong[plot]".') from error
-    above = np.maximum(rgb.max(axis=1, keepdims=True), rgb.dtype.type(1.0))
-    result: FloatArray = rgb_to_hsv(rgb / above)
-    result[:, 2:] *= above
     return result

@@ -127,17 +127,23 @@ def texture_colors(texture: Any, source: pv.PolyData) -> Float64Array:
     if texels.dtype == np.uint8:
         steps = np.arange(256) / 255.0
         table = linear_from_srgb(steps) if is_encoded else steps
-
-    def decode(texels: NDArray[Any]) -> NDArray[Any]:
-        """Linear light of texels."""
-        if texels.dtype == np.uint8:
-            return np.take(table, texels)
-        return linear_from_srgb(texels.astype(np.float64)) if is_encoded else texels
-
-    result = np.empty((source.n_points, 3))
+    result = np.zeros((source.n_points, 3))
     for start in range(0, source.n_points, _AT_ONCE):
-        part = slice(start, start + _AT_ONCE)
-        result[part] = _bilinear(texels, coordinates[part].astype(np.float64), wrap, border, decode)
+        uv = coordinates[start : start + _AT_ONCE].astype(np.float64)
+        is_there = np.isfinite(uv).all(axis=1)
+        u, v = np.where(is_there, uv.T, 0.0)
+        total = result[start : start + _AT_ONCE]
+        for row, is_row, part in _neighbours(v, texels.shape[0], wrap):
+            for column, is_column, share in _neighbours(u, texels.shape[1], wrap):
+                colors = texels[row, column]
+                if texels.dtype == np.uint8:
+                    colors = np.take(table, colors)
+                elif is_encoded:
+                    colors = linear_from_srgb(colors.astype(np.float64))
+                if wrap == _BORDER:
+                    colors = np.where((is_row & is_column)[:, None], colors, border)
+                total += (part * share)[:, None] * colors
+        total[~is_there] = np.nan
     return result
 
 
@@ -168,26 +174,6 @@ def _texels(texture: Any) -> NDArray[Any]:
     width, height, _ = image.GetDimensions()
     texels = values.reshape(height, width, -1)
     return texels[..., :3] if texels.shape[2] > 2 else texels[..., :1]
-
-
-def _bilinear(
-    texels: NDArray[Any],
-    uv: Float64Array,
-    wrap: int,
-    border: Float64Array,
-    decode: Callable[[Any], Float64Array],
-) -> Float64Array:
-    is_there = np.isfinite(uv).all(axis=1)
-    u, v = np.where(is_there, uv.T, 0.0)
-    result = np.zeros((len(uv), 3))
-    for row, is_row, part in _neighbours(v, texels.shape[0], wrap):
-        for column, is_column, share in _neighbours(u, texels.shape[1], wrap):
-            colors = decode(texels[row, column])
-            if wrap == _BORDER:
-                colors = np.where((is_row & is_column)[:, None], colors, border)
-            result += (part * share)[:, None] * colors
-    result[~is_there] = np.nan
-    return result
 
 
 def _neighbours(place: Float64Array, size: int, wrap: int) -> list[tuple[IntArray, BoolArray, Float64Array]]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pvphong.base import check
 from pvphong.base.types import Backend, Float64Array, Weighting
 from pvphong.geometry import normals
-from pvphong.meshes.cells import Cells, cells, refuse_invalid
+from pvphong.meshes.cells import cells, refuse_invalid
 from pvphong.shading import kernel
 
 # Corners of faces from which compiled code is worth the half second that it takes to load. The rule looks at nothing
@@ -117,33 +117,22 @@ def polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         check.refuse("mesh", type(mesh).__name__, "a pyvista.PolyData", "Take its surface first: mesh.extract_surface.")
     for array in cells(mesh)[2:]:
         array.refuse_out_of_range(mesh.n_points)
-    return unchecked_polygons(mesh)
-
-
-def unchecked_polygons(mesh: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """`polygons` with whatever indices the faces have."""
-    connectivity, offsets = _read_polygons(mesh)
+    connectivity, offsets = unchecked_polygons(mesh)
     return np.array(connectivity, np.int64), np.array(offsets, np.int64)
 
 
-def _read_polygons(mesh: pv.PolyData) -> tuple[NDArray[Any], NDArray[Any]]:
-    """`unchecked_polygons` to be read only: without strips they are VTK's own memory, in the type that it has."""
+def unchecked_polygons(mesh: pv.PolyData) -> tuple[NDArray[Any], NDArray[Any]]:
+    """`polygons` with whatever indices they have, to be read only: without strips they are VTK's own memory."""
     _, _, faces, strips = cells(mesh)
     if not strips.count:
         return faces.connectivity, faces.offsets
-    triangles = _strip_triangles(strips)
-    ends = faces.offsets[-1] + 3 * np.arange(1, len(triangles) + 1)
-    return np.concatenate([faces.connectivity, triangles.ravel()]), np.concatenate([faces.offsets, ends])
-
-
-def _strip_triangles(strips: Cells) -> NDArray[Any]:
-    """(m, 3) triangles of strips; every second one is turned, because a strip alternates."""
     counts = np.maximum(np.diff(strips.offsets) - 2, 0)
     place = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)  # of a triangle in its strip
     triangles = strips.connectivity[(np.repeat(strips.offsets[:-1], counts) + place)[:, None] + np.arange(3)]
-    odd = place % 2 == 1
+    odd = place % 2 == 1  # every second one is turned, because a strip alternates
     triangles[odd] = triangles[odd][:, [1, 0, 2]]
-    return triangles
+    ends = faces.offsets[-1] + 3 * np.arange(1, len(triangles) + 1)
+    return np.concatenate([faces.connectivity, triangles.ravel()]), np.concatenate([faces.offsets, ends])
 
 
 def vertex_normals(mesh: pv.DataSet, weighting: Weighting = "angle", *, backend: Backend = "auto") -> Float64Array:
@@ -179,7 +168,7 @@ def vertex_normals(mesh: pv.DataSet, weighting: Weighting = "angle", *, backend:
     check.choice("weighting", weighting, get_args(Weighting))
     kernel.check_backend(backend)
     source = _with_faces(mesh)
-    points, (connectivity, offsets) = check.array("points", source.points), _read_polygons(source)
+    points, (connectivity, offsets) = check.array("points", source.points), unchecked_polygons(source)
     waits = backend == "numba"
     if waits or (backend == "auto" and len(connectivity) >= _WORTH_LOADING):
         found = kernel.point_normals(points, connectivity, offsets, weighting, waits=waits)
@@ -208,7 +197,7 @@ def face_normals(mesh: pv.DataSet) -> Float64Array:
         As `surface`; also for a mesh without faces.
     """
     source = _with_faces(mesh)
-    return normals.polygon_normals(source.points, *_read_polygons(source))
+    return normals.polygon_normals(source.points, *unchecked_polygons(source))
 
 
 def _with_faces(mesh: pv.DataSet) -> pv.PolyData:
@@ -257,8 +246,8 @@ def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[p
     """
     if feature_angle is None or not has_faces(mesh):
         return mesh, None
-    is_auto = isinstance(feature_angle, str) and feature_angle == "auto"
-    if isinstance(feature_angle, str) and not is_auto:
+    is_auto = isinstance(feature_angle, str)
+    if isinstance(feature_angle, str) and feature_angle != "auto":
         check.refuse("feature_angle", feature_angle, 'degrees from 0 to 180, "auto" or None')
     if is_auto and has_normals(mesh):
         return mesh, None

@@ -50,10 +50,8 @@ class KnownOccluders(NamedTuple):
 
 def world_faces(source: pv.PolyData, matrix: MatrixLike | None = None) -> BlockingFaces:
     """A surface's triangles in the world; its points are copied."""
-    points = source.points
-    return BlockingFaces(
-        points.astype(np.float64) if matrix is None else transform_points(points, matrix), triangles_of(source)
-    )
+    points = source.points.astype(np.float64) if matrix is None else transform_points(source.points, matrix)
+    return BlockingFaces(points, triangles_of(source))
 
 
 def checked_occluders(given: Any) -> list[BlockingFaces]:
@@ -139,10 +137,7 @@ def visibility_of(
     if not isinstance(known, KnownOccluders):
         others = checked_occluders(occluders)
         known = KnownOccluders(Occluders([faces, *others] if len(faces) else others), 0 if len(faces) else None)
-
-    def world_normals() -> FloatArray:
-        return normals() if matrix is None else transform_normals(normals(), matrix)
-
+    world_normals = normals if matrix is None else lambda: transform_normals(normals(), matrix)
     tracer = Tracer(
         Receiver(faces, world_normals, known.own_index),
         known.occluders,

@@ -10,7 +10,6 @@ In order: XML files of VTK's, HDF5, .stl, .ply, legacy .vtk. Contents are a `mma
 from __future__ import annotations
 
 import binascii
-import functools
 import html
 import math
 import mmap
@@ -57,12 +56,8 @@ _APPENDED = re.compile(rb"<AppendedData\b[^>]*>\s*_")
 _FORMAT, _OFFSET, _WHOLE_EXTENT = (
     re.compile(rb"\b" + name + rb"""\s*=\s*["']([^"']*)["']""") for name in (b"format", b"offset", b"WholeExtent")
 )
+_BASE64 = re.compile(rb"[^=]+=*")
 _PIECE_EXTENT = re.compile(rb"""<Piece\b[^>]*?\bExtent\s*=\s*["']([^"']*)["']""")
-
-
-class _TooShort(ValueError):
-    def __init__(self) -> None:
-        super().__init__("It is damaged: an array has fewer bytes than it says.")
 
 
 def _check_xml(contents: Any) -> None:
@@ -76,72 +71,43 @@ def _check_xml(contents: Any) -> None:
     head = _FILE.search(contents, 0, _BEGINNING)
     if head is None:
         raise ValueError("It does not begin as an XML file of VTK's does.")
-    appended = _APPENDED.search(contents)
+    appended, is_short = _APPENDED.search(contents), False
     for found in _ARRAY.finditer(contents, 0, appended.start() if appended else len(contents)):
         kind = _FORMAT.search(found[0])
         if kind and kind[1] == b"binary":
             text = contents[found.end() : contents.find(b"<", found.end())].translate(None, b" \t\r\n")
-            if text:
-                _check_base64(text, head[0])
+            try:  # the header's text may have an end of its own
+                data = b"".join(binascii.a2b_base64(part, strict_mode=True) for part in _BASE64.findall(text))
+            except binascii.Error:
+                data = b""
+            is_short = bool(text) and _end_of_array(data, 0, head[0]) > len(data)
         elif kind and kind[1] == b"appended" and appended is not None and b"raw" in appended[0]:
             offset = _OFFSET.search(found[0])
             if offset is None or not offset[1].isdigit():
                 raise ValueError("An array has no place in its appended data.")
-            place, end = appended.end() + int(offset[1]), contents.rfind(b"</AppendedData")
-            length, size = _declared(functools.partial(_bytes_at, contents, place), head[0])
-            if place + length + size > end:
-                raise _TooShort
+            place = appended.end() + int(offset[1])
+            is_short = _end_of_array(contents, place, head[0]) > contents.rfind(b"</AppendedData")
+        if is_short:
+            raise ValueError("It is damaged: an array has fewer bytes than it says.")
 
 
-def _bytes_at(contents: Any, place: int, size: int) -> bytes:
-    found: bytes = contents[place : place + size]
-    return found
-
-
-def _declared(first_bytes: Callable[[int], bytes], head: bytes) -> tuple[int, int]:
-    """How many bytes an array's header takes and how many it declares to come; `head` is the file's first tag.
+def _end_of_array(data: Any, place: int, head: bytes) -> int:
+    """Where an array ends whose header is at a place, by what that declares; `head` is the file's first tag.
 
     The header is the number of bytes; or, where they are compressed, the number of blocks, two sizes of blocks, and
     each block's compressed size.
     """
     order: Any = "big" if b"BigEndian" in head else "little"
     width = 8 if b"UInt64" in head else 4
-
-    def numbers(count: int) -> list[int]:
-        found = first_bytes(count * width)
-        if len(found) < count * width:
-            raise _TooShort
-        return [int.from_bytes(found[at : at + width], order) for at in range(0, count * width, width)]
-
-    (size,) = numbers(1)
+    size, start = int.from_bytes(data[place : place + width], order), place + width
     if b"compressor=" not in head:
-        return width, size
-    return ((3 + size) * width, sum(numbers(3 + size)[3:])) if size else (width, 0)
-
-
-def _check_base64(text: bytes, head: bytes) -> None:
-    """Check an array in base64: its header and its data are one text, or, where they are compressed, each a text."""
-
-    def encoded(size: int) -> int:
-        return (size + 2) // 3 * 4
-
-    def decoded_size(part: bytes) -> int:
-        try:
-            return len(binascii.a2b_base64(part, strict_mode=True))
-        except binascii.Error:
-            return -1
-
-    def first_bytes(size: int) -> bytes:
-        try:
-            return binascii.a2b_base64(text[: encoded(size)])[:size]
-        except binascii.Error as error:
-            raise _TooShort from error
-
-    length, size = _declared(first_bytes, head)
-    start, whole = encoded(length), length + size
-    is_apart = decoded_size(text[start : start + encoded(size)]) == size
-    if not is_apart and (b"compressor=" in head or decoded_size(text[: encoded(whole)]) != whole):
-        raise _TooShort
+        return start + size
+    if not size:
+        return start
+    first, end = start + 2 * width, start + (2 + size) * width
+    if end > len(data):
+        return end
+    return end + sum(int.from_bytes(data[at : at + width], order) for at in range(first, end, width))
 
 
 def _check_xml_grid(contents: Any) -> None:
@@ -361,7 +327,14 @@ class _Legacy:
             self._line()
         if kind in ("string", "utf8_string"):
             for _ in range(count):
-                self._string()
+                if self._is_binary:  # behind its length, in which the first two bits say how long that is
+                    self._skip(1)
+                    first = self._contents[self._at - 1]
+                    width = {3: 0, 2: 1, 1: 3, 0: 7}[first >> 6]
+                    rest = self._contents[self._at : self._at + width]
+                    self._skip(width + ((first & 63) << 8 * width | int.from_bytes(rest, "big")))
+                elif not self._line():
+                    raise self._cut_short()
         elif kind not in _SIZES and kind != "bit":
             raise _Unknown
         elif self._is_binary:
@@ -374,17 +347,6 @@ class _Legacy:
             if found is None:
                 raise self._cut_short()
             self._at = found.end()
-
-    def _string(self) -> None:
-        """A line of text; or text behind its length, in which the first two bits say how long that is."""
-        if self._is_binary:
-            self._skip(1)
-            first = self._contents[self._at - 1]
-            width = {3: 0, 2: 1, 1: 3, 0: 7}[first >> 6]
-            rest = self._contents[self._at : self._at + width]
-            self._skip(width + ((first & 63) << 8 * width | int.from_bytes(rest, "big")))
-        elif not self._line():
-            raise self._cut_short()
 
     def _skip(self, size: int) -> None:
         self._at += size

@@ -16,7 +16,7 @@ from pvphong.base import check
 from pvphong.base.formulas import formula, multiply_add
 from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.geometry.extent import ROUNDED_UP, Sight
-from pvphong.optics.roles import falloff
+from pvphong.optics.roles import Falloff
 
 NONE = (1.0, 0.0, 0.0)
 """The coefficients of a light that does not weaken with distance."""
@@ -25,11 +25,6 @@ INVERSE_SQUARE = (0.0, 0.0, 1.0)
 """Those of a light that weakens as light does, by 1/d²."""
 
 EFFECT = "attenuation"
-
-
-def coefficients(default: Vector = NONE) -> Any:
-    """A field that holds a light's coefficients."""
-    return falloff(default, checked, "radius")
 
 
 def checked(name: str, value: VectorLike) -> Vector:
@@ -43,6 +38,10 @@ def checked(name: str, value: VectorLike) -> Vector:
             "(1, 0, 0) is a light that does not weaken with distance.",
         )
     return constant, linear, quadratic
+
+
+COEFFICIENTS = Falloff(checked, "radius")
+"""The role of a field that holds them."""
 
 
 @formula

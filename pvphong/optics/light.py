@@ -344,8 +344,10 @@ class Light:
 
     @cached_property
     def effects(self) -> frozenset[str]:
-        """The plan's effects that it calls for: `POSITION_EFFECT` at least, unless it is even."""
-        return frozenset() if self.is_even else frozenset({POSITION_EFFECT})
+        """The plan's effects that it calls for: its position's unless it is even, and its size's."""
+        if self.is_even:
+            return frozenset()
+        return frozenset({POSITION_EFFECT, SIZE_EFFECT} if self.has_size else {POSITION_EFFECT})
 
     def reach(self, extent: Extent) -> Reach:  # noqa: ARG002 nothing is known of it
         """What of it can reach the vertices."""

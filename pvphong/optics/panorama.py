@@ -19,7 +19,7 @@ import numpy as np
 
 from pvphong.base import check, documents
 from pvphong.base.color import linear_from_srgb
-from pvphong.base.types import Float64Array, FloatArray, rgb
+from pvphong.base.types import Float64Array, FloatArray
 from pvphong.optics.area.harmonics import BANDS, projected
 
 _ALLOWED = "a colour, a pv.Texture, or an (h, w, 3) array of linear floats >= 0"
@@ -97,20 +97,10 @@ class Panorama:
         return bool((self.image == self.image[0, 0]).all())
 
     @cached_property
-    def is_grey(self) -> bool:
-        """Whether its channels are the same."""
-        return bool((self.image == self.image[..., :1]).all())
-
-    @cached_property
     def harmonics(self) -> Float64Array:
         """Coefficients of each channel over the largest number, as `projected` gives them."""
         scaled = self.image.astype(np.float64) / (self.largest or 1.0)
         return projected(scaled[:1, :1] if self.is_even else scaled, 1 if self.is_even else BANDS)
-
-
-def panorama(value: Any) -> Panorama:
-    """A checked value as an image; that of one colour has one texel."""
-    return value if isinstance(value, Panorama) else Panorama.of("image", np.full((1, 1, 3), rgb(value)))
 
 
 def row_areas(height: int, width: int) -> Float64Array:
@@ -132,13 +122,20 @@ def _angles(count: int) -> Float64Array:
 
 
 def checked(name: str, value: Any) -> Any:
-    """A colour as such, or an image as a `Panorama`: of an array, a texture, or a file's entries."""
+    """A colour as such, or an image as a `Panorama`: of an array, a file's entries, or a texture.
+
+    A texture's 8-bit values are taken as sRGB where it says that they are.
+    """
     if isinstance(value, Panorama):
         return value
     if isinstance(value, Mapping):
         return _from_file(name, value)
     if hasattr(value, "GetUseSRGBColorSpace"):
-        return Panorama.of(name, _of_texture(name, value))
+        texels = np.asarray(value.to_array())
+        texels = texels[..., :3] if texels.ndim == 3 else texels
+        if texels.dtype == np.uint8 and value.GetUseSRGBColorSpace():
+            texels = linear_from_srgb(texels / 255.0)
+        return Panorama.of(name, _linear(name, texels, _TEXTURE_IN_8_BITS))
     if isinstance(value, np.ndarray) and value.ndim > 1:
         return Panorama.of(name, _linear(name, value, _IN_8_BITS))
     if isinstance(value, list) and value and isinstance(value[0], (list, tuple, np.ndarray)):
@@ -156,15 +153,6 @@ def _linear(name: str, values: Any, remedy: str) -> FloatArray:
         remedy = "image[..., :3] leaves out what is opaque." if more else ""
         check.refuse(name, f"an array of shape {values.shape}", _ALLOWED, remedy)
     return np.asarray(values.astype(np.float32 if values.dtype.itemsize <= 4 else np.float64, copy=False))
-
-
-def _of_texture(name: str, texture: Any) -> FloatArray:
-    """What a texture holds; 8-bit values are taken as sRGB where it says that they are."""
-    values = np.asarray(texture.to_array())
-    values = values[..., :3] if values.ndim == 3 else values
-    if values.dtype == np.uint8 and texture.GetUseSRGBColorSpace():
-        values = linear_from_srgb(values / 255.0)
-    return _linear(name, values, _TEXTURE_IN_8_BITS)
 
 
 def _from_file(name: str, entries: Mapping[str, Any]) -> Panorama:

@@ -70,7 +70,7 @@ class Peak(NamedTuple):
     square: Callable[[Geometry], Any]
     """Formula of |C|²."""
     chord: Callable[[Any, Any, Any], Any]
-    """Formula of a vector as long as C, for unit vectors n, l and v."""
+    """Gives vectors as long as C, for arrays (3, k) or (3, 1) of unit vectors n, l and v."""
     most: Callable[[Sightline], float]
     """The largest f for vertices of which bounds are known."""
     speed: Callable[[float], float] = lambda _: 1.0

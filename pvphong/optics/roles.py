@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from pvphong.base import check
@@ -59,23 +59,23 @@ class Place(Role):
         return viewer.position
 
 
-class Up(Role):
-    """A direction that says how a light is turned around its aim, of any length.
+class Direction(Role):
+    """A vector of any length."""
+
+    def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 it is a vector
+        """The vector."""
+        return vector(value)
+
+
+class Up(Direction):
+    """How a light is turned around its aim.
 
     The light's `axes` are unit vectors as rows: where its front is, to the right of that, and up.
     """
 
-    def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 it is a vector
-        """The vector."""
-        return vector(value)
 
-
-class Aim(Role):
-    """The direction in which a light travels, of any length."""
-
-    def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 it is a vector
-        """The vector."""
-        return vector(value)
+class Aim(Direction):
+    """The direction in which a light travels."""
 
     def of_viewer(self, value: Any, viewer: Any) -> Any:  # noqa: ARG002 as for any role
         """Along the view axis."""
@@ -132,60 +132,30 @@ class Power(Falloff):
     """The exponent of a light that is a power of the cosine off its aim."""
 
 
+def meaning(role: Role, default: Any) -> Any:
+    """A field with a role."""
+    return field(default=default, metadata={"role": role})
+
+
 def place(default: Any = (0.0, 0.0, 0.0)) -> Any:
     """A field that says where the light is."""
-    return _field(default, Place(check.vector, "position"))
+    return meaning(Place(check.vector, "position"), default)
 
 
-def aim(default: Any = (0.0, 0.0, -1.0)) -> Any:
+def aim() -> Any:
     """A field that says in which direction the light travels."""
-    return _field(default, Aim(check.direction, "target"))
-
-
-def upward(default: Any = (0.0, 1.0, 0.0)) -> Any:
-    """A field that says how the light is turned around its aim."""
-    return _field(default, Up(check.direction))
-
-
-def turned(default: float = 0.0) -> Any:
-    """A field that says by how many degrees the light is turned around what is up."""
-    return _field(default, Turn(_number(), "rotation"))
-
-
-def imaged(default: Any, checked: Check) -> Any:
-    """A field that holds an image of the light."""
-    return _field(default, Role(checked))
-
-
-def cornered(default: Any, checked: Check) -> Any:
-    """A field that holds the light's corners, checked as a whole."""
-    return _field(default, Corners(checked, "position"))
-
-
-def switch(default: bool) -> Any:
-    """A field that is on or off."""
-    return _field(default, Role(check.flag))
+    return meaning(Aim(check.direction, "target"), (0.0, 0.0, -1.0))
 
 
 def length(default: float, handle: str, remedy: str = "", **shown: Any) -> Any:
     """A field that holds a size > 0, shown as `Length` says."""
-    return _field(default, Length(_number(above=0.0, remedy=remedy), handle, **shown))
+    return meaning(Length(partial(check.number, above=0.0, remedy=remedy), handle, **shown), default)
 
 
 def angle(default: float, handle: str, **limits: Any) -> Any:
     """A field that holds an angle in degrees, within limits as `check.number` takes them."""
     least = limits.get("above", limits.get("at_least", 0.0))
-    return _field(default, Angle(_number(**limits), handle, least, limits.get("at_most", 180.0)))
-
-
-def falloff(default: Any, checked: Check, handle: str = "") -> Any:
-    """A field that says how the light weakens."""
-    return _field(default, Falloff(checked, handle))
-
-
-def power(default: float) -> Any:
-    """A field that holds the exponent >= 0 of a falloff."""
-    return _field(default, Power(_number(at_least=0.0)))
+    return meaning(Angle(partial(check.number, **limits), handle, least, limits.get("at_most", 180.0)), default)
 
 
 def direction_from(position: Any, target: Any) -> Vector:
@@ -200,11 +170,3 @@ def direction_from(position: Any, target: Any) -> Vector:
 def roles_of(kind: Any) -> dict[str, Role]:
     """Name of each field of a dataclass with a role → the role, in the fields' order."""
     return {each.name: each.metadata["role"] for each in fields(kind) if "role" in each.metadata}
-
-
-def _field(default: Any, role: Role) -> Any:
-    return field(default=default, metadata={"role": role})
-
-
-def _number(**limits: Any) -> Check:
-    return lambda name, value: check.number(name, value, **limits)

@@ -28,7 +28,7 @@ from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 from pvphong.base import check
 from pvphong.base.processes import available_memory
 from pvphong.base.types import BoolArray, Float64Array, FloatArray
-from pvphong.geometry.extent import Sphere
+from pvphong.geometry.extent import Sphere, box_of
 
 BYTES_PER_TRIANGLE = 130
 """What a caster takes for each, about, measured with both backends from 1 to 3 million triangles."""
@@ -39,8 +39,6 @@ RESOLUTION = 2.0**-18
 # Rays begin at most so far from the middle; those from further away are begun where they come as near.
 _NEAR = 4.0
 _RAYS_AT_ONCE = 2**15
-# From so many vertices on VTK's rays are worth a warning.
-_WORTH_A_WARNING = 2**15
 
 
 class SlowRaysWarning(UserWarning):
@@ -68,19 +66,10 @@ class BlockingFaces:
     def __len__(self) -> int:
         return len(self.corners)
 
-    @classmethod
-    def joined(cls, parts: Sequence[BlockingFaces]) -> BlockingFaces:
-        """All triangles of several."""
-        if len(parts) == 1:
-            return parts[0]
-        starts = np.cumsum([0, *(len(part.points) for part in parts)])
-        corners = [part.corners + start for part, start in zip(parts, starts[:-1], strict=True)]
-        return cls(np.concatenate([part.points for part in parts]), np.concatenate(corners))
-
     @cached_property
     def sound(self) -> BlockingFaces:
         """Those without a corner that is not finite."""
-        if not len(self) or not len(self.points) or np.isfinite(_extremes(self.points)).all():
+        if not len(self) or not len(self.points) or np.isfinite(box_of(self.points)).all():
             return self
         finite: Any = np.isfinite(self.points).all(axis=1)
         left = self.corners[finite[self.corners].all(axis=1)]
@@ -88,9 +77,9 @@ class BlockingFaces:
         return BlockingFaces(self.points[used], corners.reshape(-1, 3))
 
     @cached_property
-    def box(self) -> Float64Array:
-        """Least and greatest coordinates, shape (2, 3), of those that are sound; 0 where there is none."""
-        return _extremes(self.sound.points) if len(self.sound) else np.zeros((2, 3))
+    def box(self) -> tuple[Float64Array, Float64Array]:
+        """Least and greatest coordinates, shape (3,), of those that are sound; 0 where there is none."""
+        return box_of(self.sound.points if len(self.sound) else np.zeros((1, 3)))
 
     @cached_property
     def sphere(self) -> Sphere | None:
@@ -99,12 +88,6 @@ class BlockingFaces:
         half = high / 2 - low / 2
         x, y, z = (low + half).tolist()
         return Sphere((x, y, z), float(np.hypot.reduce(half)) * (1.0 + 1e-9)) if len(self.sound) else None
-
-
-def _extremes(points: FloatArray) -> Float64Array:
-    """Least and greatest coordinates, shape (2, 3)."""
-    columns = np.ascontiguousarray(points.T)  # long rows are searched many times as fast as triples
-    return np.stack([columns.min(axis=1), columns.max(axis=1)]).astype(np.float64)
 
 
 # --- backends
@@ -167,8 +150,8 @@ class Caster:
         self._middle: Float64Array = low + half
         self._exponent = int(np.frexp(half.max())[1])
         scaled = np.ldexp(faces.sound.points - self._middle, -self._exponent)
-        is_empty = not len(faces.sound)
-        self._backend = None if is_empty else backend()(BlockingFaces(scaled, faces.sound.corners))
+        backend = Embree if has_embree() else Locator
+        self._backend = backend(BlockingFaces(scaled, faces.sound.corners)) if len(faces.sound) else None
 
     @property
     def resolution(self) -> float:
@@ -237,19 +220,8 @@ def has_embree() -> bool:
 
 
 @functools.cache
-def backend() -> type[Embree | Locator]:
-    """What casts rays here."""
-    return Embree if has_embree() else Locator
-
-
-def warn_if_slow(vertices: int) -> None:
-    """Warn, once in a process, where the rays of so many vertices will take long without embreex."""
-    if vertices >= _WORTH_A_WARNING and not has_embree():
-        _warn_once()
-
-
-@functools.cache
-def _warn_once() -> None:
+def warn_of_slow_rays() -> None:
+    """Warn, once in a process, of rays that take long without embreex."""
     message = 'VTK casts the rays, which takes long; pip install "pvphong[rays]" makes them twenty times as fast.'
     warnings.warn(message, SlowRaysWarning, stacklevel=2)
 
@@ -280,11 +252,6 @@ class Occluders:
         return sum(map(len, self._parts))
 
     @property
-    def memory(self) -> int:
-        """Bytes that casting rays takes for them, about."""
-        return self.count * BYTES_PER_TRIANGLE
-
-    @property
     def spheres(self) -> list[Sphere | None]:
         """Around each part; None for one without a triangle."""
         return [part.sphere for part in self._parts]
@@ -311,11 +278,21 @@ class Occluders:
             If they would take more memory than there is.
         """
         available = available_memory()
-        if available is not None and self.memory > available:
-            got = f"{self.count:,} triangles, which take about {self.memory / 1e9:.3g} GB"
+        needed = self.count * BYTES_PER_TRIANGLE
+        if available is not None and needed > available:
+            got = f"{self.count:,} triangles, which take about {needed / 1e9:.3g} GB"
             allowed = f"as many as fit into the {available / 1e9:.3g} GB of memory that are free"
             check.refuse("occluders", got, allowed, "Fewer will do for shadows: mesh.decimate(0.9) takes nine in ten.")
-        return [Caster(BlockingFaces.joined([self._parts[index] for index in group])) for group in self._groups]
+        casters = []
+        for group in self._groups:
+            parts = [self._parts[index] for index in group]
+            faces = parts[0]
+            if len(parts) > 1:
+                starts = np.cumsum([0, *(len(part.points) for part in parts[:-1])])
+                corners = np.concatenate([part.corners + start for part, start in zip(parts, starts, strict=True)])
+                faces = BlockingFaces(np.concatenate([part.points for part in parts]), corners)
+            casters.append(Caster(faces))
+        return casters
 
     def resolution(self, part: int | None) -> float:
         """The length that is resolved at a part, or else at the finest one; 0 without any."""

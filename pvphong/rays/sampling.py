@@ -111,8 +111,11 @@ def look(
     threads.run(begin, count, max(_RAYS_AT_ONCE // first, 1))
     if not is_adaptive:
         return Seen(part, error, int(rays.sum()))
-    agreed = (part == 0.0) | (part == 1.0)
-    near = np.flatnonzero(agreed & _is_near_others(part, triangles))
+    is_near = np.ones(count, bool)  # in no triangle, or in one with a vertex that saw something else
+    is_near[triangles] = False
+    corners = part[triangles]
+    is_near[triangles[corners.min(axis=1) != corners.max(axis=1)]] = True
+    near = np.flatnonzero(is_near & ((part == 0.0) | (part == 1.0)))
     threads.run(begin_again, len(near), _GOING_ON_AT_ONCE)
     return Seen(part, error, int(rays.sum()) + first * len(near))
 
@@ -143,9 +146,18 @@ def _cast_turns(cast: Cast, vertices: IntArray, begin: int, end: int) -> tuple[F
     return sent, seen
 
 
+# For each number below `MOST_RAYS` that whose bits are its own, the last one first.
+_BITS = MOST_RAYS.bit_length() - 1
+_REVERSED = np.array([int(f"{number:0{_BITS}b}"[::-1], 2) for number in range(MOST_RAYS)])
+
+
 def _nodes(vertices: IntArray, turns: IntArray) -> NDArray[np.int64]:
     """Which nodes vertices (m,) take in their turns (k,), shape (m, k)."""
-    seed = _hashed(vertices)[:, None]
+    # numbers without any pattern, for vertices in any order (the mixing of splitmix64; Steele et al. 2014)
+    z = (vertices.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    seed = ((z ^ (z >> np.uint64(31))) >> np.uint64(32)).astype(np.uint32)[:, None]
     x = np.broadcast_to(turns.astype(np.uint32), (len(vertices), len(turns))) + np.uint32(0)
     x ^= x * np.uint32(0x3D20ADEA)
     x += seed
@@ -153,35 +165,6 @@ def _nodes(vertices: IntArray, turns: IntArray) -> NDArray[np.int64]:
     x ^= x * np.uint32(0x05526C56)
     x ^= x * np.uint32(0x53A22864)
     return _REVERSED[x & np.uint32(MOST_RAYS - 1)]
-
-
-def _hashed(numbers: IntArray) -> NDArray[np.uint32]:
-    """Numbers without any pattern, for numbers in any order (the mixing of splitmix64; Steele et al. 2014)."""
-    z = (numbers.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return ((z ^ (z >> np.uint64(31))) >> np.uint64(32)).astype(np.uint32)
-
-
-def _reversed_bits() -> NDArray[np.int64]:
-    """For each number below `MOST_RAYS` that whose bits are its own, the last one first."""
-    result = np.zeros(1, np.int64)
-    while len(result) < MOST_RAYS:
-        result = np.concatenate([2 * result, 2 * result + 1])
-    return result
-
-
-_REVERSED = _reversed_bits()
-
-
-def _is_near_others(part: Float64Array, triangles: NDArray[np.int64]) -> BoolArray:
-    """Whether vertices share a triangle with one that saw something else, or are in none."""
-    result = np.ones(len(part), bool)
-    result[triangles] = False
-    if len(triangles):
-        corners = part[triangles]
-        result[triangles[corners.min(axis=1) != corners.max(axis=1)]] = True
-    return result
 
 
 def in_tree_order(places: FloatArray) -> IntArray:

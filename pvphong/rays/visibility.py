@@ -9,10 +9,8 @@ from __future__ import annotations
 import functools
 import math
 import time
-import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,7 +21,7 @@ from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.base.vectors import dot
 from pvphong.geometry.extent import Sphere
 from pvphong.optics.light import Light
-from pvphong.rays.casting import Occluders, warn_if_slow
+from pvphong.rays.casting import BYTES_PER_TRIANGLE, Occluders, has_embree, warn_of_slow_rays
 from pvphong.rays.rays import Receiver, Targets, may_block, place_or_direction, rays_to
 from pvphong.rays.sampling import MOST_RAYS, Cast, Seen, in_tree_order, look
 from pvphong.scene.light_model import LightModel
@@ -71,12 +69,7 @@ class Tracer:
 
     def light(self, light: Light) -> Seen:
         """What the vertices see of a light in the world."""
-        self._prepare()
         return self._part_of(light) if light.has_size else self._all_or_nothing_of(light)
-
-    def _prepare(self) -> None:
-        """Compute what threads are to share."""
-        self.receiver.origins.shape, self.occluders.casters  # noqa: B018
 
     def _sides(self, light: Light, some: slice = slice(None)) -> Float64Array:
         """1 where vertices face a light, -1 where they see it from their other side, 0 where not at all."""
@@ -136,16 +129,21 @@ class Tracer:
 
     def sky(self) -> Seen:
         """What the vertices see of the hemispheres around their normals."""
-        self._prepare()
         sky = np.ascontiguousarray(_sky_directions().T, np.float32)
         normals = self.receiver.unit_normals
-        frame = np.stack([*_frame(normals), normals]).astype(np.float32)
+        # two unit vectors across each normal (T. Duff et al., "Building an orthonormal basis, revisited", 2017)
+        x, y, z = normals.T
+        sign = np.copysign(1.0, z)
+        a = -1.0 / (sign + z)
+        b = x * y * a
+        across = [1.0 + sign * x * x * a, sign * b, -sign * x], [b, sign + y * y * a, -y]
+        frame = np.array([*across, normals.T], np.float32)
         has_normal: BoolArray = (normals != 0.0).any(axis=1)
 
         def cast(vertices: IntArray, nodes: IntArray) -> tuple[FloatArray, BoolArray]:
             directions, (x, y, z) = np.empty((*nodes.shape, 3), np.float32), (column[nodes] for column in sky)
             for axis in range(3):  # long rows at a time
-                a, b, c = frame[:, vertices, axis, None]
+                a, b, c = frame[:, axis, vertices, None]
                 directions[..., axis] = x * a + y * b + z * c
             ends = np.broadcast_to(self.distance, nodes.size)
             seen = ~self.occluders.blocked(self._origins(vertices, 1.0), directions.reshape(-1, 3), ends)
@@ -179,20 +177,12 @@ def _sky_directions() -> Float64Array:
     return directions[in_tree_order(directions[:, :2])]
 
 
-def _frame(normals: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Two unit vectors across each normal (T. Duff et al., "Building an orthonormal basis, revisited", 2017)."""
-    x, y, z = normals.T
-    sign = np.copysign(1.0, z)
-    a = -1.0 / (sign + z)
-    b = x * y * a
-    first = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=1)
-    return first, np.stack([b, sign + y * y * a, -y], axis=1)
-
-
 # --- what they found, kept
 
 # From so many triangles on the representation says what memory their rays take.
 _MANY = 2_000_000
+# From so many vertices on VTK's rays are worth a warning.
+_WORTH_A_WARNING = 2**15
 
 
 class StandardError(NamedTuple):
@@ -234,8 +224,9 @@ class Visibility:
 
     def __repr__(self) -> str:
         seen = f"{len(self.lights)} lights from {self._parts.shape[1]} vertices"
-        count, memory = self._tracer.occluders.count, self._tracer.occluders.memory
-        much = f"; {count:,} triangles that block light take about {memory / 1e9:.2g} GB" if count >= _MANY else ""
+        count = self._tracer.occluders.count
+        memory = count * BYTES_PER_TRIANGLE / 1e9
+        much = f"; {count:,} triangles that block light take about {memory:.2g} GB" if count >= _MANY else ""
         return f"<Visibility of {seen}: {self.rays} rays in {self.seconds:.3g} s{much}>"
 
     def _repr_html_(self) -> str:
@@ -280,9 +271,9 @@ class Visibility:
         """
         result = Visibility(replace(self._tracer, samples=samples), lights, labels)
         is_as_good = self._tracer.samples in (None, samples)
-        known = {_light_stamp(light): index for index, light in enumerate(self._lights) if index in self._done}
+        known = {_geometry_of(light): index for index, light in enumerate(self._lights) if index in self._done}
         for index, light in enumerate(result._lights):
-            before = known.get(_light_stamp(light))
+            before = known.get(_geometry_of(light))
             if before is not None and (is_as_good or not light.has_size):
                 result._keep(index, self._parts[before], self._errors[before])
         if len(self._lights) in self._done and is_as_good:
@@ -310,8 +301,10 @@ class Visibility:
         """Shape (lights + 1, n): `per_light` with `sky` in the last row; other rows may not be computed yet."""
         for index in (*lights, *[len(self.lights)] * sky):
             if index not in self._done:
-                warn_if_slow(len(self._receiver.points))
+                if len(self._receiver.points) >= _WORTH_A_WARNING and not has_embree():
+                    warn_of_slow_rays()
                 start, is_sky = time.perf_counter(), index == len(self.lights)
+                self._receiver.origins, self._tracer.occluders.casters  # noqa: B018  found now: threads share them
                 with text.about(f"rays to {'the sky' if is_sky else self.lights[index]}"):
                     seen = self._tracer.sky() if is_sky else self._tracer.light(self._lights[index])
                 self._keep(index, seen.part, seen.error)
@@ -348,10 +341,6 @@ class Visibility:
             return ""
         return f"nothing {nothing}, and the mesh is convex" if others else "the mesh is convex, and alone"
 
-    @cached_property
-    def _stamp(self) -> tuple[int, ...]:
-        return _stamp(self._receiver.points, self._lights)
-
     def refuse_other(
         self, points: FloatArray, lights: Sequence[Light], labels: Sequence[str], model: LightModel
     ) -> None:
@@ -361,11 +350,10 @@ class Visibility:
         remedy = "mesh.phong.visibility(scene) makes one."
         if tuple(labels) != self.lights:
             check.refuse("visibility", f"one of the lights {self.lights}", f"one of {tuple(labels)}", remedy)
-        here, there = _stamp(points, lights), self._stamp
-        if here[0] != there[0]:
+        if not np.array_equal(points, self._receiver.points, equal_nan=True):
             check.refuse("visibility", "one of other points", "one of the mesh where it is now", remedy)
-        for label, now, then in zip(labels, here[1:], there[1:], strict=True):
-            if now != then:
+        for label, now, then in zip(labels, lights, self._lights, strict=True):
+            if _geometry_of(now) != _geometry_of(then):
                 check.refuse("visibility", f"one from before {label} moved", "one of the lights where they are", remedy)
         if model.two_sided and not self._tracer.two_sided:
             check.refuse("visibility", "one of a one-sided light model", "one of a two-sided one", remedy)
@@ -374,13 +362,7 @@ class Visibility:
             check.refuse("visibility", got, f"one up to {model.occlusion_distance:g}", remedy)
 
 
-def _stamp(points: FloatArray, lights: Sequence[Light]) -> tuple[int, ...]:
-    """Checksums of points, and of each light's place, direction and size."""
-    world = np.ascontiguousarray(points, np.float64)
-    return (zlib.crc32(world.tobytes()), *map(_light_stamp, lights))
-
-
-def _light_stamp(light: Light) -> int:
-    """A checksum of a light's place, direction, size and parts."""
+def _geometry_of(light: Light) -> str:
+    """What rays to a light depend on: its place, direction, size and parts."""
     nodes = [(place_or_direction(node).tolist(), light.has_size and node.intensity) for node in light.nodes(4)]
-    return zlib.crc32(repr((nodes, light.is_even)).encode())
+    return repr((nodes, light.is_even))

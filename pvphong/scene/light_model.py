@@ -68,8 +68,14 @@ class LightModel:
             "clamp": check.flag("clamp", self.clamp),
             "convention": check.choice("convention", self.convention, get_args(Convention)),
             "shadows": check.flag("shadows", self.shadows),
-            "ambient_occlusion": _occlusion(self.ambient_occlusion),
         }
+        if isinstance(distance := self.ambient_occlusion, (bool, np.bool_)):
+            canonical["ambient_occlusion"] = bool(distance)
+        elif isinstance(distance, (int, float, np.number)):
+            remedy = "True is any distance."
+            canonical["ambient_occlusion"] = check.number("ambient_occlusion", distance, above=0.0, remedy=remedy)
+        else:
+            check.refuse("ambient_occlusion", distance, "True, False, or a distance > 0")
         for name, value in canonical.items():
             object.__setattr__(self, name, value)
         if self.convention == "vtk" and not self.local_viewer:
@@ -106,11 +112,3 @@ class LightModel:
         Source: VTK's vtkOpenGLPolyDataMapper.cxx (ReplaceShaderLight).
         """
         return cls(ambient=1.0, two_sided=two_sided, convention="vtk")
-
-
-def _occlusion(value: Any) -> bool | float:
-    if isinstance(value, (bool, np.bool_)):
-        return bool(value)
-    if isinstance(value, (int, float, np.number)):
-        return check.number("ambient_occlusion", value, above=0.0, remedy="True is any distance.")
-    return check.refuse("ambient_occlusion", value, "True, False, or a distance > 0")

@@ -189,8 +189,13 @@ class Scene:
         lights = document.get("lights", [])
         if not isinstance(lights, list):
             check.refuse("lights", lights, "a list")
-        if document["version"] == 1:
-            lights = _renamed(lights)
+        if document["version"] == 1:  # its lights may share a name: each but the first gets a number behind it
+            seen: Counter[str] = Counter()
+            for k, entry in enumerate(lights):
+                name = entry.get("name") if isinstance(entry, dict) else None
+                if isinstance(name, str) and name:
+                    seen[name] += 1
+                    lights[k] = entry | {"name": f"{name} {seen[name]}"} if seen[name] > 1 else entry
         viewer = document.get("viewer", {} if document["version"] == 1 else None)
         return cls(
             lights=[documents.value_of_type(f"lights[{k}]", entry, LIGHT_TYPES) for k, entry in enumerate(lights)],
@@ -281,16 +286,3 @@ def light_labels(scene: Scene, numbered: str = "") -> tuple[str, ...]:
     names = [light.name for light in scene.lights]
     indices = [f"{numbered}{index}" for index in range(len(names))]
     return tuple(name if name and name not in indices else index for name, index in zip(names, indices, strict=True))
-
-
-def _renamed(lights: list[Any]) -> list[Any]:
-    """Lights of a file of version 1, which may share a name; each but the first gets a number behind it."""
-    seen: Counter[str] = Counter()
-    result = []
-    for entry in lights:
-        name = entry.get("name") if isinstance(entry, dict) else None
-        if isinstance(name, str) and name:
-            seen[name] += 1
-            entry = entry | {"name": f"{name} {seen[name]}"} if seen[name] > 1 else entry
-        result.append(entry)
-    return result

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import sys
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Self
@@ -120,7 +121,9 @@ class Viewer:
         bounds : sequence of float
             As for `framing`.
         """
-        center, radius = _ball(bounds)
+        low, high = _box(bounds)
+        center, radius = 0.5 * low + 0.5 * high, float(np.linalg.norm(0.5 * high - 0.5 * low)) or _POINT_RADIUS
+        radius = max(radius, _LEAST_RADIUS * float(np.abs(center).max()))
         distance = radius / math.sin(math.radians(0.5 * self.view_angle))
         return replace(
             self,
@@ -148,20 +151,15 @@ class Viewer:
         return not any(side.all() for side in beyond)
 
     @cached_property
-    def _line_of_sight(self) -> tuple[Vector, float]:
-        x, y, z = self.focal_point
-        direction, distance = towards((x, y, z), np.array(self.position)[:, None])
-        return _vector(direction[:, 0]), float(distance[0])
-
-    @property
     def view_direction(self) -> Vector:
         """Unit vector from the eye along the view axis."""
-        return self._line_of_sight[0]
+        x, y, z = self.focal_point
+        return _vector(towards((x, y, z), np.array(self.position)[:, None])[0][:, 0])
 
-    @property
+    @cached_property
     def distance(self) -> float:
-        """The distance from the eye to the focal point."""
-        return self._line_of_sight[1]
+        """The distance from the eye to the focal point; at most the largest float."""
+        return min(math.dist(self.position, self.focal_point), sys.float_info.max)
 
     @cached_property
     def axes(self) -> Float64Array:
@@ -197,13 +195,6 @@ class Viewer:
     def point_to_eye(self, point: Vector) -> Vector:
         """A point of the world in eye space."""
         return _vector(self.axes @ (np.array(point) - np.array(self.position)))
-
-
-def _ball(bounds: VectorLike) -> tuple[Float64Array, float]:
-    """Middle and radius > 0 of what is to be seen."""
-    low, high = _box(bounds)
-    center, radius = 0.5 * low + 0.5 * high, float(np.linalg.norm(0.5 * high - 0.5 * low))
-    return center, max(radius or _POINT_RADIUS, _LEAST_RADIUS * float(np.abs(center).max()))
 
 
 def _box(bounds: VectorLike) -> tuple[Float64Array, Float64Array]:

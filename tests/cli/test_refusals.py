@@ -149,8 +149,8 @@ def test_words_become_arguments_of_shade_files(words, expected, monkeypatch, cap
 
     given = {}
 
-    def lit(paths, out, scene, **options):
-        given.update(options, paths=paths, out=out, scene=scene)
+    def lit(paths, out, scene, material, **options):
+        given.update(options, paths=paths, out=out, scene=scene, material=material)
         return Batch((Path("a.vtp"),), (), {})
 
     monkeypatch.setattr(shade, "shade_files", lit)

@@ -203,7 +203,7 @@ def test_without_normals_they_are_weighted_by_angle_and_not_stored():
 def test_a_backend_goes_for_the_normals_too(monkeypatch, backend):
     asked = []
 
-    def computed(mesh, *, backend):
+    def computed(mesh, _weighting, *, backend):
         asked.append(backend)
         return np.full(mesh.points.shape, (0.0, 0.0, 1.0))
 

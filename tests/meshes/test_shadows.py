@@ -14,7 +14,6 @@ import pvphong as ph
 from pvphong.base import threads
 from pvphong.base.text import listening
 from pvphong.rays import casting, sampling, visibility
-from pvphong.rays.casting import Locator
 
 SUN = ph.DirectionalLight(direction=(0, 0, -1), name="sun")
 LAMP = ph.PointLight(position=(0, 0, 4), name="lamp")
@@ -56,7 +55,7 @@ def scene(*lights, **model):
 @pytest.fixture(params=["vtk", *["embree"] * casting.has_embree()])
 def backend(request, monkeypatch):
     if request.param == "vtk":
-        monkeypatch.setattr(casting, "backend", lambda: Locator)
+        monkeypatch.setattr(casting, "has_embree", lambda: False)
     return request.param
 
 
@@ -222,7 +221,7 @@ def test_long_work_is_told_and_interrupted_work_leaves_nothing(monkeypatch):
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(sampling, "_is_near_others", interrupt)
+        patch.setattr(sampling, "_estimate", interrupt)
         with pytest.raises(KeyboardInterrupt):
             seen.sky  # noqa: B018
     assert (seen.rays, seen.seconds) == (0, 0.0)

@@ -5,8 +5,8 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.rays import casting
-from pvphong.rays.casting import BlockingFaces, Caster, Locator, Occluders, has_embree
+from pvphong.rays import casting, visibility
+from pvphong.rays.casting import BlockingFaces, Caster, Occluders, has_embree
 from pvphong.rays.rays import Targets
 
 BACKENDS = ["vtk", *["embree"] * has_embree()]
@@ -15,7 +15,7 @@ BACKENDS = ["vtk", *["embree"] * has_embree()]
 @pytest.fixture(params=BACKENDS, autouse=True)
 def backend(request, monkeypatch):
     if request.param == "vtk":
-        monkeypatch.setattr(casting, "backend", lambda: Locator)
+        monkeypatch.setattr(casting, "has_embree", lambda: False)
     return request.param
 
 
@@ -113,14 +113,16 @@ def test_rays_in_pieces_are_the_same_rays(monkeypatch):
     np.testing.assert_array_equal(caster(ball()).blocked(*given), whole)
 
 
-def test_without_embree_it_is_said_once_and_only_where_it_matters(monkeypatch):
-    casting._warn_once.cache_clear()
-    casting.warn_if_slow(10**6)
-    monkeypatch.setattr(casting, "has_embree", lambda: False)
-    casting.warn_if_slow(100)
-    with pytest.warns(casting.SlowRaysWarning, match=r"pvphong\[rays\]"):
-        casting.warn_if_slow(10**6)
-    casting.warn_if_slow(10**6)  # a warning would be an error
+def test_without_embree_it_is_said_once_and_only_where_it_matters(monkeypatch, backend):
+    casting.warn_of_slow_rays.cache_clear()
+    monkeypatch.setattr(visibility, "_WORTH_A_WARNING", 100)
+    monkeypatch.setattr(visibility, "has_embree", lambda: backend == "embree")
+    pv.Plane(i_resolution=3).phong.visibility([ph.DirectionalLight()]).per_light.sum()
+    seen = pv.Plane().phong.visibility([ph.DirectionalLight()])
+    if backend == "vtk":
+        with pytest.warns(casting.SlowRaysWarning, match=r"pvphong\[rays\]"):
+            seen.per_light.sum()
+    assert seen.sky.all()  # a warning would be an error
 
 
 def test_more_triangles_than_fit_into_memory_are_refused_before_any_is_read(monkeypatch):

@@ -24,7 +24,7 @@ SUN = ph.DirectionalLight(direction=(0, 0, -1))
 @pytest.fixture(params=["vtk", *["embree"] * has_embree()], autouse=True)
 def _backend(request: Any, monkeypatch: Any) -> None:
     if request.param == "vtk":
-        monkeypatch.setattr(casting, "backend", lambda: Locator)
+        monkeypatch.setattr(casting, "has_embree", lambda: False)
 
 
 def floor(cells: int = 30, **where: Any) -> pv.PolyData:

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from pvphong.base.types import Float64Array, Vector, VectorLike
-from pvphong.base.vectors import unit_vector
+from pvphong.base import check
+from pvphong.base.types import Float64Array, VectorLike
 from pvphong.optics.area.disk import disk_highlight, disk_irradiance
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.light import Integral, Light
 from pvphong.optics.lights.sized import Flat
-from pvphong.optics.roles import aim, length, place, switch
+from pvphong.optics.roles import Role, aim, length, meaning, place
 
 
 @dataclass(frozen=True)
@@ -46,23 +46,7 @@ class DiskLight(Flat, Light):
     position: VectorLike = place()
     direction: VectorLike = aim()
     radius: float = length(1.0, "radius", "A light without a size is a PointLight with attenuation=(0, 0, 1).")
-    two_sided: bool = switch(False)
-
-    @property
-    def center(self) -> Vector:
-        """Its position."""
-        x, y, z = self.position
-        return x, y, z
-
-    @property
-    def normal(self) -> Vector:
-        """Its direction."""
-        return unit_vector(self.direction)
-
-    @property
-    def reach_radius(self) -> float:
-        """Its own."""
-        return self.radius
+    two_sided: bool = meaning(Role(check.flag), False)
 
     def spots(self, count: int) -> Float64Array:
         """The nodes' places, on a spiral in golden angles (Vogel 1979)."""

@@ -11,15 +11,16 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from pvphong.base.types import Float64Array, Vector, VectorLike
+from pvphong.base import check
+from pvphong.base.types import Float64Array, Vector, VectorLike, rgb
 from pvphong.base.vectors import unit_vector
 from pvphong.geometry.extent import ROUNDED_UP, Extent
 from pvphong.optics.area.harmonics import energies, moments, moments_left, sky, sky_numbers
 from pvphong.optics.area.lobes import CosinePower
-from pvphong.optics.light import Arrival, Integral, Light, Reach
+from pvphong.optics.light import Integral, Light, Reach
 from pvphong.optics.lights.directional import DirectionalLight
-from pvphong.optics.panorama import Panorama, checked, directions, panorama, row_areas
-from pvphong.optics.roles import Role, imaged, turned, upward
+from pvphong.optics.panorama import Panorama, checked, directions, row_areas
+from pvphong.optics.roles import Role, Turn, Up, meaning
 
 SKY = "sky"
 """The plan's effect."""
@@ -71,16 +72,17 @@ class EnvironmentLight(Light):
         numbers; the message names the field.
     """
 
-    image: Any = imaged(1.0, checked)
-    up: VectorLike = upward()
-    rotation: float = turned()
+    image: Any = meaning(Role(checked), 1.0)
+    up: VectorLike = meaning(Up(check.direction), (0.0, 1.0, 0.0))
+    rotation: float = meaning(Turn(check.number, "rotation"), 0.0)
 
     is_even: ClassVar[bool] = True
 
     @cached_property
     def panorama(self) -> Panorama:
         """Its image; that of one colour has one texel."""
-        return panorama(self.image)
+        image = self.image
+        return image if isinstance(image, Panorama) else Panorama.of("image", np.full((1, 1, 3), rgb(image)))
 
     @cached_property
     def axes(self) -> Float64Array:
@@ -103,10 +105,6 @@ class EnvironmentLight(Light):
         return moved
 
     # -- what arrives
-
-    def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
-        """Light from where it is brightest on average, and as strong as its `ambient` is."""
-        return self.stand_in.arrival(points, real)
 
     @cached_property
     def stand_in(self) -> DirectionalLight:
@@ -141,23 +139,19 @@ class EnvironmentLight(Light):
     def left_out(self, form: CosinePower, bands: int) -> float:
         """The sum of what the bands from this one on add at most; with all of them, by the energy of the others."""
         if bands < self.bands:
-            return float(self._strengths(form)[:, bands:].sum(axis=1).max()) * self.panorama.largest * ROUNDED_UP
+            kept, orders = self.panorama.harmonics, np.arange(self.bands)
+            factors = 2.0 * np.abs(moments(form.power, self.bands)) * np.sqrt((2.0 * orders + 1.0) / (4.0 * math.pi))
+            most = factors * np.sqrt(energies(kept))  # that each band of each channel adds
+            return float(most[:, bands:].sum(axis=1).max()) * self.panorama.largest * ROUNDED_UP
         if self.bands == 1:
             return 0.0
         energy = np.maximum(self.panorama.energy - energies(self.panorama.harmonics).sum(axis=1), 0.0).max()
         return float(math.sqrt(energy / math.pi) * moments_left(form.power, self.bands) * self.panorama.largest)
 
-    def _strengths(self, form: CosinePower) -> Float64Array:
-        """The most that each band of each channel adds, shape (3, bands)."""
-        kept = self.panorama.harmonics
-        bands = np.arange(kept.shape[1])
-        factors = 2.0 * np.abs(moments(form.power, len(bands))) * np.sqrt((2.0 * bands + 1.0) / (4.0 * math.pi))
-        return np.asarray(factors * np.sqrt(energies(kept)))
-
     def tints(self, bands: int | None = None) -> tuple[tuple[Vector, Light], ...]:
         """Its channels, or just one where they are the same but for a factor."""
         image, most = self.panorama, min(bands or self.bands, self.bands)
-        if image.is_grey:
+        if (image.image == image.image[..., :1]).all():
             return (((1.0, 1.0, 1.0), SkyChannel(source=self, channel=0, most=most)),)
         if image.is_even:
             red, green, blue = image.image[0, 0].tolist()
@@ -203,20 +197,16 @@ class SkyChannel(Light):
         """The image blurred by the lobe, times the share of the lobe above the horizon."""
         return Integral(sky, (0.0, 0.0, 0.0), math.inf, _sky_of(self, form))
 
-    def _weighted(self, form: CosinePower) -> Float64Array:
-        """Coefficients of what a lobe makes of it, without those of the last bands that are nothing."""
-        image = self.source.panorama
-        factors = 2.0 * moments(form.power, self.most)[:, None, None]
-        weighted = factors * image.harmonics[self.channel, : self.most, : self.most]
-        sizes = np.abs(weighted).max(axis=(1, 2))
-        last = np.flatnonzero(sizes > _NOTHING * sizes.max(initial=0.0)).max(initial=0)
-        return np.asarray(weighted[: last + 1, : last + 1] * image.largest)
-
 
 @lru_cache(maxsize=32)
 def _sky_of(channel: SkyChannel, form: CosinePower) -> tuple[float, ...]:
+    """The numbers of what a lobe makes of it, without the last bands where they are nothing."""
+    image, most = channel.source.panorama, channel.most
+    weighted = 2.0 * moments(form.power, most)[:, None, None] * image.harmonics[channel.channel, :most, :most]
+    sizes = np.abs(weighted).max(axis=(1, 2))
+    end = 1 + np.flatnonzero(sizes > _NOTHING * sizes.max(initial=0.0)).max(initial=0)
     hiding = form.power if form.around == "mirror" else None
-    return sky_numbers(channel.source.axes, channel._weighted(form), hiding)
+    return sky_numbers(channel.source.axes, np.asarray(weighted[:end, :end] * image.largest), hiding)
 
 
 @lru_cache(maxsize=32)

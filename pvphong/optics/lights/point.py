@@ -11,11 +11,11 @@ import numpy as np
 
 from pvphong.base.types import Vector, VectorLike
 from pvphong.geometry.extent import ROUNDED_UP, Extent
+from pvphong.optics.attenuation import COEFFICIENTS, NONE, attenuate, strength_at, strongest
 from pvphong.optics.attenuation import EFFECT as ATTENUATION_EFFECT
-from pvphong.optics.attenuation import NONE, attenuate, coefficients, strength_at, strongest
 from pvphong.optics.light import POSITION_EFFECT, Light, Placement, Reach, StandIn, VtkValues
 from pvphong.optics.lights.directional import DirectionalLight
-from pvphong.optics.roles import place
+from pvphong.optics.roles import meaning, place
 
 _POSITION = frozenset({POSITION_EFFECT})
 
@@ -99,7 +99,7 @@ class PointLight(Weakening, Light):
     """
 
     position: VectorLike = place()
-    attenuation: VectorLike = coefficients()
+    attenuation: VectorLike = meaning(COEFFICIENTS, NONE)
 
     @property
     def placement(self) -> Placement:

@@ -15,7 +15,7 @@ from pvphong.base.vectors import unit_vector
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.light import Integral, Light
 from pvphong.optics.lights.sized import Flat, lattice, over_polygon
-from pvphong.optics.roles import cornered, switch
+from pvphong.optics.roles import Corners, Role, meaning
 
 _SQUARE = ((-0.5, -0.5, 0.0), (-0.5, 0.5, 0.0), (0.5, 0.5, 0.0), (0.5, -0.5, 0.0))
 _ALLOWED = "three or more points in a plane, whose sides do not cross"
@@ -68,8 +68,8 @@ class PolygonLight(Flat, Light):
         If a field is out of range; the message names the field.
     """
 
-    corners: Any = cornered(_SQUARE, _checked)
-    two_sided: bool = switch(False)
+    corners: Any = meaning(Corners(_checked, "position"), _SQUARE)
+    two_sided: bool = meaning(Role(check.flag), False)
 
     @cached_property
     def _points(self) -> Float64Array:
@@ -94,21 +94,6 @@ class PolygonLight(Flat, Light):
         """The normal by the right-hand rule around its corners."""
         return unit_vector(_vector_area(self._points - self._points[0]).tolist())
 
-    @cached_property
-    def _offsets(self) -> Float64Array:
-        """The offsets of its corners from its middle, shape (k, 3)."""
-        return self._points - np.array(self.center)
-
-    @cached_property
-    def reach_radius(self) -> float:
-        """The distance of its farthest corner."""
-        return float(np.linalg.norm(self._offsets, axis=1).max())
-
-    @cached_property
-    def area(self) -> float:
-        """The sum of its triangles'."""
-        return float(_areas(self.triangles).sum())
-
     @property
     def outline(self) -> Float64Array:
         """Its corners."""
@@ -129,7 +114,8 @@ class PolygonLight(Flat, Light):
 
     def closed(self, form: CosinePower) -> Integral:
         """Along its sides."""
-        return over_polygon(form, self.center, self.normal, self.two_sided, self.area, self._offsets)
+        area = float(_areas(self.triangles).sum())
+        return over_polygon(form, self.center, self.normal, self.two_sided, area, self._points - np.array(self.center))
 
 
 def _vector_area(offsets: Float64Array) -> Float64Array:

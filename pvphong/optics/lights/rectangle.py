@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from pvphong.base.types import Float64Array, Vector, VectorLike
+from pvphong.base import check
+from pvphong.base.types import Float64Array, VectorLike
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.light import Integral, Light
 from pvphong.optics.lights.sized import Flat, lattice, over_polygon
-from pvphong.optics.roles import aim, length, place, switch, upward
+from pvphong.optics.roles import Role, Up, aim, length, meaning, place
 
 # Sine of the least angle between `up` and the normal for which it counts.
 _LEAST = 1e-9
@@ -50,21 +50,10 @@ class RectangleLight(Flat, Light):
 
     position: VectorLike = place()
     direction: VectorLike = aim()
-    up: VectorLike = upward()
+    up: VectorLike = meaning(Up(check.direction), (0.0, 1.0, 0.0))
     width: float = length(1.0, "width", share=0.5)
     height: float = length(1.0, "height", share=0.5, axis=1)
-    two_sided: bool = switch(False)
-
-    @property
-    def center(self) -> Vector:
-        """Its position."""
-        x, y, z = self.position
-        return x, y, z
-
-    @cached_property
-    def normal(self) -> Vector:
-        """Its direction."""
-        return unit_vector(self.direction)
+    two_sided: bool = meaning(Role(check.flag), False)
 
     @cached_property
     def axes(self) -> Float64Array:
@@ -88,16 +77,6 @@ class RectangleLight(Flat, Light):
         return np.stack([-width - height, height - width, width + height, width - height])
 
     @property
-    def reach_radius(self) -> float:
-        """Half its diagonal."""
-        return 0.5 * math.hypot(self.width, self.height)
-
-    @property
-    def area(self) -> float:
-        """Width times height."""
-        return self.width * self.height
-
-    @property
     def outline(self) -> Float64Array:
         """Its corners."""
         return np.array(self.position) + self.corners
@@ -108,4 +87,4 @@ class RectangleLight(Flat, Light):
 
     def closed(self, form: CosinePower) -> Integral:
         """Along its sides."""
-        return over_polygon(form, self.center, self.normal, self.two_sided, self.area, self.corners)
+        return over_polygon(form, self.center, self.normal, self.two_sided, self.width * self.height, self.corners)

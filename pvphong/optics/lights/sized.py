@@ -9,19 +9,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from pvphong.base.types import Float64Array, Vector
-from pvphong.base.vectors import directions_to, dot
+from pvphong.base.vectors import directions_to, dot, unit_vector
 from pvphong.geometry.extent import ROUNDED_UP, Extent, Sight
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.area.polygon import polygon_highlight, polygon_irradiance
 from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate, strength_at
 from pvphong.optics.light import (
     NODES,
-    POSITION_EFFECT,
     SIZE_EFFECT,
     Arrival,
     Integral,
@@ -31,8 +31,6 @@ from pvphong.optics.light import (
 )
 from pvphong.optics.lights.point import parallel_at
 from pvphong.optics.lights.spot import SpotLight
-
-EFFECTS = frozenset({POSITION_EFFECT, SIZE_EFFECT})
 
 # VTK has no cone of 90°.
 _NEARLY_90 = 89.999
@@ -134,26 +132,30 @@ def over_polygon(
 class Flat:
     """A light with a front, and perhaps a back, that glow like Lambertian surfaces. For kinds of `Light`."""
 
+    position: Any
+    direction: Any
     two_sided: Any
+    outline: Any
 
-    @property
+    @cached_property
     def center(self) -> Vector:
-        """The middle of its area."""
-        raise NotImplementedError  # pragma: no cover every kind has its own
+        """The middle of its area: its position, where it has one."""
+        x, y, z = self.position
+        return x, y, z
 
-    @property
+    @cached_property
     def normal(self) -> Vector:
-        """Unit vector off its front."""
-        raise NotImplementedError  # pragma: no cover
+        """Unit vector off its front: its direction, where it has one."""
+        return unit_vector(self.direction)
 
-    @property
+    @cached_property
     def reach_radius(self) -> float:
         """The radius of a sphere around its middle that holds it."""
-        raise NotImplementedError  # pragma: no cover
+        return float(np.linalg.norm(self.outline - np.array(self.center), axis=1).max()) * ROUNDED_UP
 
     def spots(self, count: int) -> Float64Array:
         """Points evenly spread over it, shape (count, 3); one is its middle."""
-        raise NotImplementedError  # pragma: no cover
+        raise NotImplementedError  # pragma: no cover every kind has its own
 
     def nodes(self, count: int) -> tuple[SpotLight, ...]:
         """Spot lights of 90° with the exponent 1, evenly spread; on two sides, pairs of them."""
@@ -172,11 +174,6 @@ class Flat:
         cosine = -dot(np.array(self.normal, real)[:, None], to_light) * inverse
         shown = np.abs(cosine) if self.two_sided else np.maximum(cosine, real(0.0))
         return Arrival(to_light, attenuate(distance, INVERSE_SQUARE) * shown, inverse)
-
-    @property
-    def effects(self) -> frozenset[str]:
-        """Its position, and its size."""
-        return EFFECTS
 
     @property
     def stand_in(self) -> SpotLight:

@@ -8,14 +8,14 @@ from functools import cache, lru_cache
 
 import numpy as np
 
-from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
+from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.geometry.extent import Extent
 from pvphong.optics.area.disk import sphere_highlight, sphere_irradiance
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.attenuation import INVERSE_SQUARE
 from pvphong.optics.light import SIZE_EFFECT, Integral, Light, Reach, StandIn
 from pvphong.optics.lights.point import PointLight, parallel_at
-from pvphong.optics.lights.sized import EFFECTS, as_point, reach_within
+from pvphong.optics.lights.sized import as_point, reach_within
 from pvphong.optics.roles import length, place
 
 
@@ -62,11 +62,6 @@ class SphereLight(Light):
         formula = sphere_irradiance if form.around == "normal" else sphere_highlight
         return Integral(formula, self._center, self.radius, (self.radius,))
 
-    @property
-    def effects(self) -> frozenset[str]:
-        """Its position, and its size."""
-        return EFFECTS
-
     def reach(self, extent: Extent) -> Reach:
         """Its surface may be as near as that; it is seen as far off as its edge is."""
         return reach_within(self._center, self.radius, extent)
@@ -108,15 +103,10 @@ def _ball(count: int) -> Float64Array:
     level = np.sqrt(1.0 - height * height)
     directions = np.stack([level * np.cos(around), level * np.sin(around), height], axis=1)
     shares = (k * math.sqrt(2.0) + 0.5) % 1.0
-    half = directions * np.sin(_angles(shares))[:, None]
-    return np.concatenate([half, -half, np.zeros((count % 2, 3))])
-
-
-def _angles(shares: FloatArray) -> FloatArray:
-    """The t in [0, π/2] with (2t − sin 2t)/π equal to each share, by halving: it grows with t."""
-    low, high = np.zeros_like(shares), np.full_like(shares, math.pi / 2)
-    for _ in range(53):
+    low, high = np.zeros(pairs), np.full(pairs, math.pi / 2)
+    for _ in range(53):  # halves the range of the t with (2t − sin 2t)/π equal to each share: it grows with t
         middle = 0.5 * (low + high)
         is_low = (2.0 * middle - np.sin(2.0 * middle)) / math.pi < shares
         low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)
-    return low
+    half = directions * np.sin(low)[:, None]
+    return np.concatenate([half, -half, np.zeros((count % 2, 3))])

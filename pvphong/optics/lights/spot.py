@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Self
 
+from pvphong.base import check
 from pvphong.base.formulas import BRIGHTEST, ONE, TWO, ZERO, Power, add, formula, square, where
 from pvphong.base.types import Vector, VectorLike
 from pvphong.base.vectors import angle_between, moderate_vector
 from pvphong.geometry.extent import Extent
-from pvphong.optics.attenuation import coefficients, strongest
+from pvphong.optics.attenuation import COEFFICIENTS, NONE, strongest
 from pvphong.optics.light import Light, Placement, StandIn, VtkValues
 from pvphong.optics.lights.point import PointLight, Weakening
-from pvphong.optics.roles import aim, angle, direction_from, place, power
+from pvphong.optics.roles import Power as FalloffPower
+from pvphong.optics.roles import aim, angle, direction_from, meaning, place
 
 CONE = "cone"
 """The plan's effect."""
@@ -67,8 +69,8 @@ class SpotLight(Weakening, Light):
     position: VectorLike = place()
     direction: VectorLike = aim()
     cone_angle: float = angle(30.0, "cone", above=0.0, at_most=90.0, remedy=_HALF)
-    exponent: float = power(1.0)
-    attenuation: VectorLike = coefficients()
+    exponent: float = meaning(FalloffPower(partial(check.number, at_least=0.0)), 1.0)
+    attenuation: VectorLike = meaning(COEFFICIENTS, NONE)
 
     @classmethod
     def at(cls, position: VectorLike, *, target: VectorLike, **fields: Any) -> Self:
@@ -95,17 +97,13 @@ class SpotLight(Weakening, Light):
         return x * inverse_length, y * inverse_length, z * inverse_length
 
     @property
-    def _edge(self) -> float:
-        """The chord's square at the cone's edge."""
-        return 2.0 if self.cone_angle == 90.0 else 4.0 * math.sin(math.radians(self.cone_angle) / 2.0) ** 2
-
-    @property
     def placement(self) -> Placement:
         """A point light's, and the falloff off the axis."""
         (x, y, z), (c, l, q) = self.position, self.attenuation
         # beyond it, strength would be cut off before the falloff brings it down again
         most_gain = BRIGHTEST * (c or 1.0) if self.exponent else math.inf
-        own = (*self.axis, self._edge)
+        edge = 2.0 if self.cone_angle == 90.0 else 4.0 * math.sin(math.radians(self.cone_angle) / 2.0) ** 2
+        own = (*self.axis, edge)
         return Placement((x, y, z), (c, l, q), _in_cone, Power(self.exponent), own, most_gain)
 
     @cached_property

@@ -36,6 +36,7 @@ from pvphong.base.formulas import (
     where,
 )
 from pvphong.base.types import Color, rgb
+from pvphong.base.vectors import unit
 from pvphong.geometry.extent import ROUNDED_UP
 from pvphong.optics.reflectance import (
     ANYWHERE,
@@ -69,11 +70,6 @@ def _mirror_square(at: Geometry) -> Any:
 
 
 @formula
-def _mirror_chord(n: Any, l: Any, v: Any) -> Any:
-    return subtract(subtract(times(n, TWO * dot(n, l)), l), v)
-
-
-@formula
 def _halfway_square(at: Geometry) -> Any:
     """|C|² for C = h − n, n·h = 1 − ½|C|²; 2 where l = −v and there is no h."""
     h = times(add(at.l, at.v), like(at.n_l, _LARGER))
@@ -83,31 +79,15 @@ def _halfway_square(at: Geometry) -> Any:
 
 
 @formula
-def _halfway_chord(n: Any, l: Any, v: Any) -> Any:
-    h = add(l, v)
-    return subtract(times(h, inverse_length(square(h))), n)
-
-
-@formula
 def _back_square(at: Geometry) -> Any:
     """|C|² for C = l − v, l·v = 1 − ½|C|²."""
     return square(subtract(at.l, at.v))
 
 
 @formula
-def _back_chord(n: Any, l: Any, v: Any) -> Any:  # noqa: ARG001 for any normal
-    return subtract(l, v)
-
-
-@formula
 def _normal_square(at: Geometry) -> Any:
     """|C|² for C = l − n, n·l = 1 − ½|C|²."""
     return square(subtract(at.l, times(at.n, at.scale)))
-
-
-@formula
-def _normal_chord(n: Any, l: Any, v: Any) -> Any:  # noqa: ARG001 for any viewer
-    return subtract(l, n)
 
 
 def largest_halfway(line: Sightline) -> float:
@@ -123,18 +103,23 @@ def largest_halfway(line: Sightline) -> float:
 
 MIRROR = Peak(
     _mirror_square,
-    _mirror_chord,
+    lambda n, l, v: 2.0 * dot(n, l) * n - l - v,
     lambda line: 2.0 * math.cos(line.theta) * max(math.cos(line.phi), 0.0) - math.cos(line.psi),
 )
 """Where the viewer is in the direction r = 2(n·l)n − l in which light is mirrored: r·v = 2(n·l)(n·v) − l·v."""
 
-HALFWAY = Peak(_halfway_square, _halfway_chord, largest_halfway, lambda psi: 0.5 / max(math.cos(0.5 * psi), 1e-6))
+HALFWAY = Peak(
+    _halfway_square,
+    lambda n, l, v: unit(l + v)[0] - n,
+    largest_halfway,
+    lambda psi: 0.5 / max(math.cos(0.5 * psi), 1e-6),
+)
 """Where the half-way direction h = (l + v)/|l + v| is n. It is the middle of the arc from l to v."""
 
-BACK = Peak(_back_square, _back_chord, lambda _: 1.0)
+BACK = Peak(_back_square, lambda _, l, v: l - v, lambda _: 1.0)
 """Where the viewer is beside the light. Nothing is known of the least angle between them."""
 
-NORMAL = Peak(_normal_square, _normal_chord, lambda line: math.cos(line.theta))
+NORMAL = Peak(_normal_square, lambda n, l, _: l - n, lambda line: math.cos(line.theta))
 """Where light falls along the normal."""
 
 

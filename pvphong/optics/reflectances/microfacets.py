@@ -74,6 +74,9 @@ class Facets(NamedTuple):
     least: float = 0.0
     """The denominator in D is taken to be at least this."""
 
+    fade: float = 1.0
+    """The t of a `faded` base: how much less of it is left where light grazes the facets."""
+
 
 @formula
 def _cosines(own: Any, at: Geometry) -> Any:
@@ -137,9 +140,6 @@ class Microfacets(Reflectance):
     maps: ClassVar[frozenset[str]] = frozenset({"roughness"})
     peak: ClassVar = HALFWAY
 
-    fade = 1.0
-    """The t of a `faded` base: how much less of it is left where light grazes the facets."""
-
     def __post_init__(self) -> None:
         remedy = "0.1 is polished, 0.5 satin, 1 matt."
         roughness = check.number("roughness", self.roughness, above=0.0, at_most=1.0, remedy=remedy)
@@ -177,7 +177,7 @@ class Microfacets(Reflectance):
         """The density D at the largest n·h; K is at most 1/(2β)."""
         if lobe == 0:
             return 1.0 if self._is_faded else 1.15
-        alpha, beta, floor, least = self.facets
+        alpha, beta, floor, least, _ = self.facets
         if sightline.theta >= math.pi / 2 and not floor:
             return 0.0
         sine = max(1.0 - max(largest_halfway(sightline) * ROUNDED_UP, 0.0) ** 2, 0.0)
@@ -199,8 +199,8 @@ class Microfacets(Reflectance):
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:
         """α, α², 1 − α², β², 1 − β², where cosines and D's denominator are cut off, and t."""
-        alpha, beta, floor, least = self.facets_of(maps.get("roughness", self.roughness))
-        return alpha, alpha * alpha, 1.0 - alpha * alpha, beta * beta, 1.0 - beta * beta, floor, least, self.fade
+        alpha, beta, floor, least, fade = self.facets_of(maps.get("roughness", self.roughness))
+        return alpha, alpha * alpha, 1.0 - alpha * alpha, beta * beta, 1.0 - beta * beta, floor, least, fade
 
 
 def alpha_of(roughness: Any) -> Any:

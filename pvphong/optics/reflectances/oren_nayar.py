@@ -48,15 +48,11 @@ class OrenNayar(Reflectance):
 
     sigma: float
 
+    lobes = (Lobe("diffuse", takes_albedo=True, needs_viewer=True),)
     factors = staticmethod(_rough_diffuse)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sigma", check.number("sigma", self.sigma, at_least=0.0, at_most=90.0))
-
-    @property
-    def lobes(self) -> tuple[Lobe, ...]:
-        """Its own."""
-        return (Lobe("diffuse", takes_albedo=True, needs_viewer=True),)
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[float, float]:  # noqa: ARG002 it has no maps
         """The coefficients A and B."""

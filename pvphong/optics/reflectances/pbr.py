@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -71,7 +71,7 @@ class PBR(Microfacets):
 
     def in_vtk(self) -> PBR:
         """As the shader has it; for that it must have its colour."""
-        return _Shaded(self.metallic, self.roughness)
+        return _Shaded(**asdict(self))
 
     def facets_of(self, roughness: Any) -> Facets:
         """D has the square of the roughness, the masking the roughness itself."""
@@ -102,15 +102,11 @@ class _Colored(PBR):
 
     scale: ClassVar[float] = 1.0
 
-    def in_vtk(self) -> PBR:
-        """VTK's form, with its colour."""
-        return _Shaded(self.metallic, self.roughness, self.color)
-
-    @property
-    def fade(self) -> float:
-        """1 − (1 − F₉₀)/(1 − F₀), for (1 − F₀)(1 − tS) to be 1 − F, in the brightest channel."""
+    def facets_of(self, roughness: Any) -> Facets:
+        """With t = 1 − (1 − F₉₀)/(1 − F₀), for (1 − F₀)(1 − tS) to be 1 − F, in the brightest channel."""
         f0, f90 = fresnel_ends(self.metallic, np.array(self.color))
-        return float((f90 - f0.max()) / (1.0 - f0.max())) if f90 < 1.0 else 1.0
+        top = float(f0.max())
+        return super().facets_of(roughness)._replace(fade=(float(f90) - top) / (1.0 - top) if f90 < 1.0 else 1.0)
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from pvphong.base.formulas import ZERO, formula, maximum, square, where
-from pvphong.optics.area.lobes import CosinePower
-from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, LAMBERT, Geometry, Lobe, Reflectance, Sightline
+from pvphong.base.formulas import ZERO, formula, like, maximum, square, where
+from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, LAMBERT, Geometry, Reflectance, Sightline
 from pvphong.optics.reflectances.highlight import NORMAL, Shiny
 from pvphong.optics.reflectances.phong import Phong
 
@@ -26,10 +24,10 @@ def vtk_reflectance(shininess: float, *, is_headlight: bool) -> Reflectance:
 
 
 @formula
-def _headlight(own: Any, at: Geometry, highlight: Any) -> Any:
+def _headlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 any reflectance's
     """max(n·l, floor) and a highlight, but 0 where there is no normal: the floor is not for that."""
     is_there = square(at.n) > ZERO
-    return where(is_there, maximum(at.n_l, own[0]), ZERO), where(is_there, highlight, ZERO)
+    return where(is_there, maximum(at.n_l, like(at.n_l, _HEADLIGHT_FLOOR)), ZERO), where(is_there, highlight, ZERO)
 
 
 @dataclass(frozen=True)
@@ -44,24 +42,12 @@ class VtkHeadlight(Shiny):
 
     shininess: float | None = None
 
+    lobes = LAMBERT, HIGHLIGHT._replace(needs_viewer=False)
+    forms = None, None  # both have a floor
     floor = _HEADLIGHT_FLOOR
     peak: ClassVar = NORMAL
     factors = staticmethod(_headlight)
 
-    @property
-    def lobes(self) -> tuple[Lobe, ...]:
-        """Neither needs the viewer."""
-        return LAMBERT, HIGHLIGHT._replace(needs_viewer=False)
-
-    @property
-    def forms(self) -> tuple[CosinePower | None, ...]:
-        """None: both have a floor."""
-        return None, None
-
     def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
         """Its highlight does not end at the horizon."""
         return self.largest_power(sightline) if lobe else 1.0
-
-    def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:  # noqa: ARG002 no maps in VTK
-        """The floor."""
-        return (self.floor,)

@@ -26,7 +26,7 @@ from pvphong.base.formulas import (
     where,
 )
 from pvphong.geometry.extent import ROUNDED_UP
-from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, LAMBERT, Geometry, Lobe, Reflectance, Sightline
+from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, LAMBERT, Geometry, Reflectance, Sightline
 from pvphong.optics.reflectances.highlight import HALFWAY, largest_halfway
 
 _LEAST_HEIGHT = 1e-3
@@ -82,17 +82,13 @@ class Ward(Reflectance):
 
     needs: ClassVar[frozenset[str]] = frozenset({"tangents"})
     maps: ClassVar[frozenset[str]] = frozenset({"specular"})
+    lobes = LAMBERT, HIGHLIGHT
     peak: ClassVar = HALFWAY
     factors = staticmethod(_gloss)
 
     def __post_init__(self) -> None:
         for name in ("alpha_x", "alpha_y"):
             object.__setattr__(self, name, check.number(name, getattr(self, name), above=0.0, at_most=1.0))
-
-    @property
-    def lobes(self) -> tuple[Lobe, ...]:
-        """Lambert's, and the highlight."""
-        return LAMBERT, HIGHLIGHT
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:  # noqa: ARG002 no field has a map
         """1/α_x and 1/α_y."""

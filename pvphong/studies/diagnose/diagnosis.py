@@ -510,7 +510,7 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
 
 def _valid_faces(source: pv.PolyData, points: FloatArray) -> tuple[int, IntArray, Faces]:
     """How many faces there are, and the numbers and the corners of those whose indices are points."""
-    connectivity, offsets = unchecked_polygons(source)
+    connectivity, offsets = (np.array(each, np.int64) for each in unchecked_polygons(source))
     sizes = np.diff(offsets)
     in_range = (connectivity >= 0) & (connectivity < len(points))
     if in_range.all():

@@ -120,9 +120,7 @@ class Drawing:
         if self.view.is_ahead(point):
             along, across = np.array([0.8, 0.6]), 0.12 * np.array([-0.6, 0.8])
             bar = np.array([-along - across, along - across, along + across, across - along])
-            middle = self.view.project(point)
-            self._area(middle + _grown(14.0 * bar, 1.5), DARK_EDGE)
-            self._area(middle + 14.0 * bar, _WHITE)
+            self._area(self.view.project(point) + 14.0 * bar, _WHITE, DARK_EDGE, 2.1)
 
     def arrow_out_of_sight(self, point: Float64Array) -> None:
         """Where a point of the world is out of sight, an arrow towards it at the edge of the subplot."""
@@ -133,8 +131,7 @@ class Drawing:
         ahead, side = np.array([along, up]), np.array([-up, along])
         tip = np.array([x, y]) + 8.0 * ahead
         arrow = np.array([tip, tip - 18.0 * ahead + 8.0 * side, tip - 18.0 * ahead - 8.0 * side])
-        self._area(_grown(arrow, 2.0), self.edge)
-        self._area(arrow, self.color)
+        self._area(arrow, self.color, self.edge, 2.8)
 
     def icon(self, point: Float64Array, shape: str, along: Float64Array | None = None) -> None:
         """A sun, a bulb, or a lamp that shines along a direction of the world."""
@@ -146,10 +143,9 @@ class Drawing:
             side = np.array([-ahead[1], ahead[0]])
             mouth, back = middle + 10.0 * ahead, middle - 7.0 * ahead
             shade = np.array([back + 4.0 * side, mouth + 9.0 * side, mouth - 9.0 * side, back - 4.0 * side])
-            self._area(_grown(shade, 1.5), self.edge)
-            self._area(shade, self.color)
+            self._area(shade, self.color, self.edge, 2.1)
             return
-        self._disc(middle, 6.0, self.color)
+        self._area(middle + 6.0 * _CIRCLE[:-1], self.color, self.edge)
         if shape == "bulb":
             self._add_lines(middle + 10.0 * _CHORDS, 1.0)
         else:
@@ -162,8 +158,8 @@ class Drawing:
             return
         middle = self.view.project(point)
         if hovered:
-            self._disc(middle, 9.0, _WHITE)
-        self._disc(middle, 6.0 if hovered else 5.0, self.color)
+            self._area(middle + 9.0 * _CIRCLE[:-1], _WHITE, self.edge)
+        self._area(middle + (6.0 if hovered else 5.0) * _CIRCLE[:-1], self.color, self.edge)
 
     def ring(self, point: Float64Array, *, hovered: bool = False) -> None:
         """A ring to grab, with what is inside left to be seen; hovered: with a white one around it."""
@@ -179,22 +175,16 @@ class Drawing:
         length = float(np.hypot(*motion))
         return motion / length if length > 1.0 else np.array([0.0, -1.0])
 
-    def _disc(self, middle: Float64Array, radius: float, color: Vector) -> None:
-        self._area(middle + (radius + 1.5) * _CIRCLE[:-1], self.edge)
-        self._area(middle + radius * _CIRCLE[:-1], color)
-
-    def _area(self, corners: Float64Array, color: Vector) -> None:
-        self.areas.append((corners, _bytes(color)))
+    def _area(self, corners: Float64Array, color: Vector, edge: Vector, wide: float = 1.5) -> None:
+        """A convex polygon with an edge that reaches so many pixels beyond its corners."""
+        away = corners - corners.mean(axis=0)
+        grown = corners + wide * away / np.linalg.norm(away, axis=1, keepdims=True)
+        self.areas += [(grown, _bytes(edge)), (corners, _bytes(color))]
 
     def _add_lines(self, segments: Float64Array, strength: float, color: Vector | None = None) -> None:
         """Weak lines are darker and thin, not transparent: what is behind them would decide whether they are seen."""
         red, green, blue = (0.5 + 0.5 * strength) * np.array(self.color if color is None else color)
         self._lines.append((segments, _bytes((red, green, blue)), strength < _THICK_FROM))
-
-
-def _grown(corners: Float64Array, by: float) -> Float64Array:
-    away = corners - corners.mean(axis=0)
-    return corners + by * away / np.linalg.norm(away, axis=1, keepdims=True) * np.sqrt(2.0)
 
 
 def _bytes(color: Vector) -> ByteArray:

@@ -10,12 +10,11 @@ import numpy as np
 
 from pvphong.base.types import Float64Array, Vector
 from pvphong.optics.light import Light
-from pvphong.scene.viewer import Viewer
 from pvphong.studio.gizmos.drawing import DARK_EDGE, LIGHT_EDGE, Drawing, Overlay, hue
 from pvphong.studio.gizmos.handles import ORIGIN, LightInScene, is_movable, luminance
 from pvphong.studio.gizmos.highlight import SurfacePoint, Surfaces, find_highlight
 from pvphong.studio.gizmos.history import History
-from pvphong.studio.gizmos.view import Scenery, View, vector
+from pvphong.studio.gizmos.view import STANDS_OFF, Scenery, View, vector
 from pvphong.studio.lit_actors import LitActors
 from pvphong.studio.window_lights import RendererLight, WindowLights
 
@@ -92,53 +91,29 @@ class Gizmo:
         """Where the light has its highlight, for an eye."""
         return find_highlight(self.in_scene(view).light, view, self._gizmos.lit.shown)
 
-    def in_scene(self, view: View) -> LightInScene:
+    def in_scene(self, view: View, grabbed: str = "") -> LightInScene:
         """The light in the world, and the scene around it; a headlight is still called one.
 
-        The icon of a light without a place is in front of the scene, or where a drag has left it.
+        The icon of a light without a place is in front of the scene, or where a drag has left it: from when a handle is
+        grabbed it turns around the end that is not, for as long as the scene stays.
         """
-        light, scene = self.renderer_light.light(view.viewer), self._scene(view)
-        scenery = self._held[1] if self._held is not None and self._held[0] == scene else Scenery.around(*scene[:2])
+        light = self.renderer_light.light(view.viewer)
+        center, size = self._gizmos.extent
+        scene = center, size, view.viewer if light.frame == "camera" else None  # the eye, if the light goes along
+        scenery = Scenery(center, size, center, STANDS_OFF * size)
+        if self._held is not None and self._held[0] == scene:
+            scenery = self._held[1]
         placed = light.in_world(view.viewer)
-        return LightInScene(replace(placed, frame="headlight") if light.frame == "headlight" else placed, scenery)
-
-    def hold(self, handle: str, view: View) -> None:
-        """Let a light without a place turn around the end that is not grabbed, for as long as the scene stays."""
-        self._held = self._scene(view), self.in_scene(view).held(handle)
-
-    def _scene(self, view: View) -> tuple[Vector, float, Viewer | None]:
-        """Middle and size of the scene, and the eye if the light goes along with it."""
-        return *self._gizmos.extent, view.viewer if self.renderer_light.light(view.viewer).frame == "camera" else None
+        shown = LightInScene(replace(placed, frame="headlight") if light.frame == "headlight" else placed, scenery)
+        if not grabbed:
+            return shown
+        self._held = scene, shown.held(grabbed)
+        return replace(shown, scenery=self._held[1])
 
     def points(self, view: View, highlight: Vector | None = None) -> dict[str, Float64Array]:
         """The handles' positions, as arrays; with that of a highlight, if there is one."""
         found = self.in_scene(view).points(view)
         return found if highlight is None else found | {HIGHLIGHT: np.array(highlight)}
-
-    def draw(self, drawing: Drawing, highlight: Vector | None, active: str | None, mark: str) -> None:
-        """Add it to a drawing.
-
-        Parameters
-        ----------
-        drawing : Drawing
-            All of the subplot's.
-        highlight : tuple of float, optional
-            Where its highlight is to be shown.
-        active : str, optional
-            The handle that is hovered or dragged.
-        mark : str
-            What stands beside its icon.
-        """
-        shown = self.in_scene(drawing.view)
-        drawing.color, drawing.edge = hue(shown.light), DARK_EDGE if shown.light.on else LIGHT_EDGE
-        shown.draw(drawing, self.is_selected or active is not None)
-        if mark and is_movable(shown.light):
-            drawing.label(shown.origin, mark, 18.0)
-        for name, point in shown.points(drawing.view).items():
-            if name not in ("position", ORIGIN) or active == name:  # an icon is there
-                drawing.handle(point, hovered=name == active)
-        if highlight is not None:
-            drawing.ring(np.array(highlight), hovered=active == HIGHLIGHT)
 
 
 class Gizmos:
@@ -279,7 +254,17 @@ class Gizmos:
             return "solo" if gizmo.renderer_light is soloed else "" if is_on else "off"
 
         for gizmo, highlight in highlights.items():
-            gizmo.draw(drawing, highlight, active[1] if active and active[0] is gizmo else None, mark(gizmo))
+            shown, handle = gizmo.in_scene(view), active[1] if active and active[0] is gizmo else None
+            light = shown.light
+            drawing.color, drawing.edge = hue(light), DARK_EDGE if light.on else LIGHT_EDGE
+            shown.draw(drawing, gizmo.is_selected or handle is not None)
+            if mark(gizmo) and is_movable(light):
+                drawing.label(shown.origin, mark(gizmo), 18.0)
+            for name, point in shown.points(view).items():
+                if name not in ("position", ORIGIN) or handle == name:  # an icon is there
+                    drawing.handle(point, hovered=name == handle)
+            if highlight is not None:
+                drawing.ring(np.array(highlight), hovered=handle == HIGHLIGHT)
         self.overlay.put(drawing)
         has_room = self.overlay.help(help_text if self.shows_help else "", view.size)
         lines = [self.notice, "" if self.shows_help else _HINT]

@@ -500,14 +500,7 @@ class FalloffHandle(Handle):
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
         """The light of which half is left at the cursor's distance."""
         distance = _distance(self, start, cursor)
-        return self.light if distance is None else self._fading_at(distance)
-
-    def _fading_at(self, distance: float) -> Light:
-        """Linear and quadratic coefficient scaled."""
-        if self._half is None:
-            return self.light
-        (constant, linear, quadratic), shrink = self.value, self._half / distance
-        return self.with_value((constant, linear * shrink, quadratic * shrink * shrink))
+        return self.light if distance is None else self.typed({"half left at": distance})
 
     @property
     def numbers(self) -> dict[str, float]:
@@ -515,8 +508,12 @@ class FalloffHandle(Handle):
         return {"half left at": self._half or math.inf}
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Half left there."""
-        return self._fading_at(check.number("half left at", numbers["half left at"], above=0.0))
+        """Half left there: linear and quadratic coefficient scaled."""
+        distance = check.number("half left at", numbers["half left at"], above=0.0)
+        if self._half is None:
+            return self.light
+        (constant, linear, quadratic), shrink = self.value, self._half / distance
+        return self.with_value((constant, linear * shrink, quadratic * shrink * shrink))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
         """Selected: spheres where a half and a 256th of the light is left."""

@@ -49,8 +49,7 @@ class Edit:
     def __init__(self, gizmos: Gizmos, gizmo: Gizmo, handle: str) -> None:
         self.gizmos, self.gizmo, self.handle = gizmos, gizmo, handle
         self.view = gizmos.view
-        gizmo.hold(handle, self.view)
-        self.start = gizmo.in_scene(self.view)
+        self.start = gizmo.in_scene(self.view, grabbed=handle)
         self.before = gizmos.lights.state
         self._own, self._own_state = gizmo.renderer_light.light(self.view.viewer), gizmo.renderer_light.state
 
@@ -238,8 +237,8 @@ class Interaction:
         self._observe(self._widget, "EndInteractionEvent", Interaction._dropped)
         self._observe(gizmos.renderer, "StartEvent", Interaction.update)
         self._observe(interactor, "KeyPressEvent", Interaction._key_pressed, _BEFORE_ALL)
-        self._observe(interactor, "CharEvent", Interaction._character_given, _BEFORE_ALL)
-        self._observe(interactor, "KeyReleaseEvent", Interaction._key_released)
+        self._observe(interactor, "CharEvent", Interaction._press_ended, _BEFORE_ALL)
+        self._observe(interactor, "KeyReleaseEvent", Interaction._press_ended)
         for event in ("MouseMoveEvent", "LeftButtonPressEvent"):
             self._observe(interactor, event, Interaction._pointed, _BEFORE_WIDGET)
         self.update()
@@ -342,7 +341,7 @@ class Interaction:
     def _grabbed(self) -> None:
         """A handle was grabbed: freeze everything that the drag depends on."""
         assert self._nearest is not None
-        self._end_entry(taken=True)
+        self._end(taken=True)  # what was being typed
         self.gizmos.notice = ""
         self.gizmos.select(self._nearest[0])
         drag = Drag(self.gizmos, *self._nearest)
@@ -351,28 +350,34 @@ class Interaction:
 
     def _dragged(self) -> None:
         """The cursor moved with the button down: the light follows the cursor."""
-        if not isinstance(self.edit, Drag):
-            return
-        if not self.edit.is_possible:
-            self._begin(None)
-            return
         interactor = self.gizmos.interactor
-        shift, control = bool(interactor.GetShiftKey()), bool(interactor.GetControlKey())
-        self.edit.move(Cursor(self.gizmos.cursor, shift, control))
+        if isinstance(self.edit, Drag) and self.edit.is_possible:
+            shift, control = bool(interactor.GetShiftKey()), bool(interactor.GetControlKey())
+            self.edit.move(Cursor(self.gizmos.cursor, shift, control))
 
     def _dropped(self) -> None:
         """The button was let go: the drag becomes one step."""
         if isinstance(self.edit, Drag):
-            if self.edit.is_possible:
-                self.gizmos.history.record(self.gizmos.lights, self.edit.before)
-            self._begin(None)
+            self._end(taken=True)
         self.gizmos.render()
+
+    # -- the beginning and the end of an edit
 
     def _begin(self, edit: Drag | Entry | None) -> None:
         self.edit = edit
         self.gizmos.lit.uses_preview_rays = isinstance(edit, Drag)
         if edit is not None:
             self.grabbed_last = edit.handle
+
+    def _end(self, *, taken: bool) -> None:
+        """What was dragged or typed becomes one step, or is put back."""
+        edit = self.edit
+        self._begin(None)
+        if edit is not None and edit.is_possible:
+            if taken:
+                self.gizmos.history.record(self.gizmos.lights, edit.before)
+            else:
+                edit.put_back()
 
     # -- the keyboard
 
@@ -398,8 +403,7 @@ class Interaction:
             gizmos.render()
         elif self.edit is not None:
             if key == "Escape":
-                self.edit.put_back()
-                self._begin(None)
+                self._end(taken=False)
                 gizmos.render()
         elif gizmos.is_pointed_at:
             control, gizmo = bool(gizmos.interactor.GetControlKey()), gizmos.selected
@@ -412,21 +416,18 @@ class Interaction:
                 gizmos.render()
         return is_typed
 
-    def _character_given(self) -> bool:
-        """The character of a key, which VTK and PyVista would act on; True if it belongs to what is being typed."""
+    def _press_ended(self) -> bool:
+        """A press has ended, with a character perhaps; True if nobody else may act on it: a value is being typed."""
         self._key_down = None
         return isinstance(self.edit, Entry)
 
-    def _key_released(self) -> None:
-        self._key_down = None
-
     def _type(self, entry: Entry, key: str, character: str) -> None:
         if not entry.is_possible or key == "Escape":
-            self._end_entry(taken=False)
+            self._end(taken=False)
         elif key in _TAKE or key == "Tab":
             if entry.error:  # it stays, and says what is wrong
                 return
-            self._end_entry(taken=True)
+            self._end(taken=True)
             if key == "Tab":
                 names = [*entry.gizmo.handles, INTENSITY]
                 following = names[(names.index(entry.handle) + 1) % len(names)]
@@ -435,14 +436,3 @@ class Interaction:
             entry.put(entry.text[:-1])
         elif character:
             entry.put(entry.text + character)
-
-    def _end_entry(self, *, taken: bool) -> None:
-        """What was typed becomes one step, or is put back."""
-        if not isinstance(self.edit, Entry):
-            return
-        ended = self.edit
-        self._begin(None)
-        if ended.is_possible and taken:
-            self.gizmos.history.record(self.gizmos.lights, ended.before)
-        elif ended.is_possible:
-            ended.put_back()

@@ -200,11 +200,6 @@ class Scenery:
     anchor: Vector
     behind: float = 0.0
 
-    @classmethod
-    def around(cls, center: Vector, size: float) -> Scenery:
-        """A scene in front of whose middle a light without a place stands, where it comes from, and turns around it."""
-        return cls(center, size, center, STANDS_OFF * size)
-
 
 @dataclass(frozen=True)
 class Cursor:
@@ -260,8 +255,12 @@ class DragStart:
 
     @property
     def grid(self) -> float:
-        """What lengths and coordinates snap to."""
-        return round_step(self.scenery.size / 20.0) if self.length_step is None else self.length_step
+        """What lengths and coordinates snap to; by default 1, 2 or 5 times a power of ten up to a twentieth."""
+        if self.length_step is not None:
+            return self.length_step
+        length = self.scenery.size / 20.0
+        power = 10.0 ** math.floor(math.log10(length))
+        return max((factor for factor in (1.0, 2.0, 5.0) if factor * power <= length), default=1.0) * power
 
     def picture(self, cursor: Cursor) -> Float64Array:
         """Where on the screen the handle is to go: it keeps its distance from the cursor."""
@@ -286,9 +285,3 @@ def vector(values: VectorLike | Float64Array) -> Vector:
     """Three floats, as lights have them."""
     x, y, z = (float(value) for value in values)
     return x, y, z
-
-
-def round_step(length: float) -> float:
-    """The largest of 1, 2, 5 times a power of ten that is not above a length > 0."""
-    power = 10.0 ** math.floor(math.log10(length))
-    return max((factor for factor in (1.0, 2.0, 5.0) if factor * power <= length), default=1.0) * power
