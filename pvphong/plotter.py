@@ -19,7 +19,7 @@ from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.studies.validate.validation import Comparison, validate
-from pvphong.studio.gizmos import Gizmo, History, Interaction, Keys, Options, check_keys
+from pvphong.studio.gizmos import Gizmo, Gizmos, History, Interaction, Keys, Options, check_keys
 from pvphong.studio.lit_actors import ARRAY, LitMesh, lit_meshes
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.window_lights import RendererLight
@@ -316,6 +316,8 @@ class PlotterPhong:
         if not isinstance(model, LightModel):
             check.refuse("light_model", model, "a LightModel")
         self._light_model = model
+        for subplot in self._subplots:
+            subplot.light_model = model
 
     @property
     def scene(self) -> Scene:
@@ -383,7 +385,9 @@ class PlotterPhong:
             if (plotter := owner()) is not None:
                 plotter.render()
 
-        subplot.add_gizmos(self._plotter.iren.interactor, render, self._history, only, options)
+        window = subplot.renderer, self._plotter.iren.interactor, render
+        gizmos = Gizmos(*window, subplot.lights, subplot.lit, self._history, only, options)
+        subplot.interaction = Interaction(gizmos)
         self._prepare_outputs()
         render()
         return self.gizmos
@@ -457,13 +461,7 @@ class PlotterPhong:
         for subplot in self._subplots:
             if subplot.renderer is renderer:
                 return subplot
-        component = weakref.ref(self)
-
-        def light_model() -> LightModel:
-            alive = component()
-            return LightModel() if alive is None else alive.light_model
-
-        self._subplots.append(Subplot(renderer, light_model))
+        self._subplots.append(Subplot(renderer, self._light_model))
         return self._subplots[-1]
 
     def __plotter_close__(self) -> None:

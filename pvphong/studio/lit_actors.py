@@ -11,6 +11,7 @@ import textwrap
 import warnings
 import weakref
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -20,7 +21,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkRenderingCore import vtkTextActor
 
 from pvphong.base import check
-from pvphong.base.types import ByteArray, Float64Array, FloatArray
+from pvphong.base.types import Float64Array, FloatArray
 from pvphong.meshes.blocks import DEFAULT, datasets, materials_of, single_material
 from pvphong.meshes.lit import point_normals
 from pvphong.meshes.point_data import is_texture, tangents_from, texture_colors, texture_version, values_at
@@ -37,6 +38,7 @@ ARRAY = "phong"
 """Name of the drawn mesh's colours, uint8 RGB."""
 
 
+@dataclass(eq=False)
 class SharedMaterial:
     """A material that meshes may share: setting it changes all of them.
 
@@ -46,8 +48,7 @@ class SharedMaterial:
         Can be set at any time.
     """
 
-    def __init__(self, material: Material) -> None:
-        self.material = material
+    material: Material
 
 
 class LitMesh:
@@ -150,7 +151,7 @@ class LitMesh:
         arrays = self.drawn.points, lambda: self.normals, self._current_albedo(), visibility
         vertices = Vertices(*arrays, tangents=self._tangents)
         self._plan = Plan.of(scene, self.material, vertices, matrix=self.matrix)
-        self._plan.run_for_display(vertices, self.colors)
+        self._plan.run_for_display(vertices, vtk_to_numpy(self._colors))
         self._lit_for, self._eye, self._lit_albedo = state, eye, self.albedo
         self._colors.Modified()
         self.evaluations += 1
@@ -187,11 +188,6 @@ class LitMesh:
         if self._computed_normals is None:
             self._computed_normals = point_normals(self.drawn)
         return self._computed_normals
-
-    @property
-    def colors(self) -> ByteArray:
-        """The colours that are drawn, (n_points, 3), where they are now."""
-        return vtk_to_numpy(self._colors)
 
     def geometry(self) -> Any:
         """Share the user's points, faces and arrays again where they have been replaced or edited.
@@ -329,6 +325,8 @@ class LitActors:
     def __init__(self, renderer: pv.Renderer, scene: Callable[[], Scene]) -> None:
         self.uses_preview_rays = False
         """Whether shadows of lights with a size are made of few rays: so while something is dragged."""
+        self.note = ""
+        """What is to be said of colours that are not final."""
         self._renderer, self._scene = renderer, scene
         self._meshes: list[LitMesh] = []
         self._blocking: dict[LitMesh, tuple[Any, BlockingFaces]] = {}
@@ -400,21 +398,14 @@ class LitActors:
                 if before.get(mesh) != text:
                     warnings.warn(text, LightingWarning, stacklevel=2)
 
-    @property
-    def note(self) -> str:
-        """What is to be said of colours that are not final."""
-        return f"shadows by {_PREVIEW_SAMPLES} rays until let go" if self._samples(self._scene()) else ""
-
-    def _samples(self, scene: Scene) -> int | None:
-        is_preview = self.uses_preview_rays and scene.light_model.needs_rays
-        return _PREVIEW_SAMPLES if is_preview and any(light.has_size for light in scene.lights) else None
-
     def _refreshing(self, meshes: Sequence[LitMesh]) -> Callable[[LitMesh], bool]:
         """What brings one of some meshes up to date, which shadow each other where the light model has shadows."""
-        scene = self._scene()
+        scene, self.note = self._scene(), ""
         if not scene.light_model.needs_rays:
             return lambda mesh: mesh.refresh(scene)
-        samples, blocking = self._samples(scene), dict[LitMesh, tuple[Any, BlockingFaces]]()
+        samples, blocking = None, dict[LitMesh, tuple[Any, BlockingFaces]]()
+        if self.uses_preview_rays and any(light.has_size for light in scene.lights):
+            samples, self.note = _PREVIEW_SAMPLES, f"shadows by {_PREVIEW_SAMPLES} rays until let go"
         for mesh in meshes:
             if mesh.casts_shadows:
                 try:

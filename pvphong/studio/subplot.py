@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
-
 import pyvista as pv
 
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
-from pvphong.studio.gizmos import Gizmos, History, Interaction, Options
+from pvphong.studio.gizmos import Interaction
 from pvphong.studio.lit_actors import LitActors
-from pvphong.studio.window_lights import RendererLight, WindowLights
+from pvphong.studio.window_lights import WindowLights
 
 
 class Subplot:
@@ -21,33 +18,20 @@ class Subplot:
     ----------
     renderer : pyvista.Renderer
         Held on to until `release`.
-    light_model : callable
-        Gives the light model that is in force.
+    light_model : LightModel
+        Can be set at any time.
     """
 
-    def __init__(self, renderer: pv.Renderer, light_model: Callable[[], LightModel]) -> None:
-        self.renderer = renderer
+    def __init__(self, renderer: pv.Renderer, light_model: LightModel) -> None:
+        self.renderer, self.light_model = renderer, light_model
         self.lights = WindowLights(renderer)
         self.lit = LitActors(renderer, lambda: self.scene)
         self.interaction: Interaction | None = None
-        self._light_model = light_model
 
     @property
     def scene(self) -> Scene:
         """A snapshot of what lights this subplot."""
-        return Scene(lights=self.lights.values, viewer=self.lights.viewer, light_model=self._light_model())
-
-    def add_gizmos(
-        self,
-        interactor: Any,
-        render: Callable[[], None],
-        history: History,
-        only: Sequence[RendererLight] | None,
-        options: Options,
-    ) -> None:
-        """Put gizmos up, as `Gizmos` has them."""
-        gizmos = Gizmos(self.renderer, interactor, render, self.lights, self.lit, history, only, options)
-        self.interaction = Interaction(gizmos)
+        return Scene(lights=self.lights.values, viewer=self.lights.viewer, light_model=self.light_model)
 
     def remove_gizmos(self) -> bool:
         """Take the gizmos down; False if there are none."""

@@ -208,7 +208,7 @@ def drag_seconds():
         planned = Plan.of(now, material, Vertices(live.drawn.points, live.normals))
         calls = {
             "plan": lambda now=now: Plan.of(now, material, Vertices(live.drawn.points, live.normals)),
-            "kernel, to 0-255": lambda planned=planned: planned.run_for_display(vertices, live.colors),
+            "kernel, to 0-255": lambda planned=planned: planned.run_for_display(vertices, live.drawn["phong"]),
             "all of bringing colours up to date": subplot.lit.refresh,
             "frame with new colours": ours.render,
             "frame with the same colours": ours.render,

@@ -182,6 +182,7 @@ REFUSED = [
     (LIGHTS, ["cone_angle"], NO_HALF_OPENINGS, HALF_OPENING),
     (LIGHTS, ["exponent"], [*NO_POWERS, None], AT_LEAST_0),
     (LIGHTS, ["radius"], [0, -1, math.nan, math.inf, "1", None], RADIUS),
+    ([Material], COLOURS[:3], [255.0, (255.0, 128.0, 0.0)], " must be a reflectance, .* divide them by 255"),
     ([Material], ["shininess"], [*NO_POWERS, None], AT_LEAST_0),
     ([Material], ["reflectance"], ["phong", Phong, 3], " must be a reflectance, or None"),
     ([OrenNayar], ["sigma"], [-1, 90.1, math.nan, "20", None], " must be a finite number >= 0 and <= 90"),

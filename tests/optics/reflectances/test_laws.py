@@ -75,10 +75,6 @@ def angles(a, b):
     return np.arccos(np.clip(np.einsum("ij,ij->j", a, b), -1, 1))
 
 
-def test_every_reflectance_has_an_entry_from_which_it_is_thrown():
-    assert sorted(REFLECTANCE_SHAPES) == sorted(REFLECTANCES)
-
-
 @every_reflectance
 def test_factors_are_from_0_to_the_largest_and_0_on_the_dark_side(name, seed):
     case, _ = thrown(name, seed)
@@ -135,18 +131,6 @@ def test_its_counterpart_looks_much_the_same(name, seed):
     mine, others = case.factors(), Thrown(other, case.n, case.l, case.v).factors()
     assert np.abs(mine[1] - others[1]).mean() < 0.1
     assert counterpart_of(other)[1] == case.reflectance
-
-
-@every_reflectance
-def test_its_components_add_up(name, seed):
-    case, _ = thrown(name, seed)
-    material = Material(diffuse=0.5, specular=0.4, reflectance=case.reflectance)
-    scene = Scene([PointLight((2, 1, 4), ambient=0.1)], Viewer((1, 2, 5)), LightModel(clamp=False))
-    lit = evaluate(
-        case.n.T, case.n.T, scene, material, tangents=case.n.T[:, ::-1], precision="float64", components=True
-    )
-    np.testing.assert_allclose(lit.ambient + lit.diffuse + lit.specular + lit.emission, lit.rgb, atol=1e-15)
-    np.testing.assert_allclose(lit.base + lit.per_light.sum(axis=0), lit.rgb, atol=1e-15)
 
 
 @pytest.mark.parametrize(("name", "seed"), [(name, 1) for name in REFLECTANCES if name != "pbr"])
