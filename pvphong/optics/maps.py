@@ -183,8 +183,9 @@ def checked(name: str, value: Any, count: int) -> Any:
         if largest > field.most:
             remedy = "Divide 0-255 by 255, or convert it to uint8."
             check.refuse(name, f"floats up to {largest:g}", "floats from 0 to 1", remedy)
-    elif not (numbers.min() >= field.least and numbers.max() <= field.most):  # nor if one is NaN
-        is_bad = ~((numbers >= field.least) & (numbers <= field.most)).all(axis=1)
+    elif not (float(numbers.min()) >= field.least and float(numbers.max()) <= field.most):  # nor if one is NaN
+        wide = numbers.astype(np.float64)
+        is_bad = ~((wide >= field.least) & (wide <= field.most)).all(axis=1)
         first = int(np.argmax(is_bad))
         is_255 = field.is_color and field.most < numbers[first].max() <= 255.0
         remedy = "Divide 0-255 by 255, or convert it to uint8." if is_255 else ""

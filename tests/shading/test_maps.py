@@ -1,8 +1,6 @@
-"""Specular reflectance, shininess and roughness of each vertex: as if each had a material of its own."""
+"""A material's maps: as if each vertex had a material of its own, for every field, call and evaluator."""
 
 from __future__ import annotations
-
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,22 +8,23 @@ import pyvista as pv
 from strategies import REFLECTANCE_SHAPES, Dice
 
 import pvphong as ph
+from pvphong.optics.maps import COLORS, FIELDS
 from pvphong.optics.reflectances import REFLECTANCES
+from pvphong.shading import kernel
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 
 COUNT = 60
-SHARES = {"specular": (0.0, 0.9), "shininess": (0.0, 90.0), "roughness": (0.05, 1.0)}
-MAPPED = [(name, field) for name, kind in REFLECTANCES.items() for field in sorted(kind.maps)]
+BACKENDS = ["numpy", *(["numba"] if kernel.is_available() else [])]
+RANGES = {name: (max(field.least, 0.05), min(field.most, 1.0)) for name, field in FIELDS.items()} | {
+    "shininess": (0.0, 90.0),
+    "specular": (0.0, 0.9),
+    "metallic": (0.0, 1.0),
+}
+EVERYWHERE = {"albedo", "diffuse", "emission"}
+MAPPED = [(name, field) for name, kind in REFLECTANCES.items() for field in sorted(kind.maps | EVERYWHERE)]
 LIGHTS = [ph.PointLight(position=(1, -2, 4), ambient=0.1), ph.DirectionalLight(direction=(1, 1, -2), diffuse=0.3)]
 SCENE = ph.Scene(LIGHTS, ph.Viewer((-1, -2, 5)), ph.LightModel(clamp=False))
-
-
-def with_field(material, field, value):
-    """The material with another number, in its reflectance if that has it."""
-    if field in vars(material.reflectance):
-        return replace(material, reflectance=replace(material.reflectance, **{field: value}))
-    return replace(material, **{field: value})
 
 
 @pytest.fixture
@@ -36,45 +35,75 @@ def given():
 
 
 def numbers_of(field):
-    low, high = SHARES[field]
-    found = np.random.default_rng(5).uniform(low, high, COUNT)
-    found[:6] = (low, high, 1.0, 0.5, high, 0.1)
-    return found
+    low, high = RANGES[field]
+    found = np.random.default_rng(5).uniform(low, high, (COUNT, 3) if field in COLORS else COUNT)
+    found[:6] = np.reshape((low, high, 1.0, 0.5, high, 0.1), (6, *(1,) * (found.ndim - 1)))
+    return np.minimum(found, high)
 
 
 def material_of(name):
     shape = {"alpha_x": 0.5, "alpha_y": 0.9} if name == "ward" else REFLECTANCE_SHAPES[name](Dice(4))
     reflectance = REFLECTANCES[name](**shape)
-    return ph.Material(diffuse=(0.2, 0.3, 0.4), specular=0.5, shininess=12, reflectance=reflectance)
+    return ph.Material(
+        diffuse=(0.2, 0.3, 0.4), specular=0.5, shininess=12, tangents=np.tile((1.0, 2.0, 3.0), (COUNT, 1)),
+        reflectance=reflectance,
+    )  # fmt: skip
 
 
+def at_vertex(material, k, values):
+    """The material of one vertex, without a map."""
+    plain = {name: np.asarray(value)[k].tolist() for name, value in values.items()}
+    return material.with_values({**plain, "tangents": np.asarray(material.tangents)[k : k + 1]})
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize(("precision", "most"), [("float32", 1e-4), ("float64", 1e-13)])
 @pytest.mark.parametrize(("name", "field"), MAPPED)
-def test_each_vertex_has_a_material_of_its_own(given, name, field, precision, most):
+def test_each_vertex_has_a_material_of_its_own(given, name, field, precision, most, backend):
     points, normals = given
     material, numbers = material_of(name), numbers_of(field)
-    how = {"precision": precision, "components": True}
-    lit = ph.evaluate(points, normals, SCENE, material, tangents=points, **{field: numbers}, **how)
-    for k, number in enumerate(numbers):
+    mapped = material.with_values({field: numbers})
+    lit = ph.evaluate(points, normals, SCENE, mapped, precision=precision, backend=backend)
+    parts = ph.evaluate(points, normals, SCENE, mapped, precision=precision, components=True)
+    for k in range(COUNT):
         part = slice(k, k + 1)
-        one = ph.evaluate(
-            points[part], normals[part], SCENE, with_field(material, field, number), tangents=points[part], **how
-        )
-        alone = ph.evaluate(
-            points[part], normals[part], SCENE, material, tangents=points[part], **{field: numbers[part]}, **how
-        )
+        own = at_vertex(material, k, {field: numbers})
+        one = ph.evaluate(points[part], normals[part], SCENE, own, precision=precision, components=True)
+        np.testing.assert_allclose(lit.rgb[part], one.rgb, atol=most, rtol=most)
+        for component in ("ambient", "diffuse", "specular", "emission"):
+            np.testing.assert_allclose(
+                getattr(parts, component)[part], getattr(one, component), atol=most, rtol=most
+            )
+        alone = mapped.with_values({field: numbers[part], "tangents": np.asarray(material.tangents)[part]})
+        alone = ph.evaluate(points[part], normals[part], SCENE, alone, precision=precision, backend=backend)
         assert np.array_equal(alone.rgb, lit.rgb[part]), "no vertex's bits depend on the others'"
-        for component in ("rgb", "specular", "diffuse"):
-            found, expected = getattr(lit, component)[part], getattr(one, component)
-            np.testing.assert_allclose(found, expected, atol=most, rtol=most)
-    assert np.ptp(lit.specular) > 1e-3
+    assert np.ptp(lit.rgb) > 1e-3
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("kind", [np.float32, np.float64, np.uint8], ids=lambda kind: kind.__name__)
+def test_all_at_once(given, kind, backend):
+    points, normals = given
+    values = {name: numbers_of(name) for name in ("albedo", "diffuse", "specular", "emission", "shininess")}
+    if kind is np.uint8:
+        values |= {name: np.rint(255 * np.minimum(values[name], 1)).astype(kind) for name in COLORS}
+    else:
+        values = {name: value.astype(kind) for name, value in values.items()}
+    values["emission"] = values["emission"][:, :1]
+    lit = ph.evaluate(points, normals, SCENE, ph.Material(**values), backend=backend)
+    scaled = {name: value / 255 if value.dtype == np.uint8 else value for name, value in values.items()}
+    scaled["emission"] = scaled["emission"][:, 0]
+    for k in range(COUNT):
+        own = ph.Material(**{name: value[k].tolist() for name, value in scaled.items()})
+        one = ph.evaluate(points[k : k + 1], normals[k : k + 1], SCENE, own, precision="float64")
+        np.testing.assert_allclose(lit.rgb[k], one.rgb[0], atol=2e-5, rtol=2e-5)
 
 
 @pytest.mark.parametrize("name", sorted({name for name, _ in MAPPED}))
-def test_bounds_are_those_of_the_extremes(name):
+def test_bounds_hold_for_every_vertex(name):
     """Colours within the tolerance, and the plan's own bound, for materials that vary from dull to sharp."""
     left_out = 0
-    for seed in range(60):
+    for seed in range(80):
         random = np.random.default_rng(seed)
         away = 10.0 ** random.uniform(0, 3)
         points = random.uniform(-1, 1, (40, 3))
@@ -84,12 +113,12 @@ def test_bounds_are_those_of_the_extremes(name):
         eye = ph.Viewer(tuple(10.0 ** random.uniform(0.5, 3) * np.array((random.normal(), 0, 2))))
         scene, material = ph.Scene([lamp], eye), material_of(name)
         maps = {}
-        for field in REFLECTANCES[name].maps:
-            low, high = SHARES[field]
+        for field in REFLECTANCES[name].maps | EVERYWHERE:
+            low, high = RANGES[field]
             middle, width = random.uniform(0.1, 0.9), random.choice((0.0, 0.1))
             maps[field] = np.clip(random.uniform(middle - width, middle + width, 40), 0.0, 1.0) * (high - low) + low
         tolerance = 10.0 ** random.uniform(-3, -0.5)
-        vertices = Vertices(points, normals, tangents=points, maps=maps)
+        vertices = Vertices(points, normals, maps, tangents=points)
         plan = Plan.of(scene, material, vertices, tolerance=tolerance)
         exact = Plan.of(scene, material, vertices).run(vertices, precision="float64").rgb
         error = np.abs(plan.run(vertices, precision="float64").rgb - exact).max()
@@ -102,60 +131,61 @@ def test_bounds_are_those_of_the_extremes(name):
 def test_where_some_are_infinitely_steep_none_is_taken_for_flat():
     """A shininess between 0 and 1 has no bound on its slope, though the least is 0 and the greatest moderate."""
     points = np.array([(x, 0.0, 0.0) for x in np.linspace(-1, 1, 50)])
-    maps = {"shininess": np.tile((0.0, 0.01, 3.0), 17)[:50]}
+    maps = {"shininess": np.tile((0.0, 0.01, 3.0), 17)[:50], "specular": np.ones(50)}
     scene = ph.Scene([ph.PointLight(position=(1e4, 0, 1e-3))], ph.Viewer((-1e3, 0, 1)))
-    vertices = Vertices(points, np.tile((0.0, 0.0, 1.0), (50, 1)), maps={**maps, "specular": np.ones(50)})
+    vertices = Vertices(points, np.tile((0.0, 0.0, 1.0), (50, 1)), maps)
     plans = [Plan.of(scene, ph.Material(), vertices, tolerance=tolerance) for tolerance in (0.0, 0.05)]
     exact, found = (plan.run(vertices, precision="float64").rgb for plan in plans)
     assert np.abs(exact - found).max() <= plans[1].error_bound + 1e-12
 
 
-def test_a_mesh_takes_arrays_and_their_names():
-    sphere = pv.Sphere()
-    sphere["gloss"] = np.linspace(1, 80, sphere.n_points)
-    material, how = ph.Material(specular=0.5), {"precision": "float64"}
-    named = sphere.phong.shade(SCENE, material, shininess="gloss", **how)
-    given = sphere.phong.shade(SCENE, material, shininess=sphere["gloss"], **how)
-    assert np.array_equal(named["phong"], given["phong"])
-    block = pv.MultiBlock({"a": sphere}).phong.shade(SCENE, material, shininess="gloss", **how)["a"]
-    assert np.array_equal(named["phong"], block["phong"])
-    split = sphere.phong.shade(SCENE, material, shininess=sphere["gloss"], feature_angle=0, **how)
-    assert split.n_points > sphere.n_points
-    plan = sphere.phong.plan(SCENE, material, shininess="gloss", tolerance=0.1)
-    assert plan.equation.maps == {"shininess": (1.0, 80.0)}
-
-
 @pytest.mark.parametrize(
-    ("maps", "message"),
+    ("fields", "message"),
     [
-        (
-            {"shininess": -np.ones(COUNT)},
-            r"^shininess must be finite numbers >= 0, shape \(n,\); got \[-1.0\] at vertex 0",
-        ),
+        ({"shininess": -np.ones(COUNT)}, r"^shininess must be finite .*, shape \(n,\); got \[-1.0\] at vertex 0"),
         ({"shininess": np.where(np.arange(COUNT) == 7, np.nan, 1)}, r"^shininess must be .* at vertex 7"),
         ({"shininess": np.ones((COUNT, 3))}, r"^shininess must be .*; got an array of shape \(60, 3\)"),
-        ({"shininess": np.ones(3)}, "^shininess must be one per point, 60; got 3 numbers"),
-        ({"specular": np.ones((COUNT, 4))}, r"^specular must be .*\(n,\) or \(n, 3\); got an array of shape \(60, 4\)"),
-        ({"specular": 200 * np.ones(COUNT)}, "^specular must be reflectances from 0, of which 1 is all, to 16"),
-        ({"roughness": np.zeros(COUNT)}, "^roughness must be numbers > 0 and <= 1"),
-        ({"roughness": np.ones(COUNT)}, "^roughness must be None for Phong; .* It reads shininess, specular of each"),
+        ({"shininess": np.ones(3)}, "^shininess must be an array with one row per point, 60 rows; got 3 rows"),
+        ({"specular": np.ones((COUNT, 4))}, r"^specular must be .*; got an array of shape \(60, 4\)\. Leave out the"),
+        ({"diffuse": 200 * np.ones(COUNT)}, "^diffuse must be .* at vertex 0. Divide 0-255 by 255"),
+        ({"emission": np.ones(COUNT, np.int32)}, "^emission must be uint8 or floats"),
+        ({"albedo": np.full((COUNT, 3), 255.0)}, "^albedo must be floats from 0 to 1; got floats up to 255. Divide"),
+        ({"albedo": "scan"}, "^albedo must be an array where there is no mesh"),
+        ({"tangents": "grain"}, "^tangents must be an array where there is no mesh"),
+        ({"reflectance": ph.GGX(np.zeros(COUNT))}, "^roughness must be numbers > 0 and <= 1"),
+        ({"reflectance": ph.PBR(np.full(COUNT, 2.0))}, "^metallic must be numbers from 0 to 1"),
+        (
+            {"shininess": np.ones(COUNT), "reflectance": ph.OrenNayar(20)},
+            "^shininess must be a number or colour for OrenNayar; .* It reads albedo, diffuse, emission of each vertex",
+        ),
     ],
 )
-def test_what_cannot_be_is_refused(given, maps, message):
+def test_what_cannot_be_is_refused(given, fields, message):
     with pytest.raises(ValueError, match=message):
-        ph.evaluate(*given, SCENE, ph.Material(), **maps)
+        ph.evaluate(*given, SCENE, ph.Material(**fields))
 
 
-def test_what_nobody_would_read_is_refused(given):
-    clay = ph.Material(reflectance=ph.OrenNayar(20))
-    with pytest.raises(
-        ValueError, match=r"^shininess must be None for OrenNayar; .* nothing of each vertex but albedo"
-    ):
-        ph.evaluate(*given, SCENE, clay, shininess=np.ones(COUNT))
+def test_vtks_convention_has_albedo_alone(given):
     vtk = ph.Scene(LIGHTS, light_model=ph.LightModel.vtk())
-    with pytest.raises(ValueError, match=r"^shininess must be None in VTK's convention"):
-        ph.evaluate(*given, vtk, ph.Material(), shininess=np.ones(COUNT))
-    with pytest.raises(
-        ValueError, match=r"^shininess must be one for all vertices; .* shade and evaluate take shininess="
-    ):
-        ph.Material(shininess=np.ones(COUNT))
+    with pytest.raises(ValueError, match="^shininess must be a number or colour in VTK's convention"):
+        ph.evaluate(*given, vtk, ph.Material(shininess=np.ones(COUNT)))
+    assert ph.evaluate(*given, vtk, ph.Material(albedo=np.zeros((COUNT, 3)))).rgb.max() == 0
+
+
+@pytest.mark.parametrize("name", ["albedo", "specular", "shininess", "roughness", "tangents"])
+def test_old_keywords_say_where_they_went(given, name):
+    sphere, parts = pv.Sphere(), ("evaluate", "shade", "plan", "refine", "interpolation_error", "add_mesh", "shade_files")
+    plotter = pv.Plotter(off_screen=True)
+    calls = [
+        lambda **old: ph.evaluate(*given, SCENE, ph.Material(), **old),
+        lambda **old: sphere.phong.shade(**old),
+        lambda **old: sphere.phong.plan(**old),
+        lambda **old: sphere.phong.refine(tolerance=0.1, **old),
+        lambda **old: sphere.phong.interpolation_error(**old),
+        lambda **old: plotter.phong.add_mesh(sphere, **old),
+        lambda **old: ph.shade_files("x.vtp", "y", **old),
+    ]
+    for call, part in zip(calls, parts, strict=True):
+        with pytest.raises(TypeError, match=f"^{part}.* takes no {name}: it is on the material"):
+            call(**{name: np.ones(3)})
+    plotter.close()

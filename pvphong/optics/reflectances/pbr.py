@@ -143,7 +143,7 @@ class _Colored(PBR):
 
         def white(albedo: FloatArray, maps: Mapping[str, FloatArray]) -> FloatArray:
             grazing = fresnel_ends(maps.get("metallic", low), color * albedo)[1] / f90
-            return np.broadcast_to(grazing.astype(albedo.dtype), albedo.shape)
+            return np.broadcast_to(grazing.astype(albedo.dtype), (3, max(grazing.size, albedo.shape[1])))
 
         def highlight(color: Any, tint: Any, *, takes_albedo: bool) -> Lobe:
             shown = rgb(tuple(np.broadcast_to(color * self.scale, (3, 1)).ravel().tolist()))
