@@ -71,9 +71,7 @@ def test_each_vertex_has_a_material_of_its_own(given, name, field, precision, mo
         one = ph.evaluate(points[part], normals[part], SCENE, own, precision=precision, components=True)
         np.testing.assert_allclose(lit.rgb[part], one.rgb, atol=most, rtol=most)
         for component in ("ambient", "diffuse", "specular", "emission"):
-            np.testing.assert_allclose(
-                getattr(parts, component)[part], getattr(one, component), atol=most, rtol=most
-            )
+            np.testing.assert_allclose(getattr(parts, component)[part], getattr(one, component), atol=most, rtol=most)
         alone = mapped.with_values({field: numbers[part], "tangents": np.asarray(material.tangents)[part]})
         alone = ph.evaluate(points[part], normals[part], SCENE, alone, precision=precision, backend=backend)
         assert np.array_equal(alone.rgb, lit.rgb[part]), "no vertex's bits depend on the others'"
@@ -174,7 +172,10 @@ def test_vtks_convention_has_albedo_alone(given):
 
 @pytest.mark.parametrize("name", ["albedo", "specular", "shininess", "roughness", "tangents"])
 def test_old_keywords_say_where_they_went(given, name):
-    sphere, parts = pv.Sphere(), ("evaluate", "shade", "plan", "refine", "interpolation_error", "add_mesh", "shade_files")
+    sphere, parts = (
+        pv.Sphere(),
+        ("evaluate", "shade", "plan", "refine", "interpolation_error", "add_mesh", "shade_files"),
+    )
     plotter = pv.Plotter(off_screen=True)
     calls = [
         lambda **old: ph.evaluate(*given, SCENE, ph.Material(), **old),

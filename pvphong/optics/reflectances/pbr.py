@@ -103,8 +103,8 @@ class _Colored(PBR):
     """PBR with a diffuse colour."""
 
     color: Vector = WHITE
-    ends: tuple[float, float] | None = None
-    """The least and the greatest `metallic`, where that is a map."""
+    varies: bool = False
+    """Whether `metallic` is a map."""
 
     scale: ClassVar[float] = 1.0
 
@@ -117,20 +117,20 @@ class _Colored(PBR):
 
     def over(self, maps: Mapping[str, tuple[float, float]]) -> PBR:
         """One whose colours hold for a map of metallic too."""
-        return replace(self, ends=maps["metallic"]) if "metallic" in maps else self
+        return replace(self, varies="metallic" in maps)
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:
         """The lobes of a metal to the share `metallic`; its F₀ is no multiple of the albedo in between.
 
-        Where `metallic` is a map, their colours are the greatest that they are at any vertex: that of the base falls
-        with it, and F₀ is linear in it.
+        Where `metallic` is a map, their colours are the greatest from 0 to 1, whatever the map's numbers are: that of the
+        base falls with it, and F₀ is linear in it.
         """
-        color, is_blend = np.array(self.color)[:, None], self.ends is not None or 0.0 < self.metallic < 1.0
-        low, high = self.ends or (self.metallic, self.metallic)
+        color, is_blend = np.array(self.color)[:, None], self.varies or 0.0 < self.metallic < 1.0
+        low, high = (0.0, 1.0) if self.varies else (self.metallic, self.metallic)
         under = (1.0 - low) * (1.0 - fresnel_ends(low, color)[0])
         f0 = np.maximum(fresnel_ends(low, color)[0], fresnel_ends(high, color)[0])
-        f90 = fresnel_ends(low, color)[1] if self.ends is None else np.ones(1)
+        f90 = fresnel_ends(low, color)[1] if not self.varies else np.ones(1)
 
         def left(albedo: FloatArray, maps: Mapping[str, FloatArray]) -> FloatArray:
             m = maps.get("metallic", low)
