@@ -189,11 +189,9 @@ def test_layout_and_integer_type_change_no_bit_and_inputs_are_kept(evaluator, dt
 
 @every_evaluator
 @few
-@given(power=st.integers(-960, -120) | st.integers(-90, 90) | st.integers(120, 1000))
+@given(power=st.integers(-960, 1000))
 def test_powers_of_two_change_no_bit(evaluator, power):
-    """Compiled code leaves what is beyond 2¹⁰⁰ or below 2⁻¹⁰⁰ to NumPy."""
-    same = np.ldexp(POINTS, 200 if abs(power) > 100 else 0)
-    assert np.array_equal(evaluator(np.ldexp(POINTS, power), *MESH), evaluator(same, *MESH))
+    assert np.array_equal(evaluator(np.ldexp(POINTS, power), *MESH), evaluator(POINTS, *MESH))
 
 
 coordinates = st.builds(
