@@ -18,7 +18,6 @@ from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
-from pvphong.vtk.lights import as_light
 
 SUN = DirectionalLight(direction=(-1, -2, -3), name="sun")
 LAMP = PointLight(position=(2, 2, 2), attenuation=(1, 0.1, 0), name="lamp")
@@ -385,13 +384,6 @@ def test_lights_are_the_plotters_own_too(new_plotter):
     assert shown.phong.scene.lights == shown.phong.lights
 
 
-def test_an_added_light_lights_vtks_own_actors(plotter):
-    handle = plotter.phong.add_light(LAMP)
-    assert handle.vtk_light in list(plotter.renderer.GetLights())
-    back = as_light(handle.vtk_light)
-    assert (back.position, back.attenuation) == (LAMP.position, LAMP.attenuation)
-
-
 @pytest.mark.parametrize("frame", ["world", "camera", "headlight"])
 def test_lights_are_kept_to_the_bit(new_plotter, frame):
     lights = [example(kind, 1 / 3, frame=frame, name=kind, diffuse=(0.1, 1 / 3, 0.7), power=1000) for kind in KINDS]
@@ -435,13 +427,6 @@ def test_bad_lights_are_refused_and_change_nothing(plotter):
     with pytest.raises(ValueError, match=r"^light must be a light that the plotter does not have yet"):
         plotter.phong.add_light(twice)
     assert len(plotter.phong.lights) == 2
-
-
-def test_a_light_changed_by_vtk_is_read_again(plotter):
-    handle = plotter.phong.add_light(SpotLight(exponent=1000, name="sharp"))
-    handle.vtk_light.SetIntensity(0.25)
-    light = plotter.phong.lights[1]
-    assert (light.intensity, light.exponent, light.name) == (0.25, 128.0, "sharp")
 
 
 # --- scene and light model ---
@@ -513,6 +498,8 @@ def test_cleaned_and_closed_in_any_order():
     draw(shown)
     for end in (shown.deep_clean, shown.close, shown.close, shown.deep_clean):
         end()
+    with pytest.raises(ValueError, match=r"^plotter must be open; got one that has been closed"):
+        _ = shown.phong.lights
 
 
 def test_a_plotter_that_nobody_closed_is_let_go():
@@ -526,14 +513,6 @@ def test_a_plotter_that_nobody_closed_is_let_go():
     assert [ref() for ref in watched] == [None, None]
 
 
-def test_a_closed_plotter_says_so():
-    shown = pv.Plotter(off_screen=True, window_size=(48, 48))
-    draw(shown)
-    shown.close()
-    with pytest.raises(ValueError, match=r"^plotter must be open; got one that has been closed"):
-        _ = shown.phong.lights
-
-
 # --- an ordinary actor ---
 
 
@@ -544,24 +523,6 @@ def test_a_hidden_actor_waits_until_it_is_shown(plotter):
     assert evaluations_after(plotter, lambda: plotter.phong.set_light("sun", LAMP)) == 0
     assert evaluations_after(plotter, lambda: setattr(actor, "visibility", True)) == 1
     assert_current(plotter, actor, mesh, DULL)
-
-
-def test_each_mesh_counts_for_itself(plotter):
-    first, second = draw(plotter, DULL), draw(plotter, DULL)
-    colors = second.mapper.dataset.GetPointData().GetArray("phong")
-    before, values = colors.GetMTime(), drawn(second).copy()
-    assert evaluations_after(plotter, lambda: first.rotate_x(30)) == 1
-    assert colors.GetMTime() == before
-    np.testing.assert_array_equal(drawn(second), values)
-    assert evaluations_after(plotter, lambda: plotter.phong.set_light("sun", LAMP)) == 2
-
-
-def test_it_can_be_picked(plotter):
-    actor = draw(plotter)
-    picker = vtk.vtkCellPicker()
-    assert picker.Pick(24, 24, 0, plotter.renderer)
-    assert picker.GetActor() is actor
-    np.testing.assert_allclose(picker.GetPickPosition(), (0, 0, 0.5), atol=0.03)
 
 
 def test_a_name_replaces_the_actor_before(plotter):

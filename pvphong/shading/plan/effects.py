@@ -263,7 +263,7 @@ class Size(LightEffect):
             for term in equation.terms:
                 if self.has(equation, term) and equation.has(term, component):
                     _, summed = by_closed_form(term, equation.forms)
-                    is_summed = any(any(summed[k]) for k in equation.lobes_of(component))
+                    is_summed = any(any(summed[k]) for k in equation.lobes_of[component])
                     method = f"by {NODES if term.nodes is None else len(term.nodes)} nodes" if is_summed else "exact"
                     by_method.setdefault(method, []).append(component)
         said = ", ".join(f"{' and '.join(dict.fromkeys(found))} {method}" for method, found in by_method.items())
@@ -340,7 +340,7 @@ class Specular(Reflection):
 
     def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
         equation = draft.equation
-        lobes = [k for k in equation.lobes_of("specular") if any(term.colors[k])]
+        lobes = [k for k in equation.lobes_of["specular"] if any(term.colors[k])]
         if not (draft.allowance and lobes):
             return None
         peak = sum(max(term.colors[k]) * equation.largest[k] for k in lobes)
