@@ -40,6 +40,11 @@ def test_an_index_that_is_no_points_is_found_in_every_storage(storage, index):
 
 @every_storage
 def test_an_edition_is_checked_once_and_the_next_one_anew(storage):
+    grid = pv.ImageData(dimensions=(3, 3, 3)).cast_to_unstructured_grid()
+    refuse_invalid(grid)
+    vtk_to_numpy(grid.GetCells().GetConnectivityArray())[1] = 99
+    with pytest.raises(ValueError, match="index 99 in cell 0"):  # a grid's are checked each time
+        refuse_invalid(grid)
     mesh = surface_of(faces(storage, (0, 1, 2), (1, 2, 3)))
     refuse_invalid(mesh)
     vtk_to_numpy(mesh.GetPolys().GetConnectivityArray())[1] = 9
@@ -66,14 +71,6 @@ def test_fewer_points_other_arrays_and_more_cells_are_checked_anew(storage):
         refuse_invalid(mesh)
     with pytest.raises(ValueError, match="index 5 in face 0"):
         refuse_invalid(surface_of(faces(storage, (0, 1, 5))))
-
-
-def test_a_grids_cells_are_checked_each_time():
-    grid = pv.ImageData(dimensions=(3, 3, 3)).cast_to_unstructured_grid()
-    refuse_invalid(grid)
-    vtk_to_numpy(grid.GetCells().GetConnectivityArray())[1] = 99
-    with pytest.raises(ValueError, match="index 99 in cell 0"):
-        refuse_invalid(grid)
 
 
 def test_cells_of_a_type_that_vtk_has_not_are_refused():

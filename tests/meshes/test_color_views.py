@@ -1,7 +1,6 @@
 """Lit colours as hue, saturation and value, and as CIE XYZ."""
 
 import colorsys
-import sys
 
 import numpy as np
 import pytest
@@ -34,16 +33,6 @@ def test_xyz_is_vtks_once_its_curve_is_undone(lit):
     for color, row in zip(encoded.tolist(), expected, strict=True):
         vtkMath.RGBToXYZ(color, row)
     np.testing.assert_allclose(lit.phong.color_view("xyz")["phong_xyz"], expected, atol=2e-4)
-
-
-def test_white_is_d65_of_luminance_1_and_xyz_adds_up():
-    mesh = pv.PolyData(np.eye(3))
-    mesh["phong"] = np.array([[1.0, 1.0, 1.0], [3.0, 0.0, 0.5], [1.0, 2.0, 0.0]])
-    white, a, b = mesh.phong.color_view("xyz")["phong_xyz"]
-    assert white[1] == pytest.approx(1.0)
-    np.testing.assert_allclose(white[:2] / white.sum(), (0.3127, 0.3290), atol=1e-4)  # D65's chromaticity
-    mesh["phong"][0] = mesh["phong"][1:].sum(axis=0)
-    np.testing.assert_allclose(mesh.phong.color_view("xyz")["phong_xyz"][0], a + b)
 
 
 def test_above_1_hue_and_saturation_stay_and_value_tells_the_brightness_and_greys_have_neither(lit):
@@ -99,10 +88,3 @@ def test_what_is_no_lit_array_is_refused(colors, options, message):
         mesh["phong"] = colors
     with pytest.raises(ValueError, match=message):
         mesh.phong.color_view(**{"space": "xyz"} | options)
-
-
-def test_without_matplotlib_hsv_says_what_to_install_and_xyz_does_not_need_it(lit, monkeypatch):
-    monkeypatch.setitem(sys.modules, "matplotlib.colors", None)
-    assert "phong_xyz" in lit.phong.color_view("xyz").point_data
-    with pytest.raises(ValueError, match=r'^Hue.* need Matplotlib: pip install "pvphong\[plot\]".$'):
-        lit.phong.color_view("hsv")

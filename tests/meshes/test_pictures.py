@@ -8,7 +8,7 @@ import pyvista as pv
 
 from pvphong import Viewer
 from pvphong.meshes import pictures
-from pvphong.meshes.pictures import HEADLESS_PACKAGES, aim, draw, drawing_window, leaves, save_picture
+from pvphong.meshes.pictures import HEADLESS_PACKAGES, draw, drawing_window, leaves, save_picture
 
 
 @pytest.fixture
@@ -102,27 +102,6 @@ def test_a_machine_that_cannot_draw_is_told_what_it_needs(monkeypatch, status, o
     monkeypatch.setattr(pictures.subprocess, "run", trial)
     with pytest.raises(ValueError, match=f"VTK cannot draw on this machine.* apt-get install {HEADLESS_PACKAGES}"):
         draw(square((0, 0, 0)), FACING)
-
-
-@pytest.mark.usefixtures("fresh_trial")
-def test_the_trial_is_made_once(monkeypatch):
-    made = []
-    run = subprocess.run
-    monkeypatch.setattr(pictures.subprocess, "run", lambda *args, **options: made.append(1) or run(*args, **options))
-    assert drawing_window() == drawing_window()
-    assert drawing_window().endswith("RenderWindow")
-    assert len(made) == 1
-
-
-def test_aim_gives_the_camera_that_the_viewer_was_made_from():
-    viewer = Viewer((3, 4, 5), (1, 0, 0), (0, 0, 1), parallel=True, view_angle=40, parallel_scale=7)
-    plotter = pv.Plotter(off_screen=True)
-    aim(plotter, viewer)
-    plotter.add_mesh(pv.Sphere())
-    again = Viewer.from_camera(plotter.camera)
-    plotter.close()
-    for field in ("position", "focal_point", "up", "parallel", "view_angle", "parallel_scale"):
-        assert getattr(again, field) == getattr(viewer, field), field
 
 
 def test_a_picture_is_saved_to_the_last_pixel_in_a_folder_that_exists(tmp_path):
