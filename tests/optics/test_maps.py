@@ -68,7 +68,7 @@ def test_names_and_paths_go_into_files_and_nothing_else_does(tmp_path):
     assert ph.Material.from_dict(material.to_dict()) == material
     assert "albedo" not in ph.Material().to_dict(), "files of materials without it stay as they were"
     for kept in ({"albedo": ROWS}, {"reflectance": ph.GGX(np.ones(5))}, {"tangents": ROWS}):
-        with pytest.raises(ValueError, match="where it is kept in a file; got <ndarray of shape .* point array"):
+        with pytest.raises(ValueError, match=r"where it is kept in a file; got <ndarray of shape .* point array"):
             ph.Material(**kept).to_dict()
     ph.Scene(viewer=ph.Viewer()).save(tmp_path / "rig.json", materials={"default": material})
     assert ph.load_materials(tmp_path / "rig.json")["default"] == material

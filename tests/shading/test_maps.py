@@ -165,7 +165,7 @@ def test_what_cannot_be_is_refused(given, fields, message):
 
 def test_vtks_convention_has_albedo_alone(given):
     vtk = ph.Scene(LIGHTS, light_model=ph.LightModel.vtk())
-    with pytest.raises(ValueError, match="^shininess must be a number or colour in VTK's convention"):
+    with pytest.raises(ValueError, match=r"^shininess must be a number or colour in VTK's convention"):
         ph.evaluate(*given, vtk, ph.Material(shininess=np.ones(COUNT)))
     assert ph.evaluate(*given, vtk, ph.Material(albedo=np.zeros((COUNT, 3)))).rgb.max() == 0
 

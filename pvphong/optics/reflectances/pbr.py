@@ -123,8 +123,8 @@ class _Colored(PBR):
     def lobes(self) -> tuple[Lobe, ...]:
         """The lobes of a metal to the share `metallic`; its F₀ is no multiple of the albedo in between.
 
-        Where `metallic` is a map, their colours are the greatest from 0 to 1, whatever the map's numbers are: that of the
-        base falls with it, and F₀ is linear in it.
+        Where `metallic` is a map, their colours are the greatest from 0 to 1, whatever the map's numbers are: that of
+        the base falls with it, and F₀ is linear in it.
         """
         color, is_blend = np.array(self.color)[:, None], self.varies or 0.0 < self.metallic < 1.0
         low, high = (0.0, 1.0) if self.varies else (self.metallic, self.metallic)
