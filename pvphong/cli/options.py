@@ -24,9 +24,10 @@ from pvphong.base.text import listening
 from pvphong.base.types import ColorLike
 from pvphong.meshes.blocks import DEFAULT, map_blocks, single_material
 from pvphong.meshes.default_scene import default_scene, scene_for
-from pvphong.meshes.files import read_mesh, read_texture
+from pvphong.meshes.files import read_mesh
 from pvphong.meshes.surfaces import FeatureAngle, surface
-from pvphong.optics.material import Material
+from pvphong.optics.maps import COLORS
+from pvphong.optics.material import Material, as_material
 from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.scene import Scene, load_materials
@@ -37,70 +38,15 @@ SIZE = (1024, 768)
 _LONG = 1.0
 """Seconds after which work is long enough for a bar."""
 
-_IMAGES = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff")
-
 Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 Verbose = Annotated[
     bool, Parameter(name=["--verbose", "-v"], negative="", show_default=False, help="Tell all of it, not a few lines.")
 ]
-Albedo = Annotated[
-    str | None,
-    Parameter(
-        help="Colours that multiply the material's ambient and diffuse: the name of a point array, or an image file "
-        "that is laid on by the mesh's texture coordinates."
-    ),
-]
-FeatureAngleOption = Annotated[
-    FeatureAngle,
-    Parameter(
-        show_choices=False,
-        help='Degrees between two faces from which their common edge is sharp; "auto" takes 30 where the mesh has no '
-        'point normals of its own, and "none" leaves all of it smooth.',
-    ),
-]
-
-
-@dataclass(frozen=True)
-class Rays:
-    """Whether light is hidden, and by what beside the mesh itself.
-
-    Parameters
-    ----------
-    shadows
-        Multiply what lights add by the part of them that each vertex sees; blocks shadow each other.
-    ambient_occlusion
-        Multiply ambient light by the open part of the sky.
-    occluder
-        A file with a mesh that casts shadows too; may be given several times.
-    """
-
-    shadows: Flag = False
-    ambient_occlusion: Flag = False
-    occluder: Annotated[tuple[str, ...], Parameter(negative="", show_default=False)] = ()
-
-    def added_to(self, scene: Scene) -> Scene:
-        """The scene, with the options beside its own."""
-        model = scene.light_model
-        occlusion = model.ambient_occlusion or self.ambient_occlusion  # a rig's may be a distance
-        model = replace(model, shadows=model.shadows or self.shadows, ambient_occlusion=occlusion)
-        if self.occluder and not model.needs_rays:
-            remedy = "Give --shadows, --ambient-occlusion or a rig with them too."
-            check.refuse("--occluder", self.occluder[0], "left out where nothing casts shadows", remedy)
-        return replace(scene, light_model=model)
-
-    def occluders(self) -> list[Any]:
-        """The meshes that cast shadows too."""
-        return [read_mesh(path) for path in self.occluder]
-
-
-RayOptions = Annotated[Rays, Parameter(name="*")]
-NO_RAYS = Rays()
-"""None of its options given."""
 
 
 @dataclass(frozen=True)
 class Lighting:
-    """What lights a mesh, and how it reflects.
+    """What lights a mesh, how it reflects, and what hides light from it: the same options for every command.
 
     Parameters
     ----------
@@ -109,18 +55,32 @@ class Lighting:
     material
         A named material such as "gold" or "car paint"; the rig's if not given, or else a dull grey.
     reflectance
-        How it reflects, in place of the material's: a name, and fields of it after colons, as in oren-nayar:sigma=20
-        or ggx:roughness=0.3:f0=1,0.78,0.34.
+        How it reflects, in place of the material's: a name, and fields of it after colons, as in oren-nayar:sigma=20,
+        ggx:roughness=0.3:f0=1,0.78,0.34 or pbr:roughness=worn.png.
     ambient
         Reflectance of ambient light, in place of the material's: a number, three as in 1,0.5,0.2, or a colour's name.
     diffuse
-        Reflectance of scattered light, likewise.
+        Reflectance of scattered light, likewise; or the name of a point array, or an image file that is laid on by the
+        mesh's texture coordinates.
     specular
         Reflectance of the highlight, likewise.
     emission
         Light that the surface gives off, likewise.
+    albedo
+        What multiplies ambient and diffuse, likewise.
     shininess
-        Exponent of the highlight, in place of the material's.
+        Exponent of the highlight: a number, the name of a point array, or a grey image file whose white is 128.
+    tangents
+        The name of a point array of vectors along the surface, for a reflectance that needs them.
+    shadows
+        Multiply what lights add by the part of them that each vertex sees; blocks shadow each other.
+    ambient_occlusion
+        Multiply ambient light by the open part of the sky.
+    occluder
+        A file with a mesh that casts shadows too; may be given several times.
+    feature_angle
+        Degrees between two faces from which their common edge is sharp; "auto" takes 30 where the mesh has no point
+        normals of its own, and "none" leaves all of it smooth.
     """
 
     scene: Path | None = None
@@ -130,34 +90,35 @@ class Lighting:
     diffuse: str | None = None
     specular: str | None = None
     emission: str | None = None
-    shininess: float | None = None
+    albedo: str | None = None
+    shininess: str | None = None
+    tangents: str | None = None
+    shadows: Flag = False
+    ambient_occlusion: Flag = False
+    occluder: Annotated[tuple[str, ...], Parameter(negative="", show_default=False)] = ()
+    feature_angle: Annotated[FeatureAngle, Parameter(show_choices=False)] = "auto"
 
     def materials(self) -> dict[str, Material]:
         """The materials by the names of their blocks: the rig's if none is named, changed by the other options."""
         if self.material is not None:
-            try:
-                found = {DEFAULT: Material.named(self.material)}
-            except ValueError as error:
-                raise ValueError(f"material {error}") from error
+            found = {DEFAULT: as_material(self.material)}
         else:
             found = ({} if self.scene is None else load_materials(self.scene)) or {DEFAULT: Material()}
-        colors = {term: getattr(self, term) for term in ("ambient", "diffuse", "specular", "emission")}
-        changes: dict[str, Any] = {term: _color(text) for term, text in colors.items() if text is not None}
-        if self.shininess is not None:
-            changes["shininess"] = self.shininess
+        given = {name: getattr(self, name) for name in ("ambient", *COLORS, "shininess")}
+        changes: dict[str, Any] = {name: _value(text) for name, text in given.items() if text is not None}
+        if self.tangents is not None:
+            changes["tangents"] = self.tangents
         if self.reflectance is not None:
             changes["reflectance"] = _reflectance(self.reflectance)
         return {name: replace(material, **changes) for name, material in found.items()}
 
-    def read(self, path: str, rays: Rays = NO_RAYS, size: tuple[int, int] = SIZE) -> tuple[Any, Scene, Any]:
+    def read(self, path: str, size: tuple[int, int] = SIZE) -> tuple[Any, Scene, Any]:
         """What a command needs to light a mesh file.
 
         Parameters
         ----------
         path
             The file.
-        rays
-            Are added to the scene.
         size
             Of the picture for which a scene is made where no rig is given.
 
@@ -177,20 +138,26 @@ class Lighting:
             has_blocks = isinstance(mesh, pv.MultiBlock)
             outside = map_blocks(mesh, surface) if has_blocks else surface(mesh)
         scene = default_scene(outside, size[0] / size[1]) if given is None else scene_for(outside, given)
-        return outside, rays.added_to(scene), materials if has_blocks else single_material(materials)
+        return outside, self.with_rays(scene), materials if has_blocks else single_material(materials)
+
+    def with_rays(self, scene: Scene) -> Scene:
+        """A scene with shadows and ambient occlusion as the options have them, beside its own."""
+        model = scene.light_model
+        occlusion = model.ambient_occlusion or self.ambient_occlusion  # a rig's may be a distance
+        model = replace(model, shadows=model.shadows or self.shadows, ambient_occlusion=occlusion)
+        if self.occluder and not model.needs_rays:
+            remedy = "Give --shadows, --ambient-occlusion or a rig with them too."
+            check.refuse("--occluder", self.occluder[0], "left out where nothing casts shadows", remedy)
+        return replace(scene, light_model=model)
+
+    def occluders(self) -> list[Any]:
+        """The meshes that cast shadows too."""
+        return [read_mesh(path) for path in self.occluder]
 
 
 LightingOptions = Annotated[Lighting, Parameter(name="*")]
 DEFAULT_LIGHTING = Lighting()
 """None of its options given."""
-
-
-def albedo_of(given: str | None) -> Any:
-    """A texture from an image file, or the name of a point array."""
-    if given is None or Path(given).suffix.lower() not in _IMAGES:
-        return given
-    with reading(given):
-        return read_texture(given)
 
 
 def seeing(scene: Scene, mesh: Any, size: tuple[int, int]) -> Scene:
@@ -208,7 +175,7 @@ def _reflectance(text: str) -> Reflectance:
     known, given = [each.name for each in fields(kind)], dict[str, ColorLike]()
     for part in parts:
         field, separator, value = part.partition("=")
-        given[check.choice(f"--reflectance {name}", field, known)] = _color(value)
+        given[check.choice(f"--reflectance {name}", field, known)] = _value(value)
         if not separator:
             check.refuse(f"--reflectance {name}", part, "followed by fields as in name:field=value")
     missing = [each.name for each in fields(kind) if each.default is MISSING and each.name not in given]
@@ -217,7 +184,7 @@ def _reflectance(text: str) -> Reflectance:
     return kind(**given)
 
 
-def _color(text: str) -> ColorLike:
+def _value(text: str) -> ColorLike:
     """A number, numbers with commas between them, or the text itself, for `Material` to judge."""
     try:
         numbers = [float(part) for part in text.split(",")]

@@ -14,10 +14,7 @@ from pvphong.base.files import write_json
 from pvphong.base.processes import reading
 from pvphong.cli.options import (
     DEFAULT_LIGHTING,
-    NO_RAYS,
-    FeatureAngleOption,
     LightingOptions,
-    RayOptions,
     Verbose,
     busy,
 )
@@ -31,8 +28,6 @@ def plan(
     *,
     lighting: LightingOptions = DEFAULT_LIGHTING,
     tolerance: float = 0.0,
-    feature_angle: FeatureAngleOption = "auto",
-    rays: RayOptions = NO_RAYS,
     verbose: Verbose = False,
 ) -> None:
     """Say which effects a scene calls for on a mesh and which are left out; with --verbose, why.
@@ -44,9 +39,8 @@ def plan(
     tolerance
         Largest absolute colour error that may be traded for time; 1/255 = 0.0039 is one step of a display.
     """
-    outside, scene, material = lighting.read(mesh, rays)
-    options: dict[str, Any] = {"tolerance": tolerance, "feature_angle": feature_angle, "occluders": rays.occluders()}
-    _print_reports(outside.phong.plan(scene, material, **options), verbose)
+    outside, scene, material = lighting.read(mesh)
+    _print_reports(outside.phong.plan(scene, material, tolerance=tolerance, **_options_of(lighting)), verbose)
 
 
 def validate(
@@ -89,7 +83,7 @@ def validate(
         formats = BLOCK_FORMATS if has_blocks else tuple(suffix for suffix in MESH_FORMATS if suffix != ".ply")
         refuse_suffix(output, "signed errors", formats)
     with busy(f"Drawing {mesh} with VTK"):
-        found = outside.phong.validate(scene, material)
+        found = outside.phong.validate(scene, material, feature_angle=lighting.feature_angle)
     by_block = _print_reports(found, verbose)
     if json is not None:
         numbers = {block: comparison.to_dict() for block, comparison in by_block.items()}
@@ -121,7 +115,6 @@ def tradeoff(
     lighting: LightingOptions = DEFAULT_LIGHTING,
     tolerance: float = 1.0 / 255.0,
     seconds: float = 20.0,
-    rays: RayOptions = NO_RAYS,
     plot: Path | None = None,
     csv: Path | None = None,
     json: Path | None = None,
@@ -151,10 +144,10 @@ def tradeoff(
     for output in (plot, csv, json):
         if output is not None and not output.resolve().parent.is_dir():
             check.refuse("path", output, "in a folder that exists", f"Create {output.parent} first.")
-    outside, scene, _ = lighting.read(mesh, rays)
+    outside, scene, _ = lighting.read(mesh)
     material = single_material(lighting.materials())  # for all blocks
-    options: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "occluders": rays.occluders()}
-    result = outside.phong.tradeoff(scene, material, **options)
+    options: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds}
+    result = outside.phong.tradeoff(scene, material, **options, **_options_of(lighting))
     _print_reports(result, verbose)
     for path, save in ((plot, result.plot), (csv, result.to_csv), (json, result.to_json)):
         if path is not None:
@@ -162,18 +155,27 @@ def tradeoff(
             print(path)
 
 
-def diagnose(mesh: str, /, *, verbose: Verbose = False) -> int:
+def diagnose(mesh: str, /, *, json: Path | None = None, verbose: Verbose = False) -> int:
     """Say what in a mesh will not light as it should; the exit status is 1 if there is anything.
 
     Parameters
     ----------
     mesh
         A file of any format that PyVista reads.
+    json
+        A file for what was found as JSON; of several blocks, by their names.
     """
     with reading(mesh):
         found = read_mesh(mesh).phong.diagnose()
     diagnoses = _print_reports(found, verbose)
+    if json is not None:
+        numbers = {block: diagnosis.to_dict() for block, diagnosis in diagnoses.items()}
+        write_json(numbers if isinstance(found, dict) else numbers[""], json)
     return 0 if diagnoses and all(diagnosis.ok for diagnosis in diagnoses.values()) else 1
+
+
+def _options_of(lighting: LightingOptions) -> dict[str, Any]:
+    return {"feature_angle": lighting.feature_angle, "occluders": lighting.occluders()}
 
 
 def _print_reports(found: Any, verbose: bool) -> dict[str, Any]:

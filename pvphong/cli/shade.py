@@ -16,14 +16,9 @@ from pvphong.batch.pieces import Seams, is_pattern
 from pvphong.batch.shading import shade_files
 from pvphong.cli.options import (
     DEFAULT_LIGHTING,
-    NO_RAYS,
     SIZE,
-    Albedo,
-    FeatureAngleOption,
     Flag,
     LightingOptions,
-    RayOptions,
-    albedo_of,
     busy,
     seeing,
 )
@@ -41,13 +36,10 @@ def shade(
     *more: str,
     output: Annotated[str, Parameter(name=["--output", "-o"])],
     lighting: LightingOptions = DEFAULT_LIGHTING,
-    albedo: Albedo = None,
     array: str | None = None,
     components: Flag = False,
     precision: Precision = "float32",
     tolerance: float = 0.0,
-    feature_angle: FeatureAngleOption = "auto",
-    rays: RayOptions = NO_RAYS,
     compress: Compression | None = None,
     size: Annotated[tuple[int, int] | None, Parameter(negative="")] = None,
     background: str | None = None,
@@ -94,11 +86,10 @@ def shade(
     """
     options: dict[str, Any] = {
         "name": "phong" if array is None else array,
-        "albedo": albedo_of(albedo),
         "components": components,
         "precision": precision,
         "tolerance": tolerance,
-        "feature_angle": feature_angle,
+        "feature_angle": lighting.feature_angle,
     }
     target = Path(output)
     suffix = target.suffix.lower()
@@ -109,7 +100,7 @@ def shade(
         if workers is not None and scheduler is not None:
             check.refuse("--workers", workers, "left out beside --scheduler, which has its own")
         options |= {"compress": compress or "lz4", "client": scheduler, "workers": workers, "seams": seams}
-        return _shade_many((mesh, *more), output, lighting, rays, options)
+        return _shade_many((mesh, *more), output, lighting, options)
     allowed = "left out where a single mesh is lit into a file; -o FOLDER/ is for many"
     _refuse_given({"--workers": workers, "--scheduler": scheduler, "--seams": seams}, allowed)
     refuse_suffix(target, "a mesh", _OUTPUTS)
@@ -120,10 +111,10 @@ def shade(
     size = size or SIZE
     pictures.refuse_size(size)
     with busy(f"Lighting {mesh}"):
-        outside, scene, material = lighting.read(mesh, rays, size)
+        outside, scene, material = lighting.read(mesh, size)
         if suffix == ".png":
             scene = seeing(scene, outside, size)
-        lit = outside.phong.shade(scene, material, occluders=rays.occluders(), **options)
+        lit = outside.phong.shade(scene, material, occluders=lighting.occluders(), **options)
         if suffix == ".png":
             name = options["name"]
             image = pictures.draw(lit, scene.viewer, name=name, size=size, background=background or "white")
@@ -134,16 +125,14 @@ def shade(
     return 0
 
 
-def _shade_many(
-    meshes: Sequence[str], output: str, lighting: LightingOptions, rays: RayOptions, options: dict[str, Any]
-) -> int:
+def _shade_many(meshes: Sequence[str], output: str, lighting: LightingOptions, options: dict[str, Any]) -> int:
     """Light many files, print the results, and give the exit status."""
-    _refuse_given({"--occluder": rays.occluder}, "left out where many files are lit, each by itself")
+    _refuse_given({"--occluder": lighting.occluder}, "left out where many files are lit, each by itself")
     scene = None
     if lighting.scene is not None:
-        scene = rays.added_to(Scene.load(lighting.scene))
+        scene = lighting.with_rays(Scene.load(lighting.scene))
     else:
-        given = {"--shadows": rays.shadows, "--ambient-occlusion": rays.ambient_occlusion}
+        given = {"--shadows": lighting.shadows, "--ambient-occlusion": lighting.ambient_occlusion}
         _refuse_given(given, "left out without --scene where many files are lit")
     with busy("Lighting many files"):
         batch = shade_files(meshes, output, scene, lighting.materials(), **options)

@@ -14,13 +14,8 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.cli.options import (
     DEFAULT_LIGHTING,
-    NO_RAYS,
     SIZE,
-    Albedo,
-    FeatureAngleOption,
     LightingOptions,
-    RayOptions,
-    albedo_of,
     seeing,
 )
 from pvphong.meshes.blocks import DEFAULT, datasets
@@ -41,9 +36,6 @@ def view(
     /,
     *,
     lighting: LightingOptions = DEFAULT_LIGHTING,
-    albedo: Albedo = None,
-    feature_angle: FeatureAngleOption = "auto",
-    rays: RayOptions = NO_RAYS,
     background: str = BACKGROUND,
 ) -> None:
     """Show a lit mesh in a window, with gizmos to place its lights; the key h lists the keys.
@@ -55,7 +47,7 @@ def view(
     background
         Colour of the window's background.
     """
-    outside, scene, material = lighting.read(mesh, rays)
+    outside, scene, material = lighting.read(mesh)
     show(
         outside,
         seeing(scene, outside, SIZE),
@@ -63,9 +55,8 @@ def view(
         title=f"pvphong: {mesh}",
         stem=Path(mesh).stem,
         background=background,
-        albedo=albedo_of(albedo),
-        feature_angle=feature_angle,
-        occluders=rays.occluders(),
+        feature_angle=lighting.feature_angle,
+        occluders=lighting.occluders(),
     )
 
 
@@ -77,7 +68,6 @@ def show(
     title: str,
     stem: str = "pvphong",
     background: str = BACKGROUND,
-    albedo: Any = None,
     feature_angle: FeatureAngle = "auto",
     occluders: Sequence[Any] = (),
 ) -> None:
@@ -100,7 +90,7 @@ def show(
         What the names of saved files begin with.
     background : str
         A colour name or hex string.
-    albedo, feature_angle
+    feature_angle
         As for `shade`.
     occluders : sequence
         Meshes that are shown too, and shadow the others where the scene has shadows.
@@ -121,8 +111,7 @@ def show(
     plotter.phong.light_model = scene.light_model
     for light in scene.lights:
         plotter.phong.add_light(light)
-    options = {"albedo": albedo, "feature_angle": feature_angle}
-    drawn = plotter.phong.add_mesh(mesh, material, **options)
+    drawn = plotter.phong.add_mesh(mesh, material, feature_angle=feature_angle)
     for occluder in occluders:
         plotter.phong.add_mesh(occluder)
     has_blocks = isinstance(mesh, pv.MultiBlock)
@@ -138,7 +127,7 @@ def show(
     def save_lit_mesh(path: Path) -> None:
         left = current()
         lit = mesh.phong.shade(
-            plotter.phong.scene, left if has_blocks else left[DEFAULT], occluders=occluders, **options
+            plotter.phong.scene, left if has_blocks else left[DEFAULT], occluders=occluders, feature_angle=feature_angle
         )
         save_lit(lit, path, "phong")
 

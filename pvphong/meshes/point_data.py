@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
@@ -13,10 +12,11 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from pvphong.base import check, host
 from pvphong.base.color import linear_from_srgb
+from pvphong.base.processes import reading
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.geometry.normals import point_tangents
 from pvphong.meshes.surfaces import FeatureAngle, has_faces, polygons, split_sharp_edges, surface
-from pvphong.optics.maps import COLORS, IMAGES, SHINIEST, Map, checked, is_texture
+from pvphong.optics.maps import COLORS, SHINIEST, Map, checked, is_image_path, is_texture
 from pvphong.optics.material import Material
 
 _TO_POINTS = "mesh.cell_data_to_point_data() turns cell arrays into point arrays."
@@ -89,10 +89,11 @@ def values_at(name: str, given: Any, whole: pv.PolyData, source: pv.PolyData, po
     """
     value = given.source if isinstance(given, Map) else given
     if isinstance(value, str) and value not in source.point_data:
-        if Path(value).suffix.lower() in IMAGES:
+        if is_image_path(value):
             from pvphong.meshes.files import read_texture  # what reads files is not loaded to light a mesh
 
-            value = read_texture(value, name)
+            with reading(value):
+                value = read_texture(value, name)
         elif value in whole.cell_data:
             check.refuse(name, f"{value!r}, a cell array", "a point array", _TO_POINTS)
         else:

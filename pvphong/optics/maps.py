@@ -108,6 +108,11 @@ def is_color_name(value: str) -> bool:
     return True
 
 
+def is_image_path(value: Any) -> bool:
+    """Whether it is a string that ends as the path of an image file does."""
+    return isinstance(value, str) and value.lower().endswith(IMAGES)
+
+
 def is_texture(value: Any) -> bool:
     """Whether it is a `pyvista.Texture` or a `vtkTexture`; neither is imported for that."""
     return hasattr(value, "GetUseSRGBColorSpace")

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Self
 
 from pvphong.base import check, documents, host
@@ -18,6 +19,7 @@ from pvphong.base.files import write_json
 from pvphong.base.text import changed_fields, html_table
 from pvphong.base.types import VectorLike
 from pvphong.optics.lights import LIGHT_TYPES, Light
+from pvphong.optics.maps import is_image_path
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances.pbr import is_physical
 from pvphong.scene.light_model import LightModel
@@ -149,7 +151,8 @@ class Scene:
             The file.
         materials : mapping, optional
             Materials to be kept with it, by name: `load_materials` gives them back, and `pvphong shade --scene` takes
-            that of a block's name, or else "default".
+            that of a block's name, or else "default". Maps in them are names of point arrays or paths of image files;
+            these are kept as they are seen from the file's folder.
 
         Raises
         ------
@@ -173,7 +176,11 @@ class Scene:
             "light_model": model,
         }
         if materials:
-            document["materials"] = {name: material.to_dict() for name, material in materials.items()}
+            folder = Path(path).absolute().parent
+            document["materials"] = {
+                name: _with_paths(material, lambda image: os.path.relpath(image, folder)).to_dict()
+                for name, material in materials.items()
+            }
         write_json(document, path)
 
     @classmethod
@@ -213,7 +220,15 @@ def load_materials(path: str | os.PathLike[str]) -> dict[str, Material]:
         As for `Scene.load`.
     """
     kept = documents.entries("materials", _document(path).get("materials", {}))
-    return {name: Material.from_dict(entry, f"materials.{name}") for name, entry in kept.items()}
+    found = {name: Material.from_dict(entry, f"materials.{name}") for name, entry in kept.items()}
+    folder = Path(path).parent
+    return {name: _with_paths(material, lambda image: str(folder / image)) for name, material in found.items()}
+
+
+def _with_paths(material: Material, change: Callable[[str], str]) -> Material:
+    """A material with other paths of its image files: a rig has them as they are seen from its folder."""
+    maps = {name: value for name, value in material.maps.items() if is_image_path(value)}
+    return material.with_values({name: change(str(value)) for name, value in maps.items()})
 
 
 def is_scene_file(path: str | os.PathLike[str]) -> bool:

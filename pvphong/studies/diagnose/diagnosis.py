@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from textwrap import shorten
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
@@ -389,6 +389,15 @@ class Diagnosis:
     def _repr_html_(self) -> str:
         rows = [(f.label, f.name, f.sentence, f.indices, f.remedy) for f in self.findings]
         return html_table(self._summary, ("", "name", "what", "where", "remedy"), rows)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Whether it is `ok`, how many points and faces there are, and each finding by its name with all indices."""
+        findings = {finding.name: asdict(finding) for finding in self.findings}
+        for name, finding in findings.items():
+            del finding["name"]
+            indices = getattr(self, name)
+            finding["indices"] = [] if isinstance(indices, bool) else indices.tolist()
+        return {"ok": self.ok, "n_points": self.n_points, "n_faces": self.n_faces, "findings": findings}
 
     def to_mesh(self) -> pv.PolyData:
         """A mesh to look at the findings on.
