@@ -204,6 +204,17 @@ def test_a_light_removed_during_a_drag(mouse, plotter, moves_on):
     assert plotter.camera.position != before
 
 
+def test_the_only_light_removed_during_a_drag(new_mouse):
+    mouse = new_mouse(LAMP)
+    end = mouse.pull(mouse.at("lamp", "position"), (20, 5))
+    mouse.plotter.phong.remove_light("lamp")
+    mouse.plotter.render()
+    mouse.release(end)
+    before = mouse.plotter.camera.position
+    mouse.drag((5, 5), (20, 30))  # the mouse is everybody's again
+    assert mouse.plotter.camera.position != before
+
+
 @pytest.mark.parametrize("light_type", ["scene light", "camera light"])
 @pytest.mark.parametrize("positional", [True, False])
 def test_a_light_of_pyvista_is_changed_in_place(new_mouse, light_type, positional):
@@ -250,6 +261,8 @@ def test_the_highlight_is_dragged_on_the_surface_and_waits_off_it(new_mouse, kin
     mouse.release()
     assert mouse.plotter.phong.undo()
     assert mouse.plotter.phong.lights == (light,)
+    mouse.key("m")
+    assert only.highlight is None
 
 
 @pytest.mark.parametrize("change", ["edited", "removed", "replaced"])
@@ -534,6 +547,7 @@ def test_the_next_light_may_have_no_handles(new_mouse):
         selected += [each.light.name for each in mouse.plotter.phong.gizmos if each.is_selected] or [None]
         assert ("no light selected" in said(mouse.plotter)) == (selected[-1] is None)
     assert selected == ["head", "lamp", "glow", "spot", None, "head"]
+    assert mouse.gizmo("head").highlight is None
     mouse.key("Right")
     assert said(mouse.plotter).startswith("head: intensity 1.26")
 
