@@ -83,17 +83,6 @@ def test_is_not_there_on_what_has_no_surface():
     assert not hasattr(pv.Table({"a": np.zeros(3)}), "phong")
 
 
-def test_the_signature_is_the_documented_one():
-    parameters = list(inspect.signature(type(pv.Sphere().phong).shade).parameters.values())[1:]
-    assert [(p.name, p.default) for p in parameters] == [
-        ("scene", None), ("material", Material()), ("name", "phong"), ("matrix", None),
-        ("albedo", None), ("specular", None), ("shininess", None), ("roughness", None), ("tangents", None),
-        ("components", False), ("tolerance", 0.0), ("precision", "float32"), ("backend", "auto"),
-        ("feature_angle", None), ("occluders", ()), ("visibility", None),
-    ]  # fmt: skip
-    assert {p.kind for p in parameters[2:]} == {inspect.Parameter.KEYWORD_ONLY}
-
-
 MESH, BLOCKS = type(pv.Sphere().phong), type(pv.MultiBlock().phong)
 METHODS = [name for name in vars(MESH) if not name.startswith("_")]
 
@@ -168,64 +157,28 @@ def test_every_study_of_blocks_takes_a_material_for_each():
     np.testing.assert_array_equal(errors[0], errors[1])
     assert np.abs(errors[0] - errors[2]).max() > 1e-3
     assert [plan.effects["specular"].on for plan in plain.plan(SCENE, given).values()] == [False, True]
+    for names in (("a",), ("a", "b", "four")):
+        with pytest.raises(ValueError, match=r"^material must be a mapping with the names of all blocks"):
+            plain.shade(SCENE, dict.fromkeys(names, mirror))
     compared = plain.validate(SCENE, given)
     assert [part.passed for part in compared.values()] == [True, True]
     assert not np.array_equal(compared["a"].pvphong, compared["b"].pvphong)
 
 
-def test_follows_the_mesh_not_a_copy_of_it():
-    mesh = pv.Sphere()
-    mesh.clear_data()
-    phong = mesh.phong
-    before = phong.shade(SCENE)["phong"].copy()
-    mesh.points += [0, 0, 5]
-    assert np.abs(phong.shade(SCENE)["phong"] - before).max() > 0.1
-
-
-def wheel(size):
-    return pv.Plane(i_resolution=size)
-
-
 def test_every_block_has_its_own_plan_and_diagnosis_where_names_are_shared_or_missing():
     car = pv.MultiBlock()
-    for size in (1, 2):
-        car.append(wheel(size), "wheel")
-    car.append(wheel(3), "hood")
+    planes = [pv.Plane(i_resolution=size) for size in range(1, 7)]
+    for plane, name in zip(planes, ("wheel", "wheel", "hood"), strict=False):
+        car.append(plane, name)
     blocks = pv.MultiBlock()
     blocks.append(car, "car")
-    blocks.append(wheel(4), "car/hood")
+    blocks.append(planes[3], "car/hood")
     nameless = vtk.vtkMultiBlockDataSet()
-    nameless.SetBlock(0, wheel(5))
-    nameless.SetBlock(1, wheel(6))
+    nameless.SetBlock(0, planes[4])
+    nameless.SetBlock(1, planes[5])
     blocks.append(pv.wrap(nameless), "rest")
     paths = ["car/wheel [0][0]", "car/wheel [0][1]", "car/hood [0][2]", "car/hood [1]", "rest/0", "rest/1"]
     assert list(blocks.phong.plan(SCENE)) == paths
     sizes = [block.n_cells for _, block in datasets(blocks)]
     assert sizes == [10, 20, 30, 40, 50, 60]
     assert list(blocks.phong.diagnose()) == paths
-    inner = pv.MultiBlock({"ball": pv.Sphere(), "gap": None})
-    diagnoses = pv.MultiBlock({"inner": inner, "box": pv.Box(), "void": pv.PolyData()}).phong.diagnose()
-    assert list(diagnoses) == ["inner/ball", "box"]
-    assert str(diagnoses["box"]) == str(pv.Box().phong.diagnose())
-
-
-# --- a material for each block ---
-
-
-def blocks_of_three():
-    return pv.MultiBlock(
-        {"one": pv.Sphere(), "gap": None, "deep": pv.MultiBlock({"two": pv.Cube(), "three": pv.Cone()})}
-    )
-
-
-def test_each_block_has_the_material_of_its_name():
-    red, blue, green = (Material(diffuse=name) for name in ("red", "blue", "green"))
-    lit = blocks_of_three().phong.shade(SCENE, {"one": red, "deep/three": blue, "default": green})
-    for block, material in [(lit["one"], red), (lit["deep"]["two"], green), (lit["deep"]["three"], blue)]:
-        np.testing.assert_array_equal(block["phong"], block.phong.shade(SCENE, material)["phong"])
-
-
-@pytest.mark.parametrize("names", [("one",), ("one", "deep/two", "deep/three", "four"), ("default", "two")])
-def test_a_block_without_a_material_and_a_name_without_a_block_are_refused(names):
-    with pytest.raises(ValueError, match=r"^material must be a mapping with the names of all blocks"):
-        blocks_of_three().phong.shade(SCENE, dict.fromkeys(names, Material()))

@@ -5,6 +5,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
+import pyvista as pv
 
 import pvphong as ph
 from pvphong.base import threads
@@ -154,7 +155,7 @@ def test_what_is_wrong_is_said_at_once(change, message):
 
 
 def test_plain_numbers_of_what_is_seen_do_for_numpy_too():
-    ring = a_ring()
+    ring = pv.ParametricTorus(u_res=20, v_res=20, w_res=20)
     scene = ph.Scene(LIGHTS, SCENE.viewer, SHADOWY)
     seen = ring.phong.visibility(scene)
     normals = ring.phong.normals()
@@ -165,9 +166,3 @@ def test_plain_numbers_of_what_is_seen_do_for_numpy_too():
         ph.evaluate(ring.points, normals, scene, SHINY, visibility=numbers[1:])
     with pytest.raises(ValueError, match=r"^visibility must be an array of real numbers, shape \(lights \+ 1, n\)"):
         ph.evaluate(cut(ring.points, 50), normals, scene, SHINY, visibility=seen)
-
-
-def a_ring():
-    import pyvista as pv
-
-    return pv.ParametricTorus(u_res=20, v_res=20, w_res=20)

@@ -1,7 +1,5 @@
 """What a user types first: no scene, a light for a scene, a camera for a viewer, a target for a direction."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv
@@ -29,19 +27,16 @@ def camera_of(mesh):
     "mesh", [MESH, pv.Plane(i_size=3), pv.PolyData([[1.0, 2.0, 3.0]]), pv.Sphere(center=(1e6, 0, 0))]
 )
 def test_without_a_viewer_it_is_seen_as_pyvistas_camera_frames_it(mesh):
-    viewer, camera = ph.Viewer.framing(mesh.bounds), ph.Viewer.from_camera(camera_of(mesh))
+    viewer, camera = ph.Viewer.framing(mesh.bounds), ph.Scene(viewer=camera_of(mesh)).viewer
     np.testing.assert_allclose(viewer.position, camera.position, rtol=1e-6, atol=0)
     np.testing.assert_allclose(viewer.focal_point, camera.focal_point, rtol=1e-12, atol=1e-12)
     assert (viewer.up, viewer.view_angle) == (camera.up, camera.view_angle)
     assert viewer.parallel_scale == pytest.approx(camera.parallel_scale)
 
 
-@pytest.mark.parametrize("bounds", [(1, -1, 1, -1, 1, -1), (0, np.nan, 0, 1, 0, 1), (0, np.inf, 0, 1, 0, 1)])
-def test_no_box_at_all_counts_as_the_unit_cube(bounds):
-    assert ph.Viewer.framing(bounds) == ph.Viewer.framing((0, 1, 0, 1, 0, 1))
-
-
-def test_bounds_are_six_numbers():
+def test_no_box_at_all_counts_as_the_unit_cube_and_bounds_are_six_numbers():
+    for bounds in (1, -1, 1, -1, 1, -1), (0, np.nan, 0, 1, 0, 1), (0, np.inf, 0, 1, 0, 1):
+        assert ph.Viewer.framing(bounds) == ph.Viewer.framing((0, 1, 0, 1, 0, 1))
     with pytest.raises(ValueError, match=r"^bounds must be six numbers"):
         ph.Viewer.framing((0, 1))
 
@@ -82,11 +77,12 @@ def test_no_scene_is_the_default_scene():
     assert np.array_equal(blocks.phong.shade()[0]["phong"], MESH.phong.shade(ph.default_scene(blocks))["phong"])
 
 
-@pytest.mark.parametrize(
-    "given", [SUN, [SUN], (SUN,), (light for light in [SUN]), pv.Light(position=(1, 2, 3), light_type="scene light")]
-)
+GUEST = pv.Light(position=(1, 2, 3), light_type="scene light")
+
+
+@pytest.mark.parametrize("given", [SUN, [SUN], (SUN,), (light for light in [SUN]), GUEST])
 def test_lights_are_a_scene(given):
-    own = SUN if not isinstance(given, pv.Light) else ph.as_light(given)
+    own = ph.as_light(GUEST) if given is GUEST else SUN
     assert np.array_equal(MESH.phong.shade(given, SHINY)["phong"], MESH.phong.shade(ph.Scene([own]), SHINY)["phong"])
 
 
@@ -101,11 +97,6 @@ def test_lights_are_a_scene_everywhere():
         ph.evaluate(plane.points, plane.points + 1.0, [SUN], SHINY).rgb.shape,
     ):
         assert result
-
-
-def test_a_camera_is_a_viewer():
-    camera = camera_of(MESH)
-    assert ph.Scene(viewer=camera).viewer == ph.Viewer.from_camera(camera)
 
 
 def test_what_rides_along_needs_a_viewer():
@@ -132,23 +123,23 @@ def test_ready_made_lights_are_public():
     assert MESH.phong.shade(ph.three_point(MESH))["phong"].any()
 
 
-@pytest.mark.parametrize("given", ["gold", 0.2, pv.Property()])
-def test_a_materials_fields_are_named(given):
-    with pytest.raises(ValueError, match=r"^Material must be given by its fields"):
-        ph.Material(given)
+MATERIALS = {
+    lambda: ph.Material(0.2): r"^Material must be given by its fields",
+    lambda: ph.Material(pv.Property()): r"^Material must be given by its fields",
+    lambda: ph.Material("gold"): r"^Material must be given by its fields.*Material\.named\('gold'\)",
+    lambda: MESH.phong.shade(SUN, "gold"): r"Material\.named\('gold'\)",
+    lambda: MESH.phong.shade(SUN, "unobtainium"): r"Material\.names\(\)",
+}
 
 
-def test_names_where_materials_are_wanted_say_how_to_get_one():
-    for refused in (lambda: ph.Material("gold"), lambda: MESH.phong.shade(SUN, "gold")):
-        with pytest.raises(ValueError, match=r"Material\.named\('gold'\)"):
-            refused()
-    with pytest.raises(ValueError, match=r"Material\.names\(\)"):
-        MESH.phong.shade(SUN, "unobtainium")
+@pytest.mark.parametrize(("given", "message"), MATERIALS.items(), ids=MATERIALS.values())
+def test_what_is_no_material_says_how_to_get_one(given, message):
+    with pytest.raises(ValueError, match=message):
+        given()
 
 
 def test_pyvistas_colours_are_colours():
     assert ph.Material(diffuse=pv.Color("red")).diffuse == (1.0, 0.0, 0.0)
-    assert ph.PointLight(diffuse=pv.Color("orange")) == ph.PointLight(diffuse="orange")
 
 
 def test_cell_arrays_as_albedo_say_how_to_get_point_arrays():
@@ -159,12 +150,25 @@ def test_cell_arrays_as_albedo_say_how_to_get_point_arrays():
             mesh.phong.shade(SUN, albedo=albedo)
 
 
+def plotted(what, **options):
+    """The middle of a picture."""
+    size = {"off_screen": True, "return_img": True, "screenshot": True, "window_size": (40, 40)}
+    return np.asarray(what.phong.plot(**size, **options))[20, 20]
+
+
+def shot(begin):
+    """The middle of a window."""
+    plotter = pv.Plotter(off_screen=True, window_size=(40, 40))
+    begin(plotter.phong)
+    picture = plotter.screenshot(return_img=True)
+    plotter.close()
+    return picture[20, 20]
+
+
 def test_lit_meshes_are_drawn_in_their_colours():
     lit = pv.Plane(direction=(1, 1, 1)).phong.shade(SUN, ph.Material(ambient=0, diffuse=(0.2, 0.5, 0.8)))
-    options = {"off_screen": True, "return_img": True, "screenshot": True, "window_size": (60, 60)}
     for what in (lit, pv.MultiBlock([lit])):
-        picture = np.asarray(what.phong.plot(**options))
-        np.testing.assert_allclose(picture[30, 30], 255 * lit["phong"][0], atol=1.5, rtol=0)
+        np.testing.assert_allclose(plotted(what), 255 * lit["phong"][0], atol=1.5, rtol=0)
     with pytest.raises(ValueError, match=r"^name must be one of"):
         lit.phong.plot(name="fong")
     for what in (pv.Plane(), pv.MultiBlock([lit, pv.Plane()])):
@@ -174,18 +178,12 @@ def test_lit_meshes_are_drawn_in_their_colours():
 
 def test_a_colours_name_is_the_colour_that_is_seen(tmp_path):
     """Nothing decodes colours and nothing encodes them: in full light "orange" is what PyVista draws for it."""
-    orange = pv.Color("orange").int_rgb
     sheet, glow = pv.Plane(), ph.Material(ambient=0, diffuse=0, emission="orange")
-    plotter = pv.Plotter(off_screen=True, window_size=(40, 40))
-    plotter.phong.add_mesh(sheet, glow)
-    window = plotter.screenshot(return_img=True)
-    plotter.close()
     lit = sheet.phong.shade(SUN, glow)
-    drawn = lit.phong.plot(off_screen=True, return_img=True, screenshot=True, window_size=(40, 40))
     save_lit(lit, tmp_path / "lit.ply", "phong")
     in_file = pv.read(tmp_path / "lit.ply")["RGB"][0]
-    for seen in (window[20, 20], drawn[20, 20], in_file):
-        assert tuple(seen) == orange
+    for seen in (shot(lambda phong: phong.add_mesh(sheet, glow)), plotted(lit), in_file):
+        assert tuple(seen) == pv.Color("orange").int_rgb
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
@@ -193,14 +191,7 @@ def test_sums_above_1_are_drawn_as_full_brightness(precision):
     """VTK itself would begin again at black."""
     lit = pv.Plane().phong.shade(SUN, ph.Material(ambient=0), precision=precision)
     lit["sum"] = np.full((lit.n_points, 3), (1.65, 0.5, -0.2), lit["phong"].dtype)
-    plotter = pv.Plotter(off_screen=True, window_size=(40, 40))
-    plotter.phong.add_lit(lit, "sum")
-    pictures = [plotter.screenshot(return_img=True)]
-    plotter.close()
-    for what in (lit, pv.MultiBlock([lit])):
-        pictures.append(
-            what.phong.plot(name="sum", off_screen=True, return_img=True, screenshot=True, window_size=(40, 40))
-        )
-    for picture in pictures:
-        np.testing.assert_allclose(picture[20, 20], (255, 127.5, 0), atol=1)
+    pictures = [plotted(what, name="sum") for what in (lit, pv.MultiBlock([lit]))]
+    for picture in (*pictures, shot(lambda phong: phong.add_lit(lit, "sum"))):
+        np.testing.assert_allclose(picture, (255, 127.5, 0), atol=1)
     np.testing.assert_array_equal(lit["sum"][0], np.array((1.65, 0.5, -0.2), lit["phong"].dtype))

@@ -1,28 +1,25 @@
 """The generated scenes meet what they are there to meet; a strategy that only draws dark scenes proves nothing."""
 
-from __future__ import annotations
-
 from collections import Counter
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 from oracle import as_array, shade
 from stability.hunting import rows_of
-from strategies import MATRIX_CLASSES, Case, Dice, hard_case, matrix_of, moderate_case
+from strategies import MATRIX_CLASSES, Dice, hard_case, matrix_of, moderate_case
 
 EXAMPLES = 200
 
 
-def shares(throw: Callable[[Dice], Case], facts_of: Callable[[Case], set[str]]) -> Counter[str]:
+def shares(throw, facts_of):
     """Fact → share of the throws that show it; the throws are the same in every run."""
-    counts: Counter[str] = Counter()
+    counts = Counter()
     for seed in range(EXAMPLES):
         counts.update(facts_of(throw(Dice(seed))))
     return Counter({fact: count / EXAMPLES for fact, count in counts.items()})
 
 
-def ordinary_facts(case: Case) -> set[str]:
+def ordinary_facts(case):
     """Of the vertex that the scene is built around, and a neighbour."""
     case = rows_of(case, slice(2))
     shades, model = shade(*case.arguments, **case.options), case.scene.light_model
@@ -42,7 +39,7 @@ def ordinary_facts(case: Case) -> set[str]:
 
 
 @pytest.mark.parametrize("convention", ["standard", "vtk"])
-def test_ordinary_scenes_are_lit(convention: str) -> None:
+def test_ordinary_scenes_are_lit(convention):
     share = shares(lambda dice: moderate_case(dice, convention), ordinary_facts)
     assert share["dull"] < 0.2
     more_than = {0.7: ["highlight"], 0.1: ["sharp highlight"], 0.2: ["DirectionalLight", "PointLight", "SpotLight"]}
@@ -53,12 +50,12 @@ def test_ordinary_scenes_are_lit(convention: str) -> None:
             assert share[fact] > least, fact
 
 
-def hard_facts(case: Case) -> set[str]:
+def hard_facts(case):
     finite = {"point": np.isfinite(case.points).all(axis=1), "normal": np.isfinite(case.normals).all(axis=1)}
     good = rows_of(case, finite["point"] & finite["normal"])
     shades = shade(*good.arguments, **good.options)
 
-    def any_light(name: str, within: float) -> bool:
+    def any_light(name, within):
         found = [getattr(facts, name) for s in shades for facts in s.lights]
         return any(value is not None and abs(value) <= within for value in found)
 
@@ -72,14 +69,14 @@ def hard_facts(case: Case) -> set[str]:
     return {fact for fact, holds in facts.items() if holds} | {"a scene"}
 
 
-def test_hard_scenes_are_hard() -> None:
+def test_hard_scenes_are_hard():
     share = shares(lambda dice: hard_case(dice, "standard"), hard_facts)
     assert len(share) == 8, share
     assert min(share.values()) > 0.03, share
 
 
 @pytest.mark.parametrize("kind", MATRIX_CLASSES)
-def test_every_class_of_matrix_is_what_its_name_says(kind: str) -> None:
+def test_every_class_of_matrix_is_what_its_name_says(kind):
     made = [matrix_of(Dice(seed), kind) for seed in range(40)]
     if kind == "none":
         assert made == [None] * 40

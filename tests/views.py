@@ -23,7 +23,7 @@ class Globe(Light):
     """A kind that pvphong does not have: two fields with roles, and what it consists of. The larger the brighter."""
 
     position: Any = place()
-    radius: float = length(1.0, "radius")
+    radius: float = length(1.0, "radius", share=0.5)
 
     def nodes(self, count):  # noqa: ARG002 its centre does for all
         return (PointLight(position=self.position, attenuation=(1.0, 0.0, self.radius**-2)),)

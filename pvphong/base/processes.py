@@ -4,6 +4,7 @@ The worker says over a pipe what it is about to do; messages end with a zero byt
 this module imports nothing that takes time.
 """
 
+import math
 import os
 import select
 import signal
@@ -54,19 +55,17 @@ class Watch:
         self.file = ""
         self.limit = 0.0
         self.overdue = False
-        self._deadline = 0.0
-        self._bytes_read = 0
 
     def until_it_ends(self) -> None:
         """Listen until the worker has closed its end of the pipe, which it does when it ends."""
-        rest = b""
+        rest, deadline, bytes_read = b"", math.inf, 0
         while True:
-            wait = max(self._deadline - time.monotonic(), 0.0) if self._deadline else None
+            wait = None if deadline == math.inf else max(deadline - time.monotonic(), 0.0)
             if not select.select([self._end], [], [], wait)[0]:
-                if self._count_bytes_read() > self._bytes_read:
-                    self._set_deadline()
-                else:
-                    self.overdue, self._deadline = True, 0.0
+                before, bytes_read = bytes_read, self._count_bytes_read()
+                deadline = time.monotonic() + self.limit
+                if bytes_read <= before:
+                    self.overdue, deadline = True, math.inf
                     os.kill(self._process, signal.SIGKILL)
                 continue
             received = os.read(self._end, 2**16)
@@ -80,14 +79,11 @@ class Watch:
                 elif what == "status":
                     self.status = int(more)
                 elif what == "done":
-                    self.file, self._deadline = "", 0.0
+                    self.file, deadline = "", math.inf
                 elif what == "reading":
                     seconds, self.file = more.split(" ", 1)
-                    self.limit = float(seconds)
-                    self._set_deadline()
-
-    def _set_deadline(self) -> None:
-        self._deadline, self._bytes_read = time.monotonic() + self.limit, self._count_bytes_read()
+                    self.limit, bytes_read = float(seconds), self._count_bytes_read()
+                    deadline = time.monotonic() + self.limit
 
     def _count_bytes_read(self) -> int:
         """Bytes that the worker has read so far; 0 where the system does not report it."""
@@ -96,13 +92,6 @@ class Watch:
                 return int(counts.readline().split()[1])
         except OSError:
             return 0
-
-    def clear_folders(self) -> None:
-        """Remove the folders in which the worker was writing when it was killed."""
-        for folder in self.folders:
-            from shutil import rmtree
-
-            rmtree(folder, ignore_errors=True)
 
     def failure(self, code: int, advice: str = "") -> str:
         """One line about the violent end of the worker, by the negative number of the signal."""
@@ -135,7 +124,8 @@ def begin_work(end: int) -> None:
 def reading(path: "str | os.PathLike[str]") -> "Iterator[None]":
     """While a file is read: the watching process knows which one, and no more memory can be had than is free.
 
-    Within another such block, and in a process that nobody watches, nothing changes.
+    So what a damaged file makes this process allocate is refused before the system stalls. Within another such block,
+    and in a process that nobody watches, nothing changes.
     """
     global _is_reading
     if watcher is None or _is_reading:
@@ -145,12 +135,20 @@ def reading(path: "str | os.PathLike[str]") -> "Iterator[None]":
         size = os.stat(path).st_size
     except (OSError, ValueError):
         size = 0
+    if sys.platform == "linux":
+        import resource
+
+        free = _bytes_in("/proc/self/status", "VmData:") + _bytes_in("/proc/meminfo", "MemAvailable:")
+        old, hard = resource.getrlimit(resource.RLIMIT_DATA)
+        bounds = [limit for limit in (free, old, hard) if limit != resource.RLIM_INFINITY]
+        resource.setrlimit(resource.RLIMIT_DATA, (min(bounds), hard))
     _is_reading = True
     say("reading", f"{SECONDS + size / BYTES_PER_SECOND} {os.fspath(path)}")
     try:
-        with _limited_memory():
-            yield
+        yield
     finally:
+        if sys.platform == "linux":
+            resource.setrlimit(resource.RLIMIT_DATA, (old, hard))
         _is_reading = False
         say("done")
 
@@ -158,24 +156,6 @@ def reading(path: "str | os.PathLike[str]") -> "Iterator[None]":
 def available_memory() -> int | None:
     """Bytes that can be had without swapping; None where the system does not say."""
     return _bytes_in("/proc/meminfo", "MemAvailable:") if sys.platform == "linux" else None
-
-
-@contextmanager
-def _limited_memory() -> "Iterator[None]":
-    """A limit for this process's data: what a damaged file makes it allocate is refused before the system stalls."""
-    if sys.platform != "linux":
-        yield
-        return
-    import resource
-
-    free = _bytes_in("/proc/self/status", "VmData:") + _bytes_in("/proc/meminfo", "MemAvailable:")
-    old, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    bounds = [limit for limit in (free, old, hard) if limit != resource.RLIM_INFINITY]
-    resource.setrlimit(resource.RLIMIT_DATA, (min(bounds), hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_DATA, (old, hard))
 
 
 def _bytes_in(file: str, name: str) -> int:

@@ -54,14 +54,11 @@ def changed_fields(value: Any, without: Sequence[str] = ()) -> str:
 
 def html_table(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A small table for a notebook; all text is escaped. Without headings it has no head."""
-
-    def html_row(kind: str, cells: Iterable[str]) -> str:
+    body = ""
+    for kind, cells in [("th", headings)] * bool(headings) + [("td", row) for row in rows]:
         inner = "".join(f'<{kind} style="text-align: left">{escape(cell)}</{kind}>' for cell in cells)
-        return f"<tr>{inner}</tr>"
-
-    head = html_row("th", headings) if headings else ""
-    body = "\n".join(html_row("td", row) for row in rows)
-    return f"<table>\n<caption>{escape(title)}</caption>\n{head}\n{body}\n</table>"
+        body += f"<tr>{inner}</tr>\n"
+    return f"<table>\n<caption>{escape(title)}</caption>\n{body}</table>"
 
 
 Listener = Callable[[str, float], object]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import glob
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any, Literal, NamedTuple
 from xml.etree import ElementTree
@@ -45,10 +45,6 @@ class Piece:
     output: Path
     label: str = DEFAULT
     surface: str = ""
-
-    def absolute(self) -> Piece:
-        """As workers get it: they may run in another folder."""
-        return replace(self, input=self.input.absolute(), output=self.output.absolute())
 
 
 @dataclass(frozen=True)

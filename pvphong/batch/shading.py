@@ -156,7 +156,11 @@ def shade_files(
     folder = Path(out)
     pieces, indices = pieces_and_indices(paths_of(paths), folder, as_one=seams == "merge")
     job.refuse_wrong({piece.label for piece in pieces})
-    _refuse_shadows(job.scene, pieces)
+    several = [name for name, count in Counter(piece.surface for piece in pieces).items() if name and count > 1]
+    if several and job.scene.light_model.needs_rays:  # who lights a piece does not have the others
+        remedy = "scene.light_model.without_rays() is the same without them; or join the pieces: pyvista.read(path)."
+        got = f"one with them for the pieces of {several[0].rpartition('@')[0] or 'one surface'}"
+        check.refuse("light_model", got, "without shadows and ambient occlusion where a surface is in pieces", remedy)
     outputs = [piece.output for piece in pieces] + [index.output for index in indices]
     folders = sorted({folder, *(output.parent for output in outputs)})
     with connected(client, workers) as workforce, _folders(folders), about("files"):
@@ -167,15 +171,6 @@ def shade_files(
         run.write_indices()
     are_apart = sum(not piece.surface for piece in pieces) > 1
     return run.batch(note=_APART if are_apart and seams is None else "")
-
-
-def _refuse_shadows(scene: Scene, pieces: Sequence[Piece]) -> None:
-    """Raise ``ValueError`` for rays where a surface is in pieces: who lights a piece does not have the others."""
-    several = [name for name, count in Counter(piece.surface for piece in pieces).items() if name and count > 1]
-    if several and scene.light_model.needs_rays:
-        remedy = "scene.light_model.without_rays() is the same without them; or join the pieces: pyvista.read(path)."
-        got = f"one with them for the pieces of {several[0].rpartition('@')[0] or 'one surface'}"
-        check.refuse("light_model", got, "without shadows and ambient occlusion where a surface is in pieces", remedy)
 
 
 @contextmanager
@@ -240,8 +235,7 @@ class _Run:
                 self._end(piece, Result(arrays=receipt.arrays))
         if not self._left(pieces):
             return {}
-        asked = {self._begin(border_in, piece): piece for piece in pieces if piece in looked}
-        borders = dict(self._ended(asked, fetches=False))
+        borders = dict(self._each(border_in, [piece for piece in pieces if piece in looked], fetches=False))
         known = [piece for piece in pieces if piece in borders]
         if not known:
             return {}
@@ -280,14 +274,14 @@ class _Run:
 
     def _begin(self, work: Callable[..., Any], piece: Piece, *more: Any) -> Any:
         """A task; among `more` may be others, whose values then go from worker to worker."""
-        return self._client.submit(work, piece.absolute(), *more, pure=False)
+        there = replace(piece, input=piece.input.absolute(), output=piece.output.absolute())  # in whatever folder
+        return self._client.submit(work, there, *more, pure=False)
 
-    def _each(self, work: Callable[..., Any], pieces: Iterable[Piece], *more: Any) -> Iterator[tuple[Piece, Any]]:
-        """The pieces, and the value of some work on each, as it ends."""
-        return self._ended({self._begin(work, piece, *more): piece for piece in pieces})
-
-    def _ended(self, tasks: Mapping[Any, Piece], *, fetches: bool = True) -> Iterator[tuple[Piece, Any]]:
-        """The same of tasks; a piece whose task has failed has ended."""
+    def _each(
+        self, work: Callable[..., Any], pieces: Iterable[Piece], *more: Any, fetches: bool = True
+    ) -> Iterator[tuple[Piece, Any]]:
+        """The pieces, and the value of some work on each, as it ends; a piece whose task has failed has ended."""
+        tasks = {self._begin(work, piece, *more): piece for piece in pieces}
         for piece, value in ended(self._client, tasks, fetches=fetches):
             if isinstance(value, Result):
                 self._end(piece, value)

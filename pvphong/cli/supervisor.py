@@ -65,7 +65,10 @@ def _supervise() -> int:
     code = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
     if watch.status is not None or code >= 0:
         return code if watch.status is None else watch.status
-    watch.clear_folders()
+    for folder in watch.folders:  # in which it was writing
+        from shutil import rmtree
+
+        rmtree(folder, ignore_errors=True)
     if sys.stderr is not None and sys.stderr.isatty():
         sys.stderr.write("\r\x1b[K\x1b[?25h")  # a spinner's line, and the cursor that it hides
     if signal.Signals(-code).name in _QUIET:

@@ -15,7 +15,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import accumulate
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -34,8 +34,6 @@ from pvphong.scene.scene import Scene, light_labels
 BLACK: Vector = (0.0, 0.0, 0.0)
 
 _WHITE: Vector = (1.0, 1.0, 1.0)
-
-NO_MAPS: Mapping[str, tuple[float, float]] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -171,7 +169,7 @@ class Equation:
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
         """The reflectance's forms; None where they are not the same at all vertices."""
-        forms, diffuse = self.reflectance.forms, self.lobes_of("diffuse")
+        forms, diffuse = self.reflectance.forms, self.lobes_of["diffuse"]
         return tuple(form if k in diffuse else None for k, form in enumerate(forms)) if self.fields_with_maps else forms
 
     @cached_property
@@ -186,29 +184,23 @@ class Equation:
 
     def needs_viewer(self, term: LightTerm) -> bool:
         """Whether a light's share depends on the viewer through v."""
-        return any(map(term.shines.__getitem__, self._seen_lobes))
+        pairs = zip(term.shines, self.reflectance.lobes, strict=True)
+        return any(shines and lobe.needs_viewer for shines, lobe in pairs)
 
     @cached_property
-    def _seen_lobes(self) -> list[int]:
-        return [k for k, lobe in enumerate(self.reflectance.lobes) if lobe.needs_viewer]
-
-    def lobes_of(self, component: Component) -> list[int]:
-        """Indices of the reflectance's lobes that count to a component."""
-        return self._lobes[component]
-
-    @cached_property
-    def _lobes(self) -> dict[Component, list[int]]:
+    def lobes_of(self) -> dict[Component, list[int]]:
+        """Indices of the reflectance's lobes that count to each component."""
         lobes = [lobe.component for lobe in self.reflectance.lobes]
         components: tuple[Component, ...] = ("diffuse", "specular")
         return {component: [k for k, of in enumerate(lobes) if of == component] for component in components}
 
     def has(self, term: LightTerm, component: Component) -> bool:
         """Whether a light adds to a component."""
-        return any(map(term.shines.__getitem__, self._lobes[component]))
+        return any(map(term.shines.__getitem__, self.lobes_of[component]))
 
     def without(self, term: LightTerm, component: Component) -> LightTerm:
         """A light's term that adds nothing to a component."""
-        gone = self.lobes_of(component)
+        gone = self.lobes_of[component]
         return replace(term, colors=tuple(BLACK if k in gone else color for k, color in enumerate(term.colors)))
 
     @property
@@ -266,7 +258,10 @@ _SMALL = _TAME / FARTHEST
 
 
 def assemble(
-    scene: Scene, material: Material, matrix: MatrixLike | None, maps: Mapping[str, tuple[float, float]] = NO_MAPS
+    scene: Scene,
+    material: Material,
+    matrix: MatrixLike | None,
+    maps: Mapping[str, tuple[float, float]] = MappingProxyType({}),
 ) -> Equation:
     """The equation of a scene and a material, in the scene's convention; the matrix is copied.
 
@@ -291,14 +286,25 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
     reflectance = (material.reflectance or REFLECTANCES[model.reflection]()).of(material)
     reflectances = _Reflectances.of(material, reflectance)
     labels = light_labels(scene, "light ")
+    terms, off = [], []
+    products: dict[Any, tuple[Vector, tuple[Vector, ...], float]] = {}  # many lights have the same colours
+    for index, (given, light) in enumerate(zip(scene.lights, scene.world_lights, strict=True)):
+        if not light.on:
+            off.append(labels[index])
+            continue
+        colors = light.intensity, light.ambient, light.diffuse, light.specular_color
+        if colors not in products:
+            products[colors] = reflectances.times(*colors)
+        rides, is_shadowed = given.frame != "world", model.shadows
+        terms.append(LightTerm(light, index, labels[index], rides, *products[colors], is_shadowed=is_shadowed))
     return Equation(
-        terms=tuple(_terms(scene, labels, reflectances)),
-        off=tuple([labels[index] for index, light in enumerate(scene.lights) if not light.on]),
+        terms=tuple(terms),
+        off=tuple(off),
         lights=len(labels),
         ambient=_product(BRIGHTEST, rgb(material.ambient), rgb(model.ambient)),
         emission=_product(BRIGHTEST, rgb(material.emission), _WHITE),
         reflectance=reflectance,
-        eye=_vector(viewer.position) if local else None,
+        eye=cast(Vector, viewer.position) if local else None,
         to_eye=(-x, -y, -z),
         two_sided=model.two_sided,
         local_facing=local,
@@ -307,20 +313,6 @@ def _standard(scene: Scene, material: Material, matrix: Float64Array | None) -> 
         turns_normals=matrix is not None,
         is_occluded=model.ambient_occlusion is not False,
     )
-
-
-def _terms(scene: Scene, labels: Sequence[str], reflectances: _Reflectances) -> Iterator[LightTerm]:
-    """The terms of the lights that are on."""
-    products: dict[Any, tuple[Vector, tuple[Vector, ...], float]] = {}  # many lights have the same colours
-    for index, (given, light) in enumerate(zip(scene.lights, scene.world_lights, strict=True)):
-        if light.on:
-            colors = light.intensity, light.ambient, light.diffuse, light.specular_color
-            if colors not in products:
-                products[colors] = reflectances.times(*colors)
-            follows_viewer = given.frame != "world"
-            yield LightTerm(
-                light, index, labels[index], follows_viewer, *products[colors], is_shadowed=scene.light_model.shadows
-            )
 
 
 def _with_maps(
@@ -355,10 +347,17 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
         remedy = f"LightModel() has it. {nearest_in_vtk(material)}"
         check.refuse("reflectance", material.reflectance, "None or PBR in VTK's convention", remedy)
     reflectances = _Reflectances.of(material, reflectance)
-    terms = tuple(_as_vtk_lights(term, reflectances) for term in standard.terms)
-    if is_headlight and reflectance.is_physical:
-        at_the_eye = light_from_homogeneous((*scene.viewer.position, 1.0))
-        terms = tuple(replace(term, light=at_the_eye) for term in terms)
+    terms = []
+    for term in standard.terms:
+        refuse_unless_in_vtk(term.light, f"lights[{term.index}]", "one that VTK has, in VTK's convention")
+        values = term.light.as_vtk()  # in which a cone of 90° is none
+        values = values._replace(exponent=min(values.exponent, HIGHEST_POWER))
+        light = light_from_values(values, diffuse=term.light.diffuse, intensity=term.light.intensity)
+        if is_headlight and reflectance.is_physical:
+            light = light_from_homogeneous((*scene.viewer.position, 1.0))
+        diffuse = rgb(term.light.diffuse)
+        ambient, colors, gain = reflectances.times(term.light.intensity, BLACK, diffuse, diffuse)
+        terms.append(replace(term, light=light, ambient=ambient, colors=colors, gain=gain))
     ambient, diffuse = rgb(material.ambient), rgb(material.diffuse)
     unlit = ambient[0] + diffuse[0], ambient[1] + diffuse[1], ambient[2] + diffuse[2]
     if reflectance.is_physical:  # a light with a position that is off leaves it black
@@ -367,11 +366,11 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
         unlit = ambient
     return replace(
         standard,
-        terms=terms,
+        terms=tuple(terms),
         ambient=_product(BRIGHTEST, unlit, _WHITE),
         gamma=reflectance.gamma,
         reflectance=reflectance,
-        eye=_vector(scene.viewer.position),
+        eye=cast(Vector, scene.viewer.position),
         local_facing=not scene.viewer.parallel,
     )
 
@@ -392,18 +391,6 @@ def vtk_tier(lights: Iterable[Light]) -> int:
         if not light.is_even:
             chosen = 3
     return chosen if shine else 0
-
-
-def _as_vtk_lights(term: LightTerm, reflectances: _Reflectances) -> LightTerm:
-    """A light as VTK takes it: a cone of 90° is none, exponents end at 128, highlights have the diffuse colour."""
-    light = term.light
-    refuse_unless_in_vtk(light, f"lights[{term.index}]", "one that VTK has, in VTK's convention")
-    values = light.as_vtk()
-    values = values._replace(exponent=min(values.exponent, HIGHEST_POWER))
-    shape = light_from_values(values, diffuse=light.diffuse, intensity=light.intensity)
-    diffuse = rgb(light.diffuse)
-    ambient, colors, gain = reflectances.times(shape.intensity, BLACK, diffuse, diffuse)
-    return replace(term, light=shape, ambient=ambient, colors=colors, gain=gain)
 
 
 class _Reflectances(NamedTuple):
@@ -427,13 +414,11 @@ class _Reflectances(NamedTuple):
         """A term's ambient colour, its lobes' colours, and their gain, for a light of these colours and intensity."""
         shining: dict[Component, Vector] = {"diffuse": rgb(diffuse), "specular": rgb(specular)}
         dim = _product(FARTHEST, self.ambient, rgb(ambient), intensity)
-        colors = tuple([_product(FARTHEST, color, shining[component], intensity) for component, color in self.lobes])
+        colors = [_product(FARTHEST, color, shining[component], intensity) for component, color in self.lobes]
         gain = 2.0 ** math.frexp(max(map(max, (dim, *colors))))[1]
-        return (dim, colors, gain) if gain == 1.0 else (_over(dim, gain), tuple([_over(c, gain) for c in colors]), gain)
-
-
-def _over(color: Vector, gain: float) -> Vector:
-    return color[0] / gain, color[1] / gain, color[2] / gain
+        if gain != 1.0:
+            (dim, *colors) = [(red / gain, green / gain, blue / gain) for red, green, blue in (dim, *colors)]
+        return dim, tuple(colors), gain
 
 
 def _product(most: float, reflectance: Vector, light: Vector, intensity: float = 1.0) -> Vector:
@@ -455,11 +440,6 @@ def _capped(most: float, *factors: float) -> float:
     mantissas, exponents = zip(*map(math.frexp, factors), strict=True)
     mantissa, exponent = math.prod(mantissas), sum(exponents)
     return min(math.ldexp(mantissa, min(exponent, 1023)), most)
-
-
-def _vector(value: VectorLike) -> Vector:
-    x, y, z = value
-    return x, y, z
 
 
 # --- the origin, where a matrix carries the mesh very far out

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,7 +25,7 @@ from pvphong.base.vectors import columns, dot, moderate, towards
 from pvphong.geometry.transform import transform_normals, transform_points
 from pvphong.optics.area.lobes import CosinePower, lobe_numbers
 from pvphong.optics.light import Integral
-from pvphong.optics.reflectance import Lobe, Reflectance
+from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.surface import Surface
 from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.vertices import reflectances
@@ -124,29 +123,17 @@ def shade(
     is_even = not (equation.needs_points or equation.needs_normals or equation.is_occluded or albedo is not None)
     for start in range(0, len(points), BLOCK):
         part = slice(start, start + BLOCK)
-        if start and is_even:
-            _repeat(result, part)
+        views: dict[str, Any] = {name: a if a is None else a[..., part, :] for name, a in vars(result).items()}
+        if start and is_even:  # all vertices are alike
+            for name, view in views.items():
+                if view is not None:
+                    view[:] = getattr(result, name)[..., : view.shape[-2], :]
             continue
         shades = None if albedo is None else albedo[part]
         own = None if channels is None else channels[:, part].astype(result.rgb.dtype, copy=False)
         with np.errstate(divide="ignore", under="ignore", over="ignore"):
             block = _block(points[part], normals[part], shades, own, equation, result.rgb.dtype.type)
-            _shade_block(block, equation, _part(result, part))
-
-
-def _repeat(result: Shading, part: slice) -> None:
-    """The first block's values once more: all vertices are alike."""
-    for array in vars(result).values():
-        if array is not None:
-            here = array[..., part, :]
-            here[:] = array[..., : here.shape[-2], :]
-
-
-def _part(result: Shading, part: slice) -> Shading:
-    """The vertices of one block of the result, as views."""
-    arrays = {name: getattr(result, name) for name in Shading.__dataclass_fields__}
-    views: dict[str, Any] = {name: a if a is None else a[..., part, :] for name, a in arrays.items()}
-    return Shading(**views)
+            _shade_block(block, equation, Shading(**views))
 
 
 def _block(
@@ -157,46 +144,26 @@ def _block(
     equation: Equation,
     real: Any,
 ) -> Block:
-    p = _points(points, equation) if equation.needs_points else np.zeros((3, 0))
-    v, unseen = _column(equation.to_eye), False
+    matrix, to_eye = equation.matrix, np.array(equation.to_eye)[:, None]
+    p, v = np.zeros((3, 0)), to_eye
+    unseen: Any = False
     raw = inverse_length = np.zeros((3, 0), real)
+    if equation.needs_points:
+        p = columns(points if matrix is None else transform_points(points, matrix))
     if equation.eye is not None and equation.needs_eye:
-        v, unseen = _to_viewer(p, equation.eye, real)
+        v, distance = towards(equation.eye, p, real)
+        unseen = False if distance.min(initial=1.0) > 0.0 else ~(distance > 0.0)
     if equation.needs_normals:
-        raw, inverse_length = _normals(normals, equation, real)
+        if equation.turns_normals and matrix is not None:
+            normals = transform_normals(normals, matrix)
+        raw, inverse_length = moderate(normals.T, real)
     if equation.is_flipped:
-        facing = v if equation.local_facing else _column(equation.to_eye)
-        raw = np.where(dot(raw, facing) < 0.0, -raw, raw)
+        raw = np.where(dot(raw, v if equation.local_facing else to_eye) < 0.0, -raw, raw)
     shades = None if albedo is None else reflectances(albedo).T.astype(real)
-    of = partial(_channels, channels, equation)
-    maps = {name: rows[0] for name in equation.fields_with_maps if (rows := of(name)) is not None}
-    surface = Surface(raw, inverse_length, v.astype(real, copy=False), of("tangents"), maps)
-    return Block(p, surface, unseen, shades, of("visibility"), of("specular"))
-
-
-def _channels(channels: FloatArray | None, equation: Equation, kind: str) -> FloatArray | None:
-    """Those of a kind; None where they are not wanted."""
-    return None if channels is None or kind not in equation.channels else channels[equation.channels[kind]]
-
-
-def _points(points: FloatArray, equation: Equation) -> Float64Array:
-    return columns(points if equation.matrix is None else transform_points(points, equation.matrix))
-
-
-def _normals(normals: FloatArray, equation: Equation, real: Any) -> tuple[FloatArray, FloatArray]:
-    if equation.turns_normals and equation.matrix is not None:
-        normals = transform_normals(normals, equation.matrix)
-    return moderate(normals.T, real)
-
-
-def _column(vector: Vector) -> Float64Array:
-    return np.array(vector)[:, None]
-
-
-def _to_viewer(p: Float64Array, eye: Vector, real: Any) -> tuple[Any, Any]:
-    """Unit vectors v, (3, n), and where there is none."""
-    v, distance = towards(eye, p, real)
-    return v, False if distance.min(initial=1.0) > 0.0 else ~(distance > 0.0)
+    of = {} if channels is None else {kind: channels[rows] for kind, rows in equation.channels.items()}
+    maps = {name: of[name][0] for name in equation.fields_with_maps if name in of}
+    surface = Surface(raw, inverse_length, v.astype(real, copy=False), of.get("tangents"), maps)
+    return Block(p, surface, unseen, shades, of.get("visibility"), of.get("specular"))
 
 
 def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
@@ -209,7 +176,11 @@ def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
         strength, factors = _factors(block, equation.reflectance, term)
         _add(term.ambient, strength if sky is None else strength * sky, block.albedo, color, result.ambient, share)
         for lobe, coefficients, factor in zip(equation.reflectance.lobes, term.colors, factors, strict=True):
-            tint = _tint(lobe, block.albedo) if lobe.takes_albedo else None
+            if lobe.needs_viewer and block.unseen is not False and any(coefficients):
+                factor[block.unseen] = 0.0
+            tint = block.albedo if lobe.takes_albedo else None
+            if tint is not None and lobe.tint is not None:
+                tint = lobe.tint(tint)
             if block.specular is not None and lobe.component == "specular":
                 tint = block.specular if tint is None else tint * block.specular
             _add(coefficients, factor, tint, color, getattr(result, lobe.component), share)
@@ -218,10 +189,6 @@ def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
     if equation.clamp:
         np.clip(color, 0.0, 1.0, out=color)
     result.rgb[:] = color.T
-
-
-def _tint(lobe: Lobe, albedo: FloatArray | None) -> FloatArray | None:
-    return albedo if albedo is None or lobe.tint is None else lobe.tint(albedo)
 
 
 def _add(
@@ -255,16 +222,10 @@ def _factors(block: Block, reflectance: Reflectance, term: LightTerm) -> tuple[A
         return strength, (0.0,) * len(wanted)
     factors = list(reflectance.evaluate(block.surface, arrival, wanted))
     reaching = strength if seen is None else strength * seen
-    for k, lobe in enumerate(reflectance.lobes):
-        if wanted[k]:
+    for k, is_wanted in enumerate(wanted):
+        if is_wanted:
             factors[k] *= reaching
-            _hide(block, lobe, factors[k])
     return strength, tuple(factors)
-
-
-def _hide(block: Block, lobe: Lobe, factors: FloatArray) -> None:
-    if lobe.needs_viewer and block.unseen is not False:
-        factors[block.unseen] = 0.0
 
 
 def _integrals(block: Block, reflectance: Reflectance, term: LightTerm, seen: FloatArray | None) -> Iterator[Any]:
@@ -273,14 +234,13 @@ def _integrals(block: Block, reflectance: Reflectance, term: LightTerm, seen: Fl
     Where a part of the light is seen, that is the same part of all that it sends.
     """
     real = block.surface.raw.dtype.type
-    for lobe, form, color in zip(reflectance.lobes, reflectance.forms, term.colors, strict=True):
+    for form, color in zip(reflectance.forms, term.colors, strict=True):
         integral = term.light.closed(form) if form is not None and any(color) else None
         if form is None or integral is None:
             yield 0.0
             continue
         found = _integrated(integral, form, block, rounded=real is np.float32)
         factors = np.minimum(found * term.gain, BRIGHTEST).astype(real, copy=False)
-        _hide(block, lobe, factors)
         yield factors if seen is None else factors * seen
 
 

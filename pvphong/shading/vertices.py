@@ -17,11 +17,13 @@ from pvphong.geometry.extent import Extent
 from pvphong.geometry.transform import transform_vectors
 from pvphong.optics.material import Material
 from pvphong.shading.equation import Equation
-from pvphong.shading.visibility import VisibilityLike, visibility_channels
+from pvphong.shading.visibility import VisibilityLike
 
 _TO_TANGENTS = (
     "Name a point array of vectors along the surface, or give the mesh texture coordinates whose u changes everywhere."
 )
+
+_TO_VISIBILITY = "mesh.phong.shade casts the rays itself; evaluate takes visibility=mesh.phong.visibility(scene)."
 
 
 def _is_direction(vectors: FloatArray) -> BoolArray:
@@ -110,27 +112,33 @@ class Vertices:
 
     def normals_if(self, needed: bool) -> FloatArray:
         """The normals; zeros in place of such as would have to be computed for an equation that reads none."""
-        return (
-            self.normals
-            if needed or not callable(self._normals)
-            else np.broadcast_to(np.zeros(3, np.float32), self.points.shape)
-        )
+        if needed or not callable(self._normals):
+            return self.normals
+        return np.broadcast_to(np.zeros(3, np.float32), self.points.shape)
 
     def channels(self, equation: Equation) -> FloatArray | None:
-        """Numbers at each vertex, a kind a row, as `Equation.channels` says; None where an equation reads none."""
-        if not equation.channels:
-            return None
-        of: dict[str, Callable[[Equation], FloatArray]] = {
-            "visibility": lambda equation: visibility_channels(equation, self.visibility),
-            "tangents": self._turned_tangents,
-        }
-        kinds = [of[kind](equation) if kind in of else self.maps.rows(kind) for kind in equation.channels]
-        return np.concatenate(kinds) if len(kinds) > 1 else kinds[0]
+        """Numbers at each vertex, a kind a row, as `Equation.channels` says; None where an equation reads none.
 
-    def _turned_tangents(self, equation: Equation) -> FloatArray:
-        """Unit vectors in the world, shape (3, n): they go as differences of points do."""
-        tangents = self.tangents
-        return unit((tangents if equation.matrix is None else transform_vectors(tangents, equation.matrix)).T)[0]
+        Tangents are unit vectors in the world, where they go as differences of points do.
+
+        Raises
+        ------
+        ValueError
+            If it reads what they see of lights or sky, and that is not known.
+        """
+        kinds: list[FloatArray] = []
+        for kind in equation.channels:
+            if kind == "visibility":
+                if self.visibility is None:
+                    allowed = "without shadows and ambient occlusion where only points are known"
+                    check.refuse("light_model", "one with them", allowed, _TO_VISIBILITY)
+                kinds.append(self.visibility.channels(equation.shadowed, sky=equation.is_occluded))
+            elif kind == "tangents":
+                matrix = equation.matrix
+                kinds.append(unit((self.tangents if matrix is None else transform_vectors(self.tangents, matrix)).T)[0])
+            else:
+                kinds.append(self.maps.rows(kind))
+        return np.concatenate(kinds) if len(kinds) > 1 else next(iter(kinds), None)
 
     def bounds(self, matrix: MatrixLike | None) -> Float64Array:
         """x_min, x_max, y_min, y_max, z_min, z_max in the world, of those that are finite; NaN where none is.
@@ -188,11 +196,8 @@ class Maps:
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
         """The least and the greatest number of each that is given; for specular, of its `rows`."""
-        found = {}
-        for name, rows in self._rows.items():
-            numbers = rows if rows.size and name != _COLOR else np.array((0.0, 1.0) if name == _COLOR else 1.0)
-            found[name] = float(numbers.min()), float(numbers.max())
-        return found
+        found = {name: rows if rows.size else np.ones(1) for name, rows in self._rows.items()}
+        return {name: (0.0, 1.0) if name == _COLOR else (float(x.min()), float(x.max())) for name, x in found.items()}
 
     def brightest(self, material: Material) -> Material:
         """The material with no less than any of the specular reflectances, channel by channel."""

@@ -13,7 +13,6 @@ from pvphong.geometry.transform import transform_points
 from pvphong.optics.light import Light
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene, light_labels
-from pvphong.shading.equation import Equation
 
 _GIVEN = "what mesh.phong.visibility(scene) gives"
 _PARTS = f"{_GIVEN}, or an array of shape (lights + 1, n)"
@@ -22,11 +21,13 @@ _PARTS = f"{_GIVEN}, or an array of shape (lights + 1, n)"
 class VisibilityLike(Protocol):
     """What n vertices see of a scene's lights, and of the sky."""
 
-    def why_clear(self, light: int) -> str:
+    def why_clear(self, light: int) -> str:  # noqa: ARG002
         """Why nothing can block a light; "" where something may."""
+        return ""
 
     def why_open(self) -> str:
         """Why nothing can hide the sky; "" where something may."""
+        return ""
 
     def channels(self, lights: Sequence[int], *, sky: bool) -> FloatArray:
         """Parts that are seen, in [0, 1], shape (all the scene's lights + 1, n), the sky's in the last row.
@@ -40,7 +41,7 @@ class VisibilityLike(Protocol):
         """Raise ValueError unless it is of these vertices and lights in the world, and of such a light model."""
 
 
-class GivenVisibility:
+class GivenVisibility(VisibilityLike):
     """A visibility of plain numbers: it is not known why anything is clear, or where the vertices were.
 
     Parameters
@@ -57,14 +58,6 @@ class GivenVisibility:
         parts = check.real_array(name, given, _PARTS)
         real = parts if parts.dtype in (np.float32, np.float64) else parts.astype(np.float64)
         self._parts: FloatArray = np.fmin(np.fmax(real, 0.0), 1.0)  # fmax takes 0 before a NaN
-
-    def why_clear(self, light: int) -> str:  # noqa: ARG002 the protocol's
-        """Not known."""
-        return ""
-
-    def why_open(self) -> str:
-        """Not known."""
-        return ""
 
     def channels(self, lights: Sequence[int], *, sky: bool) -> FloatArray:  # noqa: ARG002 the protocol's
         """All of them."""
@@ -99,21 +92,6 @@ def checked_visibility(
     world = points if matrix is None else transform_points(points, matrix)
     given.refuse_other(world, scene.world_lights, light_labels(scene), scene.light_model)
     return cast(VisibilityLike, given)
-
-
-def visibility_channels(equation: Equation, visibility: VisibilityLike | None) -> FloatArray:
-    """What an equation that needs a visibility reads of it.
-
-    Raises
-    ------
-    ValueError
-        If there is none.
-    """
-    if visibility is None:
-        allowed = "without shadows and ambient occlusion where only points are known"
-        remedy = "mesh.phong.shade casts the rays itself; evaluate takes visibility=mesh.phong.visibility(scene)."
-        check.refuse("light_model", "one with them", allowed, remedy)
-    return visibility.channels(equation.shadowed, sky=equation.is_occluded)
 
 
 def refuse_rays(scene: Scene, where: str) -> None:

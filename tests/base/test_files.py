@@ -8,7 +8,8 @@ import sys
 import tempfile
 import threading
 import time
-from contextlib import contextmanager
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 
 import pytest
@@ -89,8 +90,11 @@ def test_a_place_where_no_file_can_be_is_refused(target, monkeypatch, place, mes
 # --- what is kept ---
 
 
-def test_mode_and_links_are_kept(target):
-    target.write_text("old")
+def test_mode_and_links_are_kept_and_a_new_file_has_the_mode_of_any(target):
+    Path("any").write_text("")
+    with written_aside(target) as aside:
+        aside.write_text("old")
+    assert target.stat().st_mode == Path("any").stat().st_mode
     target.chmod(0o600)
     Path("link").symlink_to("scene.json")
     with written_aside("link") as aside:
@@ -98,13 +102,6 @@ def test_mode_and_links_are_kept(target):
     assert Path("link").is_symlink()
     assert target.read_text() == "new"
     assert stat.S_IMODE(target.stat().st_mode) == 0o600
-
-
-def test_a_new_file_has_the_mode_that_any_new_file_has(target):
-    Path("any").write_text("")
-    with written_aside(target) as aside:
-        aside.write_text("new")
-    assert target.stat().st_mode == Path("any").stat().st_mode
 
 
 def a_socket(name):
@@ -143,20 +140,13 @@ def test_a_pipe_is_written_into_and_stays(target):
     assert os.listdir() == ["scene.json"]
 
 
-@pytest.mark.parametrize(("device", "message"), [("/dev/null", None), ("/dev/full", "No space left")])
-def test_a_device_is_written_into_and_stays(device, message):
-    def write():
-        with written_aside(device) as aside:
+def test_a_device_is_written_into_and_stays():
+    for device, refused in (("/dev/null", nullcontext()), ("/dev/full", pytest.raises(ValueError, match="No space"))):
+        before = os.stat(device).st_rdev
+        with refused, written_aside(device) as aside:
             aside.write_text("poured")
-
-    before = os.stat(device).st_rdev
-    if message is None:
-        write()
-    else:
-        with pytest.raises(ValueError, match=message):
-            write()
-    assert stat.S_ISCHR(os.stat(device).st_mode)
-    assert os.stat(device).st_rdev == before
+        assert stat.S_ISCHR(os.stat(device).st_mode)
+        assert os.stat(device).st_rdev == before
 
 
 # --- what killed processes leave ---
@@ -176,27 +166,25 @@ def folders():
 
 
 def test_what_a_killed_writer_left_is_cleared_by_the_next_and_a_living_writers_folder_is_not(target):
+    def write():
+        with written_aside(target) as aside:
+            aside.write_text("new")
+            return sorted(folders()), aside.parent.name
+
     target.write_text("old")
-    writers = [
-        subprocess.Popen([sys.executable, "-c", WRITER, str(target)], stdout=subprocess.PIPE, text=True)
-        for _ in range(2)
-    ]
-    names = [writer.stdout.readline().strip() for writer in writers]
-    writers[0].kill()
-    writers[0].wait()
-    assert sorted(folders()) == sorted(names)
-    assert target.read_text() == "old"
-    with written_aside(target) as aside:
-        aside.write_text("new")
-        assert sorted(folders()) == sorted([names[1], aside.parent.name])
-    assert target.read_text() == "new"
-    writers[1].kill()
-    writers[1].wait()
-    with written_aside(target) as aside:
-        aside.write_text("newer")
-    assert not folders()
-    for writer in writers:
-        writer.stdout.close()
+    command = [sys.executable, "-c", WRITER, str(target)]
+    with ExitStack() as held:
+        dead, living = (held.enter_context(subprocess.Popen(command, stdout=subprocess.PIPE, text=True)) for _ in "12")
+        names = [writer.stdout.readline().strip() for writer in (dead, living)]
+        dead.kill()
+        dead.wait()
+        assert (sorted(folders()), target.read_text()) == (sorted(names), "old")
+        found, own = write()
+        assert found == sorted([names[1], own])
+        living.kill()
+        living.wait()
+    write()
+    assert (folders(), target.read_text()) == ([], "new")
 
 
 def test_folders_of_others_are_left_alone(target):
@@ -241,18 +229,12 @@ def test_many_writers_at_once_each_write_a_whole_file(target):
     """Threads here; the lock is the same between processes."""
 
     def write(letter):
-        for _ in range(20):
-            with written_aside(target) as aside:
-                aside.write_text(letter * 10_000)
-            seen.append(target.read_text())
+        with written_aside(target) as aside:
+            aside.write_text(letter * 10_000)
+        return target.read_text()
 
-    seen = []
-    threads = [threading.Thread(target=write, args=[letter]) for letter in "abcdefgh"]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert len(seen) == 160
+    with ThreadPoolExecutor(8) as threads:
+        seen = list(threads.map(write, 20 * "abcdefgh"))
     assert all(len(text) == 10_000 and len(set(text)) == 1 for text in seen)
     assert os.listdir() == ["scene.json"]
 
@@ -290,49 +272,31 @@ def path(tmp_path):
     return tmp_path / "owner.lock"
 
 
-def test_one_is_alone_at_a_time(path):
-    with locked(path) as first:
-        with locked(path) as second:
-            assert (first, second) == (True, False)
-        with locked(path) as third:
-            assert not third
-    with locked(path) as later:
-        assert later
-    assert path.exists()
+def is_alone(path, **how):
+    with locked(path, **how) as result:
+        return result
 
 
-def test_who_does_not_make_the_file_is_alone_only_where_it_is(path):
-    with locked(path, makes=False) as is_alone:
-        assert not is_alone
+def test_one_is_alone_at_a_time_and_who_does_not_make_the_file_only_where_it_is(path):
+    assert not is_alone(path, makes=False)
     assert not path.exists()
-    path.touch()
-    with locked(path, makes=False) as is_alone:
-        assert is_alone
+    with locked(path) as first:
+        assert [first, is_alone(path), is_alone(path)] == [True, False, False]
+    assert is_alone(path)
+    assert is_alone(path, makes=False)
+    assert not is_alone(path / "no folder")
 
 
-def test_where_it_cannot_be_made_nobody_is_alone(path):
-    with locked(path / "no folder") as is_alone:
-        assert not is_alone
-
-
-@pytest.mark.parametrize("then", [Path.exists, Path.touch], ids=["gone", "another one"])
-def test_a_file_that_was_removed_before_it_could_be_locked_is_not_the_one(path, monkeypatch, then):
+@pytest.mark.parametrize("then", [Path.exists, Path.touch, None], ids=["gone", "another one", "no locks"])
+def test_where_the_file_was_removed_before_it_could_be_locked_or_none_can_be_nobody_is_alone(path, monkeypatch, then):
     take = files._take
 
     def late(file):
+        if then is None:
+            raise OSError
         path.unlink()
         then(path)
         take(file)
 
     monkeypatch.setattr(files, "_take", late)
-    with locked(path) as is_alone:
-        assert not is_alone
-
-
-def test_where_files_cannot_be_locked_nobody_is_alone(path, monkeypatch):
-    def refuse(_):
-        raise OSError
-
-    monkeypatch.setattr(files, "_take", refuse)
-    with locked(path) as is_alone:
-        assert not is_alone
+    assert not is_alone(path)

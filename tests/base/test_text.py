@@ -1,7 +1,5 @@
 """Lines and tables of reports, and the progress of long work."""
 
-from html.parser import HTMLParser
-
 import pytest
 from rich.table import Table
 
@@ -27,29 +25,12 @@ def test_a_long_sentence_goes_on_indented():
     assert [len(line) - len(line.lstrip()) for line in lines] == [2] + [4] * (len(lines) - 1)
 
 
-class Cells(HTMLParser):
-    def __init__(self):
-        super().__init__()
-        self.found = []
-
-    def handle_starttag(self, tag, _attrs):
-        self.found.append([tag, ""])
-
-    def handle_data(self, data):
-        if data.strip():
-            self.found[-1][1] += data
-
-
 def test_html_is_escaped_and_has_every_cell():
-    html = text.html_table("<b>a & b", ("x", "<i>"), [("1", "<script>alert(1)</script>"), ('"2"', "")])
-    parser = Cells()
-    parser.feed(html)
-    assert parser.found == [
-        ["table", ""], ["caption", "<b>a & b"],
-        ["tr", ""], ["th", "x"], ["th", "<i>"],
-        ["tr", ""], ["td", "1"], ["td", "<script>alert(1)</script>"],
-        ["tr", ""], ["td", '"2"'], ["td", ""],
-    ]  # fmt: skip
+    html = text.html_table("<b>a & b", ("x", "<i>"), [("1", "<script>"), ('"2"', "")])
+    assert html.replace(' style="text-align: left"', "").replace("\n", "") == (
+        "<table><caption>&lt;b&gt;a &amp; b</caption><tr><th>x</th><th>&lt;i&gt;</th></tr>"
+        "<tr><td>1</td><td>&lt;script&gt;</td></tr><tr><td>&quot;2&quot;</td><td></td></tr></table>"
+    )
     assert "<th" not in text.html_table("t", (), [("a",)])
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from pvphong.base.vectors import columns, dot, moderate, towards, unit, unit_vector
+from pvphong.base.vectors import dot, moderate, towards, unit, unit_vector
 
 U, V = 2.0**-53, 2.0**-24
 LARGEST = np.finfo(np.float64).max
@@ -69,25 +69,12 @@ def test_of_nothing_comes_nothing(function):
     assert [part.shape for part in function(np.zeros((3, 0)))] == [(3, 0), (0,)]
 
 
-# --- products and copies ---
-
-
 def test_dot_sums_in_the_order_x_y_z_and_broadcasts_one_column():
     a, b = np.array([[1e16], [1.0], [-1e16]]), np.ones((3, 1))
     assert dot(a, b).tolist() == [(1e16 + 1.0) - 1e16]
     assert dot(np.float32([[1], [2], [3]]), np.float32([[4], [5], [6]])).dtype == np.float32
     w = np.arange(12.0).reshape(3, 4)
     np.testing.assert_array_equal(dot(w, column((1, 2, 3))), [1 * i + 2 * (i + 4) + 3 * (i + 8) for i in range(4)])
-
-
-@pytest.mark.parametrize("real", [np.float32, np.float64])
-def test_columns_is_a_contiguous_float64_copy(real):
-    rows = np.arange(12, dtype=real).reshape(4, 3)
-    result = columns(rows)
-    assert (result.dtype, result.shape) == (np.float64, (3, 4))
-    assert result.flags.c_contiguous
-    assert not np.shares_memory(result, rows)
-    np.testing.assert_array_equal(result, rows.T)
 
 
 # --- unit vectors ---
@@ -159,7 +146,7 @@ def test_moderate_only_rounds_comfortable_columns(real):
 @example((1e12, 1e12, -1e12), (1e12 + 0.25, 1e12, -1e12))  # float32 does not hold these apart
 @example((0.0, 0.0, 0.0), (1e200, -1e200, 0.0))  # nor these at all
 @example((0.0, 0.0, 0.0), (1e-200, 0.0, 0.0))
-@example((-1.5e308, 0.0, 1.5e308), (1.5e308, 0.0, -1.5e308))  # nor float64 their difference
+@example((-1e308, 0.0, 0.0), (1e308, 0.0, 0.0))  # nor float64 their difference
 @QUICK
 def test_towards_over_the_whole_range(real, step, target, point):
     direction, distance = towards(target, column(point), real)

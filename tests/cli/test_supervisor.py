@@ -94,15 +94,13 @@ CRASHES = {
 }
 
 
-@pytest.mark.parametrize(("work", "line"), CRASHES.items(), ids=CRASHES)
-def test_a_crash_is_one_line_and_status_2(work, line):
+UNFORKED = ("os.abort()", KILLED.format("SIGABRT"), False)
+
+
+@pytest.mark.parametrize(("work", "line", "forks"), [*((*row, True) for row in CRASHES.items()), UNFORKED])
+def test_a_crash_is_one_line_and_status_2(work, line, forks):
     """It names the file that was read, if there is one; a reader that comes to no end is ended."""
-    assert run(work) == (2, "", f"error: {line}\n")
-
-
-def test_where_nothing_is_forked_a_crash_is_one_line_too():
-    status, out, err = run("os.kill(os.getpid(), signal.SIGSEGV)", forks=False)
-    assert (status, out, err) == (2, "", f"error: {KILLED.format('SIGSEGV')}\n")
+    assert run(work, forks=forks) == (2, "", f"error: {line}\n")
 
 
 def test_a_crash_after_the_work_is_none():
@@ -117,10 +115,25 @@ def test_a_reader_that_is_slow_but_reads_on_is_waited_for():
     assert run(READING + slow) == (0, "read\n", "")
 
 
-def test_memory_is_limited_while_a_file_is_read():
-    work = "import resource\nlimit = lambda: resource.getrlimit(resource.RLIMIT_DATA)[0]\nold = limit()\n"
-    work += READING + "new = limit()\nprint(old == limit(), 0 < new < 2**50)"
-    assert run(work) == (0, "True True\n", "")
+WHOLE = """
+import resource
+from pvphong.base.processes import reading
+limit = lambda: resource.getrlimit(resource.RLIMIT_DATA)[0]
+old = limit()
+try:
+    with reading("whole.vtm"):
+        with reading("block.vtp"):
+            pass
+        print(0 < limit() < 2**50)
+        raise ValueError
+except ValueError:
+    print(old == limit())
+time.sleep(1)
+"""
+
+
+def test_memory_and_time_are_limited_while_a_file_is_read_with_its_parts_even_if_it_fails():
+    assert run(WHOLE) == (0, "True\nTrue\n", "")
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])

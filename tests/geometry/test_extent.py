@@ -94,11 +94,5 @@ def test_normals_that_do_not_point_out_of_it_are_not_taken():
     assert not judged(ball, normals)
     normals[7] = 0.0
     assert not judged(ball, normals)
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_a_spoiled_point_is_not_taken(value):
-    ball = pv.Sphere()
-    normals = ph.vertex_normals(ball)
-    ball.points[5] = value
-    assert not judged(ball, normals)
+    ball.points[5] = np.nan
+    assert not judged(ball, ph.vertex_normals(pv.Sphere()))

@@ -41,6 +41,8 @@ def ring(count, height=0.0):
 
 
 ELL = np.array([(0, 0), (3, 0), (3, 1), (1, 1), (1, 4), (0, 4)], float)
+
+
 POLYGONS = {
     "faces of many sizes keep their places": (
         np.concatenate([ring(8), ring(8)[:, [2, 0, 1]]]),
@@ -50,12 +52,7 @@ POLYGONS = {
         np.column_stack([ELL, 2 * ELL[:, 0] - ELL[:, 1]]) + np.array([7.0, -5.0, 1e4]),
         [tuple(np.roll(range(6), -start).tolist()) for start in range(6)],
     ),
-}
-UPWARDS = {
-    "a quad that is not flat has the normal of its projected areas": (
-        [(0, 0, 1), (1, 0, 0), (1, 1, 1), (0, 1, 0)],
-        [(0, 1, 2, 3)],
-    ),
+    "a quad that is not flat": ([(0, 0, 1), (1, 0, 0), (1, 1, 1), (0, 1, 0)], [(0, 1, 2, 3)]),
     "a thousand corners": (ring(1000, 1e6), [tuple(range(1000))]),
     "axes of very different scale": ([(0, 0, 0), (1e9, 0, 0), (0, 1e-9, 0), (1e9, 1e-9, 0)], [(0, 1, 2), (1, 3, 2)]),
     "edges longer than the largest float": (
@@ -65,7 +62,7 @@ UPWARDS = {
 }
 
 
-@pytest.mark.parametrize(("points", "faces"), (POLYGONS | UPWARDS).values(), ids=POLYGONS | UPWARDS)
+@pytest.mark.parametrize(("points", "faces"), POLYGONS.values(), ids=POLYGONS)
 def test_a_polygon_has_the_normal_of_newells_exact_sum(points, faces):
     stored = np.asarray(points, float)
     for face, normal in zip(faces, polygon_normals(points, *soup(*faces)), strict=True):
@@ -74,13 +71,6 @@ def test_a_polygon_has_the_normal_of_newells_exact_sum(points, faces):
             assert exact.distance(normal, exact.unit(area)) <= 8 * U
         else:
             assert not normal.any()
-
-
-@every_evaluator
-@pytest.mark.parametrize(("points", "faces"), UPWARDS.values(), ids=UPWARDS)
-def test_faces_that_look_up_and_their_points_have_that_normal_exactly(points, faces, evaluator):
-    bound = 0.0 if len(points) < 9 else 8 * U  # a ring's own points are rounded
-    assert np.abs(evaluator(points, *soup(*faces)) - (0, 0, 1)).max() <= bound
 
 
 # --- points; the definition of the weightings is in stability/test_mesh_normals ---
@@ -119,16 +109,6 @@ def test_a_midpoint_collapsed_onto_an_edge_does_not_bend_the_normals_around_it(f
         assert np.abs(observed - plane).max() < 1e-13
         bent += np.cross(b - a, points[2] - a).any()
     assert bent > 10, "no sliver here has an area that rounding made"
-
-
-@every_form
-def test_a_sliver_of_rounding_alone_adds_no_weight_either(form):
-    """By Max's weights a tiny sliver's would make the real face at its corner look like rounding."""
-    rng = np.random.default_rng(6)
-    for a, b in rng.normal(size=(50, 2, 3)) * np.array([1e-23, 1e-20])[:, None]:
-        points = np.array([a, b, (a + b) / 2, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
-        observed = form(points, *soup((0, 2, 1), (0, 3, 4)), weighting="max")
-        assert np.array_equal(observed[0], polygon_normals(points, [0, 3, 4], [0, 3])[0])
 
 
 TURNS = list(product([1.0, -1.0], repeat=3))
@@ -189,11 +169,9 @@ def test_layout_and_integer_type_change_no_bit_and_inputs_are_kept(evaluator, dt
 
 @every_evaluator
 @few
-@given(power=st.integers(-960, -120) | st.integers(-90, 90) | st.integers(120, 1000))
+@given(power=st.integers(-960, 1000))
 def test_powers_of_two_change_no_bit(evaluator, power):
-    """Compiled code leaves what is beyond 2¹⁰⁰ or below 2⁻¹⁰⁰ to NumPy."""
-    same = np.ldexp(POINTS, 200 if abs(power) > 100 else 0)
-    assert np.array_equal(evaluator(np.ldexp(POINTS, power), *MESH), evaluator(same, *MESH))
+    assert np.array_equal(evaluator(np.ldexp(POINTS, power), *MESH), evaluator(POINTS, *MESH))
 
 
 coordinates = st.builds(
@@ -236,26 +214,21 @@ def test_arrays_that_do_not_fit_together_are_refused(evaluator, points, connecti
 
 # --- planes ---
 
-BY_COEFFICIENTS = [(2, -1, 2), (2, -1, 2, 5), ((2, -1, 2),), ((2, -1, 2, -7.5),), (np.array([4.0, -2.0, 4.0]),)]
 P, Q, R = (1, 0, 0), (0, 1, 0), (0, 0, 1)
-BY_POINTS = [(P, Q, R), ((P, Q, R),), (np.eye(3),), (Q, R, P)]
 # The third is 2⁻⁵³ off the line through the others, and a million away from the origin the cross product is exact.
 BARELY = (1e6, 1e6, 0.0), (1e6 + 1, 1e6 + 1, 0.0), (1e6 + 2, np.nextafter(1e6 + 2, np.inf), 0.0)
-
-
-SIZES = (2.0**-1000, 2.0**-170, 1.0, 2.0**160, 2.0**1000)
 
 
 @pytest.mark.parametrize(
     ("calls", "direction"),
     [
-        (BY_COEFFICIENTS, (2, -1, 2)),
-        (BY_POINTS, (1, 1, 1)),
+        ([(2, -1, 2), (2, -1, 2, 5), ((2, -1, 2, -7.5),), (np.array([4.0, -2.0, 4.0]),)], (2, -1, 2)),
+        ([(P, Q, R), ((P, Q, R),), (np.eye(3),), (Q, R, P)], (1, 1, 1)),
         ([(P, R, Q)], (-1, -1, -1)),  # clockwise
         ([BARELY], (0, 0, 1)),
         ([BARELY[::-1]], (0, 0, -1)),
-        ([(0.0, 3.0 * size, -4.0 * size) for size in SIZES], (0, 3, -4)),
-        ([(size * np.eye(3),) for size in SIZES], (1, 1, 1)),
+        ([(0.0, 3.0 * size, -4.0 * size) for size in (2.0**-1000, 2.0**1000)], (0, 3, -4)),
+        ([(size * np.eye(3),) for size in (2.0**-1000, 2.0**-170, 2.0**160, 2.0**1000)], (1, 1, 1)),
     ],
 )
 def test_a_plane_has_the_exact_normal_rounded_once(calls, direction):
@@ -291,35 +264,19 @@ def test_what_is_no_plane_is_refused(call, message):
 
 def test_gradients_come_from_a_function_or_as_an_array_and_without_a_direction_give_zero():
     gradients = [(0, 0, 2), (3, 0, 4), (0, 0, 0), (np.nan, 0, 1)]
-    for given_as in (gradients, lambda _: gradients):
-        observed = implicit_normals(given_as, np.ones((4, 3)))
-        assert np.array_equal(observed, [(0, 0, 1), (0.6, 0, 0.8), (0, 0, 0), (0, 0, 0)])
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_the_gradient_gets_float64_points_of_its_own(dtype):
-    points = np.eye(3, dtype=dtype)
+    points = np.ones((4, 3), np.float32)
 
     def gradient(p):
         assert p.dtype == np.float64
         p *= -2.0
-        return p
+        return gradients
 
-    assert np.array_equal(implicit_normals(gradient, points), -np.eye(3))
-    assert np.array_equal(points, np.eye(3))
-
-
-@pytest.mark.parametrize(
-    ("gradient", "points", "message"),
-    [
-        (lambda p: p[:, 0], np.eye(3), r"gradient must be an \(n, 3\) array .*; got an array of shape \(3,\)"),
-        (lambda p: p[:2], np.eye(3), "gradient must be an array with one row per point, 3 rows; got 2 rows"),
-        (lambda p: p + 1j, np.eye(3), "gradient must be an .* got an array of complex128"),
-        (np.eye(2), np.eye(3), "gradient must be"),
-        (None, np.eye(3), "gradient must be"),
-        (lambda p: p, np.ones(3), "points must be"),
-    ],
-)
-def test_gradients_and_points_of_another_shape_are_refused(gradient, points, message):
-    with pytest.raises(ValueError, match=f"^{message}"):
-        implicit_normals(gradient, points)
+    for given_as in (gradients, gradient):
+        observed = implicit_normals(given_as, points)
+        assert np.array_equal(observed, [(0, 0, 1), (0.6, 0, 0.8), (0, 0, 0), (0, 0, 0)])
+    assert (points == 1).all()
+    for wrong, message in ((lambda p: p[:2], "gradient must be .* 4 rows; got 2 rows"), (None, "gradient must be")):
+        with pytest.raises(ValueError, match=f"^{message}"):
+            implicit_normals(wrong, points)
+    with pytest.raises(ValueError, match=r"^points must be"):
+        implicit_normals(gradient, np.ones(3))

@@ -66,14 +66,8 @@ def test_where_there_is_none_it_is_zero():
     points = np.array([(0.0, 0.0, 0.0), *ring, (5, 5, 5)])
     around = np.arange(8) / 8
     faces = np.array([(0, 1 + k, 1 + (k + 1) % 8) for k in range(8)])
-    for face, u in zip(faces, around, strict=True):
-        uv = np.zeros((10, 2))
-        uv[face] = [(u, 1), (u, 0), (u + 1 / 8, 0)]
-        alone = point_tangents(points, face, [0, 3], uv, [(0, 0, 1)] * 10)
-        assert np.abs(np.linalg.norm(alone[face], axis=1) - 1).max() < 1e-12
     uv = np.array([(0.5, 1.0), *((u, 0.0) for u in around), (0.0, 0.0)])
-    mirrored = np.where(faces == 8, 8, faces)
-    found = point_tangents(points, mirrored.ravel(), np.arange(0, 25, 3), np.zeros((10, 2)), [(0, 0, 1)] * 10)
+    found = point_tangents(points, faces.ravel(), np.arange(0, 25, 3), np.zeros((10, 2)), [(0, 0, 1)] * 10)
     assert not found.any()
     found = point_tangents(points, faces[:7].ravel(), np.arange(0, 22, 3), uv, [(0, 0, 1)] * 10)
     assert not found[9].any()

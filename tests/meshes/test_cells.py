@@ -40,6 +40,11 @@ def test_an_index_that_is_no_points_is_found_in_every_storage(storage, index):
 
 @every_storage
 def test_an_edition_is_checked_once_and_the_next_one_anew(storage):
+    grid = pv.ImageData(dimensions=(3, 3, 3)).cast_to_unstructured_grid()
+    refuse_invalid(grid)
+    vtk_to_numpy(grid.GetCells().GetConnectivityArray())[1] = 99
+    with pytest.raises(ValueError, match="index 99 in cell 0"):  # a grid's are checked each time
+        refuse_invalid(grid)
     mesh = surface_of(faces(storage, (0, 1, 2), (1, 2, 3)))
     refuse_invalid(mesh)
     vtk_to_numpy(mesh.GetPolys().GetConnectivityArray())[1] = 9
@@ -66,14 +71,6 @@ def test_fewer_points_other_arrays_and_more_cells_are_checked_anew(storage):
         refuse_invalid(mesh)
     with pytest.raises(ValueError, match="index 5 in face 0"):
         refuse_invalid(surface_of(faces(storage, (0, 1, 5))))
-
-
-def test_a_grids_cells_are_checked_each_time():
-    grid = pv.ImageData(dimensions=(3, 3, 3)).cast_to_unstructured_grid()
-    refuse_invalid(grid)
-    vtk_to_numpy(grid.GetCells().GetConnectivityArray())[1] = 99
-    with pytest.raises(ValueError, match="index 99 in cell 0"):
-        refuse_invalid(grid)
 
 
 def test_cells_of_a_type_that_vtk_has_not_are_refused():
@@ -105,13 +102,6 @@ def test_offsets_that_fall_are_refused_wherever_it_is(at, monkeypatch):
         cells(surface_of(array))
 
 
-def test_offsets_begin_at_0():
-    array = pv.CellArray()
-    array.SetData(numpy_to_vtk(np.array([3, 6])), numpy_to_vtk(np.arange(6) % 4))
-    with pytest.raises(ValueError, match=r"face offsets rise from 0 to 6.* got offsets from 3 to 6"):
-        cells(surface_of(array))
-
-
 def test_what_is_remembered_is_bounded_and_shared_by_threads():
     def checked(_):
         refuse_invalid(surface_of(faces("Use64BitStorage", (0, 1, 2))))
@@ -123,9 +113,15 @@ def test_what_is_remembered_is_bounded_and_shared_by_threads():
     assert len(cells_module._in_order) == cells_module._REMEMBERED
 
 
-def test_indices_that_are_no_integers_are_refused():
-    """As VTK makes them of a damaged file."""
+@pytest.mark.parametrize(
+    ("offsets", "indices", "message"),
+    [
+        ([3, 6], np.arange(6) % 4, r"face offsets rise from 0 to 6.* got offsets from 3 to 6"),
+        ([0, 3], np.array([0.0, 1.0, 2.0]), "face indices of type float64"),  # as VTK makes them of a damaged file
+    ],
+)
+def test_offsets_that_do_not_begin_at_0_and_indices_that_are_no_integers_are_refused(offsets, indices, message):
     array = pv.CellArray()
-    array.SetData(numpy_to_vtk(np.array([0, 3])), numpy_to_vtk(np.array([0.0, 1.0, 2.0])))
-    with pytest.raises(ValueError, match="face indices of type float64"):
+    array.SetData(numpy_to_vtk(np.array(offsets)), numpy_to_vtk(indices))
+    with pytest.raises(ValueError, match=message):
         cells(surface_of(array))

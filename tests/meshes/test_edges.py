@@ -39,6 +39,11 @@ def nut():
 )
 def test_a_cubes_edges_are_sharp_below_90_degrees(angle, count):
     assert cube().phong.shade(SUN, DULL, feature_angle=angle).n_points == count
+    ball = bare(pv.Sphere(theta_resolution=40, phi_resolution=40))
+    assert split_sharp_edges(ball, "auto") == (ball, None)  # nothing sharp
+    for none in ("sharp", -1, 181, np.nan, [30]):
+        with pytest.raises(ValueError, match=r"^feature_angle must be "):
+            cube().phong.shade(SUN, DULL, feature_angle=none)
 
 
 @pytest.mark.parametrize("albedo", ["tint", TINT], ids=["name", "array"])
@@ -75,14 +80,6 @@ def test_auto_leaves_the_normals_that_a_mesh_brings():
     assert "Normals" not in named.point_data  # those of the points that were not split
 
 
-def test_nothing_sharp_nothing_new():
-    mesh = bare(pv.Sphere(theta_resolution=40, phi_resolution=40))
-    lit = mesh.phong.shade(SUN, DULL, feature_angle="auto")
-    assert lit.n_points == mesh.n_points
-    assert ORIGINAL_POINT not in lit.point_data
-    np.testing.assert_array_equal(lit["phong"], mesh.phong.shade(SUN, DULL)["phong"])
-
-
 def test_faces_keep_their_sides():
     """VTK's filter would turn a face round so that it agrees with its neighbours."""
     mesh = nut()
@@ -109,12 +106,6 @@ def test_a_plan_is_that_of_the_split_surface():
     planned = mesh.phong.plan(SUN, shiny, tolerance=0.01, feature_angle=30).explain()
     assert planned == lit.phong.plan(SUN, shiny, tolerance=0.01).explain()
     assert planned != mesh.phong.plan(SUN, shiny, tolerance=0.01).explain()
-
-
-@pytest.mark.parametrize("angle", ["sharp", -1, 181, np.nan, [30]], ids=str)
-def test_what_is_no_angle_is_refused(angle):
-    with pytest.raises(ValueError, match=r"^feature_angle must be "):
-        cube().phong.shade(SUN, DULL, feature_angle=angle)
 
 
 # --- live ---

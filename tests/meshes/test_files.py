@@ -1,21 +1,26 @@
+import json
 import logging
 import os
 import re
 import resource
+import subprocess
+import sys
 import warnings
 from collections import namedtuple
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
+import interrupting
 import numpy as np
 import pytest
 import pyvista as pv
 
+import pvphong as ph
 from pvphong.base import files as base_files
 from pvphong.base import processes
 from pvphong.meshes import files as mesh_files
-from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, eight_bit, read_mesh, save_lit
+from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, read_mesh, save_lit
 
 
 @pytest.fixture
@@ -50,7 +55,7 @@ def test_what_is_saved_comes_back_and_the_mesh_is_left_alone(lit, suffix):
     if suffix == ".ply":
         header = Path("lit.ply").read_bytes().split(b"end_header")[0].decode()
         assert all(f"property uchar {channel}" in header for channel in ("red", "green", "blue"))
-        np.testing.assert_array_equal(again["RGB"], np.rint(255 * lit["phong"]))
+        np.testing.assert_array_equal(again["RGB"], np.rint(255 * np.clip(lit["phong"], 0, 1)))
     else:
         np.testing.assert_array_equal(again["phong"], lit["phong"])
         assert again["phong"].dtype == np.float32
@@ -70,17 +75,6 @@ def test_xml_files_are_compressed_as_asked_and_by_lz4_otherwise(lit, suffix, com
     assert (found and found[1].decode()) == COMPRESSORS[compress or "lz4"]
     read = read_mesh(f"lit{suffix}")
     np.testing.assert_array_equal((read[0] if has_blocks else read)["phong"], lit["phong"])
-
-
-def test_another_compression_is_refused_before_anything_is_written(lit):
-    message = r"^compress must be one of 'lz4', 'zlib', 'none'; got lzma\.$"
-    with pytest.raises(ValueError, match=message):
-        save_lit(lit, Path("lit.vtp"), "phong", compress="lzma")
-    assert names() == []
-
-
-def test_eight_bit_rounds_and_clips():
-    assert eight_bit([-1.0, 0.0, 0.4999 / 255, 0.5001 / 255, 0.5, 1.0, 2.0]).tolist() == [0, 0, 0, 1, 128, 255, 255]
 
 
 @pytest.mark.parametrize("suffix", BLOCK_FORMATS)
@@ -144,21 +138,18 @@ def test_files_of_others_in_the_blocks_folder_stay_and_a_file_of_its_name_is_in_
 
 
 @pytest.mark.parametrize(
-    ("name", "what", "message"),
+    ("name", "has_blocks", "options", "message"),
     [
-        *[(f"lit{suffix}", "a single mesh", r"one of \.vtp, .* got .*lit") for suffix in (".stl", "", ".vtm", ".png")],
-        *[(f"lit{suffix}", "a MultiBlock", r"one of \.vtm, .* got .*lit") for suffix in (".vtp", ".ply")],
+        *[(f"lit{suffix}", False, {}, r"output .* a single mesh: one of \.vtp, ") for suffix in (".stl", "", ".vtm")],
+        *[(f"lit{suffix}", True, {}, r"output .* a MultiBlock: one of \.vtm, ") for suffix in (".vtp", ".ply")],
+        ("lit.vtp", False, {"compress": "lzma"}, "compress must be one of 'lz4', 'zlib', 'none'; got lzma"),
+        ("no/lit.vtp", False, {}, "path must be in a folder that exists"),
     ],
 )
-def test_formats_without_room_for_the_colors_are_refused(lit, name, what, message):
-    with pytest.raises(ValueError, match=f"^output must be a file that holds the colours of {what}: {message}"):
-        save(lit if what == "a single mesh" else pv.MultiBlock([lit]), name)
+def test_what_cannot_be_written_is_refused_before_anything_is(lit, name, has_blocks, options, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        save_lit(pv.MultiBlock([lit]) if has_blocks else lit, Path(name), "phong", **options)
     assert names() == []
-
-
-def test_a_folder_that_is_not_there_is_refused(lit):
-    with pytest.raises(ValueError, match=r"^path must be in a folder that exists"):
-        save(lit, "no/lit.vtp")
 
 
 def full_disk(monkeypatch, _):
@@ -312,3 +303,71 @@ def test_threads_that_read_and_write_at_once_leave_logging_and_warnings_as_they_
         assert all(threads.map(work, range(100)))
     assert (logging.root.manager.disable, list(warnings.filters)) == before
     assert names() == sorted(f"{number}.vtp" for number in range(100))
+
+
+# --- through another process, whose end is one error ---
+
+DIES = "import os, sys; from pvphong.base import processes as p; p.begin_work(int(sys.argv[3])); {}"
+READING = "p.say('reading', '0.3 ' + sys.argv[1]); "
+
+
+@pytest.mark.usefixtures("lit")
+def test_a_mesh_comes_whole_through_another_process():
+    grid = pv.ImageData(dimensions=(3, 4, 5)).cast_to_structured_grid()
+    ball = pv.Sphere()
+    ball.point_data["tint"] = np.linspace(0, 1, 3 * ball.n_points).reshape(-1, 3)
+    blocks = pv.MultiBlock({"ball": ball, "none": None, "deep": pv.MultiBlock({"grid": grid})})
+    blocks.save("blocks.vtm")
+    read = ph.read("blocks.vtm", guarded=True)
+    assert read.keys() == ["ball", "none", "deep"]
+    assert read == ph.read("blocks.vtm") == blocks
+    assert read["ball"].point_data.active_normals_name == "Normals"
+
+
+def test_what_the_other_process_refuses_is_refused_in_the_same_words(lit):
+    half_a_file(lit, "half.vtp")
+    said = []
+    for how in (False, True):
+        with pytest.raises(ValueError, match=r"^mesh must be .* got half\.vtp\. It is cut short") as error:
+            ph.read("half.vtp", guarded=how)
+        said.append(str(error.value))
+    assert said[0] == said[1]
+
+
+@pytest.mark.parametrize(
+    ("work", "message"),
+    [
+        (READING + "os.abort()", r"^mesh must be .*; got some\.vtk\. A library has ended the process \(SIGABRT\)"),
+        ("os.kill(os.getpid(), 9)", r"^The process was killed, as the system does where memory runs out\."),
+        (READING + "import time; time.sleep(60)", r"got some\.vtk\. Reading it has come to no end"),
+        ("sys.exit(3)", r"^A library has ended the process \(status 3\)"),
+    ],
+)
+def test_the_end_of_the_other_process_is_an_error(monkeypatch, work, message):
+    monkeypatch.setattr(mesh_files, "_CHILD", DIES.format(work))
+    with pytest.raises(ValueError, match=message):
+        ph.read("some.vtk", guarded=True)
+
+
+def test_guarded_is_a_flag_and_needs_a_python_that_can_be_started(monkeypatch):
+    with pytest.raises(ValueError, match=r"^guarded must be True or False"):
+        ph.read("some.vtk", guarded="yes")
+    monkeypatch.setattr(mesh_files.sys, "executable", "/opt/viewer")
+    with pytest.raises(ValueError, match=r"^guarded must be False where Python cannot start itself"):
+        ph.read("some.vtk", guarded=True)
+
+
+# --- whole or not at all, though the writer is killed or meets a limit ---
+
+
+@pytest.mark.parametrize(
+    ("kills", "limits"), [pytest.param(16, 3, id="few"), pytest.param(500, 20, id="many", marks=pytest.mark.long)]
+)
+def test_the_old_file_is_there_or_the_new_one(kills, limits):
+    command = [sys.executable, "-W", "ignore", interrupting.__file__, str(kills), str(limits)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    assert report["faults"] == []
+    assert report["kills"] == kills
+    assert report["in mid-write"] > 0

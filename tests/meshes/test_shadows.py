@@ -87,11 +87,6 @@ def test_lights_at_one_place_cast_one_shadow():
         np.testing.assert_array_equal(other, lamp)
 
 
-def test_what_is_behind_the_light_or_the_vertex_casts_none():
-    ground, lamp = floor(), replace(LAMP, position=(0, 0, 1.5))
-    assert ground.phong.visibility([lamp], occluders=[disk(2.0), disk(-0.5)]).per_light.all()
-
-
 @pytest.mark.parametrize("height", [0.5, 1.0, 3.0])
 def test_a_wall_hides_the_part_of_the_sky_that_is_known(height):
     """½ (1 − 1/√(1 + k²)) of it, k the wall's height over the distance."""
@@ -99,14 +94,11 @@ def test_a_wall_hides_the_part_of_the_sky_that_is_known(height):
     seen = patch(*[(x, 0, 0) for x in distances]).phong.visibility([], occluders=[wall(height)], samples=4096)
     exact = 1 - (1 - 1 / np.sqrt(1 + (height / distances) ** 2)) / 2
     assert (np.abs(seen.sky - exact) < 3 * seen.standard_error.sky + 1e-3).all()
-    bright = scene(ambient=1.0)
-    adaptive = patch(*[(x, 0, 0) for x in distances]).phong.visibility(bright, occluders=[wall(height)])
-    np.testing.assert_allclose(adaptive.sky, exact, atol=4 / 255)
 
 
 def test_a_ball_hides_the_part_of_the_sky_that_is_known():
     """Of a ball over the point, sin² of its angular radius."""
-    for distance, normal in ((1.5, (0, 0, 1)), (3.0, (0.48, 0.6, 0.64)), (1.5, (-0.36, 0.8, -0.48))):
+    for distance, normal in ((3.0, (0.48, 0.6, 0.64)), (1.5, (-0.36, 0.8, -0.48))):
         center = distance * np.array(normal)
         ball = pv.Sphere(radius=1.0, center=center, theta_resolution=200, phi_resolution=200)
         seen = patch((0, 0, 0), normal=normal).phong.visibility([], occluders=[ball], samples=4096)
@@ -123,28 +115,12 @@ def test_what_is_further_away_than_the_length_hides_no_sky():
 @pytest.mark.parametrize("offset", [-0.4, -0.2, 0.0, 0.1, 0.3])
 def test_a_half_plane_hides_a_part_of_a_ball_by_its_area(offset):
     """Half way up: its edge cuts the disk that is seen at twice the offset from the middle, in units of its radius."""
-    screen = pv.PolyData(np.array([[offset / 2, -9, 2], [9, -9, 2], [9, 9, 2], [offset / 2, 9, 2.0]]), [4, 0, 1, 2, 3])
-    ball = replace(BALL, position=(0, 0, 4), radius=0.05)
-    x = offset  # radii of the ball from its middle, as seen through height 2 of 4
-    screen.points[[0, 3], 0] = x * ball.radius / 2
+    ball, x = replace(BALL, radius=0.05), offset
+    edge = x * ball.radius / 2
+    screen = pv.PolyData(np.array([[edge, -9, 2], [9, -9, 2], [9, 9, 2], [edge, 9, 2.0]]), [4, 0, 1, 2, 3])
     exact = (x * math.sqrt(1 - x * x) + math.asin(x)) / math.pi + 0.5
     seen = patch((0, 0, 0)).phong.visibility([ball], occluders=[screen])
     assert abs(seen.per_light[0, 0] - exact) < max(3 * seen.standard_error.per_light[0, 0], 1 / 255)
-
-
-def test_umbra_and_penumbra_of_a_ball_before_a_ball():
-    """Of radius ½ half way to one of radius 1 at distance 8: the rims' lines cross the axis there, and 1½ and ½ out."""
-    light = ph.SphereLight(position=(0, 0, 8), radius=1.0, intensity=64)
-    blocker = pv.Sphere(radius=0.75, center=(0, 0, 4), theta_resolution=120, phi_resolution=120)
-    ground = floor(size=8.0, cells=64)
-    seen = ground.phong.visibility([light], occluders=[blocker]).per_light[0]
-    distance = np.hypot(*ground.points[:, :2].T)
-    assert (seen[distance < 0.4] == 0.0).all()
-    assert (seen[distance > 2.9] == 1.0).all()
-    between = seen[(distance > 0.8) & (distance < 2.2)]
-    assert ((between > 0.0) & (between < 1.0)).all()
-    rings = [seen[np.abs(distance - r) < 0.1].mean() for r in np.arange(0.6, 2.5, 0.2)]
-    assert (np.diff(rings) > 0).all()
 
 
 # --- sampling
@@ -160,23 +136,8 @@ def test_equal_calls_give_equal_bits_whatever_the_chunks_and_threads(monkeypatch
     with threads.limited(1):
         monkeypatch.setattr(sampling, "_RAYS_AT_ONCE", 1000)
         other = ground.phong.visibility(rig, **blockers)
-        np.testing.assert_array_equal(other.per_light, usual.per_light)
-        np.testing.assert_array_equal(other.sky, usual.sky)
+        np.testing.assert_array_equal(other.channels([0], sky=True), usual.channels([0], sky=True))
     np.testing.assert_array_equal(other.standard_error.per_light, usual.standard_error.per_light)
-
-
-def test_the_tolerance_is_kept():
-    ground, rig, blockers = soft()
-    truth = ground.phong.visibility(rig, samples=4096, **blockers).per_light[0]
-    few = ground.phong.visibility(rig, samples=16, **blockers)
-    rays, errors = [], []
-    for tolerance in (0.05, 1 / 255):
-        seen = ground.phong.visibility(rig, tolerance=tolerance, **blockers)
-        errors.append(np.sqrt(np.mean((seen.per_light[0] - truth) ** 2)))
-        rays.append(seen.rays)
-        assert errors[-1] < tolerance
-    assert errors[1] < errors[0] < np.sqrt(np.mean((few.per_light[0] - truth) ** 2)) * 2
-    assert rays[1] > rays[0] > few.rays
 
 
 def test_its_standard_error_is_honest():
@@ -265,21 +226,20 @@ def test_of_another_mesh_or_other_lights_it_is_refused():
     seen = ground.phong.visibility(rig)
     moved = ground.translate((1, 0, 0))
     rest = [SUN, replace(LAMP, position=(0, 1, 4))]
-    for mesh, lights, options, says in (
-        (floor(cells=9), rig.lights, {}, "one of the mesh's 100"),
-        (moved, rig.lights, {}, "one of the mesh where it is now"),
-        (ground, rig.lights, {"matrix": np.diag([2.0, 1, 1, 1])}, "one of the mesh where it is now"),
-        (ground, [SUN], {}, "one of .*sun"),
-        (ground, [SUN, replace(LAMP, name="bulb")], {}, "one of .*bulb"),
-        (ground, rest, {}, "one of the lights where they are; got one from before lamp moved"),
+    twice = {"matrix": np.diag([2.0, 1, 1, 1])}
+    for mesh, other, options, says in (
+        (floor(cells=9), rig, {}, "one of the mesh's 100"),
+        (moved, rig, {}, "one of the mesh where it is now"),
+        (ground, rig, twice, "one of the mesh where it is now"),
+        (ground, scene(SUN), {}, "one of .*sun"),
+        (ground, scene(SUN, replace(LAMP, name="bulb")), {}, "one of .*bulb"),
+        (ground, scene(*rest), {}, "one of the lights where they are; got one from before lamp moved"),
+        (ground, scene(*rig.lights, two_sided=True), {}, "one of a two-sided one"),
+        (ground, scene(*rig.lights, ambient_occlusion=1.0), {}, "one up to 1; got one with occlusion up to inf"),
+        (ground, rig, {"visibility": np.ones((2, 121))}, r"what mesh\.phong\.visibility"),
     ):
         with pytest.raises(ValueError, match=f"visibility must be {says}"):
-            mesh.phong.shade(replace(rig, lights=lights), WHITE, visibility=seen, **options)
-    for model in ({"two_sided": True}, {"ambient_occlusion": 1.0}):
-        with pytest.raises(ValueError, match="visibility must be one"):
-            ground.phong.shade(scene(*rig.lights, **model), WHITE, visibility=seen)
-    with pytest.raises(ValueError, match=r"visibility must be what mesh\.phong\.visibility"):
-        ground.phong.shade(rig, WHITE, visibility=np.ones((2, 121)))
+            mesh.phong.shade(other, WHITE, **{"visibility": seen} | options)
 
 
 @pytest.mark.parametrize(
@@ -358,13 +318,6 @@ def test_what_nothing_can_block_is_seen_by_all():
     assert 50 < clear < 350
 
 
-def test_what_a_plan_leaves_out_changes_no_colour(monkeypatch):
-    ball, rig = pv.Sphere(), scene(SUN, LAMP, BALL)
-    left_out = ball.phong.shade(rig, WHITE, occluders=[disk(-4.0)])["phong"]
-    monkeypatch.setattr(ph.Visibility, "why_clear", lambda *_: "")
-    np.testing.assert_allclose(ball.phong.shade(rig, WHITE, occluders=[disk(-4.0)])["phong"], left_out, atol=1e-6)
-
-
 # --- what is hard
 
 
@@ -379,15 +332,12 @@ def spoiled(mesh):
 @pytest.mark.usefixtures("backend")
 def test_spoiled_faces_and_points_harm_no_other_vertex():
     ground, rig, hat = floor(cells=12), scene(SUN, BALL), disk(2.0, radius=0.9)
-    broken = spoiled(ground)
-    lost = [*ground.triangulate().faces[1:4]]
-    used = np.unique(
-        broken.faces.reshape(-1, 4)[:, 1:][[3 in f or 50 in f for f in broken.faces.reshape(-1, 4)[:, 1:]]]
-    )
+    broken, faces = spoiled(ground), ground.triangulate().regular_faces
+    lost = np.concatenate([faces[0], faces[np.isin(faces, [3, 50]).any(axis=1)].ravel()])
     seen = broken.phong.visibility(rig, occluders=[hat, spoiled(floor(center=(0, 0, -3)))])
     for part in (*seen.per_light, seen.sky):
         assert ((part >= 0) & (part <= 1)).all()
-    sound = np.setdiff1d(np.arange(ground.n_points), [*used, *lost])
+    sound = np.setdiff1d(np.arange(ground.n_points), lost)
     expected = ground.triangulate().phong.visibility(rig, occluders=[hat])
     np.testing.assert_array_equal(seen.per_light[0][sound], expected.per_light[0][sound])
     assert np.isfinite(broken.phong.shade(rig, WHITE, occluders=[hat])["phong"]).all()
@@ -443,7 +393,6 @@ def test_two_sided_models_look_from_the_side_of_the_light():
     sheet = floor(cells=8)
     below = ph.DirectionalLight(direction=(0, 0, 1))
     assert not sheet.phong.visibility([below]).per_light.any()
-    assert sheet.phong.visibility(scene(below, two_sided=True)).per_light.all()
     blocked = sheet.phong.visibility(scene(below, SUN, two_sided=True), occluders=[disk(-2.0, radius=9.0)])
     np.testing.assert_array_equal(blocked.per_light.all(axis=1), [False, True])
 
@@ -505,15 +454,3 @@ def test_studies_say_that_they_cast_no_rays():
     with pytest.raises(InexpressibleError, match="shadows or ambient occlusion") as caught:
         ph.validate(ball, rig, WHITE)
     assert caught.value.scene.light_model == rig.light_model.without_rays()
-
-
-def test_the_filter_casts_shadows():
-    source = pv.ParametricTorus()
-    rig = scene(replace(SUN, direction=(1, 0, -1)))
-    phong = ph.PhongFilter()
-    phong.SetInputData(source)
-    phong.SetScene(rig)
-    phong.SetMaterial(WHITE)
-    phong.Update()
-    expected = source.phong.shade(rig, WHITE)["phong"]
-    np.testing.assert_array_equal(pv.wrap(phong.GetOutput())["phong"], expected)

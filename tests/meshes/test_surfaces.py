@@ -28,12 +28,6 @@ def full_mesh(*, faces=(), strips=(), verts=(), lines=()):
 # --- polygons ---
 
 
-def test_polygons_of_all_sizes_come_in_order_without_vertices_and_lines():
-    faces = [[0, 1, 2, 3], [0, 1, 4], [4, 3, 2, 1, 0]]
-    assert faces_of(full_mesh(faces=faces, verts=[[0], [1, 2]], lines=[[0, 1, 2]])) == faces
-    assert faces_of(pv.PolyData(CORNERS)) == faces_of(pv.PolyData()) == []
-
-
 @pytest.mark.parametrize("storage", STORAGES)
 def test_every_storage_of_vtk_is_read_into_arrays_of_the_callers_own(storage):
     array = vtk.vtkCellArray()
@@ -150,17 +144,6 @@ def test_what_is_missing_is_said(call, mesh, message):
         call(mesh)
 
 
-@pytest.mark.parametrize(("of", "count"), [("cell", 8), ("point", 27)])
-def test_arrays_that_do_not_fit_are_refused(of, count):
-    mesh = GRID.cast_to_unstructured_grid()
-    short = vtk.vtkDoubleArray()
-    short.SetName("short")
-    short.SetNumberOfTuples(2)
-    (mesh.GetCellData() if of == "cell" else mesh.GetPointData()).AddArray(short)
-    with pytest.raises(ValueError, match=f"one row per {of}, {count} rows; got {of} array 'short' with 2 rows"):
-        surface(mesh)
-
-
 # --- normals ---
 
 
@@ -211,20 +194,6 @@ def test_large_meshes_have_compiled_normals_where_the_code_is_there(monkeypatch,
     assert asked == [("area", False)]
     assert (vertex_normals(mesh, backend="numpy") == (0, 0, 1)).all()
     assert len(asked) == 1
-
-
-def test_another_backend_is_refused_and_numba_where_it_is_missing(monkeypatch):
-    with pytest.raises(ValueError, match="backend must be one of 'auto', 'numpy', 'numba'; got cuda"):
-        vertex_normals(pv.Plane(), backend="cuda")
-    monkeypatch.setattr(kernel, "_library", lambda: None)
-    with pytest.raises(ValueError, match="backend must be 'auto' or 'numpy' where Numba "):
-        vertex_normals(pv.Plane(), backend="numba")
-
-
-@pytest.mark.parametrize("mesh", [GRID, examples.load_hexbeam()])
-def test_normals_of_a_volume_point_outwards(mesh):
-    outwards = surface(mesh).cell_centers().points - np.array(mesh.center)
-    assert (np.einsum("ij,ij->i", face_normals(mesh), outwards) > 0).all()
 
 
 @pytest.mark.parametrize("call", [vertex_normals, face_normals])

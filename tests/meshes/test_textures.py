@@ -148,29 +148,17 @@ def test_a_window_follows_texture_image_and_coordinates(sheet):
     plotter.close()
 
 
-A_TEXTURE = "^albedo must be a texture "
-
-
-@pytest.mark.parametrize(
-    ("texture", "message"),
-    [
-        (pv.Texture(), A_TEXTURE + "with a flat image; got a texture without one"),
-        (texture_of(picture(3, np.uint16)), A_TEXTURE + "of uint8 or floats; got a texture of uint16. Convert"),
-        (texture_of(255.0 * picture(3, np.float64)), "^albedo must be floats from 0 to 1; .* Divide 0-255 by 255"),
-    ],
-)
-def test_what_is_no_texture_of_colours_is_refused(sheet, texture, message):
-    with pytest.raises(ValueError, match=message):
-        sheet.phong.shade(SCENE, WHITE, albedo=texture)
-
-
-def test_a_lookup_table_and_a_mesh_without_coordinates_are_refused(sheet):
-    texture = texture_of(picture(1))
-    lines = sheet.copy()
+def test_what_is_no_texture_of_colours_and_a_mesh_without_coordinates_are_refused(sheet):
+    mapped, lines = texture_of(picture(1)), sheet.copy()
+    mapped.color_mode = "map"
     lines.GetPointData().SetTCoords(pv.convert_array(np.zeros(sheet.n_points), "u"))
-    for mesh in (pv.Sphere(), lines):
-        with pytest.raises(ValueError, match=r"^albedo must be an array, .*; .* mesh.texture_map_to_plane\(\)"):
+    for mesh, texture, message in (
+        (sheet, pv.Texture(), "a texture with a flat image; got a texture without one"),
+        (sheet, texture_of(picture(3, np.uint16)), "a texture of uint8 or floats; got a texture of uint16. Convert"),
+        (sheet, texture_of(255.0 * picture(3, np.float64)), "floats from 0 to 1; .* Divide 0-255 by 255"),
+        (sheet, mapped, 'a texture of colours; got a texture with a lookup table. texture.color_mode = "direct"'),
+        (pv.Sphere(), texture_of(picture()), r"an array, .*; .* mesh.texture_map_to_plane\(\)"),
+        (lines, texture_of(picture()), r"an array, .*; .* mesh.texture_map_to_plane\(\)"),
+    ):
+        with pytest.raises(ValueError, match=f"^albedo must be {message}"):
             mesh.phong.shade(SCENE, WHITE, albedo=texture)
-    texture.color_mode = "map"
-    with pytest.raises(ValueError, match=r"lookup table\. texture.color_mode = \"direct\""):
-        sheet.phong.shade(SCENE, WHITE, albedo=texture)

@@ -8,8 +8,6 @@ import pytest
 from pvphong.base.formulas import BRIGHTEST
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
-from pvphong.optics.reflectances import BlinnPhong, Phong
-from pvphong.optics.reflectances.vtk import VtkHeadlight
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
@@ -36,16 +34,6 @@ def colors(term):
 def test_what_is_there_without_light():
     bare = equation(model=LightModel(ambient=(1.0, 0.5, 0.0)))
     assert (bare.ambient, bare.emission, bare.terms) == ((0.1, 0.2 * 0.5, 0.0), (0.0, 0.01, 0.02), ())
-
-
-def test_terms_are_the_lights_that_are_on_in_their_order_and_in_world_coordinates():
-    head, riding = DirectionalLight(frame="headlight"), PointLight(position=(0, 0, -1), frame="camera")
-    lights = [PointLight(on=False), DirectionalLight(), SpotLight(on=False), PointLight((1, 2, 3)), head, riding]
-    terms = equation(*lights).terms
-    assert [term.index for term in terms] == [1, 3, 4, 5]
-    assert [term.light for term in terms[:2]] == [lights[1], lights[3]]
-    assert terms[2].light.direction == (0.0, 0.0, -1.0)
-    assert terms[3].light.position == (0.0, 0.0, 3.0)
 
 
 @pytest.mark.parametrize(
@@ -90,13 +78,6 @@ def test_no_colour_is_beyond_the_brightest():
     assert colors(bright.terms[0]) == [(2.0**1000,) * 3] * 3
 
 
-def test_the_standard_convention_has_no_floor_and_no_limit():
-    for light in (DirectionalLight(frame="headlight"), SpotLight(exponent=1000, cone_angle=90)):
-        standard = equation(light)
-        assert standard.reflectance == Phong(500.0)
-    assert standard.terms[0].light == light
-
-
 @pytest.mark.parametrize(
     ("local_viewer", "parallel", "eye"),
     [(True, False, (0.0, 0.0, 4.0)), (False, False, None), (True, True, None), (False, True, None)],
@@ -109,29 +90,7 @@ def test_the_eye_counts_where_the_viewer_is_local(local_viewer, parallel, eye):
     assert result.local_facing is (eye is not None)
 
 
-@pytest.mark.parametrize("field", ["two_sided", "clamp"])
-def test_flags_are_passed_on(field):
-    for value in (True, False):
-        assert getattr(equation(model=LightModel(**{field: value})), field) is value
-    assert equation(model=LightModel(reflection="blinn-phong")).reflectance == BlinnPhong(500.0)
-
-
 # --- VTK's convention ---
-
-
-@pytest.mark.parametrize(
-    ("lights", "ambient"),
-    [
-        ([PointLight(ambient="white")], (0.1, 0.2, 0.3)),
-        ([PointLight(intensity=0)], (0.1, 0.2, 0.3)),
-        ([], (0.6, 0.7, 0.8)),  # unlit: ambient and diffuse
-        ([PointLight(on=False), SpotLight(on=False)], (0.6, 0.7, 0.8)),
-    ],
-)
-def test_vtks_ambient_is_the_materials_whatever_the_light(lights, ambient):
-    lit = equation(*lights, model=dataclasses.replace(VTK, ambient=0.5))
-    assert lit.ambient == pytest.approx(ambient, rel=1e-15)
-    assert lit.emission == (0.0, 0.01, 0.02)
 
 
 def test_vtks_exponents_end_at_128():
@@ -148,27 +107,6 @@ def test_vtks_cone_of_90_degrees_is_none():
     assert isinstance(light, PointLight)
     assert (light.position, light.attenuation) == (wide.position, wide.attenuation)
     assert isinstance(equation(SpotLight(cone_angle=89.9), model=VTK).terms[0].light, SpotLight)
-
-
-@pytest.mark.parametrize(
-    ("lights", "headlight_only"),
-    [
-        ([DirectionalLight(frame="headlight")], True),
-        ([DirectionalLight(on=False), DirectionalLight(frame="headlight")], True),
-        ([PointLight(on=False), DirectionalLight(frame="headlight")], False),  # VTK counts it all the same
-        ([DirectionalLight(frame="headlight"), DirectionalLight(on=False)], False),
-        ([DirectionalLight(frame="headlight"), DirectionalLight(frame="headlight")], False),
-        ([DirectionalLight(frame="headlight"), PointLight(intensity=0)], False),
-        ([PointLight(frame="headlight")], False),
-        ([DirectionalLight(frame="camera")], False),
-        ([DirectionalLight()], False),
-        ([], False),
-    ],
-)
-def test_vtks_first_tier_is_one_directional_headlight(lights, headlight_only):
-    result = equation(*lights, model=VTK)
-    assert isinstance(result.reflectance, VtkHeadlight if headlight_only else Phong)
-    assert result.reflectance.floor == (1e-6 if headlight_only else 1e-5)
 
 
 @pytest.mark.parametrize("parallel", [False, True])

@@ -70,26 +70,6 @@ def test_each_vertex_has_a_material_of_its_own(given, name, field, precision, mo
     assert np.ptp(lit.specular) > 1e-3
 
 
-@pytest.mark.parametrize("precision", ["float32", "float64"])
-@pytest.mark.parametrize(("name", "field"), MAPPED)
-def test_equal_numbers_have_the_bits_of_the_number(given, name, field, precision):
-    number = 0.5 if field == "specular" else SHARES[field][1]  # colours are exact where they are powers of two
-    material = with_field(material_of(name), field, number)
-    how = {"precision": precision, "backend": "numpy", "tangents": given[0]}
-    plain = ph.evaluate(*given, SCENE, material, **how).rgb
-    mapped = ph.evaluate(*given, SCENE, material, **{field: np.full(COUNT, number)}, **how).rgb
-    assert np.array_equal(plain, mapped)
-
-
-def test_specular_colours_and_an_albedo_go_together(given):
-    colors = np.random.default_rng(1).integers(0, 256, (COUNT, 3)).astype(np.uint8)
-    how = {"albedo": colors[::-1], "components": True, "precision": "float64"}
-    lit = ph.evaluate(*given, SCENE, ph.Material(shininess=9), specular=colors, **how)
-    white = ph.evaluate(*given, SCENE, ph.Material(shininess=9, specular=1.0), **how)
-    np.testing.assert_allclose(lit.specular, white.specular * colors / 255.0, atol=1e-15)
-    assert np.array_equal(lit.diffuse, white.diffuse)
-
-
 @pytest.mark.parametrize("name", sorted({name for name, _ in MAPPED}))
 def test_bounds_are_those_of_the_extremes(name):
     """Colours within the tolerance, and the plan's own bound, for materials that vary from dull to sharp."""

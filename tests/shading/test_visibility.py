@@ -92,14 +92,6 @@ def test_each_light_and_the_ambient_light_are_multiplied_by_what_is_seen_of_them
             np.testing.assert_allclose(got.rgb, expected, atol=within)
 
 
-@pytest.mark.parametrize("model", MODELS)
-def test_components_still_add_up(given, model):
-    shading = run(given, scene(**model), SHINY, components=True)
-    parts = shading.ambient + shading.diffuse + shading.specular + shading.emission
-    np.testing.assert_allclose(parts, shading.rgb, atol=1e-12)
-    np.testing.assert_allclose(shading.base + shading.per_light.sum(axis=0), shading.rgb, atol=1e-12)
-
-
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("lights", [[SUN], [replace(SUN, ambient=0.0)], [LAMP], []])
 def test_few_lights_take_no_shortcut_past_it(given, backend, lights):
@@ -110,17 +102,6 @@ def test_few_lights_take_no_shortcut_past_it(given, backend, lights):
     got = run(some, whole, MATERIALS["dull"], backend, "float32").rgb
     np.testing.assert_allclose(got, run(some, whole, MATERIALS["dull"]).rgb, atol=1e-6)
     assert np.ptp(got[:, 0]) > 0.05
-
-
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_a_part_of_the_vertices_has_the_bits_of_all(given, backend):
-    points, normals, parts = given
-    whole = run(given, scene(shadows=True, ambient_occlusion=True), SHINY, backend, "float32").rgb
-    for rows in (slice(0, 100), slice(100, 101), slice(101, None)):
-        some = points[rows], normals[rows], parts[:, rows]
-        np.testing.assert_array_equal(
-            run(some, scene(shadows=True, ambient_occlusion=True), SHINY, backend, "float32").rgb, whole[rows]
-        )
 
 
 @pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")

@@ -96,8 +96,8 @@ def torus():
     return mesh
 
 
-def square(count=1, **options):
-    mesh = pv.Plane(i_size=2, j_size=2, i_resolution=count, j_resolution=count, **options).triangulate()
+def square(count=1):
+    mesh = pv.Plane(i_size=2, j_size=2, i_resolution=count, j_resolution=count).triangulate()
     mesh.clear_data()
     return mesh
 
@@ -157,14 +157,12 @@ def test_dense_samples_are_within_the_tolerance(make, scene, material, options):
 
 
 def test_errors_do_not_depend_on_how_normals_are_blended():
-    # In the original mesh normals are blended over its large triangles, in the result over the parts.
+    """In the original mesh they are blended over its large triangles, in the result over the parts."""
     coarse = coarse_sphere()
-    normals = coarse.phong.normals()
-    coarse["original"] = normals  # interpolated linearly, and never made unit length
+    coarse["original"] = coarse.phong.normals()  # interpolated linearly, and never made unit length
     fine = refine(coarse, SUNNY, SHARP, tolerance=STEP)
-    assert np.linalg.norm(fine["original"], axis=1).min() < 0.99
-    assert dense_errors(fine, SHARP_TRUTH).max() <= STEP
     fine.point_data.active_normals_name = "original"
+    assert np.linalg.norm(fine["original"], axis=1).min() < 0.99
     assert dense_errors(fine, SHARP_TRUTH).max() <= STEP
 
 
@@ -183,15 +181,12 @@ def test_sharp_edges_are_split_before_triangles_and_stay_where_they_are():
     cube.clear_data()
     fine = refine(cube, lamp, MATT, tolerance=0.02, feature_angle=30)
     assert stopped(fine) == "tolerance"
-    flat = np.abs(fine.point_data.active_normals)
+    flat, first = np.abs(fine.point_data.active_normals), fine["pvphong_original_point"]
     np.testing.assert_array_equal(np.sort(flat, axis=1), np.tile((0.0, 0.0, 1.0), (len(flat), 1)))
-    first = fine["pvphong_original_point"]
     assert set(first[:24]) == set(range(8))
     np.testing.assert_array_equal(fine.points[:24], cube.points[first[:24]])
     assert (first[24:] == -1).all()
     assert fine.n_points > 24
-    rows = fine.points, fine.point_data.active_normals
-    np.testing.assert_array_equal(fine["phong"], ph.evaluate(*rows, lamp, MATT, precision="float64").rgb.astype("f4"))
 
     sharp = cube.phong.shade(lamp, MATT, feature_angle="auto")
     errors = interpolation_error(cube, lamp, MATT, feature_angle="auto")["phong_interpolation_error"]
@@ -215,19 +210,13 @@ def needle(weights, shininess, model="phong"):
     eye = place + np.array([0.9, -1.2, 3.0])
     v = (eye - place) / np.linalg.norm(eye - place)
     sun = ph.DirectionalLight(direction=(v[0], v[1], -v[2]))
-    light_model = ph.LightModel(reflection=model)
-    scene = ph.Scene(lights=[sun], viewer=ph.Viewer(position=tuple(eye)), light_model=light_model)
+    scene = ph.Scene([sun], ph.Viewer(position=tuple(eye)), ph.LightModel(reflection=model))
     return scene, ph.Material(diffuse=0.2, specular=0.7, shininess=shininess)
 
 
 @pytest.mark.parametrize(
     ("weights", "model"),
-    [
-        ((0.6, 0.15, 0.25), "phong"),
-        ((0.13, 0.07, 0.8), "phong"),
-        ((0.28, 0.61, 0.11), "phong"),
-        ((0.28, 0.61, 0.11), "blinn-phong"),
-    ],
+    [((0.6, 0.15, 0.25), "phong"), ((0.13, 0.07, 0.8), "phong"), ((0.28, 0.61, 0.11), "blinn-phong")],
 )
 def test_a_needle_that_all_middles_and_the_centroid_miss_is_found(weights, model):
     scene, material = needle(weights, 1e5, model)
@@ -255,11 +244,10 @@ def test_a_needle_is_found_where_normals_turn_too():
 @pytest.mark.parametrize(
     "light",
     [
-        ph.SpotLight(position=(0.3, 0.2, 1), direction=(0.05, 0.02, -1), cone_angle=5.0),
         ph.SpotLight(position=(0.3, 0.2, 1), direction=(0.05, 0.02, -1), cone_angle=0.5),
         ph.PointLight(position=(0.47, 0.23, 0.01)),
     ],
-    ids=["a spot", "a small spot", "a lamp close by"],
+    ids=["a small spot", "a lamp close by"],
 )
 def test_a_light_that_shines_inside_a_triangle_only_is_found(light):
     assert largest(triangle(), ph.Scene(lights=[light]), MATT) > 0.75
@@ -353,23 +341,13 @@ def test_angles_stay_above_half_of_the_smallest():
         assert smallest_angle(fine) >= 0.499 * smallest_angle(mesh)
 
 
-def test_long_triangles_are_split_across_too():
-    tube = pv.Cylinder(radius=0.5, height=20, resolution=16, capping=False).triangulate()
-    tube = tube.compute_normals(split_vertices=False)
-    fine = refine(tube, SUNNY, MATT, tolerance=STEP)
-    assert stopped(fine) == "tolerance"
-    assert fine.n_points < 40 * tube.n_points
-
-
 # Arrays
 
 
 def test_point_arrays_are_interpolated():
     mesh = square(2)
-    mesh["linear"] = mesh.points @ (2.0, -1.0, 0.0) + 3.0
     mesh["vector"] = mesh.points * (1, 2, 3)
     mesh["label"] = np.arange(mesh.n_points) * 10
-    mesh["flag"] = mesh.points[:, 0] > 0.5
     mesh["word"] = [f"p{index}" for index in range(mesh.n_points)]
     mesh["color"] = np.column_stack([np.arange(mesh.n_points) * 20] * 3).astype(np.uint8)
     mesh["place"] = mesh.points[:, :2] + 1
@@ -379,12 +357,10 @@ def test_point_arrays_are_interpolated():
     for key in mesh.point_data:
         assert fine[key].dtype == mesh[key].dtype
         assert np.array_equal(fine[key][:n], mesh[key])
-    assert fine["linear"] == pytest.approx(fine.points @ (2.0, -1.0, 0.0) + 3.0, abs=1e-6)
     assert fine["vector"] == pytest.approx(fine.points * (1, 2, 3), abs=1e-6)
     assert set(fine["label"]) == set(mesh["label"])  # labels are not averaged
     assert set(fine["word"]) == set(mesh["word"])
     assert np.array_equal(np.char.add("p", (fine["label"] // 10).astype(str)), fine["word"])
-    assert fine["flag"].dtype == bool
     assert len(set(fine["color"][:, 0])) > n  # colours are
     assert fine.active_texture_coordinates == pytest.approx(fine.points[:, :2] + 1, abs=1e-6)
     mesh = triangle()  # a label comes from the end with the lower number
@@ -430,28 +406,19 @@ def test_a_mesh_without_normals_gets_those_it_had_before_it_was_split():
     assert fine.point_data.active_normals.shape == (fine.n_points, 3)
 
 
-def test_names_and_precision():
+def test_names_precision_and_albedo():
     mesh = coarse_sphere()
     mesh.field_data["note"] = "kept"
-    fine = refine(mesh, SUNNY, SHARP, tolerance=0.05, name="lit", precision="float64")
+    mesh["paint"] = np.random.default_rng(3).uniform(size=(mesh.n_points, 3))
+    fine = refine(mesh, SUNNY, MATT, tolerance=0.02, name="lit", precision="float64", albedo="paint")
     assert fine.field_data["note"] == "kept"
     assert fine["lit"].dtype == np.float64
     assert fine.active_scalars_name == "lit"
     assert stopped(fine, "lit") == "tolerance"
-    assert fine.cell_data["lit_interpolation_error"].max() == left(fine, "lit") <= 0.05
-    assert refine(coarse_sphere(), SUNNY, SHARP, tolerance=0.05)["phong"].dtype == np.float32
-
-
-def test_albedo_is_interpolated():
-    mesh = coarse_sphere()
-    colors = np.random.default_rng(3).integers(0, 256, (mesh.n_points, 3), dtype=np.uint8)
-    mesh["paint"] = colors / 255.0
-    by_name = refine(mesh, SUNNY, MATT, tolerance=0.02, albedo="paint")
-    by_array = refine(mesh, SUNNY, MATT, tolerance=0.02, albedo=colors)
-    assert np.array_equal(by_name["phong"], by_array["phong"])
-    expected = evaluated(SUNNY, MATT, albedo=by_name["paint"])(by_name.points, by_name.point_data.active_normals)
-    assert by_name["phong"] == pytest.approx(expected, abs=1e-6)
-    assert largest(mesh, SUNNY, MATT, albedo="paint") > 0.02
+    assert fine.cell_data["lit_interpolation_error"].max() == left(fine, "lit") <= 0.02
+    expected = evaluated(SUNNY, MATT, albedo=fine["paint"])(fine.points, fine.point_data.active_normals)
+    assert fine["lit"] == pytest.approx(expected, abs=1e-6)
+    assert largest(mesh, SUNNY, MATT, albedo="paint") > 0.02 > largest(fine, SUNNY, MATT, albedo="paint")
 
 
 # Kinds of meshes
@@ -540,17 +507,6 @@ def test_triangles_without_area_end_and_keep_their_neighbours_whole():
     errors = interpolation_error(mesh, scene, MATT)["phong_interpolation_error"]
     assert (errors[[0, 4, 5]] == 0).all()
     assert (errors[1:4] > 0.1).all()
-
-
-@pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_points_that_are_not_finite_are_left_alone(bad):
-    mesh = square(4)
-    mesh.points[7] = bad
-    scene = lamp_at(0.5, 0.1, 0.1)
-    fine = refine(mesh, scene, MATT, tolerance=STEP, placement="smooth")
-    assert stopped(fine) == "tolerance"
-    assert np.isfinite(fine.points).all(axis=1).sum() == fine.n_points - 1
-    assert np.isfinite(fine["phong"]).all()
 
 
 @pytest.mark.parametrize(

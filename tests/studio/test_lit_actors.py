@@ -61,15 +61,6 @@ def test_the_renderer_is_told_of_new_colours_and_of_nothing_else():
     assert points.GetMTime() == shape
 
 
-def test_points_and_arrays_are_shared():
-    mesh = ball()
-    mesh["number"] = np.arange(mesh.n_points)
-    live = LitMesh(mesh, SHINY)
-    assert live.drawn.GetPoints() is mesh.GetPoints()
-    assert live.drawn.GetPointData().GetArray("number") is mesh.GetPointData().GetArray("number")
-    assert ARRAY not in mesh.point_data
-
-
 def test_a_mesh_that_is_lit_already_can_be_drawn():
     lit = ball().phong.shade(SCENE, SHINY)
     before = lit[ARRAY].copy()

@@ -8,7 +8,6 @@ import vtk
 from views import KINDS, example
 
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
-from pvphong.scene.scene import Scene
 from pvphong.studio.window_lights import WindowLights
 
 LAMP = PointLight(position=(0.1, 0.2, 1 / 3), diffuse=(0.3, 1 / 3, 0.7), attenuation=(1, 0.1, 0.01), name="lamp")
@@ -157,19 +156,3 @@ def test_removing_takes_the_lights_actor_too(lights, renderer):
     lights.remove(handle)
     assert not renderer.HasViewProp(light.actor)
     assert not renderer._lights
-
-
-def test_a_rig_is_saved_and_loaded(lights, tmp_path):
-    lights.add(SPOT)
-    lights.add(dataclasses.replace(LAMP, frame="camera"))
-    for light in lights_of_pyvista().values():
-        lights.add(light)
-    scene = Scene(lights=lights.values, viewer=lights.viewer)
-    scene.save(tmp_path / "rig.json")
-    loaded = Scene.load(tmp_path / "rig.json")
-    assert loaded == scene
-    other = pv.Plotter(off_screen=True, lighting="none")
-    for light in loaded.lights:
-        other.phong.add_light(light)
-    assert other.phong.lights == lights.values
-    other.close()

@@ -77,12 +77,6 @@ def test_w_zero_is_a_directional_light_from_there_and_other_w_a_point_light_at_t
     assert lamp == PointLight((1 / w, -2 / w, 3 / w), (0, 0, 1), intensity=2)
 
 
-def test_tiny_w_tends_to_the_directional_light():
-    place = np.array([[0.3], [0.2], [0.1]])
-    far = light_from_homogeneous((1, -2, 3, 1e-12)).arrival(place).direction
-    np.testing.assert_allclose(far, light_from_homogeneous((1, -2, 3, 0)).arrival(place).direction, atol=1e-11)
-
-
 NO_PLACES = [(0, 0, 0, 0), (1, 2, 3), (1, 2, 3, math.nan), "1230", None, (1, 2, 3, 1e-320), (1, 2, 3, -1e-310)]
 
 
@@ -133,11 +127,8 @@ def test_every_value_of_vtks_is_taken_over_exactly(values, light):
     assert as_light(lamp(**values)) == light
 
 
-def test_pvphongs_own_lights_and_subclasses_of_vtks_are_lights():
-    class Lamp(vtk.vtkLight):
-        pass
-
-    assert as_light(Lamp()) == as_light(vtk.vtkLight()) == as_light(pv.Light())
+def test_pvphongs_own_lights_are_lights():
+    assert as_light(vtk.vtkLight()) == as_light(pv.Light())
     for light in (DirectionalLight(), PointLight(), SpotLight(frame="headlight")):
         assert as_light(light) is light
 
@@ -264,14 +255,6 @@ def test_lights_come_back_but_for_the_rounding_of_vtks_focal_point_and_its_highe
         assert back.exponent == min(light.exponent, 128.0)
         kept |= {"direction": light.direction, "exponent": light.exponent}
     assert dataclasses.replace(back, **kept) == light
-
-
-def test_a_spot_that_stands_far_out_keeps_its_direction():
-    light = SpotLight((3e9, -1e9, 2e9), (1e-3, 2e-3, -1e-3))
-    back = as_light(light.to_pyvista()).direction
-    np.testing.assert_allclose(
-        back / np.linalg.norm(back), light.direction / np.linalg.norm(light.direction), atol=2**-31
-    )
 
 
 @pytest.mark.parametrize("kind", [PointLight, SpotLight])

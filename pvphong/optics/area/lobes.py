@@ -49,9 +49,10 @@ class CosinePower(NamedTuple):
 
 
 # What formulas read of a lobe: the k and p; the 1 − z from which on zᵖ is taken as 0, and the angle; the angular size
-# below which a light is a point to the lobe; half the angle on a rim that the nodes are enough for; how many nodes,
-# then nodes on [−1, 1] and their weights by turns.
-POWER, RAISED, NOTHING, WINDOW, POINT, PIECE, COUNT, NODES = range(8)
+# below which a light is a point to the lobe; half the angle on a rim that the nodes are enough for; half an arc that
+# fewer nodes are enough for, how many these are, and where they begin; how many nodes, then nodes on [−1, 1] and their
+# weights by turns.
+POWER, RAISED, NOTHING, WINDOW, POINT, PIECE, SHORT, FEW, FEW_NODES, COUNT, NODES = range(11)
 
 SMOOTH_FROM = 8.0
 """For a lower power p integrands are not smooth on the equator of w, and nodes crowd there."""
@@ -70,10 +71,12 @@ class _Accuracy(NamedTuple):
     """Half the length of a curve that they are enough for, in lobe widths 1/√p."""
     point: float
     """The angular size, in lobe widths, below which a region's middle replaces it."""
+    few_nodes: int
+    """How many are used along an arc of two lobe widths at most."""
 
 
 # To some 1e-11 and, for results in float32, some 1e-7.
-_EXACT, _ROUNDED = _Accuracy(1e-12, 32, 64, 5.0, 4e-5), _Accuracy(1e-7, 12, 24, 3.0, 5e-4)
+_EXACT, _ROUNDED = _Accuracy(1e-12, 32, 64, 5.0, 4e-5, 12), _Accuracy(1e-7, 12, 24, 3.0, 5e-4, 6)
 
 
 @cache
@@ -88,12 +91,15 @@ def lobe_numbers(power: float, *, rounded: bool = False) -> tuple[float, ...]:
     """What formulas read of a lobe with a power, for results in float64, or to be rounded to float32."""
     accuracy, raised = _ROUNDED if rounded else _EXACT, power + 1.0
     nothing, width = -math.expm1(math.log(accuracy.nothing) / raised), 1.0 / math.sqrt(raised)
-    nodes, weights = gauss_legendre(accuracy.crowded_nodes if raised < SMOOTH_FROM else accuracy.nodes)
-    if raised < SMOOTH_FROM:
+    is_smooth = raised >= SMOOTH_FROM
+    nodes, weights = gauss_legendre(accuracy.nodes if is_smooth else accuracy.crowded_nodes)
+    if not is_smooth:
         nodes, weights = 0.5 * nodes * (3.0 - nodes * nodes), 1.5 * weights * (1.0 - nodes * nodes)
+    few = np.stack(gauss_legendre(accuracy.few_nodes), axis=1)
     piece = accuracy.piece * min(width, 0.14)  # the rest of an integrand is smooth over so much
-    own = power, raised, nothing, math.acos(1.0 - nothing), accuracy.point * width, piece, float(len(nodes))
-    return (*own, *np.stack([nodes, weights], axis=1).ravel().tolist())
+    own = power, raised, nothing, math.acos(1.0 - nothing), accuracy.point * width, piece
+    counts = width if is_smooth else 0.0, float(len(few)), float(NODES + 2 * len(nodes)), float(len(nodes))
+    return (*own, *counts, *np.stack([nodes, weights], axis=1).ravel().tolist(), *few.ravel().tolist())
 
 
 @formula
@@ -126,15 +132,28 @@ def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> An
     total = 0.0 * shown
     if any_of(shown > 0.0):
         center, half = 0.5 * (start + stop), 0.5 * shown
-        for k in range(int(lobe[COUNT])):
-            height = sine(0.5 * (center + half * lobe[NODES + 2 * k]))
-            less = maximum(pole + 2.0 * across * height * height, 1e-300)
-            total = total - lobe[NODES + 2 * k + 1] * power_less_one(less, lobe[RAISED]) / (less * (2.0 - less))
+        is_short = half <= lobe[SHORT]
+        if any_of(is_short):
+            total = _by_nodes(lobe, int(lobe[FEW_NODES]), int(lobe[FEW]), pole, across, center, half)
+        if any_of(~is_short):
+            by_all = _by_nodes(lobe, NODES, int(lobe[COUNT]), pole, across, center, half)
+            total = where(is_short, total, by_all)
         total = total * along * half
     if any_of(~is_shown_all):
         rise = abs(along)
         rest = _turn(rise, first, last, length) - _turn(rise, start, stop, shown)
         total = total + where(is_shown_all, 0.0, where(along < 0.0, -rest, rest))
+    return total
+
+
+@formula
+def _by_nodes(lobe: Any, at: int, count: int, pole: Any, across: Any, center: Any, half: Any) -> Any:
+    """The mean of (1 − max(z, 0)ᵖ) / (1 − z²) over the arc, times 2, by so many nodes."""
+    total = 0.0 * half
+    for k in range(count):
+        height = sine(0.5 * (center + half * lobe[at + 2 * k]))
+        less = maximum(pole + 2.0 * across * height * height, 1e-300)
+        total = total - lobe[at + 2 * k + 1] * power_less_one(less, lobe[RAISED]) / (less * (2.0 - less))
     return total
 
 

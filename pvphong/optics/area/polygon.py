@@ -111,10 +111,11 @@ def polygon_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _a: Any) -> Any:
                 across = cross(x, side)
                 sine_times = sqrt(dot(across, across))
                 both = maximum(sqrt(dot(x, x) * dot(y, y)), 1e-300)  # |x||y|
+                per_both = 1.0 / both
                 more_x, more_y = 2.0 * dot(m, start) + dot(start, start), 2.0 * dot(m, stop) + dot(stop, stop)
                 rest = size * size - (near * (more_x + more_y) + more_x * more_y) / (near + both)
-                rest = rest * per_far + _angle_over_sine(sine_times / both, arctan2(sine_times, dot(x, y)))
-                total = total + rest * dot(n, across) / both
+                rest = rest * per_far + _angle_over_sine(sine_times * per_both, arctan2(sine_times, dot(x, y)))
+                total = total + rest * dot(n, across) * per_both
                 area = area + dot(own, cross(start, side))
         total = total + area * dot(own, n) * per_far
     return where(is_lit, 0.5 * abs(total) / (root * root) * scale * scale, 0.0)

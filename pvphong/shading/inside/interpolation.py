@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
 from typing import Any, NamedTuple
@@ -21,7 +21,6 @@ import numpy as np
 from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike
 from pvphong.base.vectors import columns, dot, towards, unit, unit_vector
 from pvphong.geometry.transform import normal_matrix, transform_points
-from pvphong.optics.light import Light
 from pvphong.optics.material import Material
 from pvphong.optics.roles import Aim, Angle, Power
 from pvphong.scene.scene import Scene
@@ -83,12 +82,6 @@ class LitVertices:
     stored: Float64Array
     albedo: Float64Array | None
     colors: Float64Array
-
-    def followed_by(self, others: LitVertices) -> LitVertices:
-        """These vertices and then others."""
-        pairs = [(getattr(self, field.name), getattr(others, field.name)) for field in fields(self)]
-        joined: list[Any] = [None if mine is None else np.concatenate([mine, theirs]) for mine, theirs in pairs]
-        return LitVertices(*joined)
 
 
 def _lit_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
@@ -174,23 +167,18 @@ def _peaks(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Iter
     """
     equation, (points, normals) = lighting.equation, _in_world(vertices, corners, lighting)
     for term in equation.terms:
-        found = []
-        for offsets in _offsets(term.light, columns(points.reshape(-1, 3))):
-            found.append(Places(np.arange(len(points)), _shortest(offsets.T.reshape(points.shape))))
+        light, p, offsets = term.light, points.reshape(-1, 3), []
+        for place in light.places:
+            offsets.append(p - np.array(place))
+        for direction in light.values(Aim) if light.values(Power) else ():
+            axis, from_light = unit_vector(direction), p - np.array(light.places[0])
+            offsets.append(from_light - np.outer(from_light @ axis, axis))
+        found = [Places(np.arange(len(points)), _shortest(each.reshape(points.shape))) for each in offsets]
         if equation.reflectance.sharpness > 0.0 and equation.has(term, "specular"):
             found.append(_highlight_peaks(term, equation, points, normals))
         for rows, weights in found:
             inside = weights.max(axis=1) < 1.0 - _AT_CORNER
             yield Places(rows[inside], weights[inside])
-
-
-def _offsets(light: Light, points: Float64Array) -> Iterator[Float64Array]:
-    """Vectors (3, k) that vary linearly and are shortest where a light is brightest: from its places, from its axis."""
-    for place in light.places:
-        yield points - np.array(place)[:, None]
-    for direction in light.values(Aim) if light.values(Power) else ():
-        axis, from_light = np.array(unit_vector(direction))[:, None], points - np.array(light.places[0])[:, None]
-        yield from_light - dot(axis, from_light) * axis
 
 
 # Step, in barycentric coordinates, of the differences by which a highlight's chord is followed.
@@ -280,7 +268,11 @@ def _creases(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> It
         to_light = term.light.arrival(p).direction
         if term.needs_normals:
             values.append(dot(n, to_light))  # with the normal's length: so it is linear under a distant light
-        values += _beyond_the_edge(term.light, to_light)
+        for direction, angle in zip(term.light.values(Aim), term.light.values(Angle), strict=False):
+            chord = (
+                to_light + np.array(unit_vector(direction))[:, None]
+            )  # from the axis; at a cone's edge it is as long
+            values.append(4.0 * math.sin(math.radians(angle) / 2.0) ** 2 - dot(chord, chord))
         if equation.has(term, "specular") and 0.0 < equation.reflectance.sharpness < _SMOOTH:
             chord = _chords(term, equation, points, normals)
             values.append(1.0 - np.einsum("ki,ki->k", chord, chord) / 2.0)
@@ -288,13 +280,6 @@ def _creases(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> It
         values += [vertices.colors[corners, channel].ravel() - 1.0 for channel in range(3)]
     for value in values:
         yield from _sign_changes(value.reshape(-1, 3))
-
-
-def _beyond_the_edge(light: Light, to_light: FloatArray) -> Iterator[FloatArray]:
-    """For a light with a cone, the squared chord from its axis at the edge, less that of unit vectors (3, k) to it."""
-    for direction, angle in zip(light.values(Aim), light.values(Angle), strict=False):
-        chord = to_light + np.array(unit_vector(direction))[:, None]
-        yield 4.0 * math.sin(math.radians(angle) / 2.0) ** 2 - dot(chord, chord)
 
 
 # How far beside a crease, in parts of a side, a jump's two sides are looked at.
@@ -338,7 +323,8 @@ def _lattice(order: int) -> Float64Array:
 _FIRST = np.concatenate([_lattice(2), np.full((1, 3), 1.0 / 3.0)])
 _MORE = np.array([weights for weights in _lattice(4) if (weights * 2.0 % 1.0).any()])
 _ALL = np.concatenate([_FIRST, _MORE])
-_DENSE = _lattice(8)
+DENSE = _lattice(8)
+"""So dense that hardly anything lies between them."""
 
 # Over a triangle, the ratio of a normal's two lengths may vary by this much and change no colour.
 _SAME_RATIO = 1e-4
@@ -352,7 +338,7 @@ _LARGE = 1.0 / 255.0
 
 def first_errors(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
     """Largest error (m,) of triangles (m, 3) at middles of sides, centroids, and where colours peak, bend or jump."""
-    result = _pattern_errors(vertices, corners, _FIRST, lighting)
+    result = pattern_errors(_FIRST, vertices, corners, lighting)
     for part in _at_once(len(corners), 8):
         there = vertices, corners[part], lighting
         rows, _, errors = _worst(chain(_peaks(*there), _creases(*there)), *there)
@@ -362,19 +348,14 @@ def first_errors(vertices: LitVertices, corners: IntArray, lighting: Lighting) -
 
 def more_errors(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
     """Largest error (m,) at further samples, and with the stored normals blended."""
-    result = _pattern_errors(vertices, corners, _MORE, lighting)
+    result = pattern_errors(_MORE, vertices, corners, lighting)
     length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
     ratio = np.divide(length, stored, out=np.ones_like(length), where=stored > 0.0)[corners]
     rows = np.flatnonzero(np.ptp(ratio, axis=1) > _SAME_RATIO * ratio.max(axis=1))  # they blend differently
     others = replace(vertices, normals=vertices.stored), corners[rows]
-    errors = np.maximum(first_errors(*others, lighting), _pattern_errors(*others, _MORE, lighting))
+    errors = np.maximum(first_errors(*others, lighting), pattern_errors(_MORE, *others, lighting))
     result[rows] = np.maximum(result[rows], errors)
     return result
-
-
-def dense_errors(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
-    """Largest error (m,) at samples so dense that hardly anything lies between them."""
-    return _pattern_errors(vertices, corners, _DENSE, lighting)
 
 
 def all_errors(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
@@ -419,9 +400,7 @@ def jumps(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> tuple
     return steps, errors
 
 
-def _pattern_errors(
-    vertices: LitVertices, corners: IntArray, pattern: Float64Array, lighting: Lighting
-) -> Float64Array:
+def pattern_errors(pattern: Float64Array, vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Float64Array:
     """Largest error (m,) at places (s, 3) that are the same for all triangles."""
     result = np.zeros(len(corners))
     for part in _at_once(len(corners), len(pattern)):

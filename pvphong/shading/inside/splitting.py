@@ -12,19 +12,21 @@ triangle is cut along both of its directions, as uniform subdivision would, and 
 
 from __future__ import annotations
 
-from typing import Literal
+from functools import partial
+from typing import Any, Literal
 
 import numpy as np
 
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.geometry.transform import normalize
 from pvphong.shading.inside.interpolation import (
+    DENSE,
     Lighting,
     LitVertices,
-    dense_errors,
     first_errors,
     jumps,
     more_errors,
+    pattern_errors,
     sizes,
 )
 
@@ -95,11 +97,6 @@ class Triangles:
             if not len(more):
                 return marks
             marks[more] = True
-
-    def have_two_triangles(self, marks: BoolArray) -> BoolArray:
-        """Whether each marked side lies between two triangles, and not on a boundary or where several sheets meet."""
-        result: BoolArray = np.bincount(self.sides.ravel(), minlength=len(marks))[marks] == 2
-        return result
 
     def cut(self, marks: BoolArray) -> tuple[IntArray, IntArray]:
         """Cut the sides that `marks` gave, and all triangles that have them.
@@ -283,7 +280,7 @@ class Refinement:
     def _finish(self, tolerance: float) -> None:
         """Take the samples that have not been taken yet; more of them where it is a close thing."""
         rows = np.flatnonzero(~self._known["finished"])
-        for errors_of in (more_errors, dense_errors):
+        for errors_of in (more_errors, partial(pattern_errors, DENSE)):
             errors = errors_of(self.vertices, self.triangles.corners[rows], self._lighting)
             self.errors[rows] = np.maximum(self.errors[rows], errors)
             self._known["finished"][rows] = True
@@ -325,7 +322,8 @@ class Refinement:
         the sides of PN triangles (A. Vlachos, J. Peters, C. Boyd, J. L. Mitchell: Curved PN triangles. Symposium on
         Interactive 3D Graphics (2001), 159-166). On a circle they err in the fourth power of the angle.
         """
-        curved = self.triangles.have_two_triangles(marks) & self._smooth
+        triangles_of = np.bincount(self.triangles.sides.ravel(), minlength=len(marks))
+        curved = (triangles_of[marks] == 2) & self._smooth  # not on a boundary, nor where several sheets meet
         parents, rows = self.triangles.cut(marks)
         old, (a, b) = self.vertices, parents.T
         points = 0.5 * old.points[a] + 0.5 * old.points[b]
@@ -341,7 +339,11 @@ class Refinement:
         normals = stored if self._smooth else normals
         albedo = None if old.albedo is None else 0.5 * old.albedo[a] + 0.5 * old.albedo[b]
         colors = self._lighting.colors(points, normals, albedo)
-        self.vertices = old.followed_by(LitVertices(points, normals, stored, albedo, colors))
+        new = LitVertices(points, normals, stored, albedo, colors)
+        joined: dict[str, Any] = {
+            name: a if a is None else np.concatenate([a, getattr(new, name)]) for name, a in vars(old).items()
+        }
+        self.vertices = LitVertices(**joined)
         self.parents.append(parents)
         self._measure(rows)
 

@@ -27,7 +27,6 @@ from pvphong.shading.kernel.evaluation import driver_code
 
 _REALS = "float32", "float64"
 _STORED_AND_REAL = ("float32", "float32"), ("float64", "float32"), ("float64", "float64")
-_NO_FLAGS = {"has_albedo": False, "is_display": False}
 
 
 class CompilationUnit(NamedTuple):
@@ -43,14 +42,15 @@ def pieces(library: Library) -> list[CompilationUnit]:
         CompilationUnit("faces", partial(normals.survey_code, library)),
         CompilationUnit("normals", partial(normals.normals_code, library)),
     ]
+    written = ("factors already written", stages.factors_already_written)
+    lit = *_of_lights(), *_of_lights_with_a_size(), *_of_reflectances(), written
     for stored, real in _STORED_AND_REAL:
         types = real if stored == real else f"{stored} to {real}"
         result.append(CompilationUnit(f"driver, {types}", partial(driver_code, library, stored, real)))
-    for real in _REALS:
-        for name, stage in (*_of_lights(), *_of_lights_with_a_size()):
-            result.append(CompilationUnit(f"{name}, {real}", partial(library.light, stage, real)))
-        for name, stage in (*_of_reflectances(), ("factors already written", stages.factors_already_written)):
-            result.append(CompilationUnit(f"{name}, {real}", partial(library.reflectance, stage, real)))
+    stages_and_reals = product(lit, _REALS)
+    result += (
+        CompilationUnit(f"{name}, {real}", partial(library.stage, x, real)) for (name, x), real in stages_and_reals
+    )
     return result
 
 
@@ -127,9 +127,10 @@ def main() -> None:
         if not is_alone:
             return
         request = _request()
-        if request is not None:
+        codes = request and records.codes_of(request.equation, request.real, has_albedo=False)
+        if request is not None and codes is not None:
             driver_code(library, request.stored, request.real)
-            records.records_of(request.equation, library, request.real, **_NO_FLAGS)
+            records.records_of(request.equation, codes, library, request.real, has_albedo=False, is_display=False)
         for piece in pieces(library):
             piece.compile()
 

@@ -21,8 +21,7 @@ from pvphong.base.formulas import BRIGHTEST, ONE, ZERO, dot, inverse_length, squ
 from pvphong.shading.kernel import vertices as at
 from pvphong.shading.kernel.arithmetic import (
     WHOLE32,
-    call_light,
-    call_reflectance,
+    call_stage,
     inlined,
     inlined_early,
     like,
@@ -76,13 +75,16 @@ def shade(
         rows[at.SKY + i] = ONE
     fill(rows, at.VX, in_type(s.to_eye, rows))
     none = True
+    is_uniform = not (s.needs_normals or s.needs_points or s.has_albedo or s.sky >= 0)
+    good = True
     for first in range(0, count, BLOCK):
         size = min(count - first, BLOCK)
-        good = _load(first, size, points, normals, albedo, channels, s, rows, wide)
-        for k in range(len(lights)):
-            own = shifted(numbers, (k + 1) * s.stride)
-            good = _add_light(first, size, channels, lights[k], s, numbers, own, rows, wide) & good
-        _finish(s, rows)
+        if first == 0 or not is_uniform:  # else all blocks have the colors of the first
+            good = _load(first, size, points, normals, albedo, channels, s, rows, wide)
+            for k in range(len(lights)):
+                own = shifted(numbers, (k + 1) * s.stride)
+                good = _add_light(first, size, channels, lights[k], s, numbers, own, rows, wide) & good
+            _finish(s, rows)
         _store(first, size, rgb, display, s, rows)
         if not good:
             none = False
@@ -181,23 +183,24 @@ def _add_two(rows: Any, varies: bool, color: Any, other: Any) -> None:
 
 
 @plain
-def _add_lambert(rows: Any, varies: bool, color: Any) -> None:
-    """Add a colour times max(n·l, 0) and the light's strength."""
+def _add_lambert(rows: Any, varies: bool, color: Any, is_even: bool, to_light: Any) -> None:
+    """Add a colour times max(n·l, 0) and the light's strength; l is along `to_light` if it is even, else in rows."""
+    inverse = inverse_length(square(to_light))
     for i in range(BLOCK):
-        n_d = dot(vector(shifted(rows, at.NX), i), vector(shifted(rows, at.DX), i))
-        n_l = max(n_d * (rows[at.INVERSE_DISTANCE + i] * rows[at.INVERSE_NORMAL + i]), ZERO)
-        factor = n_l * _strength(rows, i, varies)
+        d = to_light if is_even else vector(shifted(rows, at.DX), i)
+        scale = (inverse if is_even else rows[at.INVERSE_DISTANCE + i]) * rows[at.INVERSE_NORMAL + i]
+        factor = max(dot(vector(shifted(rows, at.NX), i), d) * scale, ZERO) * _strength(rows, i, varies)
         rows[at.R + i] = multiply_add(color[0], factor, rows[at.R + i])
         rows[at.G + i] = multiply_add(color[1], factor, rows[at.G + i])
         rows[at.B + i] = multiply_add(color[2], factor, rows[at.B + i])
 
 
 @plain
-def _arrive_evenly(rows: Any, offset: Any) -> None:
+def _arrive_evenly(rows: Any, to_light: Any) -> None:
     """Vector D to, and 1/|D| of, a light that arrives everywhere from one direction."""
-    inverse = inverse_length(square(offset))
+    inverse = inverse_length(square(to_light))
     for i in range(BLOCK):
-        put(shifted(rows, at.DX), i, offset)
+        put(shifted(rows, at.DX), i, to_light)
         rows[at.INVERSE_DISTANCE + i] = inverse
 
 
@@ -207,10 +210,9 @@ def _add_light(
 ) -> bool:
     """Add one light; whether no vertex is declined."""
     good = True
-    if t.is_even:
-        _arrive_evenly(rows, in_type(t.to_light, rows))
-    else:
-        good = call_light(t.arrives, own, rows, points)
+    to_light = in_type(t.to_light, rows)
+    if not t.is_even:
+        good = call_stage(t.arrives, own, rows, points) != 0
     varies = t.varies
     if varies:
         _settle_strength(rows, like(rows, t.gain))
@@ -223,9 +225,11 @@ def _add_light(
         _hide(rows, varies)
         varies = True
     if not t.reflects:
-        _add_lambert(rows, varies, in_type(t.colors[0], rows))
+        _add_lambert(rows, varies, in_type(t.colors[0], rows), t.is_even, to_light)
         return good
-    reflected = t.wanted & call_reflectance(t.reflects, numbers, rows, points)
+    if t.is_even:
+        _arrive_evenly(rows, to_light)
+    reflected = t.wanted & call_stage(t.reflects, numbers, rows, points)
     if not s.has_albedo and reflected & 3 == 3:
         _add_two(rows, varies, in_type(t.colors[0], rows), in_type(t.colors[1], rows))
         reflected &= 4

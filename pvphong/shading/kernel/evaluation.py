@@ -23,7 +23,7 @@ from pvphong.shading.vertices import reflectances
 
 # Vertices that a thread lights at a time, at least and at most: so many that calling compiled code shows in no time,
 # and so few that copies of arrays in another form take little room.
-SHORTEST, LONGEST = 2**14, 2**17
+SHORTEST, LONGEST = 2**14, 2**18
 
 # Bytes in a line of the processor's caches, and in its longest vectors.
 _LINE = 64
@@ -45,7 +45,10 @@ def shade(
     if result.base is not None or not rgb.flags.c_contiguous:
         return False
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
-    if not records.can_take(whole, name_of(real), has_albedo=albedo is not None):
+    codes = records.codes_of(whole, name_of(real), has_albedo=albedo is not None)
+    if codes is not None and equation is not whole:
+        codes = records.codes_of(equation, name_of(real), has_albedo=albedo is not None)
+    if codes is None:
         return False
     read = [points] * whole.needs_points + [normals] * whole.needs_normals
     stored = np.result_type(real, *read)
@@ -55,6 +58,7 @@ def shade(
         run = driver_code(source, request.stored, request.real)
         packed = records.records_of(
             equation,
+            codes,
             source,
             request.real,
             has_albedo=albedo is not None,
@@ -79,10 +83,10 @@ def shade(
             None if shades is None else as_plain(shades, real),
             seen,
             rgb[part],
-            rgb[part],
         )
-        memory, declined = Memory.of_thread(), np.zeros(last - first, np.uint8)
-        if run(*map(address, own), *packed, last - first, *memory.addresses, address(declined)):
+        declined = np.zeros(last - first, np.uint8)
+        *addresses, colors = map(address, own)
+        if run(*addresses, colors, colors, *packed, last - first, *_memory.addresses, address(declined)):
             return
         left = np.flatnonzero(declined)
         lit = Shading(np.empty((len(left), 3), real))
@@ -96,48 +100,34 @@ def shade(
 
 def driver_code(library: Library, stored: str, real: str) -> Callable[..., int]:
     """The driver, compiled, for vertices of one type and rows of another."""
-    return library.call(driver.shade, _signature_of_driver, stored, real)
+
+    def signature(stored: Any, real: Any) -> Any:
+        vertices, reals, floats, octets = map(types.CPointer, (stored, real, types.float64, types.uint8))
+        settings, terms = (types.CPointer(numba.from_dtype(kind)) for kind in (records.SETTINGS, records.TERM))
+        arrays = vertices, vertices, reals, reals, reals, octets
+        return types.boolean(*arrays, settings, terms, floats, types.intp, reals, floats, octets)
+
+    return library.call(driver.shade, signature, stored, real)
 
 
-def _signature_of_driver(stored: Any, real: Any) -> Any:
-    vertices, reals, floats, octets = map(types.CPointer, (stored, real, types.float64, types.uint8))
-    equation = (
-        types.CPointer(numba.from_dtype(records.SETTINGS)),
-        types.CPointer(numba.from_dtype(records.TERM)),
-        floats,
-    )
-    arrays = vertices, vertices, reals, reals, reals, octets
-    return types.boolean(*arrays, *equation, types.intp, reals, floats, octets)
+class _Memory(threading.local):
+    """Scratch memory, each thread's own: rows, and three of them in float64.
 
-
-class Memory:
-    """Scratch memory of one thread: rows, and three of them in float64."""
-
-    _all = threading.local()
+    They start where a cache line starts: a vector across two lines takes twice as long.
+    """
 
     def __init__(self) -> None:
-        self._arrays = _aligned(ROWS), _aligned(3 * BLOCK)
-        self.addresses = tuple(map(address, self._arrays))
-
-    @classmethod
-    def of_thread(cls) -> Memory:
-        """The calling thread's."""
-        memory: Memory | None = getattr(cls._all, "memory", None)
-        if memory is None:
-            memory = cls._all.memory = Memory()
-        return memory
-
-
-def _aligned(length: int) -> Any:
-    """Memory that starts where a cache line starts: a vector across two lines takes twice as long."""
-    memory = np.empty(length + _LINE // 8)
-    start = -memory.ctypes.data % _LINE // 8
-    return memory[start : start + length]
+        self._memory = np.empty(ROWS + 3 * BLOCK + _LINE // 8)
+        start = address(self._memory) + -address(self._memory) % _LINE
+        self.addresses = start, start + 8 * ROWS
 
 
 def address(array: Any) -> int:
     """Where an array's entries start; 0 for None."""
     return 0 if array is None else int(array.ctypes.data)
+
+
+_memory = _Memory()
 
 
 @functools.cache

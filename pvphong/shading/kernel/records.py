@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -198,32 +198,37 @@ class Records(NamedTuple):
     """Floats of the reflectance's stage, then of each light's; a row each, filled up with zeros."""
 
 
-def can_take(equation: Equation, real: str, *, has_albedo: bool) -> bool:
-    """Whether compiled code can: all lights and the reflectance have stages, and numbers are within its range."""
+def codes_of(equation: Equation, real: str, *, has_albedo: bool) -> list[TermCode] | None:
+    """What lights with each term; None if something has no stage, or a number is not within compiled code's range."""
     lobes = equation.reflectance.lobes
     if equation.maps or (has_albedo and any(lobe.tint for lobe in lobes)):
-        return False
+        return None
     if len(lobes) > MOST_LOBES or type(equation.reflectance).factors not in FORMULAS:
-        return False
+        return None
     matrix = equation.matrix
     if matrix is not None and (matrix[3, :3].any() or matrix[3, 3] == 0.0 or not holds(np.abs(matrix).flat)):
-        return False  # the reference says what is wrong with it
+        return None  # the reference says what is wrong with it
     if not are_in_range(equation.eye or ()):
-        return False
-    return None not in [_code_of(term, equation, real) for term in equation.terms]
+        return None
+    codes = [_code_of(term, equation, real) for term in equation.terms]
+    return None if None in codes else cast("list[TermCode]", codes)
 
 
 def records_of(
-    equation: Equation, library: Library, real: str, *, has_albedo: bool, is_display: bool, channel_length: int = 0
+    equation: Equation,
+    codes: Sequence[TermCode],
+    library: Library,
+    real: str,
+    *,
+    has_albedo: bool,
+    is_display: bool,
+    channel_length: int = 0,
 ) -> Records:
-    """An equation that compiled code can take, for rows of a type."""
+    """An equation that compiled code can take, with what `codes_of` gives for it, for rows of a type."""
     reflectance, base = equation.reflectance, equation.ambient
     terms, numbers = [], [reflectance_numbers(reflectance)]
     addresses: dict[Any, int] = {}  # each stage is looked up once
-    for term in equation.terms:
-        code = _code_of(term, equation, real)
-        assert code is not None
-        stage, own, varies, divisors = code
+    for term, (stage, own, varies, divisors) in zip(equation.terms, codes, strict=True):
         strength, gain, to_light = min(term.gain, BRIGHTEST), 1.0, _NOWHERE
         if term.light.has_size:
             strength = 1.0  # its stage's factors have that
@@ -233,7 +238,7 @@ def records_of(
             strength = min(term.gain * np.asarray(arrival.strength).item(), BRIGHTEST)
             base = _plus(base, _times(term.ambient, strength))
         elif stage not in addresses:
-            addresses[stage] = library.light(stage, real)
+            addresses[stage] = library.stage(stage, real)
         if varies:
             mantissa, exponent = math.frexp(term.gain)
             strength, exponent = 2.0 * mantissa, exponent - 1
@@ -246,10 +251,10 @@ def records_of(
         wanted, reflects = term.shines, 0
         is_lambert = reflectance.lobes[0] is LAMBERT and True not in wanted[1:]
         if term.light.has_size:
-            reflects = library.reflectance(factors_already_written, real)
+            reflects = library.stage(factors_already_written, real)
         elif True in wanted and not is_lambert:
             if wanted not in addresses:
-                addresses[wanted] = library.reflectance(reflectance_stage(reflectance, wanted), real)
+                addresses[wanted] = library.stage(reflectance_stage(reflectance, wanted), real)
             reflects = addresses[wanted]
         colors = [channel * strength for color in term.colors for channel in color]
         terms.append(

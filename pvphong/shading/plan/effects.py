@@ -16,7 +16,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -38,13 +38,8 @@ _LIGHTS = "lights"
 _NO_LIGHT = "no light reaches the mesh"
 
 
-class Change(NamedTuple):
-    """A light's term without an effect."""
-
-    left: tuple[LightTerm, ...]
-    """The cheaper term; empty where the light adds nothing."""
-    notes: tuple[Note, ...]
-    """Why, at what error."""
+Change = tuple[tuple[LightTerm, ...], tuple[Note, ...]]
+"""A light's term without an effect, or none where the light adds nothing, and why, at what error."""
 
 
 @dataclass(frozen=True)
@@ -85,9 +80,10 @@ class Effect:
             if change is None:
                 terms.append(term)
                 continue
-            terms += change.left
-            exact += change.notes
-            if any(note.bound for note in change.notes):
+            left, notes = change
+            terms += left
+            exact += notes
+            if any(note.bound for note in notes):
                 # exact ones can wait: a draft for each of many would take long
                 draft, exact = replace(draft, notes=(*draft.notes, *exact)), []
         if exact:
@@ -196,13 +192,13 @@ class Lights(Effect):
     def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
         if term.is_black:
             why = "adds black: its colour, intensity or the material's is 0"
-            return Change((), (Note(self.name, term.label, why),))
+            return (), (Note(self.name, term.label, why),)
         if not draft.allowance:
             return None
         bound = term.gain * draft.reach(term).strongest * most_color(draft, term)
         if bound <= draft.allowance:
             why = f"too weak to be seen, at most {bound:.2g}"
-            return Change((), (Note(self.name, term.label, why, bound),))
+            return (), (Note(self.name, term.label, why, bound),)
         return None
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
@@ -221,12 +217,12 @@ class LightEffect(Effect):
         if choice is None:
             return None
         if choice.make is None:  # it is dark here
-            return Change((), (Note(self.name, term.label, choice.why), Note(_LIGHTS, term.label, choice.why)))
+            return (), (Note(self.name, term.label, choice.why), Note(_LIGHTS, term.label, choice.why))
         bound, gain = stand_in_error(draft, term, choice), term.gain * choice.factor
         if not bound <= draft.allowance or not 1.0 / BRIGHTEST < gain < BRIGHTEST:
             return None
         note = Note(self.name, term.label, choice.why.format(bound=bound), bound)
-        return Change((replace(term, light=choice.make()[0], gain=gain),), (note,))
+        return (replace(term, light=choice.make()[0], gain=gain),), (note,)
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
         return self.name in term.light.effects
@@ -251,7 +247,7 @@ class Size(LightEffect):
             if choice is not None and choice.make is not None and bound <= draft.allowance:
                 why = f"{NODES - count} of {NODES} nodes, at most {bound:.2g}"
                 note = Note(self.name, term.label, why, bound)
-                return Change((replace(term, nodes=choice.make()),), (note,))
+                return (replace(term, nodes=choice.make()),), (note,)
         return None
 
     def decide(self, draft: Draft) -> Decision:
@@ -263,7 +259,7 @@ class Size(LightEffect):
             for term in equation.terms:
                 if self.has(equation, term) and equation.has(term, component):
                     _, summed = by_closed_form(term, equation.forms)
-                    is_summed = any(any(summed[k]) for k in equation.lobes_of(component))
+                    is_summed = any(any(summed[k]) for k in equation.lobes_of[component])
                     method = f"by {NODES if term.nodes is None else len(term.nodes)} nodes" if is_summed else "exact"
                     by_method.setdefault(method, []).append(component)
         said = ", ".join(f"{' and '.join(dict.fromkeys(found))} {method}" for method, found in by_method.items())
@@ -279,7 +275,7 @@ class Sky(Effect):
             bound = _largest_error(draft.equation, term, partial(term.light.left_out, bands=bands))
             if bound <= draft.allowance:
                 note = Note(self.name, term.label, f"bands from {bands} on, at most {bound:.2g}", bound)
-                return Change((replace(term, bands=bands),), (note,))
+                return (replace(term, bands=bands),), (note,)
         return None
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
@@ -340,7 +336,7 @@ class Specular(Reflection):
 
     def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
         equation = draft.equation
-        lobes = [k for k in equation.lobes_of("specular") if any(term.colors[k])]
+        lobes = [k for k in equation.lobes_of["specular"] if any(term.colors[k])]
         if not (draft.allowance and lobes):
             return None
         peak = sum(max(term.colors[k]) * equation.largest[k] for k in lobes)
@@ -355,7 +351,7 @@ class Specular(Reflection):
             return None
         why = f"its highlight {'is too weak to be seen' if is_weak else 'hardly reaches a vertex'}, at most {bound:.2g}"
         note = Note(self.name, term.label, why, bound, only_for_this_viewer=not is_weak)
-        return Change((equation.without(term, "specular"),), (note,))
+        return (equation.without(term, "specular"),), (note,)
 
 
 # --- the viewer
@@ -435,7 +431,7 @@ class Shadow(Effect):
         why = "" if draft.visibility is None else draft.visibility.why_clear(term.index)
         if not term.needs_normals:
             why = "adds ambient light alone"
-        return Change((replace(term, is_shadowed=False),), (Note(self.name, term.label, why),)) if why else None
+        return ((replace(term, is_shadowed=False),), (Note(self.name, term.label, why),)) if why else None
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
         return term.is_shadowed

@@ -1,7 +1,6 @@
 """The report on accuracy and time: its errors are those of `evaluate`, its error bounds hold, its choice is right."""
 
 import csv
-import json
 import re
 import sys
 import time
@@ -49,12 +48,6 @@ def exact(mesh, scene, material, **options):
 
 
 # -- what is measured
-
-
-def test_the_three_kinds_are_there(report):
-    assert {row.kind for row in report.rows} == {"arithmetic", "light model", "interpolation"}
-    assert all(row.time.repeats >= 3 for row in report.rows)
-    assert all(0 < row.time.low <= row.time.median <= row.time.high for row in report.rows)
 
 
 def test_arithmetic_error_is_that_of_evaluate(mesh, report):
@@ -106,12 +99,6 @@ def test_simpler_reflectances_are_priced(mesh, reflectance, name, simpler):
     assert found.row.kind == "light model"
 
 
-def test_the_reference_is_the_same_at_some_of_the_vertices(mesh):
-    subject = Subject(mesh.points, mesh.point_data.active_normals, SCENE, SHINY, None)
-    rows = np.array([400, 7, 90])
-    np.testing.assert_allclose(subject.exact(subject.equation, rows), subject.truth[rows], rtol=1e-12)
-
-
 def test_interpolation_errors_fall_when_the_mesh_is_refined(mesh, report):
     whole = mesh.phong.interpolation_error(SCENE, SHINY)["phong_interpolation_error"]
     assert row(report, "as it is").interpolation.largest == pytest.approx(whole.max(), rel=1e-6)
@@ -131,6 +118,8 @@ def test_the_choice_is_within_the_tolerance_by_another_formula(mesh, report):
 
 
 def test_a_tolerance_of_nothing_leaves_the_reference_and_one_of_all_the_fastest(report):
+    assert {row.kind for row in report.rows} == {"arithmetic", "light model", "interpolation"}
+    assert all(0 < row.time.low <= row.time.median <= row.time.high for row in report.rows)
     assert report.best(0.0).name == "float64 reference"
     fastest = min((r for r in report.rows if r.kind != "interpolation" and not r.is_peer), key=lambda r: r.time.median)
     assert report.best(10.0) is fastest
@@ -239,23 +228,6 @@ def test_the_whole_report_names_everything(report):
     assert repr(report).startswith("<Tradeoff of ")
 
 
-def test_the_printed_report_is_a_few_lines_with_what_to_choose(mesh, report):
-    lines = str(report).splitlines()
-    assert len(lines) <= 5
-    own = [row for row in report.rows if not row.is_peer]
-    assert lines[0] == f"Cheapest within 0.00392, of {len(own)} ways to light {mesh.n_points} points:"
-    assert lines[1].startswith(f"  at the vertices: {report.best().name}, ")
-    inside = report.best(inside=True)
-    assert lines[2].startswith(f"  inside triangles: {inside.name if inside else 'none; nearest '}")
-
-
-def test_a_notebooks_table_has_every_row(report):
-    html = report._repr_html_()
-    for found in report.rows:
-        assert f">{found.name}{' (peer)' if found.is_peer else ''}</td>" in html
-    assert html.count("<tr>") == len(report.rows) + 1
-
-
 def test_csv_has_a_line_per_row(report, tmp_path):
     report.to_csv(tmp_path / "rows.csv")
     with open(tmp_path / "rows.csv", newline="", encoding="utf-8") as file:
@@ -266,29 +238,11 @@ def test_csv_has_a_line_per_row(report, tmp_path):
     assert lines[0]["interpolation_largest"] == ""
 
 
-def test_json_has_all_numbers(report, tmp_path):
-    report.to_json(tmp_path / "report.json")
-    read = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
-    assert read == json.loads(json.dumps(report.to_dict()))
-    assert read["chosen"] == report.best().name
-    assert len(read["rows"]) == len(report.rows)
-    assert read["worst_vertices"][0]["error"] == pytest.approx(np.abs(report.to_mesh()["phong_error"]).max())
-
-
 def test_the_mesh_carries_the_errors(mesh, report):
     lit = report.to_mesh()
     np.testing.assert_array_equal(lit["phong_reference"], exact(mesh, SCENE, SHINY))
     np.testing.assert_allclose(lit["phong_error"], lit["phong_chosen"] - lit["phong_reference"], atol=1e-12)
     assert lit["phong_interpolation_error"].shape == (mesh.n_cells,)
-
-
-def test_the_figure_is_drawn(report, tmp_path):
-    path = tmp_path / "figure.png"
-    report.plot(path)
-    pixels = pv.read(path).active_scalars[:, :3]
-    assert len(pixels) > 1e6
-    assert len(np.unique(pixels, axis=0)) > 1000
-    assert [file.name for file in tmp_path.iterdir()] == ["figure.png"]
 
 
 def test_a_figure_that_cannot_be_drawn_is_refused(report, tmp_path, monkeypatch):

@@ -1,6 +1,5 @@
 """Others' ways to light a mesh, as peers: which meshes and scenes they can stand for, and their colours."""
 
-import sys
 from contextlib import ExitStack
 from dataclasses import replace
 from itertools import product
@@ -110,12 +109,6 @@ def test_on_a_dome_brightness_is_stretched():
     np.testing.assert_allclose(shown.max(axis=0), constant + np.multiply(MATT.diffuse, SUN.diffuse), atol=1e-9)
 
 
-def test_the_order_of_the_vertices_does_not_matter():
-    points, normals = grid(dome())
-    order = np.random.default_rng(0).permutation(len(points))
-    np.testing.assert_array_equal(colors(points[order], normals[order]), colors(points, normals)[order])
-
-
 def test_a_matrix_can_make_it_a_height_field():
     points, normals = grid(dome())
     turned = np.array([[0, 0, 1.0, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
@@ -178,18 +171,6 @@ def test_the_report_has_it_as_a_peer_with_its_error():
     assert report.best(10.0) is not row
 
 
-def test_without_matplotlib_the_message_says_what_to_install(monkeypatch):
-    monkeypatch.setitem(sys.modules, "matplotlib.colors", None)
-    with pytest.raises(ValueError, match=r'Matplotlib is not installed: pip install "pvphong\[plot\]"'):
-        colors(*grid(dome()))
-
-
-def test_the_report_says_why_it_is_left_out():
-    report = ph.tradeoff(pv.Sphere(theta_resolution=8, phi_resolution=8), SCENE, MATT, seconds=1)
-    why = "it lights height fields: one point at each place of a regular grid in x and y"
-    assert report.left_out["Matplotlib LightSource"] == why
-
-
 # --- VTK's frames
 
 GREEN = ph.Material(ambient=0.1, diffuse=(0.2, 0.6, 0.3))
@@ -241,8 +222,3 @@ def test_frames_are_drawn_and_their_notes_say_by_what_and_what_was_changed(squar
         assert per_pixel.is_peer
         assert lit_array.is_peer
     assert len(frames(square, FACED, shiny)) == 1
-
-
-def test_what_vtk_cannot_draw_at_all_is_refused(square):
-    with pytest.raises(ValueError, match="VTK can draw"):
-        frames(square, FACED, GREEN, np.diag([1.0, 1.0, 0.0, 1.0]))

@@ -33,27 +33,6 @@ def test_triangle_errors_count_by_area():
     assert errors.count == 3
 
 
-def test_splitting_triangles_without_changing_an_error_changes_no_number():
-    random = np.random.default_rng(1)
-    errors, areas = random.random(50), random.random(50)
-    whole = Errors.inside_triangles(errors, areas)
-    parts = np.where(errors > 0.8, 9, 1)  # those that refinement would split
-    split = Errors.inside_triangles(np.repeat(errors, parts), np.repeat(areas / parts, parts))
-    assert (split.largest, split.p99) == (whole.largest, whole.p99)
-    assert split.rms == pytest.approx(whole.rms)
-    assert Errors.inside_triangles(errors, 1e3 * areas).rms == pytest.approx(whole.rms)
-
-
-def test_triangles_without_an_area_have_no_error():
-    assert Errors.inside_triangles(np.zeros(3), np.zeros(3)) == Errors(0.0, 0.0, 0.0, 3)
-
-
-def test_timing_has_quartiles():
-    timing = Timing.of([5.0, 1.0, 2.0, 3.0, 4.0])
-    assert timing == Timing(3.0, 2.0, 4.0, 5)
-    assert timing.spread == pytest.approx(2 / 3)
-
-
 def test_only_undominated_rows_are_on_the_front():
     rows = [row("slow", 3, 0.0), row("middle", 2, 0.1), row("worse", 2.5, 0.2), row("fast", 1, 0.3), row("tie", 2, 0.1)]
     marked = {r.name: r.on_front for r in with_fronts(rows)}

@@ -96,16 +96,16 @@ def rounds(watch, estimates, seconds, needed=()):
     return {name: np.count_nonzero(np.isfinite(taken)) for name, taken in times.items()}
 
 
+def test_the_slowest_are_left_out_first_and_what_is_needed_never(watch):
+    estimates = {"reference": 5.0, "slow": 2.0, "quick": 0.1, "quicker": 0.01}
+    assert set(rounds(watch, estimates, 100.0, ["reference"])) == set(estimates)
+    assert set(rounds(watch, estimates, 26.0, ["reference"])) == {"reference", "quick", "quicker"}
+    assert set(rounds(watch, estimates, 1.0, ["reference"])) == {"reference"}
+
+
 def test_rounds_fill_the_time_and_no_more(watch):
     estimates = {"quick": 0.1, "quicker": 0.05, "as quick": 0.1, "slow": 0.8, "slower": 1.0}
     found = rounds(watch, estimates, 20.0)
     assert found["quick"] == found["quicker"] == found["as quick"] > found["slow"] == found["slower"] >= 5
     assert 17.0 <= sum(found[name] * estimates[name] for name in estimates) <= 20.0
     assert set(rounds(watch, estimates, 1e6).values()) == {51}
-
-
-def test_the_slowest_are_left_out_first_and_what_is_needed_never(watch):
-    estimates = {"reference": 5.0, "slow": 2.0, "quick": 0.1, "quicker": 0.01}
-    assert set(rounds(watch, estimates, 100.0, ["reference"])) == set(estimates)
-    assert set(rounds(watch, estimates, 26.0, ["reference"])) == {"reference", "quick", "quicker"}
-    assert set(rounds(watch, estimates, 1.0, ["reference"])) == {"reference"}

@@ -1,9 +1,7 @@
 """The diagnosis: each kind of fault by itself, real meshes, and independent counts on random ones."""
 
-import dataclasses
 import io
 from collections import Counter, defaultdict
-from html import escape
 
 import numpy as np
 import pytest
@@ -14,8 +12,8 @@ from soups import faces_of, mesh_of
 from stability import exact_normals as exact
 
 from pvphong.geometry.normals import polygon_normals
-from pvphong.meshes.surfaces import polygons, surface
-from pvphong.studies.diagnose.diagnosis import FLAGS, KINDS, Diagnosis, diagnose
+from pvphong.meshes.surfaces import polygons
+from pvphong.studies.diagnose.diagnosis import FLAGS, Diagnosis, diagnose
 
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
 ROOF = SQUARE + np.array([(0, 0, 0), (0, 0, 1), (0, 0, 0), (0, 0, 2)])  # not flat: opposite normals do not cancel
@@ -219,27 +217,6 @@ def test_the_globe_has_collapsed_faces_at_its_poles():
     assert all(polar[faces[number]].sum() >= 2 for number in [*found.degenerate_faces, *found.thin_faces])
 
 
-def test_text_has_sides_that_face_inwards():
-    text = pv.Text3D("ab")
-    assert len(diagnose(text).inconsistent_edges) > 0
-    cured = text.compute_normals(consistent_normals=True, auto_orient_normals=True, split_vertices=False)
-    assert len(diagnose(cured).inconsistent_edges) == 0
-
-
-@pytest.mark.parametrize("load", [examples.load_airplane, examples.load_nut, pv.ParametricMobius])
-def test_non_manifold_edges_are_vtks(load):
-    edges = load().extract_feature_edges(boundary_edges=False, feature_edges=False, manifold_edges=False)
-    assert len(diagnose(load()).non_manifold_edges) == edges.n_lines
-
-
-def test_a_volume_is_diagnosed_by_its_surface():
-    beam = examples.load_hexbeam()
-    beam.points[0] = np.nan
-    found = diagnose(beam)
-    assert found.n_points == surface(beam).n_points < beam.n_points
-    assert surface(beam)["vtkOriginalPointIds"][found.non_finite_points].tolist() == [0]
-
-
 # --- against brute force ---
 
 
@@ -316,19 +293,7 @@ def test_a_part_far_from_the_others_is_far_and_the_others_are_not_thin():
     assert "of parts far apart, each its own" in " ".join(found.explain().split())
 
 
-def test_a_mesh_that_collapsed_far_away_is_blamed_on_its_place():
-    found = diagnose(mesh_of((1e8 + CORNERS).astype(np.float32), *SIDES))
-    assert found.far_faces.tolist() == [0, 1, 2, 3]
-    assert found.offset == (1e8, 1e8, 1e8)
-    assert diagnose(mesh_of(np.zeros((4, 3)), *SIDES)).far_faces.tolist() == []
-
-
 # --- the report ---
-
-
-def test_the_value_is_frozen():
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        diagnose(TETRAHEDRON).n_points = 3
 
 
 MANY_FAULTS = diagnose(mesh_of([*ROOF, *ROOF], (0, 1, 2), (0, 3, 2), (4, 5, 9)), matrix=np.diag([1, 1, -1, 1]))
@@ -361,22 +326,6 @@ def test_printed_it_is_five_lines_with_the_worst_first_and_the_rest_by_name():
     assert max(map(len, lines)) <= 80
 
 
-def test_a_notebooks_table_has_every_finding_and_its_remedy():
-    html = MANY_FAULTS._repr_html_()
-    for finding in MANY_FAULTS.findings:
-        assert f">{finding.name}</td>" in html
-        assert f">{escape(finding.remedy)}</td>" in html
-    assert html.count("<tr>") == len(MANY_FAULTS.findings) + 1
-
-
-def test_long_lists_are_cut_short():
-    found = diagnose(pv.PolyData(np.zeros((20, 3))).glyph(geom=pv.Sphere(), scale=False, orient=False))
-    duplicate = next(finding for finding in found.findings if finding.name == "duplicate_points")
-    assert duplicate.count == 19 * 842
-    assert duplicate.first == (842, 843, 844, 845, 846, 847)
-    assert "842, 843, 844, 845, 846, 847, …" in found.explain()
-
-
 @pytest.mark.parametrize("width", [60, 80, 120])
 def test_the_table_says_everything_at_any_width(width):
     console = Console(width=width, record=True, file=io.StringIO())
@@ -395,13 +344,6 @@ def test_the_table_says_everything_at_any_width(width):
             assert text.replace(" ", "") in said
 
 
-def test_every_kind_has_its_field_and_its_bit():
-    fields = {field.name for field in dataclasses.fields(Diagnosis)}
-    assert set(KINDS) <= fields
-    assert set(KINDS) | {"n_points", "n_faces", "stored_normals", "offset", "_points", "_faces"} == fields
-    assert sorted(FLAGS.values()) == [1 << place for place in range(len(KINDS))]
-
-
 def test_to_mesh_flags_points_and_faces():
     mesh = mesh_of([*ROOF, (9, 9, 9)], (0, 1, 2), (0, 77, 1), (0, 3, 2), (0, 2, 2))
     found = diagnose(mesh)
@@ -416,14 +358,7 @@ def test_to_mesh_flags_points_and_faces():
     assert shown.active_scalars_name == "severity"
     assert Diagnosis.FLAGS is FLAGS
     np.testing.assert_array_equal(shown.points, mesh.points)
-
-
-def test_to_mesh_can_be_drawn_with_a_nan_and_an_invalid_face():
-    sphere = pv.Sphere()
-    points, faces = np.array(sphere.points), sphere.regular_faces.copy()
-    points[100], faces[7, 1] = np.nan, 10**9
-    plotter = pv.Plotter(off_screen=True, window_size=(60, 60))
-    plotter.add_mesh(diagnose(mesh_of(points, *faces)).to_mesh())
-    picture = plotter.screenshot(return_img=True)
-    plotter.close()
-    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 1
+    flags = MANY_FAULTS.to_mesh().point_data["diagnosis"]  # points with several findings have the bits of all
+    for finding in MANY_FAULTS.findings:
+        if finding.where in ("points", "edges"):
+            assert (flags[getattr(MANY_FAULTS, finding.name)] & FLAGS[finding.name]).all()

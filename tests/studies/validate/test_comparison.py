@@ -93,20 +93,9 @@ def test_printed_it_is_a_few_plain_lines():
         "The largest error is 0.0009, 0.90 of that bound.",
         "10 vertices are left out: edge of a cone.",
     ]
-    failed = comparison(10.0 * ramp())
-    x, y, z = failed.worst[0].position
-    assert str(failed).splitlines()[::2] == [
-        "Failed: 2 of 10 vertices are within 0.001 of VTK's own shader.",
-        f"Worst is vertex 9 at ({x:.7g}, {y:.7g}, {z:.7g}).",
-    ]
-
-
-def test_a_notebooks_table_has_all_numbers_and_escapes_what_others_wrote():
-    found = comparison(ramp(), **{"<b>left": [11, 12]})
-    html = found._repr_html_()
-    assert "pvphong against VTK&#x27;s shader: passed" in html
-    assert '<td style="text-align: left">2: &lt;b&gt;left</td>' in html
-    assert f"{found.rms:.3g}" in html
+    failed = str(comparison(10.0 * ramp())).splitlines()
+    assert failed[0] == "Failed: 2 of 10 vertices are within 0.001 of VTK's own shader."
+    assert failed[2].startswith("Worst is vertex 9 at (")
 
 
 def test_json_holds_the_numbers(tmp_path):

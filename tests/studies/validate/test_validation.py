@@ -9,7 +9,6 @@ from functools import partial
 import numpy as np
 import pytest
 import pyvista as pv
-from pyvista import examples
 from strategies import Dice, moderate_case
 
 from pvphong.base.types import rgb
@@ -20,9 +19,7 @@ from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading import kernel
-from pvphong.shading.equation import assemble
 from pvphong.shading.evaluation import evaluate
-from pvphong.shading.plan import plan
 from pvphong.studies.validate import validation
 from pvphong.studies.validate.validation import validate
 from pvphong.vtk.oracle import vtk_shade
@@ -199,11 +196,7 @@ def test_a_single_wrong_vertex_fails_and_is_named(monkeypatch, error):
 
 QUIRKS = {
     "a black light joins a headlight": [HEADLIGHT, replace(SUN, diffuse=0.0)],
-    "a light that is off joins a headlight before it": [HEADLIGHT, replace(SUN, on=False)],
     "a lamp that is off joins a headlight": [replace(LAMP, on=False), HEADLIGHT],
-    "a light that is off before a headlight does not matter": [replace(SUN, on=False), HEADLIGHT],
-    "no light draws unlit": [],
-    "a light that is off alone draws unlit": [replace(SUN, on=False)],
     "a lamp that is off alone draws unlit": [replace(LAMP, on=False)],
     "specular and ambient colours of lights are ignored": [replace(SUN, specular=(0.0, 1.0, 0.2), ambient=0.5)],
 }
@@ -223,12 +216,6 @@ def test_quirk_the_floor_shows_at_powers_below_1():
     assert reds[reds > 0.0].min() == pytest.approx(0.8 * 1e-5**0.1, abs=1e-4)  # .316 · .8: nothing is darker
 
 
-def test_quirk_parallel_projection_keeps_a_local_viewer():
-    near, parallel = (validate(BALL, Scene([SUN], eye, VTK), PLASTIC) for eye in (EYE, replace(EYE, parallel=True)))
-    assert_equals_vtk(parallel)
-    np.testing.assert_array_equal(parallel.pvphong, near.pvphong)
-
-
 def test_quirk_a_cone_of_90_degrees_is_none():
     comparison = validate(HOLLOW, Scene([replace(HALF_SPACE, exponent=9.0)], EYE, VTK), PLASTIC)
     assert_equals_vtk(comparison)
@@ -244,54 +231,6 @@ def test_physical_shading_of_a_property_is_its_materials():
     drawn = vtk_shade(BALL, viewed[0], prop, EYE)
     own = evaluate(BALL.points, BALL.point_data.active_normals, Scene(*viewed, VTK), Material.from_property(prop))
     np.testing.assert_allclose(own.rgb, np.clip(drawn, 0, 1), atol=2e-5)
-
-
-def unlike_physical(change):
-    def equation(*arguments):
-        found = assemble(*arguments)
-        return replace(found, **change(found))
-
-    return equation
-
-
-WRONG = {
-    "roughness": lambda e: {"reflectance": replace(e.reflectance, roughness=e.reflectance.roughness * 1.001)},
-    "gamma": lambda _: {"gamma": 2.201},
-}
-
-
-@pytest.mark.parametrize("change", WRONG.values(), ids=WRONG.keys())
-def test_physical_shading_can_fail(change, monkeypatch):
-    material = Material(diffuse=(0.8, 0.5, 0.0), reflectance=PBR(0.3, 0.4))
-    scene = Scene([SUN, LAMP], EYE, VTK)
-    assert validate(BALL, scene, material).passed
-    monkeypatch.setattr(plan, "assemble", unlike_physical(change))
-    assert not validate(BALL, scene, material).passed
-
-
-def test_swapped_colours_of_the_fresnel_term_fail(monkeypatch):
-    material = Material(diffuse=(0.8, 0.5, 0.0), reflectance=PBR(0.3, 0.4))
-    lobes = type(material.reflectance.of(material).in_vtk()).lobes.fget
-
-    def swapped(self):
-        base, tinted, white = lobes(self)
-        return base, tinted._replace(color=white.color), white._replace(color=tinted.color)
-
-    monkeypatch.setattr(type(material.reflectance.of(material).in_vtk()), "lobes", property(swapped))
-    assert not validate(BALL, Scene([SUN, LAMP], EYE, VTK), material).passed
-
-
-@pytest.mark.parametrize(
-    ("scene", "emission", "message"),
-    [
-        (Scene([SUN], EYE), 0.0, r"PBR in the standard convention .*LightModel\.vtk\(\)"),
-        (Scene([SUN], EYE, VTK), 0.2, r"emission of a physically based material.*emission=0"),
-    ],
-)
-def test_what_physical_shading_has_not_is_refused(scene, emission, message):
-    with pytest.raises(InexpressibleError, match=message) as refusal:
-        validate(BALL, scene, Material(emission=emission, reflectance=PBR()))
-    assert validate(BALL, refusal.value.scene, refusal.value.material).passed
 
 
 # --- what VTK is told in place of the scene -----------------------------------------------------------------------
@@ -348,7 +287,7 @@ def test_the_normals_of_worst_vertices_are_those_that_face_the_viewer(local_view
     assert all(np.dot(vertex.normal, eye - vertex.position) > 0.0 for vertex in comparison.worst)
 
 
-@pytest.mark.parametrize("offset", [1e3, 1e6, 1e9])
+@pytest.mark.parametrize("offset", [1e3, 1e9])
 def test_a_mesh_far_from_the_origin_is_compared_around_its_middle(offset):
     """Moved as a whole, with lights and eye, in float64: pvphong shifts the origin, VTK by itself would not."""
     step = np.array([offset, -offset, 0.5 * offset])
@@ -368,7 +307,7 @@ def test_matrices_at_the_end_of_what_vtk_takes_are_compared(scale, w):
     assert_equals_vtk(validate(BALL, Scene(lights, eye), PLASTIC, matrix=matrix))
 
 
-@pytest.mark.parametrize("intensity", [3.0, 1e2, 1e6])
+@pytest.mark.parametrize("intensity", [3.0, 1e6])
 @pytest.mark.parametrize("light", [SUN, LAMP])
 def test_bright_light_is_compared_unclamped_and_in_proportion(light, intensity):
     comparison = validate(BALL, Scene([replace(light, intensity=intensity)], EYE), PLASTIC)
@@ -404,11 +343,16 @@ REFUSED = {
         PLASTIC,
         r"viewer at infinity beside lights with a position.*local_viewer=True and parallel=False",
     ),
-    "shininess": (Scene([SUN], EYE), replace(PLASTIC, shininess=200.0), r"a shininess of 200 .*shininess at most 128"),
-    "shininess in VTK's convention": (
-        Scene([SUN], EYE, LightModel.vtk()),
-        replace(PLASTIC, shininess=200.0),
-        r"a shininess of 200 .*clamps",
+    "shininess": (Scene([SUN], EYE, VTK), replace(PLASTIC, shininess=200.0), r"shininess of 200 .*at most 128"),
+    "PBR in the standard convention": (
+        Scene([SUN], EYE),
+        Material(reflectance=PBR()),
+        r"PBR in the standard convention .*LightModel\.vtk\(\)",
+    ),
+    "emission of PBR": (
+        Scene([SUN], EYE, VTK),
+        Material(emission=0.2, reflectance=PBR()),
+        r"emission of a physically based material.*emission=0",
     ),
     "exponent": (Scene([SUN, replace(SPOT, exponent=129.0)], EYE), PLASTIC, r"exponent of 129 in lights\[1\]"),
 }
@@ -418,8 +362,6 @@ REFUSED = {
 def test_what_vtk_cannot_draw_is_refused_with_the_nearest_that_it_can(scene, material, message):
     with pytest.raises(InexpressibleError, match=message) as refusal:
         validate(BALL, scene, material)
-    assert refusal.value.scene is not None
-    assert refusal.value.material is not None
     assert validate(BALL, refusal.value.scene, refusal.value.material).passed
 
 
@@ -491,19 +433,3 @@ def test_unlit_vertices_are_left_out_and_counted():
     nothing = validate(mesh, Scene([SUN], EYE), PLASTIC)
     assert (nothing.n, nothing.passed) == (0, False)
     assert math.isnan(nothing.max_error)
-
-
-def test_of_a_volume_the_surface_is_compared():
-    beam = examples.load_hexbeam()
-    comparison = validate(beam, Scene([SUN], Viewer(position=(4.0, -3.0, 8.0))), PLASTIC)
-    assert_equals_vtk(comparison)
-    assert len(comparison.pvphong) == beam.extract_surface(algorithm="dataset_surface").n_points
-
-
-def test_inputs_are_not_modified():
-    mesh = BALL.copy()
-    before = mesh.points.copy(), mesh.point_data.active_normals.copy(), sorted(mesh.array_names)
-    validate(mesh, Scene([LAMP], EYE, LightModel(two_sided=True)), PLASTIC, matrix=SHEAR)
-    np.testing.assert_array_equal(mesh.points, before[0])
-    np.testing.assert_array_equal(mesh.point_data.active_normals, before[1])
-    assert sorted(mesh.array_names) == before[2]

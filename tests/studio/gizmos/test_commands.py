@@ -263,15 +263,6 @@ def test_three_thirds_make_it_twice_as_bright_and_as_many_back_restore_it():
     assert by_thirds(0.0, 1) == 0.0
 
 
-def test_the_intensity_is_said(plotter, mouse):
-    select(plotter, "spot")
-    mouse.key("Right")
-    assert mouse.gizmo("spot").light.intensity == 2 ** (1 / 3)
-    assert notice(plotter) == "spot: intensity 1.26 = +0.33 stops"
-    mouse.key("Left")
-    assert mouse.gizmo("spot").light.intensity == 1.0
-
-
 # --- colours ---
 
 CHANNEL = st.floats(0.05, 4.0)

@@ -69,17 +69,6 @@ def test_dragging_moves_the_light_and_a_key_undoes_it(page):
 
 
 @pytest.mark.parametrize("opened", ["remote", "area"], indirect=True)
-def test_a_light_of_pyvista_is_dragged_in_place(page):
-    before = page.settled()
-    page.drag(before["handles"][GUEST]["target"], (-25, 20))
-    after = page.drop()
-    assert after["guest"] != before["guest"]
-    assert after["colors"] != before["colors"]
-    page.key("z")
-    page.wait(lambda state: essence(state) == essence(before))
-
-
-@pytest.mark.parametrize("opened", ["remote", "area"], indirect=True)
 def test_escape_puts_back(page):
     before = page.settled()
     held = page.drag(before["handles"][SPOT]["cone"], (-12, -7))

@@ -110,7 +110,9 @@ def test_a_drag_changes_light_and_colours_and_escape_and_undo_restore_both(new_m
     before = seen(plotter)
     for handle in only.handles:
         mouse.pull(mouse.at("it", handle), (25, -9))
-        assert plotter.phong.lights != before[0]
+        held = seen(plotter)
+        assert held[0] != before[0]
+        assert held[1] != before[1]
         mouse.key("Escape")
         assert seen(plotter) == before
         mouse.move((30, 30))
@@ -135,23 +137,6 @@ def test_a_drag_changes_light_and_colours_and_escape_and_undo_restore_both(new_m
         assert plotter.phong.undo()
 
 
-def test_a_headlight_has_no_handles(new_mouse):
-    (only,) = new_mouse(replace(LAMP, frame="headlight")).plotter.phong.gizmos
-    assert only.handles == {}
-    assert only.light.frame == "headlight"
-
-
-def test_a_light_without_place_and_aim_stands_in_the_window_without_handles(new_mouse):
-    mouse = new_mouse(Glow(name="glow"))
-    (only,) = mouse.plotter.phong.gizmos
-    without = picture(mouse.plotter)
-    only.is_selected = True
-    assert (only.handles, only.highlight) == ({}, None)
-    np.testing.assert_array_equal(picture(mouse.plotter)[:-40], without[:-40])  # below it is said what is selected
-    mouse.key("m")
-    assert not mouse.plotter.phong.lights[0].on
-
-
 def test_a_sun_is_dragged_by_its_icon_around_the_scenes_middle(mouse, plotter):
     camera, before = plotter.camera.position, seen(plotter)
     icon = np.array(mouse.gizmo("sun").handles["origin"])
@@ -167,17 +152,6 @@ def test_a_sun_is_dragged_by_its_icon_around_the_scenes_middle(mouse, plotter):
     assert seen(plotter) == before
     np.testing.assert_allclose(mouse.gizmo("sun").handles["origin"], icon)
     assert not plotter.phong.undo()
-
-
-def test_the_mesh_follows_while_the_button_is_down(mouse, plotter):
-    before, start = seen(plotter), mouse.at("lamp", "position")
-    mouse.press(start)
-    assert seen(plotter) == before
-    mouse.move(start + np.array((20, 5)))
-    assert seen(plotter)[1] != before[1]
-    assert not plotter.phong.undo()  # it is not finished
-    mouse.release(start + np.array((20, 5)))
-    assert plotter.phong.undo()
 
 
 def test_a_window_that_was_resized_without_a_frame(mouse, plotter):
@@ -203,30 +177,12 @@ def test_views_of_the_plotter_are_told_of_every_new_picture(mouse, plotter):
     assert (drawn[0] != drawn[1]).any()
 
 
-def test_a_drag_is_no_movement_of_the_camera(mouse, plotter):
-    before = plotter.camera.position
-    mouse.drag(mouse.at("lamp", "position"), (20, 5))
-    assert plotter.camera.position == before
-    mouse.drag((5, 5), (20, 30))
-    assert plotter.camera.position != before
-
-
-def test_a_click_is_no_step_and_selects(mouse, plotter):
-    mouse.click(mouse.at("spot", "target"))
-    assert [each.is_selected for each in plotter.phong.gizmos] == [False, True, False]
-    assert not plotter.phong.undo()
-
-
-def test_modifiers_constrain_and_snap(mouse):
-    mouse.drag(mouse.at("lamp", "position"), (-31, 2), shift=True)
-    moved = np.array(mouse.gizmo("lamp").light.position) - LAMP.position
-    assert np.count_nonzero(np.abs(moved) > 1e-9) == 1
-    mouse.drag(mouse.at("spot", "cone"), (-9, 0), control=True)
-    assert mouse.gizmo("spot").light.cone_angle % 5 == 0
-
-
-def test_steps_can_be_chosen(new_mouse):
+def test_modifiers_constrain_and_snap_in_steps_that_can_be_chosen(new_mouse):
     mouse = new_mouse(LAMP, SPOT, gizmos={"angle_step": 7.5, "length_step": 0.125})
+    mouse.drag(mouse.at("lamp", "position"), (-31, 2), shift=True)
+    assert np.count_nonzero(np.abs(np.subtract(mouse.gizmo("lamp").light.position, LAMP.position)) > 1e-9) == 1
+    mouse.drag(mouse.at("spot", "cone"), (-9, 0), control=True)
+    assert mouse.gizmo("spot").light.cone_angle % 7.5 == 0
     mouse.drag(mouse.at("lamp", "position"), (-31, 12), control=True)
     steps = np.array(mouse.gizmo("lamp").light.position) / 0.125
     np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
@@ -248,7 +204,11 @@ def test_a_light_removed_during_a_drag(mouse, plotter, moves_on):
     assert plotter.phong.undo()
     assert len(plotter.phong.lights) == 3
     assert not plotter.phong.undo()  # the drag was not finished
-    test_a_drag_is_no_movement_of_the_camera(mouse, plotter)  # the mouse is everybody's again
+    before = plotter.camera.position
+    mouse.drag(mouse.at("spot", "position"), (20, 5))
+    assert plotter.camera.position == before
+    mouse.drag((5, 5), (20, 30))  # the mouse is everybody's again
+    assert plotter.camera.position != before
 
 
 @pytest.mark.parametrize("light_type", ["scene light", "camera light"])
@@ -267,17 +227,10 @@ def test_a_light_of_pyvista_is_changed_in_place(new_mouse, light_type, positiona
     assert light.GetLightType() == pv.Light(light_type=light_type).GetLightType()
     plotter.phong.undo()
     assert state() == before
-
-
-def test_code_moves_the_gizmo(new_mouse):
-    light = pv.Light(position=(0.6, -0.3, 0.9), positional=True, cone_angle=30, light_type="scene light")
-    mouse = new_mouse(light)
-    (only,) = mouse.plotter.phong.gizmos
-    light.position = (0.5, 0.25, 1.5)
-    mouse.plotter.render()
-    assert only.light.position == only.handles["position"] == (0.5, 0.25, 1.5)
-    mouse.drag(mouse.at((0.5, 0.25, 1.5)), (10, 4))
-    assert light.position != (0.5, 0.25, 1.5)
+    light.position = (0.5, 0.25, 1.5)  # in code: the gizmo follows
+    plotter.render()
+    if positional and light_type == "scene light":
+        assert only.light.position == only.handles["position"] == (0.5, 0.25, 1.5)
 
 
 # --- the highlight ---
@@ -533,12 +486,6 @@ def test_of_two_handles_the_nearer_is_grabbed(new_mouse):
             assert [gizmo.light.name for gizmo in mouse.plotter.phong.gizmos if gizmo.hovered] == [name]
 
 
-def test_a_handle_inside_the_mesh_can_be_grabbed(new_mouse):
-    mouse = new_mouse(replace(LAMP, position=(0, 0, 0)))
-    mouse.drag(mouse.at("lamp", "position"), (30, 0))
-    assert mouse.plotter.phong.lights[0].position != (0, 0, 0)
-
-
 def test_behind_the_camera_a_handle_cannot_be_grabbed(mouse, plotter):
     plotter.camera_position = [(0.8, -0.4, 0.4), (0.8, 5, 0.4), (0, 0, 1)]
     plotter.phong.set_light("lamp", replace(LAMP, position=(0.8, -5, 0.4)))
@@ -590,10 +537,12 @@ def test_what_was_done_is_said_until_something_else_is(mouse, plotter):
     assert said(plotter).startswith("nothing to undo")
     mouse.click(mouse.at("spot", "target"))
     assert said(plotter).startswith("spot: SpotLight")
+    assert not plotter.phong.undo()  # a click is no step
 
 
 def test_the_next_light_may_have_no_handles(new_mouse):
     mouse = new_mouse(replace(LAMP, frame="headlight", name="head"), LAMP, Glow(name="glow"), SPOT)
+    assert [len(each.handles) for each in mouse.plotter.phong.gizmos] == [0, 2, 0, 3]
     selected = []
     for _ in range(6):
         mouse.key("n")
@@ -614,17 +563,12 @@ def test_only_some_lights(new_mouse):
     phong.add_light(PointLight(name="late"))
     assert len(phong.gizmos) == 2
     phong.add_gizmos()
-    assert len(phong.gizmos) == 4
+    phong.remove_light("sun")
+    phong.add_light(PointLight(name="later"))
+    assert [each.light.name for each in phong.gizmos] == ["lamp", "spot", "late", "later"]
     with pytest.raises(ValueError, match=r"^which must be a light of this renderer"):
         phong.add_gizmos(["moon"])
     assert len(phong.gizmos) == 4
-
-
-def test_lights_added_later_get_one_and_removed_ones_lose_it(plotter):
-    plotter.phong.add_light(PointLight(name="late", position=(0, 0, 1)))
-    assert names(plotter) == ["lamp", "spot", "sun", "late"]
-    plotter.phong.remove_light("spot")
-    assert names(plotter) == ["lamp", "sun", "late"]
 
 
 def test_each_subplot_has_its_own(new_mouse):
