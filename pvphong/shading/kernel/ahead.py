@@ -42,14 +42,15 @@ def pieces(library: Library) -> list[CompilationUnit]:
         CompilationUnit("faces", partial(normals.survey_code, library)),
         CompilationUnit("normals", partial(normals.normals_code, library)),
     ]
+    written = ("factors already written", stages.factors_already_written)
+    lit = *_of_lights(), *_of_lights_with_a_size(), *_of_reflectances(), written
     for stored, real in _STORED_AND_REAL:
         types = real if stored == real else f"{stored} to {real}"
         result.append(CompilationUnit(f"driver, {types}", partial(driver_code, library, stored, real)))
-    for real in _REALS:
-        for name, stage in (*_of_lights(), *_of_lights_with_a_size()):
-            result.append(CompilationUnit(f"{name}, {real}", partial(library.light, stage, real)))
-        for name, stage in (*_of_reflectances(), ("factors already written", stages.factors_already_written)):
-            result.append(CompilationUnit(f"{name}, {real}", partial(library.reflectance, stage, real)))
+    stages_and_reals = product(lit, _REALS)
+    result += (
+        CompilationUnit(f"{name}, {real}", partial(library.stage, x, real)) for (name, x), real in stages_and_reals
+    )
     return result
 
 

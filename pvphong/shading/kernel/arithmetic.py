@@ -143,7 +143,8 @@ def exp2(y: Any) -> Any:
 
 
 @contracted
-def _horner(t: Any, coefficients: Any) -> Any:
+def horner(t: Any, coefficients: Any) -> Any:
+    """A polynomial's value; coefficients highest power first."""
     total = coefficients[0]
     for k in range(1, len(coefficients)):
         total = total * t + coefficients[k]
@@ -158,14 +159,14 @@ def _log2_power32(square: Any, exponent: Any, least: Any) -> Any:
     k = np.int32(np.int32(bits - _ROOT32) >> _MANTISSA32)
     m = np.int32(bits - np.int32(k << _MANTISSA32)).view(np.float32)
     t = -d if k == np.int32(0) else m - np.float32(1.0)  # the rounding of 1 − d matters near the peak alone
-    p = _horner(t * t, _LOG32[1::2]) + t * _horner(t * t, _LOG32[0::2])  # two short chains instead of a long one
+    p = horner(t * t, _LOG32[1::2]) + t * horner(t * t, _LOG32[0::2])  # two short chains instead of a long one
     return max(exponent * max(t * p + np.float32(k), least), _LEAST32)
 
 
 @contracted
 def _exp2_32(y: Any) -> Any:
     whole = y + WHOLE32
-    significand = np.float32(_horner(y - (whole - WHOLE32), _EXP32)).view(np.int32)
+    significand = np.float32(horner(y - (whole - WHOLE32), _EXP32)).view(np.int32)
     return np.int32(significand + np.int32(np.float32(whole).view(np.int32) << _MANTISSA32)).view(np.float32)
 
 
@@ -177,13 +178,13 @@ def _log2_power64(square: Any, exponent: Any, least: Any) -> Any:
     m = np.int64(bits - (k << _MANTISSA64)).view(np.float64)
     t = -d if k == 0 else m - 1.0
     z = t / (2.0 + t)
-    return max(exponent * max(z * _horner(z * z, LOG64) + np.float64(k), least), _LEAST64)
+    return max(exponent * max(z * horner(z * z, LOG64) + np.float64(k), least), _LEAST64)
 
 
 @contracted
 def _exp2_64(y: Any) -> Any:
     whole = y + _WHOLE64
-    significand = np.float64(_horner(y - (whole - _WHOLE64), EXP64)).view(np.int64)
+    significand = np.float64(horner(y - (whole - _WHOLE64), EXP64)).view(np.int64)
     return np.int64(significand + (np.float64(whole).view(np.int64) << _MANTISSA64)).view(np.float64)
 
 
@@ -231,23 +232,16 @@ def shifted(_typing: Any, pointer: Any, count: Any) -> Any:  # noqa: ARG001 Numb
     return pointer(pointer, types.intp), generate
 
 
-def _call(result: Any) -> Any:
-    """Compiled code that calls a function at an address with three pointers."""
+@intrinsic
+def call_stage(_typing: Any, address: Any, numbers: Any, rows: Any, points: Any) -> Any:  # noqa: ARG001 Numba's names
+    """What the stage at an address gives: an integer."""
 
-    @intrinsic
-    def call(_typing: Any, address: Any, numbers: Any, rows: Any, points: Any) -> Any:  # noqa: ARG001 Numba's names
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            target, *pointers = arguments
-            kind = ir.FunctionType(context.get_data_type(result), [pointer.type for pointer in pointers])
-            given = builder.call(builder.inttoptr(target, kind.as_pointer()), pointers)
-            return context.data_model_manager[signature.return_type].from_data(builder, given)
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        target, *pointers = arguments
+        kind = ir.FunctionType(context.get_data_type(signature.return_type), [pointer.type for pointer in pointers])
+        return builder.call(builder.inttoptr(target, kind.as_pointer()), pointers)
 
-        return result(types.intp, numbers, rows, points), generate
-
-    return call
-
-
-call_light, call_reflectance = _call(types.boolean), _call(types.intp)
+    return types.intp(types.intp, numbers, rows, points), generate
 
 
 # --- the operations of `pvphong.base.formulas`, on one vertex's numbers

@@ -46,8 +46,8 @@ from pvphong.base.files import locked, written_aside
 from pvphong.shading.equation import Equation
 from pvphong.shading.kernel import arithmetic
 
-Key = tuple[CodeType, tuple[Any, ...], Callable[..., Any], tuple[str, ...]]
-"""Identifies a piece of code: a function's code, the values it closes over, its signature, names of its types."""
+Key = tuple[CodeType, tuple[Any, ...], tuple[str, ...]]
+"""Identifies a piece of code: a function's code, the values it closes over, names of its types."""
 
 _MODULE = "pvphong.shading.kernel.ahead"
 
@@ -234,21 +234,17 @@ class Library:
         """The file that is locked by the process that compiles in advance; None as for `folder`."""
         return self.folder and self.folder / "pvphong.lock"
 
-    def light(self, function: Callable[..., Any], real: str) -> int:
-        """Address of a light's stage for a type of rows."""
-        return self._code(function, _stage_of_light, real).where
-
-    def reflectance(self, function: Callable[..., Any], real: str) -> int:
-        """Address of a reflectance's stage for a type of rows."""
-        return self._code(function, _stage_of_reflectance, real).where
+    def stage(self, function: Callable[..., Any], real: str) -> int:
+        """Address of a light's or reflectance's stage for a type of rows."""
+        return self._code(function, stage_signature, real).where
 
     def call(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Callable[..., int]:
         """Any other function; its signature is made of Numba's types of the names of some."""
         return self._code(function, signature, *kinds).call
 
     def _code(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Code:
-        """Looked up by `code_identity`: lights make their stages anew each time. `signature` takes names of types."""
-        key = *code_identity(function), signature, kinds
+        """Looked up by `code_identity`, for lights make their stages anew each time, and the names of types."""
+        key = *code_identity(function), kinds
         code = self._codes.get(key)
         if code is not None:
             return code
@@ -268,11 +264,8 @@ class Library:
             self._lock.release()
 
 
-def _stage_of_light(real: Any) -> Any:
-    return types.boolean(_FLOATS, types.CPointer(real), _FLOATS)
-
-
-def _stage_of_reflectance(real: Any) -> Any:
+def stage_signature(real: Any) -> Any:
+    """Of all stages: numbers, rows and points, to an integer."""
     return types.intp(_FLOATS, types.CPointer(real), _FLOATS)
 
 

@@ -21,8 +21,7 @@ from pvphong.base.formulas import BRIGHTEST, ONE, ZERO, dot, inverse_length, squ
 from pvphong.shading.kernel import vertices as at
 from pvphong.shading.kernel.arithmetic import (
     WHOLE32,
-    call_light,
-    call_reflectance,
+    call_stage,
     inlined,
     inlined_early,
     like,
@@ -213,7 +212,7 @@ def _add_light(
     good = True
     to_light = in_type(t.to_light, rows)
     if not t.is_even:
-        good = call_light(t.arrives, own, rows, points)
+        good = call_stage(t.arrives, own, rows, points) != 0
     varies = t.varies
     if varies:
         _settle_strength(rows, like(rows, t.gain))
@@ -230,7 +229,7 @@ def _add_light(
         return good
     if t.is_even:
         _arrive_evenly(rows, to_light)
-    reflected = t.wanted & call_reflectance(t.reflects, numbers, rows, points)
+    reflected = t.wanted & call_stage(t.reflects, numbers, rows, points)
     if not s.has_albedo and reflected & 3 == 3:
         _add_two(rows, varies, in_type(t.colors[0], rows), in_type(t.colors[1], rows))
         reflected &= 4

@@ -84,9 +84,9 @@ def shade(
             seen,
             rgb[part],
         )
-        memory, declined = Memory.of_thread(), np.zeros(last - first, np.uint8)
+        declined = np.zeros(last - first, np.uint8)
         *addresses, colors = map(address, own)
-        if run(*addresses, colors, colors, *packed, last - first, *memory.addresses, address(declined)):
+        if run(*addresses, colors, colors, *packed, last - first, *_memory.addresses, address(declined)):
             return
         left = np.flatnonzero(declined)
         lit = Shading(np.empty((len(left), 3), real))
@@ -100,48 +100,34 @@ def shade(
 
 def driver_code(library: Library, stored: str, real: str) -> Callable[..., int]:
     """The driver, compiled, for vertices of one type and rows of another."""
-    return library.call(driver.shade, _signature_of_driver, stored, real)
+
+    def signature(stored: Any, real: Any) -> Any:
+        vertices, reals, floats, octets = map(types.CPointer, (stored, real, types.float64, types.uint8))
+        settings, terms = (types.CPointer(numba.from_dtype(kind)) for kind in (records.SETTINGS, records.TERM))
+        arrays = vertices, vertices, reals, reals, reals, octets
+        return types.boolean(*arrays, settings, terms, floats, types.intp, reals, floats, octets)
+
+    return library.call(driver.shade, signature, stored, real)
 
 
-def _signature_of_driver(stored: Any, real: Any) -> Any:
-    vertices, reals, floats, octets = map(types.CPointer, (stored, real, types.float64, types.uint8))
-    equation = (
-        types.CPointer(numba.from_dtype(records.SETTINGS)),
-        types.CPointer(numba.from_dtype(records.TERM)),
-        floats,
-    )
-    arrays = vertices, vertices, reals, reals, reals, octets
-    return types.boolean(*arrays, *equation, types.intp, reals, floats, octets)
+class _Memory(threading.local):
+    """Scratch memory, each thread's own: rows, and three of them in float64.
 
-
-class Memory:
-    """Scratch memory of one thread: rows, and three of them in float64."""
-
-    _all = threading.local()
+    They start where a cache line starts: a vector across two lines takes twice as long.
+    """
 
     def __init__(self) -> None:
-        self._arrays = _aligned(ROWS), _aligned(3 * BLOCK)
-        self.addresses = tuple(map(address, self._arrays))
-
-    @classmethod
-    def of_thread(cls) -> Memory:
-        """The calling thread's."""
-        memory: Memory | None = getattr(cls._all, "memory", None)
-        if memory is None:
-            memory = cls._all.memory = Memory()
-        return memory
-
-
-def _aligned(length: int) -> Any:
-    """Memory that starts where a cache line starts: a vector across two lines takes twice as long."""
-    memory = np.empty(length + _LINE // 8)
-    start = -memory.ctypes.data % _LINE // 8
-    return memory[start : start + length]
+        self._memory = np.empty(ROWS + 3 * BLOCK + _LINE // 8)
+        start = address(self._memory) + -address(self._memory) % _LINE
+        self.addresses = start, start + 8 * ROWS
 
 
 def address(array: Any) -> int:
     """Where an array's entries start; 0 for None."""
     return 0 if array is None else int(array.ctypes.data)
+
+
+_memory = _Memory()
 
 
 @functools.cache

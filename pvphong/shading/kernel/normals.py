@@ -7,7 +7,7 @@ whose values are in rows, corner after corner, so that loops over them vectorise
 ranges of points out to threads.
 
 Faces with a point that is not finite have no weight. What else is rare is left to NumPy, the whole mesh with it: an
-edge or an area whose square would leave the range of floats, a face of very many corners.
+edge or an area whose square would leave the range of floats in every unit of length, a face of very many corners.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from pvphong.base import threads
 from pvphong.base.formulas import dot
 from pvphong.base.types import Float64Array, FloatArray, Weighting
 from pvphong.shading.kernel import code
-from pvphong.shading.kernel.arithmetic import contracted, inlined, plain
+from pvphong.shading.kernel.arithmetic import horner, inlined, plain
 from pvphong.shading.kernel.code import Library, NotCompiled
 from pvphong.shading.kernel.evaluation import address
 
@@ -52,6 +52,8 @@ _BY_ANGLE, _BY_AREA = map(WEIGHTINGS.index, ("angle", "area"))
 
 # As in geometry.normals.
 _LEAST_SPAN, _MOST_SPAN = 2.0**-100, 2.0**100
+# Powers of two of the largest coordinate between which a mesh is not scaled.
+_LARGE = 50
 _NOISE_OF_AREA, _NOISE_OF_SUM = 4 * 2.0**-53, 16 * 2.0**-53
 _LEAST_SQUARE, _MOST_SQUARE = 2.0**-900, 2.0**900
 _LEAST_PRODUCT = float(np.finfo(np.float64).tiny)
@@ -74,14 +76,6 @@ _ATAN = (
 _STEEPEST = math.tan(math.pi / 8)
 
 
-@contracted
-def _series(z: float) -> float:
-    total = _ATAN[0]
-    for k in range(1, len(_ATAN)):
-        total = total * z + _ATAN[k]
-    return total
-
-
 @inlined
 def angle_of(y: float, x: float) -> float:
     """atan2(y, x), from -π to π, in float64; π where x is zero of either sign and y too."""
@@ -90,7 +84,7 @@ def angle_of(y: float, x: float) -> float:
     is_steep = less > _STEEPEST * more
     over = less + more if is_steep else more
     u = (less - more if is_steep else less) / (over if over > 0.0 else 1.0)
-    angle = (math.pi / 4 if is_steep else 0.0) + (u + u * (u * u) * _series(u * u))
+    angle = (math.pi / 4 if is_steep else 0.0) + (u + u * (u * u) * horner(u * u, _ATAN))
     angle = math.pi / 2 - angle if b > a else angle
     angle = angle if x > 0.0 else math.pi - angle
     return -angle if y < 0.0 else angle
@@ -324,21 +318,14 @@ _FLOATS, _INDICES = types.CPointer(types.float64), types.CPointer(types.int64)
 
 def survey_code(library: Library) -> Any:
     """`survey`, compiled."""
-    return library.call(survey, _signature_of_survey)
-
-
-def _signature_of_survey() -> Any:
-    return types.boolean(_INDICES, _INDICES, *(types.intp,) * 3, _INDICES)
+    return library.call(survey, lambda: types.boolean(_INDICES, _INDICES, *(types.intp,) * 3, _INDICES))
 
 
 def normals_code(library: Library) -> Any:
     """`find_normals`, compiled."""
-    return library.call(find_normals, _signature_of_normals)
-
-
-def _signature_of_normals() -> Any:
     mesh = _FLOATS, _INDICES, _INDICES, types.intp, _INDICES, types.intp
-    return types.boolean(*mesh, types.intp, types.intp, _INDICES, _FLOATS, _FLOATS, _FLOATS)
+    own = types.intp, types.intp, _INDICES, _FLOATS, _FLOATS, _FLOATS
+    return library.call(find_normals, lambda: types.boolean(*mesh, *own))
 
 
 def point_normals(
@@ -384,4 +371,13 @@ def point_normals(
             break
         length *= 2
     threads.run(sum_up, n_points, length)
-    return None if declined else result
+    if not declined:
+        return result
+    # scaled by a power of two, edges may come into the range of squares; no bit changes if none is lost
+    used = places[corners]
+    exponent = int(np.frexp(np.abs(used[np.isfinite(used)]).max(initial=0.0))[1])
+    is_exact = np.array_equal(np.ldexp(np.ldexp(used, -exponent), exponent), used, equal_nan=True)
+    if abs(exponent) <= _LARGE or not is_exact:
+        return None
+    with np.errstate(over="ignore"):  # of points that no face has
+        return point_normals(library, np.ldexp(places, -exponent), connectivity, offsets, weighting)

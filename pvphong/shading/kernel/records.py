@@ -238,7 +238,7 @@ def records_of(
             strength = min(term.gain * np.asarray(arrival.strength).item(), BRIGHTEST)
             base = _plus(base, _times(term.ambient, strength))
         elif stage not in addresses:
-            addresses[stage] = library.light(stage, real)
+            addresses[stage] = library.stage(stage, real)
         if varies:
             mantissa, exponent = math.frexp(term.gain)
             strength, exponent = 2.0 * mantissa, exponent - 1
@@ -251,10 +251,10 @@ def records_of(
         wanted, reflects = term.shines, 0
         is_lambert = reflectance.lobes[0] is LAMBERT and True not in wanted[1:]
         if term.light.has_size:
-            reflects = library.reflectance(factors_already_written, real)
+            reflects = library.stage(factors_already_written, real)
         elif True in wanted and not is_lambert:
             if wanted not in addresses:
-                addresses[wanted] = library.reflectance(reflectance_stage(reflectance, wanted), real)
+                addresses[wanted] = library.stage(reflectance_stage(reflectance, wanted), real)
             reflects = addresses[wanted]
         colors = [channel * strength for color in term.colors for channel in color]
         terms.append(

@@ -245,7 +245,7 @@ _OWN_OF_INTEGRAL = 7
 
 
 def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosinePower | None]) -> Callable[..., Any]:
-    """(numbers, rows, points) → bool: writes what lobes reflect of all of a light with a size into their factors' rows.
+    """(numbers, rows, points) → 1: writes what lobes reflect of all of a light with a size into their factors' rows.
 
     Parameters
     ----------
@@ -257,7 +257,7 @@ def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosineP
     found = {form.around: (row, each.formula) for row, each, form in lobes if each is not None and form is not None}
     (cosine_row, cosine), (power_row, power) = (found.get(around, (-1, _nothing)) for around in ("normal", "mirror"))
 
-    def integrate(numbers: Any, rows: Any, points: Any) -> bool:
+    def integrate(numbers: Any, rows: Any, points: Any) -> int:
         gain = numbers[3]
         own, second = shifted(numbers, _OWN_OF_INTEGRAL), shifted(numbers, int(numbers[4]))
         lobe, second_lobe = shifted(own, int(numbers[5])), shifted(second, int(numbers[6]))
@@ -273,7 +273,7 @@ def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosineP
                     v = _unit((load(rows, VX + i), load(rows, VY + i), load(rows, VZ + i)))
                     a = _unit(subtract(times(n, 2.0 * dot(n, v)), v))
                 store(rows, power_row + i, minimum(power(second, second_lobe, d, n, a) * gain, BRIGHTEST))
-        return True
+        return 1
 
     return integrate
 

@@ -51,8 +51,8 @@ from numba.core import types
 from pvphong.optics.lights import PointLight
 from pvphong.shading.kernel import code as kernel_code, stages
 def code():
-    signature = kernel_code._stage_of_light(types.float32)
-    return kernel_code.Code(stages.light_stage(PointLight().placement.falloff, False), signature)
+    stage = stages.light_stage(PointLight().placement.falloff, False)
+    return kernel_code.Code(stage, kernel_code.stage_signature(types.float32))
 """
 
 

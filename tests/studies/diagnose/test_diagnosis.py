@@ -358,3 +358,7 @@ def test_to_mesh_flags_points_and_faces():
     assert shown.active_scalars_name == "severity"
     assert Diagnosis.FLAGS is FLAGS
     np.testing.assert_array_equal(shown.points, mesh.points)
+    flags = MANY_FAULTS.to_mesh().point_data["diagnosis"]  # points with several findings have the bits of all
+    for finding in MANY_FAULTS.findings:
+        if finding.where in ("points", "edges"):
+            assert (flags[getattr(MANY_FAULTS, finding.name)] & FLAGS[finding.name]).all()
