@@ -1,17 +1,22 @@
+import json
 import logging
 import os
 import re
 import resource
+import subprocess
+import sys
 import warnings
 from collections import namedtuple
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
+import interrupting
 import numpy as np
 import pytest
 import pyvista as pv
 
+import pvphong as ph
 from pvphong.base import files as base_files
 from pvphong.base import processes
 from pvphong.meshes import files as mesh_files
@@ -298,3 +303,71 @@ def test_threads_that_read_and_write_at_once_leave_logging_and_warnings_as_they_
         assert all(threads.map(work, range(100)))
     assert (logging.root.manager.disable, list(warnings.filters)) == before
     assert names() == sorted(f"{number}.vtp" for number in range(100))
+
+
+# --- through another process, whose end is one error ---
+
+DIES = "import os, sys; from pvphong.base import processes as p; p.begin_work(int(sys.argv[3])); {}"
+READING = "p.say('reading', '0.3 ' + sys.argv[1]); "
+
+
+@pytest.mark.usefixtures("lit")
+def test_a_mesh_comes_whole_through_another_process():
+    grid = pv.ImageData(dimensions=(3, 4, 5)).cast_to_structured_grid()
+    ball = pv.Sphere()
+    ball.point_data["tint"] = np.linspace(0, 1, 3 * ball.n_points).reshape(-1, 3)
+    blocks = pv.MultiBlock({"ball": ball, "none": None, "deep": pv.MultiBlock({"grid": grid})})
+    blocks.save("blocks.vtm")
+    read = ph.read("blocks.vtm", guarded=True)
+    assert read.keys() == ["ball", "none", "deep"]
+    assert read == ph.read("blocks.vtm") == blocks
+    assert read["ball"].point_data.active_normals_name == "Normals"
+
+
+def test_what_the_other_process_refuses_is_refused_in_the_same_words(lit):
+    half_a_file(lit, "half.vtp")
+    said = []
+    for how in (False, True):
+        with pytest.raises(ValueError, match=r"^mesh must be .* got half\.vtp\. It is cut short") as error:
+            ph.read("half.vtp", guarded=how)
+        said.append(str(error.value))
+    assert said[0] == said[1]
+
+
+@pytest.mark.parametrize(
+    ("work", "message"),
+    [
+        (READING + "os.abort()", r"^mesh must be .*; got some\.vtk\. A library has ended the process \(SIGABRT\)"),
+        ("os.kill(os.getpid(), 9)", r"^The process was killed, as the system does where memory runs out\."),
+        (READING + "import time; time.sleep(60)", r"got some\.vtk\. Reading it has come to no end"),
+        ("sys.exit(3)", r"^A library has ended the process \(status 3\)"),
+    ],
+)
+def test_the_end_of_the_other_process_is_an_error(monkeypatch, work, message):
+    monkeypatch.setattr(mesh_files, "_CHILD", DIES.format(work))
+    with pytest.raises(ValueError, match=message):
+        ph.read("some.vtk", guarded=True)
+
+
+def test_guarded_is_a_flag_and_needs_a_python_that_can_be_started(monkeypatch):
+    with pytest.raises(ValueError, match=r"^guarded must be True or False"):
+        ph.read("some.vtk", guarded="yes")
+    monkeypatch.setattr(mesh_files.sys, "executable", "/opt/viewer")
+    with pytest.raises(ValueError, match=r"^guarded must be False where Python cannot start itself"):
+        ph.read("some.vtk", guarded=True)
+
+
+# --- whole or not at all, though the writer is killed or meets a limit ---
+
+
+@pytest.mark.parametrize(
+    ("kills", "limits"), [pytest.param(16, 3, id="few"), pytest.param(500, 20, id="many", marks=pytest.mark.long)]
+)
+def test_the_old_file_is_there_or_the_new_one(kills, limits):
+    command = [sys.executable, "-W", "ignore", interrupting.__file__, str(kills), str(limits)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    assert report["faults"] == []
+    assert report["kills"] == kills
+    assert report["in mid-write"] > 0
