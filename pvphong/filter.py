@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from inspect import signature
 from typing import Any
 
 import pyvista as pv
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 
+from pvphong.base import check
 from pvphong.meshes.lit import shade_mesh
 from pvphong.optics.material import Material, as_material
 from pvphong.scene.scene import Scene, SceneLike, as_scene
 
 
 class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class has no type
-    """A VTK filter: polydata in, polydata with the lit array "phong" (n_points, 3) float32 out.
+    """A VTK filter: polydata in, polydata with the lit array "phong" (n_points, 3) float32 out, or as its options say.
 
-    It executes again only when its input, scene or material has changed.
+    It executes again only when its input, scene, material or options have changed.
 
     Examples
     --------
@@ -34,6 +36,7 @@ class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class 
         super().__init__(nInputPorts=1, inputType="vtkPolyData", nOutputPorts=1, outputType="vtkPolyData")
         self._scene = Scene()
         self._material = Material()
+        self._options: dict[str, Any] = {}
         self._refusal: ValueError | None = None
 
     def __repr__(self) -> str:
@@ -57,6 +60,22 @@ class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class 
             self._material = material
             self.Modified()
 
+    def SetOptions(self, **options: Any) -> None:
+        """Set options as `mesh.phong.shade` takes them, such as matrix, feature_angle, components or backend.
+
+        They replace those that were set before.
+
+        Raises
+        ------
+        ValueError
+            If there is no such option.
+        """
+        known = [name for name, each in signature(shade_mesh).parameters.items() if each.kind is each.KEYWORD_ONLY]
+        for name in options:
+            check.choice("option", name, known)
+        self._options = options
+        self.Modified()
+
     def GetMaterial(self) -> Material:
         """The surface's material; OpenGL's default at first."""
         return self._material
@@ -74,7 +93,7 @@ class PhongFilter(VTKPythonAlgorithmBase):  # type: ignore[misc]  # VTK's class 
         source, self._refusal = pv.wrap(self.GetInputData(inputs, 0, 0)), None
         try:
             # A step upstream may leave nothing; that is no error in a pipeline.
-            lit = shade_mesh(source, self._scene, self._material) if source.n_points else source
+            lit = shade_mesh(source, self._scene, self._material, **self._options) if source.n_points else source
         except ValueError as error:
             self._refusal = error
             vtkOutputWindow.GetInstance().DisplayErrorText(f"PhongFilter: {error}\n")

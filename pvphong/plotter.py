@@ -13,6 +13,7 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.meshes.blocks import leaves
+from pvphong.meshes.pictures import refuse_colouring
 from pvphong.meshes.surfaces import FeatureAngle, drawable
 from pvphong.optics.lights import Light
 from pvphong.optics.maps import maps_on_material
@@ -28,9 +29,6 @@ from pvphong.studio.window_lights import RendererLight
 _DULL = Material()
 _NO_KEYS: Keys = MappingProxyType({})
 
-_COLOURING = ("scalars", "rgb", "rgba", "lighting", "color", "smooth_shading", "texture", "pbr", "cmap", "copy_mesh")
-"""Options of `pyvista.Plotter.add_mesh` that are decided here."""
-
 _OUTPUTS = (
     "screenshot",
     "save_graphic",
@@ -41,13 +39,6 @@ _OUTPUTS = (
     "export_vrml",
 )
 """Methods of a plotter that write what it shows: made of colours that are current, and without gizmos."""
-
-
-def _refuse_colouring(options: dict[str, Any], remedy: str) -> None:
-    """Raise ValueError for options of `pyvista.Plotter.add_mesh` that colour a mesh."""
-    for option in options:
-        if option in _COLOURING:
-            check.refuse("option", option, f"an option of add_mesh other than {', '.join(_COLOURING)}", remedy)
 
 
 @pv.register_plotter_component("phong")
@@ -112,7 +103,7 @@ class PlotterPhong:
         ValueError
             If an argument is not allowed, or the mesh has nothing that can be lit.
         """
-        _refuse_colouring(add_mesh_options, "Colour comes from `material` here.")
+        refuse_colouring(add_mesh_options, "Colour comes from `material` here.")
         check.flag("casts_shadows", casts_shadows)
         subplot, meshes = self._subplot, lit_meshes(mesh, material, feature_angle)
         for lit in meshes.values():
@@ -169,7 +160,7 @@ class PlotterPhong:
         >>> actor = plotter.phong.add_lit(pv.Sphere().phong.shade(ph.DirectionalLight()))
         >>> plotter.close()
         """
-        _refuse_colouring(add_mesh_options, "The colours are those of the array `name`.")
+        refuse_colouring(add_mesh_options)
         if not isinstance(lit, pv.DataSet | pv.MultiBlock):
             check.refuse("lit", type(lit).__name__, "a pyvista.DataSet or a pyvista.MultiBlock")
         meshes = leaves(lit)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -106,15 +106,31 @@ def plot(mesh: pv.DataSet, /, *, name: str = "phong", **options: Any) -> Any:
     name : str, default "phong"
         Name of the array with the colours.
     **options
-        As for `pyvista.plot`, such as `screenshot`, `off_screen`, `cpos` or `background`.
+        As for `pyvista.plot`, such as `screenshot`, `cpos`, `show_edges` or `opacity`, without those that colour the mesh.
 
     Raises
     ------
     ValueError
-        If the mesh has no point array of that name.
+        If the mesh has no point array of that name, or an option colours it.
     """
+    refuse_colouring(options)
     refuse_unlit(mesh, name)
     return drawable(mesh, name).plot(rgb=True, lighting=False, scalars=name, **options)
+
+
+_COLOURING = ("scalars", "rgb", "rgba", "lighting", "color", "smooth_shading", "texture", "pbr", "cmap", "copy_mesh")
+"""PyVista's options that colour a mesh."""
+
+
+def refuse_colouring(options: Mapping[str, Any], remedy: str = "The colours are those of the array `name`.") -> None:
+    """Raise ``ValueError`` for options of `pyvista.Plotter.add_mesh` that colour a mesh; all others are PyVista's."""
+    for option in options:
+        if option in _COLOURING:
+            if option == "smooth_shading":
+                remedy = (
+                    "Colours are blended between vertices; shade(feature_angle=...) splits sharp edges, 0 all of them."
+                )
+            check.refuse("option", option, f"an option of add_mesh other than {', '.join(_COLOURING)}", remedy)
 
 
 def refuse_unlit(mesh: pv.DataSet, name: str) -> None:
