@@ -106,7 +106,8 @@ def plot(mesh: pv.DataSet, /, *, name: str = "phong", **options: Any) -> Any:
     name : str, default "phong"
         Name of the array with the colours.
     **options
-        As for `pyvista.plot`, such as `screenshot`, `cpos`, `show_edges` or `opacity`, without those that colour the mesh.
+        As for `pyvista.plot`, such as `screenshot`, `cpos`, `show_edges` or `opacity`, without those that colour a
+        mesh.
 
     Raises
     ------
@@ -128,7 +129,7 @@ def refuse_colouring(options: Mapping[str, Any], remedy: str = "The colours are 
         if option in _COLOURING:
             if option == "smooth_shading":
                 remedy = (
-                    "Colours are blended between vertices; shade(feature_angle=...) splits sharp edges, 0 all of them."
+                    "Colours are blended between vertices; shade(feature_angle=0) gives each face its own."
                 )
             check.refuse("option", option, f"an option of add_mesh other than {', '.join(_COLOURING)}", remedy)
 

@@ -62,7 +62,7 @@ class Lighting:
         self.equation = vertices.equation(scene, material, matrix)
         self._material = material
         columns = {name: fractions(name, rows).astype(np.float64) for name, rows in vertices.maps.items()}
-        if self.equation.needs_tangents:
+        if "tangents" in self.equation.channels:
             columns["tangents"] = vertices.tangents.astype(np.float64)
         ends = np.cumsum([0, *(rows.shape[1] for rows in columns.values())]).tolist()
         self._columns = {name: slice(*part) for name, part in zip(columns, pairwise(ends), strict=True)}
