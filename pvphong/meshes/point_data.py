@@ -95,7 +95,7 @@ def values_at(name: str, given: Any, whole: pv.PolyData, source: pv.PolyData, po
             with reading(value):
                 value = read_texture(value, name)
         elif value in whole.cell_data:
-            check.refuse(name, f"{value!r}, a cell array", "a point array", _TO_POINTS)
+            return _of_faces(name, value, source)
         else:
             _refuse_unknown(name, value, source)
     if isinstance(value, str):
@@ -103,6 +103,18 @@ def values_at(name: str, given: Any, whole: pv.PolyData, source: pv.PolyData, po
     if is_texture(value):
         return _of_texture(name, value, source)
     return _checked(name, value, whole) if points is None else _checked(name, value, whole)[points]
+
+
+def _of_faces(name: str, value: str, source: pv.PolyData) -> Any:
+    """A cell array at points of which each is one face's alone."""
+    connectivity, offsets = polygons(source)
+    faces = np.asarray(source.cell_data[value])
+    if len(faces) != len(offsets) - 1 or len(np.unique(connectivity)) != len(connectivity):
+        remedy = f"feature_angle=0 gives each face points of its own; {_TO_POINTS}"
+        check.refuse(name, f"{value!r}, a cell array", "a point array where faces share points", remedy)
+    found = np.zeros((source.n_points, *faces.shape[1:]), faces.dtype)
+    found[connectivity] = np.repeat(faces, np.diff(offsets), axis=0)
+    return checked(name, found, source.n_points)
 
 
 def _refuse_unknown(name: str, value: str, source: pv.PolyData) -> NoReturn:
