@@ -27,7 +27,7 @@ from pvphong.meshes.lit import point_normals
 from pvphong.meshes.point_data import given_maps, tangents_from, texture_version, values_at
 from pvphong.meshes.surfaces import FeatureAngle, has_normals, split_sharp_edges, surface
 from pvphong.meshes.visibility import KnownOccluders, visibility_of, world_faces
-from pvphong.optics.maps import Map, is_texture
+from pvphong.optics.maps import Map, is_image_path, is_texture
 from pvphong.optics.material import Material, as_material
 from pvphong.rays.casting import BlockingFaces, Occluders
 from pvphong.rays.visibility import Visibility
@@ -237,23 +237,26 @@ class LitMesh:
 
     def _version_of(self, given: Map | str) -> Any:
         if isinstance(given, str):  # an array of the user's mesh, which may be replaced at any time
-            arrays = (self.mesh if isinstance(self.mesh, pv.PolyData) else self.drawn).point_data
-            return given, _version(arrays.GetAbstractArray(given))
+            mesh = self.mesh if isinstance(self.mesh, pv.PolyData) else self.drawn
+            data = (mesh.GetPointData(), mesh.GetCellData())
+            return given, *(_version(each.GetAbstractArray(given)) for each in data)
         source = given.source
         return texture_version(source) if is_texture(source) else (given, _version(getattr(source, "VTKObject", None)))
 
     def _values(self, name: str, given: Map | str) -> Any:
         """A map at the points that are drawn; texels are looked up only where the texture is another."""
-        if isinstance(given, str) and isinstance(self.mesh, pv.PolyData) and given in self.mesh.point_data:
-            given = Map(self.mesh.point_data[given])  # the drawn mesh shares those that it had before
-        is_looked_up = isinstance(given, str) or is_texture(given.source)
-        if not is_looked_up:
-            return values_at(name, given, self._whole, self.drawn, self._original_points)
+        if isinstance(given, str) and isinstance(self.mesh, pv.PolyData):  # the drawn mesh has what was there before
+            if given in self.mesh.point_data:
+                given = Map(self.mesh.point_data[given])
+            elif given in self.mesh.cell_data and self.mesh.n_cells == self.drawn.n_cells:
+                self.drawn.cell_data[given] = self.mesh.cell_data[given]
         version = self._version_of(given)
-        if name not in self._textured or self._textured[name][0] != version:
-            values = values_at(name, given, self._whole, self.drawn, self._original_points)
+        if name in self._textured and self._textured[name][0] == version:
+            return self._textured[name][1]
+        values = values_at(name, given, self._whole, self.drawn, self._original_points)
+        if is_image_path(given) or (isinstance(given, Map) and is_texture(given.source)):
             self._textured[name] = version, np.array(values, np.float32)
-        return self._textured[name][1]
+        return values
 
 
 def _version(part: Any) -> Any:
