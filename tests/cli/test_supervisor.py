@@ -90,7 +90,7 @@ CRASHES = {
     },
     "os.kill(os.getpid(), 9)": "The process was killed, as the system does where memory runs out.",
     READING + "os.abort()": MESH + KILLED.format("SIGABRT"),
-    READING + "time.sleep(60)": MESH + "Reading it has come to no end, 0 s after it last got anything from the disk.",
+    READING + "\n with reading('block.vtp'): pass\n time.sleep(60)": MESH + "Reading it has come to no end, 0 s after it last got anything from the disk.",
 }
 
 
