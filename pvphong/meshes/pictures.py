@@ -128,9 +128,7 @@ def refuse_colouring(options: Mapping[str, Any], remedy: str = "The colours are 
     for option in options:
         if option in _COLOURING:
             if option == "smooth_shading":
-                remedy = (
-                    "Colours are blended between vertices; shade(feature_angle=0) gives each face its own."
-                )
+                remedy = "Colours are blended between vertices; shade(feature_angle=0) gives each face its own."
             check.refuse("option", option, f"an option of add_mesh other than {', '.join(_COLOURING)}", remedy)
 
 

@@ -161,6 +161,9 @@ class Reflectance(ABC):
     Without a normal or a light's direction they are 0; evaluators take away what needs a viewer where there is none.
     """
 
+    mapped: ClassVar[Any] = None
+    """Formula of the `parameters`, of the field that a map gives and of what they are without it; None if none may."""
+
     peak: ClassVar[Peak | None] = None
     """Where its highlight is; None if it has none."""
 

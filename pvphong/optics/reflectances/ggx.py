@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from pvphong.base.formulas import ONE, formula
 from pvphong.base.types import ColorLike, Vector, rgb
 from pvphong.optics.reflectance import HIGHLIGHT, Lobe
 from pvphong.optics.reflectances.highlight import part_of_light
-from pvphong.optics.reflectances.microfacets import Facets, Microfacets, alpha_of, coupled
+from pvphong.optics.reflectances.microfacets import Microfacets, alpha_of, coupled
+
+
+@formula
+def _same_roughness(roughness: Any, own: Any) -> Any:
+    """The parameters of facets with the same α for distribution and masking."""
+    alpha = alpha_of(roughness)
+    square = alpha * alpha
+    return alpha, square, ONE - square, square, ONE - square, own[5], own[6], own[7]
 
 
 @dataclass(frozen=True)
@@ -39,15 +47,11 @@ class GGX(Microfacets):
     f0: ColorLike = 0.04
 
     factors = staticmethod(coupled)
+    mapped = staticmethod(_same_roughness)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "f0", part_of_light("f0", self.f0))
-
-    def facets_of(self, maps: Mapping[str, Any]) -> Facets:
-        """Facets with the same α for distribution and masking."""
-        alpha = alpha_of(maps.get("roughness", self.roughness))
-        return Facets(alpha, alpha)
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:

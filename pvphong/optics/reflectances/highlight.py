@@ -170,6 +170,12 @@ def lambert_and_highlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noq
     return maximum(at.n_l, ZERO), where(at.n_l > ZERO, highlight, ZERO)
 
 
+@formula
+def unchanged(shininess: Any, own: Any) -> Any:  # noqa: ARG001 only the power has it
+    """The parameters of a reflectance that has its shininess in its power alone."""
+    return own
+
+
 class Shiny(Reflectance):
     """Lambert's cosine, and a highlight that is a power of the cosine around its peak.
 
@@ -183,6 +189,7 @@ class Shiny(Reflectance):
     peak: ClassVar[Peak]
     maps: ClassVar[frozenset[str]] = frozenset({"specular", "shininess"})
     factors = staticmethod(lambert_and_highlight)
+    mapped = staticmethod(unchanged)
 
     def __post_init__(self) -> None:
         if self.shininess is not None:

@@ -16,10 +16,9 @@ small α needs.
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -57,25 +56,6 @@ _LEAST_ALPHA = 1e-15
 """Its highlights are narrower than float64 resolves directions, and its square is within float32's range."""
 
 _COUPLED = 28.0 / 23.0
-
-
-class Facets(NamedTuple):
-    """How rough they are, and where cosines are cut off."""
-
-    alpha: Any
-    """The roughness α of the distribution, above 0."""
-
-    beta: Any
-    """The roughness of the masking."""
-
-    floor: float = 0.0
-    """The cosines n·l and n·v are taken to be at least this."""
-
-    least: float = 0.0
-    """The denominator in D is taken to be at least this."""
-
-    fade: Any = 1.0
-    """The t of a `faded` base: how much less of it is left where light grazes the facets."""
 
 
 @formula
@@ -145,14 +125,17 @@ class Microfacets(Reflectance):
         roughness = number_or_map("roughness", self.roughness, above=0.0, at_most=1.0, remedy=remedy)
         object.__setattr__(self, "roughness", roughness)
 
-    @abstractmethod
-    def facets_of(self, maps: Mapping[str, Any]) -> Facets:
-        """Its microfacets; with `maps` as for `parameters`."""
+    cutoffs: ClassVar[tuple[float, float]] = (0.0, 0.0)
+    """The cosines n·l and n·v, and the denominator in D, are taken to be at least these."""
+
+    def fade(self, maps: Mapping[str, Any]) -> Any:  # noqa: ARG002 as much everywhere
+        """The t of a `faded` base: how much less of it is left where light grazes the facets."""
+        return 1.0
 
     @property
-    def facets(self) -> Facets:
-        """Those of its own roughness."""
-        return self.facets_of({})
+    def alpha(self) -> float:
+        """The roughness α of the distribution."""
+        return float(self.parameters({})[0])
 
     @property
     def _is_faded(self) -> bool:
@@ -166,7 +149,7 @@ class Microfacets(Reflectance):
         n = ln 4 / (4 (√2 − 1) α²).
         """
         base, tinted, _ = self.lobes
-        square = self.facets.alpha**2
+        square = self.alpha**2
         whole = 1.0 if self._is_faded else 1.0 / _COUPLED
         diffuse = tuple(a * b * whole for a, b in zip(rgb(material.diffuse), base.color, strict=True))
         specular = tuple(channel / (4.0 * square) for channel in tinted.color)
@@ -177,13 +160,13 @@ class Microfacets(Reflectance):
         """The density D at the largest n·h; K is at most 1/(2β)."""
         if lobe == 0:
             return 1.0 if self._is_faded else 1.15
-        alpha, beta, floor, least, _ = self.facets
+        alpha, _, _, beta2, _, floor, least, _ = self.parameters({})
         if sightline.theta >= math.pi / 2 and not floor:
             return 0.0
         sine = max(1.0 - max(largest_halfway(sightline) * ROUNDED_UP, 0.0) ** 2, 0.0)
         peak = alpha / max(alpha * alpha + (1.0 - alpha * alpha) * sine, least)
         white = most_whiteness(sightline.psi) if lobe == 2 else 1.0
-        return float(min(peak * peak / (2.0 * beta) * white * ROUNDED_UP, BRIGHTEST))
+        return float(min(peak * peak / (2.0 * math.sqrt(beta2)) * white * ROUNDED_UP, BRIGHTEST))
 
     def change(self, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
         """That of the base; next to the horizon the masking has no bound on its slope."""
@@ -195,14 +178,16 @@ class Microfacets(Reflectance):
     @property
     def sharpness(self) -> float:
         """The density D is about exp(−2 θ²/α²) at its peak."""
-        return min(4.0 / self.facets.alpha**2, BRIGHTEST)
+        return min(4.0 / self.alpha**2, BRIGHTEST)
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:
         """α, α², 1 − α², β², 1 − β², where cosines and D's denominator are cut off, and t."""
-        alpha, beta, floor, least, fade = self.facets_of(maps)
-        return alpha, alpha * alpha, 1.0 - alpha * alpha, beta * beta, 1.0 - beta * beta, floor, least, fade
+        rest = (*(0.0,) * 5, *self.cutoffs, self.fade(maps))
+        found: tuple[Any, ...] = type(self).mapped(np.asarray(maps.get("roughness", self.roughness)), rest)
+        return found
 
 
+@formula
 def alpha_of(roughness: Any) -> Any:
     """The α of a roughness that looks even: its square."""
-    return np.maximum(roughness * roughness, _LEAST_ALPHA)
+    return maximum(roughness * roughness, like(roughness, _LEAST_ALPHA))

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from pvphong.base.formulas import BRIGHTEST, ZERO, formula, maximum
+from pvphong.base.formulas import BRIGHTEST, HALF, ONE, ZERO, formula, like, maximum, minimum
 from pvphong.optics.reflectance import ANYWHERE, Geometry, Sightline
 from pvphong.optics.reflectances.highlight import MIRROR, Shiny, steepness
 
@@ -19,6 +19,12 @@ def _normalised_highlight(own: Any, at: Geometry, highlight: Any) -> Any:
     """max(n·l, 0), and that times a highlight times the one number."""
     n_l = maximum(at.n_l, ZERO)
     return n_l, n_l * highlight * own[0]
+
+
+@formula
+def _scale_of(shininess: Any, own: Any) -> Any:  # noqa: ARG001 there are no others
+    """(s + 2)/2, with which the highlight around a direction reflects all light at normal incidence."""
+    return (minimum(HALF * shininess + ONE, like(shininess, BRIGHTEST)),)
 
 
 @dataclass(frozen=True)
@@ -49,9 +55,12 @@ class ModifiedPhong(Shiny):
     peak: ClassVar = MIRROR
     factors = staticmethod(_normalised_highlight)
 
+    mapped = staticmethod(_scale_of)
+
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:
-        """(s + 2)/2, with which the highlight around a direction reflects all light at normal incidence."""
-        return (np.minimum(0.5 * maps.get("shininess", self.sharpness) + 1.0, BRIGHTEST),)
+        """The scale of the highlight."""
+        scale: tuple[Any, ...] = _scale_of(np.asarray(maps.get("shininess", self.sharpness)), ())
+        return scale
 
     def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
         """The power times n·l and the number."""

@@ -10,16 +10,24 @@ from typing import Any, ClassVar
 import numpy as np
 
 from pvphong.base import check
+from pvphong.base.formulas import ONE, formula
 from pvphong.base.types import FloatArray, Vector, rgb
 from pvphong.optics.maps import number_or_map
 from pvphong.optics.reflectance import HIGHLIGHT, WHITE, Lobe
-from pvphong.optics.reflectances.microfacets import Facets, Microfacets, alpha_of, faded
+from pvphong.optics.reflectances.microfacets import Microfacets, alpha_of, faded
 
 DIELECTRIC = 0.04
 """What all but metals reflect at normal incidence, for an index of refraction of 1.5."""
 
 # Where VTK's shader cuts off cosines, and D's denominator, which has a π in it there.
 _FLOOR, _LEAST = 1e-5, math.sqrt(1e-8 / math.pi)
+
+
+@formula
+def _half_masked(roughness: Any, own: Any) -> Any:
+    """The parameters of facets whose D has the square of the roughness, and whose masking the roughness itself."""
+    alpha = alpha_of(roughness)
+    return alpha, alpha * alpha, ONE - alpha * alpha, alpha, ONE - alpha, own[5], own[6], own[7]
 
 
 @dataclass(frozen=True)
@@ -60,6 +68,7 @@ class PBR(Microfacets):
 
     maps: ClassVar[frozenset[str]] = frozenset({"roughness", "metallic"})
     factors = staticmethod(faded)
+    mapped = staticmethod(_half_masked)
 
     def __post_init__(self) -> None:
         metallic = number_or_map("metallic", self.metallic, at_least=0.0, at_most=1.0)
@@ -76,11 +85,6 @@ class PBR(Microfacets):
     def in_vtk(self) -> PBR:
         """As the shader has it; for that it must have its colour."""
         return _Shaded(**asdict(self))
-
-    def facets_of(self, maps: Mapping[str, Any]) -> Facets:
-        """D has the square of the roughness, the masking the roughness itself."""
-        alpha = alpha_of(maps.get("roughness", self.roughness))
-        return Facets(alpha, np.sqrt(alpha))
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:
@@ -108,12 +112,12 @@ class _Colored(PBR):
 
     scale: ClassVar[float] = 1.0
 
-    def facets_of(self, maps: Mapping[str, Any]) -> Facets:
-        """With t = 1 − (1 − F₉₀)/(1 − F₀), for (1 − F₀)(1 − tS) to be 1 − F, in the brightest channel."""
+    def fade(self, maps: Mapping[str, Any]) -> Any:
+        """The t = 1 − (1 − F₉₀)/(1 − F₀), for (1 − F₀)(1 − tS) to be 1 − F, in the brightest channel."""
         f0, f90 = fresnel_ends(maps.get("metallic", self.metallic), np.array(self.color)[:, None])
         top = f0.max(axis=0)
         fade = np.where(f90 < 1.0, (f90 - top) / np.maximum(1.0 - top, 1e-9), 1.0)
-        return super().facets_of(maps)._replace(fade=fade if "metallic" in maps else float(fade[0]))
+        return fade if "metallic" in maps else float(fade[0])
 
     def over(self, maps: Mapping[str, tuple[float, float]]) -> PBR:
         """One whose colours hold for a map of metallic too."""
@@ -166,9 +170,7 @@ class _Shaded(_Colored):
     scale: ClassVar[float] = 1.0 / math.pi
     """Over π."""
 
-    def facets_of(self, maps: Mapping[str, Any]) -> Facets:
-        """Facets with the shader's floors."""
-        return super().facets_of(maps)._replace(floor=_FLOOR, least=_LEAST)
+    cutoffs: ClassVar[tuple[float, float]] = _FLOOR, _LEAST
 
 
 # --- VTK's properties

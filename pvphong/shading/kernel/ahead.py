@@ -127,10 +127,10 @@ def main() -> None:
         if not is_alone:
             return
         request = _request()
-        codes = request and records.codes_of(request.equation, request.real, has_albedo=False)
+        codes = request and records.codes_of(request.equation, request.real)
         if request is not None and codes is not None:
             driver_code(library, request.stored, request.real)
-            records.records_of(request.equation, codes, library, request.real, has_albedo=False, is_display=False)
+            records.records_of(request.equation, codes, library, request.real, {}, is_display=False)
         for piece in pieces(library):
             piece.compile()
 

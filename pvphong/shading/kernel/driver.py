@@ -38,6 +38,9 @@ def shade(
     points: Any,
     normals: Any,
     albedo: Any,
+    diffuse: Any,
+    specular: Any,
+    emission: Any,
     channels: Any,
     rgb: Any,
     display: Any,
@@ -53,10 +56,12 @@ def shade(
 
     Parameters
     ----------
-    points, normals, albedo
+    points, normals
         Vectors of all vertices one after the other; what is not needed may be anything.
+    albedo, diffuse, specular, emission
+        Colours likewise, of fields that have a map.
     channels
-        Single numbers of all vertices, channel after channel: what of lights and of the sky they see.
+        Single numbers of all vertices, channel after channel: what of lights and of the sky they see, and maps.
     rgb, display
         Where the colours go: floats, or bytes if `is_display`.
     settings, terms, numbers
@@ -75,15 +80,17 @@ def shade(
         rows[at.SKY + i] = ONE
     fill(rows, at.VX, in_type(s.to_eye, rows))
     none = True
-    is_uniform = not (s.needs_normals or s.needs_points or s.has_albedo or s.sky >= 0)
+    is_uniform = not (s.needs_normals or s.needs_points or s.has_tints or s.sky >= 0)
     good = True
     for first in range(0, count, BLOCK):
         size = min(count - first, BLOCK)
         if first == 0 or not is_uniform:  # else all blocks have the colors of the first
-            good = _load(first, size, points, normals, albedo, channels, s, rows, wide)
+            good = _load(first, size, points, normals, channels, s, rows, wide)
             for k in range(len(lights)):
                 own = shifted(numbers, (k + 1) * s.stride)
                 good = _add_light(first, size, channels, lights[k], s, numbers, own, rows, wide) & good
+            if s.has_tints:
+                _tint(first, size, albedo, diffuse, specular, emission, s, rows)
             _finish(s, rows)
         _store(first, size, rgb, display, s, rows)
         if not good:
@@ -106,19 +113,17 @@ def fill(rows: Any, start: int, w: Any) -> None:
 
 
 @plain
-def _begin(rows: Any, base: Any, own: Any) -> None:
+def _begin(rows: Any, target: int, base: Any, own: Any) -> None:
     """Colours without lights: what the sky has part in, and what it has not."""
     for i in range(BLOCK):
         sky = rows[at.SKY + i]
-        rows[at.R + i] = multiply_add(base[0], sky, own[0])
-        rows[at.G + i] = multiply_add(base[1], sky, own[1])
-        rows[at.B + i] = multiply_add(base[2], sky, own[2])
+        rows[target + i] = multiply_add(base[0], sky, own[0])
+        rows[target + BLOCK + i] = multiply_add(base[1], sky, own[1])
+        rows[target + 2 * BLOCK + i] = multiply_add(base[2], sky, own[2])
 
 
 @inlined_early
-def _load(
-    first: int, count: int, points: Any, normals: Any, albedo: Any, channels: Any, s: Any, rows: Any, wide: Any
-) -> bool:
+def _load(first: int, count: int, points: Any, normals: Any, channels: Any, s: Any, rows: Any, wide: Any) -> bool:
     """All that is known of the vertices, and colours as they are without lights; whether no vertex is declined."""
     good = True
     if s.needs_normals:
@@ -128,13 +133,14 @@ def _load(
     good = at.look_at_viewer(s, rows, wide) & good
     if s.tangents >= 0:
         at.load_tangents(shifted(channels, s.tangents * s.channel_length), s.channel_length, first, count, rows)
-    if s.has_albedo:
-        at.load_vectors(albedo, first, count, shifted(rows, at.ALBEDO_R))
+    if s.field >= 0:
+        at.load_channel(shifted(channels, s.field * s.channel_length), first, count, shifted(rows, at.FIELD))
     if s.sky >= 0:
         at.load_channel(shifted(channels, s.sky * s.channel_length), first, count, shifted(rows, at.SKY))
-    _begin(rows, in_type(s.base, rows), in_type(s.own, rows))
-    if s.has_albedo:
-        fill(rows, at.UNTINTED_R, in_type(s.emission, rows))
+    if s.has_tints:
+        for i in range(3 * BLOCK):
+            rows[at.R + i] = rows[at.OTHER_R + i] = ZERO
+    _begin(rows, at.AMBIENT_R if s.has_tints else at.R, in_type(s.base, rows), in_type(s.own, rows))
     return good
 
 
@@ -173,7 +179,7 @@ def _add(rows: Any, target: int, factors: int, varies: bool, color: Any) -> None
 
 @plain
 def _add_two(rows: Any, varies: bool, color: Any, other: Any) -> None:
-    """The first two lobes at half the traffic, where no albedo keeps them apart."""
+    """The first two lobes at half the traffic, where no map keeps them apart."""
     for i in range(BLOCK):
         strength = _strength(rows, i, varies)
         first, second = rows[at.FIRST + i] * strength, rows[at.SECOND + i] * strength
@@ -217,7 +223,7 @@ def _add_light(
     if varies:
         _settle_strength(rows, like(rows, t.gain))
     if t.has_ambient:
-        _add(rows, at.R, at.SKY, varies, in_type(t.ambient, rows))
+        _add(rows, at.AMBIENT_R if s.has_tints else at.R, at.SKY, varies, in_type(t.ambient, rows))
     if not t.wanted:
         return good
     if t.visible >= 0:
@@ -230,12 +236,12 @@ def _add_light(
     if t.is_even:
         _arrive_evenly(rows, to_light)
     reflected = t.wanted & call_stage(t.reflects, numbers, rows, points)
-    if not s.has_albedo and reflected & 3 == 3:
+    if not s.has_tints and reflected & 3 == 3:
         _add_two(rows, varies, in_type(t.colors[0], rows), in_type(t.colors[1], rows))
         reflected &= 4
     for lobe in range(3):
         if reflected & (1 << lobe):
-            target = at.UNTINTED_R if s.has_albedo and not s.takes_albedo & (1 << lobe) else at.R
+            target = at.OTHER_R if s.has_tints and not s.takes_albedo & (1 << lobe) else at.R
             _add(rows, target, at.FIRST + lobe * BLOCK, varies, in_type(t.colors[lobe], rows))
     return good
 
@@ -257,12 +263,47 @@ def _byte(intensity: Any) -> Any:
 
 
 @plain
-def _finish(s: Any, rows: Any) -> None:
-    """Colour times albedo plus what the albedo does not multiply; raised to a power."""
+def _multiply(first: int, count: int, tints: Any, rows: Any, target: int, over: Any) -> None:
+    """Multiply the rows of a colour by a map's colours over the greatest of them; lobes' rows are free by now."""
+    at.load_vectors(tints, first, count, shifted(rows, at.FIRST))
+    for i in range(BLOCK):
+        rows[target + i] = rows[target + i] * (rows[at.FIRST + i] * over[0])
+        rows[target + BLOCK + i] = rows[target + BLOCK + i] * (rows[at.SECOND + i] * over[1])
+        rows[target + 2 * BLOCK + i] = rows[target + 2 * BLOCK + i] * (rows[at.THIRD + i] * over[2])
+
+
+@plain
+def _multiply_by_albedo(first: int, count: int, albedo: Any, rows: Any) -> None:
+    """What takes albedo, times that; it is in [0, 1], and 0 for a NaN."""
+    at.load_vectors(albedo, first, count, shifted(rows, at.FIRST))
+    for i in range(3 * BLOCK):
+        given = rows[at.FIRST + i]
+        part = min(given, ONE) if given > ZERO else ZERO
+        rows[at.R + i] = rows[at.R + i] * part
+        rows[at.AMBIENT_R + i] = rows[at.AMBIENT_R + i] * part
+
+
+@inlined_early
+def _tint(first: int, count: int, albedo: Any, diffuse: Any, specular: Any, emission: Any, s: Any, rows: Any) -> None:
+    """The colour from its parts, each times the maps that multiply it."""
     if s.has_albedo:
-        for i in range(3 * BLOCK):
-            albedo = rows[at.ALBEDO_R + i]  # in [0, 1], and 0 for a NaN
-            rows[at.R + i] = rows[at.R + i] * (min(albedo, ONE) if albedo > ZERO else ZERO) + rows[at.UNTINTED_R + i]
+        _multiply_by_albedo(first, count, albedo, rows)
+    if s.has_diffuse:
+        _multiply(first, count, diffuse, rows, at.R, in_type(s.over_diffuse, rows))
+    if s.has_specular:
+        _multiply(first, count, specular, rows, at.OTHER_R, in_type(s.over_specular, rows))
+    for i in range(3 * BLOCK):
+        rows[at.R + i] = rows[at.R + i] + rows[at.AMBIENT_R + i] + rows[at.OTHER_R + i]
+    fill(rows, at.OTHER_R, in_type(s.emission, rows))
+    if s.has_emission:
+        _multiply(first, count, emission, rows, at.OTHER_R, in_type(s.over_emission, rows))
+    for i in range(3 * BLOCK):
+        rows[at.R + i] = rows[at.R + i] + rows[at.OTHER_R + i]
+
+
+@plain
+def _finish(s: Any, rows: Any) -> None:
+    """Colour raised to a power."""
     if s.exponent != 1.0:
         exponent = like(rows, s.exponent)
         for i in range(3 * BLOCK):

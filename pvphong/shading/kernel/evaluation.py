@@ -13,7 +13,7 @@ from numba import types
 
 from pvphong.base import threads
 from pvphong.base.types import FloatArray
-from pvphong.optics.maps import fractions
+from pvphong.optics.maps import COLORS, fractions
 from pvphong.shading.equation import Equation
 from pvphong.shading.kernel import code, driver, records
 from pvphong.shading.kernel.code import Library, NotCompiled, Request
@@ -45,13 +45,10 @@ def shade(
     rgb = result.rgb
     if result.base is not None or not rgb.flags.c_contiguous:
         return False
-    albedo = tints["albedo"].rows if "albedo" in tints else None
-    if albedo is not None and albedo.shape[1] == 1:
-        albedo = np.broadcast_to(albedo, (len(albedo), 3))
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
-    codes = records.codes_of(whole, name_of(real), has_albedo=albedo is not None)
+    codes = records.codes_of(whole, name_of(real))
     if codes is not None and equation is not whole:
-        codes = records.codes_of(equation, name_of(real), has_albedo=albedo is not None)
+        codes = records.codes_of(equation, name_of(real))
     if codes is None:
         return False
     read = [points] * whole.needs_points + [normals] * whole.needs_normals
@@ -65,7 +62,7 @@ def shade(
             codes,
             source,
             request.real,
-            has_albedo=albedo is not None,
+            tints,
             is_display=rgb.dtype == np.uint8,
             channel_length=len(rgb),
         )
@@ -77,20 +74,18 @@ def shade(
 
     def work(first: int, last: int) -> None:
         part = slice(first, last)
-        shades = None if albedo is None else albedo[part]
-        if shades is not None and shades.dtype != real:
-            shades = fractions("albedo", shades)  # the kernel clips what it gets, but this may not even fit its type
+        colors = [None if name not in tints else plain_colors(tints[name].at(part), real) for name in COLORS]
         seen = None if channels is None else channels[:, part]
         own = (
             as_plain(points[part], stored) if equation.needs_points else None,
             as_plain(normals[part], stored) if equation.needs_normals else None,
-            None if shades is None else as_plain(shades, real),
+            *colors,
             seen,
             rgb[part],
         )
         declined = np.zeros(last - first, np.uint8)
-        *addresses, colors = map(address, own)
-        if run(*addresses, colors, colors, *packed, last - first, *_memory.addresses, address(declined)):
+        *addresses, out = map(address, own)
+        if run(*addresses, out, out, *packed, last - first, *_memory.addresses, address(declined)):
             return
         left = np.flatnonzero(declined)
         lit = Shading(np.empty((len(left), 3), real))
@@ -103,13 +98,19 @@ def shade(
     return True
 
 
+def plain_colors(tint: Tint, real: Any) -> FloatArray:
+    """A map's colours in the form that compiled code takes; it clips albedo itself, but more may not fit its type."""
+    rows = tint.rows if tint.rows.dtype == real else fractions(tint.name, tint.rows)
+    return as_plain(rows if rows.shape[1] == 3 else np.broadcast_to(rows, (len(rows), 3)), real)
+
+
 def driver_code(library: Library, stored: str, real: str) -> Callable[..., int]:
     """The driver, compiled, for vertices of one type and rows of another."""
 
     def signature(stored: Any, real: Any) -> Any:
         vertices, reals, floats, octets = map(types.CPointer, (stored, real, types.float64, types.uint8))
         settings, terms = (types.CPointer(numba.from_dtype(kind)) for kind in (records.SETTINGS, records.TERM))
-        arrays = vertices, vertices, reals, reals, reals, octets
+        arrays = vertices, vertices, reals, reals, reals, reals, reals, reals, octets
         return types.boolean(*arrays, settings, terms, floats, types.intp, reals, floats, octets)
 
     return library.call(driver.shade, signature, stored, real)

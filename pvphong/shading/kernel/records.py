@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
 from typing import Any, NamedTuple, cast
 
@@ -16,6 +16,7 @@ import numpy as np
 from pvphong.base.formulas import BRIGHTEST, FORMULAS
 from pvphong.base.types import Vector
 from pvphong.geometry.transform import normal_matrix
+from pvphong.optics.maps import COLORS
 from pvphong.optics.reflectance import LAMBERT
 from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.kernel.code import Library
@@ -29,6 +30,7 @@ from pvphong.shading.kernel.stages import (
     reflectance_numbers,
     reflectance_stage,
 )
+from pvphong.shading.vertices import Tint
 
 TERM = np.dtype(
     [
@@ -157,12 +159,17 @@ SETTINGS = np.dtype(
         ("has_lobes_of_viewer", "?"),
         ("moves_points", "?"),
         ("turns_normals", "?"),
+        ("has_tints", "?"),
         ("has_albedo", "?"),
+        ("has_diffuse", "?"),
+        ("has_specular", "?"),
+        ("has_emission", "?"),
         ("is_display", "?"),
         ("count", "i8"),
         ("stride", "i8"),
         ("sky", "i8"),
         ("tangents", "i8"),
+        ("field", "i8"),
         ("channel_length", "i8"),
         ("takes_albedo", "i8"),
         ("eye", "3f8"),
@@ -173,16 +180,20 @@ SETTINGS = np.dtype(
         ("base", "3f8"),
         ("own", "3f8"),
         ("emission", "3f8"),
+        ("over_diffuse", "3f8"),
+        ("over_specular", "3f8"),
+        ("over_emission", "3f8"),
         ("exponent", "f8"),
         ("low", "f8"),
         ("high", "f8"),
     ],
     align=True,
 )
-"""What all lights share. `count`: of lights. `stride`: how many numbers each stage has. `sky`, `tangents`: the channel
-with the open part of the sky, and the first of three with tangents, or -1. `channel_length`: from one channel to the
-next. `own`: a colour beside `base` that the sky has no part in. `takes_albedo`: lobes that do, as the sum of 1, 2 and
-4. `exponent`: the sum of all light is raised to it."""
+"""What all lights share. `has_tints`: any of the four maps of colours after it. `count`: of lights. `stride`: how many
+numbers each stage has. `sky`, `tangents`, `field`: the channel with the open part of the sky, the first of three with
+tangents, and the one with the map of a reflectance's field, or -1. `channel_length`: from one channel to the next.
+`takes_albedo`: lobes that do, as the sum of 1, 2 and 4. `own`: a colour beside `base` that the sky has no part in.
+`over_diffuse` and so on: what a map's colours are multiplied by. `exponent`: the sum of all light is raised to it."""
 
 _pack_settings = _packer(SETTINGS)
 
@@ -198,10 +209,12 @@ class Records(NamedTuple):
     """Floats of the reflectance's stage, then of each light's; a row each, filled up with zeros."""
 
 
-def codes_of(equation: Equation, real: str, *, has_albedo: bool) -> list[TermCode] | None:
+def codes_of(equation: Equation, real: str) -> list[TermCode] | None:
     """What lights with each term; None if something has no stage, or a number is not within compiled code's range."""
     lobes = equation.reflectance.lobes
-    if equation.maps or equation.tints - {"albedo"} or (has_albedo and any(lobe.tint for lobe in lobes)):
+    if any(lobe.tint for lobe in lobes) and ("metallic" in equation.maps or equation.tints & {"albedo", "diffuse"}):
+        return None  # it is no product of albedo and colour
+    if equation.maps and type(equation.reflectance).mapped not in FORMULAS:
         return None
     if len(lobes) > MOST_LOBES or type(equation.reflectance).factors not in FORMULAS:
         return None
@@ -219,13 +232,14 @@ def records_of(
     codes: Sequence[TermCode],
     library: Library,
     real: str,
+    tints: Mapping[str, Tint],
     *,
-    has_albedo: bool,
     is_display: bool,
     channel_length: int = 0,
 ) -> Records:
     """An equation that compiled code can take, with what `codes_of` gives for it, for rows of a type."""
-    reflectance, base = equation.reflectance, equation.ambient
+    reflectance, base, field = equation.reflectance, equation.ambient, next(iter(equation.maps), "")
+    over = {name: tuple(1.0 / most if most else 0.0 for most in tint.most) for name, tint in tints.items()}
     terms, numbers = [], [reflectance_numbers(reflectance)]
     addresses: dict[Any, int] = {}  # each stage is looked up once
     for term, (stage, own, varies, divisors) in zip(equation.terms, codes, strict=True):
@@ -254,7 +268,7 @@ def records_of(
             reflects = library.stage(factors_already_written, real)
         elif True in wanted and not is_lambert:
             if wanted not in addresses:
-                addresses[wanted] = library.stage(reflectance_stage(reflectance, wanted), real)
+                addresses[wanted] = library.stage(reflectance_stage(reflectance, wanted, is_mapped=bool(field)), real)
             reflects = addresses[wanted]
         colors = [channel * strength for color in term.colors for channel in color]
         terms.append(
@@ -286,12 +300,14 @@ def records_of(
         "has_lobes_of_viewer": equation.has_highlights,
         "moves_points": equation.matrix is not None,
         "turns_normals": turns_normals,
-        "has_albedo": has_albedo,
+        "has_tints": bool(tints),
+        **{f"has_{name}": name in tints for name in COLORS},
         "is_display": is_display,
         "count": len(terms),
         "stride": stride,
         "sky": equation.lights if equation.is_occluded else -1,
         "tangents": equation.channels["tangents"].start if "tangents" in equation.channels else -1,
+        "field": equation.channels[field].start if field in equation.channels else -1,
         "channel_length": channel_length,
         "takes_albedo": sum_of(lobe.takes_albedo for lobe in reflectance.lobes),
         "eye": equation.eye or _NOWHERE,
@@ -300,8 +316,9 @@ def records_of(
         "w": matrix[3, 3],
         "normal_matrix": normal_matrix(matrix).ravel().tolist() if turns_normals else (0.0,) * 9,
         "base": base,
-        "own": _NOWHERE if has_albedo else equation.emission,
+        "own": _NOWHERE if tints else equation.emission,
         "emission": equation.emission,
+        **{f"over_{name}": over.get(name, _NOWHERE) for name in ("diffuse", "specular", "emission")},
         "exponent": 1.0 / equation.gamma,
         "low": 0.0 if equation.clamp else -math.inf,
         "high": 1.0 if equation.clamp else math.inf,

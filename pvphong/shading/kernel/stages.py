@@ -14,6 +14,7 @@ import numpy as np
 
 from pvphong.base.formulas import (
     BRIGHTEST,
+    FAINTEST,
     ONE,
     TWO,
     ZERO,
@@ -38,6 +39,7 @@ from pvphong.shading.kernel.vertices import (
     DY,
     DZ,
     FACING,
+    FIELD,
     FIRST,
     INVERSE_DISTANCE,
     INVERSE_NORMAL,
@@ -129,6 +131,22 @@ def _take_logarithms(rows: Any, exponent: float, log_floor: float, end: float) -
 
 
 @inlined
+def _end_of(exponent: Any) -> Any:
+    """The squared chord from which on a power of this exponent is 0, as `Power.numbers` has it."""
+    return TWO if exponent > ZERO else like(exponent, np.inf)
+
+
+@plain
+def _take_logarithms_of_each(rows: Any) -> None:
+    """As `_take_logarithms`, with each vertex's own exponent, and no floor."""
+    for i in range(BLOCK):
+        n, square = rows[FIELD + i], rows[SECOND + i]
+        n = min(max(n, like(n, FAINTEST)), like(n, BRIGHTEST)) if n > ZERO else n
+        raised = log2_power(square, n, like(n, -np.inf))
+        rows[SECOND + i] = raised if square < _end_of(n) else _NEVER
+
+
+@inlined
 def _raised(rows: Any, i: int) -> Any:
     y = rows[SECOND + i]
     return exp2(y) if y > _NEVER else ZERO
@@ -139,12 +157,16 @@ def factors_already_written(_numbers: Any, _rows: Any, _points: Any) -> int:
     return _ALL_LOBES
 
 
-def reflectance_stage(reflectance: Reflectance, wanted: Sequence[bool]) -> Callable[..., Any]:
+def reflectance_stage(
+    reflectance: Reflectance, wanted: Sequence[bool], *, is_mapped: bool = False
+) -> Callable[..., Any]:
     """(numbers, rows, points) → int: writes the wanted factors of a reflectance into the first rows.
 
-    It gives which lobes are not 0 everywhere in the block, as the sum of 1, 2 and 4.
+    It gives which lobes are not 0 everywhere in the block, as the sum of 1, 2 and 4. If it `is_mapped`, the row `FIELD`
+    has the field that a map gives; else the numbers have.
     """
-    factors, peak = type(reflectance).factors, reflectance.peak
+    factors, mapped, peak = type(reflectance).factors, type(reflectance).mapped, reflectance.peak
+    varies = int(is_mapped)
     first, second, third = (int(flag) for flag in (*wanted, False, False)[:3])
     all_of_them = first + 2 * second + 4 * third
     if reflectance.power({}) is None or peak is None or not any(wanted[1:]):
@@ -152,7 +174,8 @@ def reflectance_stage(reflectance: Reflectance, wanted: Sequence[bool]) -> Calla
         def reflect(numbers: Any, rows: Any, _points: Any) -> int:
             own = _parameters(rows, shifted(numbers, _OWN_OF_REFLECTANCE))
             for i in range(BLOCK):
-                found = factors(own, _geometry(rows, i, _cosine(rows, i)), ZERO)
+                here = mapped(rows[FIELD + i], own) if varies else own
+                found = factors(here, _geometry(rows, i, _cosine(rows, i)), ZERO)
                 if first:
                     rows[FIRST + i] = found[0]
                 if second:
@@ -170,16 +193,23 @@ def reflectance_stage(reflectance: Reflectance, wanted: Sequence[bool]) -> Calla
             n_l = _cosine(rows, i)
             chord = square(_geometry(rows, i, n_l))
             rows[FIRST + i], rows[SECOND + i] = n_l, chord
+            if varies:
+                dark = _end_of(rows[FIELD + i])
             shines = shines | _shows(chord, n_l, dark)
         own = _parameters(rows, shifted(numbers, _OWN_OF_REFLECTANCE))
         if not shines:
             if first:
                 for i in range(BLOCK):
-                    rows[FIRST + i] = factors(own, _geometry(rows, i, rows[FIRST + i]), ZERO)[0]
+                    here = mapped(rows[FIELD + i], own) if varies else own
+                    rows[FIRST + i] = factors(here, _geometry(rows, i, rows[FIRST + i]), ZERO)[0]
             return first
-        _take_logarithms(rows, numbers[0], numbers[1], numbers[2])
+        if varies:
+            _take_logarithms_of_each(rows)
+        else:
+            _take_logarithms(rows, numbers[0], numbers[1], numbers[2])
         for i in range(BLOCK):
-            found = factors(own, _geometry(rows, i, rows[FIRST + i]), _raised(rows, i))
+            here = mapped(rows[FIELD + i], own) if varies else own
+            found = factors(here, _geometry(rows, i, rows[FIRST + i]), _raised(rows, i))
             if first:
                 rows[FIRST + i] = found[0]
             if second:

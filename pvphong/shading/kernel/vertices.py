@@ -23,8 +23,8 @@ from pvphong.shading.kernel.arithmetic import inlined, like, plain, shifted
 # of first-level cache.
 BLOCK = 128
 
-# Colour; and the part of it that the albedo does not multiply, where there is an albedo.
-R, G, B, UNTINTED_R, UNTINTED_G, UNTINTED_B = range(0, 6 * BLOCK, BLOCK)
+# Colour. Where maps of colours multiply its parts: what takes albedo and diffuse, and the rest of what lights add.
+R, G, B, OTHER_R, OTHER_G, OTHER_B = range(0, 6 * BLOCK, BLOCK)
 
 # Factors of one light's lobes, and its strength. Until a stage is done, these are for its own use too.
 FIRST, SECOND, THIRD, STRENGTH = range(6 * BLOCK, 10 * BLOCK, BLOCK)
@@ -38,12 +38,12 @@ VX, VY, VZ, FACING = range(14 * BLOCK, 18 * BLOCK, BLOCK)
 # Differences D to a light or to the eye, with 1/|D|; |D| is in the row of strengths at first.
 DX, DY, DZ, INVERSE_DISTANCE = range(18 * BLOCK, 22 * BLOCK, BLOCK)
 
-# Albedo; unit tangents across n, where the reflectance needs them.
-ALBEDO_R, ALBEDO_G, ALBEDO_B, TX, TY, TZ = range(22 * BLOCK, 28 * BLOCK, BLOCK)
+# Ambient light, where maps multiply the colour's parts; unit tangents across n, where the reflectance needs them.
+AMBIENT_R, AMBIENT_G, AMBIENT_B, TX, TY, TZ = range(22 * BLOCK, 28 * BLOCK, BLOCK)
 
-# Parts of one light, and of the ambient light, that nothing blocks; not 0 for a vertex that is left to the reference;
-# and the length of all rows.
-VISIBLE, SKY, DECLINED, ROWS = range(28 * BLOCK, 32 * BLOCK, BLOCK)
+# Parts of one light, and of the ambient light, that nothing blocks; what a map has in place of the reflectance's field;
+# not 0 for a vertex that is left to the reference; and the length of all rows.
+VISIBLE, SKY, FIELD, DECLINED, ROWS = range(28 * BLOCK, 33 * BLOCK, BLOCK)
 
 
 # --- loading
