@@ -85,7 +85,7 @@ def test_a_large_mesh_has_the_bits_of_its_pieces(vertices, precision, name, has_
     """So the number of threads changes no bit; the last block is not whole, and nothing is written beside them."""
     count = 5 * 2**14 + 77
     points, normals = (np.resize(array.astype(precision), (count, 3)) for array in vertices)
-    points[[40_000, count - 1]] = np.nan, LAMP.position  # these the reference lights
+    points[[40_000, count - 1]] = 3 * [np.nan], LAMP.position  # these the reference lights
     albedo = np.random.default_rng(5).random((count, 3)).astype(precision) if has_albedo else None
     scene, material = scene_of(name)
     equation = assemble(scene, material, None)
