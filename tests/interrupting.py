@@ -21,7 +21,7 @@ from pvphong.base.files import PREFIX
 
 
 def writers():
-    """How each sort of file is written, by its name: an old one and a new one."""
+    """Name of a file → how it is written: a function of its path and of a seed."""
     import numpy as np
     import pyvista as pv
 
@@ -35,9 +35,6 @@ def writers():
         ball["phong"] = np.random.default_rng(seed).random((ball.n_points, 3))
         return ball
 
-    def lit(name):
-        return [lambda path, seed=seed: save_lit(mesh(seed), path / name, "phong") for seed in (1, 2)]
-
     def blocks(seed):
         return pv.MultiBlock({"one": mesh(seed), "two": mesh(seed + 10)})
 
@@ -47,13 +44,14 @@ def writers():
     def scene(seed):
         return Scene([PointLight(position=(seed, n, 0), name=f"lamp {n}") for n in range(2000)])
 
-    numbers = [list(range(seed, 20_000 + seed)) for seed in (1, 2)]
-    return {
-        **{f"lit.{suffix}": lit(f"lit.{suffix}") for suffix in ("vtp", "vtk", "vtkhdf", "ply")},
-        "lit.vtm": [lambda path, seed=seed: save_lit(blocks(seed), path / "lit.vtm", "phong") for seed in (1, 2)],
-        "scene.json": [lambda path, seed=seed: scene(seed).save(path / "scene.json") for seed in (1, 2)],
-        "picture.png": [lambda path, seed=seed: save_picture(picture(seed), path / "picture.png") for seed in (1, 2)],
-        "report.json": [lambda path, each=each: write_json(each, path / "report.json") for each in numbers],
+    def lit(path, seed):
+        save_lit(mesh(seed), path, "phong")
+
+    return dict.fromkeys(("lit.vtp", "lit.vtk", "lit.vtkhdf", "lit.ply"), lit) | {
+        "lit.vtm": lambda path, seed: save_lit(blocks(seed), path, "phong"),
+        "scene.json": lambda path, seed: scene(seed).save(path),
+        "picture.png": lambda path, seed: save_picture(picture(seed), path),
+        "report.json": lambda path, seed: write_json(list(range(seed, 20_000 + seed)), path),
     }
 
 
@@ -93,22 +91,21 @@ def forked(work, *, until=None, limit=None):
 
 
 class Format:
-    """A folder with a file of one format, and the digests of an old and a new one. Nothing of VTK runs here."""
+    """A folder with a file of one format, and the digests of two contents, 1 and 2. Nothing of VTK runs here."""
 
-    def __init__(self, name, writers, place):
-        self.name, self.folder = name, place / name.replace(".", "-")
-        self.write_old, self.write_new = writers
+    def __init__(self, name, writer, place):
+        self.name, self.folder, self.writer = name, place / name.replace(".", "-"), writer
+        self.folder.mkdir()
         self.known = []
-        for write in (self.write_new, self.write_old):
-            self.folder.mkdir(parents=True, exist_ok=True)
+        for seed in (2, 1):
             began = time.monotonic()
-            assert self.run(write) == 0, name
+            assert self.write(seed) == 0, name
             self.seconds = time.monotonic() - began
             self.known.append(self.digest())
         self.size = (self.folder / name).stat().st_size
 
-    def run(self, write, **how):
-        return forked(lambda: write(self.folder), **how)[0]
+    def write(self, seed, **how):
+        return forked(lambda: self.writer(self.folder / self.name, seed), **how)[0]
 
     def digest(self):
         return forked(lambda: digest(self.folder / self.name))[1]
@@ -122,30 +119,26 @@ class Format:
         """What is there beside the file and its folder."""
         return sorted({path.name for path in self.folder.iterdir()} - {self.name, Path(self.name).stem})
 
-    def clear(self):
-        """Write again, a minute later: then a folder is cleared too whose writer was killed before it locked it."""
-        for path in self.folder.glob(f"{PREFIX}*"):
-            if not any(path.iterdir()):
-                os.utime(path, (0, 0))
-        assert self.run(self.write_old) == 0
-
 
 def interrupt(count, limits):
     """Kill writers; gives how many were writing, and what was wrong."""
     faults, writing = [], 0
     with tempfile.TemporaryDirectory() as place:
-        formats = [Format(name, pair, Path(place)) for name, pair in writers().items()]
+        formats = [Format(name, writer, Path(place)) for name, writer in writers().items()]
         for number in range(count):
             each = formats[number % len(formats)]
-            each.run(each.write_new, until=random.Random(number).uniform(0.0, 1.1 * each.seconds))
+            each.write(2, until=random.Random(number).uniform(0.0, 1.1 * each.seconds))
             writing += bool(each.left())
             faults += [(each.name, fault) for fault in [each.fault()] if fault]
         for each in formats:
-            each.clear()
+            for path in each.folder.glob(f"{PREFIX}*"):
+                if not any(path.iterdir()):  # its writer was killed before it locked it: cleared a minute later
+                    os.utime(path, (0, 0))
+            assert each.write(1) == 0
             faults += [(each.name, f"left {left}") for left in each.left()]
             for step in range(limits):
                 limit = int(1.5 * each.size * step / limits)
-                status = each.run(each.write_new, limit=limit)
+                status = each.write(2, limit=limit)
                 what = each.fault() or ("" if status in (0, 2) else f"status {status}") or each.left()
                 faults += [(each.name, f"limit {limit}: {what}")] if what else []
     return {"kills": count, "in mid-write": writing, "limits": limits * len(formats), "faults": faults}

@@ -103,7 +103,9 @@ def pbr(r, c, kd, _ks):
     if not c.x:
         return mpf(0)
     roughness, m = mpf(r.roughness), mpf(r.metallic)
-    f = schlick(mpf("0.04") * (1 - m) + kd * m, c)
+    f0 = mpf("0.04") * (1 - m) + kd * m
+    f90 = (1 - m) * min(mpf("16.5") * 3 * f0, 1) + m  # of a grey
+    f = f0 + (f90 - f0) * (1 - c.h_l) ** 5
     return c.x * ((1 - m) * (1 - f) * kd + distribution(c, roughness**2) * visibility(c, roughness) * f)
 
 

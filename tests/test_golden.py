@@ -4,13 +4,10 @@
 right is for the oracles to say; this says that a rework has changed nothing.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -61,11 +58,11 @@ SHEAR, MIRROR, FAR = np.eye(4), np.diag([1.0, -0.5, 1.0, 1.0]), np.eye(4)
 SHEAR[0, 1], FAR[:3, 3] = 1.5, 1e9
 
 
-def scene_of(*lights: ph.Light, **model: Any) -> ph.Scene:
+def scene_of(*lights, **model):
     return ph.Scene(lights, VIEWER, ph.LightModel(**model))
 
 
-CASES: dict[str, dict[str, Any]] = {
+CASES = {
     **{name: {"scene": scene_of(light)} for name, light in LIGHTS.items()},
     **{
         f"{name} under a lamp": {"scene": scene_of(LAMP, SUN), "material": replace(GLOSSY, reflectance=reflectance)}
@@ -90,12 +87,12 @@ CASES: dict[str, dict[str, Any]] = {
 """Name → arguments of `evaluate`."""
 
 
-def colors(case: dict[str, Any], **options: Any) -> np.ndarray:
+def colors(case, **options):
     arguments = {"material": PLASTIC} | case
     return ph.evaluate(POINTS, NORMALS, arguments.pop("scene"), arguments.pop("material"), **arguments, **options).rgb
 
 
-def planned(case: dict[str, Any]) -> str:
+def planned(case):
     """Each effect with + if it runs and - if not, what is read, and the error bound."""
     options = {key: case[key] for key in ("matrix", "tolerance") if key in case}
     plan = ph.plan(POINTS, case["scene"], case.get("material", PLASTIC), **options)
@@ -103,13 +100,13 @@ def planned(case: dict[str, Any]) -> str:
     return f"{effects}; reads {', '.join(sorted(plan.needs)) or 'nothing'}; {plan.error_bound:.6g}"
 
 
-def test_there_are_some_thirty_scenes_and_all_are_recorded() -> None:
+def test_there_are_some_thirty_scenes_and_all_are_recorded():
     assert len(CASES) == 30
     assert set(json.loads(RECORD.read_text(encoding="utf-8"))) == set(CASES)
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_colours_and_plans_are_those_recorded(name: str) -> None:
+def test_colours_and_plans_are_those_recorded(name):
     recorded, case = json.loads(RECORD.read_text(encoding="utf-8"))[name], CASES[name]
     assert planned(case) == recorded["plan"]
     expected = np.array(recorded["rgb"])
@@ -124,7 +121,7 @@ def test_colours_and_plans_are_those_recorded(name: str) -> None:
             assert error <= bound * max(np.abs(expected).max(), 1.0), (precision, backend)
 
 
-def record() -> None:
+def record():
     """Write what the reference gives now."""
     scenes = {
         name: {"plan": planned(case), "rgb": colors(case, precision="float64", backend="numpy").tolist()}

@@ -138,13 +138,7 @@ def visibility_of(
         others = checked_occluders(occluders)
         known = KnownOccluders(Occluders([faces, *others] if len(faces) else others), 0 if len(faces) else None)
     world_normals = normals if matrix is None else lambda: transform_normals(normals(), matrix)
-    tracer = Tracer(
-        Receiver(faces, world_normals, known.own_index),
-        known.occluders,
-        model.two_sided,
-        model.occlusion_distance,
-        tolerance,
-        samples,
-        ambient=max(rgb(model.ambient)) + sum(light.intensity * max(rgb(light.ambient)) for light in scene.lights),
-    )
+    ambient = max(rgb(model.ambient)) + sum(light.intensity * max(rgb(light.ambient)) for light in scene.lights)
+    receiver, distance = Receiver(faces, world_normals, known.own_index), model.occlusion_distance
+    tracer = Tracer(receiver, known.occluders, model.two_sided, distance, tolerance, samples, ambient)
     return Visibility(tracer, scene.world_lights, light_labels(scene))

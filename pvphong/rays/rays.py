@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pvphong.base import threads
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, Vector
@@ -27,48 +26,6 @@ from pvphong.optics.light import NODES, Light
 from pvphong.optics.roles import Place
 from pvphong.rays.casting import BlockingFaces
 from pvphong.rays.sampling import in_tree_order
-
-# --- ray origins
-
-_INTO_FACES = 2.0**-10
-_TRIANGLES_AT_ONCE = 2**15
-
-
-def into_faces(points: Float64Array, normals: Float64Array, triangles: NDArray[np.int64]) -> Float64Array:
-    """Vectors into the faces of each vertex, not below its tangent plane; zero where these lie evenly around it.
-
-    Parameters
-    ----------
-    points, normals : ndarray
-        Shape (n, 3), in the world; unit normals, or zero.
-    triangles : ndarray
-        Shape (m, 3), the points at their corners.
-
-    Returns
-    -------
-    ndarray
-        Shape (n, 3): a thousandth of the offset to the mean of the middles of its faces, without the part of it that is
-        against the normal.
-    """
-    columns = np.ascontiguousarray(points.T)
-    sums, counts = np.zeros_like(columns), np.zeros(len(points))
-    for start in range(0, len(triangles), _TRIANGLES_AT_ONCE):
-        corners = np.ascontiguousarray(
-            triangles[start : start + _TRIANGLES_AT_ONCE].T
-        )  # long rows are quicker to add up
-        middles = np.stack([column[corners[0]] + column[corners[1]] + column[corners[2]] for column in columns]) / 3.0
-        sound = np.isfinite(middles).all(axis=0)
-        if not sound.all():
-            corners, middles = corners[:, sound], middles[:, sound]
-        for corner in corners:
-            np.add.at(counts, corner, 1.0)
-            for axis in range(3):
-                np.add.at(sums[axis], corner, middles[axis])
-    with np.errstate(invalid="ignore"):
-        inward = np.where(counts > 0, sums / np.maximum(counts, 1.0) - columns, 0.0)
-        inward -= np.minimum(dot(inward, normals.T), 0.0) * normals.T
-    return np.where(np.isfinite(inward), inward, 0.0).T * _INTO_FACES
-
 
 # --- ray targets
 
@@ -91,16 +48,10 @@ def rays_to(light: Light, origins: Float64Array) -> tuple[Float64Array, Float64A
     """Unit vectors (n, 3) to a light without a size, and distances (n,); infinite where nothing says how far it is."""
     place = place_of(light)
     if place is not None:
-        return _unit_vectors(np.array(place, np.float64) - origins)
+        towards, lengths = unit(np.ascontiguousarray((np.array(place, np.float64) - origins).T))
+        return towards.T, lengths
     directions = light.arrival(np.ascontiguousarray(origins.T)).direction.T
     return np.broadcast_to(directions, origins.shape), np.full(len(origins), math.inf)
-
-
-def _unit_vectors(vectors: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Unit vectors (n, 3) along others, and the lengths (n,) of these."""
-    with np.errstate(all="ignore"):
-        directions, lengths = unit(np.ascontiguousarray(vectors.T))
-    return directions.T, lengths
 
 
 class Targets:
@@ -134,8 +85,8 @@ class Targets:
         """Unit vectors (n, 3) and distances (n,) to the target that is picked for each origin."""
         ends, has_place = self._ends[picked], self._has_place[picked]
         with np.errstate(all="ignore"):
-            directions, lengths = _unit_vectors(np.where(has_place[:, None], ends - origins, ends))
-        return directions, np.where(has_place, lengths, math.inf)
+            directions, lengths = unit(np.ascontiguousarray(np.where(has_place[:, None], ends - origins, ends).T))
+        return directions.T, np.where(has_place, lengths, math.inf)
 
     def strengths(self, picked: IntArray, points: Float64Array) -> Float64Array:
         """What each point gets of the target that is picked for it: strength times intensity."""
@@ -196,6 +147,9 @@ def may_block(light: Light, vertices: Sphere | None, part: Sphere) -> bool:
 # Finding out whether a mesh of more faces is convex would take longer than its rays.
 _MOST_FACES = 2**15
 _NORMALS_AT_ONCE = 2**16
+# Of the offset into a vertex's faces.
+_INTO_FACES = 2.0**-10
+_TRIANGLES_AT_ONCE = 2**15
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,7 +207,28 @@ class Receiver:
 
     @cached_property
     def origins(self) -> Float64Array:
-        """Where rays begin, but for the height above the tangent plane: the points, moved a little into their faces."""
+        """Where rays begin, but for the height above the tangent plane: the points, moved a little into their faces.
+
+        That is by a thousandth of the offset to the mean of the middles of a point's faces, without the part of it that
+        is against the normal; not at all where faces lie evenly around it.
+        """
         if self.known_origins is not None:
             return self.known_origins
-        return self.points + into_faces(self.points, self.unit_normals, self.faces.corners)
+        points, normals, triangles = self.points, self.unit_normals, self.faces.corners
+        columns = np.ascontiguousarray(points.T)
+        sums, counts = np.zeros_like(columns), np.zeros(len(points))
+        for start in range(0, len(triangles), _TRIANGLES_AT_ONCE):
+            some = triangles[start : start + _TRIANGLES_AT_ONCE]
+            corners = np.ascontiguousarray(some.T)  # long rows are quicker to add up
+            middles = np.stack([column[corners].sum(axis=0) for column in columns]) / 3.0
+            sound = np.isfinite(middles).all(axis=0)
+            if not sound.all():
+                corners, middles = corners[:, sound], middles[:, sound]
+            for corner in corners:
+                np.add.at(counts, corner, 1.0)
+                for axis in range(3):
+                    np.add.at(sums[axis], corner, middles[axis])
+        with np.errstate(invalid="ignore"):
+            inward = np.where(counts > 0, sums / np.maximum(counts, 1.0) - columns, 0.0)
+            inward -= np.minimum(dot(inward, normals.T), 0.0) * normals.T
+        return points + np.where(np.isfinite(inward), inward, 0.0).T * _INTO_FACES

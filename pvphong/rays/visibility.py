@@ -154,15 +154,8 @@ class Tracer:
         return seen._replace(part=np.where(has_normal, seen.part, 1.0))
 
     def _look(self, cast: Cast, brightness: float, least: int) -> Seen:
-        return look(
-            len(self.receiver.points),
-            cast,
-            self.receiver.faces.corners,
-            tolerance=self.tolerance,
-            samples=self.samples,
-            brightness=brightness,
-            least=least,
-        )
+        options: Any = {"tolerance": self.tolerance, "samples": self.samples, "brightness": brightness, "least": least}
+        return look(len(self.receiver.points), cast, self.receiver.faces.corners, **options)
 
 
 @functools.cache

@@ -213,11 +213,6 @@ class Equation:
         """Places among the scene's lights of those that a vertex may not see all of."""
         return tuple(sorted({term.index for term in self.terms if term.is_shadowed}))
 
-    @property
-    def needs_tangents(self) -> bool:
-        """Whether any light's share depends on the tangent."""
-        return self.needs_normals and "tangents" in self.reflectance.needs
-
     @cached_property
     def channels(self) -> dict[str, slice]:
         """Which rows of `Vertices.channels` hold what, of what is read of them.
@@ -226,9 +221,8 @@ class Equation:
         x, y and z, and the maps have their names.
         """
         sizes = {"visibility": self.lights + 1} if self.needs_visibility else {}
-        if self.needs_tangents:
-            sizes["tangents"] = 3
         if self.needs_normals:
+            sizes |= {"tangents": 3} if "tangents" in self.reflectance.needs else {}
             sizes |= {name: 3 if name == "specular" else 1 for name in self.maps}
         ends = accumulate(sizes.values())
         return {kind: slice(end - size, end) for (kind, size), end in zip(sizes.items(), ends, strict=True)}

@@ -115,15 +115,8 @@ def _light_at(light: Any, frame: Frame, position: Vector, direction: Vector) -> 
     }
     if common["specular"] == common["diffuse"]:
         common["specular"] = None
-    values = VtkValues(
-        bool(light.GetPositional()),
-        direction,
-        position,
-        light.GetAttenuationValues(),
-        light.GetConeAngle(),
-        light.GetExponent(),
-    )
-    return light_from_values(values, **common)
+    falloff = light.GetAttenuationValues(), light.GetConeAngle(), light.GetExponent()
+    return light_from_values(VtkValues(bool(light.GetPositional()), direction, position, *falloff), **common)
 
 
 def _camera_distance(light: Any) -> float:
@@ -147,11 +140,7 @@ def to_pyvista(light: Light, viewer: Any = None) -> pv.Light:
 def write_light(light: Light, target: Any, viewer: Any = None) -> None:
     """Give an existing `pyvista.Light` or `vtkLight` a light's values, as `Light.to_pyvista` does."""
     values = light.as_vtk()
-    {
-        "world": target.SetLightTypeToSceneLight,
-        "camera": target.SetLightTypeToCameraLight,
-        "headlight": target.SetLightTypeToHeadlight,
-    }[light.frame]()
+    target.SetLightType({"headlight": 1, "camera": 2, "world": 3}[light.frame])  # VTK_LIGHT_TYPE_HEADLIGHT and so on
     target.SetTransformMatrix(None)
     target.SetDiffuseColor(rgb(light.diffuse))
     target.SetSpecularColor(light.specular_color)
@@ -175,7 +164,10 @@ def write_light(light: Light, target: Any, viewer: Any = None) -> None:
     else:
         target.SetConeAngle(values.cone_angle)
         target.SetExponent(values.exponent)
-        target.SetFocalPoint(_point_ahead(position, values.direction))
+        # A point far enough ahead of the position that the two give the direction.
+        bits = math.frexp(max(map(abs, position)))[1] - math.frexp(max(map(abs, values.direction)))[1]
+        step = max(1.0, 2.0 ** (bits - _KEPT_BITS))
+        target.SetFocalPoint(*(p + d * step for p, d in zip(position, values.direction, strict=True)))
 
 
 def _place_for_vtk(position: Vector, frame: Frame, distance: float) -> Vector:
@@ -188,14 +180,6 @@ def _place_for_vtk(position: Vector, frame: Frame, distance: float) -> Vector:
         return position
     x, y, z = position
     return x / distance, y / distance, z / distance + 1.0
-
-
-def _point_ahead(position: Vector, direction: Vector) -> Vector:
-    """A point in some direction, far enough from the position that the two give the direction."""
-    reach = max(map(abs, direction))
-    step = max(1.0, 2.0 ** (math.frexp(max(map(abs, position)))[1] - math.frexp(reach)[1] - _KEPT_BITS))
-    x, y, z = (p + d * step for p, d in zip(position, direction, strict=True))
-    return x, y, z
 
 
 def color_by_name(name: str) -> Vector:

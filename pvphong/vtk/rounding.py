@@ -106,10 +106,10 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
     if physical:
         return _physical_limits(surface, terms, physical, tolerance)
     shares = [_phong_share(surface, light, terms, _DOUBT * tolerance) for light in terms.lights if light.on]
-    brightness = max(rgb(terms.material.ambient)) + sum(share.brightness for share in shares)
-    error = brightness * 2.0 + sum(share.error for share in shares)
+    brightness = max(rgb(terms.material.ambient)) + sum(share for share, _, _ in shares)
+    error = brightness * 2.0 + sum(error for _, error, _ in shares)
     reasons = {
-        reason: np.logical_or.reduce([share.open[reason] for share in shares], axis=0)
+        reason: np.logical_or.reduce([is_open[reason] for _, _, is_open in shares], axis=0)
         for reason in ("n·l = 0", "edge of a cone", "VTK's floor")
         if shares and not (has_floors and reason == "VTK's floor")
     }
@@ -191,16 +191,10 @@ def _arrival(surface: _Surface, light: VtkValues) -> _Arrival:
     return _Arrival(direction, strength * falloff, angle, error, cosine >= limit, edge)
 
 
-class _Share(NamedTuple):
-    """One light's part in the colours of n vertices."""
-
-    brightness: Float64Array
-    error: Float64Array
-    open: dict[str, BoolArray]
-
-
-def _phong_share(surface: _Surface, light: Light, terms: Terms, doubt: float) -> _Share:
-    """One light's part in VTK's Phong; a jump above `doubt` leaves a vertex open."""
+def _phong_share(
+    surface: _Surface, light: Light, terms: Terms, doubt: float
+) -> tuple[Float64Array, Float64Array, dict[str, BoolArray]]:
+    """One light's part in VTK's Phong: brightness, error, and reason → vertices left open by jumps above `doubt`."""
     matte = max(reflected(terms.material.diffuse, rgb(light.diffuse), light))
     shiny = max(reflected(terms.material.specular, rgb(light.diffuse), light))
     power, is_headlight = terms.material.shininess, terms.tier == 1
@@ -227,15 +221,12 @@ def _phong_share(surface: _Surface, light: Light, terms: Terms, doubt: float) ->
         floored = front & reached & (inside * shiny * floor**power > doubt)
         if is_headlight:
             floored |= (n_l < _HEADLIGHT_FLOOR) & (matte * _HEADLIGHT_FLOOR > doubt)
-        return _Share(
-            brightness=inside * (matte + shiny),
-            error=inside * (color * came.error + color_error),
-            open={
-                "n·l = 0": tangent & (inside * shiny * height > doubt) & (terms.tier > 1),
-                "edge of a cone": came.edge & (came.strength * color > doubt),
-                "VTK's floor": floored,
-            },
-        )
+        is_open = {
+            "n·l = 0": tangent & (inside * shiny * height > doubt) & (terms.tier > 1),
+            "edge of a cone": came.edge & (came.strength * color > doubt),
+            "VTK's floor": floored,
+        }
+        return inside * (matte + shiny), inside * (color * came.error + color_error), is_open
 
 
 def _physical_limits(surface: _Surface, terms: Terms, values: PBR, tolerance: float) -> Limits:

@@ -169,9 +169,8 @@ NUMBERS = np.arange(12).reshape(4, 3)
 
 @pytest.mark.parametrize("real", [np.float32, np.float64])
 def test_arrays_of_floats_are_passed_on_without_a_copy(real):
-    rows = NUMBERS.astype(real)
+    rows = NUMBERS.astype(real)[::2, ::-1]
     assert np.shares_memory(check.array("points", rows), rows)
-    assert check.array("points", rows[::2, ::-1]).dtype == real
 
 
 @pytest.mark.parametrize("kind", ["f2", "longdouble", "i1", "i8", "u1", "u8", ">f8", ">f4", list])
@@ -200,9 +199,7 @@ def vtk_matrix(rows):
 
 @pytest.mark.parametrize("wrap", [np.array, np.ndarray.tolist, np.int8, vtk_matrix])
 def test_a_matrix_is_a_float64_copy(wrap):
-    rows = np.arange(16.0).reshape(4, 4)
-    came = wrap(rows)
+    came = wrap(np.arange(16.0).reshape(4, 4))
     result = check.matrix4("matrix", came)
-    assert result.dtype == np.float64
+    assert (result.dtype, result.ravel().tolist()) == (np.float64, list(range(16)))
     assert not (isinstance(came, np.ndarray) and np.shares_memory(result, came))
-    np.testing.assert_array_equal(result, rows)

@@ -1,10 +1,15 @@
 """Meshes cut into pieces, and files that name them, as VTK writes them and by hand."""
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pyvista as pv
 from vtkmodules.vtkIOXML import vtkXMLPPolyDataReader
+
+import pvphong as ph
+
+SCENE = ph.Scene([ph.DirectionalLight(direction=(-1, -2, -3))], ph.Viewer(position=(3, 4, 5)))
 
 
 def bare(mesh):
@@ -55,12 +60,9 @@ def _file(kind, inner):
     return f'<?xml version="1.0"?>\n<VTKFile type="{kind}" version="1.0">{inner}</VTKFile>\n'
 
 
-def _pieces(kind):
-    def write(names):
-        named = "".join(f'<Piece Source="{name}"/>' for name in names)
-        return _file(kind, f'<{kind} GhostLevel="0"><PPoints/>{named}</{kind}>')
-
-    return write
+def _pieces(kind, names):
+    named = "".join(f'<Piece Source="{name}"/>' for name in names)
+    return _file(kind, f'<{kind} GhostLevel="0"><PPoints/>{named}</{kind}>')
 
 
 def _blocks(names):
@@ -69,19 +71,16 @@ def _blocks(names):
     return _file("vtkMultiBlockDataSet", f"<vtkMultiBlockDataSet>{deep}{''.join(named[1:])}</vtkMultiBlockDataSet>")
 
 
-def series(names, steps=None):
+def series(names, times=None):
     """A .pvd file; all of one time if no times are given."""
-    times = steps or [0.5] * len(names)
-    named = "".join(
-        f'<DataSet timestep="{time}" part="{part}" file="{name}"/>'
-        for part, (name, time) in enumerate(zip(names, times, strict=True))
-    )
-    return _file("Collection", f"<Collection>{named}</Collection>")
+    times = times or [0.5] * len(names)
+    named = [f'<DataSet timestep="{time}" file="{name}"/>' for name, time in zip(names, times, strict=True)]
+    return _file("Collection", f"<Collection>{''.join(named)}</Collection>")
 
 
 INDICES = {
-    ".pvtp": _pieces("PPolyData"),
-    ".pvtu": _pieces("PUnstructuredGrid"),
+    ".pvtp": partial(_pieces, "PPolyData"),
+    ".pvtu": partial(_pieces, "PUnstructuredGrid"),
     ".vtm": _blocks,
     ".pvd": series,
 }

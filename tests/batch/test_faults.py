@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyvista as pv
-from batch.cutting import bare
+from batch.cutting import SCENE, bare
 
 import pvphong as ph
 from pvphong.batch import worker
@@ -20,7 +20,6 @@ from pvphong.batch import worker
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="nothing is killed there")
 
-SCENE = ph.Scene([ph.DirectionalLight(direction=(-1, -2, -3))], ph.Viewer(position=(3, 4, 5)))
 COUNT = 12
 
 

@@ -102,13 +102,6 @@ def test_offsets_that_fall_are_refused_wherever_it_is(at, monkeypatch):
         cells(surface_of(array))
 
 
-def test_offsets_begin_at_0():
-    array = pv.CellArray()
-    array.SetData(numpy_to_vtk(np.array([3, 6])), numpy_to_vtk(np.arange(6) % 4))
-    with pytest.raises(ValueError, match=r"face offsets rise from 0 to 6.* got offsets from 3 to 6"):
-        cells(surface_of(array))
-
-
 def test_what_is_remembered_is_bounded_and_shared_by_threads():
     def checked(_):
         refuse_invalid(surface_of(faces("Use64BitStorage", (0, 1, 2))))
@@ -120,9 +113,15 @@ def test_what_is_remembered_is_bounded_and_shared_by_threads():
     assert len(cells_module._in_order) == cells_module._REMEMBERED
 
 
-def test_indices_that_are_no_integers_are_refused():
-    """As VTK makes them of a damaged file."""
+@pytest.mark.parametrize(
+    ("offsets", "indices", "message"),
+    [
+        ([3, 6], np.arange(6) % 4, r"face offsets rise from 0 to 6.* got offsets from 3 to 6"),
+        ([0, 3], np.array([0.0, 1.0, 2.0]), "face indices of type float64"),  # as VTK makes them of a damaged file
+    ],
+)
+def test_offsets_that_do_not_begin_at_0_and_indices_that_are_no_integers_are_refused(offsets, indices, message):
     array = pv.CellArray()
-    array.SetData(numpy_to_vtk(np.array([0, 3])), numpy_to_vtk(np.array([0.0, 1.0, 2.0])))
-    with pytest.raises(ValueError, match="face indices of type float64"):
+    array.SetData(numpy_to_vtk(np.array(offsets)), numpy_to_vtk(indices))
+    with pytest.raises(ValueError, match=message):
         cells(surface_of(array))

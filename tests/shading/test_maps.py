@@ -54,15 +54,13 @@ def test_each_vertex_has_a_material_of_its_own(given, name, field, precision, mo
     points, normals = given
     material, numbers = material_of(name), numbers_of(field)
     how = {"precision": precision, "components": True}
-    lit = ph.evaluate(points, normals, SCENE, material, tangents=points, **{field: numbers}, **how)
+    vertices = {"points": points, "normals": normals, "tangents": points, "albedo": np.abs(points)}
+    lit = ph.evaluate(**vertices, scene=SCENE, material=material, **{field: numbers}, **how)
     for k, number in enumerate(numbers):
         part = slice(k, k + 1)
-        one = ph.evaluate(
-            points[part], normals[part], SCENE, with_field(material, field, number), tangents=points[part], **how
-        )
-        alone = ph.evaluate(
-            points[part], normals[part], SCENE, material, tangents=points[part], **{field: numbers[part]}, **how
-        )
+        own = {name: array[part] for name, array in vertices.items()} | {"scene": SCENE} | how
+        one = ph.evaluate(**own, material=with_field(material, field, number))
+        alone = ph.evaluate(**own, material=material, **{field: numbers[part]})
         assert np.array_equal(alone.rgb, lit.rgb[part]), "no vertex's bits depend on the others'"
         for component in ("rgb", "specular", "diffuse"):
             found, expected = getattr(lit, component)[part], getattr(one, component)

@@ -213,18 +213,3 @@ def test_bare_points_can_be_planned_and_not_lit(given):
 def test_bad_values_are_refused(field, value):
     with pytest.raises(ValueError, match=f"^{field} must be"):
         ph.LightModel(**{field: value})
-
-
-@pytest.mark.parametrize(("model", "version"), [({}, 1), ({"shadows": True}, 2), ({"ambient_occlusion": 2.5}, 2),
-    ({"shadows": True, "ambient_occlusion": True}, 2)])  # fmt: skip
-def test_files_keep_it_and_stay_of_the_first_version_without_it(model, version, tmp_path):
-    import json
-
-    before = ph.Scene([SUN], ph.Viewer(), ph.LightModel(**model))
-    before.save(tmp_path / "rig.json")
-    document = json.loads((tmp_path / "rig.json").read_text())
-    assert document["version"] == version
-    assert {"shadows", "ambient_occlusion"} & document["light_model"].keys() == model.keys()
-    after = ph.Scene.load(tmp_path / "rig.json")
-    assert after == before
-    assert type(after.light_model.ambient_occlusion) is type(before.light_model.ambient_occlusion)

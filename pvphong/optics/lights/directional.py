@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from pvphong.base.types import Float64Array, Vector, VectorLike
+from pvphong.base.types import Float64Array, VectorLike
 from pvphong.base.vectors import moderate_vector, unit_vector
 from pvphong.geometry.extent import Extent
 from pvphong.optics.light import Arrival, Light, Reach, VtkValues
@@ -57,12 +56,6 @@ class DirectionalLight(Light):
         """
         return cls(direction=direction_from(position, target), **fields)
 
-    @cached_property
-    def to_light(self) -> Vector:
-        """Unit vector to the light, in its own frame."""
-        x, y, z = unit_vector(self.direction)
-        return -x, -y, -z
-
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:  # noqa: ARG002 the same everywhere
         """Strength 1 against the light's travel: the direction given, but for a power of two, and 1/length."""
         direction, inverse_length = moderate_vector(self.direction)
@@ -70,7 +63,8 @@ class DirectionalLight(Light):
 
     def reach(self, extent: Extent) -> Reach:  # noqa: ARG002 the same everywhere
         """Strength 1 from one direction."""
-        return Reach(1.0, self.to_light, _SLACK)
+        x, y, z = unit_vector(self.direction)
+        return Reach(1.0, (-x, -y, -z), _SLACK)
 
     def as_vtk(self) -> VtkValues:
         """Its direction."""

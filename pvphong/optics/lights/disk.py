@@ -13,7 +13,7 @@ from pvphong.base.types import Float64Array, VectorLike
 from pvphong.optics.area.disk import disk_highlight, disk_irradiance
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.light import Integral, Light
-from pvphong.optics.lights.sized import Flat
+from pvphong.optics.lights.sized import Flat, across
 from pvphong.optics.roles import Role, aim, length, meaning, place
 
 
@@ -61,11 +61,8 @@ class DiskLight(Flat, Light):
 
     def _at(self, far: Any, around: Any) -> Float64Array:
         """Points of it at shares of its radius and at angles, shape (k, 3)."""
-        normal = np.array(self.normal)
-        across = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-        across /= np.linalg.norm(across)
-        plane = np.stack([across, np.cross(normal, across)])
-        return np.array(self.position) + self.radius * (far * np.stack([np.cos(around), np.sin(around)])).T @ plane
+        ways = np.stack([np.cos(around), np.sin(around)]).T @ across(self.normal)
+        return np.array(self.position) + self.radius * far[:, None] * ways
 
     def closed(self, form: CosinePower) -> Integral:
         """Along its rim."""

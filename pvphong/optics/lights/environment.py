@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import heapq
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -219,40 +218,23 @@ def _nodes(image: Panorama, axes: tuple[float, ...], count: int) -> tuple[Direct
 
 
 def _halved(powers: Float64Array, count: int) -> list[tuple[slice, slice]]:
-    """Rows and columns of at most so many parts, of which the one with most power was halved each time."""
+    """Rows and columns of at most so many parts: that with most power is halved across its longer side, each time."""
     height, width = powers.shape
-    sums = np.pad(powers.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
-    whole = 0, height, 0, width
-    parts, done = [(-float(sums[-1, -1]), whole)], list[tuple[int, int, int, int]]()
-    while parts and len(parts) + len(done) < count:
-        _, part = heapq.heappop(parts)
-        halves = _halves(sums, *part)
-        for half in halves:
-            top, bottom, left, right = half
-            power = sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]
-            heapq.heappush(parts, (-float(power), half))
-        done += [] if halves else [part]
-    return [(slice(a, b), slice(c, d)) for a, b, c, d in (*done, *(part for _, part in parts))]
-
-
-def _halves(sums: Float64Array, top: int, bottom: int, left: int, right: int) -> list[tuple[int, int, int, int]]:
-    """The halves of a part, which is cut across its longer side; none of a single cell."""
-    height, width = sums.shape[0] - 1, sums.shape[1] - 1
-    tall, wide = (bottom - top) / height, 2.0 * (right - left) / width
-    wide *= math.sin(math.pi * 0.5 * (top + bottom) / height)
-    if bottom - top > 1 and (tall >= wide or right - left == 1):
-        cut = _middle_of(sums[top : bottom + 1, right] - sums[top : bottom + 1, left], top)
-        return [(top, cut, left, right), (cut, bottom, left, right)]
-    if right - left > 1:
-        cut = _middle_of(sums[bottom, left : right + 1] - sums[top, left : right + 1], left)
-        return [(top, bottom, left, cut), (top, bottom, cut, right)]
-    return []
-
-
-def _middle_of(sums: Float64Array, start: int) -> int:
-    """Where half of what has been summed up from a start on is reached, between two cells."""
-    half = 0.5 * (sums[0] + sums[-1])
-    return start + min(max(int(np.abs(sums - half).argmin()), 1), len(sums) - 2)
+    parts, sums = [(slice(0, height), slice(0, width))], [float(powers.sum())]
+    while len(parts) < count:
+        k = max(range(len(parts)), key=lambda i: sums[i] if powers[parts[i]].size > 1 else -1.0)
+        part = rows, columns = parts[k]
+        cells = powers[part]
+        if cells.size == 1:
+            break
+        wide = 2.0 * cells.shape[1] / width * math.sin(math.pi * 0.5 * (rows.start + rows.stop) / height)
+        axis = 0 if cells.shape[1] == 1 or (cells.shape[0] > 1 and cells.shape[0] / height >= wide) else 1
+        along = cells.sum(axis=1 - axis).cumsum()
+        cut = part[axis].start + 1 + int(np.abs(along[:-1] - 0.5 * along[-1]).argmin())
+        ends = slice(part[axis].start, cut), slice(cut, part[axis].stop)
+        halves = [(end, columns) if axis == 0 else (rows, end) for end in ends]
+        parts[k : k + 1], sums[k : k + 1] = halves, [float(powers[half].sum()) for half in halves]
+    return parts
 
 
 def _node(powers: Float64Array, to_sky: Float64Array, up: tuple[float, ...]) -> DirectionalLight:

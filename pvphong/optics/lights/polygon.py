@@ -14,7 +14,7 @@ from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.light import Integral, Light
-from pvphong.optics.lights.sized import Flat, lattice, over_polygon
+from pvphong.optics.lights.sized import Flat, across, lattice, over_polygon
 from pvphong.optics.roles import Corners, Role, meaning
 
 _SQUARE = ((-0.5, -0.5, 0.0), (-0.5, 0.5, 0.0), (0.5, 0.5, 0.0), (0.5, -0.5, 0.0))
@@ -39,7 +39,7 @@ def _checked(name: str, value: Any) -> tuple[Vector, ...]:
         check.refuse(name, value, _ALLOWED, remedy)
     if np.abs(offsets @ (normal / length)).max() > _OFF_PLANE * size:
         check.refuse(name, value, _ALLOWED, "They are not in one plane: split it into triangles.")
-    if _crosses(_flat(offsets / size, normal / length)):
+    if _crosses((offsets / size) @ across(normal / length).T):
         check.refuse(name, value, _ALLOWED, "Sides cross: give the corners in their order around it.")
     return corners
 
@@ -72,32 +72,28 @@ class PolygonLight(Flat, Light):
     two_sided: bool = meaning(Role(check.flag), False)
 
     @cached_property
-    def _points(self) -> Float64Array:
-        return np.array(self.corners)
-
-    @cached_property
     def triangles(self) -> Float64Array:
         """That together are the polygon, shape (k − 2, 3, 3), as offsets from its first corner."""
-        offsets = self._points - self._points[0]
-        flat = _flat(offsets, np.array(self.normal))
+        offsets = self.outline - self.outline[0]
+        flat = offsets @ across(self.normal).T
         return np.array([offsets[list(ears)] for ears in _ears(flat)])
 
     @cached_property
     def center(self) -> Vector:
         """The middle of its area."""
         triangles = self.triangles
-        x, y, z = self._points[0] + _areas(triangles) @ triangles.mean(axis=1) / _areas(triangles).sum()
+        x, y, z = self.outline[0] + _areas(triangles) @ triangles.mean(axis=1) / _areas(triangles).sum()
         return float(x), float(y), float(z)
 
     @cached_property
     def normal(self) -> Vector:
         """The normal by the right-hand rule around its corners."""
-        return unit_vector(_vector_area(self._points - self._points[0]).tolist())
+        return unit_vector(_vector_area(self.outline - self.outline[0]).tolist())
 
-    @property
+    @cached_property
     def outline(self) -> Float64Array:
         """Its corners."""
-        return self._points
+        return np.array(self.corners)
 
     def spots(self, count: int) -> Float64Array:
         """The nodes' places, on a lattice that is laid over its triangles, one after the other."""
@@ -110,12 +106,12 @@ class PolygonLight(Flat, Light):
         along = (along - (ends - areas / areas.sum())[which]) / (areas / areas.sum())[which]
         a, b, c = np.moveaxis(self.triangles[which], 1, 0)
         far = np.sqrt(along)[:, None]
-        return self._points[0] + a + far * (b - a) + far * across[:, None] * (c - b)
+        return self.outline[0] + a + far * (b - a) + far * across[:, None] * (c - b)
 
     def closed(self, form: CosinePower) -> Integral:
         """Along its sides."""
         area = float(_areas(self.triangles).sum())
-        return over_polygon(form, self.center, self.normal, self.two_sided, area, self._points - np.array(self.center))
+        return over_polygon(form, self.center, self.normal, self.two_sided, area, self.outline - np.array(self.center))
 
 
 def _vector_area(offsets: Float64Array) -> Float64Array:
@@ -125,13 +121,6 @@ def _vector_area(offsets: Float64Array) -> Float64Array:
 def _areas(triangles: Float64Array) -> Any:
     """Shape (m,)."""
     return 0.5 * np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
-
-
-def _flat(offsets: Float64Array, normal: Float64Array) -> Float64Array:
-    """Coordinates in the plane across a normal, shape (k, 2), counter-clockwise around it."""
-    across = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    across /= np.linalg.norm(across)
-    return offsets @ np.stack([across, np.cross(normal, across)]).T
 
 
 def _turn(a: Any, b: Any, c: Any) -> float:

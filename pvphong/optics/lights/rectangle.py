@@ -12,7 +12,7 @@ from pvphong.base.types import Float64Array, VectorLike
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.light import Integral, Light
-from pvphong.optics.lights.sized import Flat, lattice, over_polygon
+from pvphong.optics.lights.sized import Flat, across, lattice, over_polygon
 from pvphong.optics.roles import Role, Up, aim, length, meaning, place
 
 # Sine of the least angle between `up` and the normal for which it counts.
@@ -59,11 +59,11 @@ class RectangleLight(Flat, Light):
     def axes(self) -> Float64Array:
         """Along its normal, across `up` and along its height: unit vectors as rows."""
         normal = np.array(self.normal)
-        across = np.cross(normal, unit_vector(self.up))
-        if np.linalg.norm(across) < _LEAST:
-            across = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-        across /= np.linalg.norm(across)
-        return np.stack([normal, across, np.cross(across, normal)])
+        side = np.cross(normal, unit_vector(self.up))
+        if np.linalg.norm(side) < _LEAST:
+            side = across(self.normal)[0]
+        side /= np.linalg.norm(side)
+        return np.stack([normal, side, np.cross(side, normal)])
 
     @property
     def sides(self) -> Float64Array:

@@ -222,6 +222,13 @@ def _times(vector: Vector, factor: float) -> Vector:
     return factor * x, factor * y, factor * z
 
 
+def across(normal: Vector | Float64Array) -> Float64Array:
+    """Two unit vectors at right angles to a normal and to each other, as rows: counter-clockwise around it."""
+    first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(normal, first)])
+
+
 def lattice(count: int) -> Float64Array:
     """Points evenly spread over the unit square, shape (count, 2); one is its middle."""
     k = np.arange(count)

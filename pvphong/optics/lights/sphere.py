@@ -55,16 +55,16 @@ class SphereLight(Light):
         chord that passes the centre at b, ∫ 2 r dr / (√(R² − r²) √(r² − b²)) from b to R is π for every b. So it is the
         sphere. The share of the glow up to r = R sin t is (2t − sin 2t)/π, which is divided evenly among the nodes.
         """
-        return _nodes(self._center, self.radius, count)
+        return _nodes(self.places[0], self.radius, count)
 
     def closed(self, form: CosinePower) -> Integral:
         """Over the cap as which it is seen."""
         formula = sphere_irradiance if form.around == "normal" else sphere_highlight
-        return Integral(formula, self._center, self.radius, (self.radius,))
+        return Integral(formula, self.places[0], self.radius, (self.radius,))
 
     def reach(self, extent: Extent) -> Reach:
         """Its surface may be as near as that; it is seen as far off as its edge is."""
-        return reach_within(self._center, self.radius, extent)
+        return reach_within(self.places[0], self.radius, extent)
 
     def simpler(self, effect: str, extent: Extent, *, exactly: bool) -> StandIn | None:
         """A point light in its middle.
@@ -73,16 +73,11 @@ class SphereLight(Light):
         """
         if exactly or effect != SIZE_EFFECT:
             return None
-        return as_point(extent.sight(self._center), self.radius, self.nodes(1)[0], lambda s: s * s / 2.0)
+        return as_point(extent.sight(self.places[0]), self.radius, self.nodes(1)[0], lambda s: s * s / 2.0)
 
     def without(self, effect: str, point: Vector) -> tuple[Light, float]:
         """A point light in its middle, or parallel light."""
         return (self.nodes(1)[0], 1.0) if effect == SIZE_EFFECT else parallel_at(self, point)
-
-    @property
-    def _center(self) -> Vector:
-        x, y, z = self.position
-        return x, y, z
 
 
 @lru_cache(maxsize=32)

@@ -242,7 +242,7 @@ class Refinement:
         It ends, because every round adds a point.
         """
         while len(rows := self._next_round(tolerance)):
-            marks = self._marks(rows)
+            marks = self.triangles.marks(rows, self._known["visible"])
             if self.triangles.n_vertices + np.count_nonzero(marks) > limit:
                 self._spend_what_is_left(tolerance, limit)
                 break
@@ -305,15 +305,12 @@ class Refinement:
         fits, too_many = 0, len(rows) + 1
         while too_many - fits > 1:
             middle = (fits + too_many) // 2
-            spent = np.count_nonzero(self._marks(rows[:middle]))
+            spent = np.count_nonzero(self.triangles.marks(rows[:middle], self._known["visible"]))
             fits, too_many = (middle, too_many) if self.triangles.n_vertices + spent <= limit else (fits, middle)
         if fits:
-            self._split(self._marks(rows[:fits]))
+            self._split(self.triangles.marks(rows[:fits], self._known["visible"]))
         self._finish(tolerance)
         self._look_for_jumps(self._poor(tolerance), tolerance)
-
-    def _marks(self, rows: IntArray) -> BoolArray:
-        return self.triangles.marks(rows, self._known["visible"])
 
     def _split(self, marks: BoolArray) -> None:
         """Cut the sides, and light the vertices at their middles.

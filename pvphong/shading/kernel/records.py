@@ -291,7 +291,7 @@ def records_of(
         "count": len(terms),
         "stride": stride,
         "sky": equation.lights if equation.is_occluded else -1,
-        "tangents": equation.channels["tangents"].start if equation.needs_tangents else -1,
+        "tangents": equation.channels["tangents"].start if "tangents" in equation.channels else -1,
         "channel_length": channel_length,
         "takes_albedo": sum_of(lobe.takes_albedo for lobe in reflectance.lobes),
         "eye": equation.eye or _NOWHERE,

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
-from pvphong.geometry.extent import ANYWHERE, ROUNDED_UP, Extent
+from pvphong.geometry.extent import ROUNDED_UP, Extent
 from pvphong.optics.light import Light, Reach
 from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.visibility import VisibilityLike
@@ -88,10 +88,6 @@ class Draft:
         shining = sum(not term.is_black for term in equation.terms)
         notes = tuple(Note("lights", label, "switched off") for label in equation.off)
         return cls(equation, shining, extent, tolerance, notes, visibility)
-
-    def without_vertices(self) -> Draft:
-        """Enough to decide from, for a plan that outlives the vertices."""
-        return replace(self, extent=ANYWHERE, visibility=None, _reaches={})
 
     def reach(self, term: LightTerm) -> Reach:
         """What of a light can reach the vertices; kept, for several effects need it."""

@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any, get_args
@@ -17,6 +17,7 @@ import numpy as np
 from pvphong.base import check
 from pvphong.base.text import html_table, rendered, wrapped
 from pvphong.base.types import Backend, ByteArray, MatrixLike, Precision
+from pvphong.geometry.extent import ANYWHERE
 from pvphong.geometry.transform import normal_matrix
 from pvphong.optics.material import Material, check_material
 from pvphong.scene.scene import Scene
@@ -78,7 +79,7 @@ class Plan:
         read = {
             "points": equation.needs_points or equation.needs_visibility,
             "normals": equation.needs_normals or equation.needs_visibility,
-            "tangents": equation.needs_tangents,
+            "tangents": "tangents" in equation.channels,
             "viewer": equation.has_highlights or equation.is_flipped,
         }
         return frozenset(name for name, is_read in read.items() if is_read)
@@ -131,7 +132,7 @@ class Plan:
             error_bound=min(draft.error_bound ** (1.0 / whole.gamma), tolerance),
             equation=in_parts(left),
             whole=in_parts(whole),
-            _draft=draft.without_vertices(),
+            _draft=replace(draft, extent=ANYWHERE, visibility=None, _reaches={}),  # a plan outlives the vertices
         )
 
     def run(

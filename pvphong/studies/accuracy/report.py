@@ -28,9 +28,9 @@ from pvphong.studies.accuracy.result import (
     KINDS,
     QUESTIONS,
     Errors,
+    Kind,
     Question,
     Result,
-    Row,
     number,
     seconds,
 )
@@ -109,7 +109,7 @@ class Tradeoff(Result):
         return f"<Tradeoff of {len(self.rows)} rows: {name} within {self.tolerance:.3g}>"
 
     def _repr_html_(self) -> str:
-        return html_table(self.summary()[0], _HEADINGS, (self._cells(row) for row in self._in_order()))
+        return html_table(self.summary()[0], _HEADINGS, (cells for _, cells in self._cells()))
 
     def _questions(self) -> list[Question]:
         """What is answered: always how to light vertices."""
@@ -211,28 +211,21 @@ class Tradeoff(Result):
             column.no_wrap = column.header != "variant"
             column.justify = "left" if column.header in ("", "variant") else "right"
         last = ""
-        for row in self._in_order():
-            if last != row.kind:
+        for kind, (mark, name, *numbers) in self._cells():
+            if last != kind:
                 table.add_section()
-                table.add_row("", f"{row.kind}:")
-            last = row.kind
-            mark, name, *numbers = self._cells(row)
+                table.add_row("", f"{kind}:")
+            last = kind
             table.add_row(mark, f" {name}", *numbers)
         return table
 
-    def _in_order(self) -> list[Row]:
-        return sorted(self.rows, key=lambda row: (KINDS.index(row.kind), row.time.median))
-
-    def _cells(self, row: Row) -> tuple[str, ...]:
-        """A row's texts under `_HEADINGS`; the spread is from quartile to quartile, as a part of the time."""
-        return (
-            "★" if row in self.chosen else "●" if row.on_front else "",
-            f"{row.name} (peer)" if row.is_peer else row.name,
-            seconds(row.time.median),
-            f"{row.time.spread:.0%}",
-            *(f"{error:.2g}" for error in (row.error.largest, row.error.rms, row.error.p99)),
-            f"{row.points}",
-        )
+    def _cells(self) -> Iterator[tuple[Kind, tuple[str, ...]]]:
+        """Each row's kind, and its texts under `_HEADINGS`; in the order of kinds and times."""
+        for row in sorted(self.rows, key=lambda row: (KINDS.index(row.kind), row.time.median)):
+            mark, error = "★" if row in self.chosen else "●" if row.on_front else "", row.error
+            name, time = f"{row.name} (peer)" if row.is_peer else row.name, row.time
+            numbers = (f"{size:.2g}" for size in (error.largest, error.rms, error.p99))
+            yield row.kind, (mark, name, seconds(time.median), f"{time.spread:.0%}", *numbers, f"{row.points}")
 
     # -- files
 

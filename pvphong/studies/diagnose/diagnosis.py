@@ -329,17 +329,17 @@ class Diagnosis:
     def findings(self) -> tuple[Finding, ...]:
         """The faults that there are: first what spoils the lighting, then the notes."""
         found = []
-        for name, kind in KINDS.items():
+        for name, (where, when, meaning, remedy) in KINDS.items():
             value = getattr(self, name)
-            count = int(value) if isinstance(value, bool) else len(value)
-            first = () if isinstance(value, bool) else value[:_SHOWN].tolist()
+            is_whole = isinstance(value, bool)  # the mesh or the matrix
+            if not (value if is_whole else len(value)):
+                continue
+            first = [] if is_whole else value[:_SHOWN].tolist()
             plain = tuple(tuple(index) if isinstance(index, list) else index for index in first)
-            spoils = kind.spoils == "always" or (kind.spoils != "never" and not self.stored_normals)
-            remedy = kind.remedy
+            spoils = when == "always" or (when != "never" and not self.stored_normals)
             if name == "far_faces" and self.offset is not None:
                 remedy += " The offset: ({:.17g}, {:.17g}, {:.17g}).".format(*self.offset)
-            if count:
-                found.append(Finding(name, kind.where, count, plain, spoils, kind.meaning, remedy))
+            found.append(Finding(name, where, 1 if is_whole else len(value), plain, spoils, meaning, remedy))
         return tuple(sorted(found, key=lambda finding: not finding.spoils))
 
     @property

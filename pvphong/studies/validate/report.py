@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -49,17 +49,9 @@ class CaseRow:
     def cells(self) -> tuple[str, ...]:
         """Text under each heading."""
         case, compared = self.case, self.comparison
-        return (
-            case.title,
-            case.mesh,
-            case.material,
-            f"{compared.tier}, {TIERS[compared.tier]}",
-            f"{compared.n} of {compared.n + compared.n_left_out}",
-            f"{compared.max_error:.2e}",
-            f"{compared.tolerance:.2e}",
-            f"{self.ratio:.2f}",
-            "yes" if compared.passed else "NO",
-        )
+        counts = f"{compared.tier}, {TIERS[compared.tier]}", f"{compared.n} of {compared.n + compared.n_left_out}"
+        errors = f"{compared.max_error:.2e}", f"{compared.tolerance:.2e}", f"{self.ratio:.2f}"
+        return case.title, case.mesh, case.material, *counts, *errors, "yes" if compared.passed else "NO"
 
 
 @dataclass(frozen=True)
@@ -145,6 +137,9 @@ class VTKReport:
             aside.write_text("\n".join(self._markdown(folder.name)), encoding="utf-8")
 
     def _markdown(self, folder: str) -> Iterator[str]:
+        def line(cells: Iterable[str]) -> str:
+            return f"| {' | '.join(cells)} |"
+
         vtk = ".".join(map(str, pv.vtk_version_info))
         yield "# pvphong against VTK's own lighting\n"
         yield self.summary() + "\n"
@@ -155,10 +150,7 @@ class VTKReport:
         yield "VTK's unmodified fragment shader runs once per vertex and is read back in float32, unclamped. Errors are"
         yield f"absolute, relative where more light than 1 arrives; the bound is {_FORMULA}, and the ratio is that of"
         yield "error to bound. Vertices where float32 leaves VTK's colour open, as on a cone's edge, are left out.\n"
-        yield _line(_HEADINGS)
-        yield _line(["---"] * len(_HEADINGS))
-        for row in self.rows:
-            yield _line(row.cells())
+        yield from map(line, (_HEADINGS, ["---"] * len(_HEADINGS), *(row.cells() for row in self.rows)))
         yield "\n## On the screen, in 8 bits\n"
         yield "Left: the lit colours, drawn without lighting. Middle: VTK lights every pixel. Right: their difference"
         yield "inside the silhouette; grey is none, each display step 16 levels. What differs by more than a step is"
@@ -167,10 +159,6 @@ class VTKReport:
             title = _TITLES[name]
             yield f"{title}: at most {images.max_difference}/255, 99 % of the pixels {images.p99:.3g}/255.\n"
             yield f"![{title}](<{folder}/{name}.png>)\n"
-
-
-def _line(cells: tuple[str, ...] | list[str]) -> str:
-    return f"| {' | '.join(cells)} |"
 
 
 def refuse_path(path: str | os.PathLike[str]) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pvphong.base.types import Float64Array, Vector
+from pvphong.base.types import Vector
 from pvphong.optics.light import Light
 from pvphong.studio.gizmos.drawing import DARK_EDGE, LIGHT_EDGE, Drawing, Overlay, hue
 from pvphong.studio.gizmos.handles import ORIGIN, LightInScene, is_movable, luminance
@@ -79,7 +79,8 @@ class Gizmo:
         weakens; a spot light "position", "target" and "cone"; an environment "rotation"; any other those of its
         fields' roles. A headlight has none: it is where the viewer is.
         """
-        return {name: vector(point) for name, point in self.points(self._gizmos.view).items()}
+        view = self._gizmos.view
+        return {name: vector(point) for name, point in self.in_scene(view).points(view).items()}
 
     @property
     def highlight(self) -> Vector | None:
@@ -109,11 +110,6 @@ class Gizmo:
             return shown
         self._held = scene, shown.held(grabbed)
         return replace(shown, scenery=self._held[1])
-
-    def points(self, view: View, highlight: Vector | None = None) -> dict[str, Float64Array]:
-        """The handles' positions, as arrays; with that of a highlight, if there is one."""
-        found = self.in_scene(view).points(view)
-        return found if highlight is None else found | {HIGHLIGHT: np.array(highlight)}
 
 
 class Gizmos:

@@ -17,6 +17,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkInteractionWidgets import vtkHandleWidget, vtkPointHandleRepresentation2D
@@ -82,30 +83,25 @@ class Edit:
 
 
 class Drag(Edit):
-    """A running drag. The light is a function of what was frozen at its start and of the cursor."""
+    """A running drag of a handle that was at `point`; the light is a function of what was frozen and of the cursor."""
 
-    def __init__(self, gizmos: Gizmos, gizmo: Gizmo, handle: str) -> None:
+    def __init__(self, gizmos: Gizmos, gizmo: Gizmo, handle: str, point: Float64Array) -> None:
         super().__init__(gizmos, gizmo, handle)
         self.readout = ""
         self.over: SurfacePoint | None = None
         """Where on a surface the highlight has been dragged to."""
         self._highlight = gizmo.surface_highlight(self.view)
-        points = gizmo.points(self.view, None if self._highlight is None else self._highlight.point)
-        options = gizmos.options
-        self.grabbed: DragStart | None = None
-        if handle in points:
-            light, steps = self.start.light, (options.angle_step, options.length_step)
-            place, cursor, scenery = vector(points[handle]), gizmos.cursor, self.start.scenery
-            self.grabbed = DragStart(light, handle, place, cursor, self.view, scenery, *steps)
         self._surfaces: Surfaces | None = gizmos.surfaces if handle == HIGHLIGHT else None
+        light, scenery, options = self.start.light, self.start.scenery, gizmos.options
+        steps = options.angle_step, options.length_step
+        self._grabbed = DragStart(light, handle, vector(point), gizmos.cursor, self.view, scenery, *steps)
 
     def move(self, cursor: Cursor) -> None:
         """Give the light the value that belongs to the cursor's place."""
-        assert self.grabbed is not None
         if self._surfaces is None:
-            light = self.start.handles[self.handle].dragged(self.grabbed, cursor)
+            light = self.start.handles[self.handle].dragged(self._grabbed, cursor)
         else:
-            x, y = self.grabbed.picture(cursor).tolist()
+            x, y = self._grabbed.picture(cursor).tolist()
             target = self._surfaces.pick((x, y))
             if self._highlight is None or target is None:  # off the surface: it waits
                 light = self.now.light
@@ -259,14 +255,15 @@ class Interaction:
     def update(self) -> None:
         """Bring handles and looks to where lights, camera and scene are now."""
         gizmos, view, edit = self.gizmos, self.gizmos.view, self.edit
-        self._size, self._handles = view.size, {}
+        self._handles = {}
         shown = {} if gizmos.is_hidden else {gizmo: gizmo.highlight for gizmo in gizmos.all}
-        if isinstance(edit, Drag) and edit.over is not None:
+        if isinstance(edit, Drag) and edit.gizmo in shown and edit.over is not None:
             shown[edit.gizmo] = edit.over.point  # where it was dragged to, which need not be at a vertex
         for gizmo, highlight in shown.items():
-            for name, point in gizmo.points(view, highlight).items():
-                if view.is_ahead(point):
-                    self._handles[gizmo, name] = point
+            points = gizmo.in_scene(view).points(view)
+            if highlight is not None:
+                points[HIGHLIGHT] = np.array(highlight)
+            self._handles |= {(gizmo, name): point for name, point in points.items() if view.is_ahead(point)}
         self._hover()
         active = next(((gizmo, gizmo.hovered) for gizmo in gizmos.all if gizmo.hovered), None)
         readout = ""
@@ -329,13 +326,11 @@ class Interaction:
     # -- the mouse
 
     def _pointed(self) -> None:
-        """The cursor is somewhere else, perhaps in a window of another size.
+        """The cursor is somewhere else, perhaps in a window of another size, of which no frame has been drawn.
 
-        A browser's window is resized without a frame: while the button is down, trame may draw fewer pixels.
+        While the button is down, trame may draw fewer pixels.
         """
-        if self.gizmos.view.size != self._size:
-            self.update()
-        elif self._hover():
+        if self._hover():
             self.gizmos.render()
 
     def _grabbed(self) -> None:
@@ -344,9 +339,7 @@ class Interaction:
         self._end(taken=True)  # what was being typed
         self.gizmos.notice = ""
         self.gizmos.select(self._nearest[0])
-        drag = Drag(self.gizmos, *self._nearest)
-        if drag.grabbed is not None:
-            self._begin(drag)
+        self._begin(Drag(self.gizmos, *self._nearest, self._handles[self._nearest]))
 
     def _dragged(self) -> None:
         """The cursor moved with the button down: the light follows the cursor."""

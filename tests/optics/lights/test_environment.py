@@ -103,6 +103,21 @@ def test_its_highlight_is_its_image_blurred_by_the_lobe(shininess):
         assert off <= light.left_out(CosinePower("mirror", shininess), light.bands) + cut
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_no_band_that_is_left_out_holds_more_than_is_said(seed):
+    dice = Dice(seed)
+    image = np.random.default_rng(seed).uniform(0.0, 1.0, (dice.randint(1, 20), dice.randint(1, 30), 3))
+    image *= np.random.default_rng(seed).random(image.shape) ** dice.choice((0.0, 3.0, 30.0))
+    light, normals = EnvironmentLight(image), normals_of(seed, 60)
+    material = Material(ambient=0.0, diffuse=0.5, specular=0.5, shininess=dice.choice((0.5, 3.0, 20.0, 500.0)))
+    exact = lit(light, normals, material)
+    for tolerance in (0.1, 1 / 255, 1e-3):
+        scene = Scene([light], Viewer((0, 0, 9), (0, 0, 0), (0, 1, 0)), LightModel(ambient=0.0, clamp=False))
+        promised = plan(np.zeros_like(normals), scene, material, tolerance=tolerance).error_bound
+        assert promised <= tolerance
+        assert np.abs(lit(light, normals, material, tolerance=tolerance) - exact).max() <= promised + 1e-12
+
+
 def test_a_plan_says_how_many_bands_it_takes():
     light, points = sky(1, name="sky"), np.zeros((1, 3))
     why = {t: plan(points, [light], WHITE, tolerance=t).effects["sky"].why for t in (0.0, 0.05)}

@@ -401,17 +401,3 @@ MESH_OR_POINTS = r"^mesh_or_points must be a mesh or an \(n, 3\) array of real n
 def test_what_is_neither_a_mesh_nor_points_is_refused(bad, got):
     with pytest.raises(ValueError, match=rf"{MESH_OR_POINTS}; got {got}"):
         ph.plan(bad, scene(), DULL)
-
-
-@pytest.mark.parametrize(
-    ("some_scene", "material", "options", "name"),
-    [
-        ("dark", DULL, {}, "scene must be a Scene"),
-        (scene(), "gold", {}, "material must be a Material"),
-        (scene(), DULL, {"tolerance": -1}, "tolerance must be a finite number >= 0"),
-        (scene(), DULL, {"matrix": np.zeros((4, 4))}, "matrix must be"),
-    ],
-)
-def test_the_rest_is_refused_by_name(some_scene, material, options, name):
-    with pytest.raises(ValueError, match=name):
-        ph.plan(np.zeros((2, 3)), some_scene, material, **options)

@@ -61,6 +61,12 @@ def test_the_signed_error_can_be_seen_when_it_is_that_of_rounding(report):
     assert pictures["reference"].scale is None
 
 
+def test_signed_errors_are_those_of_the_worst_channel(report):
+    wrong = report.reference_colors + np.array([0.1, -0.3, 0.2])
+    pictures = linked_pictures(replace(report, _lighting={"float64 reference": lambda: wrong}))
+    assert pictures[2].scale.get_clim() == pytest.approx((-0.3, 0.3))
+
+
 def test_red_is_above_and_blue_below_and_no_error_white():
     scale = error_scale(np.array([-2e-7, 0.0, 1e-7]))
     below, none, above = scale.to_rgba(np.array([-2e-7, 0.0, 2e-7]))[:, :3]

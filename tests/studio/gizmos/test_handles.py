@@ -298,7 +298,8 @@ def test_a_cone_that_points_at_the_eye_opens_and_closes(projection):
 def test_a_cone_stays_a_cone():
     start = grab("spot", "cone")
     for by in np.random.default_rng(1).uniform(-3000, 3000, (60, 2)):
-        assert 0.5 <= moved(start, by)[0].cone_angle <= 89.5
+        for snapping in (False, True):
+            assert 0.5 <= moved(start, by, snapping=snapping)[0].cone_angle <= 89.5
 
 
 # --- turns ---
