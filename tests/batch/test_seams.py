@@ -61,6 +61,7 @@ def test_arrays_lines_and_lonely_points_stay_with_their_piece():
     left, right = surfaces(bare(pv.Plane(i_resolution=4, j_resolution=4).triangulate()), 2)[:2]
     left = left.copy()
     left.clear_data()
+    left.points = np.vstack([left.points, [(9, 9, 9)]])
     left.point_data["mark"] = np.arange(left.n_points)
     left.lines = [2, 0, 3]
     left.cell_data["kind"] = np.arange(left.n_cells)

@@ -64,12 +64,14 @@ def by_embreex_alone(mesh: pv.PolyData) -> dict[str, float]:
     taken["rays"] = 0.0
     for light in LIGHTS:
         direction = getattr(light, "direction", None)
-        ways = light.position - points if direction is None else -np.broadcast_to(np.array(direction), points.shape)
-        facing = (ways * normals).sum(axis=1) > 0.0
-        ways = np.array(ways[facing], np.float32)
-        lengths = np.linalg.norm(ways, axis=1) if direction is None else np.full(len(ways), 9.0, np.float32)
-        ways /= np.linalg.norm(ways, axis=1)[:, None]
-        rays = points[facing] + np.float32(1e-5) * normals[facing], ways
+        directions = (
+            light.position - points if direction is None else -np.broadcast_to(np.array(direction), points.shape)
+        )
+        facing = (directions * normals).sum(axis=1) > 0.0
+        directions = np.array(directions[facing], np.float32)
+        lengths = np.linalg.norm(directions, axis=1) if direction is None else np.full(len(directions), 9.0, np.float32)
+        directions /= np.linalg.norm(directions, axis=1)[:, None]
+        rays = points[facing] + np.float32(1e-5) * normals[facing], directions
         taken["rays"] += seconds(
             lambda now=rays, ends=lengths: scene.run(*now, dists=ends.astype(np.float32), query="OCCLUDED")
         )
@@ -102,9 +104,9 @@ def plain_sky(mesh: pv.PolyData, occluders: Occluders, rays: int) -> np.ndarray:
     random, normals = np.random.default_rng(1), np.asarray(mesh.point_data.active_normals, np.float64)
     begins, seen = mesh.points + 1e-5 * normals, np.zeros(mesh.n_points)
     for _ in range(rays):
-        ways = normals + (sphere := random.normal(size=normals.shape)) / np.linalg.norm(sphere, axis=1)[:, None]
-        ways /= np.linalg.norm(ways, axis=1)[:, None]
-        seen += ~occluders.blocked(begins, ways, np.full(len(begins), np.inf))
+        directions = normals + (sphere := random.normal(size=normals.shape)) / np.linalg.norm(sphere, axis=1)[:, None]
+        directions /= np.linalg.norm(directions, axis=1)[:, None]
+        seen += ~occluders.blocked(begins, directions, np.full(len(begins), np.inf))
     return seen / rays
 
 

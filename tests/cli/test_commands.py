@@ -144,6 +144,7 @@ def test_a_picture_of_the_size_and_background_asked_for():
     assert picture.dimensions == (120, 60, 1)
     pixels = picture.active_scalars.reshape(60, 120, 3)
     np.testing.assert_array_equal(pixels[0, 0], (0, 0, 128))
+    assert 30 < (pixels != (0, 0, 128)).any(axis=(1, 2)).sum() < 50  # rows: it fills a picture of that shape
     middle = pixels[30, 60].astype(int)
     assert middle[1] > max(middle[0], middle[2]) > 30  # jade is green
     assert run("shade blocks.vtm -o lit.png") == 0

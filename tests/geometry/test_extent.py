@@ -23,6 +23,9 @@ def test_a_target_is_seen_off_its_direction_by_no_more_and_hardly_less_than_is_s
     off = np.arccos(normalize(target - places) @ seen.direction)
     assert 0.99 * seen.turn < off.max() <= seen.turn
     assert Extent(corners, None, None).sight(center) is None
+    for count in (1, 513, 1025):  # rows are searched many at a time
+        points = np.random.default_rng(count).normal(size=(count, 3)).cumsum(axis=0)
+        np.testing.assert_array_equal(Extent(points, None, None).box, [points.min(axis=0), points.max(axis=0)])
 
 
 def judged(mesh, normals=None):

@@ -79,7 +79,7 @@ def test_project_keeps_its_precision_far_from_the_origin():
 
 @pytest.mark.parametrize("scale", [2.0**-1000, 2.0**-600, 2.0**1020])
 def test_matrices_of_any_size_differ_in_their_lengths_alone(scale):
-    eye, target, window = np.array([3.0, -4.0, 7.0]), np.array([-1.0, 0.5, 2.0]), np.array([-1, 2, -1, 1, 1, 4])
+    eye, target, window = np.array([3.0, -4.0, 9.0]), np.array([-1.0, 0.5, -9.0]), np.array([-1, 2, -1, 1, 1, 4])
     for call, given, place in (
         (lambda size: look_at(size * eye, size * target, (0.1, 0.2, 0.9)), 1.0, np.s_[:3, 3]),
         (lambda size: frustum(*(size * window)), 2.0**-2, np.s_[2, 3]),

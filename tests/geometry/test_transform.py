@@ -141,14 +141,6 @@ def test_flattening_warns_and_gives_the_planes_normal_or_zero():
     assert caught[0].filename == __file__
 
 
-@pytest.mark.parametrize("spread", [1, 100, 300, 480, 520, 1000])
-def test_normals_through_stretches_of_every_spread_have_the_bits_of_the_stretched_normal(spread):
-    matrix = np.diag([2.0**spread, 1.0, 2.0**-spread, 1.0])
-    normals = np.ldexp(ROWS, np.array([spread // 2, 0, -(spread // 2)]))
-    expected = normalize(np.ldexp(normals, np.array([-spread, 0, spread])))
-    assert np.array_equal(transform_normals(normals, matrix), expected)
-
-
 @few
 @given(rows=rows_of(wide_floats()), entries=st.lists(wide_floats(), min_size=9, max_size=9), w=wide_floats())
 @pytest.mark.filterwarnings("ignore::pvphong.geometry.transform.SingularMatrixWarning")
@@ -198,3 +190,13 @@ def test_points_beyond_float64_are_infinite_and_sums_that_overflow_on_the_way_co
 
 
 # --- normalising ---
+
+
+@pytest.mark.parametrize("spread", [1, 300, 520, 1000])
+def test_normals_through_any_stretch_have_the_bits_of_the_stretched_normal(spread):
+    matrix = np.diag([2.0**spread, 1.0, 2.0**-spread, 1.0])
+    normals = np.ldexp(ROWS, np.array([spread // 2, 0, -(spread // 2)]))
+    expected = normalize(np.ldexp(normals, np.array([-spread, 0, spread])))
+    assert np.array_equal(transform_normals(normals, matrix), expected)
+    long = np.diag([2.0**-535, 2.0**535 * 1.1, 2.0**535 * 1.3, 1.0])  # two small cofactors would have few bits
+    assert np.array_equal(transform_normals([(0.0, 2.0**900, 2.0**900)], long), normalize([(0.0, 1.3, 1.1)]))

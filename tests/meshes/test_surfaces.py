@@ -112,16 +112,6 @@ def test_every_dataset_gives_its_surface_with_its_arrays_and_active_normals(mesh
     assert mesh.array_names == names
 
 
-@pytest.mark.parametrize("make", [pv.Sphere, lambda: pv.PolyData(CORNERS), lambda: pv.PointSet(CORNERS)])
-def test_polydata_is_given_back_itself_and_points_with_normals_need_no_faces(make):
-    mesh = make()
-    mesh.point_data.active_normals = np.array(mesh.points)
-    found = surface(mesh)
-    assert isinstance(found, pv.PolyData)
-    assert found is mesh or isinstance(mesh, pv.PointSet)
-    np.testing.assert_array_equal(found.point_data.active_normals, mesh.points)
-
-
 @pytest.mark.parametrize(
     ("mesh", "message"),
     [
@@ -142,6 +132,13 @@ def test_polydata_is_given_back_itself_and_points_with_normals_need_no_faces(mak
 def test_what_is_missing_is_said(call, mesh, message):
     with pytest.raises(ValueError, match=message):
         call(mesh)
+    cloud = pv.PointSet(CORNERS)
+    cloud.point_data.active_normals = CORNERS
+    if call is surface:
+        np.testing.assert_array_equal(call(cloud).point_data.active_normals, CORNERS)
+    else:
+        with pytest.raises(ValueError, match="a mesh with faces; got 5 points and no faces"):
+            call(cloud)
 
 
 # --- normals ---
@@ -165,18 +162,6 @@ def test_normals_are_those_of_the_surfaces_stored_points_and_faces_and_the_mesh_
     assert mesh == before
 
 
-@pytest.mark.parametrize("storage", STORAGES)
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_no_storage_of_vtk_changes_a_bit_of_the_normals(storage, backend):
-    mesh, array = pv.Sphere(theta_resolution=9), vtk.vtkCellArray()
-    getattr(array, storage)(*[3] * ("Fixed" in storage))
-    for face in mesh.regular_faces.tolist():
-        array.InsertNextCell(3, face)
-    expected = vertex_normals(mesh, backend=backend)
-    mesh.SetPolys(array)
-    np.testing.assert_array_equal(vertex_normals(mesh, backend=backend), expected)
-
-
 @pytest.mark.parametrize("has_code", [False, True])
 def test_large_meshes_have_compiled_normals_where_the_code_is_there(monkeypatch, has_code):
     mesh, asked = pv.Plane(), []
@@ -194,11 +179,3 @@ def test_large_meshes_have_compiled_normals_where_the_code_is_there(monkeypatch,
     assert asked == [("area", False)]
     assert (vertex_normals(mesh, backend="numpy") == (0, 0, 1)).all()
     assert len(asked) == 1
-
-
-@pytest.mark.parametrize("call", [vertex_normals, face_normals])
-def test_normals_need_faces(call):
-    cloud = pv.PolyData(CORNERS)
-    cloud.point_data.active_normals = CORNERS
-    with pytest.raises(ValueError, match="a mesh with faces; got 5 points and no faces"):
-        call(cloud)

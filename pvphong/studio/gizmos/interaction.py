@@ -255,9 +255,9 @@ class Interaction:
     def update(self) -> None:
         """Bring handles and looks to where lights, camera and scene are now."""
         gizmos, view, edit = self.gizmos, self.gizmos.view, self.edit
-        self._size, self._handles = view.size, {}
+        self._handles = {}
         shown = {} if gizmos.is_hidden else {gizmo: gizmo.highlight for gizmo in gizmos.all}
-        if isinstance(edit, Drag) and edit.over is not None:
+        if isinstance(edit, Drag) and edit.gizmo in shown and edit.over is not None:
             shown[edit.gizmo] = edit.over.point  # where it was dragged to, which need not be at a vertex
         for gizmo, highlight in shown.items():
             points = gizmo.in_scene(view).points(view)
@@ -326,13 +326,11 @@ class Interaction:
     # -- the mouse
 
     def _pointed(self) -> None:
-        """The cursor is somewhere else, perhaps in a window of another size.
+        """The cursor is somewhere else, perhaps in a window of another size, of which no frame has been drawn.
 
-        A browser's window is resized without a frame: while the button is down, trame may draw fewer pixels.
+        While the button is down, trame may draw fewer pixels.
         """
-        if self.gizmos.view.size != self._size:
-            self.update()
-        elif self._hover():
+        if self._hover():
             self.gizmos.render()
 
     def _grabbed(self) -> None:

@@ -108,4 +108,5 @@ def test_rounds_fill_the_time_and_no_more(watch):
     found = rounds(watch, estimates, 20.0)
     assert found["quick"] == found["quicker"] == found["as quick"] > found["slow"] == found["slower"] >= 5
     assert 17.0 <= sum(found[name] * estimates[name] for name in estimates) <= 20.0
+    assert 40 < rounds(watch, estimates, 100.0)["slow"] < 51 == rounds(watch, estimates, 100.0)["quick"]
     assert set(rounds(watch, estimates, 1e6).values()) == {51}

@@ -178,11 +178,7 @@ def test_a_press_that_is_reported_twice_counts_once_and_a_key_that_is_held_repea
     mouse.key("m")
     send(plotter, "z", *(3 * ["KeyPressEvent", "CharEvent"]), "KeyReleaseEvent")
     assert plotter.phong.lights == LIGHTS
-
-
-def test_of_two_keys_that_are_held_each_counts(plotter):
-    select(plotter, FIRST.name)
-    send(plotter, "m", "KeyPressEvent")
+    send(plotter, "m", "KeyPressEvent")  # two that are held
     send(plotter, "n", "KeyPressEvent")
     assert not plotter.phong.lights[0].on
     assert selected(plotter) == [SECOND.name]
@@ -330,13 +326,6 @@ def test_a_new_light_stands_above_the_place_under_the_cursor_and_half_of_it_arri
     assert plotter.phong.lights[-1].name == "point 3"
 
 
-def test_beside_the_mesh_no_light_is_added_and_that_is_said(plotter, mouse):
-    mouse.key("N")
-    assert plotter.phong.lights == LIGHTS
-    assert notice(plotter) == "new light: point at a lit mesh"
-    assert not plotter.phong.undo()
-
-
 @pytest.mark.parametrize("kind", FROM_SOMEWHERE)
 def test_a_double_differs_by_name_and_stands_beside(plotter, mouse, kind):
     light = put(plotter, kind)
@@ -349,11 +338,22 @@ def test_a_double_differs_by_name_and_stands_beside(plotter, mouse, kind):
     assert plotter.phong.lights[-1].name == "it 3"
 
 
-def test_what_comes_from_all_around_has_no_double(plotter, mouse):
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("N", "new light: point at a lit mesh"),
+        ("D", "it: a light that comes from all around has no double"),
+        ("M", "no lit mesh"),
+    ],
+)
+def test_what_a_key_cannot_do_is_said_and_is_no_step(plotter, mouse, key, said):
     light = put(plotter, "environment")
-    mouse.key("D")
+    if key == "M":
+        plotter.remove_actor(["left", "right"])
+    mouse.key(key)
     assert plotter.phong.lights == (*LIGHTS, light)
-    assert notice(plotter) == "it: a light that comes from all around has no double"
+    assert notice(plotter) == said
+    assert not plotter.phong.undo()
 
 
 def test_where_only_some_lights_have_gizmos_a_new_one_has(plotter, mouse):
@@ -438,11 +438,3 @@ def test_shininess_and_highlight_go_down_to_nothing_and_up_again(plotter, mouse)
         mouse.key(key)
         assert materials(plotter)[0].shininess == shininess
     assert rgb(materials(plotter)[0].specular) == (1.0, 1.0, 1.0)
-
-
-def test_without_a_mesh_that_is_said(plotter, mouse):
-    for name in ("left", "right"):
-        plotter.remove_actor(name)
-    mouse.key("M")
-    assert notice(plotter) == "no lit mesh"
-    assert not plotter.phong.undo()
