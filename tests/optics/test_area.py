@@ -1,7 +1,6 @@
 """Integrals over what is seen of polygons, disks and spheres: by mpmath over their areas, and against each other."""
 
 import math
-from functools import cache
 from itertools import pairwise
 
 import area_oracle as oracle
@@ -96,20 +95,6 @@ def test_lamberts_cosine_over_a_polygon(distance, is_cut):
     assert got == pytest.approx(exact, rel=1e-9 + is_cut * 1e-14 * distance)
 
 
-def test_arc_cosines_and_unit_vectors_lose_it_far_away():
-    """Lambert's formula as textbooks have it, for a square a hundred million times as far away as it is large."""
-    corners = np.array([[-0.5, -0.5, 1e8], [-0.5, 0.5, 1e8], [0.5, 0.5, 1e8], [0.5, -0.5, 1e8]])
-    n, middle = np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, 1e8])
-    units = [unit(corner) for corner in corners]
-    with np.errstate(invalid="ignore"):
-        textbook = 0.5 * sum(
-            math.acos(min(a @ b, 1.0)) * (unit(np.cross(a, b)) @ n) for a, b in pairwise([*units, units[0]])
-        )
-    got = of_polygon(CosinePower("normal", 1.0), n, n, middle, list(corners - middle))
-    assert got == pytest.approx(1e-16, rel=1e-14)
-    assert not 0.5e-16 < abs(textbook) < 2e-16
-
-
 @pytest.mark.parametrize("power", [0.0, 0.7, 30.0, 1e4])
 @pytest.mark.parametrize("cosine", [0.9, 0.1, -0.3])
 def test_a_polygon_with_a_bay_is_its_parts(power, cosine):
@@ -197,55 +182,33 @@ def on_disk(form, axis, n, middle, facing, radius=1.0):
     return float(taken((disk_irradiance, disk_highlight), form, [*facing, 1.0, radius], middle, n, axis)[0])
 
 
-def by_area(form, axis, middle, facing, across):
-    """Nodes over the disk's area, exact where nothing of it is cut off and no lobe is narrow."""
-    nodes, weights = np.polynomial.legendre.leggauss(80)
-    r, around = (nodes + 1) / 2, np.arange(256) * 2 * math.pi / 256
-    far, turn = np.meshgrid(r, around, indexing="ij")
-    other = np.cross(facing, across)
-    x = middle + far[..., None] * (np.cos(turn)[..., None] * across + np.sin(turn)[..., None] * other)
-    distance = np.linalg.norm(x, axis=-1)
-    values = np.maximum(x @ axis / distance, 0) ** form.power * np.abs(x @ facing) / distance**3
-    return float((weights / 2 * r) @ values.sum(axis=1) * 2 * math.pi / 256 / math.pi)
+def exact_of_disk(axis, power, n, middle, facing):
+    with mp.workdps(15 if np.linalg.norm(middle) < 10.0 else 30):
+        axis, n, facing = (oracle.unit(oracle.exact_vector(x)) for x in (axis, n, facing))
+        return float(oracle.power_over_disk(axis, power, n, oracle.exact_vector(middle), facing, mp.mpf(1)) / mp.pi)
 
 
-@cache
-def polygons_of_the_same_area(around, count, *case):
-    """Of a disk, as triangles around its middle, all of them in one call."""
-    facing, across, middle, n, w = disk(*case)
-    other, angle = np.cross(facing, across)[:, None], 2 * math.pi / count
-    size, turns = math.sqrt(angle / math.sin(angle)), np.arange(count) * angle
-    corners = [size * (np.cos(x) * across[:, None] + np.sin(x) * other) for x in (turns, turns + angle)]
-    own = [*facing, 1.0, math.sqrt(math.pi / count), size, 3.0, 0.0, 0.0, 0.0, *corners[0], *corners[1]]
-    n, middle, w = (np.repeat(x[:, None], count, axis=1) for x in (n, middle, w))
-    axis = n if around == "normal" else w
-    return float(
-        taken((polygon_irradiance, polygon_highlight), CosinePower(around, case[0]), own, middle, n, axis).mean()
-    )
+def around_a_disk(facing, across):
+    """Corners of a polygon with the same area."""
+    x = 2 * math.pi / 200
+    other, size = np.cross(facing, across), math.sqrt(x / math.sin(x))
+    return [size * (math.cos(k * x) * across + math.sin(k * x) * other) for k in range(200)]
 
 
-def disk(*case):
-    """Its axis, a direction in its plane, the way to its middle; the normal of the horizon, the axis of the power."""
-    return thrown(*case)[1:]
+AS_DISKS = [("normal", 1.0, *case[1:]) for case in CASES[:8]] + [("mirror", *case) for case in CASES]
 
 
-AS_DISKS = [(1.0, distance, is_cut) for _, distance, is_cut in CASES[:8]] + CASES
-
-
-@pytest.mark.parametrize(
-    ("around", "power", "distance", "is_cut"),
-    [("normal", *case) for case in AS_DISKS if case[0] == 1.0] + [("mirror", *case) for case in AS_DISKS],
-)
+@pytest.mark.parametrize(("around", "power", "distance", "is_cut"), AS_DISKS)
 def test_a_power_over_a_disk(around, power, distance, is_cut):
-    facing, across, middle, n, w = disk(power, distance, is_cut)
+    _, facing, across, middle, n, w = thrown(power, distance, is_cut)
     form, axis = CosinePower(around, power), n if around == "normal" else w
     got = on_disk(form, axis, n, middle, facing) * distance**2
     assert on_disk(form, axis, n, middle, -facing) * distance**2 == pytest.approx(got, abs=1e-13)
-    if not is_cut and distance >= 1.0 and power in {0.0, 1.0}:
-        assert got == pytest.approx(by_area(form, axis, middle, facing, across) * distance**2, rel=1e-9)
-    coarse, fine = (polygons_of_the_same_area(around, m, power, distance, is_cut) for m in (150, 300))
-    off = abs(fine - coarse) * distance**2
-    assert got == pytest.approx(fine * distance**2, abs=max(3 * off, 1e-9) + is_cut * 1e-14 * distance)
+    if distance > 1.0:
+        exact, off = exact_of_disk(axis, power, n, middle, facing), 1e-9 + is_cut * 1e-14 * distance
+    else:  # the oracle's nodes are too few next to the rim
+        exact, off = of_polygon(form, axis, n, middle, around_a_disk(facing, across)), 1e-5
+    assert got == pytest.approx(exact * distance**2, abs=off)
 
 
 def test_a_disk_overhead_and_one_seen_from_its_middle():
@@ -265,11 +228,7 @@ def test_a_disk_that_faces_the_vertex_has_no_direction_of_its_own(size, tilt):
         axis = w if form.around == "mirror" else n
         across = unit(np.cross(facing, [0.0, 1.0, 0.0]))
         got = on_disk(form, axis, n, middle, -facing, size)
-        offsets = [
-            size * math.sqrt(x / math.sin(x)) * (math.cos(k * x) * across + math.sin(k * x) * np.cross(facing, across))
-            for x in [2 * math.pi / 200]
-            for k in range(200)
-        ]
+        offsets = [size * x for x in around_a_disk(facing, across)]
         assert got == pytest.approx(of_polygon(form, axis, n, middle, offsets), rel=1e-7)
 
 
@@ -323,19 +282,6 @@ def test_lamberts_cosine_over_a_cap(sine, is_cut):
     got = of_cap(n, n, l, sine, 1.0, "normal")
     assert got == pytest.approx(exact_of_cap(n, n, l, sine, 1.0), rel=1e-9 if sine > 1e-8 else 1e-6)
     assert got == pytest.approx(of_cap(n, n, l, sine, 1.0), abs=1e-9)
-
-
-def test_the_textbooks_form_for_a_cap_at_the_horizon_cancels():
-    """Snyder's formula as it is printed, for a cap of the angular radius 1e-8 whose middle is on the horizon."""
-    s, c = 1e-8, 0.0
-    x = math.sqrt(1 / s**2 - 1)
-    y = -x * c
-    q = math.sqrt(1 - y * y)
-    printed = ((c * math.acos(y) - x * q) * s**2 + math.atan(q / x)) / (math.pi * s**2)
-    up, ahead = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
-    got = of_cap(up, up, ahead, s, 1.0, "normal")
-    assert got == pytest.approx(2 * s / (3 * math.pi), rel=1e-14)
-    assert abs(printed - got) > 0.1 * got
 
 
 def test_an_axis_on_the_edge_is_no_special_case():

@@ -205,6 +205,15 @@ def test_bare_points_can_be_planned_and_not_lit(given):
         ph.evaluate(points, normals, dim, SHINY)
 
 
+def test_plain_numbers_are_clipped_and_nan_is_0(given):
+    points, normals, parts = given
+    odd, clean = parts.copy(), parts.copy()
+    odd[:, :4], clean[:, :4] = (-1.0, np.nan, 7.0, np.inf), (0.0, 0.0, 1.0, 1.0)
+    full = scene(shadows=True, ambient_occlusion=True)
+    got, expected = (ph.evaluate(points, normals, full, SHINY, visibility=each).rgb for each in (odd, clean))
+    np.testing.assert_array_equal(got, expected)
+
+
 # --- the light model
 
 

@@ -295,10 +295,12 @@ class _Measurement:
                 continue
             self.clock.say(name)
             try:
-                for row, run, _ in make():
-                    self._add(row, run, timed(run)[1])
+                found = make()
             except ValueError as error:
                 self.left_out[name] = str(error)
+                continue
+            for row, run, _ in found:
+                self._add(row, run, timed(run)[1])
 
 
 # --- the ledger: what each effect costs, and the plan's error bounds

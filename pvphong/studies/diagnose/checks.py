@@ -74,9 +74,8 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
             folded.append(block.faces[(flat | ~usable) & repeated])
 
             longest = np.sqrt(np.square(block.edges).sum(axis=0).max(axis=0))
-            height = (
-                np.sqrt(np.square(areas).sum(axis=0)) / longest
-            )  # twice the area over the base, in units of 2**exponents
+            # Twice the area over the base, in units of 2**exponents.
+            height = np.sqrt(np.square(areas).sum(axis=0)) / longest
             collapsed = ~(height > 0)
             height[collapsed] = np.ldexp(typical, -block.exponents[collapsed])
             as_it_lies, about_the_middle = (

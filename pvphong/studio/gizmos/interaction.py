@@ -257,7 +257,7 @@ class Interaction:
         gizmos, view, edit = self.gizmos, self.gizmos.view, self.edit
         self._handles = {}
         shown = {} if gizmos.is_hidden else {gizmo: gizmo.highlight for gizmo in gizmos.all}
-        if isinstance(edit, Drag) and edit.over is not None:
+        if isinstance(edit, Drag) and edit.gizmo in shown and edit.over is not None:
             shown[edit.gizmo] = edit.over.point  # where it was dragged to, which need not be at a vertex
         for gizmo, highlight in shown.items():
             points = gizmo.in_scene(view).points(view)

@@ -14,10 +14,16 @@ pytest.importorskip("numba", reason="the extra `fast` is not installed")
 pytestmark = pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
 
 
-def test_without_numba_all_works_but_asking_for_it():
+@pytest.mark.parametrize(
+    ("without", "environment", "why"),
+    [
+        ("import sys; sys.modules['numba'] = None", {}, "is not installed"),
+        ("", {"NUMBA_DISABLE_JIT": "1"}, "does not compile"),
+    ],
+)
+def test_without_numba_all_works_but_asking_for_it(without, environment, why):
     code = f"""
-import sys
-sys.modules["numba"] = None
+{without}
 {EVALUATE}
 assert abs(lit("auto", 300000) - 0.84).max() < 1e-6
 try:
@@ -25,21 +31,7 @@ try:
 except ValueError as error:
     print(error)
 """
-    assert "backend must be 'auto' or 'numpy' where Numba is not installed" in run_apart(code)
-
-
-def test_numba_told_not_to_compile_is_as_if_it_were_not_there():
-    code = f"""
-{EVALUATE}
-print(lit("auto", 300000))
-try:
-    lit("numba")
-except ValueError as error:
-    print(error)
-"""
-    said = run_apart(code, NUMBA_DISABLE_JIT="1")
-    assert "0.84" in said
-    assert "where Numba does not compile" in said
+    assert f"backend must be 'auto' or 'numpy' where Numba {why}" in run_apart(code, **environment)
 
 
 def test_importing_pvphong_does_not_import_numba():
@@ -68,10 +60,6 @@ def kept(tmp_path_factory):
 def folder(kept, tmp_path):
     """As `kept`, for one test alone."""
     return shutil.copytree(kept, tmp_path / "kept")
-
-
-def test_code_is_kept(folder):
-    assert run_apart(STAGE + "print(code().cache_hits)", NUMBA_CACHE_DIR=str(folder)) == "1\n"
 
 
 @pytest.mark.parametrize(
@@ -142,13 +130,3 @@ def test_a_folder_in_the_place_of_a_file_is_passed_over(folder):
     file.mkdir()
     assert run_apart(STAGE + "print(code().cache_hits, code().cache_hits)", NUMBA_CACHE_DIR=str(folder)) == "0 0\n"
     assert [path.name for path in folder.rglob("*.pvphong")] == [file.name]
-
-
-def test_what_cannot_be_compiled_is_an_error():
-    from numba.core import types
-    from numba.core.errors import TypingError
-
-    from pvphong.shading.kernel import code as kernel_code
-
-    with pytest.raises(TypingError):
-        kernel_code.Code(lambda rows: rows.nothing, types.boolean(types.CPointer(types.float32)))

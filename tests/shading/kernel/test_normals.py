@@ -27,14 +27,11 @@ ORDERS = {
 }
 
 
-def test_there_are_several_chunks():
-    assert len(FACES) > 3 * CHUNK
-
-
 @pytest.mark.parametrize("order", ORDERS.values(), ids=ORDERS)
 @pytest.mark.parametrize("weighting", WEIGHTINGS)
 def test_ranges_and_threads_change_no_bit(order, weighting, monkeypatch):
     """Nor does it matter which points stand beside each other."""
+    assert len(FACES) > 3 * CHUNK
     mesh = soup(*(order[list(face)] for face in FACES))
     points = np.empty_like(POINTS)
     points[order] = POINTS

@@ -6,37 +6,14 @@ import os
 import threading
 import time
 
-import numpy as np
 import pytest
 from shading.kernel.apart import EVALUATE, run_apart
 
-import pvphong as ph
 from pvphong.base import threads
 from pvphong.shading import kernel
 
-SCENE = ph.Scene(
-    [ph.PointLight(position=(2, -1, 3), attenuation=(1, 0.1, 0.02)), ph.DirectionalLight(direction=(-1, -1, -2))],
-    ph.Viewer(position=(0, -3, 4)),
-)
-SHINY = ph.Material(diffuse=0.5, specular=0.4, shininess=25)
 needs_numba = pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
 needs_two = pytest.mark.skipif(not kernel.is_available() or threads.count() < 2, reason="there is a single thread")
-
-
-@needs_numba
-@needs_two
-def test_their_number_changes_no_bit():
-    points, normals = np.random.default_rng(1).normal(size=(2, 200_001, 3)).astype(np.float32)
-    points[[70_000, 199_999]] = (0, np.nan, 0), (2, -1, 3)  # these the reference lights
-
-    def lit():
-        return ph.evaluate(points, normals, SCENE, SHINY, backend="numba").rgb
-
-    with threads.limited(1):
-        assert threads.count() == 1
-        alone = lit()
-    np.testing.assert_array_equal(lit(), alone)
-    assert np.isfinite(alone).all()
 
 
 @needs_two
