@@ -142,7 +142,12 @@ def _checked(name: str, given: Any, mesh: pv.DataSet) -> Any:
     if len(given) == mesh.n_cells != mesh.n_points:
         check.refuse(name, f"{len(given)} rows, one per cell", f"one per point, {mesh.n_points} rows", _TO_POINTS)
     count = mesh.n_points
-    return check.array(name, given, count=count) if name == "tangents" else checked(name, given, count)
+    if name == "tangents":
+        return check.array(name, given, count=count)
+    rows = check.real_array(name, given, "an array of real numbers")
+    if len(np.atleast_1d(rows)) != count:
+        check.refuse(name, f"{len(np.atleast_1d(rows))} rows", f"an array with one row per point, {count} rows")
+    return rows
 
 
 # vtkTexture's numbers for what is beyond the picture; 3 is its border colour.

@@ -7,6 +7,7 @@ in `FIELDS`; `checked` says of an array whether it is allowed.
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeVar, cast
 
@@ -14,7 +15,7 @@ import numpy as np
 
 from pvphong.base import check, host
 from pvphong.base.formulas import BRIGHTEST
-from pvphong.base.types import FloatArray, Vector
+from pvphong.base.types import FloatArray
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -184,7 +185,9 @@ def checked(name: str, value: Any, count: int) -> Any:
     if not numbers.size:
         return numbers
     if name == "albedo":
-        largest = float(np.fmax.reduce(numbers, axis=None))
+        largest = float(numbers.max())
+        if not largest <= field.most:  # it is too large, or there is a NaN among them
+            largest = float(np.fmax.reduce(numbers, axis=None))
         if largest > field.most:
             remedy = "Divide 0-255 by 255, or convert it to uint8."
             check.refuse(name, f"floats up to {largest:g}", "floats from 0 to 1", remedy)
@@ -205,16 +208,12 @@ def fractions(name: str, rows: Any) -> FloatArray:
     return np.fmin(np.fmax(rows, 0.0), 1.0) if name == "albedo" else rows  # fmax takes 0 before a NaN
 
 
-def brightest(name: str, rows: Any) -> Vector:
-    """A power of two for each channel that is no less than any of checked colours; 1 for albedo, 0 where all are 0.
+def brightest(name: str, rows: Any) -> float:
+    """A power of two that is no less than any of checked colours; 1 for albedo, 0 where all are 0.
 
     Colours divided by it lose no bit, and no vertex's depend on others'.
     """
-    if name == "albedo":
-        return 1.0, 1.0, 1.0
-    largest = np.broadcast_to(rows.max(axis=0, initial=0).astype(np.float64), 3)
-    if rows.dtype == np.uint8:
-        largest = np.minimum(largest, 1.0)
-    mantissas, exponents = np.frexp(largest)
-    red, green, blue = np.ldexp(np.sign(mantissas), exponents - (mantissas == 0.5)).tolist()
-    return red, green, blue
+    if name == "albedo" or rows.dtype == np.uint8:
+        return 1.0
+    mantissa, exponent = math.frexp(float(rows.max(initial=0.0)))
+    return math.ldexp(float(mantissa > 0.0), exponent - (mantissa == 0.5))

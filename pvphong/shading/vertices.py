@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike, Vector
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike
 from pvphong.base.vectors import unit
 from pvphong.geometry.extent import Extent
 from pvphong.geometry.transform import transform_vectors
@@ -40,8 +40,13 @@ class Tint(NamedTuple):
     """The field whose map it is."""
     rows: Any
     """Shape (n, 1) or (n, 3), uint8, float32 or float64, as `pvphong.optics.maps.checked` gives them."""
-    most: Vector
-    """Powers of two; 0 where all are 0."""
+    most: float
+    """A power of two; 0 where all are 0."""
+
+    @property
+    def over(self) -> float:
+        """1 / `most`."""
+        return 1.0 / self.most if self.most else 0.0
 
     def at(self, part: Any) -> Tint:
         """The tint of some of the vertices."""
@@ -50,8 +55,7 @@ class Tint(NamedTuple):
     def factors(self, real: Any) -> FloatArray:
         """Shape (3, n)."""
         rows = fractions(self.name, self.rows).astype(real, copy=False)
-        over = np.array([1.0 / most if most else 0.0 for most in self.most])[:, None]
-        return np.asarray(np.broadcast_to(rows.T, (3, len(rows))) * over.astype(real))
+        return np.asarray(np.broadcast_to(rows.T, (3, len(rows))) * real(self.over))
 
 
 class Vertices:

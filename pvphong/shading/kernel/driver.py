@@ -266,10 +266,8 @@ def _byte(intensity: Any) -> Any:
 def _multiply(first: int, count: int, tints: Any, rows: Any, target: int, over: Any) -> None:
     """Multiply the rows of a colour by a map's colours over the greatest of them; lobes' rows are free by now."""
     at.load_vectors(tints, first, count, shifted(rows, at.FIRST))
-    for i in range(BLOCK):
-        rows[target + i] = rows[target + i] * (rows[at.FIRST + i] * over[0])
-        rows[target + BLOCK + i] = rows[target + BLOCK + i] * (rows[at.SECOND + i] * over[1])
-        rows[target + 2 * BLOCK + i] = rows[target + 2 * BLOCK + i] * (rows[at.THIRD + i] * over[2])
+    for i in range(3 * BLOCK):
+        rows[target + i] = rows[target + i] * (rows[at.FIRST + i] * over)
 
 
 @plain
@@ -289,14 +287,14 @@ def _tint(first: int, count: int, albedo: Any, diffuse: Any, specular: Any, emis
     if s.has_albedo:
         _multiply_by_albedo(first, count, albedo, rows)
     if s.has_diffuse:
-        _multiply(first, count, diffuse, rows, at.R, in_type(s.over_diffuse, rows))
+        _multiply(first, count, diffuse, rows, at.R, like(rows, s.over_diffuse))
     if s.has_specular:
-        _multiply(first, count, specular, rows, at.OTHER_R, in_type(s.over_specular, rows))
+        _multiply(first, count, specular, rows, at.OTHER_R, like(rows, s.over_specular))
     for i in range(3 * BLOCK):
         rows[at.R + i] = rows[at.R + i] + rows[at.AMBIENT_R + i] + rows[at.OTHER_R + i]
     fill(rows, at.OTHER_R, in_type(s.emission, rows))
     if s.has_emission:
-        _multiply(first, count, emission, rows, at.OTHER_R, in_type(s.over_emission, rows))
+        _multiply(first, count, emission, rows, at.OTHER_R, like(rows, s.over_emission))
     for i in range(3 * BLOCK):
         rows[at.R + i] = rows[at.R + i] + rows[at.OTHER_R + i]
 

@@ -180,9 +180,9 @@ SETTINGS = np.dtype(
         ("base", "3f8"),
         ("own", "3f8"),
         ("emission", "3f8"),
-        ("over_diffuse", "3f8"),
-        ("over_specular", "3f8"),
-        ("over_emission", "3f8"),
+        ("over_diffuse", "f8"),
+        ("over_specular", "f8"),
+        ("over_emission", "f8"),
         ("exponent", "f8"),
         ("low", "f8"),
         ("high", "f8"),
@@ -239,7 +239,6 @@ def records_of(
 ) -> Records:
     """An equation that compiled code can take, with what `codes_of` gives for it, for rows of a type."""
     reflectance, base, field = equation.reflectance, equation.ambient, next(iter(equation.maps), "")
-    over = {name: tuple(1.0 / most if most else 0.0 for most in tint.most) for name, tint in tints.items()}
     terms, numbers = [], [reflectance_numbers(reflectance)]
     addresses: dict[Any, int] = {}  # each stage is looked up once
     for term, (stage, own, varies, divisors) in zip(equation.terms, codes, strict=True):
@@ -318,7 +317,7 @@ def records_of(
         "base": base,
         "own": _NOWHERE if tints else equation.emission,
         "emission": equation.emission,
-        **{f"over_{name}": over.get(name, _NOWHERE) for name in ("diffuse", "specular", "emission")},
+        **{f"over_{name}": tints[name].over if name in tints else 0.0 for name in ("diffuse", "specular", "emission")},
         "exponent": 1.0 / equation.gamma,
         "low": 0.0 if equation.clamp else -math.inf,
         "high": 1.0 if equation.clamp else math.inf,
