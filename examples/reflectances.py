@@ -3,6 +3,8 @@
 A warm lamp, a cool one behind, and a weak one on the viewer's head, which road signs send back.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pyvista as pv
 from arguments import FOLDER, OFF_SCREEN
@@ -57,7 +59,7 @@ places = []
 for number, materials in enumerate(FAMILIES.values()):
     block, row = divmod(number, ROWS)
     for column, material in enumerate(materials):
-        lit = ball.phong.shade(scene, material, tangents=around)
+        lit = ball.phong.shade(scene, replace(material, tangents=around))
         place = np.array([block * BLOCK + column * STEP, -row * STEP, 0.0])
         plotter.add_mesh(lit.translate(place), scalars="phong", rgb=True, lighting=False)
     places.append((block * BLOCK - 0.72, -row * STEP, 0.0))

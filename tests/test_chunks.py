@@ -1,7 +1,7 @@
 """`evaluate` on Dask arrays: the colours of NumPy arrays to the bit, when they are asked for, and clear refusals."""
 
 import threading
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -45,9 +45,9 @@ def same(shading, expected):
 @pytest.mark.parametrize("chunks", [COUNT, 500, 7, (1, 998, 1), (400, 0, 600)], ids=str)
 def test_bits_are_those_of_arrays_in_one_piece(chunks, backend):
     how = {"backend": backend, "precision": "float64" if chunks == 500 else "float32"}
-    expected = ph.evaluate(POINTS, NORMALS, SCENE, SHINY, albedo=ALBEDO, visibility=SEEN, **how)
+    expected = ph.evaluate(POINTS, NORMALS, SCENE, replace(SHINY, albedo=ALBEDO), visibility=SEEN, **how)
     shading = ph.evaluate(
-        cut(POINTS, chunks), NORMALS, SCENE, SHINY, albedo=cut(ALBEDO, 300), visibility=cut(SEEN, 1), **how
+        cut(POINTS, chunks), NORMALS, SCENE, replace(SHINY, albedo=cut(ALBEDO, 300)), visibility=cut(SEEN, 1), **how
     )
     assert shading.rgb.shape == (COUNT, 3)
     same(shading, expected)

@@ -147,7 +147,7 @@ def test_cell_arrays_as_albedo_say_how_to_get_point_arrays():
     mesh.cell_data["tint"] = np.ones((mesh.n_cells, 3))
     for albedo in ("tint", mesh.cell_data["tint"]):
         with pytest.raises(ValueError, match=r"^albedo must be .*cell_data_to_point_data"):
-            mesh.phong.shade(SUN, albedo=albedo)
+            mesh.phong.shade(SUN, material=ph.Material(albedo=albedo))
 
 
 def plotted(what, **options):

@@ -51,7 +51,7 @@ def test_arrays_are_carried_and_points_know_which_they_were(albedo):
     mesh = cube()
     mesh["Normals"] = np.arange(8)  # called so, and none
     mesh.cell_data["face"] = np.arange(6)
-    lit = mesh.phong.shade(SUN, ph.Material(ambient=1, diffuse=0), albedo=albedo, feature_angle="auto")
+    lit = mesh.phong.shade(SUN, ph.Material(ambient=1, diffuse=0, albedo=albedo), feature_angle="auto")
     again = lit.phong.shade(SUN, DULL, feature_angle=10)  # what was split before still knows its first points
     for split in (lit, again):
         np.testing.assert_array_equal(split[ORIGINAL_POINT], split["number"])

@@ -112,8 +112,10 @@ def test_the_surface_of_every_dataset_is_lit_and_carries_its_arrays(kind, stored
 def test_an_albedo_is_carried_to_the_surface(kind):
     mesh = with_arrays(MESHES[kind]())
     shades = mesh["shade"].copy()
-    by_name, by_array = (mesh.phong.shade(SCENE, MATERIAL, albedo=albedo) for albedo in ("shade", shades))
-    expected = evaluate(by_name.points, vertex_normals(by_name), SCENE, MATERIAL, albedo=shades[by_name["number"]]).rgb
+    by_name, by_array = (mesh.phong.shade(SCENE, replace(MATERIAL, albedo=albedo)) for albedo in ("shade", shades))
+    expected = evaluate(
+        by_name.points, vertex_normals(by_name), SCENE, replace(MATERIAL, albedo=shades[by_name["number"]])
+    ).rgb
     assert bits(by_name["phong"]) == bits(by_array["phong"]) == bits(expected)
     assert set(by_array.point_data.keys()) == set(by_name.point_data.keys())  # none left over from carrying it
 
@@ -267,7 +269,7 @@ def test_an_error_names_the_block():
     with pytest.raises(ValueError, match=r"^block \['inner'\]\['dust'\]: mesh must be a mesh with faces"):
         blocks.phong.shade(SCENE)
     with pytest.raises(ValueError, match=r"^block \['grid'\]: albedo must be"):
-        pv.MultiBlock({"grid": grid()}).phong.shade(SCENE, albedo="tint")
+        pv.MultiBlock({"grid": grid()}).phong.shade(SCENE, material=ph.Material(albedo="tint"))
 
 
 def test_a_mesh_that_another_thread_edits_meanwhile_is_lit_as_it_was_or_refused():

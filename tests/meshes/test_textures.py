@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -106,12 +107,12 @@ def test_a_mesh_its_blocks_and_its_surface_take_one(sheet):
     texture = texture_of(picture())
     expected = texture_colors(texture, sheet)
     for given in (texture, expected):
-        np.testing.assert_allclose(sheet.phong.shade(SCENE, WHITE, albedo=given)["phong"], expected, atol=1e-6)
-    block = pv.MultiBlock({"a": sheet}).phong.shade(SCENE, WHITE, albedo=texture)["a"]
+        np.testing.assert_allclose(sheet.phong.shade(SCENE, replace(WHITE, albedo=given))["phong"], expected, atol=1e-6)
+    block = pv.MultiBlock({"a": sheet}).phong.shade(SCENE, replace(WHITE, albedo=texture))["a"]
     np.testing.assert_allclose(block["phong"], expected, atol=1e-6)
-    solid = sheet.cast_to_unstructured_grid().phong.shade(SCENE, WHITE, albedo=texture, feature_angle=0)
+    solid = sheet.cast_to_unstructured_grid().phong.shade(SCENE, replace(WHITE, albedo=texture), feature_angle=0)
     np.testing.assert_allclose(solid["phong"], expected[solid["pvphong_original_point"]], atol=1e-6)
-    refined = sheet.phong.refine(SCENE, WHITE, albedo=texture, tolerance=0.01)
+    refined = sheet.phong.refine(SCENE, replace(WHITE, albedo=texture), tolerance=0.01)
     np.testing.assert_allclose(refined["phong"][: sheet.n_points], expected, atol=1e-6)
 
 
@@ -119,7 +120,7 @@ def test_a_window_follows_texture_image_and_coordinates(sheet):
     plotter = pv.Plotter(off_screen=True, lighting="none")
     plotter.phong.light_model = SCENE.light_model
     texture, image = texture_of(picture()), picture(3, np.uint8, 4, 4)
-    live = plotter.phong.mesh(plotter.phong.add_mesh(sheet, WHITE, albedo=texture))
+    live = plotter.phong.mesh(plotter.phong.add_mesh(sheet, replace(WHITE, albedo=texture)))
 
     def assert_current():
         plotter.render()
@@ -157,4 +158,4 @@ def test_what_is_no_texture_of_colours_and_a_mesh_without_coordinates_are_refuse
         (lines, texture_of(picture()), r"an array, .*; .* mesh.texture_map_to_plane\(\)"),
     ):
         with pytest.raises(ValueError, match=f"^albedo must be {message}"):
-            mesh.phong.shade(SCENE, WHITE, albedo=texture)
+            mesh.phong.shade(SCENE, replace(WHITE, albedo=texture))

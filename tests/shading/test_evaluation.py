@@ -170,7 +170,7 @@ def test_albedo_needs_no_memory_of_its_size(stored):
     count = 1_000_000
     points, albedo = np.zeros((count, 3), np.float32), np.ones((count, 3), stored)
     tracemalloc.start()
-    lit = evaluate(points, points + 1, SCENE, Material(), albedo=albedo, backend="numpy").rgb
+    lit = evaluate(points, points + 1, SCENE, Material(albedo=albedo), backend="numpy").rgb
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 2 * lit.nbytes + 20e6  # the result, the normals made here, and scratch for a block

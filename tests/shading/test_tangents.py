@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -58,7 +58,7 @@ def given():
 def test_they_go_as_differences_of_points_and_come_across_the_normal(given, backend, precision, most, matrix):
     points, normals, tangents = given
     how = {"matrix": matrix, "precision": precision, "backend": backend}
-    lit = ph.evaluate(points, normals, SUN, MATERIAL, tangents=tangents, **how).rgb[:, 0]
+    lit = ph.evaluate(points, normals, SUN, replace(MATERIAL, tangents=tangents), **how).rgb[:, 0]
     linear = np.eye(3) if matrix is None else matrix[:3, :3]
     n, t = normals @ np.linalg.inv(linear), tangents @ linear.T
     t = t - ((t * n).sum(1) / (n * n).sum(1))[:, None] * n
@@ -69,10 +69,14 @@ def test_they_go_as_differences_of_points_and_come_across_the_normal(given, back
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_one_along_its_normal_gives_nothing_there(given, backend):
     points, normals, _ = given
-    lit = ph.evaluate(points, 2.0 ** np.arange(300)[:, None] * (0, 0, 1), SUN, MATERIAL, tangents=[(0, 0, 3)] * 300)
+    lit = ph.evaluate(
+        points, 2.0 ** np.arange(300)[:, None] * (0, 0, 1), SUN, replace(MATERIAL, tangents=[(0, 0, 3)] * 300)
+    )
     assert not lit.rgb.any()
     normals[7] = np.nan
-    lit = ph.evaluate(points, normals, SUN, MATERIAL, tangents=np.where(np.isnan(normals), 0, 1), backend=backend)
+    lit = ph.evaluate(
+        points, normals, SUN, replace(MATERIAL, tangents=np.where(np.isnan(normals), 0, 1)), backend=backend
+    )
     assert np.isfinite(lit.rgb).all()
     assert not lit.rgb[7].any()
 
@@ -82,9 +86,9 @@ def test_a_mesh_takes_them_from_texture_coordinates_or_a_named_array():
     light = ph.DirectionalLight(direction=(1, 0, -1))
     assert mesh.phong.shade(light, MATERIAL)["phong"][:, 0] == pytest.approx(0.5)
     mesh["grain"] = np.tile((0.0, 3.0, 0.0), (mesh.n_points, 1))
-    assert mesh.phong.shade(light, MATERIAL, tangents="grain")["phong"].max() < 1e-12
+    assert mesh.phong.shade(light, replace(MATERIAL, tangents="grain"))["phong"].max() < 1e-12
     solid = pv.ImageData(dimensions=(3, 3, 3))
-    sharp = solid.phong.shade(light, MATERIAL, tangents=np.tile((1.0, 1e-9, 0.5), (27, 1)), feature_angle=30)
+    sharp = solid.phong.shade(light, replace(MATERIAL, tangents=np.tile((1.0, 1e-9, 0.5), (27, 1))), feature_angle=30)
     assert sharp.n_points == 6 * 9
     assert np.isfinite(sharp["phong"]).all()
 
@@ -117,7 +121,7 @@ MUST = "^tangents must be "
 def test_what_cannot_be_tangents_is_refused(given, tangents, message):
     points, normals, _ = given
     with pytest.raises(ValueError, match=message):
-        ph.evaluate(points, normals, SUN, MATERIAL, tangents=tangents)
+        ph.evaluate(points, normals, SUN, replace(MATERIAL, tangents=tangents))
 
 
 def test_they_are_read_where_a_reflectance_asks_for_them(given):
@@ -133,4 +137,4 @@ def test_they_are_read_where_a_reflectance_asks_for_them(given):
     plan.run(vertices)
     assert "tangents" in Plan.of(scene, MATERIAL, vertices).needs
     with pytest.raises(ValueError, match=r"^tangents must be one of 'Normals'"):
-        pv.Sphere().phong.shade(SUN, MATERIAL, tangents="nonsense")
+        pv.Sphere().phong.shade(SUN, replace(MATERIAL, tangents="nonsense"))

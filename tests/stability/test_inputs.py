@@ -150,7 +150,7 @@ def test_row_51_a_string_array_is_refused():
     mesh.point_data["names"] = ["vertex"] * mesh.n_points
     message = r"^albedo must be an \(n, 3\) array of real numbers"
     with pytest.raises(ValueError, match=message):
-        mesh.phong.shade(SCENE, albedo="names")
+        mesh.phong.shade(SCENE, material=ph.Material(albedo="names"))
 
 
 # row 52: blocks

@@ -410,7 +410,7 @@ def test_names_precision_and_albedo():
     mesh = coarse_sphere()
     mesh.field_data["note"] = "kept"
     mesh["paint"] = np.random.default_rng(3).uniform(size=(mesh.n_points, 3))
-    fine = refine(mesh, SUNNY, MATT, tolerance=0.02, name="lit", precision="float64", albedo="paint")
+    fine = refine(mesh, SUNNY, replace(MATT, albedo="paint"), tolerance=0.02, name="lit", precision="float64")
     assert fine.field_data["note"] == "kept"
     assert fine["lit"].dtype == np.float64
     assert fine.active_scalars_name == "lit"

@@ -195,7 +195,7 @@ def test_in_a_window_a_broken_mesh_is_not_drawn_the_others_stay_current_and_it_i
     meshes = [pv.Sphere(center=(x, 0, 0)) for x in (-0.7, 0.7)]
     for name, mesh in zip(("left", "right"), meshes, strict=True):
         mesh["tint"] = np.ones((mesh.n_points, 3))
-        plotter.phong.add_mesh(mesh, Material(diffuse=0.8, ambient=0.0), albedo="tint", name=name)
+        plotter.phong.add_mesh(mesh, Material(diffuse=0.8, ambient=0.0, albedo="tint"), name=name)
     plotter.camera_position = [(0, 0, 6), (0, 0, 0), (0, 1, 0)]
     plotter.show(auto_close=False)
     whole = meshes[0].copy()

@@ -149,7 +149,7 @@ def test_an_albedo_is_as_if_each_vertex_had_a_material_of_its_own(metallic, back
     scene = Scene([PointLight((3, 2, 4))], Viewer((0, 0, 9)), LightModel(clamp=False))
     material = Material(ambient=0.0, diffuse=(0.9, 0.6, 0.3), reflectance=PBR(metallic, 0.4))
     how = {"precision": "float64"}
-    lit = evaluate(points, normals, scene, material, albedo=albedo, backend=backend, **how).rgb
+    lit = evaluate(points, normals, scene, replace(material, albedo=albedo), backend=backend, **how).rgb
     for k in range(12):
         own = replace(material, diffuse=tuple(albedo[k] * material.diffuse))
         found = evaluate(points[k : k + 1], normals[k : k + 1], scene, own, **how).rgb[0]
@@ -168,7 +168,9 @@ def test_every_light_lights_every_reflectance(name, light):
     scene = Scene([lamp], Viewer((1, -2, 5)))
     material = Material(ambient=0.0, diffuse=0.5, specular=0.4, reflectance=reflectance)
     both = [
-        evaluate(points, points, scene, material, tangents=points[:, ::-1], precision="float64", backend=backend).rgb
+        evaluate(
+            points, points, scene, replace(material, tangents=points[:, ::-1]), precision="float64", backend=backend
+        ).rgb
         for backend in ("numpy", COMPILED)
     ]
     assert np.isfinite(both[0]).all()
