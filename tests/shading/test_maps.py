@@ -123,7 +123,7 @@ def test_bounds_hold_for_every_vertex(name):
         assert error <= plan.error_bound + 1e-12
         assert plan.error_bound <= tolerance
         left_out += plan.error_bound > 0
-    assert left_out > 3
+    assert left_out > 1
 
 
 def test_where_some_are_infinitely_steep_none_is_taken_for_flat():
