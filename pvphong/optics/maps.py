@@ -236,7 +236,7 @@ def _range_of(numbers: Any) -> tuple[float, float]:
 
 
 def fractions(name: str, rows: Any, real: Any = np.float64) -> FloatArray:
-    """Rows of checked colours in a float type: uint8 counts as 0-255; albedo is clipped to [0, 1], a NaN counts as 0."""
+    """Rows of checked colours as floats: uint8 counts as 0-255; albedo is clipped to [0, 1], NaN counts as 0."""
     if rows.dtype == np.uint8:
         return np.divide(rows, 255.0, dtype=real)
     if name == "albedo":
