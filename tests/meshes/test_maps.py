@@ -99,7 +99,7 @@ def test_studies_read_them(name):
     report = mesh.phong.tradeoff(SCENE, material, seconds=1.0)
     reference = mesh.phong.shade(SCENE, material, precision="float64", backend="numpy")["phong"]
     assert np.abs(report.reference_colors - reference).max() < 1e-12
-    with pytest.raises(ValueError, match=r"to be compared with VTK; got .*VTK's shader has one for a mesh"):
+    with pytest.raises(ValueError, match="to be compared with VTK"):
         mesh.phong.validate(SCENE, material)
 
 
