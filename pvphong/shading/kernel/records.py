@@ -317,7 +317,10 @@ def records_of(
         "base": base,
         "own": _NOWHERE if tints else equation.emission,
         "emission": equation.emission,
-        **{f"over_{name}": tints[name].over if name in tints else 0.0 for name in ("diffuse", "specular", "emission")},
+        **{
+            f"over_{name}": 1.0 / tints[name].most if name in tints else 0.0
+            for name in ("diffuse", "specular", "emission")
+        },
         "exponent": 1.0 / equation.gamma,
         "low": 0.0 if equation.clamp else -math.inf,
         "high": 1.0 if equation.clamp else math.inf,
