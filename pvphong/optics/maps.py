@@ -235,8 +235,10 @@ def _range_of(numbers: Any) -> tuple[float, float]:
     return float(numbers.min()), float(numbers.max())
 
 
-def fractions(name: str, rows: Any) -> FloatArray:
-    """Rows of checked colours as floats: uint8 counts as 0-255; albedo is clipped to [0, 1], a NaN counts as 0."""
+def fractions(name: str, rows: Any, real: Any = np.float64) -> FloatArray:
+    """Rows of checked colours as floats: uint8 counts as 0-255; albedo is clipped to [0, 1], NaN counts as 0."""
     if rows.dtype == np.uint8:
-        return rows / 255.0
-    return np.fmin(np.fmax(rows, 0.0), 1.0) if name == "albedo" else rows  # fmax takes 0 before a NaN
+        return np.divide(rows, 255.0, dtype=real)
+    if name == "albedo":
+        rows = np.fmin(np.fmax(rows, 0.0), 1.0)  # fmax takes 0 before a NaN
+    return np.asarray(rows, real)

@@ -49,7 +49,7 @@ class Tint(NamedTuple):
 
     def factors(self, real: Any) -> FloatArray:
         """Shape (3, n)."""
-        rows = fractions(self.name, self.rows).astype(real, copy=False)
+        rows = fractions(self.name, self.rows, real)
         return np.asarray(np.broadcast_to(rows.T, (3, len(rows))) * real(1.0 / self.most))
 
 

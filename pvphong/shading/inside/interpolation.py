@@ -61,7 +61,7 @@ class Lighting:
         self.scene, self.matrix = scene, matrix
         self.equation = vertices.equation(scene, material, matrix)
         self._material = material
-        columns = {name: fractions(name, values.rows).astype(np.float64) for name, values in vertices.maps.items()}
+        columns = {name: fractions(name, values.rows) for name, values in vertices.maps.items()}
         if "tangents" in self.equation.channels:
             columns["tangents"] = vertices.tangents.astype(np.float64)
         ends = np.cumsum([0, *(rows.shape[1] for rows in columns.values())]).tolist()
