@@ -35,7 +35,7 @@ from pvphong.meshes.lit import point_normals
 from pvphong.meshes.pictures import drawing_window, preferring
 from pvphong.meshes.surfaces import surface
 from pvphong.optics.lights import Light
-from pvphong.optics.material import Material, nearest_in_vtk, refuse_maps_in_vtk
+from pvphong.optics.material import Material, as_material, nearest_in_vtk, refuse_maps_in_vtk
 from pvphong.optics.reflectances.pbr import is_physical, physical_of
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER
 from pvphong.scene.viewer import Viewer
@@ -59,7 +59,7 @@ _OF_PROPERTY = (*_COLORS, *(f"{name}Color" for name in _COLORS), "SpecularPower"
 def vtk_shade(
     mesh: pv.DataSet,
     lights: Iterable[Light | vtkLight],
-    property_or_material: vtkProperty | Material,
+    property_or_material: vtkProperty | Material | str,
     viewer: Viewer | vtkCamera,
     *,
     matrix: MatrixLike | None = None,
@@ -78,7 +78,7 @@ def vtk_shade(
         Lit by copies: the lights given are neither modified nor attached to anything. VTK ignores a light's
         ambient colour, and lights highlights with its diffuse colour. When no light is on, VTK draws
         unlit, in full ambient plus full diffuse colour, and so does this function.
-    property_or_material : pyvista.Property, vtkProperty or Material
+    property_or_material : pyvista.Property, vtkProperty, Material or str
         Of a property, the ambient, diffuse and specular coefficients and colours, the specular power, the lighting
         switch, and with physically based shading its metallic and roughness count, nothing else.
     viewer : Viewer, pyvista.Camera or vtkCamera
@@ -152,8 +152,8 @@ def _within_vtk(name: str, power: float) -> None:
 def vtk_property(property_or_material: Any) -> vtkProperty:
     """What the lighting takes from a property or material, on points of one pixel."""
     appearance = vtkProperty()
-    if isinstance(property_or_material, Material):
-        write_material(property_or_material, appearance)
+    if isinstance(property_or_material, Material | str):
+        write_material(as_material(property_or_material), appearance)
     elif isinstance(property_or_material, vtkProperty):
         appearance.SetInterpolationToPhong()
         if is_physical(property_or_material):

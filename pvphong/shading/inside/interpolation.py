@@ -110,8 +110,7 @@ def _lit_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array,
     """(m, s, 3): the truth at places in triangles (m, 3), as it is shown."""
     points, normals = weights @ vertices.points[corners], weights @ vertices.normals[corners]
     maps = weights @ vertices.maps[corners]
-    count = points.shape[0] * points.shape[1]  # of arrays without columns NumPy cannot tell it
-    rows = (each.reshape(count, each.shape[-1]) for each in (points, normals, maps))
+    rows = (each.reshape(points.size // 3, each.shape[-1]) for each in (points, normals, maps))
     return lighting.shown(lighting.colors(*rows)).reshape(points.shape)
 
 
