@@ -482,27 +482,26 @@ def _terms(scene: Any, eye: Eye, vertex: _Vertex, material: Any, albedo: Rgb) ->
     return base, tuple(terms)
 
 
-def shade(
-    points: Any, normals: Any, scene: Any, material: Any, *, matrix: Any = None, albedo: Any = None
-) -> list[Shade]:
-    """Every vertex's colours, from the public fields of the scene's values.
+def shade(points: Any, normals: Any, scene: Any, material: Any, *, matrix: Any = None) -> list[Shade]:
+    """Every vertex's colours, from the public fields of the scene's values; the albedo may be an array of rows.
 
     Raises ``ValueError`` or ``OverflowError`` for a NaN or infinite point or normal, and ``ValueError`` for a matrix
     that is not affine or flattens more than one dimension.
     """
-    return list(_shades(pickle.dumps((points, normals, scene, material, matrix, albedo))))
+    return list(_shades(pickle.dumps((points, normals, scene, material, matrix))))
 
 
 @lru_cache(maxsize=1024)
 def _shades(arguments: bytes) -> tuple[Shade, ...]:
     """Kept, for every evaluator is asked the same."""
-    points, normals, scene, material, matrix, albedo = pickle.loads(arguments)
+    points, normals, scene, material, matrix = pickle.loads(arguments)
     placement = Placement(np.eye(4) if matrix is None else matrix)
     eye = Eye(scene.viewer)
     emission = rgb(material.emission)
+    albedo = np.broadcast_to(np.asarray(material.albedo), (len(points), 3))
     shades = []
-    for index, (point, normal) in enumerate(zip(np.asarray(points), np.asarray(normals), strict=True)):
-        tint = (ONE, ONE, ONE) if albedo is None else clean_albedo(albedo[index])
+    for point, normal, row in zip(np.asarray(points), np.asarray(normals), albedo, strict=True):
+        tint = clean_albedo(row)
         vertex = _vertex(placement.point(exact(point)), placement.normal(exact(normal)), scene.light_model, eye)
         base, terms = _terms(scene, eye, vertex, material, tint)
         ambient = plus(base, *(term.ambient for term in terms))

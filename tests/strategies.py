@@ -33,7 +33,7 @@ KEPT = 1000
 
 @dataclass(frozen=True)
 class Case:
-    """The arguments of one evaluation."""
+    """The arguments of one evaluation; the albedo, a row for each vertex, goes onto the material."""
 
     points: np.ndarray
     normals: np.ndarray
@@ -44,11 +44,12 @@ class Case:
 
     @property
     def arguments(self) -> tuple[np.ndarray, np.ndarray, Scene, Material]:
-        return self.points, self.normals, self.scene, self.material
+        material = self.material if self.albedo is None else replace(self.material, albedo=self.albedo)
+        return self.points, self.normals, self.scene, material
 
     @property
     def options(self) -> dict[str, np.ndarray | None]:
-        return {"matrix": self.matrix, "albedo": self.albedo}
+        return {"matrix": self.matrix}
 
     def stored_in(self, dtype: type[np.floating[Any]]) -> Case:
         """The same case with points and normals rounded to a precision."""

@@ -81,7 +81,7 @@ CASES = {
     "mirrored": {"scene": scene_of(SUN, LAMP), "matrix": MIRROR},
     "sheared": {"scene": scene_of(SUN, LAMP, RECTANGLE), "matrix": SHEAR},
     "far away": {"scene": scene_of(SUN, replace(LAMP, position=(1e9 + 2, 1e9 - 2, 1e9 + 2))), "matrix": FAR},
-    "albedo": {"scene": scene_of(SUN, LAMP), "albedo": np.abs(POINTS)},
+    "albedo": {"scene": scene_of(SUN, LAMP), "material": replace(PLASTIC, albedo=np.abs(POINTS))},
     "tolerance": {"scene": scene_of(SUN, LAMP, SPHERE), "tolerance": 1 / 255},
 }
 """Name → arguments of `evaluate`."""

@@ -25,11 +25,11 @@ material_of = partial(Material, ambient=0.0, diffuse=0.0)
 
 def one(*lights: Any, material: Any, eye: Any = (0.0, 0.0, 5.0), focal: Any = ORIGIN, **given: Any) -> Any:
     """A vertex in the origin with a normal along z, if `given` says nothing else, under a dark light model."""
-    options = {name: given.pop(name) for name in ("matrix", "albedo") if name in given}
+    matrix = given.pop("matrix", None)
     p, n, up = given.pop("p", ORIGIN), given.pop("n", UP), given.pop("up", (0.0, 1.0, 0.0))
     viewer = Viewer(eye, focal, up, parallel=given.pop("parallel", False))
     model = LightModel.vtk(two_sided=False) if given.pop("vtk", False) else LightModel(0.0)
-    (only,) = shade([p], [n], Scene(lights, viewer, replace(model, **given)), material, **options)
+    (only,) = shade([p], [n], Scene(lights, viewer, replace(model, **given)), material, matrix=matrix)
     return only
 
 
@@ -152,7 +152,7 @@ CASES: dict[str, tuple[Any, list[Any], dict[str, Any]]] = {
     "albedo tints ambient and diffuse only": (
         {"ambient": (0.25, 0.0, 0.5), "diffuse": (0.5, 0.0, 1.0), "specular": 1.0, "emission": 0.0625},
         [ZENITH],
-        {"ambient": 1.0, "material": ALL, "albedo": [[0.5, math.nan, 300.0]]},
+        {"ambient": 1.0, "material": replace(ALL, albedo=[[0.5, math.nan, 300.0]])},
     ),
     # --- VTK
     "vtk: a local viewer in parallel projection": (

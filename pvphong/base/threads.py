@@ -24,8 +24,8 @@ _limit: ContextVar[int] = ContextVar("limit", default=sys.maxsize)
 
 def count() -> int:
     """Threads that work at once: Numba's setting, but no more than the processors that this process may use now."""
-    numba = sys.modules.get("numba")  # rays are cast without it
-    setting = os.environ.get("NUMBA_NUM_THREADS", sys.maxsize) if numba is None else numba.config.NUMBA_NUM_THREADS
+    config = getattr(sys.modules.get("numba"), "config", None)  # rays are cast without it; or it is being imported
+    setting = os.environ.get("NUMBA_NUM_THREADS", sys.maxsize) if config is None else config.NUMBA_NUM_THREADS
     return max(1, min(int(setting), _processors(os.getpid(), int(time.monotonic())), _limit.get()))
 
 

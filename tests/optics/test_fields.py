@@ -60,7 +60,8 @@ def test_defaults_in_the_order_of_the_arguments(kind, defaults):
 
 
 def test_a_materials_fields_are_given_by_keyword_and_have_opengls_defaults():
-    opengl = {"ambient": 0.2, "diffuse": 0.8, "specular": 0.0, "shininess": 0.0, "emission": 0.0, "reflectance": None}
+    opengl = {"ambient": 0.2, "diffuse": 0.8, "specular": 0.0, "shininess": 0.0, "emission": 0.0}
+    opengl |= {"albedo": 1.0, "tangents": None, "reflectance": None}
     assert values(Material(), kw_only=False) == []
     assert values(Material(), kw_only=True) == list(opengl.items())
 
@@ -158,8 +159,9 @@ def test_a_signature_names_the_fields(kind):
 
 
 COLOUR_MIX_UPS = [(255, 128, 0), (200, 100, 50), np.array([0, 0, 200], np.uint8)]
-NO_COLOURS = [-0.1, (0.5, -0.1, 0), math.nan, (0.1, math.nan, 0.1), math.inf, "colourless", (1.0, 1.0), True]
-NO_POWERS = [-1e-300, math.nan, math.inf, "1", (1, 2, 3)]
+NO_COLOURS = [-0.1, (0.5, -0.1, 0), math.nan, (0.1, math.nan, 0.1), math.inf, (1.0, 1.0), True]
+NO_POWERS = [-1e-300, math.nan, math.inf]
+NO_MAPS = ["1", (1, 2, 3)]
 NO_VECTORS = [(0, 0), (0, math.nan, 0), (math.inf, 0, 0), "here", None, 5]
 NO_WEAKENING = [(0, 0, 0), (-1e-300, 0, 1), (1, -1, 0), (1, 0, -1)]
 NO_HALF_OPENINGS = [0, -5, 90.00000000000001, 180, math.nan, math.inf, "30", None, True]
@@ -169,10 +171,12 @@ RADIUS = " must be a finite number > 0; got .*PointLight with attenuation"
 AT_LEAST_0 = " must be a finite number >= 0; got "
 REFUSED = [
     (COLOURED, COLOURS, COLOUR_MIX_UPS, " must be .*divide them by 255"),
-    (COLOURED, COLOURS, NO_COLOURS, ""),
+    (COLOURED, [*COLOURS, "albedo"], NO_COLOURS, ""),
+    (LIGHTS, COLOURS, ["colourless"], ""),
+    ([Material], ["ambient"], ["colourless"], ""),  # of its other fields that is a point array's name
     (LIGHTS, ["diffuse", "ambient"], [None], " must be"),  # specular may be None
-    ([Material], COLOURS, [None], " must be"),
-    (LIGHTS, ["intensity"], [*NO_POWERS, None, True], AT_LEAST_0),
+    ([Material], [*COLOURS, "albedo"], [None], " must be"),
+    (LIGHTS, ["intensity"], [*NO_POWERS, *NO_MAPS, None, True], AT_LEAST_0),
     (LIGHTS, ["on"], [1], " must be True or False; got 1"),
     (LIGHTS, ["frame"], ["cam"], " must be one of 'world', 'camera', 'headlight'; got cam"),
     (LIGHTS, ["name"], [3], " must be a string; got 3"),
@@ -180,9 +184,10 @@ REFUSED = [
     (LIGHTS, ["direction"], [(0, 0, 0)], " must be a direction, .*not all zero"),
     (LIGHTS, ["attenuation"], NO_WEAKENING, WEAKENING),
     (LIGHTS, ["cone_angle"], NO_HALF_OPENINGS, HALF_OPENING),
-    (LIGHTS, ["exponent"], [*NO_POWERS, None], AT_LEAST_0),
+    (LIGHTS, ["exponent"], [*NO_POWERS, *NO_MAPS, None], AT_LEAST_0),
     (LIGHTS, ["radius"], [0, -1, math.nan, math.inf, "1", None], RADIUS),
     ([Material], COLOURS[:3], [255.0, (255.0, 128.0, 0.0)], " must be a reflectance, .* divide them by 255"),
+    ([Material], ["albedo"], [1.5, (0.0, 1.1, 0.0)], " must be a reflectance, .* at most"),
     ([Material], ["shininess"], [*NO_POWERS, None], AT_LEAST_0),
     ([Material], ["reflectance"], ["phong", Phong, 3], " must be a reflectance, or None"),
     ([OrenNayar], ["sigma"], [-1, 90.1, math.nan, "20", None], " must be a finite number >= 0 and <= 90"),

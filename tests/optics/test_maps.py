@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -63,15 +64,25 @@ def test_a_reflectance_has_maps_too_and_its_number_comes_first():
     assert changed == ph.Material(diffuse=0.1, reflectance=ph.GGX("worn"))
 
 
-def test_names_and_paths_go_into_files_and_nothing_else_does(tmp_path):
+def test_names_and_paths_go_into_files_and_nothing_else_does():
     material = ph.Material(albedo="scan.png", shininess="gloss", tangents="grain", reflectance=ph.PBR("m", "r"))
     assert ph.Material.from_dict(material.to_dict()) == material
     assert "albedo" not in ph.Material().to_dict(), "files of materials without it stay as they were"
     for kept in ({"albedo": ROWS}, {"reflectance": ph.GGX(np.ones(5))}, {"tangents": ROWS}):
         with pytest.raises(ValueError, match=r"where it is kept in a file; got <ndarray of shape .* point array"):
             ph.Material(**kept).to_dict()
-    ph.Scene(viewer=ph.Viewer()).save(tmp_path / "rig.json", materials={"default": material})
-    assert ph.load_materials(tmp_path / "rig.json")["default"] == material
+
+
+def test_a_rig_names_images_as_they_are_seen_from_its_folder(tmp_path, monkeypatch):
+    material = ph.Material(albedo="maps/scan.png", shininess="gloss", tangents="grain")
+    (tmp_path / "maps").mkdir()
+    monkeypatch.chdir(tmp_path)
+    ph.Scene(viewer=ph.Viewer()).save("rig.json", materials={"default": material})
+    assert ph.load_materials("rig.json")["default"] == material
+    monkeypatch.chdir(tmp_path / "maps")
+    found = ph.load_materials("../rig.json")["default"]
+    assert Path(found.albedo).resolve() == tmp_path / "maps" / "scan.png"
+    assert found.with_values({"albedo": material.albedo}) == material
 
 
 @pytest.mark.parametrize(

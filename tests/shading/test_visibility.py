@@ -66,9 +66,9 @@ def scene(lights=LIGHTS, **model):
     return ph.Scene(lights, ph.Viewer(position=(0, -3, 4)), ph.LightModel(clamp=False, **model))
 
 
-def run(given, scene, material, backend="numpy", precision="float64", albedo=None, visibility=None, **options):
+def run(given, scene, material, backend="numpy", precision="float64", maps=(), visibility=None, **options):
     points, normals, parts = given
-    vertices = Vertices(points, normals, albedo, KnownVisibility(parts) if visibility is None else visibility)
+    vertices = Vertices(points, normals, dict(maps), KnownVisibility(parts) if visibility is None else visibility)
     return Plan.of(scene, material, vertices).run(vertices, backend=backend, precision=precision, **options)
 
 
@@ -78,17 +78,17 @@ def run(given, scene, material, backend="numpy", precision="float64", albedo=Non
 def test_each_light_and_the_ambient_light_are_multiplied_by_what_is_seen_of_them(given, model, name, albedo):
     """The shares of an unshadowed evaluation, put together by hand."""
     points, _, parts = given
-    shades = np.abs(points) / np.abs(points).max() if albedo else None
-    free = run(given, scene(), MATERIALS[name], albedo=shades, components=True)
+    maps = {"albedo": np.abs(points) / np.abs(points).max()} if albedo else {}
+    free = run(given, scene(), MATERIALS[name], maps=maps, components=True)
     sky = parts[-1][:, None] if "ambient_occlusion" in model else 1.0
     expected = free.emission + sky * free.ambient
     for index, light in enumerate(LIGHTS):
-        alone = run(given, scene([replace(light, ambient=0.0)], ambient=0.0), MATERIALS[name], albedo=shades)
+        alone = run(given, scene([replace(light, ambient=0.0)], ambient=0.0), MATERIALS[name], maps=maps)
         seen = parts[index][:, None] if "shadows" in model else 1.0
         expected = expected + seen * (alone.rgb - free.emission)
     for backend in BACKENDS:
         for precision, within in (("float64", 1e-12), ("float32", 3e-5)):
-            got = run(given, scene(**model), MATERIALS[name], backend, precision, shades)
+            got = run(given, scene(**model), MATERIALS[name], backend, precision, maps)
             np.testing.assert_allclose(got.rgb, expected, atol=within)
 
 

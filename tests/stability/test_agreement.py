@@ -157,7 +157,7 @@ def test_a_plan_without_tolerance_changes_nothing_but_rounding(examples: int) ->
         equation, original = planned(case).equation, assemble(*case.arguments[2:], case.matrix)
         left, whole = (np.empty((len(case.points), 3)) for _ in range(2))
         for result, run in ((left, equation), (whole, original)):
-            reference.shade(case.points, case.normals, run, None, Shading(result))
+            reference.shade(case.points, case.normals, run, {}, Shading(result))
         rewritten += replace(equation, matrix=None) != replace(original, matrix=None)
         bound = (4 * math.sqrt(largest_power(case)) + 16) * 2.0**-53 * (1 + len(case.scene.lights))
         assert np.abs(left - whole).max() <= bound, f"{np.abs(left - whole).max() / bound}\n{case!r}"

@@ -206,7 +206,7 @@ def test_who_needs_normals_does_not_choose_the_others_arithmetic(evaluator: Eval
     assert_independent(evaluator, [SpotLight(**AWAY), GLOW], **vertices)
     albedo = np.random.default_rng(1).random((200, 3))
     everywhere = DirectionalLight(diffuse=0.0, ambient=0.1)
-    assert_independent(evaluator, [SpotLight(**AWAY), everywhere], **vertices, albedo=albedo)
+    assert_independent(evaluator, [SpotLight(**AWAY), everywhere], material=replace(WHITE, albedo=albedo), **vertices)
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])

@@ -7,6 +7,7 @@ import math
 import subprocess
 import sys
 import textwrap
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -45,7 +46,7 @@ def takers(evaluator):
     calls = {
         "points": lambda a: evaluator(a, NORMALS, SCENE, MATERIAL).rgb,
         "normals": lambda a: evaluator(POINTS, a, SCENE, MATERIAL).rgb,
-        "albedo": lambda a: evaluator(POINTS, NORMALS, SCENE, MATERIAL, albedo=a).rgb,
+        "albedo": lambda a: evaluator(POINTS, NORMALS, SCENE, replace(MATERIAL, albedo=a)).rgb,
     }
     return {f"{evaluator} {argument}": call for argument, call in calls.items()}
 
@@ -87,18 +88,18 @@ def test_row_49_other_real_types_are_widened(taker, kind):
 
 NO_ROWS = [
     *(POINTS + 1j, POINTS.astype(str), POINTS.astype(object), POINTS.astype(bool)),
-    *(POINTS[:, :2], POINTS[:, 0], POINTS[None], np.zeros((COUNT, 3), "datetime64[s]")),
-    *([[0.0, 0.0, 0.0], [1.0]], (1.0, 0.5, 0.5), "points", 3.5, None),
+    *(POINTS[:, :2], POINTS[None], np.zeros((COUNT, 3), "datetime64[s]"), [[0.0, 0.0, 0.0], [1.0]]),
 ]
+NO_VECTORS = [POINTS[:, 0], (1.0, 0.5, 0.5), "points", 3.5, None]  # some of them are an albedo
 
 
 @pytest.mark.parametrize(
     ("taker", "bad"),
-    [(taker, bad) for taker in TAKERS for bad in NO_ROWS if bad is not None or taker not in ALBEDOS],
+    [(taker, bad) for taker in TAKERS for bad in NO_ROWS + NO_VECTORS * (taker not in ALBEDOS)],
     ids=lambda bad: f"{bad.dtype} {bad.shape}" if isinstance(bad, np.ndarray) else str(bad),
 )
 def test_row_49_what_is_no_array_of_rows_is_refused(taker, bad):
-    assert_refused(taker, bad, r"an \(n, 3\) array of real numbers; got ")
+    assert_refused(taker, bad, r"[^;]*\(n, 3\)[^;]*; got ")
 
 
 # row 50: nothing to light
@@ -148,9 +149,8 @@ def test_row_51_both_lengths_are_told(taker, rows):
 def test_row_51_a_string_array_is_refused():
     mesh = pv.Sphere()
     mesh.point_data["names"] = ["vertex"] * mesh.n_points
-    message = r"^albedo must be an \(n, 3\) array of real numbers"
-    with pytest.raises(ValueError, match=message):
-        mesh.phong.shade(SCENE, material=ph.Material(albedo="names"))
+    with pytest.raises(ValueError, match=r"^albedo must be .*, shape \(n,\) or \(n, 3\); got an array of <U6"):
+        mesh.phong.shade(SCENE, material=Material(albedo="names"))
 
 
 # row 52: blocks

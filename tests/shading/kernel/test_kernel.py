@@ -86,15 +86,16 @@ def test_a_large_mesh_has_the_bits_of_its_pieces(vertices, precision, name, has_
     count = 5 * 2**14 + 77
     points, normals = (np.resize(array.astype(precision), (count, 3)) for array in vertices)
     points[[40_000, count - 1]] = 3 * [np.nan], LAMP.position  # these the reference lights
-    albedo = np.random.default_rng(5).random((count, 3)).astype(precision) if has_albedo else None
-    scene, material = scene_of(name)
-    equation = assemble(scene, material, None)
+    albedo = np.random.default_rng(5).random((count, 3)).astype(precision)
+    known = Vertices(points, normals, {"albedo": albedo} if has_albedo else {})
+    equation = known.equation(*scene_of(name), None)
+    tints = known.tints(equation)
     pieces, memory = np.empty((count, 3), precision), np.full((count + 2, 3), np.nan, precision)
     for start in range(0, count, COUNT):
         part = slice(start, start + COUNT)
-        shades = None if albedo is None else albedo[part]
-        assert kernel.shade(points[part], normals[part], equation, shades, Shading(pieces[part]))
-    assert kernel.shade(points, normals, equation, albedo, Shading(memory[1:-1]))
+        own = {field: tint.at(part) for field, tint in tints.items()}
+        assert kernel.shade(points[part], normals[part], equation, own, Shading(pieces[part]))
+    assert kernel.shade(points, normals, equation, tints, Shading(memory[1:-1]))
     np.testing.assert_array_equal(memory[1:-1], pieces)
     assert np.isnan(memory[[0, -1]]).all()
 
@@ -104,16 +105,18 @@ def test_vertices_that_it_declines_have_the_references_bits(vertices, kind):
     """On a light, on the eye, not finite, or too far from a light; the others keep the kernel's."""
     points, normals = (array.copy() for array in vertices)
     scene, material = scene_of("all")
-    equation, albedo = assemble(scene, material, None), np.random.default_rng(4).random((COUNT, 3))
+    known = Vertices(points, normals, {"albedo": np.random.default_rng(4).random((COUNT, 3))})
+    equation = known.equation(scene, material, None)
+    tints = known.tints(equation)
     usual, lit, reference = (np.empty((COUNT, 3), kind) for _ in range(3))
-    assert kernel.shade(points, normals, equation, albedo, Shading(usual))
+    assert kernel.shade(points, normals, equation, tints, Shading(usual))
     declined = [3, 127, 128, 900, COUNT - 1]
     points[declined] = LAMP.position, scene.viewer.position, (0, np.nan, 0), (1e300, 0, 0), SPOT.position
-    assert kernel.shade(points, normals, equation, albedo, Shading(lit))
+    assert kernel.shade(points, normals, equation, tints, Shading(lit))
     others = np.delete(np.arange(COUNT), declined)
     np.testing.assert_array_equal(lit[others], usual[others])
     floats = np.empty((COUNT, 3), "float32" if kind == "uint8" else kind)
-    shade_by_reference(points, normals, equation, albedo, Shading(floats))
+    shade_by_reference(points, normals, equation, tints, Shading(floats))
     reference[:] = np.rint(floats * 255.0) if kind == "uint8" else floats
     np.testing.assert_array_equal(lit[declined], reference[declined])
 
@@ -157,10 +160,10 @@ def test_it_declines_what_it_cannot_do_and_writes_nothing(vertices):
     points, normals = vertices
     far = ph.Scene([replace(LAMP, position=(1e200, 0, 0))], ph.Viewer())
     result = result_of(COUNT)
-    assert not kernel.shade(points, normals, assemble(far, SHINY, None), None, result)
+    assert not kernel.shade(points, normals, assemble(far, SHINY, None), {}, result)
     assert (result.rgb == 7.0).all()
     with_parts = result_of(COUNT, base=np.zeros((COUNT, 3), np.float32))
-    assert not kernel.shade(points, normals, assemble(*scene_of("lamp"), None), None, with_parts)
+    assert not kernel.shade(points, normals, assemble(*scene_of("lamp"), None), {}, with_parts)
 
 
 @pytest.mark.parametrize("intensity", [1e30, 1e40, 1e300])

@@ -31,12 +31,12 @@ def vertices_of(dice):
     return points, points + 0.3 * random.normal(size=(COUNT, 3))
 
 
-def lit(light, reflectance, seed, precision, shade_by="numba", albedo=None):
-    material = ph.Material(diffuse=0.5, specular=0.4, shininess=20, reflectance=reflectance)
+def lit(light, reflectance, seed, precision, shade_by="numba", albedo=1.0):
     points, normals = vertices_of(Dice(seed))
+    fields = {"albedo": albedo, "tangents": points, "reflectance": reflectance}
+    material = ph.Material(diffuse=0.5, specular=0.4, shininess=20, **fields)
     scene = ph.Scene([light], ph.Viewer((1, -2, 5)))
-    options = {"precision": precision, "backend": shade_by, "albedo": albedo, "tangents": points}
-    return ph.evaluate(points, normals, scene, material, **options).rgb
+    return ph.evaluate(points, normals, scene, material, precision=precision, backend=shade_by).rgb
 
 
 @pytest.mark.parametrize("precision", STEPS)

@@ -156,7 +156,7 @@ def test_normals_are_transformed_by_the_class_of_the_matrix(mesh, matrix, on, wh
 
 def run(equation, mesh):
     result = Shading(np.empty((mesh.n_points, 3)))
-    reference.shade(np.asarray(mesh.points), np.asarray(mesh.point_data.active_normals), equation, None, result)
+    reference.shade(np.asarray(mesh.points), np.asarray(mesh.point_data.active_normals), equation, {}, result)
     return result.rgb
 
 
