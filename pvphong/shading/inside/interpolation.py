@@ -110,7 +110,7 @@ def _lit_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array,
     """(m, s, 3): the truth at places in triangles (m, 3), as it is shown."""
     points, normals = weights @ vertices.points[corners], weights @ vertices.normals[corners]
     maps = weights @ vertices.maps[corners]
-    rows = (each.reshape(-1, each.shape[-1]) for each in (points, normals, maps))
+    rows = (each.reshape(points.size // 3, each.shape[-1]) for each in (points, normals, maps))  # maps may be none
     return lighting.shown(lighting.colors(*rows)).reshape(points.shape)
 
 
