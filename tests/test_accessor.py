@@ -106,14 +106,15 @@ def test_every_option_reaches_each_block():
     ball = pv.Sphere(theta_resolution=8, phi_resolution=8)
     ball["tint"], ball["rough"] = np.linspace(0.2, 1, 3 * ball.n_points).reshape(-1, 3), np.full(ball.n_points, 0.3)
     blocks, matrix = pv.MultiBlock({"ball": ball, "gap": None}), np.diag([1, 1, 2.0, 1])
-    framed, metal = scene_for(blocks, SCENE, matrix), Material(specular=0.5, reflectance=ph.GGX(0.5))
+    framed, rough = scene_for(blocks, SCENE, matrix), ph.GGX("rough")
+    metal, tinted = Material(specular=0.5, albedo="tint", reflectance=rough), Material(albedo="tint")
     common = {"matrix": matrix, "feature_angle": 20}
     options = {
-        "shade": (common | {"albedo": "tint", "roughness": "rough", "name": "lit", "components": True}, metal),
-        "plan": (common | {"roughness": "rough", "tolerance": 0.01}, metal),
-        "refine": (common | {"albedo": "tint", "tolerance": 0.02, "max_points": 500, "name": "lit"}, Material()),
-        "interpolation_error": (common | {"albedo": "tint"}, Material()),
-        "validate": ({"matrix": matrix}, Material()),
+        "shade": (common | {"name": "lit", "components": True}, metal),
+        "plan": (common | {"tolerance": 0.01}, metal),
+        "refine": (common | {"tolerance": 0.02, "max_points": 500, "name": "lit"}, tinted),
+        "interpolation_error": (common, tinted),
+        "validate": (common | {"backend": "numpy"}, Material()),
     }
     options["refine"][0].update(placement="smooth", precision="float64")
     for name, (how, material) in options.items():

@@ -62,7 +62,7 @@ def test_every_parameter_has_a_help_text(command, capsys, monkeypatch):
 LOOK = "--material gold --ambient 0.25 --specular 1,0.5,0.25 --emission #ff6347 --shininess 3.5 --diffuse tomato"
 MATERIAL = ph.Material(
     ambient=0.25, diffuse="tomato", specular=(1, 0.5, 0.25), shininess=3.5, emission="tomato",
-    reflectance=ph.Metal((1.0, 0.7, 0.3)),
+    albedo="tint", reflectance=ph.Metal((1.0, 0.7, 0.3)),
 )  # fmt: skip
 ALL = f"{LOOK} --reflectance metal:color=1,0.7,0.3 --albedo tint --array lit --components --precision float64"
 RED = ph.Material(diffuse="red", shininess=3)
@@ -77,14 +77,14 @@ def by_names(change):
 SHADED = {
     "sphere.vtp --scene away.json --tolerance 0.1": lambda: shaded("sphere.vtp", "away.json", tolerance=0.1),
     f"sphere.vtp --scene rig.json {ALL}": lambda: shaded(
-        "sphere.vtp", "rig.json", MATERIAL, name="lit", albedo="tint", components=True, precision="float64"
+        "sphere.vtp", "rig.json", MATERIAL, name="lit", components=True, precision="float64"
     ),
     "sphere.vtp --scene red.json": lambda: shaded("sphere.vtp", "red.json", RED),
     "sphere.vtp --scene red.json --material jade": lambda: shaded("sphere.vtp", "red.json", ph.Material.named("jade")),
     "blocks.vtm": lambda: shaded("blocks.vtm"),
     "blocks.vtm --scene red.json --specular 0.5": lambda: shaded("blocks.vtm", "red.json", by_names({"specular": 0.5})),
     "tile.vtp --scene rig.json --albedo oak.png": lambda: shaded(
-        "tile.vtp", "rig.json", albedo=pv.read_texture("oak.png")
+        "tile.vtp", "rig.json", ph.Material(albedo=pv.read_texture("oak.png"))
     ),
     "box.vti --feature-angle none": lambda: shaded("box.vti", feature_angle=None),
     "cube.vtp": lambda: shaded("cube.vtp"),
