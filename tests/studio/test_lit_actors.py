@@ -89,7 +89,7 @@ def test_a_named_albedo_that_is_missing_is_named():
     live.refresh(SCENE)
     live.material = replace(SHINY, albedo="tnit")
     with pytest.raises(
-        ValueError, match=r"^albedo must be the name of a point array .*tint\); got 'tnit'\. Did you mean 'tint'"
+        ValueError, match=r"^albedo must be the name of a point array .*tint.*; got 'tnit'\. Did you mean 'tint'"
     ):
         live.refresh(SCENE)
 
@@ -120,7 +120,7 @@ BREAKING = {
     "albedo resized": (lambda mesh: resize(mesh.GetPointData().GetArray("tint"), 3), "albedo must be .* got 3 rows"),
     "arrays removed": (
         lambda mesh: mesh.clear_data(),
-        r"albedo must be the name of a point array \(there is none\); got 'tint'",
+        r"albedo must be the name of a point array .*; got 'tint'",
     ),
     "faces removed": (lambda mesh: (mesh.clear_data(), mesh.GetPolys().Initialize()), "mesh must be a mesh with faces"),
     "faces cut": (
