@@ -101,6 +101,44 @@ def test_blocks_take_what_a_mesh_takes(name):
         assert [p.name for p in of_mesh] == taken
 
 
+OPTIONS = {"matrix", "feature_angle", "occluders", "visibility", "tolerance", "precision", "backend"}
+NO_RAYS = "it casts no rays inside triangles yet"
+IN_FLOAT64 = "errors are those of the formulas, in float64 by NumPy"
+NOT_VTKS = "VTK's shader has no shadows"
+MEASURED = "each of them is a row that is measured"
+IN_ITSELF = "it looks at points and faces as they are, and lights nothing"
+SHOWN = "it shows colours that are there already"
+WITHOUT = {
+    "shade": {},
+    "plan": dict.fromkeys(("precision", "backend"), "nothing is computed; a plan is the same for all"),
+    "refine": dict.fromkeys(("occluders", "visibility"), NO_RAYS) | {"backend": IN_FLOAT64},
+    "interpolation_error": dict.fromkeys(("occluders", "visibility"), NO_RAYS)
+    | dict.fromkeys(("precision", "backend"), IN_FLOAT64)
+    | {"tolerance": "it is the error itself that is asked for"},
+    "validate": dict.fromkeys(("occluders", "visibility"), NOT_VTKS)
+    | {"precision": "VTK's shader computes in float32", "tolerance": "an approximation is no error of the formulas"},
+    "tradeoff": dict.fromkeys(("precision", "backend"), MEASURED),
+    "visibility": {"visibility": "it is what comes out"}
+    | dict.fromkeys(("precision", "backend"), "rays are cast in one way, Embree's or VTK's"),
+    "normals": dict.fromkeys(("occluders", "visibility", "tolerance"), "no light falls on them")
+    | {"precision": "they are of the points' own"},
+    "diagnose": dict.fromkeys(OPTIONS - {"matrix"}, IN_ITSELF),
+    "plot": dict.fromkeys(OPTIONS, SHOWN),
+    "color_view": dict.fromkeys(OPTIONS, SHOWN),
+}
+"""Method → option that it does not take → why."""
+
+
+@pytest.mark.parametrize("kind", [MESH, BLOCKS])
+@pytest.mark.parametrize("name", METHODS)
+def test_options_are_those_of_every_call_but_for_a_reason(name, kind):
+    """And those that several take mean the same: they have one default, but that of a tolerance."""
+    taken, of_shade = (inspect.signature(getattr(kind, each)).parameters for each in (name, "shade"))
+    assert OPTIONS - taken.keys() == WITHOUT[name].keys()
+    for option in OPTIONS & taken.keys() - {"tolerance"}:
+        assert (taken[option].default, taken[option].kind) == (of_shade[option].default, of_shade[option].kind), option
+
+
 def test_every_option_reaches_each_block():
     """Each result is what the mesh gives by itself, in the scene of all."""
     ball = pv.Sphere(theta_resolution=8, phi_resolution=8)

@@ -4,7 +4,7 @@ import json
 import re
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -14,8 +14,9 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.cli.app import main
+from pvphong.cli.app import app, main
 from pvphong.cli.demo import PLASTIC, SCENE
+from pvphong.cli.options import Lighting
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.default_scene import default_scene
 
@@ -55,6 +56,18 @@ def test_every_parameter_has_a_help_text(command, capsys, monkeypatch):
     assert parameters or command == "compile"
     for line in parameters:
         assert re.match(r"│ (\* )? *(--[a-z-]+|MESH)( -[a-z])?( [A-Z|]+(\.\.\.)?)*  +\S", line), line
+
+
+@pytest.mark.parametrize("command", ["shade", "view", "plan", "validate", "tradeoff"])
+def test_what_lights_takes_all_options_of_the_one_record(command):
+    given = {each.name: "9" for each in fields(Lighting)}
+    given |= {"scene": Path("rig.json"), "shadows": True, "ambient_occlusion": True, "occluder": ("9",)}
+    words = [command, "cube.vtp"]
+    for name, value in given.items():
+        text = [] if value is True else [*value] if isinstance(value, tuple) else [str(value)]
+        words += [f"--{name.replace('_', '-')}", *text]
+    _, found, _ = app.parse_args([*words, *(("-o", "lit.vtp") if command == "shade" else ())], exit_on_error=False)
+    assert found.arguments["lighting"] == Lighting(**given | {"feature_angle": 9.0})
 
 
 # --- shade; formats and failing disks are in meshes/test_files ---
