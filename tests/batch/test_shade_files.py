@@ -224,7 +224,7 @@ REFUSED = {
     r"^material must be .* got a mapping without 'default'": {"material": {}},
     r"^tolerance must be": {"tolerance": -1},
     r"^feature_angle must be": {"feature_angle": 200.0},
-    r"^albedo must be a number or colour, a point array's name or": {"material": ph.Material(albedo=np.ones((9, 3)))},
+    r"^albedo must be the name of a point array that the files have": {"material": ph.Material(albedo=np.ones((9, 3)))},
     r"^seams must be one of 'merge', 'keep'": {"seams": "weld"},
     r"^compress must be one of 'lz4', 'zlib', 'none'": {"compress": "zip"},
     r"^client must be a distributed\.Client, or the address .* got 5": {"client": 5},
