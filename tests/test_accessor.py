@@ -176,6 +176,19 @@ def test_every_option_reaches_each_block():
         blocks.phong.plan(SCENE, rougness=0.5)
 
 
+@pytest.mark.parametrize("feature_angle", [None, 30])
+@pytest.mark.parametrize("name", ["shade", "plan", "refine", "interpolation_error", "validate", "tradeoff"])
+def test_tangents_that_nothing_reads_change_nothing(name, feature_angle):
+    cube = pv.Cube().triangulate().subdivide(1)
+    cube["grain"] = np.ones((cube.n_points, 3))
+    how = {"refine": {"tolerance": 0.1}, "tradeoff": {"seconds": 0.1}}.get(name, {}) | {"feature_angle": feature_angle}
+    ask = getattr(cube.phong, name)
+    without, *others = (
+        ask(SCENE, Material(tangents=tangents), **how) for tangents in (None, "grain", np.asarray(cube["grain"]))
+    )
+    assert name == "tradeoff" or all(one == without or str(one) == str(without) for one in others)  # it has times
+
+
 def test_a_viewer_who_frames_blocks_sees_them_where_their_matrix_puts_them():
     ball, matrix = pv.Sphere(), np.diag([2.0, 1, 1, 1])
     matrix[0, 3] = 10.0

@@ -103,7 +103,7 @@ def validate(
     """
     material = as_material(material)
     refuse_maps_in_vtk(material)
-    material = material.without_albedo()
+    material = replace(material.without_albedo(), tangents=None)  # nothing that VTK can draw reads them
     source, _ = split_sharp_edges(surface(mesh), feature_angle)
     scene = scene_for(source, scene, matrix)
     given = None if matrix is None else check.matrix4("matrix", matrix)
