@@ -26,7 +26,7 @@ from pvphong.meshes.blocks import DEFAULT, map_blocks, single_material
 from pvphong.meshes.default_scene import default_scene, scene_for
 from pvphong.meshes.files import read_mesh
 from pvphong.meshes.surfaces import FeatureAngle, surface
-from pvphong.optics.maps import COLORS
+from pvphong.optics.maps import COLORS, is_color_name
 from pvphong.optics.material import Material, as_material
 from pvphong.optics.reflectance import Reflectance
 from pvphong.optics.reflectances import REFLECTANCES
@@ -101,6 +101,9 @@ class Lighting:
     def materials(self) -> dict[str, Material]:
         """The materials by the names of their blocks: the rig's if none is named, changed by the other options."""
         if self.material is not None:
+            if is_color_name(self.material) and self.material.lower() not in Material.names():
+                remedy = f"--diffuse {self.material} has that colour."
+                check.refuse("--material", self.material, "the name of a material", remedy)
             found = {DEFAULT: as_material(self.material)}
         else:
             found = ({} if self.scene is None else load_materials(self.scene)) or {DEFAULT: Material()}

@@ -14,13 +14,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pvphong.base import threads
 from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike
 from pvphong.geometry.transform import MatrixClass, class_of, transform_normals, transform_points
 
 # Bounds are computed in float64 and rounded up by this factor.
 ROUNDED_UP = 1.0 + 1e-9
-# Rows that are searched for extremes at once, and that are laid side by side for it.
-_CHUNK, _FOLD = 2**20, 512
+# Rows that a thread searches for extremes at once: they stay in its caches; and that are laid side by side for it.
+_CHUNK, _FOLD = 2**17, 512
 # Normals that are looked at first.
 _SOME = 64
 
@@ -158,15 +159,19 @@ def _corners(low: Float64Array, high: Float64Array) -> Float64Array:
 
 def box_of(rows: FloatArray) -> tuple[Float64Array, Float64Array]:
     """Least and greatest entry of each column, of at least one row of three; NaN where any is."""
-    extremes = []
-    for start in range(0, len(rows), _CHUNK):
-        part = rows[start : start + _CHUNK]
-        whole = len(part) // _FOLD * _FOLD
-        if whole:  # NumPy reduces long rows many times as fast as triples
-            folded = part[:whole].reshape(-1, 3 * _FOLD)
-            extremes += [folded.min(axis=0).reshape(_FOLD, 3), folded.max(axis=0).reshape(_FOLD, 3)]
-        extremes.append(part[whole:])
-    few = np.concatenate(extremes).astype(np.float64)
+    lows: list[FloatArray] = []
+    highs: list[FloatArray] = []
+
+    def look(first: int, last: int) -> None:  # NumPy reduces long rows many times as fast as triples
+        folded = rows[first:last].reshape(-1, 3 * _FOLD)
+        lows.append(folded.min(axis=0))
+        highs.append(folded.max(axis=0))
+
+    whole = len(rows) // _FOLD * _FOLD
+    if whole:
+        threads.run(look, whole, _CHUNK)
+    folds = [np.min(lows, axis=0).reshape(-1, 3), np.max(highs, axis=0).reshape(-1, 3)] if whole else []
+    few = np.concatenate([*folds, rows[whole:]]).astype(np.float64)
     return few.min(axis=0), few.max(axis=0)
 
 

@@ -16,7 +16,7 @@ from pvphong.base.processes import reading
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.geometry.normals import point_tangents
 from pvphong.meshes.surfaces import FeatureAngle, has_faces, polygons, split_sharp_edges, surface
-from pvphong.optics.maps import COLORS, SHINIEST, Map, checked, is_image_path, is_texture
+from pvphong.optics.maps import COLORS, SHINIEST, Map, is_image_path, is_texture
 from pvphong.optics.material import Material
 
 _TO_POINTS = "mesh.cell_data_to_point_data() turns cell arrays into point arrays."
@@ -114,7 +114,7 @@ def _of_faces(name: str, value: str, source: pv.PolyData) -> Any:
         check.refuse(name, f"{value!r}, a cell array", "a point array where faces share points", remedy)
     found = np.zeros((source.n_points, *faces.shape[1:]), faces.dtype)
     found[connectivity] = np.repeat(faces, np.diff(offsets), axis=0)
-    return checked(name, found, source.n_points)
+    return found
 
 
 def _refuse_unknown(name: str, value: str, source: pv.PolyData) -> NoReturn:

@@ -153,8 +153,28 @@ def refuse_unnamed(name: str, value: Any) -> None:
         check.refuse(name, value, allowed, remedy)
 
 
-def checked(name: str, value: Any, count: int) -> Any:
-    """A map's numbers for `count` vertices: uint8, float32 or float64, shape (n, 1), or (n, 3) for colours.
+class Values(NamedTuple):
+    """What a map has for n vertices, checked."""
+
+    rows: Any
+    """Shape (n, 1), or (n, 3) for colours; uint8, float32 or float64."""
+    least: float
+    """The least of them; 0 for colours."""
+    most: float
+    """The greatest of them; for colours `above` that, for albedo 1."""
+
+
+def above(largest: float) -> float:
+    """The least power of two that is no less than a number >= 0; 1 for 0.
+
+    Colours divided by it lose no bit, and no vertex's depend on others', also where all are black.
+    """
+    mantissa, exponent = math.frexp(largest)
+    return math.ldexp(1.0, exponent - (mantissa == 0.5))
+
+
+def checked(name: str, value: Any, count: int) -> Values:
+    """A map's numbers for `count` vertices.
 
     Raises
     ------
@@ -175,7 +195,7 @@ def checked(name: str, value: Any, count: int) -> Any:
         check.refuse(name, f"{len(given)} rows", f"an array with one row per point, {count} rows")
     numbers = given[:, None] if given.ndim == 1 else given
     if field.is_color and numbers.dtype == np.uint8:
-        return numbers
+        return Values(numbers, 0.0, 1.0)
     if field.is_color and numbers.dtype.kind in "iu":
         remedy = "Convert 0-255 to uint8, or divide it by 255."
         check.refuse(name, f"an array of {numbers.dtype}", "uint8 or floats", remedy)
@@ -183,37 +203,42 @@ def checked(name: str, value: Any, count: int) -> Any:
         with np.errstate(over="ignore"):
             numbers = numbers.astype(np.float32 if numbers.dtype.kind == "f" and numbers.itemsize == 4 else np.float64)
     if not numbers.size:
-        return numbers
+        return Values(numbers, 1.0, 1.0)
+    least, most = _range_of(numbers)
     if name == "albedo":
-        largest = float(numbers.max())
-        if not largest <= field.most:  # it is too large, or there is a NaN among them
-            largest = float(np.fmax.reduce(numbers, axis=None))
-        if largest > field.most:
+        if not most <= field.most:  # it is too large, or there is a NaN among them
+            most = float(np.fmax.reduce(numbers, axis=None))
+        if most > field.most:
             remedy = "Divide 0-255 by 255, or convert it to uint8."
-            check.refuse(name, f"floats up to {largest:g}", "floats from 0 to 1", remedy)
-    elif not (float(numbers.min()) >= field.least and float(numbers.max()) <= field.most):  # nor if one is NaN
+            check.refuse(name, f"floats up to {most:g}", "floats from 0 to 1", remedy)
+        return Values(numbers, 0.0, 1.0)
+    if not (least >= field.least and most <= field.most):  # nor if one is NaN
         wide = numbers.astype(np.float64)
         is_bad = ~((wide >= field.least) & (wide <= field.most)).all(axis=1)
         first = int(np.argmax(is_bad))
         is_255 = field.is_color and field.most < numbers[first].max() <= 255.0
         remedy = "Divide 0-255 by 255, or convert it to uint8." if is_255 else ""
         check.refuse(name, f"{numbers[first].tolist()} at vertex {first}", allowed, remedy)
-    return numbers
+    return Values(numbers, 0.0, above(most)) if field.is_color else Values(numbers, least, most)
 
 
-def fractions(name: str, rows: Any) -> FloatArray:
-    """Rows of checked colours as floats: uint8 counts as 0-255; albedo is clipped to [0, 1], a NaN counts as 0."""
-    if rows.dtype == np.uint8:
-        return rows / 255.0
-    return np.fmin(np.fmax(rows, 0.0), 1.0) if name == "albedo" else rows  # fmax takes 0 before a NaN
+def _range_of(numbers: Any) -> tuple[float, float]:
+    """The least and the greatest of some floats; NaN if there is one among them. Of colours >= 0 the least may be 0.
 
-
-def brightest(name: str, rows: Any) -> float:
-    """A power of two that is no less than any of checked colours; 1 for albedo, 0 where all are 0.
-
-    Colours divided by it lose no bit, and no vertex's depend on others'.
+    Floats >= 0 are in the order of their bits, and any other's, as those of a whole number, are larger: one pass does.
     """
-    if name == "albedo" or rows.dtype == np.uint8:
-        return 1.0
-    mantissa, exponent = math.frexp(float(rows.max(initial=0.0)))
-    return math.ldexp(float(mantissa > 0.0), exponent - (mantissa == 0.5))
+    if numbers.shape[1] == 3 and numbers.flags.c_contiguous:
+        bits = numbers.view(np.uint32 if numbers.itemsize == 4 else np.uint64).max()
+        most = float(bits.view(numbers.dtype))
+        if most >= 0.0 and not math.copysign(1.0, most) < 0.0:
+            return 0.0, most
+    return float(numbers.min()), float(numbers.max())
+
+
+def fractions(name: str, rows: Any, real: Any = np.float64) -> FloatArray:
+    """Rows of checked colours as floats: uint8 counts as 0-255; albedo is clipped to [0, 1], NaN counts as 0."""
+    if rows.dtype == np.uint8:
+        return np.divide(rows, 255.0, dtype=real)
+    if name == "albedo":
+        rows = np.fmin(np.fmax(rows, 0.0), 1.0)  # fmax takes 0 before a NaN
+    return np.asarray(rows, real)

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
+import numpy as np
+
 from pvphong.base import check, documents
 from pvphong.base.types import InitSignature, rgb
 from pvphong.optics.maps import (
@@ -279,11 +281,34 @@ def as_material(given: Any) -> Material:
     return check.refuse("material", given, allowed, remedy)
 
 
-def refuse_maps_in_vtk(material: Material) -> None:
-    """Raise ValueError for what the material has vertex by vertex: VTK's shader takes a property for all of a mesh."""
+def without_maps(material: Material, where: str) -> Material:
+    """The material with its albedo in ambient and diffuse; ValueError if it has maps, which are not allowed `where`."""
     for name, given in material.maps.items():
-        remedy = "VTK's shader has one for a mesh; its vertex colours, which could stand for albedo, have but 8 bits."
-        check.refuse(name, given, "one number or colour, to be compared with VTK", remedy)
+        check.refuse(name, given, f"one number or colour {where}")
+    return material.without_albedo()
+
+
+def refuse_maps_in_vtk(material: Material) -> None:
+    """Raise ValueError for what the material has vertex by vertex, where VTK has a property for all of a mesh.
+
+    Its vertex colours can stand for albedo: if they are uint8, and what they multiply is grey.
+    """
+    for name, given in material.maps.items():
+        if name != "albedo":
+            remedy = "VTK's shader has one for a mesh; vertex colours stand for albedo."
+            check.refuse(name, given, "one number or colour, to be compared with VTK", remedy)
+    if "albedo" not in material.maps:
+        return
+    if np.asarray(material.albedo).dtype != np.uint8:
+        remedy = "Give it as uint8, as in np.rint(255 * colours).astype(np.uint8)."
+        check.refuse("albedo", "a map of floats", "uint8, as VTK's vertex colours are", remedy)
+    for name in ("ambient", "diffuse"):
+        red, green, blue = rgb(getattr(material, name))
+        if not red == green == blue:
+            check.refuse(name, getattr(material, name), "grey beside a map of albedo, to be compared with VTK")
+    if any(rgb(material.emission)) or material.reflectance is not None:
+        name = "reflectance" if material.reflectance is not None else "emission"
+        check.refuse(name, getattr(material, name), "none beside a map of albedo, to be compared with VTK")
 
 
 def nearest_in_vtk(material: Material) -> str:

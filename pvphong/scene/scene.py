@@ -20,7 +20,7 @@ from pvphong.base.text import changed_fields, html_table
 from pvphong.base.types import VectorLike
 from pvphong.optics.lights import LIGHT_TYPES, Light
 from pvphong.optics.maps import is_image_path
-from pvphong.optics.material import Material
+from pvphong.optics.material import Material, as_material
 from pvphong.optics.reflectances.pbr import is_physical
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.viewer import Viewer
@@ -142,7 +142,7 @@ class Scene:
         title = f"Scene of {len(rows) - 1} lights: what is not at its default"
         return html_table(title, (), [*rows, ("viewer", "Viewer", viewer)])
 
-    def save(self, path: str | os.PathLike[str], *, materials: Mapping[str, Material] | None = None) -> None:
+    def save(self, path: str | os.PathLike[str], *, materials: Mapping[str, Material | str] | None = None) -> None:
         """Write the scene to a JSON file; `Scene.load` gives it back to the last bit.
 
         Parameters
@@ -178,7 +178,7 @@ class Scene:
         if materials:
             folder = Path(path).absolute().parent
             document["materials"] = {
-                name: _with_paths(material, lambda image: os.path.relpath(image, folder)).to_dict()
+                name: _with_paths(as_material(material), lambda image: os.path.relpath(image, folder)).to_dict()
                 for name, material in materials.items()
             }
         write_json(document, path)

@@ -14,7 +14,7 @@ from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike
 from pvphong.base.vectors import unit
 from pvphong.geometry.extent import Extent
 from pvphong.geometry.transform import transform_vectors
-from pvphong.optics.maps import COLORS, FIELDS, Map, brightest, checked, fractions
+from pvphong.optics.maps import COLORS, Map, Values, checked, fractions
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.shading.equation import Equation, assemble
@@ -41,12 +41,7 @@ class Tint(NamedTuple):
     rows: Any
     """Shape (n, 1) or (n, 3), uint8, float32 or float64, as `pvphong.optics.maps.checked` gives them."""
     most: float
-    """A power of two; 0 where all are 0."""
-
-    @property
-    def over(self) -> float:
-        """1 / `most`."""
-        return 1.0 / self.most if self.most else 0.0
+    """A power of two."""
 
     def at(self, part: Any) -> Tint:
         """The tint of some of the vertices."""
@@ -54,8 +49,8 @@ class Tint(NamedTuple):
 
     def factors(self, real: Any) -> FloatArray:
         """Shape (3, n)."""
-        rows = fractions(self.name, self.rows).astype(real, copy=False)
-        return np.asarray(np.broadcast_to(rows.T, (3, len(rows))) * real(self.over))
+        rows = fractions(self.name, self.rows, real)
+        return np.asarray(np.broadcast_to(rows.T, (3, len(rows))) * real(1.0 / self.most))
 
 
 class Vertices:
@@ -94,7 +89,7 @@ class Vertices:
     ) -> None:
         self.points: FloatArray = check.array("points", points)
         self._normals = normals if callable(normals) else self._checked("normals", normals)
-        self.maps: dict[str, Any] = {name: checked(name, value, len(self.points)) for name, value in maps.items()}
+        self.maps: dict[str, Values] = {name: checked(name, value, len(self.points)) for name, value in maps.items()}
         self.visibility = visibility
         self._tangents = tangents if callable(tangents) else self._checked("tangents", tangents)
 
@@ -145,22 +140,16 @@ class Vertices:
 
     def tints(self, equation: Equation) -> dict[str, Tint]:
         """What is multiplied by colours at each vertex, of what an equation reads."""
-        return {name: Tint(name, self.maps[name], brightest(name, self.maps[name])) for name in equation.needed_tints}
+        return {name: Tint(name, self.maps[name].rows, self.maps[name].most) for name in equation.needed_tints}
 
     def without_maps(self, material: Material) -> Material:
-        """The material with no less than any vertex has, in place of its maps; colours as `brightest` has them."""
-        values: dict[str, Any] = {}
-        for name, rows in self.maps.items():
-            values[name] = brightest(name, rows) if name in COLORS else float(rows.max(initial=FIELDS[name].least))
-        return material.with_values(values)
+        """The material with no less than any vertex has, in place of its maps."""
+        return material.with_values({name: values.most for name, values in self.maps.items()})
 
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
         """The least and the greatest of the numbers that are no colours, of each map."""
-        numbers = {name: rows for name, rows in self.maps.items() if name not in COLORS}
-        return {
-            name: (float(rows.min()), float(rows.max())) if rows.size else (1.0, 1.0) for name, rows in numbers.items()
-        }
+        return {name: (values.least, values.most) for name, values in self.maps.items() if name not in COLORS}
 
     def equation(self, scene: Scene, material: Material, matrix: MatrixLike | None) -> Equation:
         """The whole lighting equation of a scene and a material whose maps these are.
@@ -194,7 +183,7 @@ class Vertices:
                 matrix = equation.matrix
                 kinds.append(unit((self.tangents if matrix is None else transform_vectors(self.tangents, matrix)).T)[0])
             else:
-                kinds.append(self.maps[kind].T)
+                kinds.append(self.maps[kind].rows.T)
         return np.concatenate(kinds) if len(kinds) > 1 else next(iter(kinds), None)
 
     def bounds(self, matrix: MatrixLike | None) -> Float64Array:

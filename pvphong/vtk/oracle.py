@@ -11,6 +11,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -30,12 +31,14 @@ from vtkmodules.vtkRenderingOpenGL2 import (
 )
 
 from pvphong.base import check
-from pvphong.base.types import FloatArray, MatrixLike, rgb
+from pvphong.base.types import ByteArray, FloatArray, MatrixLike, rgb
 from pvphong.meshes.lit import point_normals
 from pvphong.meshes.pictures import drawing_window, preferring
+from pvphong.meshes.point_data import surface_and_maps
 from pvphong.meshes.surfaces import surface
 from pvphong.optics.lights import Light
-from pvphong.optics.material import Material, nearest_in_vtk, refuse_maps_in_vtk
+from pvphong.optics.maps import Map, checked
+from pvphong.optics.material import Material, as_material, nearest_in_vtk, refuse_maps_in_vtk
 from pvphong.optics.reflectances.pbr import is_physical, physical_of
 from pvphong.optics.reflectances.vtk import HIGHEST_POWER
 from pvphong.scene.viewer import Viewer
@@ -59,7 +62,7 @@ _OF_PROPERTY = (*_COLORS, *(f"{name}Color" for name in _COLORS), "SpecularPower"
 def vtk_shade(
     mesh: pv.DataSet,
     lights: Iterable[Light | vtkLight],
-    property_or_material: vtkProperty | Material,
+    property_or_material: vtkProperty | Material | str,
     viewer: Viewer | vtkCamera,
     *,
     matrix: MatrixLike | None = None,
@@ -78,9 +81,10 @@ def vtk_shade(
         Lit by copies: the lights given are neither modified nor attached to anything. VTK ignores a light's
         ambient colour, and lights highlights with its diffuse colour. When no light is on, VTK draws
         unlit, in full ambient plus full diffuse colour, and so does this function.
-    property_or_material : pyvista.Property, vtkProperty or Material
+    property_or_material : pyvista.Property, vtkProperty, Material or str
         Of a property, the ambient, diffuse and specular coefficients and colours, the specular power, the lighting
-        switch, and with physically based shading its metallic and roughness count, nothing else.
+        switch, and with physically based shading its metallic and roughness count, nothing else. Of a material, albedo
+        may be a map of uint8, which VTK draws as vertex colours, where ambient and diffuse are grey.
     viewer : Viewer, pyvista.Camera or vtkCamera
         Where the mesh is seen from.
     matrix : array_like, shape (4, 4), optional
@@ -116,13 +120,20 @@ def vtk_shade(
     given = list(lights)
     camera = vtk_camera(viewer, follows_viewer=any(getattr(light, "frame", "") == "camera" for light in given))
     copies = [vtk_light(light, Viewer.from_camera(camera)) for light in given]
+    tints = None
+    if isinstance(property_or_material, Material) and "albedo" in property_or_material.maps:
+        _, maps, _ = surface_and_maps(mesh, Material(albedo=property_or_material.albedo))
+        tints = checked("albedo", maps["albedo"], len(points)).rows
+        property_or_material = replace(property_or_material, albedo=Map(tints))
     appearance = vtk_property(property_or_material)
     with np.errstate(over="ignore"):
         p, n = points.astype(np.float32), normals.astype(np.float32)
     drawable = (np.isfinite(p) & np.isfinite(n)).all(axis=1) & (n != 0.0).any(axis=1)
     colors = np.full(points.shape, np.nan, dtype=np.float32)
     if drawable.any():
-        colors[drawable] = _shade_vertices(points[drawable], normals[drawable], copies, appearance, camera, placed)
+        tints = None if tints is None else np.broadcast_to(tints, points.shape)[drawable]
+        shown = points[drawable], normals[drawable], tints
+        colors[drawable] = _shade_vertices(*shown, copies, appearance, camera, placed)
     return colors
 
 
@@ -152,8 +163,8 @@ def _within_vtk(name: str, power: float) -> None:
 def vtk_property(property_or_material: Any) -> vtkProperty:
     """What the lighting takes from a property or material, on points of one pixel."""
     appearance = vtkProperty()
-    if isinstance(property_or_material, Material):
-        write_material(property_or_material, appearance)
+    if isinstance(property_or_material, Material | str):
+        write_material(as_material(property_or_material), appearance)
     elif isinstance(property_or_material, vtkProperty):
         appearance.SetInterpolationToPhong()
         if is_physical(property_or_material):
@@ -174,7 +185,8 @@ def vtk_property(property_or_material: Any) -> vtkProperty:
 def write_material(material: Material, appearance: vtkProperty) -> None:
     """A material in VTK's terms; raises ``ValueError`` for what VTK has no place for."""
     refuse_maps_in_vtk(material)
-    material = material.without_albedo()
+    has_tints = "albedo" in material.maps
+    material = material if has_tints else material.without_albedo()
     physical = material.reflectance
     if physical is None:
         appearance.SetInterpolationToPhong()
@@ -189,8 +201,10 @@ def write_material(material: Material, appearance: vtkProperty) -> None:
         remedy = "VTK's shading has none. Without any light, ambient is the same: add it there."
         check.refuse("emission", material.emission, "0 in VTK", remedy)
     for part in _COLORS:
-        getattr(appearance, f"Set{part}")(1.0)
-        getattr(appearance, f"Set{part}Color")(rgb(getattr(material, part.lower())))
+        color = rgb(getattr(material, part.lower()))
+        is_tinted = has_tints and part != "Specular"
+        getattr(appearance, f"Set{part}")(color[0] if is_tinted else 1.0)
+        getattr(appearance, f"Set{part}Color")((1.0, 1.0, 1.0) if is_tinted else color)
     appearance.SetSpecularPower(material.shininess)
 
 
@@ -217,6 +231,7 @@ def vtk_camera(viewer: Any, *, follows_viewer: bool) -> vtkCamera:
 def _shade_vertices(
     points: FloatArray,
     normals: FloatArray,
+    tints: ByteArray | None,
     lights: Sequence[vtkLight],
     appearance: vtkProperty,
     camera: vtkCamera,
@@ -235,7 +250,10 @@ def _shade_vertices(
     cloud.SetVerts(cells)
     mapper, actor, renderer = vtkOpenGLPolyDataMapper(), vtkOpenGLActor(), vtkRenderer()
     mapper.SetInputData(cloud)
-    mapper.ScalarVisibilityOff()
+    mapper.SetScalarVisibility(tints is not None)
+    if tints is not None:  # the shader takes them for ambient and diffuse colour
+        cloud.GetPointData().SetScalars(numpy_to_vtk(tints, deep=True))
+        mapper.SetColorModeToDirectScalars()
     actor.SetMapper(mapper)
     actor.SetProperty(appearance)
     actor.SetUserMatrix(matrix)

@@ -18,11 +18,12 @@ from rich.console import Console
 from pvphong.base import threads
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
+from pvphong.optics.reflectances import GGX
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading import kernel
-from pvphong.shading.equation import assemble
+from pvphong.shading.evaluation import evaluate
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.reference import Shading
@@ -54,17 +55,39 @@ BLINN_PHONG = replace(scene_of(*LAMPS), light_model=LightModel(reflection="blinn
 def compiled(arrays, scene, material, real, planned=False):
     """A call of the kernel, without its plan unless that is asked for; `.plan` tells what is expected of it."""
     points, normals = arrays
-    out = Shading(np.empty(points.shape, real))
-    equation = assemble(scene, material, None)
+    out, given = Shading(np.empty(points.shape, real)), Vertices(points, normals, material.maps)
+    equation = given.equation(scene, material, None)
 
     def run():
-        left = equation
+        left, at = equation, given
         if planned:
-            left = Plan.of(scene, material, Vertices(points, normals)).equation
-        kernel.shade(points, normals, left, None, out)
+            at = Vertices(points, normals, material.maps)
+            left = Plan.of(scene, material, at).equation
+        assert kernel.shade(points, normals, left, at.tints(left), out, channels=at.channels(left))
 
-    run.plan = Plan.of(scene, material, Vertices(points, normals))
+    run.plan = Plan.of(scene, material, given)
     return run
+
+
+def evaluated(arrays, material):
+    """A call of `evaluate`, which checks a material's maps."""
+    scene = scene_of(*LAMPS)
+    return lambda: evaluate(*arrays, scene, material, backend="numba")
+
+
+def mapped(count):
+    """Name → material without a map, and with one."""
+    numbers = np.random.default_rng(1).uniform(0.1, 1.0, (count, 3)).astype(np.float32)
+    gloss, rough = 50 * numbers[:, 0].copy(), numbers[:, 1].copy()
+    return {
+        "no map": SHINY,
+        "map of shininess": replace(SHINY, shininess=gloss),
+        "map of specular": replace(SHINY, specular=numbers),
+        "map of albedo": replace(SHINY, albedo=numbers),
+        "all three": replace(SHINY, shininess=gloss, specular=numbers, albedo=numbers),
+        "GGX": replace(DULL, reflectance=GGX(0.4)),
+        "GGX, map of roughness": replace(DULL, reflectance=GGX(rough)),
+    }
 
 
 def workloads(count):
@@ -85,6 +108,7 @@ def workloads(count):
         "1 spot, highlights": compiled(small, scene_of(SPOT), SHINY, np.float32),
         "4 lamps, with plan": compiled(small, scene_of(*lit), SHINY, np.float32, planned=True),
         "64 lights, 60 miss, with plan": compiled(small, scene_of(*lit, *missing), SHINY, np.float32, planned=True),
+        **{f"evaluate, {name}": evaluated(small, material) for name, material in mapped(count).items()},
         "3 lamps, highlights, float64": compiled(wide, scene_of(*LAMPS), SHINY, np.float64),
     }
 
@@ -102,6 +126,11 @@ def targets(least, book):
         ("1 spot over 1 lamp", least["1 spot, highlights"] / least["1 lamp, highlights"], 1.6, False),
         ("float64: textbook over it", book / least["3 lamps, highlights, float64"], 12.0, True),
         ("0-255 over float32", least["3 lamps, highlights, 0-255"] / highlights, 1.0, False),
+        *[
+            (f"map of {name} over none", least[f"evaluate, map of {name}"] / least["evaluate, no map"], 1.5, False)
+            for name in ("shininess", "specular")
+        ],
+        ("map of roughness over none", least["evaluate, GGX, map of roughness"] / least["evaluate, GGX"], 1.5, False),
         ("64 lights over 4", least["64 lights, 60 miss, with plan"] / least["4 lamps, with plan"], 1.3, False),
     ]
 

@@ -61,7 +61,7 @@ class Lighting:
         self.scene, self.matrix = scene, matrix
         self.equation = vertices.equation(scene, material, matrix)
         self._material = replace(material, tangents=None)  # they are among the maps, where anything reads them
-        columns = {name: fractions(name, rows).astype(np.float64) for name, rows in vertices.maps.items()}
+        columns = {name: fractions(name, values.rows) for name, values in vertices.maps.items()}
         if "tangents" in self.equation.channels:
             columns["tangents"] = vertices.tangents.astype(np.float64)
         ends = np.cumsum([0, *(rows.shape[1] for rows in columns.values())]).tolist()
@@ -110,7 +110,7 @@ def _lit_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array,
     """(m, s, 3): the truth at places in triangles (m, 3), as it is shown."""
     points, normals = weights @ vertices.points[corners], weights @ vertices.normals[corners]
     maps = weights @ vertices.maps[corners]
-    rows = (each.reshape(points.size // 3, each.shape[-1]) for each in (points, normals, maps))  # maps may be none
+    rows = (each.reshape(points.size // 3, each.shape[-1]) for each in (points, normals, maps))
     return lighting.shown(lighting.colors(*rows)).reshape(points.shape)
 
 

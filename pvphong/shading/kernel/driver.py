@@ -113,6 +113,13 @@ def fill(rows: Any, start: int, w: Any) -> None:
 
 
 @plain
+def clear(rows: Any, start: int) -> None:
+    """Black in three rows."""
+    for i in range(3 * BLOCK):
+        rows[start + i] = ZERO
+
+
+@plain
 def _begin(rows: Any, target: int, base: Any, own: Any) -> None:
     """Colours without lights: what the sky has part in, and what it has not."""
     for i in range(BLOCK):
@@ -137,10 +144,11 @@ def _load(first: int, count: int, points: Any, normals: Any, channels: Any, s: A
         at.load_channel(shifted(channels, s.field * s.channel_length), first, count, shifted(rows, at.FIELD))
     if s.sky >= 0:
         at.load_channel(shifted(channels, s.sky * s.channel_length), first, count, shifted(rows, at.SKY))
-    if s.has_tints:
-        for i in range(3 * BLOCK):
-            rows[at.R + i] = rows[at.OTHER_R + i] = ZERO
-    _begin(rows, at.AMBIENT_R if s.has_tints else at.R, in_type(s.base, rows), in_type(s.own, rows))
+    if s.is_split:
+        clear(rows, at.OTHER_R)
+    if s.has_diffuse:
+        clear(rows, at.R)
+    _begin(rows, at.AMBIENT_R if s.has_diffuse else at.R, in_type(s.base, rows), in_type(s.own, rows))
     return good
 
 
@@ -189,6 +197,20 @@ def _add_two(rows: Any, varies: bool, color: Any, other: Any) -> None:
 
 
 @plain
+def _add_two_apart(rows: Any, varies: bool, color: Any, other: Any) -> None:
+    """The first two lobes, of which a map multiplies one, in one loop."""
+    for i in range(BLOCK):
+        strength = _strength(rows, i, varies)
+        first, second = rows[at.FIRST + i] * strength, rows[at.SECOND + i] * strength
+        rows[at.R + i] = multiply_add(color[0], first, rows[at.R + i])
+        rows[at.G + i] = multiply_add(color[1], first, rows[at.G + i])
+        rows[at.B + i] = multiply_add(color[2], first, rows[at.B + i])
+        rows[at.OTHER_R + i] = multiply_add(other[0], second, rows[at.OTHER_R + i])
+        rows[at.OTHER_G + i] = multiply_add(other[1], second, rows[at.OTHER_G + i])
+        rows[at.OTHER_B + i] = multiply_add(other[2], second, rows[at.OTHER_B + i])
+
+
+@plain
 def _add_lambert(rows: Any, varies: bool, color: Any, is_even: bool, to_light: Any) -> None:
     """Add a colour times max(n·l, 0) and the light's strength; l is along `to_light` if it is even, else in rows."""
     inverse = inverse_length(square(to_light))
@@ -223,7 +245,7 @@ def _add_light(
     if varies:
         _settle_strength(rows, like(rows, t.gain))
     if t.has_ambient:
-        _add(rows, at.AMBIENT_R if s.has_tints else at.R, at.SKY, varies, in_type(t.ambient, rows))
+        _add(rows, at.AMBIENT_R if s.has_diffuse else at.R, at.SKY, varies, in_type(t.ambient, rows))
     if not t.wanted:
         return good
     if t.visible >= 0:
@@ -236,12 +258,16 @@ def _add_light(
     if t.is_even:
         _arrive_evenly(rows, to_light)
     reflected = t.wanted & call_stage(t.reflects, numbers, rows, points)
-    if not s.has_tints and reflected & 3 == 3:
-        _add_two(rows, varies, in_type(t.colors[0], rows), in_type(t.colors[1], rows))
+    if reflected & 3 == 3 and (not s.is_split or s.takes_albedo & 3 == 1):
+        colors = in_type(t.colors[0], rows), in_type(t.colors[1], rows)
+        if s.is_split:
+            _add_two_apart(rows, varies, *colors)
+        else:
+            _add_two(rows, varies, *colors)
         reflected &= 4
     for lobe in range(3):
         if reflected & (1 << lobe):
-            target = at.OTHER_R if s.has_tints and not s.takes_albedo & (1 << lobe) else at.R
+            target = at.OTHER_R if s.is_split and not s.takes_albedo & (1 << lobe) else at.R
             _add(rows, target, at.FIRST + lobe * BLOCK, varies, in_type(t.colors[lobe], rows))
     return good
 
@@ -263,40 +289,56 @@ def _byte(intensity: Any) -> Any:
 
 
 @plain
-def _multiply(first: int, count: int, tints: Any, rows: Any, target: int, over: Any) -> None:
-    """Multiply the rows of a colour by a map's colours over the greatest of them; lobes' rows are free by now."""
-    at.load_vectors(tints, first, count, shifted(rows, at.FIRST))
-    for i in range(3 * BLOCK):
-        rows[target + i] = rows[target + i] * (rows[at.FIRST + i] * over)
-
-
-@plain
-def _multiply_by_albedo(first: int, count: int, albedo: Any, rows: Any) -> None:
-    """What takes albedo, times that; it is in [0, 1], and 0 for a NaN."""
+def _multiply_by_albedo(first: int, count: int, albedo: Any, rows: Any, has_ambient: bool) -> None:
+    """What takes albedo, times that; it is in [0, 1], and 0 for a NaN. Lobes' rows are free by now."""
     at.load_vectors(albedo, first, count, shifted(rows, at.FIRST))
     for i in range(3 * BLOCK):
         given = rows[at.FIRST + i]
         part = min(given, ONE) if given > ZERO else ZERO
         rows[at.R + i] = rows[at.R + i] * part
-        rows[at.AMBIENT_R + i] = rows[at.AMBIENT_R + i] * part
+        if has_ambient:
+            rows[at.AMBIENT_R + i] = rows[at.AMBIENT_R + i] * part
+
+
+@plain
+def _multiply_by_diffuse(first: int, count: int, diffuse: Any, rows: Any, over: Any) -> None:
+    """Diffuse light times its map over the greatest of that, plus ambient light."""
+    at.load_vectors(diffuse, first, count, shifted(rows, at.FIRST))
+    for i in range(3 * BLOCK):
+        rows[at.R + i] = multiply_add(rows[at.R + i], rows[at.FIRST + i] * over, rows[at.AMBIENT_R + i])
+
+
+@plain
+def _add_times_map(first: int, count: int, tints: Any, rows: Any, start: int, over: Any) -> None:
+    """Add the rows from `start` on times a map over the greatest of it to the colour."""
+    at.load_vectors(tints, first, count, shifted(rows, at.FIRST))
+    for i in range(3 * BLOCK):
+        rows[at.R + i] = multiply_add(rows[start + i], rows[at.FIRST + i] * over, rows[at.R + i])
+
+
+@plain
+def _add_rows(rows: Any, start: int) -> None:
+    for i in range(3 * BLOCK):
+        rows[at.R + i] = rows[at.R + i] + rows[start + i]
 
 
 @inlined_early
 def _tint(first: int, count: int, albedo: Any, diffuse: Any, specular: Any, emission: Any, s: Any, rows: Any) -> None:
     """The colour from its parts, each times the maps that multiply it."""
     if s.has_albedo:
-        _multiply_by_albedo(first, count, albedo, rows)
+        _multiply_by_albedo(first, count, albedo, rows, s.has_diffuse)
     if s.has_diffuse:
-        _multiply(first, count, diffuse, rows, at.R, like(rows, s.over_diffuse))
+        _multiply_by_diffuse(first, count, diffuse, rows, like(rows, s.over_diffuse))
     if s.has_specular:
-        _multiply(first, count, specular, rows, at.OTHER_R, like(rows, s.over_specular))
-    for i in range(3 * BLOCK):
-        rows[at.R + i] = rows[at.R + i] + rows[at.AMBIENT_R + i] + rows[at.OTHER_R + i]
-    fill(rows, at.OTHER_R, in_type(s.emission, rows))
-    if s.has_emission:
-        _multiply(first, count, emission, rows, at.OTHER_R, like(rows, s.over_emission))
-    for i in range(3 * BLOCK):
-        rows[at.R + i] = rows[at.R + i] + rows[at.OTHER_R + i]
+        _add_times_map(first, count, specular, rows, at.OTHER_R, like(rows, s.over_specular))
+    elif s.is_split:
+        _add_rows(rows, at.OTHER_R)
+    if s.has_emission or s.is_split:
+        fill(rows, at.OTHER_R, in_type(s.emission, rows))
+        if s.has_emission:
+            _add_times_map(first, count, emission, rows, at.OTHER_R, like(rows, s.over_emission))
+        else:
+            _add_rows(rows, at.OTHER_R)
 
 
 @plain

@@ -100,7 +100,7 @@ def shade(
 
 def plain_colors(tint: Tint, real: Any) -> FloatArray:
     """A map's colours in the form that compiled code takes; it clips albedo itself, but more may not fit its type."""
-    rows = tint.rows if tint.rows.dtype == real else fractions(tint.name, tint.rows)
+    rows = tint.rows if tint.rows.dtype == real else fractions(tint.name, tint.rows, real)
     return as_plain(rows if rows.shape[1] == 3 else np.broadcast_to(rows, (len(rows), 3)), real)
 
 

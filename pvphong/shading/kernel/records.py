@@ -160,6 +160,7 @@ SETTINGS = np.dtype(
         ("moves_points", "?"),
         ("turns_normals", "?"),
         ("has_tints", "?"),
+        ("is_split", "?"),
         ("has_albedo", "?"),
         ("has_diffuse", "?"),
         ("has_specular", "?"),
@@ -189,7 +190,8 @@ SETTINGS = np.dtype(
     ],
     align=True,
 )
-"""What all lights share. `has_tints`: any of the four maps of colours after it. `count`: of lights. `stride`: how many
+"""What all lights share. `has_tints`: any of the four maps of colours after it.
+`is_split`: whether what takes albedo, and what does not, are added up apart. `count`: of lights. `stride`: how many
 numbers each stage has. `sky`, `tangents`, `field`: the channel with the open part of the sky, the first of three with
 tangents, and the one with the map of a reflectance's field, or -1. `channel_length`: from one channel to the next.
 `takes_albedo`: lobes that do, as the sum of 1, 2 and 4. `own`: a colour beside `base` that the sky has no part in.
@@ -300,6 +302,7 @@ def records_of(
         "moves_points": equation.matrix is not None,
         "turns_normals": turns_normals,
         "has_tints": bool(tints),
+        "is_split": bool(tints.keys() - {"emission"}),
         **{f"has_{name}": name in tints for name in COLORS},
         "is_display": is_display,
         "count": len(terms),
@@ -317,7 +320,10 @@ def records_of(
         "base": base,
         "own": _NOWHERE if tints else equation.emission,
         "emission": equation.emission,
-        **{f"over_{name}": tints[name].over if name in tints else 0.0 for name in ("diffuse", "specular", "emission")},
+        **{
+            f"over_{name}": 1.0 / tints[name].most if name in tints else 0.0
+            for name in ("diffuse", "specular", "emission")
+        },
         "exponent": 1.0 / equation.gamma,
         "low": 0.0 if equation.clamp else -math.inf,
         "high": 1.0 if equation.clamp else math.inf,

@@ -114,7 +114,7 @@ def tradeoff(
     placed = None if matrix is None else check.matrix4("matrix", matrix)
     rays: Any = {"occluders": occluders, "visibility": visibility, "tolerance": tolerance, "matrix": placed}
     vertices = vertices_of(source, maps, tangents, scene=scene, **rays)
-    arrays = vertices.maps
+    arrays: dict[str, Any] = {name: values.rows for name, values in vertices.maps.items()}
     if material.reflectance is not None and "tangents" in material.reflectance.needs:
         arrays = arrays | {"tangents": vertices.tangents}
     lit = replace(material, tangents=None).with_values({name: Map(rows) for name, rows in arrays.items()})

@@ -16,7 +16,7 @@ from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, r
 from pvphong.geometry.transform import transform_normals, transform_points
 from pvphong.meshes.surfaces import shallow_copy
 from pvphong.optics.lights import refuse_unless_in_vtk
-from pvphong.optics.material import Material, refuse_maps_in_vtk
+from pvphong.optics.material import Material, without_maps
 from pvphong.scene.scene import Scene
 from pvphong.shading.equation import Equation
 from pvphong.shading.visibility import refuse_rays
@@ -88,9 +88,7 @@ def textbook_colors(
     for index, light in enumerate(scene.lights):
         refuse_unless_in_vtk(light, f"lights[{index}]", "one that the textbook knows")
     refuse_rays(scene, "for the textbook formula")
-    for name, each in material.maps.items():
-        check.refuse(name, each, "one number or colour for the textbook formula")
-    material = material.without_albedo()
+    material = without_maps(material, "for the textbook formula")
     if material.reflectance is not None:
         check.refuse("reflectance", material.reflectance, "None for the textbook formula")
 
@@ -272,8 +270,8 @@ def vtk_frames(
     ValueError
         If VTK cannot draw here, or nothing like the scene.
     """
-    refuse_maps_in_vtk(subject.material)
-    scene, material, changed = subject.scene, subject.material.without_albedo(), ""
+    scene, changed = subject.scene, ""
+    material = without_maps(subject.material, "for VTK's picture")
     matrix = None if subject.matrix is None else check.matrix4("matrix", subject.matrix)
     try:
         refuse_inexpressible(scene, material, matrix)

@@ -22,7 +22,7 @@ from pvphong.meshes.files import refuse_suffix
 from pvphong.meshes.lit import point_normals, shade_mesh
 from pvphong.meshes.pictures import aim, drawing_window, preferring, refuse_size, save_picture
 from pvphong.meshes.surfaces import drawable, has_faces, shallow_copy, surface
-from pvphong.optics.material import Material, as_material, refuse_maps_in_vtk
+from pvphong.optics.material import Material, as_material, without_maps
 from pvphong.scene.scene import SceneLike
 from pvphong.scene.viewer import Viewer
 from pvphong.vtk.oracle import vtk_light, write_material
@@ -122,9 +122,7 @@ def compare_images(
         As `pvphong.validate`; also for highlights seen from infinity, which VTK draws from a place far away only,
         for a mesh without faces or out of view, and where this machine cannot draw.
     """
-    material = as_material(material)
-    refuse_maps_in_vtk(material)
-    material = material.without_albedo()
+    material = without_maps(as_material(material), "where pictures are compared")
     refuse_size(size)
     source = surface(mesh)
     scene = scene_for(source, scene)

@@ -17,7 +17,9 @@ from pvphong.base.text import html_table, rendered, wrapped
 from pvphong.base.types import Backend, BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, Vector
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.lit import point_normals
-from pvphong.meshes.surfaces import FeatureAngle, split_sharp_edges, surface
+from pvphong.meshes.point_data import surface_and_maps
+from pvphong.meshes.surfaces import FeatureAngle
+from pvphong.optics.maps import Map
 from pvphong.optics.material import Material, as_material, refuse_maps_in_vtk
 from pvphong.scene.scene import Scene, SceneLike
 from pvphong.shading.evaluation import evaluate
@@ -68,8 +70,9 @@ def validate(
         A dataset with a surface. Its active point normals are used, computed ones where it has none.
     scene : Scene, light, sequence of lights, or None
         None is the scene of `pvphong.default_scene`. Lights, viewer and light model, in either convention.
-    material : Material
-        The surface's reflectances.
+    material : Material or str
+        The surface's reflectances. Of maps VTK has but albedo of uint8, as vertex colours, beside grey ambient and
+        diffuse; all others are refused by name.
     matrix : array_like, optional
         (4, 4) model matrix.
     feature_angle, backend
@@ -102,9 +105,10 @@ def validate(
     True
     """
     material = as_material(material)
+    source, maps, _ = surface_and_maps(mesh, material, feature_angle)
+    material = material.with_values({name: Map(rows) for name, rows in maps.items()})
     refuse_maps_in_vtk(material)
-    material = replace(material.without_albedo(), tangents=None)  # nothing that VTK can draw reads them
-    source, _ = split_sharp_edges(surface(mesh), feature_angle)
+    material = replace(material if maps else material.without_albedo(), tangents=None)  # VTK reads none
     scene = scene_for(source, scene, matrix)
     given = None if matrix is None else check.matrix4("matrix", matrix)
     refuse_inexpressible(scene, material, given)
@@ -130,7 +134,8 @@ def validate(
     if len(rows):
         cloud = pv.PolyData(pose.points)
         cloud.point_data.active_normals = pose.normals
-        vtk[rows] = vtk_shade(cloud, terms.lights, terms.material, terms.viewer, matrix=pose.matrix)
+        drawn = terms.material.with_values({name: Map(np.asarray(given)[lit]) for name, given in maps.items()})
+        vtk[rows] = vtk_shade(cloud, terms.lights, drawn, terms.viewer, matrix=pose.matrix)
     known = limits(pose, terms, tolerance, has_floors=scene.light_model.convention == "vtk")
     left_open = {"n·v = 0": doubtful} | known.open
     left_open["float32"] = known.open["float32"] | ~np.isfinite(vtk[rows]).all(axis=1)

@@ -431,3 +431,23 @@ def test_unlit_vertices_are_left_out_and_counted():
     nothing = validate(mesh, Scene([SUN], EYE), PLASTIC)
     assert (nothing.n, nothing.passed) == (0, False)
     assert math.isnan(nothing.max_error)
+
+
+@pytest.mark.parametrize("model", [LightModel(), LightModel.vtk(), LightModel(two_sided=True)])
+def test_an_albedo_of_bytes_is_what_vtk_draws_as_vertex_colours(model):
+    ball = pv.Sphere()
+    ball["paint"] = np.random.default_rng(0).integers(0, 256, (ball.n_points, 3)).astype(np.uint8)
+    lights = [PointLight(position=(1, 2, 3)), DirectionalLight(direction=(0, 0, -1), diffuse=(0.5, 0.6, 0.2))]
+    scene, material = Scene(lights, light_model=model), Material(albedo="paint", specular=0.4, shininess=20)
+    found = ball.phong.validate(scene, material)
+    assert found.passed
+    white = ball.phong.validate(scene, replace(material, albedo=1.0))
+    assert np.abs(found.vtk - white.vtk).max() > 0.3
+    for wrong, message in {
+        "diffuse": "^diffuse must be grey beside a map of albedo",
+        "emission": "^emission must be none beside a map",
+    }.items():
+        with pytest.raises(ValueError, match=message):
+            ball.phong.validate(scene, replace(material, **{wrong: (0.1, 0.2, 0.3)}))
+    with pytest.raises(ValueError, match=r"^albedo must be uint8.* Give it as uint8"):
+        ball.phong.validate(scene, replace(material, albedo=ball["paint"] / 255))

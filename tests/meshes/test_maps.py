@@ -1,0 +1,179 @@
+"""A material's maps through every call: names, arrays, textures and files are the same numbers at the same points."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+from PIL import Image
+
+import pvphong as ph
+
+SCENE = ph.Scene(
+    [ph.PointLight(position=(2, -1, 3), name="lamp"), ph.DirectionalLight(direction=(0, 1, -1), diffuse=0.4)],
+    ph.Viewer((3, -4, 4)),
+)
+MATERIALS = {
+    "colours": ph.Material(albedo="tint", diffuse="bytes", specular="tint", emission="dim"),
+    "gloss": ph.Material(specular=0.6, shininess="gloss"),
+    "GGX": ph.Material(albedo="tint", reflectance=ph.GGX("rough", f0=0.3)),
+    "PBR": ph.Material(albedo="tint", reflectance=ph.PBR(metallic="dim", roughness="rough")),
+    "Ward": ph.Material(specular="dim", tangents="grain", reflectance=ph.Ward(0.2, 0.5)),
+}
+
+
+def ball():
+    mesh, random = pv.Sphere(theta_resolution=12, phi_resolution=12), np.random.default_rng(4)
+    count = mesh.n_points
+    mesh["tint"], mesh["dim"] = random.random((count, 3)), random.random(count)
+    mesh["bytes"] = random.integers(0, 256, (count, 3)).astype(np.uint8)
+    mesh["gloss"], mesh["rough"] = 60 * random.random(count), 0.1 + 0.9 * random.random(count)
+    mesh["grain"] = random.normal(size=(count, 3))
+    return mesh
+
+
+def with_arrays(material, mesh):
+    """The same material with the arrays themselves."""
+    named = dict(material.maps) | ({"tangents": material.tangents} if material.tangents else {})
+    return material.with_values({name: np.asarray(mesh[array]) for name, array in named.items()})
+
+
+def live(mesh, material):
+    plotter = pv.Plotter(off_screen=True, lighting="none")
+    ph_plotter = plotter.phong
+    ph_plotter.light_model = SCENE.light_model
+    for light in SCENE.lights:
+        ph_plotter.add_light(light)
+    plotter.camera.position, plotter.camera.focal_point = SCENE.viewer.position, SCENE.viewer.focal_point
+    plotter.camera.up = SCENE.viewer.up
+    actor = ph_plotter.add_mesh(mesh, material, feature_angle=None)
+    plotter.show(auto_close=False)
+    colors = np.array(actor.mapper.dataset["phong"]) / 255.0
+    plotter.close()
+    return colors
+
+
+def filtered(mesh, material):
+    step = ph.PhongFilter()
+    step.SetInputData(mesh)
+    step.SetScene(SCENE)
+    step.SetMaterial(material)
+    step.SetOptions(precision="float64")
+    step.Update()
+    return pv.wrap(step.GetOutput())["phong"]
+
+
+CALLS = {
+    "shade": (lambda mesh, material: mesh.phong.shade(SCENE, material)["phong"], 1e-4),
+    "blocks": (lambda mesh, material: pv.MultiBlock({"a": mesh}).phong.shade(SCENE, material)["a"]["phong"], 1e-4),
+    "pieces of a surface": (lambda mesh, m: mesh.cast_to_unstructured_grid().phong.shade(SCENE, m)["phong"], 1e-4),
+    "refine": (
+        lambda mesh, material: mesh.phong.refine(SCENE, material, tolerance=0.1)["phong"][: mesh.n_points],
+        1e-4,
+    ),
+    "filter": (filtered, 1e-9),
+    "window": (live, 0.51 / 255 + 1e-4),
+}
+
+
+@pytest.mark.parametrize("call", CALLS)
+@pytest.mark.parametrize("name", MATERIALS)
+def test_every_call_has_the_colours_of_the_arrays(name, call):
+    mesh, material = ball(), MATERIALS[name]
+    points, normals = mesh.points, mesh.point_data.active_normals
+    expected = ph.evaluate(points, normals, SCENE, with_arrays(material, mesh), precision="float64").rgb
+    run, most = CALLS[call]
+    assert np.abs(run(mesh, material) - expected).max() < most
+    if call in ("shade", "refine", "filter"):
+        assert np.array_equal(run(mesh, with_arrays(material, mesh)), run(mesh, material))
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_studies_read_them(name):
+    mesh, material = ball(), MATERIALS[name]
+    plan = mesh.phong.plan(SCENE, material, tolerance=0.05)
+    assert plan.error_bound <= 0.05
+    errors = mesh.phong.interpolation_error(SCENE, material)["phong_interpolation_error"]
+    plain = ph.Material(diffuse=0.3, specular=0.2, shininess=10)
+    assert not np.array_equal(errors, mesh.phong.interpolation_error(SCENE, plain)["phong_interpolation_error"])
+    report = mesh.phong.tradeoff(SCENE, material, seconds=1.0)
+    reference = mesh.phong.shade(SCENE, material, precision="float64", backend="numpy")["phong"]
+    assert np.abs(report.reference_colors - reference).max() < 1e-12
+    with pytest.raises(ValueError, match="to be compared with VTK"):
+        mesh.phong.validate(SCENE, material)
+
+
+def test_textures_arrays_and_files_are_the_same(tmp_path):
+    sheet = pv.Plane(i_resolution=7, j_resolution=7)
+    grey = np.tile(np.arange(0, 256, 32, dtype=np.uint8), (8, 1))
+    Image.fromarray(grey).save(tmp_path / "gloss.png")
+    texture = pv.Texture(grey)
+    array = sheet.phong.shade(SCENE, ph.Material(albedo=texture, ambient=1, diffuse=0, emission=0))["phong"][:, 0] / 0.2
+    sheet["gloss"], sheet["rough"] = 128.0 * array, 0.2 + 0.5 * array
+    materials = [ph.Material(specular=0.5, shininess=g) for g in ("gloss", texture, str(tmp_path / "gloss.png"))]
+    first, *others = [sheet.phong.shade(SCENE, material)["phong"] for material in materials]
+    for other in others:
+        np.testing.assert_allclose(other, first, atol=1e-5)
+    with pytest.raises(ValueError, match=r"^shininess must be a texture of one channel.* Take the channel"):
+        sheet.phong.shade(SCENE, ph.Material(shininess=pv.Texture(np.dstack([grey, grey, 255 - grey]))))
+
+
+def test_a_rig_knows_its_images_from_its_folder(tmp_path, monkeypatch):
+    for folder in ("rigs", "images"):
+        (tmp_path / folder).mkdir()
+    Image.fromarray(np.full((4, 4, 3), 200, np.uint8)).save(tmp_path / "images" / "oak.png")
+    monkeypatch.chdir(tmp_path)
+    oak = ph.Material(albedo="images/oak.png", shininess="gloss")
+    SCENE.save("rigs/rig.json", materials={"default": oak})
+    assert "../images/oak.png" in (tmp_path / "rigs" / "rig.json").read_text()
+    expected = pv.Plane().phong.shade(SCENE, ph.Material(albedo="images/oak.png"))["phong"]
+    monkeypatch.chdir(tmp_path / "images")
+    again = ph.load_materials(tmp_path / "rigs" / "rig.json")["default"]
+    found = pv.Plane().phong.shade(SCENE, ph.Material(albedo=again.albedo))["phong"]
+    assert np.array_equal(found, expected)
+    assert again.shininess == "gloss"
+    (tmp_path / "images" / "oak.png").unlink()
+    with pytest.raises(
+        ValueError, match=r"^albedo must be a point array, or an image file that exists; got .*oak\.png"
+    ):
+        pv.Plane().phong.shade(SCENE, ph.Material(albedo=again.albedo))
+
+
+def test_a_colour_for_each_face():
+    cube = pv.Cube().clean()
+    cube.point_data.clear()
+    paint = np.random.default_rng(1).integers(0, 256, (6, 3)).astype(np.uint8)
+    cube.cell_data["paint"] = paint
+    lit = cube.phong.shade(SCENE, ph.Material(ambient=1, diffuse=0, albedo="paint"), feature_angle=0)
+    corners = lit.regular_faces
+    for face, color in zip(corners, paint, strict=True):
+        np.testing.assert_allclose(lit["phong"][face], np.tile(0.2 * color / 255.0, (4, 1)), atol=1e-6)
+    with pytest.raises(ValueError, match=r"^albedo must be a point array where faces share points.* feature_angle=0"):
+        cube.phong.shade(SCENE, ph.Material(albedo="paint"))
+
+
+@pytest.mark.parametrize("part", ["array", "cell array", "texture", "material"])
+def test_windows_follow_every_change(part):
+    mesh = ball()
+    mesh.cell_data["paint"] = np.full((mesh.n_cells, 3), 250, np.uint8)
+    texture = pv.Texture(np.full((4, 4, 3), 250, np.uint8))
+    sheet = mesh.texture_map_to_sphere() if part == "texture" else mesh
+    albedo = {"array": "tint", "cell array": "paint", "texture": texture, "material": 0.9}[part]
+    plotter = pv.Plotter(off_screen=True)
+    actor = plotter.phong.add_mesh(sheet, ph.Material(albedo=albedo), feature_angle=0)
+    plotter.show(auto_close=False)
+    before = np.array(actor.mapper.dataset["phong"])
+    if part == "array":
+        mesh["tint"][:] = 0.0
+    elif part == "cell array":
+        mesh.cell_data["paint"] = np.zeros((mesh.n_cells, 3), np.uint8)
+    elif part == "texture":
+        texture.GetInput().GetPointData().GetScalars().Fill(0)
+        texture.GetInput().GetPointData().GetScalars().Modified()
+        texture.Modified()
+    else:
+        plotter.phong.mesh(actor).material = ph.Material(albedo=0.0)
+    plotter.render()
+    assert before.max() > 0
+    assert actor.mapper.dataset["phong"].max() == 0
+    plotter.close()
