@@ -576,7 +576,7 @@ def test_what_cannot_be_validated(plotter):
         plotter.phong.validate()
     mesh = ball()
     draw(plotter, replace(DULL, albedo=np.ones((mesh.n_points, 3))), mesh)
-    with pytest.raises(ValueError, match=r"^albedo must be one number or colour, .*; got <ndarray"):
+    with pytest.raises(ValueError, match=r"^albedo must be uint8, as VTK's .*; got a map of floats"):
         plotter.phong.validate()
     with pytest.raises(ValueError, match=r"^actor must be"):
         plotter.phong.validate(pv.Actor())
