@@ -101,19 +101,58 @@ def test_blocks_take_what_a_mesh_takes(name):
         assert [p.name for p in of_mesh] == taken
 
 
+OPTIONS = {"matrix", "feature_angle", "occluders", "visibility", "tolerance", "precision", "backend"}
+NO_RAYS = "it casts no rays inside triangles yet"
+IN_FLOAT64 = "errors are those of the formulas, in float64 by NumPy"
+NOT_VTKS = "VTK's shader has no shadows"
+MEASURED = "each of them is a row that is measured"
+IN_ITSELF = "it looks at points and faces as they are, and lights nothing"
+SHOWN = "it shows colours that are there already"
+WITHOUT = {
+    "shade": {},
+    "plan": dict.fromkeys(("precision", "backend"), "nothing is computed; a plan is the same for all"),
+    "refine": dict.fromkeys(("occluders", "visibility"), NO_RAYS) | {"backend": IN_FLOAT64},
+    "interpolation_error": dict.fromkeys(("occluders", "visibility"), NO_RAYS)
+    | dict.fromkeys(("precision", "backend"), IN_FLOAT64)
+    | {"tolerance": "it is the error itself that is asked for"},
+    "validate": dict.fromkeys(("occluders", "visibility"), NOT_VTKS)
+    | {"precision": "VTK's shader computes in float32", "tolerance": "an approximation is no error of the formulas"},
+    "tradeoff": dict.fromkeys(("precision", "backend"), MEASURED),
+    "visibility": {"visibility": "it is what comes out"}
+    | dict.fromkeys(("precision", "backend"), "rays are cast in one way, Embree's or VTK's"),
+    "normals": dict.fromkeys(("occluders", "visibility", "tolerance"), "no light falls on them")
+    | {"precision": "they are of the points' own"},
+    "diagnose": dict.fromkeys(OPTIONS - {"matrix"}, IN_ITSELF),
+    "plot": dict.fromkeys(OPTIONS, SHOWN),
+    "color_view": dict.fromkeys(OPTIONS, SHOWN),
+}
+"""Method → option that it does not take → why."""
+
+
+@pytest.mark.parametrize("kind", [MESH, BLOCKS])
+@pytest.mark.parametrize("name", METHODS)
+def test_options_are_those_of_every_call_but_for_a_reason(name, kind):
+    """And those that several take mean the same: they have one default, but that of a tolerance."""
+    taken, of_shade = (inspect.signature(getattr(kind, each)).parameters for each in (name, "shade"))
+    assert OPTIONS - taken.keys() == WITHOUT[name].keys()
+    for option in OPTIONS & taken.keys() - {"tolerance"}:
+        assert (taken[option].default, taken[option].kind) == (of_shade[option].default, of_shade[option].kind), option
+
+
 def test_every_option_reaches_each_block():
     """Each result is what the mesh gives by itself, in the scene of all."""
     ball = pv.Sphere(theta_resolution=8, phi_resolution=8)
     ball["tint"], ball["rough"] = np.linspace(0.2, 1, 3 * ball.n_points).reshape(-1, 3), np.full(ball.n_points, 0.3)
     blocks, matrix = pv.MultiBlock({"ball": ball, "gap": None}), np.diag([1, 1, 2.0, 1])
-    framed, metal = scene_for(blocks, SCENE, matrix), Material(specular=0.5, reflectance=ph.GGX(0.5))
+    framed, rough = scene_for(blocks, SCENE, matrix), ph.GGX("rough")
+    metal, tinted = Material(specular=0.5, albedo="tint", reflectance=rough), Material(albedo="tint")
     common = {"matrix": matrix, "feature_angle": 20}
     options = {
-        "shade": (common | {"albedo": "tint", "roughness": "rough", "name": "lit", "components": True}, metal),
-        "plan": (common | {"roughness": "rough", "tolerance": 0.01}, metal),
-        "refine": (common | {"albedo": "tint", "tolerance": 0.02, "max_points": 500, "name": "lit"}, Material()),
-        "interpolation_error": (common | {"albedo": "tint"}, Material()),
-        "validate": ({"matrix": matrix}, Material()),
+        "shade": (common | {"name": "lit", "components": True}, metal),
+        "plan": (common | {"tolerance": 0.01}, metal),
+        "refine": (common | {"tolerance": 0.02, "max_points": 500, "name": "lit"}, tinted),
+        "interpolation_error": (common, tinted),
+        "validate": (common | {"backend": "numpy"}, Material()),
     }
     options["refine"][0].update(placement="smooth", precision="float64")
     for name, (how, material) in options.items():
@@ -135,6 +174,19 @@ def test_every_option_reaches_each_block():
     np.testing.assert_array_equal(lit["ball"]["phong"], ball.phong.shade(shadows, visibility=alone)["phong"])
     with pytest.raises(TypeError, match="unexpected keyword argument 'rougness'"):
         blocks.phong.plan(SCENE, rougness=0.5)
+
+
+@pytest.mark.parametrize("feature_angle", [None, 30])
+@pytest.mark.parametrize("name", ["shade", "plan", "refine", "interpolation_error", "validate", "tradeoff"])
+def test_tangents_that_nothing_reads_change_nothing(name, feature_angle):
+    cube = pv.Cube().triangulate().subdivide(1)
+    cube["grain"] = np.ones((cube.n_points, 3))
+    how = {"refine": {"tolerance": 0.1}, "tradeoff": {"seconds": 0.1}}.get(name, {}) | {"feature_angle": feature_angle}
+    ask = getattr(cube.phong, name)
+    without, *others = (
+        ask(SCENE, Material(tangents=tangents), **how) for tangents in (None, "grain", np.asarray(cube["grain"]))
+    )
+    assert name == "tradeoff" or all(one == without or str(one) == str(without) for one in others)  # it has times
 
 
 def test_a_viewer_who_frames_blocks_sees_them_where_their_matrix_puts_them():

@@ -127,7 +127,7 @@ MATERIALS = {
     lambda: ph.Material(0.2): r"^Material must be given by its fields",
     lambda: ph.Material(pv.Property()): r"^Material must be given by its fields",
     lambda: ph.Material("gold"): r"^Material must be given by its fields.*Material\.named\('gold'\)",
-    lambda: MESH.phong.shade(SUN, "gold"): r"Material\.named\('gold'\)",
+    lambda: MESH.phong.shade(SUN, "gld"): r"Did you mean 'gold'",
     lambda: MESH.phong.shade(SUN, "unobtainium"): r"Material\.names\(\)",
 }
 

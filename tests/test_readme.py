@@ -16,6 +16,7 @@ import pyvista as pv
 import pvphong as ph
 from pvphong.meshes.pictures import HEADLESS_PACKAGES
 from pvphong.optics.lights import LIGHT_TYPES, Light
+from pvphong.optics.maps import FIELDS
 from pvphong.shading.equation import assemble
 from pvphong.shading.plan.plan import is_worth_loading
 from pvphong.studio.gizmos import commands
@@ -96,7 +97,11 @@ def test_the_tables_of_viewer_light_model_and_material_have_all_fields_and_their
         name: {field: literal(default) for field, default in re.findall(r"`([a-z_]+)` (\(.*?\))", text)}
         for name, text in rows.items()
     }
-    shown["Material"] = {name.strip("`"): float(default) for name, default, _ in table("Materials")}
+    materials = {name.strip("`"): (default, told) for name, default, _, told in table("Materials")}
+    assert {name for name, (_, told) in materials.items() if told} == FIELDS.keys() & materials.keys() | {"tangents"}
+    shown["Material"] = {
+        name: None if default == "none" else float(default) for name, (default, _) in materials.items()
+    }
     shown["Material"] |= {"reflectance": None}  # told in a sentence below
     for name, defaults in shown.items():
         assert defaults == {field.name: field.default for field in fields(getattr(ph, name))}, name

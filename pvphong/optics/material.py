@@ -84,6 +84,11 @@ class Material:
             check.refuse("Material", given[0], "given by its fields, as in Material(diffuse=...)", _remedy(given[0]))
         return super().__new__(cls)
 
+    def __repr__(self) -> str:
+        unset = [name for name, default in _NEW if getattr(self, name) == default]
+        shown = [f"{each.name}={getattr(self, each.name)!r}" for each in fields(self) if each.name not in unset]
+        return f"Material({', '.join(shown)})"
+
     def __post_init__(self) -> None:
         for name in ("ambient", *COLORS):
             given = getattr(self, name)

@@ -4,7 +4,7 @@ import json
 import re
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -14,8 +14,9 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.cli.app import main
+from pvphong.cli.app import app, main
 from pvphong.cli.demo import PLASTIC, SCENE
+from pvphong.cli.options import Lighting
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.default_scene import default_scene
 
@@ -57,12 +58,24 @@ def test_every_parameter_has_a_help_text(command, capsys, monkeypatch):
         assert re.match(r"│ (\* )? *(--[a-z-]+|MESH)( -[a-z])?( [A-Z|]+(\.\.\.)?)*  +\S", line), line
 
 
+@pytest.mark.parametrize("command", ["shade", "view", "plan", "validate", "tradeoff"])
+def test_what_lights_takes_all_options_of_the_one_record(command):
+    given = {each.name: "9" for each in fields(Lighting)}
+    given |= {"scene": Path("rig.json"), "shadows": True, "ambient_occlusion": True, "occluder": ("9",)}
+    words = [command, "cube.vtp"]
+    for name, value in given.items():
+        text = [] if value is True else [*value] if isinstance(value, tuple) else [str(value)]
+        words += [f"--{name.replace('_', '-')}", *text]
+    _, found, _ = app.parse_args([*words, *(("-o", "lit.vtp") if command == "shade" else ())], exit_on_error=False)
+    assert found.arguments["lighting"] == Lighting(**given | {"feature_angle": 9.0})
+
+
 # --- shade; formats and failing disks are in meshes/test_files ---
 
 LOOK = "--material gold --ambient 0.25 --specular 1,0.5,0.25 --emission #ff6347 --shininess 3.5 --diffuse tomato"
 MATERIAL = ph.Material(
     ambient=0.25, diffuse="tomato", specular=(1, 0.5, 0.25), shininess=3.5, emission="tomato",
-    reflectance=ph.Metal((1.0, 0.7, 0.3)),
+    albedo="tint", reflectance=ph.Metal((1.0, 0.7, 0.3)),
 )  # fmt: skip
 ALL = f"{LOOK} --reflectance metal:color=1,0.7,0.3 --albedo tint --array lit --components --precision float64"
 RED = ph.Material(diffuse="red", shininess=3)
@@ -77,14 +90,14 @@ def by_names(change):
 SHADED = {
     "sphere.vtp --scene away.json --tolerance 0.1": lambda: shaded("sphere.vtp", "away.json", tolerance=0.1),
     f"sphere.vtp --scene rig.json {ALL}": lambda: shaded(
-        "sphere.vtp", "rig.json", MATERIAL, name="lit", albedo="tint", components=True, precision="float64"
+        "sphere.vtp", "rig.json", MATERIAL, name="lit", components=True, precision="float64"
     ),
     "sphere.vtp --scene red.json": lambda: shaded("sphere.vtp", "red.json", RED),
     "sphere.vtp --scene red.json --material jade": lambda: shaded("sphere.vtp", "red.json", ph.Material.named("jade")),
     "blocks.vtm": lambda: shaded("blocks.vtm"),
     "blocks.vtm --scene red.json --specular 0.5": lambda: shaded("blocks.vtm", "red.json", by_names({"specular": 0.5})),
     "tile.vtp --scene rig.json --albedo oak.png": lambda: shaded(
-        "tile.vtp", "rig.json", albedo=pv.read_texture("oak.png")
+        "tile.vtp", "rig.json", ph.Material(albedo=pv.read_texture("oak.png"))
     ),
     "box.vti --feature-angle none": lambda: shaded("box.vti", feature_angle=None),
     "cube.vtp": lambda: shaded("cube.vtp"),

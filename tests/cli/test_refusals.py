@@ -129,7 +129,7 @@ def test_of_many_files_one_that_cannot_be_lit_makes_the_status_1(capsys):
             "cube.vtp -o . --workers 3 --tolerance 0.1 --components",
             {"workers": 3, "tolerance": 0.1, "components": True},
         ),
-        ("cube.vtp -o a/ --scene sun.json --shadows", {"feature_angle": "auto", "albedo": None, "compress": "lz4"}),
+        ("cube.vtp -o a/ --scene sun.json --shadows", {"feature_angle": "auto", "compress": "lz4"}),
     ],
 )
 def test_words_become_arguments_of_shade_files(words, expected, monkeypatch, capsys):

@@ -111,7 +111,7 @@ def test_live_meshes_follow_what_becomes_sharp():
     folded = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, 1], [1, 1, 1]], float)
     hinge = pv.PolyData(folded, faces=[4, 0, 1, 2, 3, 4, 1, 4, 5, 2])
     hinge["tint"] = TINT[:6]
-    live = LitMesh(hinge, ph.Material(ambient=1, diffuse=0), "tint", feature_angle="auto")
+    live = LitMesh(hinge, ph.Material(ambient=1, diffuse=0, albedo="tint"), feature_angle="auto")
     assert drawn_in(live).n_points == 8
     np.testing.assert_array_equal(live.drawn["phong"], np.round(0.2 * 255 * TINT[live.drawn[ORIGINAL_POINT]]))
     hinge.points = np.where(hinge.points[:, 2:] > 0, np.add(hinge.points, (1, 0, -1)), hinge.points)

@@ -56,7 +56,7 @@ def filtered(mesh):
 
 
 def drawn_live(mesh):
-    live = LitMesh(mesh, MATERIAL, albedo="tint")
+    live = LitMesh(mesh, replace(MATERIAL, albedo="tint"))
     for scene in (SCENE, Scene(SCENE.lights[:1], SCENE.viewer)):
         live.refresh(scene)
     return live.drawn

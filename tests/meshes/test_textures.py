@@ -124,7 +124,7 @@ def test_a_window_follows_texture_image_and_coordinates(sheet):
 
     def assert_current():
         plotter.render()
-        expected = texture_colors(live.albedo, sheet)
+        expected = texture_colors(live.material.albedo.source, sheet)
         assert np.abs(live.drawn["phong"] / 255.0 - expected).max() < 0.003
         return live.drawn["phong"].copy()
 
@@ -138,7 +138,7 @@ def test_a_window_follows_texture_image_and_coordinates(sheet):
     changes(lambda: setattr(texture, "wrap", pv.Texture.WrapType.CLAMP_TO_EDGE) or texture.SetUseSRGBColorSpace(True))
     changes(lambda: texture.SetInputData(pv.Texture(image).to_image()))
     changes(lambda: setattr(sheet, "active_texture_coordinates", 2.0 * sheet.active_texture_coordinates))
-    changes(lambda: setattr(live, "albedo", texture_of(picture(4))))
+    changes(lambda: setattr(live, "material", replace(WHITE, albedo=texture_of(picture(4)))))
     count = live.evaluations
     assert_current()
     assert live.evaluations == count

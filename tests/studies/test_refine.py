@@ -410,15 +410,16 @@ def test_names_precision_and_albedo():
     mesh = coarse_sphere()
     mesh.field_data["note"] = "kept"
     mesh["paint"] = np.random.default_rng(3).uniform(size=(mesh.n_points, 3))
-    fine = refine(mesh, SUNNY, replace(MATT, albedo="paint"), tolerance=0.02, name="lit", precision="float64")
+    painted = replace(MATT, albedo="paint")
+    fine = refine(mesh, SUNNY, painted, tolerance=0.02, name="lit", precision="float64")
     assert fine.field_data["note"] == "kept"
     assert fine["lit"].dtype == np.float64
     assert fine.active_scalars_name == "lit"
     assert stopped(fine, "lit") == "tolerance"
     assert fine.cell_data["lit_interpolation_error"].max() == left(fine, "lit") <= 0.02
-    expected = evaluated(SUNNY, MATT, albedo=fine["paint"])(fine.points, fine.point_data.active_normals)
+    expected = evaluated(SUNNY, replace(MATT, albedo=fine["paint"]))(fine.points, fine.point_data.active_normals)
     assert fine["lit"] == pytest.approx(expected, abs=1e-6)
-    assert largest(mesh, SUNNY, MATT, albedo="paint") > 0.02 > largest(fine, SUNNY, MATT, albedo="paint")
+    assert largest(mesh, SUNNY, painted) > 0.02 > largest(fine, SUNNY, painted)
 
 
 # Kinds of meshes
@@ -557,8 +558,11 @@ CLOUD.point_data.active_normals = np.eye(3)
         ({"placement": "Smooth"}, r"placement must be one of 'linear', 'smooth'; got Smooth\. Did you mean 'smooth'"),
         ({"precision": "float16"}, "precision must be one of 'float32', 'float64'"),
         ({"name": ""}, "name must be a string that is not empty"),
-        ({"albedo": "paint"}, "albedo must be"),
-        ({"albedo": np.ones((3, 3))}, r"albedo must be an array with one row per point, 42 rows; got 3 rows"),
+        ({"material": ph.Material(albedo="paint")}, "albedo must be the name of a point array"),
+        (
+            {"material": ph.Material(albedo=np.ones((4, 3)))},
+            r"albedo must be an array with one row per point, 42 rows; got 4 rows",
+        ),
         ({"matrix": np.eye(3)}, "matrix must be a 4x4 matrix"),
         ({"scene": SHARP}, "scene must be a Scene"),
         ({"material": SUNNY}, "material must be a Material"),
@@ -569,7 +573,7 @@ def test_bad_arguments_are_refused(arguments, message):
     given = {"mesh": coarse_sphere(), "scene": SUNNY, "material": SHARP, "tolerance": 0.1} | arguments
     with pytest.raises(ValueError, match=message):
         refine(**given)
-    if arguments.keys() <= {"albedo", "matrix", "scene", "material", "mesh"}:
+    if arguments.keys() <= {"matrix", "scene", "material", "mesh"}:
         del given["tolerance"]
         with pytest.raises(ValueError, match=message):
             interpolation_error(**given)

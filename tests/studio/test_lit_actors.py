@@ -1,6 +1,6 @@
 """Meshes whose colours are kept current: where they are written, what is shared, and what happens to a broken one."""
 
-import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def address(live):
 
 
 def other_light(step):
-    return dataclasses.replace(SCENE, lights=[PointLight(position=(2, 2, 2 + 0.01 * step))])
+    return replace(SCENE, lights=[PointLight(position=(2, 2, 2 + 0.01 * step))])
 
 
 def assert_lit(live, scene):
@@ -75,20 +75,22 @@ def test_given_albedo_of_the_same_object_is_no_change_and_another_is(given):
     """An array of PyVista's knows when it was modified, and is compared element by element as any other."""
     mesh = ball()
     mesh["tint"] = np.full((mesh.n_points, 3), 0.5)
-    live = LitMesh(mesh, SHINY, given(mesh["tint"]))
+    live = LitMesh(mesh, replace(SHINY, albedo=given(mesh["tint"])))
     assert live.refresh(SCENE)
     assert not live.refresh(SCENE)
-    live.albedo = given(mesh["tint"])
+    live.material = replace(SHINY, albedo=given(mesh["tint"]))
     assert live.refresh(SCENE)
 
 
 def test_a_named_albedo_that_is_missing_is_named():
     mesh = ball()
     mesh["tint"] = np.full((mesh.n_points, 3), 0.5)
-    live = LitMesh(mesh, SHINY, "tint")
+    live = LitMesh(mesh, replace(SHINY, albedo="tint"))
     live.refresh(SCENE)
-    live.albedo = "tnit"
-    with pytest.raises(ValueError, match=r"^albedo must be one of .*'tint'"):
+    live.material = replace(SHINY, albedo="tnit")
+    with pytest.raises(
+        ValueError, match=r"^albedo must be the name of a point array .*tint.*; got 'tnit'\. Did you mean 'tint'"
+    ):
         live.refresh(SCENE)
 
 
@@ -116,7 +118,10 @@ BREAKING = {
     "normals resized": (lambda mesh: resize(mesh.GetPointData().GetNormals(), 3), "normals must be .* got 3 rows"),
     "normals made more": (lambda mesh: resize(mesh.GetPointData().GetNormals(), 9999), "normals must .* got 9999 rows"),
     "albedo resized": (lambda mesh: resize(mesh.GetPointData().GetArray("tint"), 3), "albedo must be .* got 3 rows"),
-    "arrays removed": (lambda mesh: mesh.clear_data(), "albedo must be the name of one, and there is none; got tint"),
+    "arrays removed": (
+        lambda mesh: mesh.clear_data(),
+        r"albedo must be the name of a point array .*; got 'tint'",
+    ),
     "faces removed": (lambda mesh: (mesh.clear_data(), mesh.GetPolys().Initialize()), "mesh must be a mesh with faces"),
     "faces cut": (
         lambda mesh: (resize(mesh.GetPolys().GetConnectivityArray(), 9), mesh.GetPolys().Modified()),
@@ -139,7 +144,7 @@ BREAKING = {
 def test_an_edit_after_which_a_mesh_cannot_be_lit_is_an_error_until_it_is_put_right(edit, said):
     mesh = ball()
     mesh["tint"] = np.full((mesh.n_points, 3), 0.5)
-    live, whole = LitMesh(mesh, SHINY, "tint"), mesh.copy()
+    live, whole = LitMesh(mesh, replace(SHINY, albedo="tint")), mesh.copy()
     live.refresh(SCENE)
     edit(mesh)
     for step in (1, 2):
@@ -147,7 +152,7 @@ def test_an_edit_after_which_a_mesh_cannot_be_lit_is_an_error_until_it_is_put_ri
             live.refresh(other_light(step))
     mesh.copy_from(whole)
     assert live.refresh(SCENE)
-    live.albedo = None
+    live.material = SHINY
     live.refresh(SCENE)
     assert_lit(live, SCENE)
 

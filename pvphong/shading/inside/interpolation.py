@@ -60,7 +60,7 @@ class Lighting:
     def __init__(self, scene: Scene, material: Material, matrix: MatrixLike | None, vertices: Vertices) -> None:
         self.scene, self.matrix = scene, matrix
         self.equation = vertices.equation(scene, material, matrix)
-        self._material = material
+        self._material = replace(material, tangents=None)  # they are among the maps, where anything reads them
         columns = {name: fractions(name, values.rows) for name, values in vertices.maps.items()}
         if "tangents" in self.equation.channels:
             columns["tangents"] = vertices.tangents.astype(np.float64)

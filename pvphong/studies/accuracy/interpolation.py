@@ -12,7 +12,7 @@ from pvphong.base.types import Float64Array, FloatArray, IntArray
 from pvphong.geometry.transform import transform_points
 from pvphong.meshes.point_data import given_maps
 from pvphong.meshes.surfaces import has_faces, shallow_copy
-from pvphong.optics.maps import Map
+from pvphong.optics.maps import Map, fractions
 from pvphong.optics.material import Material
 from pvphong.shading.plan.plan import Plan
 from pvphong.studies.accuracy.result import Errors, Row
@@ -216,9 +216,9 @@ def _with_own_corners(subject: Subject, corners: IntArray, areas: Float64Array) 
 
 
 def _with_maps(material: Material, change: Callable[[Any], Any]) -> Material:
-    """A material whose maps, which are arrays, are changed."""
+    """A material whose maps, which are arrays, are changed; as floats, for between integers there are more colours."""
     maps = given_maps(material).items()
-    return material.with_values({name: Map(change(np.asarray(each))) for name, each in maps})
+    return material.with_values({name: Map(change(fractions(name, np.asarray(each)))) for name, each in maps})
 
 
 def _errors(subject: Subject, triangles: Triangles) -> Float64Array:
@@ -241,7 +241,7 @@ def _adaptive(
     clock.say(ADAPTIVE)
     named, carrier = subject.material, shallow_copy(mesh)
     for name, each in given_maps(subject.material).items():  # as point arrays they are refined with the mesh
-        carrier.point_data[f"{_HIDDEN}{name}"] = np.asarray(each)
+        carrier.point_data[f"{_HIDDEN}{name}"] = fractions(name, np.asarray(each))
         named = named.with_values({name: f"{_HIDDEN}{name}"})
     options: dict[str, Any] = {"tolerance": tolerance, "max_points": most, "matrix": subject.matrix}
     result, seconds = timed(lambda: refine(carrier, subject.scene, named, **options))
@@ -272,8 +272,8 @@ def split(triangles: Triangles) -> Triangles:
     four = np.stack([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca], axis=1).reshape(-1, 3)
 
     def with_middles(array: Any) -> Any:
-        half = array.dtype.type(0.5) if array.dtype.kind == "f" else 0.5
-        return np.concatenate([array, (array[low] * half + array[high] * half).astype(array.dtype)])
+        half = array.dtype.type(0.5)
+        return np.concatenate([array, array[low] * half + array[high] * half])
 
     points, normals = map(with_middles, (triangles.points, triangles.normals))
     areas = np.repeat(triangles.areas / 4.0, 4)

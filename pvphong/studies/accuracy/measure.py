@@ -117,7 +117,7 @@ def tradeoff(
     arrays: dict[str, Any] = {name: values.rows for name, values in vertices.maps.items()}
     if material.reflectance is not None and "tangents" in material.reflectance.needs:
         arrays = arrays | {"tangents": vertices.tangents}
-    lit = material.with_values({name: Map(rows) for name, rows in arrays.items()})
+    lit = replace(material, tangents=None).with_values({name: Map(rows) for name, rows in arrays.items()})
     seen = vertices.visibility if isinstance(vertices.visibility, Visibility) else None
     subject = Subject(vertices.points, vertices.normals, scene, lit, placed, seen)
     with progress(clock, "measuring"), ExitStack() as stack:

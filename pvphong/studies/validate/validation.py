@@ -108,7 +108,7 @@ def validate(
     source, maps, _ = surface_and_maps(mesh, material, feature_angle)
     material = material.with_values({name: Map(rows) for name, rows in maps.items()})
     refuse_maps_in_vtk(material)
-    material = material if maps else material.without_albedo()
+    material = replace(material if maps else material.without_albedo(), tangents=None)  # VTK reads none
     scene = scene_for(source, scene, matrix)
     given = None if matrix is None else check.matrix4("matrix", matrix)
     refuse_inexpressible(scene, material, given)

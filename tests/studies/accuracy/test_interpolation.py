@@ -1,5 +1,7 @@
 """Refined meshes of a report on accuracy and time."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -55,10 +57,11 @@ def test_some_triangles_stand_for_all_on_refined_meshes(monkeypatch):
 
 def test_split_triangles_share_their_new_points_and_lie_where_they_did():
     mesh = pv.Sphere(theta_resolution=12, phi_resolution=10)
-    start = Triangles(
-        np.asarray(mesh.points), np.asarray(mesh.point_normals), mesh.regular_faces, np.arange(float(mesh.n_cells))
-    )
-    points, normals, corners, areas = split(start)
+    paint, given = np.asarray(mesh.points) + 0.5, (np.asarray(mesh.points), np.asarray(mesh.point_normals))
+    painted = replace(SHINY, emission=paint)
+    start = Triangles(*given, mesh.regular_faces, np.arange(float(mesh.n_cells)), painted)
+    points, normals, corners, areas, material = split(start)
+    np.testing.assert_allclose(material.emission.source, points + 0.5, atol=1e-6)
     fine = pv.PolyData.from_regular_faces(points, corners)
     assert fine.n_points == mesh.n_points + mesh.extract_all_edges().n_cells
     assert fine.n_cells == 4 * mesh.n_cells

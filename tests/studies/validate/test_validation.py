@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -102,8 +101,7 @@ def test_random_scenes(block, is_physical, monkeypatch):
         if kernel.is_available():
             with monkeypatch.context() as patch:
                 patch.setattr(validation, "vtk_shade", lambda *_, drawn=comparison.vtk, **__: drawn)
-                patch.setattr(validation, "evaluate", partial(evaluate, backend="numba"))
-                compiled = validate(mesh, scene, material, matrix=matrix)
+                compiled = validate(mesh, scene, material, matrix=matrix, backend="numba")
             assert compiled.passed, f"seed {seed}\n{compiled}"
     assert compared > 0.8 * count
 
@@ -162,7 +160,7 @@ def test_a_faulty_evaluator_fails(monkeypatch, fault, light, model, matrix):
     scene = Scene([light], EYE, model)
     assert validate(BALL, scene, PLASTIC, matrix=matrix).passed
 
-    def faulty(points, normals, scene, material, *, matrix):
+    def faulty(points, normals, scene, material, *, matrix, **_):
         given = {"points": points, "normals": normals, "scene": scene, "material": material, "matrix": matrix}
         return evaluate(**(given | fault(**given)))
 
