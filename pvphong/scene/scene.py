@@ -178,7 +178,7 @@ class Scene:
         if materials:
             folder = Path(path).absolute().parent
             document["materials"] = {
-                name: _with_paths(as_material(material), lambda image: os.path.relpath(image, folder)).to_dict()
+                name: _with_paths(as_material(material), lambda image: _seen_from(folder, image)).to_dict()
                 for name, material in materials.items()
             }
         write_json(document, path)
@@ -222,7 +222,16 @@ def load_materials(path: str | os.PathLike[str]) -> dict[str, Material]:
     kept = documents.entries("materials", _document(path).get("materials", {}))
     found = {name: Material.from_dict(entry, f"materials.{name}") for name, entry in kept.items()}
     folder = Path(path).parent
-    return {name: _with_paths(material, lambda image: str(folder / image)) for name, material in found.items()}
+    return {
+        name: _with_paths(material, lambda image: os.path.normpath(folder / image)) for name, material in found.items()
+    }
+
+
+def _seen_from(folder: Path, image: str) -> str:
+    try:
+        return os.path.relpath(image, folder)
+    except ValueError:  # on another drive of Windows
+        return os.path.abspath(image)
 
 
 def _with_paths(material: Material, change: Callable[[str], str]) -> Material:
