@@ -160,13 +160,6 @@ def test_layout_and_integer_type_change_no_bit_and_inputs_are_kept(evaluator, dt
         assert np.array_equal(layout, POINTS.astype(dtype))
 
 
-@every_evaluator
-@few
-@given(power=st.integers(-960, 1000))
-def test_powers_of_two_change_no_bit(evaluator, power):
-    assert np.array_equal(evaluator(np.ldexp(POINTS, power), *MESH), evaluator(POINTS, *MESH))
-
-
 coordinates = st.builds(
     lambda mantissa, exponent: float(np.ldexp(mantissa, exponent)),
     st.sampled_from([0.0, 1.0, -1.0, 0.5, -0.75, 0.6]),
