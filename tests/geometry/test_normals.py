@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from normal_forms import FORMS, every_form
-from soups import bumpy, soup
+from soups import FORMS, bumpy, every_form, soup
 from stability import exact_normals as exact
 
 from pvphong.geometry.normals import polygon_normals

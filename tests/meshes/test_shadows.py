@@ -123,6 +123,21 @@ def test_a_half_plane_hides_a_part_of_a_ball_by_its_area(offset):
     assert abs(seen.per_light[0, 0] - exact) < max(3 * seen.standard_error.per_light[0, 0], 1 / 255)
 
 
+def test_umbra_and_penumbra_of_a_ball_before_a_ball():
+    """Of radius ½ half way to one of radius 1 at distance 8: the rims' lines cross the axis there, and 1½ and ½ out."""
+    light = ph.SphereLight(position=(0, 0, 8), radius=1.0, intensity=64)
+    blocker = pv.Sphere(radius=0.75, center=(0, 0, 4), theta_resolution=120, phi_resolution=120)
+    ground = floor(size=8.0, cells=64)
+    seen = ground.phong.visibility([light], occluders=[blocker]).per_light[0]
+    distance = np.hypot(*ground.points[:, :2].T)
+    assert (seen[distance < 0.4] == 0.0).all()
+    assert (seen[distance > 2.9] == 1.0).all()
+    between = seen[(distance > 0.8) & (distance < 2.2)]
+    assert ((between > 0.0) & (between < 1.0)).all()
+    rings = [seen[np.abs(distance - r) < 0.1].mean() for r in np.arange(0.6, 2.5, 0.2)]
+    assert (np.diff(rings) > 0).all()
+
+
 # --- sampling
 
 

@@ -110,10 +110,7 @@ def test_every_dataset_gives_its_surface_with_its_arrays_and_active_normals(mesh
     [
         (pv.PolyData(), "faces, or points with normals; got a PolyData with 0 points"),
         (pv.PolyData(CORNERS), "got a PolyData with 5 points, no faces and no point normals.*active_normals"),
-        (pv.Line(), "got a PolyData with 2 points, no faces and no point normals"),
         (pv.PointSet(CORNERS), "got a PointSet with 5 points, no faces and no point normals"),
-        (pv.UnstructuredGrid(), "got a UnstructuredGrid with 0 points"),
-        (pv.ImageData(), "got a ImageData with 0 points"),
         (pv.ImageData(dimensions=(3, 1, 1)), "3 points, 2 cells but no surface"),
         (pv.MultiBlock(), r"mesh must be a pyvista\.DataSet; got MultiBlock\. blocks\.phong does it"),
         (pv.Table(), "got Table"),
