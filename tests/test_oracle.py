@@ -6,18 +6,16 @@ Closed forms that evaluators are held to elsewhere are not repeated here, for th
 from __future__ import annotations
 
 import math
-import random
 from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
-import mpmath
 import numpy as np
 import pytest
 from judging import FIELDS as SHADING_FIELDS
 from judging import STEP, bounds, conditioning, judge
-from oracle import as_array, blinn_phong, ctx, exact, phong, shade, vtk_tier
+from oracle import as_array, shade, vtk_tier
 from strategies import Dice, moderate_case
 
 from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer
