@@ -18,6 +18,7 @@ import pyvista as pv
 
 import pvphong as ph
 from pvphong.base import files as base_files
+from pvphong.base import processes
 from pvphong.meshes import files as mesh_files
 from pvphong.meshes.files import BLOCK_FORMATS, MESH_FORMATS, read_mesh, save_lit
 
@@ -245,6 +246,19 @@ def test_what_is_no_whole_mesh_file_is_refused_in_silence_with_one_error(lit, ca
     with pytest.raises(ValueError, match=message):
         read_mesh(name)
     assert capfd.readouterr() == ("", "")
+
+
+def test_where_the_process_is_watched_it_is_while_a_mesh_is_read(lit, monkeypatch):
+    """Whoever reads it: an occluder of the command line's, say."""
+    heard = []
+    monkeypatch.setattr(processes, "watcher", -1)
+    monkeypatch.setattr(processes, "say", lambda what, more="": heard.append([what, *more.split()[1:]]))
+    save(lit, "lit.vtp")
+    half_a_file(lit, "half.vtp")
+    read_mesh("lit.vtp")
+    with pytest.raises(ValueError, match="cut short"):
+        read_mesh("half.vtp")
+    assert heard == [["reading", "lit.vtp"], ["done"], ["reading", "half.vtp"], ["done"]]
 
 
 def test_a_table_is_no_mesh(monkeypatch, tmp_path):

@@ -157,10 +157,11 @@ def test_a_colour_for_each_face():
     corners = lit.regular_faces
     for face, color in zip(corners, paint, strict=True):
         np.testing.assert_allclose(lit["phong"][face], np.tile(0.2 * color / 255.0, (4, 1)), atol=1e-6)
-    with pytest.raises(ValueError, match=r"^albedo must be a point array where faces share points.* feature_angle=0"):
-        cube.phong.shade(SCENE, ph.Material(albedo="paint"))
-    with pytest.raises(ValueError, match=r"^albedo must be .*cell_data_to_point_data"):
-        cube.phong.shade(SCENE, ph.Material(albedo=paint))
+    again = cube.phong.shade(SCENE, ph.Material(ambient=1, diffuse=0, albedo=paint), feature_angle=0)
+    assert np.array_equal(again["phong"], lit["phong"])
+    for given in ("paint", paint):
+        with pytest.raises(ValueError, match=r"^albedo must be one per point .*faces share points.* feature_angle=0"):
+            cube.phong.shade(SCENE, ph.Material(albedo=given))
 
 
 @pytest.mark.parametrize("part", ["array", "cell array"])
@@ -174,7 +175,10 @@ def test_windows_follow_arrays(part):
     plotter.show(auto_close=False)
     before = np.array(actor.mapper.dataset["phong"])
     if part == "array":
-        mesh["tint"][:] = 0.0
+        mesh["tint"] = np.ones((mesh.n_points, 4))
+        with pytest.warns(UserWarning, match=r"is not lit: albedo must be .*Leave out the opacity"):
+            plotter.render()
+        mesh["tint"] = np.zeros((mesh.n_points, 3))
     else:
         mesh.cell_data["paint"] = np.zeros((mesh.n_cells, 3), np.uint8)
     plotter.render()
