@@ -5,27 +5,18 @@ the test's side of that.
 """
 
 import json
-import subprocess
 import sys
 import time
 from io import BytesIO
 
-SIZE = (640, 480)
+from windowed import SIZE, Program, end_at_errors, furnish, told
+
 ESCAPE = "\ue00c"
 """As WebDriver names the key."""
-FLAGS = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-dev-shm-usage",
-    "--hide-scrollbars",
-    "--force-device-scale-factor=1",
-)
+FLAGS = """
+headless no-sandbox disable-gpu disable-quic no-first-run disable-background-networking disable-component-update
+disable-sync disable-dev-shm-usage hide-scrollbars force-device-scale-factor=1
+"""
 
 
 def new_browser(chromium, driver, profile):
@@ -34,43 +25,24 @@ def new_browser(chromium, driver, profile):
 
     options = webdriver.ChromeOptions()
     options.binary_location = chromium
-    for flag in (*FLAGS, f"--user-data-dir={profile}"):
-        options.add_argument(flag)
+    for flag in (*FLAGS.split(), f"user-data-dir={profile}"):
+        options.add_argument(f"--{flag}")
     return webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
 
 
-class Server:
-    """The program, and what the plotter in it says."""
+class Server(Program):
+    """The program, and where its page is."""
 
     def __init__(self, view):
-        self._child = subprocess.Popen(
-            [sys.executable, "-W", "error", __file__, view], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-        )
-        self.address = self._answer()
-
-    def _answer(self):
-        answer = self._child.stdout.readline()
-        assert answer, f"the server's process ended: {self._child.wait(10)}"
-        return json.loads(answer)
-
-    def ask(self, command):
-        """What the plotter says."""
-        self._child.stdin.write(command + "\n")
-        self._child.stdin.flush()
-        return self._answer()
-
-    def close(self):
-        """End the process; its exit status."""
-        with self._child as child:  # closes its pipes, then waits
-            child.stdin.close()
-            return child.wait(20)
+        super().__init__(__file__, view)
+        self.address = self.answer()
 
 
 class Page:
     """The page in a browser: the mouse as the browser gets it, and what it then shows."""
 
     def __init__(self, server, browser):
-        self.ask = server.ask
+        self.ask, self.wait = server.ask, server.wait
         self._browser = browser
         browser.set_window_rect(width=SIZE[0], height=SIZE[1])
         browser.get(server.address)
@@ -86,15 +58,6 @@ class Page:
             self._browser.set_window_rect(width=grown[0], height=grown[1])
         self.wait(lambda state: state["size"] == list(size))
         self.picture(lambda shown: shown[-1, -1].max() < 128)  # the plotter's background, no longer the empty page
-
-    def wait(self, until):
-        """Ask until something is so, for the browser sends events when it likes; gives what the plotter said last."""
-        for _ in range(200):
-            state = self.ask("state")
-            if until(state):
-                return state
-            time.sleep(0.05)
-        raise AssertionError(f"it did not come: {state}")
 
     def _mouse(self, act):
         from selenium.webdriver.common.actions.action_builder import ActionBuilder
@@ -137,7 +100,7 @@ class Page:
 
     def _is_at(self, pixel):
         """Whether the plotter knows that the pointer is there; it may be drawing fewer pixels than the page has."""
-        state = self.ask("state")
+        state = self.ask()
         scaled = [at * shown / size for at, shown, size in zip(state["cursor"], self.size, state["size"], strict=True)]
         return max(abs(at - wanted) for at, wanted in zip(scaled, pixel, strict=True)) < 2
 
@@ -156,7 +119,7 @@ class Page:
     def settled(self):
         """What the plotter says when it has dealt with everything that was sent."""
         last = None
-        while (state := self.ask("state")) != last:
+        while (state := self.ask()) != last:
             last = state
             time.sleep(0.2)
         return state
@@ -175,13 +138,12 @@ class Page:
 
     def still(self):
         """What the browser shows when that no longer changes: after a coarse picture comes a fine one."""
-        import numpy as np
-
-        last, shown = None, self.picture()
-        while last is None or not np.array_equal(last, shown):
+        shown = self.picture()
+        while True:
             time.sleep(0.4)
             last, shown = shown, self.picture()
-        return shown
+            if (last == shown).all():
+                return shown
 
 
 def main(view):
@@ -192,7 +154,6 @@ def main(view):
     from trame.app import get_server
     from trame.ui.vuetify3 import VAppLayout
     from trame.widgets import html
-    from windowed import end_at_errors, furnish, told
 
     end_at_errors()
     pv.global_theme.multi_samples = 1  # eight take a processor four times as long

@@ -225,7 +225,7 @@ BARELY = (1e6, 1e6, 0.0), (1e6 + 1, 1e6 + 1, 0.0), (1e6 + 2, np.nextafter(1e6 + 
     ],
 )
 def test_a_plane_has_the_exact_normal_rounded_once(calls, direction):
-    expected = [float(part) for part in exact.unit(exact.fractions(direction))]
+    expected = [float(part) for part in exact.unit(exact.exact(direction))]
     for call in calls:
         assert np.array_equal(plane_normal(*call), expected)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from stability import exact_normals as exact
+from oracle import Placement
 
 from pvphong.geometry.transform import (
     SingularMatrixWarning,
@@ -124,9 +124,8 @@ def test_the_entries_of_a_normal_matrix_are_exact_cofactors_rounded_once(linear)
     observed = normal_matrix(affine(linear))
     assert 0.5 <= np.abs(observed).max() <= 1.0
     assert np.array_equal(normal_matrix(affine(linear, (1e9, -1e300, 7.0), w=8.0)), observed)
-    a, b, c = exact.fractions(linear)
-    determinant = abs(exact.dot(a, exact.cross(b, c)))
-    truth = np.array(exact.inverse_transpose(affine(linear))).ravel() * determinant
+    placement = Placement(affine(linear))
+    truth = np.array(placement.cofactors).ravel() * placement.sign
     assert not observed.ravel()[truth == 0].any()
     ratios = [Fraction(found) / entry for found, entry in zip(observed.ravel().tolist(), truth, strict=True) if entry]
     power = Fraction(2) ** round(np.log2(float(ratios[0])))

@@ -207,7 +207,7 @@ def test_row_27_box_corners_however_the_sides_are_cut(form):
     by_angle, by_angle32, by_area = [], [], []
     for diagonals in product([False, True], repeat=6):
         mesh = box(diagonals)
-        truth = [exact.unit(exact.fractions(2.0 * point - 1.0)) for point in mesh[0]]
+        truth = [exact.unit(exact.exact(2.0 * point - 1.0)) for point in mesh[0]]
         observed = form(*mesh, "angle")
         by_angle += map(exact.distance, observed, truth)
         by_angle32 += map(exact.distance, observed.astype(np.float32), truth)

@@ -156,16 +156,6 @@ def test_dense_samples_are_within_the_tolerance(make, scene, material, options):
         assert largest(fine, scene, material, matrix=MATRIX) <= STEP < largest(fine, scene, material)  # lit elsewhere
 
 
-def test_errors_do_not_depend_on_how_normals_are_blended():
-    """In the original mesh they are blended over its large triangles, in the result over the parts."""
-    coarse = coarse_sphere()
-    coarse["original"] = coarse.phong.normals()  # interpolated linearly, and never made unit length
-    fine = refine(coarse, SUNNY, SHARP, tolerance=STEP)
-    fine.point_data.active_normals_name = "original"
-    assert np.linalg.norm(fine["original"], axis=1).min() < 0.99
-    assert dense_errors(fine, SHARP_TRUTH).max() <= STEP
-
-
 def test_what_is_already_fine_is_not_split():
     mesh = pv.Sphere(theta_resolution=60, phi_resolution=60)
     lit = refine(mesh, SUNNY, MATT, tolerance=0.05)
@@ -487,14 +477,6 @@ def test_the_points_precision_ends_it():
     assert stopped(fine) == "resolution"
     assert left(fine) > 1e-4
     assert areas(fine).min() > 0
-
-
-def test_zero_normals_are_a_jump_and_not_an_endless_task():
-    mesh = coarse_sphere()
-    mesh.point_data.active_normals = mesh.phong.normals() * (np.arange(mesh.n_points) != 5)[:, None]
-    fine = refine(mesh, SUNNY, MATT, tolerance=STEP)
-    assert stopped(fine) == "jump"
-    assert fine.n_points < 3000
 
 
 def test_triangles_without_area_end_and_keep_their_neighbours_whole():
