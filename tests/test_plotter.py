@@ -27,19 +27,6 @@ SHINY = Material(ambient=0.1, diffuse=(0.6, 0.5, 0.4), specular=0.5, shininess=2
 
 
 @pytest.fixture
-def new_plotter():
-    made = []
-
-    def make(lighting="none", **options):
-        made.append(pv.Plotter(off_screen=True, window_size=(48, 48), lighting=lighting, **options))
-        return made[-1]
-
-    yield make
-    for each in made:
-        each.close()
-
-
-@pytest.fixture
 def plotter(new_plotter):
     """One mesh without highlights in the sun, drawn once."""
     shown = new_plotter()
@@ -251,7 +238,7 @@ def moved(plotter):
     [("none", DULL, 0), ("none", SHINY, 1), ("light kit", DULL, 1), ("three lights", DULL, 1)],
 )
 def test_the_camera_counts_where_there_are_highlights_or_lights_ride_along(new_plotter, lighting, material, count):
-    shown, mesh = new_plotter(lighting), ball()
+    shown, mesh = new_plotter(lighting=lighting), ball()
     shown.phong.add_light(SUN)
     actor = draw(shown, material, mesh)
     before = drawn(actor).copy()
@@ -329,7 +316,7 @@ def test_what_changes_nothing_costs_nothing(plotter):
 
 
 def test_lights_are_the_plotters_own_too(new_plotter):
-    shown, mesh = new_plotter("light kit"), ball()
+    shown, mesh = new_plotter(lighting="light kit"), ball()
     assert len(shown.phong.lights) == 5
     shown.add_light(pv.Light(position=(1, 2, 1), light_type="camera light", positional=True, cone_angle=40))
     draw(shown, SHINY, mesh)
@@ -539,7 +526,7 @@ def test_what_cannot_be_validated(plotter):
 
 
 def test_edits_are_undone_and_redone_to_the_bit(new_plotter):
-    shown = new_plotter("light kit")
+    shown = new_plotter(lighting="light kit")
     shown.phong.add_light(SUN)
     actor = draw(shown, SHINY)
     states, edits = [], [

@@ -25,21 +25,17 @@ FROM = [(0, -5, 2.5), (0, 0, 0.2), (0, 0, 1)]
 
 
 @pytest.fixture
-def new_mouse():
+def new_mouse(new_plotter):
     """Makes a plotter with a ball and lights, and gives its mouse; with gizmos unless `gizmos` is None."""
-    made = []
 
-    def make(*lights, gizmos=(), size=(400, 300), **options):
-        plotter = pv.Plotter(off_screen=True, window_size=size, lighting="none", **options)
-        made.append(plotter)
+    def make(*lights, gizmos=(), **options):
+        plotter = new_plotter((400, 300), **options)
         furnish(plotter, lights)
         if gizmos is not None:
             plotter.phong.add_gizmos(**dict(gizmos))
         return Mouse(plotter)
 
-    yield make
-    for each in made:
-        each.close()
+    return make
 
 
 def furnish(plotter, lights):
@@ -153,8 +149,7 @@ def test_modifiers_constrain_and_snap_in_steps_that_can_be_chosen(new_mouse):
     mouse.drag(mouse.at("spot", "cone"), (-9, 0), control=True)
     assert mouse.gizmo("spot").light.cone_angle % 7.5 == 0
     mouse.drag(mouse.at("lamp", "position"), (-31, 12), control=True)
-    steps = np.array(mouse.gizmo("lamp").light.position) / 0.125
-    np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
+    np.testing.assert_array_equal(np.mod(mouse.gizmo("lamp").light.position, 0.125), 0.0)
     with pytest.raises(ValueError, match=r"^angle_step must be a finite number > 0 and <= 90; got 0"):
         mouse.plotter.phong.add_gizmos(angle_step=0)
     assert len(mouse.plotter.phong.gizmos) == 2
@@ -306,43 +301,41 @@ def test_a_typed_value_is_one_step(new_mouse, kind):
         assert mouse.gizmo("it").light.values(Place) == [(1.0, -0.5, 2.25)]
 
 
-def test_escape_gives_up_what_is_typed_and_an_empty_text_is_no_step(chosen):
-    before = seen(chosen.plotter)
-    chosen.key("Return")
-    type_keys(chosen, "2")
+def test_what_is_given_up_or_empty_or_no_value_is_no_step(chosen):
+    def enter(*texts):
+        chosen.key("Return")
+        for text in texts:
+            type_keys(chosen, text)
+        return interaction.edit
+
+    before, interaction = seen(chosen.plotter), interaction_of(chosen)
+    enter("2")
     chosen.key("BackSpace")
     assert seen(chosen.plotter) == before
     chosen.key("Return")
-    chosen.key("Return")
-    type_keys(chosen, "2")
+    enter("2")
     chosen.key("Escape")
     assert seen(chosen.plotter) == before
+    enter()
+    names = [*chosen.gizmo("it").handles, "intensity"]
+    for name in [*names, *names]:  # Tab takes, and goes on
+        assert interaction.edit.handle == name
+        chosen.key("Tab")
+    chosen.key("Escape")
+    interaction.grabbed_last = "intensity"
+    edit = enter("-1")
+    chosen.key("Return")
+    assert "intensity must be a finite number >= 0; got -1.0." in " ".join(edit.readout.split())
+    assert seen(chosen.plotter) == before
+    chosen.key("Escape")
     assert not chosen.plotter.phong.undo()
     chosen.key("m")  # keys are commands again
     assert not chosen.gizmo("it").light.on
-
-
-def test_tab_takes_and_goes_on(chosen):
-    interaction = interaction_of(chosen)
+    enter("2")
+    chosen.plotter.phong.remove_light("it")
+    chosen.key("3")
     chosen.key("Return")
-    names = [*chosen.gizmo("it").handles, "intensity"]
-    for name in [*names, names[0]]:
-        assert interaction.edit.handle == name
-        chosen.key("Tab")
-    assert not chosen.plotter.phong.undo()
-
-
-def test_a_text_that_is_no_value_cannot_be_taken_and_says_why(chosen):
-    before = seen(chosen.plotter)
-    interaction = interaction_of(chosen)
-    interaction.grabbed_last = "intensity"
-    chosen.key("Return")
-    type_keys(chosen, "-1")
-    chosen.key("Return")
-    assert "intensity must be a finite number >= 0; got -1.0." in " ".join(interaction.edit.readout.split())
-    assert seen(chosen.plotter) == before
-    chosen.key("Escape")
-    assert not chosen.plotter.phong.undo()
+    assert [light.name for light in chosen.plotter.phong.lights] == ["other"]
 
 
 def test_while_typing_nobody_else_hears_the_keys(chosen):
@@ -376,15 +369,6 @@ def test_digits_during_a_drag_take_its_place(chosen):
     chosen.key("Escape")
     chosen.release(end)
     assert seen(chosen.plotter) == before
-
-
-def test_a_light_removed_while_a_value_is_typed(chosen):
-    chosen.key("Return")
-    type_keys(chosen, "2")
-    chosen.plotter.phong.remove_light("it")
-    chosen.key("3")
-    chosen.key("Return")
-    assert [light.name for light in chosen.plotter.phong.lights] == ["other"]
 
 
 # --- looks ---
