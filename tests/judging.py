@@ -111,7 +111,8 @@ def _ratio(above: Fraction, below: Fraction) -> float:
     return float(root(above / below)) if below else 1.0
 
 
-def _normal_conditioning(placement: Placement, n: Exact) -> float:
+def normal_conditioning(placement: Placement, n: Exact) -> float:
+    """How much rounding of the terms of C·n can turn it: ‖|C|·|n|‖ / ‖C·n‖."""
     sizes = [sum(abs(a * b) for a, b in zip(row, n, strict=True)) for row in placement.cofactors]
     turned = placement.normal(n)
     return _ratio(sum((a * a for a in sizes), Fraction(0)), dot(turned, turned))
@@ -131,7 +132,7 @@ def conditioning(case: Case) -> np.ndarray:
     for point, normal in zip(case.points, case.normals, strict=True):
         p, n = exact(point), exact(normal)
         world, size = placement.point(p), _size(_summed_from(placement, p))
-        kappa = max(1.0, _normal_conditioning(placement, n) / 2)
+        kappa = max(1.0, normal_conditioning(placement, n) / 2)
         for position, added in places:
             distance = _size(minus(position, world))
             if distance:

@@ -3,6 +3,18 @@
 import numpy as np
 
 
+def picture(plotter):
+    """What the window shows after a new frame, gizmos included."""
+    plotter.render()
+    return plotter.image.astype(int)
+
+
+def texts(plotter):
+    """VTK's texts on the screen, after a new frame."""
+    plotter.render()
+    return [prop for prop in plotter.renderer.GetViewProps() if prop.IsA("vtkTextActor") and prop.GetVisibility()]
+
+
 class Mouse:
     """The pointer of one plotter, and what it points at there."""
 

@@ -20,6 +20,7 @@ from pvphong.optics.maps import COLORS, SHINIEST, Map, is_image_path, is_texture
 from pvphong.optics.material import Material
 
 _TO_POINTS = "mesh.cell_data_to_point_data() turns cell arrays into point arrays."
+_TO_FACES = f"feature_angle=0 (--feature-angle 0) gives each face points of its own; {_TO_POINTS}"
 
 
 def surface_and_maps(
@@ -95,23 +96,24 @@ def values_at(name: str, given: Any, whole: pv.PolyData, source: pv.PolyData, po
             with reading(value):
                 value = read_texture(value, name)
         elif value in whole.cell_data:
-            return _of_faces(name, value, source)
+            return _of_faces(name, source.cell_data[value], source)
         else:
             _refuse_unknown(name, value, source)
     if isinstance(value, str):
         return np.asarray(source.point_data[value])
     if is_texture(value):
         return _of_texture(name, value, source)
+    if len(value) == whole.n_cells != whole.n_points and name != "tangents":
+        return _of_faces(name, value, source)
     return _checked(name, value, whole) if points is None else _checked(name, value, whole)[points]
 
 
-def _of_faces(name: str, value: str, source: pv.PolyData) -> Any:
-    """A cell array at points of which each is one face's alone."""
+def _of_faces(name: str, values: Any, source: pv.PolyData) -> Any:
+    """An array with a row for each cell, at points of which each is one face's alone."""
     connectivity, offsets = polygons(source)
-    faces = np.asarray(source.cell_data[value])
+    faces = np.asarray(values)
     if len(faces) != len(offsets) - 1 or len(np.unique(connectivity)) != len(connectivity):
-        remedy = f"feature_angle=0 gives each face points of its own; {_TO_POINTS}"
-        check.refuse(name, f"{value!r}, a cell array", "a point array where faces share points", remedy)
+        check.refuse(name, f"{len(faces)} rows, one per cell", "one per point where faces share points", _TO_FACES)
     found = np.zeros((source.n_points, *faces.shape[1:]), faces.dtype)
     found[connectivity] = np.repeat(faces, np.diff(offsets), axis=0)
     return found
@@ -140,7 +142,7 @@ def _of_texture(name: str, texture: Any, source: pv.PolyData) -> FloatArray:
 def _checked(name: str, given: Any, mesh: pv.DataSet) -> Any:
     """An array with a row for each of the mesh's points."""
     if len(given) == mesh.n_cells != mesh.n_points:
-        check.refuse(name, f"{len(given)} rows, one per cell", f"one per point, {mesh.n_points} rows", _TO_POINTS)
+        check.refuse(name, f"{len(given)} rows, one per cell", f"one per point, {mesh.n_points} rows", _TO_FACES)
     count = mesh.n_points
     if name == "tangents":
         return check.array(name, given, count=count)

@@ -134,9 +134,8 @@ def maps_on_material(function: Function) -> Function:
             if name in _MOVED:
                 place = "the material's reflectance" if name == "roughness" else "the material"
                 example = "reflectance=GGX(roughness=...)" if name == "roughness" else f"{name}=..."
-                raise TypeError(
-                    f"{function.__name__} takes no {name}: it is on {place} now, as in Material({example})."
-                )
+                call = function.__name__.replace("shade_mesh", "shade")
+                raise TypeError(f"{call} takes no {name}: it is on {place} now, as in Material({example}).")
         return function(*given, **options)
 
     return cast("Function", called)

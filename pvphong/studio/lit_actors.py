@@ -260,8 +260,11 @@ class LitMesh:
 
 
 def _version(part: Any) -> Any:
-    """A VTK object and when it was last modified. It is held on to, so that no other can be taken for it."""
-    return None if part is None else (part, part.GetMTime())
+    """A VTK object and when it was last modified. It is held on to, so that no other can be taken for it.
+
+    As a `Map`, for VTK compares arrays by their numbers.
+    """
+    return None if part is None else (Map(part), part.GetMTime())
 
 
 def lit_meshes(

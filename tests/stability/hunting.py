@@ -133,17 +133,6 @@ LAYOUTS: dict[str, Callable[[np.ndarray], Any]] = {
 """What changes no value of an array: how it lies in memory."""
 
 
-def blunt(case: Case) -> Case:
-    """No power between 0 and 1: there a cosine's slope at 0 is infinite."""
-
-    def power(value: float) -> float:
-        return value if value == 0.0 else value + 1.0
-
-    lights = [replace(s, exponent=power(s.exponent)) if isinstance(s, SpotLight) else s for s in case.scene.lights]
-    material = replace(case.material, shininess=power(case.material.shininess))
-    return replace(case, scene=replace(case.scene, lights=lights), material=material)
-
-
 # --- scenes that a plan can simplify ---
 
 

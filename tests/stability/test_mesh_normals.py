@@ -9,8 +9,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from normal_forms import FORMS, every_form
-from soups import bumpy, mesh_of, soup
+from soups import FORMS, bumpy, every_form, mesh_of, soup
 from stability import exact_normals as exact
 from stability import naive
 from stability.bounds import U, V, assert_within
@@ -207,7 +206,7 @@ def test_row_27_box_corners_however_the_sides_are_cut(form):
     by_angle, by_angle32, by_area = [], [], []
     for diagonals in product([False, True], repeat=6):
         mesh = box(diagonals)
-        truth = [exact.unit(exact.fractions(2.0 * point - 1.0)) for point in mesh[0]]
+        truth = [exact.unit(exact.exact(2.0 * point - 1.0)) for point in mesh[0]]
         observed = form(*mesh, "angle")
         by_angle += map(exact.distance, observed, truth)
         by_angle32 += map(exact.distance, observed.astype(np.float32), truth)

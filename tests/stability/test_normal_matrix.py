@@ -1,4 +1,4 @@
-"""Section A of the catalogue of hard cases: the normal matrix, against elimination in exact fractions."""
+"""Section A of the catalogue of hard cases: the normal matrix, against cofactors in exact fractions."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from itertools import islice
 
 import numpy as np
 import pytest
+from judging import normal_conditioning
+from oracle import Placement, as_array, shade
 from stability import exact_normals as exact
-from stability import naive
-from stability.bounds import U, assert_bits, assert_within
-from stability.evaluators import EVALUATORS, UNLIT, Declined
+from stability.bounds import U, assert_within
+from stability.evaluators import UNLIT
+from stability.hunting import FLATTENING_IS_NO_FAILURE, on_every_evaluator
 
-from pvphong import DirectionalLight, Material, PointLight, Scene, SpotLight, Viewer, evaluate
+from pvphong import DirectionalLight, Material, Scene, Viewer, evaluate
 from pvphong.geometry.transform import SingularMatrixWarning, normal_matrix, transform_normals
 
 SAMPLES = 60
@@ -51,9 +53,9 @@ def judged(cases, transform):
     """Errors and A-tol of a transform of normals: 4u · max(1, ‖|C|·|n|‖ / ‖C·n‖)."""
     errors, bounds = [], []
     for matrix, normal in cases:
-        truth = exact.inverse_transpose(matrix)
-        errors.append(exact.distance(transform(normal, matrix), exact.unit(exact.apply(truth, normal))))
-        bounds.append(4 * U * max(1.0, exact.amplification(truth, normal)))
+        placement, n = Placement(matrix), exact.exact(normal)
+        errors.append(exact.distance(transform(normal, matrix), exact.unit(placement.normal(n))))
+        bounds.append(4 * U * max(1.0, normal_conditioning(placement, n)))
     return np.array(errors), np.array(bounds)
 
 
@@ -129,34 +131,24 @@ def test_row(row):
         assert np.median(bounds) > 40 * U, "nothing cancels"
 
 
-BREAKING = {
-    # The inverse errs in proportion to c and to k, in every case.
-    **{f"3 c={c:.0e}": (by_inverse, 1e-5 * c) for c in (1e8, 1e12, 1e16)},
-    **{f"5 k={k:.0e}": (by_inverse, 1e-5 * k) for k in (1e6, 1e12)},
+# In every case, or in a share of them, the error is so many times its bound.
+BREAKING = [
+    # The inverse errs in proportion to c and to k.
+    *((f"3 c={c:.0e}", by_inverse, 1e-5 * c, 1.0) for c in (1e8, 1e12, 1e16)),
+    *((f"5 k={k:.0e}", by_inverse, 1e-5 * k, 1.0) for k in (1e6, 1e12)),
+    ("5 k=1e+12", by_inverse, 1e15, 0.1),  # refused, or elsewhere altogether
+    # A floating determinant's sign is noise.
+    *(("4 " + c, by_cofactors, 1e12, share) for c, share in (("c=1e+12", 0.03), ("c=1e+16", 0.4))),
     # Cofactors' squares overflow or underflow, and from 1e±162 those of the inverse's images: no normal is left.
-    **{f"6 {scale:.0e} rotated": (by_cofactors, 1e15) for scale in SCALES if not 1e-100 < scale < 1e100},
-}
-BREAKING_TOO = {row: (by_inverse, 1e15) for row in BREAKING if row[0] == "6" and "110" not in row}
+    *((f"6 {scale:.0e} rotated", by_cofactors, 1e15, 1.0) for scale in SCALES if not 1e-100 < scale < 1e100),
+    *((f"6 {scale:.0e} rotated", by_inverse, 1e15, 1.0) for scale in SCALES if not 1e-150 < scale < 1e150),
+]
 
 
-@pytest.mark.parametrize(("row", "naive_way"), [*BREAKING.items(), *BREAKING_TOO.items()])
-def test_the_naive_way_breaks_the_bound_in_every_case(row, naive_way):
-    transform, factor = naive_way
-    errors, bounds = judged(ROWS[row](), transform)
-    assert naive.least_excess(errors, bounds) > factor
-    if row == "5 k=1e+12":
-        assert np.mean(errors > 1.0) > 0.1, "it is refused, or points elsewhere altogether"
-
-
-@pytest.mark.parametrize(("row", "share"), [("4 c=1e+12", 0.03), ("4 c=1e+16", 0.4)])
-def test_row_4_no_normal_flips(row, share):
-    observed, flipped = [], []
-    for matrix, normal in ROWS[row]():
-        truth = np.array([float(part) for part in exact.unit(exact.apply(exact.inverse_transpose(matrix), normal))])
-        observed.append(ours(normal, matrix) @ truth < 0.0)
-        flipped.append(by_cofactors(normal, matrix) @ truth < 0.0)
-    assert_within(row, np.sum(observed), 0.0)
-    assert np.mean(flipped) > share, "a floating determinant's sign is noise"
+@pytest.mark.parametrize(("row", "naively", "factor", "share"), BREAKING)
+def test_the_naive_way_breaks_the_bound(row, naively, factor, share):
+    errors, bounds = judged(ROWS[row](), naively)
+    assert np.mean(np.nan_to_num(errors, nan=np.inf) > factor * bounds) >= share
 
 
 FLATTENED = {
@@ -171,20 +163,11 @@ FLATTENED = {
 @pytest.mark.parametrize("w", [1.0, -2.0])
 def test_row_9_rank_2_gives_the_cofactors_and_warns(case, w):
     linear, cofactors = FLATTENED[case]
-    warned = pytest.warns(SingularMatrixWarning, match="flattens space onto a plane")
-    with warned:
+    with pytest.warns(SingularMatrixWarning, match="flattens space onto a plane"):
         result = normal_matrix(affine(linear, w))
     assert 0.5 <= np.abs(result).max() <= 1.0
     expected = np.array(cofactors) * (np.abs(result).max() / np.abs(cofactors).max())
     assert_within(f"9 {case} w={w:g}", np.abs(result - expected).max(), 0.0)
-
-
-ACCEPTING = [
-    normal_matrix,
-    lambda matrix: transform_normals(np.eye(3), matrix),
-    lambda matrix: evaluate(np.eye(3), np.eye(3), Scene(), Material(), matrix=matrix),
-]
-"""What takes a model matrix and needs its normal matrix."""
 
 
 def with_last_row(*last):
@@ -211,93 +194,39 @@ NO_NORMALS = {
 @pytest.mark.parametrize("row", NO_NORMALS)
 def test_row_10_12_what_gives_no_normals_is_refused(row):
     matrix, message = NO_NORMALS[row]
-    for transform in ACCEPTING:
-        with pytest.raises(ValueError, match=f"^{message}"):
-            transform(matrix)
+    with pytest.raises(ValueError, match=f"^{message}"):
+        normal_matrix(matrix)
 
 
 TO_LIGHT = np.array([0.5, -0.625, 0.75])
+SUNS = [DirectionalLight(direction=-TO_LIGHT, diffuse="red"), DirectionalLight(direction=TO_LIGHT, diffuse="blue")]
 MATT = Material(ambient=0.0, diffuse=1.0)
-GLOSSY = Material(ambient=0.0, diffuse=0.5, specular=0.5, shininess=20.0)
 
 # The kernel leaves matrices with entries beyond 2^±100 to the reference.
 BEYOND_THE_KERNEL = [f"6 {scale:.0e} rotated" for scale in (1e-200, 1e-110, 1e110, 1e200)]
 BEYOND_THE_KERNEL += ["7 a=1e+38", "7 a=1e+100", "7 a=1e+150"]
 LIT = ["1 c=1e+16", "2 c=1e+16", "3 c=1e+16", "4 c=1e+12", "4 c=1e+16", "5 k=1e+12", "6 1e-25 rotated"]
 LIT += ["6 1e+29 rotated", "7 a=1e+29", "8 axis 1", "11 c=1e+12", "13", *BEYOND_THE_KERNEL]
+CASES_LIT = {row: list(islice(ROWS[row](), 60 if row[0] == "4" else 20)) for row in LIT}
+CASES_LIT |= {f"9 {case}": [(affine(FLATTENED[case][0]), np.array([0.25, -1.0, 2.0]))] for case in FLATTENED}
 
 
-def brightness(evaluator, matrix, normal, image):
-    """Error of n·l for the side of the surface that the exact, unnormalised `image` of the normal lies on."""
-    cosine = exact.dot(exact.unit(image), exact.unit(exact.fractions(TO_LIGHT)))
-    light = DirectionalLight(direction=-TO_LIGHT * np.sign(float(cosine)))
-    scene = Scene([light], Viewer(), UNLIT)
-    return abs(evaluator(np.zeros((1, 3)), normal[None], scene, MATT, matrix=matrix).rgb[0, 0] - abs(float(cosine)))
-
-
-@pytest.mark.parametrize(
-    ("row", "evaluator"),
-    [(row, each) for row in LIT for each in EVALUATORS if each.backend == "numpy" or row not in BEYOND_THE_KERNEL],
-    ids=str,
-)
+@FLATTENING_IS_NO_FAILURE
+@on_every_evaluator
+@pytest.mark.parametrize("row", CASES_LIT)
 def test_row_as_lit(row, evaluator):
-    errors, bounds = [], []
-    for matrix, normal in islice(ROWS[row](), 60 if row[0] == "4" else 20):
-        truth = exact.inverse_transpose(matrix)
-        errors.append(brightness(evaluator, matrix, normal, exact.apply(truth, normal)))
-        bounds.append(4 * U * max(1.0, exact.amplification(truth, normal)) + 10 * evaluator.step)
-    assert_within(row, errors, bounds)
-
-
-@pytest.mark.parametrize("evaluator", [each for each in EVALUATORS if each.backend == "numba"], ids=str)
-@pytest.mark.parametrize("row", BEYOND_THE_KERNEL)
-def test_row_as_lit_where_the_kernel_leaves_it_to_the_reference(row, evaluator):
-    scene, options = Scene([DirectionalLight(direction=-TO_LIGHT)], Viewer(), UNLIT), {"precision": evaluator.precision}
-    for matrix, normal in islice(ROWS[row](), 20):
-        vertex = np.zeros((1, 3)), normal[None], scene, MATT
-        with pytest.raises(Declined):
-            evaluator(*vertex, matrix=matrix)
-        asked, plain = (evaluate(*vertex, matrix=matrix, backend=each, **options).rgb for each in ("numba", "numpy"))
-        assert_bits(row, asked, plain)
-
-
-SIZES = [
-    (power, grown, evaluator)
-    for power in (-664, -365, -97, 97, 365, 664)
-    for grown in ("matrix", "points")
-    for evaluator in EVALUATORS
-    # Beyond 2^±100 the kernel takes neither matrices nor lamps and eyes as far out; it takes any points.
-    if evaluator.backend == "numpy" or abs(power) < 100 or (grown == "points" and power < 0)
-]
-
-
-@pytest.mark.parametrize(("power", "grown", "evaluator"), SIZES, ids=str)
-def test_row_6_the_size_of_everything_changes_no_bit(power, grown, evaluator):
-    """Mesh, lamps and eye grow by a power of two, the mesh by a matrix or as stored, and normals shrink by it."""
-    rng = np.random.default_rng(6)
-    points, normals = rng.normal(size=(2, 200, 3))
-
-    def lit(size):
-        eye, lamp = size * np.array([0.5, -3.0, 2.0]), size * np.array([1.0, 2.0, 3.0])
-        spot = SpotLight(position=-lamp, direction=lamp, cone_angle=40.0, exponent=3.0)
-        scene = Scene([PointLight(position=lamp), spot], Viewer(position=eye), UNLIT)
-        if grown == "points":
-            return evaluator(points * size, normals / size, scene, GLOSSY).rgb
-        return evaluator(points, normals / size, scene, GLOSSY, matrix=np.diag([size, size, size, 1.0])).rgb
-
-    usual = lit(1.0)
-    assert usual.max() > 0.5
-    assert_bits(f"6 {grown} 2^{power}", lit(2.0**power), usual)
-
-
-@pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
-@pytest.mark.parametrize("case", [case for case in FLATTENED if case != "tiny"])
-def test_row_9_as_lit(case, evaluator):
-    linear, cofactors = FLATTENED[case]
-    normal = np.array([0.25, -1.0, 2.0])
-    with pytest.warns(SingularMatrixWarning):
-        error = brightness(evaluator, affine(linear), normal, exact.apply(exact.fractions(cofactors), normal))
-    assert_within(f"9 {case}", error, 10 * evaluator.step)
+    """By red light on one side of the surface and blue light on the other."""
+    observed, bounds = [], []
+    asked = evaluator
+    if row in BEYOND_THE_KERNEL or row == "9 tiny":
+        asked = partial(evaluate, backend=evaluator.backend, precision=evaluator.precision)
+    for matrix, normal in CASES_LIT[row]:
+        vertex = np.zeros((1, 3)), normal[None], Scene(SUNS, Viewer(), UNLIT), MATT
+        truth = as_array(shade(*vertex, matrix=matrix), "unclamped")
+        observed.append(np.abs(asked(*vertex, matrix=matrix).rgb - truth).max())
+        condition = normal_conditioning(Placement(matrix), exact.exact(normal))
+        bounds.append(4 * U * max(1.0, condition) + 10 * evaluator.step)
+    assert_within(row, observed, bounds)
 
 
 def test_the_sign_is_right_on_both_sides_of_a_singular_matrix():

@@ -26,7 +26,7 @@ def directions(seed, samples=SAMPLES):
 
 
 def errors(observed, stored):
-    return [exact.distance(o, exact.unit(exact.fractions(s))) for o, s in zip(observed, stored, strict=True)]
+    return [exact.distance(o, exact.unit(exact.exact(s))) for o, s in zip(observed, stored, strict=True)]
 
 
 LENGTHS = [(length, np.float32) for length in (1e-44, 1e-38, 1e-30, 1e-23, 1e-10, 1.0, 1e10, 1e30, 5e37)]
@@ -78,20 +78,6 @@ def test_the_naive_way_breaks_the_bound_in_every_direction(length, factor):
 
 BAD_ROWS = [(np.nan, 0.0, 1.0), (1.0, np.inf, 0.0), (-np.inf, np.inf, np.nan), (np.nan,) * 3, (0.0, 0.0, np.inf)]
 every_bad_row = pytest.mark.parametrize("bad", [(0.0,) * 3, (-0.0,) * 3, (0.0, -0.0, 0.0), *BAD_ROWS], ids=str)
-
-
-@every_bad_row
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_row_17_18_a_zero_or_bad_normal_gives_zero_and_spoils_no_neighbour(bad, dtype):
-    stored = directions(18, 50).astype(dtype)
-    spoilt = stored.copy()
-    spoilt[7] = bad
-    others = np.arange(len(stored)) != 7
-    for evaluator in (normalize, lambda rows: transform_normals(rows, np.diag([2.0, 3.0, 4.0, 1.0]))):
-        observed = evaluator(spoilt)
-        assert_within(f"{18 if any(bad) else 17}", np.abs(observed[7]), 0.0)
-        assert not np.signbit(observed[7]).any()
-        assert np.array_equal(observed[others], evaluator(stored)[others])
 
 
 # --- as evaluators light them ---

@@ -16,44 +16,38 @@ from pvphong.optics.lights import PointLight
 
 
 @pytest.fixture
-def plotter():
-    shown = pv.Plotter(off_screen=True, window_size=(200, 150), lighting="none")
-    shown.phong.add_light(PointLight(position=(0.4, -0.4, 0.4), attenuation=(1, 0, 1)))
-    shown.phong.add_mesh(pv.Sphere())
-    shown.show(auto_close=False)
-    yield shown
-    shown.close()
+def fresh(new_plotter):
+    """Without a first frame."""
+    made = new_plotter((200, 150))
+    made.phong.add_light(PointLight(position=(0.4, -0.4, 0.4), attenuation=(1, 0, 1)))
+    made.phong.add_mesh(pv.Sphere())
+    return made
 
 
-def test_a_screenshot_is_without_gizmos_unless_an_option_shows_them(plotter, tmp_path):
-    clean = plotter.screenshot(return_img=True)
-    plotter.phong.add_gizmos()
-    plotter.render()
-    np.testing.assert_array_equal(plotter.screenshot(tmp_path / "a.png", return_img=True), clean)
+@pytest.fixture
+def plotter(fresh):
+    fresh.show(auto_close=False)
+    return fresh
+
+
+def test_a_screenshot_is_without_gizmos_unless_an_option_shows_them(fresh, tmp_path):
+    fresh.phong.add_gizmos()
+    clean = fresh.screenshot(return_img=True)
+    assert (fresh.image != clean).any()  # in the window they are back
+    np.testing.assert_array_equal(fresh.screenshot(tmp_path / "a.png", return_img=True), clean)
     np.testing.assert_array_equal(pv.read(tmp_path / "a.png").active_scalars.reshape(150, 200, 3)[::-1], clean)
-    assert (plotter.image != clean).any()  # in the window they are back
-    plotter.phong.add_gizmos(in_screenshots=True)
-    assert (plotter.screenshot(return_img=True) != clean).any()
-
-
-def test_a_screenshot_before_the_first_frame():
-    shown = pv.Plotter(off_screen=True, window_size=(200, 150), lighting="none")
-    shown.phong.add_light(PointLight(position=(0.4, -0.4, 0.4)))
-    shown.phong.add_mesh(pv.Sphere())
-    shown.phong.add_gizmos()
-    image = shown.screenshot(return_img=True)
-    shown.phong.remove_gizmos()
-    np.testing.assert_array_equal(image, shown.screenshot(return_img=True))
-    shown.close()
+    fresh.phong.add_gizmos(in_screenshots=True)
+    assert (fresh.screenshot(return_img=True) != clean).any()
+    fresh.phong.remove_gizmos()
+    np.testing.assert_array_equal(fresh.screenshot(return_img=True), clean)
 
 
 def test_exports_are_without_gizmos(plotter, tmp_path):
-    plotter.export_obj(tmp_path / "clean.obj")
-    plotter.export_gltf(tmp_path / "clean.gltf")
-    plotter.phong.add_gizmos()
-    plotter.render()
-    plotter.export_obj(tmp_path / "with.obj")
-    plotter.export_gltf(tmp_path / "with.gltf")
+    for name in ("clean", "with"):
+        plotter.export_obj(tmp_path / f"{name}.obj")
+        plotter.export_gltf(tmp_path / f"{name}.gltf")
+        plotter.phong.add_gizmos()
+        plotter.render()
     assert (tmp_path / "with.obj").read_text().replace("with", "clean") == (tmp_path / "clean.obj").read_text()
     assert (tmp_path / "with.gltf").read_text() == (tmp_path / "clean.gltf").read_text()
 

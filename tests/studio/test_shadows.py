@@ -31,9 +31,8 @@ def hat():
 class Window:
     """A floor, and something over it."""
 
-    def __init__(self, *lights, **model):
-        self.plotter = pv.Plotter(off_screen=True, lighting="none", window_size=(200, 200))
-        self.phong = self.plotter.phong
+    def __init__(self, plotter, *lights, **model):
+        self.plotter, self.phong = plotter, plotter.phong
         self.phong.light_model = ph.LightModel(**({"shadows": True} | model))
         for light in lights:
             self.phong.add_light(light)
@@ -47,48 +46,29 @@ class Window:
     def shown(self):
         return np.asarray(self.phong.mesh(self.floor).drawn["phong"])
 
-    def expected(self, *occluders):
-        return 255.0 * self.ground.phong.shade(self.phong.scene, WHITE, occluders=occluders)["phong"]
-
-    def check(self, *occluders):
+    def check(self, *occluders, **options):
         self.plotter.render()
-        assert np.abs(self.shown - self.expected(*occluders)).max() <= 0.51
+        lit = self.ground.phong.shade(self.phong.scene, WHITE, occluders=occluders, **options)
+        assert np.abs(self.shown - 255.0 * lit["phong"]).max() <= 0.51
 
 
 @pytest.fixture
-def window():
-    made = []
-
-    def make(*lights, **model):
-        made.append(Window(*lights, **model))
-        return made[-1]
-
-    yield make
-    for each in made:
-        each.plotter.close()
+def window(new_plotter):
+    return lambda *lights, **model: Window(new_plotter((200, 200)), *lights, **model)
 
 
 @pytest.fixture
 def counted(monkeypatch):
     """How many lights have been traced, skies looked at, and casters built."""
-    counts = {"lights": [], "skies": 0, "casters": 0}
-    light, sky, caster = Tracer.light, Tracer.sky, Caster.__init__
+    counts = {"lights": [], "skies": [], "casters": []}
 
-    def traced(self, which):
-        counts["lights"].append(which.name)
-        return light(self, which)
+    def count(owner, name, key, what):
+        original = getattr(owner, name)
+        monkeypatch.setattr(owner, name, lambda *a: counts[key].append(what(*a)) or original(*a))
 
-    def looked(self):
-        counts["skies"] += 1
-        return sky(self)
-
-    def built(self, faces):
-        counts["casters"] += 1
-        caster(self, faces)
-
-    monkeypatch.setattr(Tracer, "light", traced)
-    monkeypatch.setattr(Tracer, "sky", looked)
-    monkeypatch.setattr(Caster, "__init__", built)
+    count(Tracer, "light", "lights", lambda _, which: which.name)
+    count(Tracer, "sky", "skies", lambda _: None)
+    count(Caster, "__init__", "casters", lambda *_: None)
     return counts
 
 
@@ -107,9 +87,7 @@ def test_shadows_follow_lights_meshes_and_matrices(window):
     w.hat.user_matrix = moved(0.5)
     w.check((hat(), moved(0.5)))
     w.floor.user_matrix = moved(0.2)
-    w.plotter.render()
-    lit = w.ground.phong.shade(w.phong.scene, WHITE, occluders=[(hat(), moved(0.5))], matrix=moved(0.2))
-    assert np.abs(w.shown - 255.0 * lit["phong"]).max() <= 0.51
+    w.check((hat(), moved(0.5)), matrix=moved(0.2))
     w.floor.user_matrix = np.eye(4)
     w.over.points = w.over.points * [2, 2, 1]
     bigger = hat()
@@ -117,7 +95,7 @@ def test_shadows_follow_lights_meshes_and_matrices(window):
     w.check((bigger, moved(0.5)))
 
 
-def test_hidden_and_removed_meshes_cast_none(window):
+def test_hidden_and_removed_meshes_cast_none_nor_those_that_are_not_to(window):
     w = window(SUN)
     w.hat.visibility = False
     w.check()
@@ -125,30 +103,28 @@ def test_hidden_and_removed_meshes_cast_none(window):
     w.check(hat())
     w.plotter.remove_actor(w.hat)
     w.check()
-
-
-def test_a_mesh_that_is_to_cast_none_casts_none(window):
-    w = window(SUN)
-    w.plotter.remove_actor(w.hat)
     w.phong.add_mesh(hat(), WHITE, casts_shadows=False)
     w.check()
     with pytest.raises(ValueError, match="casts_shadows must be True or False"):
         w.phong.add_mesh(hat(), WHITE, casts_shadows="no")
 
 
-def test_without_shadows_no_ray_is_cast(window, counted):
-    w = window(SUN, LAMP, shadows=False)
+def test_without_shadows_no_ray_is_cast_and_a_light_that_rides_along_takes_its_shadows_with_it(window, counted):
+    w = window(ph.PointLight(frame="headlight", name="head"), shadows=False)
     w.check()
+    assert not counted["lights"]
     w.phong.light_model = ph.LightModel(shadows=True)
     w.plotter.render()
     assert counted["lights"]
+    w.check(hat())
+    w.plotter.camera_position = [(2, -3, 9), (0, 0, 0), (0, 0, 1)]
     w.check(hat())
 
 
 def test_only_what_moved_is_traced_again(window, counted):
     w = window(SUN, LAMP, ambient_occlusion=1.0)
     assert set(counted["lights"]) == {"lamp", "sun"}
-    casters, skies = counted["casters"], counted["skies"]
+    casters, skies = len(counted["casters"]), len(counted["skies"])
     counted["lights"].clear()
     for step in range(3):
         w.phong.set_light("lamp", replace(LAMP, position=(step, 1, 3)))
@@ -164,14 +140,7 @@ def test_only_what_moved_is_traced_again(window, counted):
     w.plotter.render()
     assert w.phong.mesh(w.floor).evaluations == evaluations
     assert counted["lights"] == []
-    assert (counted["casters"], counted["skies"]) == (casters, skies)
-
-
-def test_a_light_that_rides_along_takes_its_shadows_with_it(window):
-    w = window(ph.PointLight(frame="headlight", name="head"))
-    w.check(hat())
-    w.plotter.camera_position = [(2, -3, 9), (0, 0, 0), (0, 0, 1)]
-    w.check(hat())
+    assert (len(counted["casters"]), len(counted["skies"])) == (casters, skies)
 
 
 def test_a_drag_takes_few_rays_and_its_end_as_many_as_it_takes(window, monkeypatch):

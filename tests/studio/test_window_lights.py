@@ -16,10 +16,8 @@ SUN = DirectionalLight(direction=(-1, -2, -3), name="sun")
 
 
 @pytest.fixture
-def renderer():
-    plotter = pv.Plotter(off_screen=True, window_size=(32, 32), lighting="none")
-    yield plotter.renderer
-    plotter.close()
+def renderer(new_plotter):
+    return new_plotter().renderer
 
 
 @pytest.fixture
@@ -29,30 +27,22 @@ def lights(renderer):
 
 def raw(light):
     """All that VTK knows of a light, by its own getters."""
-    return {name: getattr(light, name)() for name in dir(light) if name.startswith("Get") and _is_state(name)}
-
-
-def _is_state(name):
-    parts = ("Color", "Position", "FocalPoint", "Intensity", "Switch", "Cone", "Exponent", "AttenuationValues", "Type")
-    return name.endswith(parts) or name in ("GetPositional", "GetConeAngle")
+    ends = ("Color", "Position", "FocalPoint", "Intensity", "Switch", "Cone", "Exponent", "AttenuationValues", "Type")
+    ends += ("GetPositional", "GetConeAngle")
+    return {name: getattr(light, name)() for name in dir(light) if name.startswith("Get") and name.endswith(ends)}
 
 
 def lights_of_pyvista():
-    turned = pv.Transform().rotate_x(30).translate((1, 2, 3)).matrix
+    turned = pv.Light(position=(1, 2, 3), positional=True, cone_angle=35)
+    turned.transform_matrix = pv.Transform().rotate_x(30).translate((1, 2, 3)).matrix
     return {
         "scene": pv.Light(position=(1, 2, 3), focal_point=(0.1, 0, 0), color=(0.3, 0.5, 0.7), light_type="scene light"),
         "spot": pv.Light(position=(1, 2, 3), positional=True, cone_angle=20, exponent=7, light_type="scene light"),
         "point": pv.Light(position=(1, 2, 3), focal_point=(5, 6, 7), positional=True, cone_angle=123),
         "camera": pv.Light(position=(1, 2, 3), light_type="camera light"),
         "headlight": pv.Light(light_type="headlight"),
-        "transformed": _with_matrix(turned),
+        "transformed": turned,
     }
-
-
-def _with_matrix(matrix):
-    light = pv.Light(position=(1, 2, 3), positional=True, cone_angle=35)
-    light.transform_matrix = matrix
-    return light
 
 
 @pytest.mark.parametrize("kind", lights_of_pyvista())
@@ -140,18 +130,13 @@ def test_a_light_of_vtk_or_of_others_is_followed_itself(lights, renderer):
         assert lights.values == ()
 
 
-def test_an_edited_transform_is_followed(lights):
+def test_an_edited_transform_is_followed_and_removing_takes_the_lights_actor_too(lights, renderer):
     light = lights_of_pyvista()["transformed"]
     handle = lights.add(light)
     handle.light(lights.viewer)
     light.GetTransformMatrix().SetElement(0, 3, 9.0)
     assert handle.light(lights.viewer).position == light.world_position
     assert handle.light(lights.viewer).position[0] == pytest.approx(10.0)
-
-
-def test_removing_takes_the_lights_actor_too(lights, renderer):
-    light = pv.Light(position=(1, 1, 1), positional=True, cone_angle=30)
-    handle = lights.add(light)
     renderer.add_actor(light.actor)
     lights.remove(handle)
     assert not renderer.HasViewProp(light.actor)

@@ -166,6 +166,7 @@ SETTINGS = np.dtype(
         ("has_specular", "?"),
         ("has_emission", "?"),
         ("is_display", "?"),
+        ("is_sunlit", "?"),
         ("count", "i8"),
         ("stride", "i8"),
         ("sky", "i8"),
@@ -191,6 +192,7 @@ SETTINGS = np.dtype(
     align=True,
 )
 """What all lights share. `has_tints`: any of the four maps of colours after it.
+`is_sunlit`: whether there is one light, the same everywhere, with Lambert's factor alone.
 `is_split`: whether what takes albedo, and what does not, are added up apart. `count`: of lights. `stride`: how many
 numbers each stage has. `sky`, `tangents`, `field`: the channel with the open part of the sky, the first of three with
 tangents, and the one with the map of a reflectance's field, or -1. `channel_length`: from one channel to the next.
@@ -243,6 +245,7 @@ def records_of(
     reflectance, base, field = equation.reflectance, equation.ambient, next(iter(equation.maps), "")
     terms, numbers = [], [reflectance_numbers(reflectance)]
     addresses: dict[Any, int] = {}  # each stage is looked up once
+    lambert_alone = list[bool]()
     for term, (stage, own, varies, divisors) in zip(equation.terms, codes, strict=True):
         strength, gain, to_light = min(term.gain, BRIGHTEST), 1.0, _NOWHERE
         if term.light.has_size:
@@ -271,6 +274,7 @@ def records_of(
             if wanted not in addresses:
                 addresses[wanted] = library.stage(reflectance_stage(reflectance, wanted, is_mapped=bool(field)), real)
             reflects = addresses[wanted]
+        lambert_alone.append(stage is None and sum_of(wanted) == 1 and not reflects and not term.is_shadowed)
         colors = [channel * strength for color in term.colors for channel in color]
         terms.append(
             _pack_term(
@@ -292,6 +296,9 @@ def records_of(
     stride = max(LEAST_NUMBERS, *map(len, numbers))
     matrix = np.eye(4) if equation.matrix is None else equation.matrix
     turns_normals = equation.matrix is not None and equation.needs_normals and equation.turns_normals
+    is_sunlit = lambert_alone == [True] and not (
+        turns_normals or equation.is_flipped or equation.is_occluded or equation.gamma != 1.0 or tints or is_display
+    )
     settings: dict[str, Any] = {
         "needs_normals": equation.needs_normals,
         "needs_points": equation.needs_points,
@@ -305,6 +312,7 @@ def records_of(
         "is_split": bool(tints.keys() - {"emission"}),
         **{f"has_{name}": name in tints for name in COLORS},
         "is_display": is_display,
+        "is_sunlit": is_sunlit,
         "count": len(terms),
         "stride": stride,
         "sky": equation.lights if equation.is_occluded else -1,

@@ -1,7 +1,6 @@
 """The report on accuracy and time: its errors are those of `evaluate`, its error bounds hold, its choice is right."""
 
 import csv
-import re
 import sys
 import time
 from dataclasses import replace
@@ -171,15 +170,6 @@ def test_no_approximation_errs_by_more_than_is_predicted():
     assert count > 60, "approximations are really taken"
 
 
-def test_predicted_bounds_name_lights_as_the_plan_does(mesh):
-    lights = [replace(SUN, name="")] * 3
-    scene = replace(SCENE, lights=lights)
-    subject = Subject(mesh.points, mesh.point_data.active_normals, scene, ph.Material(), None)
-    (bound,) = predicted_bounds(subject, 0.02)
-    assert re.findall(r"(light \d): far away", bound.why) == ["light 0", "light 1", "light 2"]
-    assert "light 0, light 1, light 2: far away" in subject.plan(0.02).effects[bound.effect].why
-
-
 # -- the ledger
 
 
@@ -218,14 +208,6 @@ def test_what_there_is_no_time_for_is_said(mesh):
 
 
 # -- what comes out
-
-
-def test_the_whole_report_names_everything(report):
-    shown = report.explain()
-    parts = ("What each effect costs", "Error bounds that the plan predicted", "measured on", "noise", "cores")
-    for text in ("float64 reference", "plan at 1/255", "VTK per pixel", "At the vertices", "Inside triangles", *parts):
-        assert text in shown
-    assert repr(report).startswith("<Tradeoff of ")
 
 
 def test_csv_has_a_line_per_row(report, tmp_path):

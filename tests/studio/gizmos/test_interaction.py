@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 import vtk
-from mouse import Mouse
+from mouse import Mouse, picture, texts
 from views import FROM_SOMEWHERE, KINDS, Glow, example, role_of
 
 import pvphong  # noqa: F401 registers plotter.phong wherever PyVista's own discovery is not installed
@@ -25,21 +25,17 @@ FROM = [(0, -5, 2.5), (0, 0, 0.2), (0, 0, 1)]
 
 
 @pytest.fixture
-def new_mouse():
+def new_mouse(new_plotter):
     """Makes a plotter with a ball and lights, and gives its mouse; with gizmos unless `gizmos` is None."""
-    made = []
 
-    def make(*lights, gizmos=(), size=(400, 300), **options):
-        plotter = pv.Plotter(off_screen=True, window_size=size, lighting="none", **options)
-        made.append(plotter)
+    def make(*lights, gizmos=(), **options):
+        plotter = new_plotter((400, 300), **options)
         furnish(plotter, lights)
         if gizmos is not None:
             plotter.phong.add_gizmos(**dict(gizmos))
         return Mouse(plotter)
 
-    yield make
-    for each in made:
-        each.close()
+    return make
 
 
 def furnish(plotter, lights):
@@ -70,24 +66,9 @@ def seen(plotter):
     return plotter.phong.lights, np.asarray(plotter.renderer.actors["ball"].mapper.dataset["phong"]).tobytes()
 
 
-def picture(plotter):
-    plotter.render()
-    return plotter.image.astype(int)
-
-
-def texts(plotter):
-    """VTK's texts on the screen."""
-    plotter.render()
-    return [prop for prop in plotter.renderer.GetViewProps() if prop.IsA("vtkTextActor") and prop.GetVisibility()]
-
-
 def said(plotter):
     """What stands in the lower right corner."""
     return next((text.GetInput() for text in texts(plotter) if text.GetTextProperty().GetJustification() == 2), "")
-
-
-def names(plotter):
-    return [each.light.name for each in plotter.phong.gizmos]
 
 
 def interaction_of(mouse):
@@ -107,7 +88,7 @@ def test_a_drag_changes_light_and_colours_and_escape_and_undo_restore_both(new_m
     light = example(kind, 0.8, falloff=(1, 0, 4), name="it", **uneven).in_frame(frame, plotter.phong.scene.viewer)
     plotter.phong.add_light(light)
     (only,) = plotter.phong.add_gizmos()
-    before = seen(plotter)
+    before, places = seen(plotter), {handle: mouse.at("it", handle) for handle in only.handles}
     for handle in only.handles:
         mouse.pull(mouse.at("it", handle), (25, -9))
         held = seen(plotter)
@@ -131,20 +112,11 @@ def test_a_drag_changes_light_and_colours_and_escape_and_undo_restore_both(new_m
             np.testing.assert_allclose(mouse.at("it", handle), end, atol=1.01)
         assert plotter.phong.undo()
         assert seen(plotter) == before
+        np.testing.assert_allclose([mouse.at("it", name) for name in places], list(places.values()), atol=1e-6)
         assert not plotter.phong.undo()
         assert plotter.phong.redo()
         assert seen(plotter) == after
         assert plotter.phong.undo()
-
-
-def test_a_sun_is_dragged_by_its_icon_around_the_scenes_middle_and_undo_brings_the_icon_back(mouse, plotter):
-    icon = np.array(mouse.gizmo("sun").handles["origin"])
-    mouse.drag(mouse.at(icon), (-35, 20))
-    swung = np.array(mouse.gizmo("sun").handles["origin"])
-    np.testing.assert_allclose(np.cross(swung, mouse.gizmo("sun").light.direction), 0, atol=1e-3)  # the ball is at 0
-    assert np.linalg.norm(swung) == pytest.approx(np.linalg.norm(icon))
-    plotter.phong.undo()
-    np.testing.assert_allclose(mouse.gizmo("sun").handles["origin"], icon)
 
 
 def test_a_window_that_was_resized_without_a_frame(mouse, plotter):
@@ -177,62 +149,49 @@ def test_modifiers_constrain_and_snap_in_steps_that_can_be_chosen(new_mouse):
     mouse.drag(mouse.at("spot", "cone"), (-9, 0), control=True)
     assert mouse.gizmo("spot").light.cone_angle % 7.5 == 0
     mouse.drag(mouse.at("lamp", "position"), (-31, 12), control=True)
-    steps = np.array(mouse.gizmo("lamp").light.position) / 0.125
-    np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
+    np.testing.assert_array_equal(np.mod(mouse.gizmo("lamp").light.position, 0.125), 0.0)
     with pytest.raises(ValueError, match=r"^angle_step must be a finite number > 0 and <= 90; got 0"):
         mouse.plotter.phong.add_gizmos(angle_step=0)
     assert len(mouse.plotter.phong.gizmos) == 2
 
 
-@pytest.mark.parametrize("moves_on", [True, False])
-def test_a_light_removed_during_a_drag(mouse, plotter, moves_on):
+@pytest.mark.parametrize(("others", "moves_on"), [((SPOT, SUN), True), ((SPOT, SUN), False), ((), False)])
+def test_a_light_removed_during_a_drag(new_mouse, others, moves_on):
+    mouse = new_mouse(LAMP, *others)
+    plotter = mouse.plotter
     end = mouse.pull(mouse.at("lamp", "position"), (20, 5))
     plotter.phong.remove_light("lamp")
     if moves_on:
         mouse.move(end + 5)
-        plotter.render()
+    plotter.render()
     mouse.release(end + 5)
-    assert plotter.phong.lights == (SPOT, SUN)
-    assert names(plotter) == ["spot", "sun"]
-    assert plotter.phong.undo()
-    assert len(plotter.phong.lights) == 3
-    assert not plotter.phong.undo()  # the drag was not finished
+    assert plotter.phong.lights == tuple(gizmo.light for gizmo in plotter.phong.gizmos) == others
     before = plotter.camera.position
-    mouse.drag(mouse.at("spot", "position"), (20, 5))
-    assert plotter.camera.position == before
+    for light in others[:1]:
+        mouse.drag(mouse.at(light.name, "position"), (20, 5))
+        assert plotter.camera.position == before
+        assert plotter.phong.undo()
     mouse.drag((5, 5), (20, 30))  # the mouse is everybody's again
     assert plotter.camera.position != before
-
-
-def test_the_only_light_removed_during_a_drag(new_mouse):
-    mouse = new_mouse(LAMP)
-    end = mouse.pull(mouse.at("lamp", "position"), (20, 5))
-    mouse.plotter.phong.remove_light("lamp")
-    mouse.plotter.render()
-    mouse.release(end)
-    before = mouse.plotter.camera.position
-    mouse.drag((5, 5), (20, 30))  # the mouse is everybody's again
-    assert mouse.plotter.camera.position != before
+    assert plotter.phong.undo()
+    assert len(plotter.phong.lights) == 1 + len(others)
+    assert not plotter.phong.undo()  # the drag was not finished
 
 
 @pytest.mark.parametrize("light_type", ["scene light", "camera light"])
 @pytest.mark.parametrize("positional", [True, False])
 def test_a_light_of_pyvista_is_changed_in_place(new_mouse, light_type, positional):
-    def state():
-        return light.position, light.focal_point, light.cone_angle, seen(plotter)[1]
-
     light = pv.Light(position=(0.6, -0.3, 0.9), light_type=light_type, positional=positional, cone_angle=30)
-    mouse = new_mouse(light)
-    plotter, (only,) = mouse.plotter, mouse.plotter.phong.gizmos
-    before = state()
+    mouse, kind = new_mouse(light), light.GetLightType()
+    (only,) = mouse.plotter.phong.gizmos
+    before = light.position, light.focal_point, light.cone_angle
     mouse.drag(mouse.at(only.handles["target"]), (16, 12))
-    assert state()[:3] != before[:3]
-    assert state()[3] != before[3]
-    assert light.GetLightType() == pv.Light(light_type=light_type).GetLightType()
-    plotter.phong.undo()
-    assert state() == before
+    assert (light.position, light.focal_point, light.cone_angle) != before
+    assert light.GetLightType() == kind
+    mouse.plotter.phong.undo()
+    assert (light.position, light.focal_point, light.cone_angle) == before
     light.position = (0.5, 0.25, 1.5)  # in code: the gizmo follows
-    plotter.render()
+    mouse.plotter.render()
     if positional and light_type == "scene light":
         assert only.light.position == only.handles["position"] == (0.5, 0.25, 1.5)
 
@@ -338,43 +297,41 @@ def test_a_typed_value_is_one_step(new_mouse, kind):
         assert mouse.gizmo("it").light.values(Place) == [(1.0, -0.5, 2.25)]
 
 
-def test_escape_gives_up_what_is_typed_and_an_empty_text_is_no_step(chosen):
-    before = seen(chosen.plotter)
-    chosen.key("Return")
-    type_keys(chosen, "2")
+def test_what_is_given_up_or_empty_or_no_value_is_no_step(chosen):
+    def enter(*texts):
+        chosen.key("Return")
+        for text in texts:
+            type_keys(chosen, text)
+        return interaction.edit
+
+    before, interaction = seen(chosen.plotter), interaction_of(chosen)
+    enter("2")
     chosen.key("BackSpace")
     assert seen(chosen.plotter) == before
     chosen.key("Return")
-    chosen.key("Return")
-    type_keys(chosen, "2")
+    enter("2")
     chosen.key("Escape")
     assert seen(chosen.plotter) == before
+    enter()
+    names = [*chosen.gizmo("it").handles, "intensity"]
+    for name in [*names, *names]:  # Tab takes, and goes on
+        assert interaction.edit.handle == name
+        chosen.key("Tab")
+    chosen.key("Escape")
+    interaction.grabbed_last = "intensity"
+    edit = enter("-1")
+    chosen.key("Return")
+    assert "intensity must be a finite number >= 0; got -1.0." in " ".join(edit.readout.split())
+    assert seen(chosen.plotter) == before
+    chosen.key("Escape")
     assert not chosen.plotter.phong.undo()
     chosen.key("m")  # keys are commands again
     assert not chosen.gizmo("it").light.on
-
-
-def test_tab_takes_and_goes_on(chosen):
-    interaction = interaction_of(chosen)
+    enter("2")
+    chosen.plotter.phong.remove_light("it")
+    chosen.key("3")
     chosen.key("Return")
-    names = [*chosen.gizmo("it").handles, "intensity"]
-    for name in [*names, names[0]]:
-        assert interaction.edit.handle == name
-        chosen.key("Tab")
-    assert not chosen.plotter.phong.undo()
-
-
-def test_a_text_that_is_no_value_cannot_be_taken_and_says_why(chosen):
-    before = seen(chosen.plotter)
-    interaction = interaction_of(chosen)
-    interaction.grabbed_last = "intensity"
-    chosen.key("Return")
-    type_keys(chosen, "-1")
-    chosen.key("Return")
-    assert "intensity must be a finite number >= 0; got -1.0." in " ".join(interaction.edit.readout.split())
-    assert seen(chosen.plotter) == before
-    chosen.key("Escape")
-    assert not chosen.plotter.phong.undo()
+    assert [light.name for light in chosen.plotter.phong.lights] == ["other"]
 
 
 def test_while_typing_nobody_else_hears_the_keys(chosen):
@@ -410,19 +367,10 @@ def test_digits_during_a_drag_take_its_place(chosen):
     assert seen(chosen.plotter) == before
 
 
-def test_a_light_removed_while_a_value_is_typed(chosen):
-    chosen.key("Return")
-    type_keys(chosen, "2")
-    chosen.plotter.phong.remove_light("it")
-    chosen.key("3")
-    chosen.key("Return")
-    assert [light.name for light in chosen.plotter.phong.lights] == ["other"]
-
-
 # --- looks ---
 
 
-def test_hovering_shows(mouse, plotter):
+def test_hovering_shows_and_ends_where_the_handle_is_taken_away(mouse, plotter):
     assert [each.hovered for each in plotter.phong.gizmos] == [None, None, None]  # before the cursor has come
     away, where = picture(plotter), mouse.at("spot", "target")
     mouse.move(where)
@@ -433,20 +381,10 @@ def test_hovering_shows(mouse, plotter):
     mouse.move((3, 3))
     assert mouse.gizmo("spot").hovered is None
     np.testing.assert_array_equal(picture(plotter), away)
-
-
-def test_a_handle_that_is_taken_away_from_under_the_cursor_is_not_hovered_any_more(mouse, plotter):
-    start = mouse.at("lamp", "position")
-    end = mouse.drag(start, (40, 25))
-    assert mouse.gizmo("lamp").hovered == "position"
+    mouse.drag(where, (40, 25))
+    assert mouse.gizmo("spot").hovered == "target"
     plotter.phong.undo()
-    assert mouse.gizmo("lamp").hovered is None
-    away = picture(plotter)
-    mouse.move(end + 1)
-    np.testing.assert_array_equal(picture(plotter), away)
-    mouse.move(start)
-    plotter.phong.redo()
-    assert mouse.gizmo("lamp").hovered is None
+    assert mouse.gizmo("spot").hovered is None
 
 
 def test_numbers_stand_beside_the_cursor_during_a_drag(mouse, plotter):
@@ -468,20 +406,19 @@ def test_numbers_stand_beside_the_cursor_during_a_drag(mouse, plotter):
     assert shown() == []
 
 
-def test_handles_are_easier_to_hit_than_they_look(mouse):
-    for offset, hit in (((9, 0), "position"), ((0, -9), "position"), ((6, 6), "position"), ((20, 0), None)):
-        mouse.move(mouse.at("lamp", "position") + offset)
-        assert mouse.gizmo("lamp").hovered == hit
-
-
-def test_of_two_handles_the_nearer_is_grabbed(new_mouse):
+def test_handles_are_easier_to_hit_than_they_look_and_of_two_the_nearer_is_grabbed(new_mouse):
     mouse = new_mouse(*(PointLight(position=(x, -1, 1), name=name) for x, name in ((0, "left"), (0.1, "right"))))
     left, right = mouse.at("left", "position"), mouse.at("right", "position")
-    assert 4 < np.hypot(*(left - right)) < 20
-    for at, other, name in ((left, right, "left"), (right, left, "right")):
-        for part in (0.0, 0.3):
-            mouse.move(at + part * (other - at))
-            assert [gizmo.light.name for gizmo in mouse.plotter.phong.gizmos if gizmo.hovered] == [name]
+    across = right - left
+    assert 4 < np.hypot(*across) < 20
+    for at, hit in (
+        *((left + part * across, "left") for part in (0.0, 0.3)),
+        *((right - part * across, "right") for part in (0.0, 0.3)),
+        *((left + off, "left") for off in ((-9, 0), (0, -9), (-6, 6))),
+        (left - (20, 0), None),
+    ):
+        mouse.move(at)
+        assert [gizmo.light.name for gizmo in mouse.plotter.phong.gizmos if gizmo.hovered] == [hit] * bool(hit)
 
 
 def test_behind_the_camera_a_handle_cannot_be_grabbed(mouse, plotter):
@@ -492,7 +429,7 @@ def test_behind_the_camera_a_handle_cannot_be_grabbed(mouse, plotter):
     assert plotter.phong.lights == before
 
 
-def test_gizmos_are_no_part_of_the_scene(new_mouse):
+def test_gizmos_are_no_part_of_the_scene_and_removed_leave_nothing(new_mouse):
     def scene():
         shown.reset_camera()
         solid = [prop for prop in shown.renderer.GetViewProps() if prop.IsA("vtkProp3D")]
@@ -502,10 +439,20 @@ def test_gizmos_are_no_part_of_the_scene(new_mouse):
     shown = mouse.plotter
     lit = shown.phong.mesh(shown.renderer.actors["ball"])
     before, evaluations = scene(), lit.evaluations
+    clean, props = picture(shown), shown.renderer.GetViewProps().GetNumberOfItems()
     shown.phong.add_gizmos()
     assert scene() == before
-    assert not vtk.vtkPropPicker().Pick(*mouse.at("lamp", "position"), 0, shown.renderer)
+    at = mouse.at("lamp", "position")
+    assert not vtk.vtkPropPicker().Pick(*at, 0, shown.renderer)
     assert lit.evaluations - evaluations <= 1
+    assert (picture(shown) != clean).any()
+    for _ in range(2):
+        shown.phong.remove_gizmos()
+    assert shown.phong.gizmos == ()
+    assert shown.renderer.GetViewProps().GetNumberOfItems() == props
+    np.testing.assert_array_equal(picture(shown), clean)
+    mouse.drag(at, (9, 9))
+    assert shown.phong.lights == (LAMP, SPOT, SUN)
 
 
 # --- what is said ---
@@ -576,7 +523,7 @@ def test_each_subplot_has_its_own(new_mouse):
     shown.subplot(0, 1)
     furnish(shown, [LAMP])
     shown.phong.add_gizmos()
-    assert names(shown) == ["lamp"]
+    assert [each.light for each in shown.phong.gizmos] == [LAMP]
     end = mouse.drag(mouse.at("lamp", "position"), (17, 8))
     np.testing.assert_allclose(mouse.at("lamp", "position"), end, atol=1.01)
     shown.subplot(0, 0)
@@ -593,44 +540,23 @@ def test_each_subplot_has_its_own(new_mouse):
 # --- the end ---
 
 
-def test_removed_gizmos_leave_nothing(new_mouse):
-    def state():
-        return shown.renderer.GetViewProps().GetNumberOfItems(), picture(shown).tobytes()
-
-    mouse = new_mouse(LAMP, gizmos=None)
-    shown = mouse.plotter
-    clean = state()
-    shown.phong.add_gizmos()
-    at = mouse.at("lamp", "position")
-    assert state()[1] != clean[1]
-    shown.phong.remove_gizmos()
-    shown.phong.remove_gizmos()
-    assert shown.phong.gizmos == ()
-    assert state() == clean
-    mouse.move(at)
-    mouse.drag(at, (9, 9))
-    assert shown.phong.lights == (LAMP,)
-
-
-@pytest.mark.parametrize("end", [pv.Plotter.close, pv.Plotter.deep_clean])
+@pytest.mark.parametrize("end", [pv.Plotter.close, pv.Plotter.deep_clean, pv.Plotter.clear])
 def test_ended_during_a_drag(new_mouse, end):
     mouse = new_mouse(LAMP)
-    at = mouse.pull(mouse.at("lamp", "position"), (9, 9))
-    end(mouse.plotter)
+    plotter, at = mouse.plotter, mouse.pull(mouse.at("lamp", "position"), (9, 9))
+    end(plotter)
     mouse.move(at + 3)
-    mouse.plotter.close()
+    if end is pv.Plotter.clear:  # gizmos of new lights come
+        plotter.render()
+        assert plotter.phong.gizmos == ()
+        mouse.release(at + 3)
+        furnish(plotter, [LAMP])
+        mouse.drag(mouse.at("lamp", "position"), (9, 9))
+        assert plotter.phong.lights[0].position != LAMP.position
+    plotter.close()
     mouse.move(at + 6)
     mouse.release(at + 6)
     mouse.key("h")
-
-
-def test_a_cleared_plotter_keeps_its_gizmos_of_new_lights(mouse, plotter):
-    plotter.clear()
-    plotter.render()
-    assert plotter.phong.gizmos == ()
-    furnish(plotter, [LAMP])
-    mouse.drag(mouse.at("lamp", "position"), (9, 9))
-    assert plotter.phong.lights[0].position != LAMP.position
 
 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="the process's memory is read as Linux tells it")
