@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from normal_forms import FORMS, every_form
-from soups import bumpy, soup
+from soups import FORMS, bumpy, every_form, soup
 from stability import exact_normals as exact
 
 from pvphong.geometry.normals import polygon_normals
@@ -158,13 +157,6 @@ def test_layout_and_integer_type_change_no_bit_and_inputs_are_kept(evaluator, dt
     for layout in (points, np.asfortranarray(points), strided[:, ::3], read_only, points[::-1].copy()[::-1]):
         assert np.array_equal(evaluator(layout, connectivity, offsets), expected)
         assert np.array_equal(layout, POINTS.astype(dtype))
-
-
-@every_evaluator
-@few
-@given(power=st.integers(-960, 1000))
-def test_powers_of_two_change_no_bit(evaluator, power):
-    assert np.array_equal(evaluator(np.ldexp(POINTS, power), *MESH), evaluator(POINTS, *MESH))
 
 
 coordinates = st.builds(
