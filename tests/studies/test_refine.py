@@ -222,25 +222,23 @@ def test_a_needle_that_all_middles_and_the_centroid_miss_is_found(weights, model
     assert dense_errors(fine, evaluated(scene, material), count=200).max() <= STEP
 
 
-def test_a_needle_is_found_where_normals_turn_too():
-    mesh = triangle()
-    normals = np.array([(-0.5, -0.4, 1), (0.6, -0.3, 1), (0, 0.7, 1)])
-    mesh.point_data.active_normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    sun = ph.DirectionalLight(direction=(-0.1, -0.2, -1))
-    scene, material = ph.Scene(lights=[sun], viewer=ph.Viewer(position=(0.5, 0.6, 4))), needle((1, 0, 0), 1e6)[1]
-    assert largest(mesh, scene, material) > 0.69
+TURNING = triangle()
+TURNING.point_data.active_normals = [(-0.42, -0.34, 0.84), (0.5, -0.25, 0.83), (0, 0.57, 0.82)]
+SMALL_SPOT = ph.SpotLight(position=(0.3, 0.2, 1), direction=(0.05, 0.02, -1), cone_angle=0.5)
+SKEWED = ph.Scene([ph.DirectionalLight(direction=(-0.1, -0.2, -1))], ph.Viewer(position=(0.5, 0.6, 4)))
 
 
 @pytest.mark.parametrize(
-    "light",
+    ("mesh", "scene", "material", "error"),
     [
-        ph.SpotLight(position=(0.3, 0.2, 1), direction=(0.05, 0.02, -1), cone_angle=0.5),
-        ph.PointLight(position=(0.47, 0.23, 0.01)),
+        (TURNING, SKEWED, needle((1, 0, 0), 1e6)[1], 0.69),
+        (triangle(), ph.Scene([SMALL_SPOT]), MATT, 0.75),
+        (triangle(), lamp_at(0.47, 0.23, 0.01), MATT, 0.75),
     ],
-    ids=["a small spot", "a lamp close by"],
+    ids=["normals that turn", "a small spot", "a lamp close by"],
 )
-def test_a_light_that_shines_inside_a_triangle_only_is_found(light):
-    assert largest(triangle(), ph.Scene(lights=[light]), MATT) > 0.75
+def test_what_shines_inside_a_triangle_only_is_found(mesh, scene, material, error):
+    assert largest(mesh, scene, material) > error
 
 
 def test_interpolation_error_is_that_of_dense_samples_and_leaves_the_mesh_as_it_is():
