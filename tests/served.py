@@ -9,6 +9,7 @@ import sys
 import time
 from io import BytesIO
 
+import numpy as np
 from windowed import SIZE, Program, end_at_errors, furnish, told
 
 ESCAPE = "\ue00c"
@@ -46,17 +47,11 @@ class Page:
         self._browser = browser
         browser.set_window_rect(width=SIZE[0], height=SIZE[1])
         browser.get(server.address)
-        self.resize(SIZE)
-
-    def resize(self, size):
-        """Give the page's inside this size, and wait for the plotter to have it."""
-        self.size = size
         for _ in range(2):  # what the window's frame takes is known only afterwards
-            inside = self._browser.execute_script("return [innerWidth, innerHeight]")
-            outside = self._browser.get_window_size()
-            grown = [outside[side] + wanted - has for side, wanted, has in zip(outside, size, inside, strict=True)]
-            self._browser.set_window_rect(width=grown[0], height=grown[1])
-        self.wait(lambda state: state["size"] == list(size))
+            inside, outside = browser.execute_script("return [[innerWidth, innerHeight], [outerWidth, outerHeight]]")
+            width, height = np.add(outside, SIZE) - inside
+            browser.set_window_rect(width=int(width), height=int(height))
+        self.wait(lambda state: state["size"] == list(SIZE))
         self.picture(lambda shown: shown[-1, -1].max() < 128)  # the plotter's background, no longer the empty page
 
     def _mouse(self, act):
@@ -68,7 +63,7 @@ class Page:
 
     def point(self, pixel):
         """Move the pointer to a pixel, counted from below as VTK does."""
-        x, y = round(pixel[0]), self.size[1] - round(pixel[1])
+        x, y = round(pixel[0]), SIZE[1] - round(pixel[1])
         self._mouse(lambda mouse: mouse.move_to_location(x, y))
 
     def press(self, pixel):
@@ -101,7 +96,7 @@ class Page:
     def _is_at(self, pixel):
         """Whether the plotter knows that the pointer is there; it may be drawing fewer pixels than the page has."""
         state = self.ask()
-        scaled = [at * shown / size for at, shown, size in zip(state["cursor"], self.size, state["size"], strict=True)]
+        scaled = [at * shown / size for at, shown, size in zip(state["cursor"], SIZE, state["size"], strict=True)]
         return max(abs(at - wanted) for at, wanted in zip(scaled, pixel, strict=True)) < 2
 
     def drop(self):
@@ -126,7 +121,6 @@ class Page:
 
     def picture(self, until=None):
         """What the browser shows, shape (height, width, 3), when something is so."""
-        import numpy as np
         from PIL import Image
 
         for _ in range(100):

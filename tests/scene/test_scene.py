@@ -37,7 +37,7 @@ def test_values_are_frozen_and_hashed_by_value():
 
 
 LISTED = "lights must be a sequence of lights"
-IN_VTK = {"convention": "vtk"}
+IN_VTK, NAN = {"convention": "vtk"}, float("nan")
 
 
 def camera_light():
@@ -50,12 +50,14 @@ def camera_light():
     ("kind", "fields", "message"),
     [
         (LightModel, {"ambient": -0.1}, "ambient must be"),
-        (LightModel, {"ambient": float("nan")}, "ambient must be"),
+        (LightModel, {"ambient": NAN}, "ambient must be"),
         (LightModel, {"ambient": None}, "ambient must be"),
         (LightModel, {"ambient": (51, 51, 51)}, "ambient must be .*divide them by 255"),
         (LightModel, {"local_viewer": 1}, "local_viewer must be True or False; got 1"),
         (LightModel, {"two_sided": "no"}, "two_sided must be True or False; got no"),
         (LightModel, {"clamp": None}, "clamp must be True or False; got None"),
+        *((LightModel, {"shadows": bad}, "shadows must be") for bad in (1, "yes")),
+        *((LightModel, {"ambient_occlusion": bad}, "ambient_occlusion must be") for bad in (0.0, -1, NAN, None)),
         (LightModel, {"reflection": "blinn"}, "reflection .* 'phong', 'blinn-phong'; got blinn. .* 'blinn-phong'"),
         (LightModel, {"reflection": "Phong"}, "reflection must be .* Did you mean 'phong'"),
         (LightModel, {"convention": "opengl"}, "convention must be one of 'standard', 'vtk'; got opengl"),

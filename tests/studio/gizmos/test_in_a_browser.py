@@ -104,16 +104,3 @@ def test_a_key_counts_once(page):
     page.picture(lambda now: (now[corner] != before[corner]).mean() > 0.5)
     page.key("h")
     page.picture(lambda now: np.array_equal(now[corner], before[corner]))
-
-
-@only_area
-def test_in_a_page_of_another_size(page):
-    page.resize((500, 400))
-    before = page.settled()
-    page.drag(before["handles"][LAMP]["position"], (-40, 10))
-    after = page.drop()
-    moved = np.subtract(after["handles"][LAMP]["position"], before["handles"][LAMP]["position"])
-    np.testing.assert_allclose(moved, (-40, 10), atol=1.6)
-    page.key("z")
-    page.resize(SIZE)
-    page.wait(lambda state: state["lights"] == before["lights"])

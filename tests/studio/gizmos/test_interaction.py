@@ -181,21 +181,17 @@ def test_a_light_removed_during_a_drag(new_mouse, others, moves_on):
 @pytest.mark.parametrize("light_type", ["scene light", "camera light"])
 @pytest.mark.parametrize("positional", [True, False])
 def test_a_light_of_pyvista_is_changed_in_place(new_mouse, light_type, positional):
-    def state():
-        return light.position, light.focal_point, light.cone_angle, seen(plotter)[1]
-
     light = pv.Light(position=(0.6, -0.3, 0.9), light_type=light_type, positional=positional, cone_angle=30)
-    mouse = new_mouse(light)
-    plotter, (only,) = mouse.plotter, mouse.plotter.phong.gizmos
-    before = state()
+    mouse, kind = new_mouse(light), light.GetLightType()
+    (only,) = mouse.plotter.phong.gizmos
+    before = light.position, light.focal_point, light.cone_angle
     mouse.drag(mouse.at(only.handles["target"]), (16, 12))
-    assert state()[:3] != before[:3]
-    assert state()[3] != before[3]
-    assert light.GetLightType() == pv.Light(light_type=light_type).GetLightType()
-    plotter.phong.undo()
-    assert state() == before
+    assert (light.position, light.focal_point, light.cone_angle) != before
+    assert light.GetLightType() == kind
+    mouse.plotter.phong.undo()
+    assert (light.position, light.focal_point, light.cone_angle) == before
     light.position = (0.5, 0.25, 1.5)  # in code: the gizmo follows
-    plotter.render()
+    mouse.plotter.render()
     if positional and light_type == "scene light":
         assert only.light.position == only.handles["position"] == (0.5, 0.25, 1.5)
 
@@ -433,7 +429,7 @@ def test_behind_the_camera_a_handle_cannot_be_grabbed(mouse, plotter):
     assert plotter.phong.lights == before
 
 
-def test_gizmos_are_no_part_of_the_scene(new_mouse):
+def test_gizmos_are_no_part_of_the_scene_and_removed_leave_nothing(new_mouse):
     def scene():
         shown.reset_camera()
         solid = [prop for prop in shown.renderer.GetViewProps() if prop.IsA("vtkProp3D")]
@@ -443,10 +439,20 @@ def test_gizmos_are_no_part_of_the_scene(new_mouse):
     shown = mouse.plotter
     lit = shown.phong.mesh(shown.renderer.actors["ball"])
     before, evaluations = scene(), lit.evaluations
+    clean, props = picture(shown), shown.renderer.GetViewProps().GetNumberOfItems()
     shown.phong.add_gizmos()
     assert scene() == before
-    assert not vtk.vtkPropPicker().Pick(*mouse.at("lamp", "position"), 0, shown.renderer)
+    at = mouse.at("lamp", "position")
+    assert not vtk.vtkPropPicker().Pick(*at, 0, shown.renderer)
     assert lit.evaluations - evaluations <= 1
+    assert (picture(shown) != clean).any()
+    for _ in range(2):
+        shown.phong.remove_gizmos()
+    assert shown.phong.gizmos == ()
+    assert shown.renderer.GetViewProps().GetNumberOfItems() == props
+    np.testing.assert_array_equal(picture(shown), clean)
+    mouse.drag(at, (9, 9))
+    assert shown.phong.lights == (LAMP, SPOT, SUN)
 
 
 # --- what is said ---
@@ -532,25 +538,6 @@ def test_each_subplot_has_its_own(new_mouse):
 
 
 # --- the end ---
-
-
-def test_removed_gizmos_leave_nothing(new_mouse):
-    def state():
-        return shown.renderer.GetViewProps().GetNumberOfItems(), picture(shown).tobytes()
-
-    mouse = new_mouse(LAMP, gizmos=None)
-    shown = mouse.plotter
-    clean = state()
-    shown.phong.add_gizmos()
-    at = mouse.at("lamp", "position")
-    assert state()[1] != clean[1]
-    shown.phong.remove_gizmos()
-    shown.phong.remove_gizmos()
-    assert shown.phong.gizmos == ()
-    assert state() == clean
-    mouse.move(at)
-    mouse.drag(at, (9, 9))
-    assert shown.phong.lights == (LAMP,)
 
 
 @pytest.mark.parametrize("end", [pv.Plotter.close, pv.Plotter.deep_clean, pv.Plotter.clear])
