@@ -142,23 +142,6 @@ def test_renumbering_and_reading_in_blocks_change_no_bit_and_the_order_of_faces_
     assert np.array_equal(evaluator(POINTS, *MESH), expected)
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("integers", [np.int32, np.int64, np.uint8])
-@every_evaluator
-def test_layout_and_integer_type_change_no_bit_and_inputs_are_kept(evaluator, dtype, integers):
-    points = POINTS.astype(dtype)
-    connectivity, offsets = (array.astype(integers) for array in soup(*FACES[:60]))
-    expected = evaluator(points.astype(np.float64), *soup(*FACES[:60]))
-    strided = np.full((len(points), 7), np.nan, dtype)
-    strided[:, ::3] = points
-    read_only = points.copy()
-    for array in (read_only, connectivity, offsets):
-        array.flags.writeable = False
-    for layout in (points, np.asfortranarray(points), strided[:, ::3], read_only, points[::-1].copy()[::-1]):
-        assert np.array_equal(evaluator(layout, connectivity, offsets), expected)
-        assert np.array_equal(layout, POINTS.astype(dtype))
-
-
 coordinates = st.builds(
     lambda mantissa, exponent: float(np.ldexp(mantissa, exponent)),
     st.sampled_from([0.0, 1.0, -1.0, 0.5, -0.75, 0.6]),
