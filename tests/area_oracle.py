@@ -15,17 +15,15 @@ from itertools import combinations, pairwise
 from typing import Any
 
 import mpmath as mp
+from mpmath.calculus.quadrature import GaussLegendre
 
 _FEW = 1e-25
 # In place of 0⁰, which is 1.
 _NO_POWER = 1e-300
-# Steps of the quadrature along γ: the first, and the last, as negative powers of 2; and how far it goes.
-_COARSE, _FINEST, _LAST = 2, 9, 3.4
-_HALF_OF_THE_DIGITS, _NOTHING = 1e-9, 1e-14
 # Corners outside of a cap are none; those next to its edge may be.
 _BESIDE = 1e-6
-# Nodes in a piece of a strip of a disk, and where pieces end: in lobe's widths from its middle.
-_NODES, _WIDTHS = 24, (3, 8)
+# Where pieces of a strip of a disk end: in lobe's widths from its middle.
+_WIDTHS = 3, 8
 
 
 def exact_vector(values: Any) -> list[Any]:
@@ -76,43 +74,9 @@ def power_over(w: Sequence[Any], power: float, caps: Sequence[tuple[Sequence[Any
         weight, found = arcs(gamma)
         return weight * _length(found)
 
-    pieces = zip([mp.mpf(0), *ends], [*ends, mp.pi / 2], strict=True)
+    pieces = pairwise([mp.mpf(0), *ends, mp.pi / 2])
     # an arc comes and goes at ends only
-    return _over(integrand, [(a, b) for a, b in pieces if None not in arcs((a + b) / 2)[1]])
-
-
-@cache
-def _mori(level: int) -> list[tuple[Any, Any]]:
-    """Takahasi and Mori's nodes of a level that no coarser one has: way from either end, weight, as parts of it."""
-    step, found = mp.mpf(2) ** -level, []
-    with mp.workdps(30):
-        for k in range(0 if level == _COARSE else 1, int(_LAST / step) + 1, 1 if level == _COARSE else 2):
-            t = k * step
-            rise = mp.exp(-mp.pi * mp.sinh(t))
-            found.append((rise / (1 + rise), mp.pi * mp.cosh(t) * rise / (1 + rise) ** 2))
-    return found
-
-
-def _over(integrand: Any, pieces: Sequence[tuple[Any, Any]]) -> Any:
-    """An integral over intervals at whose ends it may have roots; each level has twice the digits of the one before."""
-    sums, values = [mp.mpf(0) for _ in pieces], [None for _ in pieces]
-    rest = range(len(pieces))
-    for level in range(_COARSE, _FINEST + 1):
-        off = {}
-        for k in rest:
-            start, stop = pieces[k]
-            for way, weight in _mori(level):
-                sums[k] += weight * integrand(start + way * (stop - start))
-                if way < 0.5:
-                    sums[k] += weight * integrand(stop - way * (stop - start))
-            now = sums[k] * (stop - start) * mp.mpf(2) ** -level
-            off[k] = mp.inf if values[k] is None else abs(now - values[k])
-            values[k] = now
-        total = sum(values, mp.mpf(0))
-        rest = [k for k in rest if off[k] > max(_HALF_OF_THE_DIGITS * abs(values[k]), _NOTHING * abs(total))]
-        if not rest:
-            break
-    return total
+    return mp.fsum(mp.quad(integrand, piece) for piece in pieces if None not in arcs(sum(piece) / 2)[1])
 
 
 def _breaks(w: Any, power: float, caps: Any, seen: Any) -> Any:
@@ -164,26 +128,15 @@ def _length(arcs: Sequence[Any]) -> Any:
 
 
 @cache
-def _nodes(count: int, digits: int) -> list[tuple[Any, Any]]:
-    """Gauss and Legendre's, with weights, by Newton's method."""
-    found = []
-    with mp.workdps(digits + 5):
-        for k in range(count):
-            x = mp.cos(mp.pi * (k + mp.mpf(0.75)) / (count + mp.mpf(0.5)))
-            for _ in range(8):
-                value, before = mp.mpf(1), mp.mpf(0)
-                for l in range(count):
-                    value, before = ((2 * l + 1) * x * value - l * before) / (l + 1), value
-                slope = count * (x * value - before) / (x * x - 1)
-                x -= value / slope
-            found.append((x, 2 / ((1 - x * x) * slope * slope)))
-    return found
+def _nodes(precision: int) -> list[tuple[Any, Any]]:
+    """Gauss and Legendre's 24, with weights."""
+    return GaussLegendre(mp.mp).calc_nodes(4, precision)
 
 
-def nodes_between(start: Any, stop: Any, count: int) -> Iterator[tuple[Any, Any]]:
+def _nodes_between(start: Any, stop: Any) -> Iterator[tuple[Any, Any]]:
     """Gauss and Legendre's nodes on an interval, and their weights."""
     half = (stop - start) / 2
-    for node, weight in _nodes(count, mp.mp.dps):
+    for node, weight in _nodes(mp.mp.prec + 15):
         yield start + half * (1 + node), half * weight
 
 
@@ -209,7 +162,7 @@ def power_over_disk(w: Any, power: float, n: Any, middle: Any, facing: Any, radi
     ends = sorted({mp.mpf(0), mp.acos(lowest / radius), *(mp.acos(s / radius) for s in strips if lowest < s < radius)})
     total = mp.mpf(0)
     for start, stop in pairwise(ends):
-        for alpha, weight in nodes_between(start, stop, _NODES):
+        for alpha, weight in _nodes_between(start, stop):
             s, half = radius * mp.cos(alpha), radius * mp.sin(alpha)
             first, last, level = -half, half, base + s * ahead
             if power and aside:
@@ -219,7 +172,7 @@ def power_over_disk(w: Any, power: float, n: Any, middle: Any, facing: Any, radi
             square = dot(middle, middle) + s * s + 2 * s * dot(middle, e1)
             slant = 2 * dot(middle, e2)
             for low, high in pairwise(sorted({first, last, *(t for t in pieces if first < t < last)})):
-                for t, share in nodes_between(low, high, _NODES) if first < last else ():
+                for t, share in _nodes_between(low, high) if first < last else ():
                     far = mp.sqrt(square + t * (slant + t))
                     total += weight * half * share * ((level + t * aside) / far) ** power / far**3
     return total * abs(height)

@@ -1,11 +1,13 @@
-"""Errors in VTK's callbacks fail tests."""
+"""Errors in VTK's callbacks fail tests; plotters are closed after each."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
+import pyvista as pv
 
 
 @pytest.fixture(autouse=True)
@@ -16,3 +18,17 @@ def _errors_in_callbacks(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     yield
     for error in raised:
         raise error
+
+
+@pytest.fixture
+def new_plotter() -> Iterator[Callable[..., pv.Plotter]]:
+    """Makes plotters without lights, off screen."""
+    made: list[pv.Plotter] = []
+
+    def make(size: tuple[int, int] = (48, 48), lighting: str = "none", **options: Any) -> pv.Plotter:
+        made.append(pv.Plotter(off_screen=True, window_size=size, lighting=lighting, **options))
+        return made[-1]
+
+    yield make
+    for each in made:
+        each.close()

@@ -28,6 +28,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from interrupting import forked
+
 COMMANDS = ("shade", "diagnose", "plan")
 LIMIT = 5.0
 """Seconds that reading may take here, in place of a minute."""
@@ -194,7 +196,7 @@ def hunt(count, seed=0):
     with tempfile.TemporaryDirectory(dir="/dev/shm" if os.access("/dev/shm", os.W_OK) else None) as place:
         whole, folder = Path(place, "whole"), Path(place, "work")
         whole.mkdir()
-        names = _in_a_fork(lambda: write_formats(whole))
+        names = json.loads(forked(lambda: json.dumps(write_formats(whole)).encode())[1])
         colors = functools.cache(lambda name: _colors(whole, name, 0))
         with suppress(KeyboardInterrupt):  # then what has been found so far is told
             for number in range(count):
@@ -251,20 +253,6 @@ def _colors(folder, name, fill):
     result = _contents(lit)
     lit.unlink(missing_ok=True)
     shutil.rmtree(lit.with_suffix(""), ignore_errors=True)
-    return result
-
-
-def _in_a_fork(work):
-    """What a function gives, in a process that may start threads."""
-    reading, writing = os.pipe()
-    process = os.fork()
-    if process == 0:
-        os.write(writing, json.dumps(work()).encode())
-        os._exit(0)
-    os.close(writing)
-    with os.fdopen(reading) as end:
-        result = json.loads(end.read())
-    os.waitpid(process, 0)
     return result
 
 

@@ -5,27 +5,19 @@ the test's side of that.
 """
 
 import json
-import subprocess
 import sys
 import time
 from io import BytesIO
 
-SIZE = (640, 480)
+import numpy as np
+from windowed import SIZE, Program, end_at_errors, furnish, told
+
 ESCAPE = "\ue00c"
 """As WebDriver names the key."""
-FLAGS = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-dev-shm-usage",
-    "--hide-scrollbars",
-    "--force-device-scale-factor=1",
-)
+FLAGS = """
+headless no-sandbox disable-gpu disable-quic no-first-run disable-background-networking disable-component-update
+disable-sync disable-dev-shm-usage hide-scrollbars force-device-scale-factor=1
+"""
 
 
 def new_browser(chromium, driver, profile):
@@ -34,67 +26,33 @@ def new_browser(chromium, driver, profile):
 
     options = webdriver.ChromeOptions()
     options.binary_location = chromium
-    for flag in (*FLAGS, f"--user-data-dir={profile}"):
-        options.add_argument(flag)
+    for flag in (*FLAGS.split(), f"user-data-dir={profile}"):
+        options.add_argument(f"--{flag}")
     return webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
 
 
-class Server:
-    """The program, and what the plotter in it says."""
+class Server(Program):
+    """The program, and where its page is."""
 
     def __init__(self, view):
-        self._child = subprocess.Popen(
-            [sys.executable, "-W", "error", __file__, view], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-        )
-        self.address = self._answer()
-
-    def _answer(self):
-        answer = self._child.stdout.readline()
-        assert answer, f"the server's process ended: {self._child.wait(10)}"
-        return json.loads(answer)
-
-    def ask(self, command):
-        """What the plotter says."""
-        self._child.stdin.write(command + "\n")
-        self._child.stdin.flush()
-        return self._answer()
-
-    def close(self):
-        """End the process; its exit status."""
-        with self._child as child:  # closes its pipes, then waits
-            child.stdin.close()
-            return child.wait(20)
+        super().__init__(__file__, view)
+        self.address = self.answer()
 
 
 class Page:
     """The page in a browser: the mouse as the browser gets it, and what it then shows."""
 
     def __init__(self, server, browser):
-        self.ask = server.ask
+        self.ask, self.wait = server.ask, server.wait
         self._browser = browser
         browser.set_window_rect(width=SIZE[0], height=SIZE[1])
         browser.get(server.address)
-        self.resize(SIZE)
-
-    def resize(self, size):
-        """Give the page's inside this size, and wait for the plotter to have it."""
-        self.size = size
         for _ in range(2):  # what the window's frame takes is known only afterwards
-            inside = self._browser.execute_script("return [innerWidth, innerHeight]")
-            outside = self._browser.get_window_size()
-            grown = [outside[side] + wanted - has for side, wanted, has in zip(outside, size, inside, strict=True)]
-            self._browser.set_window_rect(width=grown[0], height=grown[1])
-        self.wait(lambda state: state["size"] == list(size))
+            inside, outside = browser.execute_script("return [[innerWidth, innerHeight], [outerWidth, outerHeight]]")
+            width, height = np.add(outside, SIZE) - inside
+            browser.set_window_rect(width=int(width), height=int(height))
+        self.wait(lambda state: state["size"] == list(SIZE))
         self.picture(lambda shown: shown[-1, -1].max() < 128)  # the plotter's background, no longer the empty page
-
-    def wait(self, until):
-        """Ask until something is so, for the browser sends events when it likes; gives what the plotter said last."""
-        for _ in range(200):
-            state = self.ask("state")
-            if until(state):
-                return state
-            time.sleep(0.05)
-        raise AssertionError(f"it did not come: {state}")
 
     def _mouse(self, act):
         from selenium.webdriver.common.actions.action_builder import ActionBuilder
@@ -105,7 +63,7 @@ class Page:
 
     def point(self, pixel):
         """Move the pointer to a pixel, counted from below as VTK does."""
-        x, y = round(pixel[0]), self.size[1] - round(pixel[1])
+        x, y = round(pixel[0]), SIZE[1] - round(pixel[1])
         self._mouse(lambda mouse: mouse.move_to_location(x, y))
 
     def press(self, pixel):
@@ -137,8 +95,8 @@ class Page:
 
     def _is_at(self, pixel):
         """Whether the plotter knows that the pointer is there; it may be drawing fewer pixels than the page has."""
-        state = self.ask("state")
-        scaled = [at * shown / size for at, shown, size in zip(state["cursor"], self.size, state["size"], strict=True)]
+        state = self.ask()
+        scaled = [at * shown / size for at, shown, size in zip(state["cursor"], SIZE, state["size"], strict=True)]
         return max(abs(at - wanted) for at, wanted in zip(scaled, pixel, strict=True)) < 2
 
     def drop(self):
@@ -156,14 +114,13 @@ class Page:
     def settled(self):
         """What the plotter says when it has dealt with everything that was sent."""
         last = None
-        while (state := self.ask("state")) != last:
+        while (state := self.ask()) != last:
             last = state
             time.sleep(0.2)
         return state
 
     def picture(self, until=None):
         """What the browser shows, shape (height, width, 3), when something is so."""
-        import numpy as np
         from PIL import Image
 
         for _ in range(100):
@@ -175,13 +132,12 @@ class Page:
 
     def still(self):
         """What the browser shows when that no longer changes: after a coarse picture comes a fine one."""
-        import numpy as np
-
-        last, shown = None, self.picture()
-        while last is None or not np.array_equal(last, shown):
+        shown = self.picture()
+        while True:
             time.sleep(0.4)
             last, shown = shown, self.picture()
-        return shown
+            if (last == shown).all():
+                return shown
 
 
 def main(view):
@@ -192,7 +148,6 @@ def main(view):
     from trame.app import get_server
     from trame.ui.vuetify3 import VAppLayout
     from trame.widgets import html
-    from windowed import end_at_errors, furnish, told
 
     end_at_errors()
     pv.global_theme.multi_samples = 1  # eight take a processor four times as long

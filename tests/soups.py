@@ -7,9 +7,13 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import pytest
 import pyvista as pv
 
+from pvphong.base import check
+from pvphong.geometry.normals import point_normals
 from pvphong.meshes.surfaces import polygons
+from pvphong.shading import kernel
 
 Face = Sequence[int]
 
@@ -58,3 +62,18 @@ def state(mesh: pv.DataSet) -> list[Any]:
     cells = ("verts", "lines", "faces", "strips") if isinstance(mesh, pv.PolyData) else ("cells", "celltypes")
     cells = [getattr(mesh, name).tobytes() for name in cells if hasattr(mesh, name)]
     return [mesh.GetMTime(), active, np.asarray(mesh.points).tobytes(), arrays, cells]
+
+
+# --- both forms in which normals of points are computed: the readable one in NumPy, and the compiled one ---
+
+
+def compiled_normals(points: Any, connectivity: Any, offsets: Any, weighting: Any = "angle") -> Any:
+    """By compiled code; what it declines, such as faces of 1e-200 and what is refused, is NumPy's."""
+    rows = check.array("points", points)
+    found = kernel.point_normals(rows, np.asarray(connectivity), np.asarray(offsets), weighting)
+    return point_normals(points, connectivity, offsets, weighting) if found is None else found
+
+
+FORMS = {"numpy": point_normals} | ({"numba": compiled_normals} if kernel.is_available() else {})
+
+every_form = pytest.mark.parametrize("form", FORMS.values(), ids=FORMS)

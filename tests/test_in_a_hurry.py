@@ -61,16 +61,6 @@ def test_the_viewer_of_what_is_lit_is_the_one_that_frames_it(matrix, spoiled):
     assert np.array_equal(by_hand, mesh.phong.shade(scene, SHINY, matrix=matrix)["phong"])
 
 
-def test_blocks_are_seen_by_one_viewer():
-    blocks = pv.MultiBlock({"a": pv.Sphere(), "b": pv.Sphere(center=(5, 0, 0))})
-    lit = blocks.phong.shade(ph.Scene([HEAD]), SHINY)
-    viewer = ph.Viewer.framing(blocks.bounds)
-    for name in ("a", "b"):
-        alone = blocks[name].phong.shade(ph.Scene([HEAD], viewer), SHINY)
-        assert np.array_equal(lit[name]["phong"], alone["phong"])
-    assert set(blocks.phong.plan(HEAD)) == {"a", "b"}
-
-
 def test_no_scene_is_the_default_scene():
     assert np.array_equal(MESH.phong.shade()["phong"], MESH.phong.shade(ph.default_scene(MESH))["phong"])
     blocks = pv.MultiBlock([MESH])
@@ -136,18 +126,6 @@ MATERIALS = {
 def test_what_is_no_material_says_how_to_get_one(given, message):
     with pytest.raises(ValueError, match=message):
         given()
-
-
-def test_pyvistas_colours_are_colours():
-    assert ph.Material(diffuse=pv.Color("red")).diffuse == (1.0, 0.0, 0.0)
-
-
-def test_cell_arrays_as_albedo_say_how_to_get_point_arrays():
-    mesh = pv.Sphere()
-    mesh.cell_data["tint"] = np.ones((mesh.n_cells, 3))
-    for albedo in ("tint", mesh.cell_data["tint"]):
-        with pytest.raises(ValueError, match=r"^albedo must be .*cell_data_to_point_data"):
-            mesh.phong.shade(SUN, material=ph.Material(albedo=albedo))
 
 
 def plotted(what, **options):

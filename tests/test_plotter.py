@@ -27,19 +27,6 @@ SHINY = Material(ambient=0.1, diffuse=(0.6, 0.5, 0.4), specular=0.5, shininess=2
 
 
 @pytest.fixture
-def new_plotter():
-    made = []
-
-    def make(lighting="none", **options):
-        made.append(pv.Plotter(off_screen=True, window_size=(48, 48), lighting=lighting, **options))
-        return made[-1]
-
-    yield make
-    for each in made:
-        each.close()
-
-
-@pytest.fixture
 def plotter(new_plotter):
     """One mesh without highlights in the sun, drawn once."""
     shown = new_plotter()
@@ -99,15 +86,6 @@ def test_a_mesh_is_drawn_with_its_lit_colours_and_not_modified(plotter, mesh, ma
     assert_current(plotter, actor, mesh, material)
     assert np.ptp(drawn(actor)) > 50
     assert actor.prop.lighting is False
-
-
-def test_the_picture_has_the_evaluated_colours(plotter):
-    face = pv.Plane(i_size=50, j_size=50)  # fills the window
-    draw(plotter, mesh=face)
-    middle = plotter.screenshot(return_img=True)[24, 24].astype(int)
-    lit = face.phong.shade(plotter.phong.scene, DULL)["phong"]
-    assert np.abs(middle - 255 * lit.mean(axis=0)).max() <= 2
-    assert middle.max() > 60
 
 
 @pytest.mark.parametrize("feature_angle", ["auto", None, 0.0])
@@ -251,7 +229,7 @@ def moved(plotter):
     [("none", DULL, 0), ("none", SHINY, 1), ("light kit", DULL, 1), ("three lights", DULL, 1)],
 )
 def test_the_camera_counts_where_there_are_highlights_or_lights_ride_along(new_plotter, lighting, material, count):
-    shown, mesh = new_plotter(lighting), ball()
+    shown, mesh = new_plotter(lighting=lighting), ball()
     shown.phong.add_light(SUN)
     actor = draw(shown, material, mesh)
     before = drawn(actor).copy()
@@ -329,7 +307,7 @@ def test_what_changes_nothing_costs_nothing(plotter):
 
 
 def test_lights_are_the_plotters_own_too(new_plotter):
-    shown, mesh = new_plotter("light kit"), ball()
+    shown, mesh = new_plotter(lighting="light kit"), ball()
     assert len(shown.phong.lights) == 5
     shown.add_light(pv.Light(position=(1, 2, 1), light_type="camera light", positional=True, cone_angle=40))
     draw(shown, SHINY, mesh)
@@ -369,10 +347,9 @@ def test_lights_are_named_in_many_ways(plotter):
 
 @pytest.mark.parametrize("which", ["moon", 1, -2, None, True, vtk.vtkLight()])
 def test_a_light_that_is_not_there(plotter, which):
-    with pytest.raises(ValueError, match=r"^which must be a light of this renderer: .*'sun'"):
-        plotter.phong.remove_light(which)
-    with pytest.raises(ValueError, match=r"^which must be"):
-        plotter.phong.set_light(which, LAMP)
+    for act in (plotter.phong.remove_light, lambda which: plotter.phong.set_light(which, LAMP)):
+        with pytest.raises(ValueError, match=r"^which must be a light of this renderer: .*'sun'"):
+            act(which)
     assert plotter.phong.lights == (SUN,)
 
 
@@ -539,27 +516,21 @@ def test_what_cannot_be_validated(plotter):
 
 
 def test_edits_are_undone_and_redone_to_the_bit(new_plotter):
-    shown = new_plotter("light kit")
-    shown.phong.add_light(SUN)
-    actor = draw(shown, SHINY)
-    states, edits = [], [
-        lambda: shown.phong.set_light("sun", replace(SUN, diffuse=(0.9, 0.1, 1 / 3))),
-        lambda: shown.phong.add_light(LAMP),
-        lambda: shown.phong.set_light(2, replace(shown.phong.lights[2], intensity=1 / 3)),
-        lambda: shown.phong.remove_light(0),
-    ]  # fmt: skip
-    for edit in [*edits, None]:
-        shown.render()
-        states.append((shown.phong.lights, drawn(actor).copy()))
-        if edit is not None:
-            edit()
-    for step, expected in [(shown.phong.undo, states[:-1][::-1]), (shown.phong.redo, states[1:])]:
-        for lights, colors in expected:
+    phong = new_plotter(lighting="light kit").phong
+    states = [phong.lights]
+    for edit in (
+        lambda: phong.add_light(SUN),
+        lambda: phong.set_light("sun", replace(SUN, diffuse=(0.9, 0.1, 1 / 3))),
+        lambda: phong.set_light(2, replace(phong.lights[2], intensity=1 / 3)),
+        lambda: phong.remove_light(0),
+    ):
+        edit()
+        states.append(phong.lights)
+    for step, expected in [(phong.undo, states[-2::-1]), (phong.redo, states[1:])]:
+        for lights in expected:
             assert step()
-            shown.render()
-            assert shown.phong.lights == lights
-            np.testing.assert_array_equal(drawn(actor), colors)
-    assert not shown.phong.redo()
+            assert phong.lights == lights
+        assert not step()
 
 
 def test_a_new_edit_ends_what_could_be_redone_and_a_refused_one_is_no_step(plotter):

@@ -14,30 +14,49 @@ import time
 SIZE = (640, 480)
 
 
-class Window:
-    """The test's side: the mouse as the X server moves it, and what the plotter then says."""
+class Program:
+    """A plotter in a process of its own, which answers commands."""
 
-    def __init__(self, environment):
-        self._environment = environment
-        self._child = subprocess.Popen(
-            [sys.executable, "-W", "error", __file__],
-            env=environment,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        self.state = self.ask("state")
-        self._at = None
-        self._id = self._xdotool("search", "--name", "pvphong in a window").split()[-1]
+    def __init__(self, *command, environment=None):
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+        self._child = subprocess.Popen([sys.executable, "-W", "error", *command], env=environment, **pipes)
 
-    def ask(self, command):
+    def answer(self):
+        answer = self._child.stdout.readline()
+        assert answer, f"the plotter's process ended: {self._child.wait(10)}"
+        return json.loads(answer)
+
+    def ask(self, command="state"):
         """What the plotter says."""
         self._child.stdin.write(command + "\n")
         self._child.stdin.flush()
-        answer = self._child.stdout.readline()
-        assert answer, f"the window's process ended: {self._child.wait(10)}"
-        self.state = json.loads(answer)
-        return self.state
+        return self.answer()
+
+    def wait(self, until=lambda _: True):
+        """Ask until something is so, for events come when they like; gives what the plotter said last."""
+        for _ in range(300):
+            state = self.ask()
+            if until(state):
+                return state
+            time.sleep(0.03)
+        raise AssertionError(f"it did not come: {state}")
+
+    def close(self):
+        """End the process; its exit status."""
+        with self._child as child:  # closes its pipes, then waits
+            child.stdin.close()
+            return child.wait(20)
+
+
+class Window(Program):
+    """A window, and the mouse as the X server moves it."""
+
+    def __init__(self, environment):
+        super().__init__(__file__, environment=environment)
+        self._environment = environment
+        self.ask()
+        self._at = None
+        self._id = self._xdotool("search", "--name", "pvphong in a window").split()[-1]
 
     def _xdotool(self, *words):
         done = subprocess.run(["xdotool", *words], env=self._environment, capture_output=True, text=True, timeout=20)
@@ -51,19 +70,10 @@ class Window:
             self._xdotool("mousemove", "--sync", "--window", self._id, *at)
         self._at = at
 
-    def do(self, *words, until=None):
+    def do(self, *words, until=lambda _: True):
         """Something else with mouse or keyboard."""
         self._xdotool(*words)
         return self.wait(until)
-
-    def wait(self, until=None):
-        """Ask until something is so, for X delivers events when it likes; gives what the plotter said last."""
-        for _ in range(100):
-            state = self.ask("state")
-            if until is None or until(state):
-                return state
-            time.sleep(0.02)
-        raise AssertionError(f"it did not come: {state}")
 
     def drag(self, start, by, *, modifier=None):
         """Press, move in steps, release; gives what the plotter said before the release and after."""
@@ -80,12 +90,6 @@ class Window:
         if modifier:
             self.do("keyup", modifier)
         return held, self.wait(lambda state: not state["dragging"])
-
-    def close(self):
-        """End the process; its exit status."""
-        with self._child as child:  # closes its pipes, then waits
-            child.stdin.close()
-            return child.wait(20)
 
 
 def essence(state):
@@ -157,7 +161,6 @@ def end_at_errors():
 
 def main():
     """The plotter's side."""
-    import numpy as np
     import pyvista as pv
 
     end_at_errors()
@@ -166,13 +169,7 @@ def main():
     actor, guest = furnish(plotter)
     plotter.show(interactive_update=True, auto_close=False)
     for line in sys.stdin:
-        command, *words = line.split()
-        if command == "picture":
-            from PIL import Image
-
-            plotter.iren.process_events()
-            Image.fromarray(np.ascontiguousarray(plotter.image)).save(words[0])
-        elif command in ("undo", "redo"):
+        if (command := line.strip()) in ("undo", "redo"):
             getattr(plotter.phong, command)()
         plotter.iren.process_events()
         print(json.dumps(told(plotter, actor, guest)), flush=True)

@@ -305,7 +305,7 @@ def _standard(
     reflectance = (material.reflectance or REFLECTANCES[model.reflection]()).of(material).over(maps)
     reflectances = _Reflectances.of(material, reflectance)
     labels = light_labels(scene, "light ")
-    terms, off = [], []
+    terms, off, is_shadowed = [], [], model.shadows
     products: dict[Any, tuple[Vector, tuple[Vector, ...], float]] = {}  # many lights have the same colours
     for index, (given, light) in enumerate(zip(scene.lights, scene.world_lights, strict=True)):
         if not light.on:
@@ -314,8 +314,7 @@ def _standard(
         colors = light.intensity, light.ambient, light.diffuse, light.specular_color
         if colors not in products:
             products[colors] = reflectances.times(*colors)
-        rides, is_shadowed = given.frame != "world", model.shadows
-        terms.append(LightTerm(light, index, labels[index], rides, *products[colors], is_shadowed=is_shadowed))
+        terms.append(LightTerm(light, index, labels[index], given.frame != "world", *products[colors], is_shadowed))
     return Equation(
         terms=tuple(terms),
         off=tuple(off),

@@ -18,27 +18,16 @@ any_float = st.floats(allow_nan=False, allow_infinity=False)
 vectors = st.tuples(any_float, any_float, any_float)
 both_types = pytest.mark.parametrize(("real", "step"), [(np.float32, V), (np.float64, U)])
 
-TARGET = (1.0, 2.0, 3.0)
-FUNCTIONS = {
-    "unit": unit,
-    "moderate-float32": lambda w: moderate(w, np.float32),
-    "moderate-float64": moderate,
-    "towards-float32": lambda points: towards(TARGET, points, np.float32),
-    "towards-float64": lambda points: towards(TARGET, points),
-}
-every_function = pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
-
 
 def column(vector):
     return np.array(vector, dtype=np.float64)[:, None]
 
 
 def spread():
-    """Columns whose exponents are even over the range, some zero, one the target, some not finite."""
+    """Columns whose exponents are even over the range, some zero, some not finite."""
     rng = np.random.default_rng(0)
     w = np.ldexp(rng.normal(size=(3, 200)), rng.integers(-1070, 1020, 200))
     w[:, ::17] = 0.0
-    w[:, 7] = TARGET
     w[1, 5], w[0, 9] = np.nan, np.inf
     return w
 
@@ -49,32 +38,6 @@ def exact(parts):
         parts = [mpmath.mpf(part.numerator) / part.denominator for part in parts]
         length = mpmath.sqrt(mpmath.fsum(part * part for part in parts))
         return [float(part / length) for part in parts], float(min(length, mpmath.mpf(LARGEST)))
-
-
-# --- what all of them hold to ---
-
-
-@every_function
-def test_each_column_is_for_itself_and_the_argument_is_left_alone(function):
-    w = spread()
-    together = function(w)
-    np.testing.assert_array_equal(w, spread())
-    for index in range(w.shape[1]):
-        for whole, alone in zip(together, function(w[:, [index]]), strict=True):
-            assert whole[..., [index]].tobytes() == alone.tobytes()
-
-
-@every_function
-def test_of_nothing_comes_nothing(function):
-    assert [part.shape for part in function(np.zeros((3, 0)))] == [(3, 0), (0,)]
-
-
-def test_dot_sums_in_the_order_x_y_z_and_broadcasts_one_column():
-    a, b = np.array([[1e16], [1.0], [-1e16]]), np.ones((3, 1))
-    assert dot(a, b).tolist() == [(1e16 + 1.0) - 1e16]
-    assert dot(np.float32([[1], [2], [3]]), np.float32([[4], [5], [6]])).dtype == np.float32
-    w = np.arange(12.0).reshape(3, 4)
-    np.testing.assert_array_equal(dot(w, column((1, 2, 3))), [1 * i + 2 * (i + 4) + 3 * (i + 8) for i in range(4)])
 
 
 # --- unit vectors ---
@@ -91,21 +54,6 @@ def test_unit_over_the_whole_range(vector):
     else:
         assert exact_length == LARGEST
     assert unit_vector(vector) == tuple(direction[:, 0]), "a single vector has the bits of a column"
-
-
-@pytest.mark.parametrize(
-    "vector", [(0, 0, 0), (0.0, -0.0, 0.0), (math.nan, 0, 1), (math.inf, 0, 0), (1, -math.inf, math.nan)]
-)
-def test_unit_of_what_has_no_direction_is_zero(vector):
-    direction, length = unit(np.hstack([column(vector), column((0, 0, -4))]))
-    np.testing.assert_array_equal(direction, [[0, 0], [0, 0], [0, -1]])
-    assert length.tolist() == [0.0, 4.0]
-
-
-@pytest.mark.parametrize("power", [-900, -100, -1, 1, 100, 900])
-def test_a_power_of_two_changes_no_bit_of_the_direction(power):
-    w = np.random.default_rng(1).normal(size=(3, 100))
-    assert unit(w)[0].tobytes() == unit(np.ldexp(w, power))[0].tobytes()
 
 
 # --- moderate lengths ---
@@ -130,12 +78,6 @@ def test_moderate_scales_by_powers_of_two():
     w = w[:, np.isfinite(w).all(axis=0) & (np.abs(w).min(axis=0) > 1e-290)]  # subnormal results would be rounded
     assert (np.frexp(moderate(w)[0] / w)[0] == 0.5).all()
     assert w.shape[1] > 100
-
-
-@pytest.mark.parametrize("real", [np.float32, np.float64])
-def test_moderate_only_rounds_comfortable_columns(real):
-    w = np.random.default_rng(3).normal(size=(3, 9))
-    assert moderate(w, real)[0].tobytes() == w.astype(real).tobytes()
 
 
 # --- towards a target ---

@@ -1,8 +1,12 @@
 """What a command cannot do is one line on the error output, exit status 2, and no file."""
 
+import json
 import os
+import subprocess
+import sys
 from pathlib import Path
 
+import fuzzing
 import pytest
 import pyvista as pv
 
@@ -102,7 +106,12 @@ def test_an_interruption_and_a_failing_machine_are_no_traceback(monkeypatch, cap
     assert capsys.readouterr().err == said
 
 
-# --- many files ---
+@pytest.mark.parametrize("count", [pytest.param(40, id="few"), pytest.param(10_000, id="many", marks=pytest.mark.long)])
+def test_damaged_files_are_refused_or_read_as_they_are(count):
+    command = [sys.executable, "-W", "ignore", fuzzing.__file__, str(count)]
+    report = json.loads(subprocess.run(command, capture_output=True, text=True, check=False).stdout)
+    assert (report["files"], report["faults"], report["cut_and_accepted"]) == (count, [], {})
+    assert {"0", "2"} <= {words.split()[1] for words in report["statuses"]}  # some are refused, and not all
 
 
 def test_of_many_files_one_that_cannot_be_lit_makes_the_status_1(capsys):

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from normal_forms import FORMS, every_form
-from soups import bumpy, soup
+from soups import FORMS, bumpy, every_form, soup
 from stability import exact_normals as exact
 
 from pvphong.geometry.normals import polygon_normals
@@ -141,30 +140,6 @@ def test_renumbering_and_reading_in_blocks_change_no_bit_and_the_order_of_faces_
     monkeypatch.setattr("pvphong.geometry.normals._BLOCK_CORNERS", 7)
     monkeypatch.setattr("pvphong.shading.kernel.normals._RANGE", 7)
     assert np.array_equal(evaluator(POINTS, *MESH), expected)
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("integers", [np.int32, np.int64, np.uint8])
-@every_evaluator
-def test_layout_and_integer_type_change_no_bit_and_inputs_are_kept(evaluator, dtype, integers):
-    points = POINTS.astype(dtype)
-    connectivity, offsets = (array.astype(integers) for array in soup(*FACES[:60]))
-    expected = evaluator(points.astype(np.float64), *soup(*FACES[:60]))
-    strided = np.full((len(points), 7), np.nan, dtype)
-    strided[:, ::3] = points
-    read_only = points.copy()
-    for array in (read_only, connectivity, offsets):
-        array.flags.writeable = False
-    for layout in (points, np.asfortranarray(points), strided[:, ::3], read_only, points[::-1].copy()[::-1]):
-        assert np.array_equal(evaluator(layout, connectivity, offsets), expected)
-        assert np.array_equal(layout, POINTS.astype(dtype))
-
-
-@every_evaluator
-@few
-@given(power=st.integers(-960, 1000))
-def test_powers_of_two_change_no_bit(evaluator, power):
-    assert np.array_equal(evaluator(np.ldexp(POINTS, power), *MESH), evaluator(POINTS, *MESH))
 
 
 coordinates = st.builds(

@@ -59,38 +59,16 @@ def rows_of(elements):
     return st.lists(st.tuples(*[elements] * 3), min_size=1, max_size=6).map(lambda rows: np.array(rows, np.float64))
 
 
-# --- what every evaluator of rows holds to ---
-
-
 @every_evaluator
 @pytest.mark.parametrize("size", [1.0, 2.0**-1060, 2.0**1000], ids=["size=1", "tiny", "huge"])
-def test_neither_layout_nor_neighbours_change_a_bit(evaluator, size):
+def test_rows_do_not_hear_of_their_neighbours_and_stay_as_they_are(evaluator, size):
     rows = ROWS * size
     rows[3], rows[5], rows[7, 0], rows[9] = 0.0, np.nan, np.inf, (3.0, -4.0, 5.0)
-    expected = evaluator(rows)
-    strided = np.full((2 * len(rows), 5), np.nan)
-    strided[::2, 1:4] = rows[::-1]
-    strided.flags.writeable = False
-    for layout in (np.asfortranarray(rows), strided[::2, 1:4][::-1]):
-        assert np.array_equal(evaluator(layout), expected, equal_nan=True)
+    before, expected = rows.copy(), evaluator(rows)
     alone = np.concatenate([evaluator(rows[[index]]) for index in range(len(rows))])
     assert np.array_equal(alone, expected, equal_nan=True)
-    order = np.random.default_rng(2).permutation(len(rows))
-    assert np.array_equal(evaluator(rows[order]), expected[order], equal_nan=True)
-
-
-@every_evaluator
-def test_the_result_is_new_contiguous_float64_and_the_input_is_kept(evaluator):
-    rows = ROWS.copy()
-    observed = evaluator(rows)
-    assert observed.dtype == np.float64
-    assert observed.flags.c_contiguous
-    assert not np.shares_memory(observed, rows)
-    assert np.array_equal(rows, ROWS)
-    assert evaluator(np.empty((0, 3))).shape == (0, 3)
-    for dtype in (np.float16, np.float32, np.longdouble, np.int32, np.uint8):
-        rows = np.arange(30).reshape(10, 3).astype(dtype)
-        assert np.array_equal(evaluator(rows), evaluator(rows.astype(np.float64)))
+    assert np.array_equal(rows, before, equal_nan=True)
+    assert evaluator(rows[:0]).shape == (0, 3)
 
 
 # --- matrices ---
@@ -177,15 +155,6 @@ def test_points_and_vectors_against_fractions_over_the_whole_range(rows, entries
                 else:
                     assert abs(sum(terms)) + error >= Fraction(2) ** 1023
                     assert (observed > 0) == (sum(terms) > 0)
-
-
-def test_points_beyond_float64_are_infinite_and_sums_that_overflow_on_the_way_come_back():
-    observed = transform_points([(1e200, -1e200, 1.0), (1.0, 2.0, 3.0)], affine(np.diag([1e200, 1e200, 1.0])))
-    assert np.array_equal(observed, [(np.inf, -np.inf, 1.0), (1e200, 2e200, 3.0)])
-    matrix = affine([[1e300, 1e300, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    assert np.array_equal(transform_points([(1e20, -1e20, 1.0)], matrix), [(0.0, 1e20, 1.0)])
-    tiny = affine(np.eye(3) * 2.0**-700, w=2.0**-700)
-    assert np.array_equal(transform_points(ROWS * 2.0**-700, tiny), ROWS * 2.0**-700)
 
 
 # --- normalising ---

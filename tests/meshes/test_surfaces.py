@@ -60,16 +60,9 @@ def test_strips_are_cut_as_vtk_cuts_them():
     assert list(map(from_the_least, found)) == list(map(from_the_least, expected))
 
 
-@pytest.mark.parametrize("index", [-1, 5, 10**9, -(10**9)])
-def test_an_index_out_of_range_names_the_face_and_the_index(index):
-    mesh = full_mesh(verts=[[0]], faces=[[0, 1, 2], [0, index, 2]])
-    with pytest.raises(ValueError, match=rf"refer to its 5 points, 0 to 4; got index {index} in face 1\."):
-        polygons(mesh)
-    with pytest.raises(ValueError, match=f"index {index} in strip 0"):
-        polygons(full_mesh(faces=[[0, 1, 2]], strips=[[0, 1, 2, index]]))
-
-
-def test_broken_offsets_are_refused():
+def test_broken_offsets_and_strips_are_refused():
+    with pytest.raises(ValueError, match=r"refer to its 5 points, 0 to 4; got index 5 in strip 0\."):
+        polygons(full_mesh(faces=[[0, 1, 2]], strips=[[0, 1, 2, 5]]))
     mesh = mesh_of(CORNERS, [0, 1, 2], [1, 2, 3])
     vtk_to_numpy(mesh.GetPolys().GetOffsetsArray())[1:] = (5, 10**9)
     with pytest.raises(ValueError, match="face offsets rise from 0 to 6"):
@@ -117,10 +110,7 @@ def test_every_dataset_gives_its_surface_with_its_arrays_and_active_normals(mesh
     [
         (pv.PolyData(), "faces, or points with normals; got a PolyData with 0 points"),
         (pv.PolyData(CORNERS), "got a PolyData with 5 points, no faces and no point normals.*active_normals"),
-        (pv.Line(), "got a PolyData with 2 points, no faces and no point normals"),
         (pv.PointSet(CORNERS), "got a PointSet with 5 points, no faces and no point normals"),
-        (pv.UnstructuredGrid(), "got a UnstructuredGrid with 0 points"),
-        (pv.ImageData(), "got a ImageData with 0 points"),
         (pv.ImageData(dimensions=(3, 1, 1)), "3 points, 2 cells but no surface"),
         (pv.MultiBlock(), r"mesh must be a pyvista\.DataSet; got MultiBlock\. blocks\.phong does it"),
         (pv.Table(), "got Table"),

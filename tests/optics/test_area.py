@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pvphong.optics.area.disk import disk_highlight, disk_irradiance, sphere_highlight, sphere_irradiance
-from pvphong.optics.area.lobes import CosinePower, great_arc, lobe_numbers
+from pvphong.optics.area.lobes import CosinePower, lobe_numbers
 from pvphong.optics.area.polygon import polygon_highlight, polygon_irradiance
 
 POWERS = (0.0, 0.3, 20.0, 1e4)
@@ -58,7 +58,7 @@ def of_polygon(form, axis, n, middle, offsets):
 
 def exact_of_polygon(axis, power, n, middle, offsets):
     """Of a convex one."""
-    with mp.workdps(15 if np.linalg.norm(middle) < 10.0 else 40):
+    with mp.workdps(15 if np.linalg.norm(middle) < 10.0 else 30):
         way = oracle.exact_vector(middle)
         corners = [[a + b for a, b in zip(way, oracle.exact_vector(x), strict=True)] for x in offsets]
         inward = [oracle.unit(oracle.cross(b, a)) for a, b in pairwise([*corners, corners[0]])]
@@ -122,20 +122,6 @@ def test_repeated_and_collinear_corners_change_nothing():
             assert b == pytest.approx(a, rel=1e-12)
 
 
-def test_a_corner_or_a_side_on_the_horizon_is_no_special_case():
-    square = [np.array(x, float) for x in ([-1, -1, 0], [-1, 1, 0], [1, 1, 0], [1, -1, 0])]
-    middle, w = np.array([0.0, 0.0, -2.0]), unit(np.array([0.2, 0.1, -1.0]))
-    for through in (np.array([1.0, 1.0, -2.0]), np.array([1.0, 0.0, -2.0])):
-        n = unit(np.cross(through, np.array([-1.0, 1.0, 0.0]) if through[1] else np.array([0.0, 1.0, 0.0])))
-        for form in (CosinePower("normal", 1.0), CosinePower("mirror", 7.0)):
-            axis = w if form.around == "mirror" else n
-            at, *beside = (
-                of_polygon(form, axis if form.around == "mirror" else m, m, middle, square)
-                for m in (n, unit(n + 1e-12 * w), unit(n - 1e-12 * w))
-            )
-            assert beside == pytest.approx([at, at], abs=1e-11)
-
-
 @pytest.mark.parametrize("power", [0.3, 3.0, 20.0])
 def test_of_a_light_around_what_is_opposite_to_the_lobe_there_is_what_is_in_front(power):
     middle, n, w = np.array([0.0, 0.2, -0.15]), np.array([0.0, 0.0, -1.0]), unit(np.array([0.3, -0.2, 0.25]))
@@ -164,18 +150,6 @@ def test_the_back_of_a_light_is_dark_unless_it_glows_too(form):
         assert seen[0.0, -1.0] == 0.0 < seen[0.0, 1.0]
         assert seen[1.0, -1.0] == pytest.approx(seen[1.0, 1.0], rel=1e-12)
         assert seen[0.0, 1.0] == seen[1.0, 1.0]
-
-
-def test_an_axis_on_a_side_or_a_corner_is_no_special_case():
-    square = [np.array(x, float) for x in ([-1, -1, 0], [-1, 1, 0], [1, 1, 0], [1, -1, 0])]
-    middle, n = np.array([0.0, 0.0, -2.0]), np.array([0.0, 0.0, -1.0])
-    for target in ([1.0, 1.0, -2.0], [1.0, 0.3, -2.0]):
-        for power in (1.0, 80.0):
-            exact = exact_of_polygon(unit(np.array(target)), power, n, middle, square[::-1])
-            for shift in (0.0, 1e-15, -1e-15):
-                w = unit(np.array(target) + shift)
-                got = of_polygon(CosinePower("mirror", power), w, n, middle, square)
-                assert got == pytest.approx(exact, abs=1e-12)
 
 
 def on_disk(form, axis, n, middle, facing, radius=1.0):
@@ -209,13 +183,6 @@ def test_a_power_over_a_disk(around, power, distance, is_cut):
     else:  # the oracle's nodes are too few next to the rim
         exact, off = of_polygon(form, axis, n, middle, around_a_disk(facing, across)), 1e-5
     assert got == pytest.approx(exact * distance**2, abs=off)
-
-
-def test_a_disk_overhead_and_one_seen_from_its_middle():
-    up = np.array([0.0, 0.0, 1.0])
-    for height in (1e-3, 0.5, 3.0, 1e6):
-        lit = on_disk(CosinePower("normal", 1.0), up, up, height * up, up)
-        assert lit == pytest.approx(1.0 / (1.0 + height**2), rel=1e-13)
 
 
 @pytest.mark.parametrize("size", [1.0, 1e-4])
@@ -259,7 +226,7 @@ def of_cap(w, n, l, sine, power, around="mirror"):
 
 
 def exact_of_cap(w, n, l, sine, power):
-    with mp.workdps(40):
+    with mp.workdps(30):
         w, n, l = (oracle.unit(oracle.exact_vector(x)) for x in (w, n, l))
         edge = mp.sqrt(1 - mp.mpf(sine) ** 2)
         return float(oracle.power_over(w, power, [(n, mp.mpf(0)), (l, edge)]) / (mp.pi * mp.mpf(sine) ** 2))
@@ -282,30 +249,3 @@ def test_lamberts_cosine_over_a_cap(sine, is_cut):
     got = of_cap(n, n, l, sine, 1.0, "normal")
     assert got == pytest.approx(exact_of_cap(n, n, l, sine, 1.0), rel=1e-9 if sine > 1e-8 else 1e-6)
     assert got == pytest.approx(of_cap(n, n, l, sine, 1.0), abs=1e-9)
-
-
-def test_an_axis_on_the_edge_is_no_special_case():
-    """W on the circle, on the horizon, on a corner of both; and 1e-15 beside them."""
-    n, l, sine = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]), 0.6
-    corner = np.array([0.8, 0.6, 0.0])
-    for w in (corner, np.array([0.8, 0.0, 0.6]), l):
-        for power in (5.0, 400.0):
-            exact = exact_of_cap(w, n, l, sine, power)
-            for shift in (0.0, 1e-15, -1e-15, 1e-9, -1e-9):
-                beside = w + shift * np.array([-0.6, 0.8, 1.0])
-                got = of_cap(beside / np.linalg.norm(beside), n, l, sine, power)
-                assert got == pytest.approx(exact, abs=1e-9 + 10 * math.sqrt(power) * abs(shift))
-
-
-def test_an_arc_on_the_equator_of_w_is_an_angle():
-    """There is no point of it next to w: any basis serves."""
-    for middle in (0.0, 1.0, 3.0, -2.5):
-        for sign in (1.0, -1.0):
-            turned = great_arc(
-                lobe_numbers(20.0), np.array([sign]), np.array([0.0]), np.array([middle - 0.4]), np.array([0.8])
-            )
-            np.testing.assert_allclose(turned, [0.8 * sign], rtol=1e-14)
-
-
-def test_without_a_normal_there_is_no_horizon_and_no_light():
-    assert of_cap([0, 0, 1], [0, 0, 0], [0, 0, 1], 0.5, 3.0) == 0.0

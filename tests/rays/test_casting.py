@@ -82,26 +82,6 @@ def test_nor_do_a_place_far_from_the_origin_and_rays_from_far_away(offset, away)
     assert not moved.blocked(far, directions, np.full(300, away)).any()
 
 
-def test_spoiled_triangles_and_rays_meet_nothing_and_harm_no_other():
-    for triangles in (np.zeros((0, 3, 3)), np.zeros((4, 3, 3)), np.full((2, 3, 3), np.nan)):
-        assert not caster(triangles).blocked(*rays(10)).any()
-    triangles, given = ball(), rays(300)
-    spoiled = np.repeat(triangles[:4], 2, axis=0)
-    spoiled[0, 1, 2], spoiled[1, 0], spoiled[2, 2, 0] = np.nan, np.inf, -np.inf
-    spoiled[3:6, 2] = spoiled[3:6, 0]
-    spoiled[6:, 2] = (spoiled[6:, 0] + spoiled[6:, 1]) / 2
-    spoiled = caster(np.concatenate([spoiled, triangles]))
-    expected = caster(triangles).blocked(*given)
-    np.testing.assert_array_equal(spoiled.blocked(*given), expected)
-    origins, directions, distances = given
-    origins[3], origins[5, 1], directions[7], distances[9] = np.nan, np.inf, np.nan, np.nan
-    distances[11], directions[13] = -1.0, 0.0
-    found = spoiled.blocked(origins, directions, distances)
-    assert not found[[3, 5, 7, 9, 11, 13]].any()
-    sound = np.setdiff1d(np.arange(300), [3, 5, 7, 9, 11, 13])
-    np.testing.assert_array_equal(found[sound], expected[sound])
-
-
 def test_without_embree_it_is_said_once_and_only_where_it_matters(monkeypatch, backend):
     casting.warn_of_slow_rays.cache_clear()
     monkeypatch.setattr(visibility, "_WORTH_A_WARNING", 100)

@@ -1,6 +1,7 @@
-"""From a scene and a material to the equation, in both conventions."""
+"""What of an equation colours do not tell: its gain, its ends, and where its origin is."""
 
-import dataclasses
+from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -11,51 +12,18 @@ from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
-from pvphong.shading.equation import assemble
+from pvphong.shading.equation import assemble, relative_to_mesh
 
 MATERIAL = Material(ambient=(0.1, 0.2, 0.3), diffuse=0.5, specular=0.25, shininess=500, emission=(0.0, 0.01, 0.02))
-VIEWER = Viewer(position=(0, 0, 4))
-VTK = LightModel.vtk()
 
 
-def equation(*lights, model=None, material=MATERIAL, viewer=VIEWER, matrix=None):
-    scene = Scene(lights=lights, viewer=viewer, light_model=LightModel() if model is None else model)
-    return assemble(scene, material, matrix)
+def equation(*lights, model=None, material=MATERIAL):
+    return assemble(Scene(lights, Viewer(), model or LightModel()), material, None)
 
 
 def colors(term):
     """A term's colours with their gain put back."""
     return [tuple(c * term.gain for c in color) for color in (term.ambient, *term.colors)]
-
-
-# --- the standard convention ---
-
-
-def test_what_is_there_without_light():
-    bare = equation(model=LightModel(ambient=(1.0, 0.5, 0.0)))
-    assert (bare.ambient, bare.emission, bare.terms) == ((0.1, 0.2 * 0.5, 0.0), (0.0, 0.01, 0.02), ())
-
-
-@pytest.mark.parametrize(
-    ("light", "model", "expected"),
-    [
-        (
-            PointLight(diffuse=(1, 0.5, 0.25), specular=(0.0, 1.0, 2.0), ambient=(0.5, 1, 0), intensity=2),
-            LightModel(),
-            [(0.1, 0.4, 0.0), (1.0, 0.5, 0.25), (0.0, 0.5, 1.0)],
-        ),
-        (PointLight(diffuse=(1, 0.5, 0)), LightModel(), [(0, 0, 0), (0.5, 0.25, 0.0), (0.25, 0.125, 0.0)]),
-        # VTK's lights have no ambient light and one colour for all else
-        (
-            PointLight(diffuse=(1, 0.5, 0), specular="blue", ambient=1),
-            VTK,
-            [(0, 0, 0), (0.5, 0.25, 0), (0.25, 0.125, 0)],
-        ),
-    ],
-)
-def test_colours_are_light_times_material_times_intensity(light, model, expected):
-    for got, color in zip(colors(equation(light, model=model).terms[0]), expected, strict=True):
-        assert got == pytest.approx(color, rel=1e-15)
 
 
 @pytest.mark.parametrize("intensity", [0.0, 5e-324, 1e-30, 0.3, 1.0, 1e20, 1e30, 1e300])
@@ -78,67 +46,54 @@ def test_no_colour_is_beyond_the_brightest():
     assert colors(bright.terms[0]) == [(2.0**1000,) * 3] * 3
 
 
-@pytest.mark.parametrize(
-    ("local_viewer", "parallel", "eye"),
-    [(True, False, (0.0, 0.0, 4.0)), (False, False, None), (True, True, None), (False, True, None)],
-)
-def test_the_eye_counts_where_the_viewer_is_local(local_viewer, parallel, eye):
-    viewer = dataclasses.replace(VIEWER, parallel=parallel)
-    result = equation(model=LightModel(local_viewer=local_viewer), viewer=viewer)
-    assert result.eye == eye
-    assert result.to_eye == (0.0, 0.0, 1.0)
-    assert result.local_facing is (eye is not None)
-
-
-# --- VTK's convention ---
-
-
-def test_vtks_exponents_end_at_128():
-    result = equation(SpotLight(exponent=1000), model=VTK)
-    assert result.reflectance.shininess == 128.0
-    assert result.terms[0].light.exponent == 128.0
-    dull = equation(SpotLight(exponent=3), model=VTK, material=Material(shininess=7))
-    assert (dull.reflectance.shininess, dull.terms[0].light.exponent) == (7.0, 3.0)
-
-
 def test_vtks_cone_of_90_degrees_is_none():
     wide = SpotLight(position=(1, 2, 3), cone_angle=90, exponent=5, attenuation=(1, 2, 3), diffuse=0.5, intensity=2)
-    light = equation(wide, model=VTK).terms[0].light
+    light = equation(wide, model=LightModel.vtk()).terms[0].light
     assert isinstance(light, PointLight)
     assert (light.position, light.attenuation) == (wide.position, wide.attenuation)
-    assert isinstance(equation(SpotLight(cone_angle=89.9), model=VTK).terms[0].light, SpotLight)
+    assert isinstance(equation(SpotLight(cone_angle=89.9), model=LightModel.vtk()).terms[0].light, SpotLight)
 
 
-@pytest.mark.parametrize("parallel", [False, True])
-def test_vtks_viewer_is_local_even_in_parallel_projection(parallel):
-    result = equation(model=VTK, viewer=dataclasses.replace(VIEWER, parallel=parallel))
-    assert result.eye == (0.0, 0.0, 4.0)
-    assert result.local_facing is not parallel
+# --- the origin, where a matrix carries the mesh very far out ---
+
+LAMP = PointLight(position=(3, 4, 5), attenuation=(1, 0.1, 0))
+SPOT = SpotLight(position=(-3, 4, 6), direction=(3, -4, -6), cone_angle=40, exponent=3)
+SUN = DirectionalLight(direction=(1, -2, -3))
+VERY_FAR = np.array([2.0**40, -(2.0**41), 2.0**39])  # to which coordinates such as 3 and 4 are added exactly
 
 
-# --- what the equation needs ---
+def equation_at(offset, *lights, w=1.0, to=None):
+    """Lights and eye about an offset, and a matrix that carries the mesh there, or elsewhere."""
+    lights = [light.moved(lambda place: tuple(np.add(place, offset))) for light in lights]
+    matrix = np.diag([1.0, 2.0, 3.0, w])
+    matrix[:3, 3] = np.multiply(offset, w) if to is None else to
+    return assemble(Scene(lights, Viewer(np.add((0, -2, 4), offset), offset)), MATERIAL, matrix)
 
-DULL = Material(specular=0)
-SHINY = Material(specular=0.5)
-AMBIENT = Material(diffuse=0)
+
+def test_very_far_out_the_mesh_is_as_if_it_had_stayed():
+    given, near = (equation_at(offset, LAMP, SPOT, SUN) for offset in (VERY_FAR, (0, 0, 0)))
+    far = relative_to_mesh(given)
+    np.testing.assert_array_equal(far.matrix, near.matrix)
+    assert replace(far, matrix=None) == replace(near, matrix=None)
+    assert given.matrix[0, 3] == VERY_FAR[0]
+
+
+@pytest.mark.parametrize("w", [-3.0, 0.7])
+def test_the_offset_is_divided_by_w_before_anything_is_rounded(w):
+    moved = relative_to_mesh(equation_at(VERY_FAR / w, LAMP, w=w, to=VERY_FAR))
+    for found, place, t in zip(moved.terms[0].light.position, LAMP.position, VERY_FAR, strict=True):
+        assert found == float(Fraction(place + t / w) - Fraction(t) / Fraction(w))
 
 
 @pytest.mark.parametrize(
-    ("lights", "model", "material", "normals", "eye", "points"),
+    ("offset", "lights", "to"),
     [
-        ([], LightModel(), SHINY, False, False, False),
-        ([DirectionalLight()], LightModel(), DULL, True, False, False),
-        ([DirectionalLight()], LightModel(), SHINY, True, True, True),
-        ([DirectionalLight()], LightModel(local_viewer=False), SHINY, True, False, False),
-        ([DirectionalLight()], LightModel(two_sided=True), DULL, True, True, True),
-        ([DirectionalLight()], LightModel(two_sided=True, local_viewer=False), DULL, True, False, False),
-        ([PointLight()], LightModel(), DULL, True, False, True),
-        ([PointLight(ambient=1)], LightModel(two_sided=True), AMBIENT, False, False, True),
-        ([DirectionalLight(diffuse=0, specular=0)], LightModel(), SHINY, False, False, False),
-        ([DirectionalLight(frame="headlight")], VTK, SHINY, True, True, True),
-        ([DirectionalLight(frame="headlight")], LightModel.vtk(two_sided=False), SHINY, True, False, False),
+        ((0, 0, 0), [LAMP], None),
+        ((1e6, 2e6, 0), [LAMP], None),  # not so far
+        ((0, 0, 0), [LAMP], VERY_FAR),  # lights and eye are not there
+        ((1e308, 0, 0), [LAMP], (-1e308, 0, 0)),  # overflow
     ],
 )
-def test_needs(lights, model, material, normals, eye, points):
-    result = equation(*lights, model=model, material=material)
-    assert (result.needs_normals, result.needs_eye, result.needs_points) == (normals, eye, points)
+def test_else_it_stays_where_it_is(offset, lights, to):
+    equation = equation_at(offset, *lights, to=to)
+    assert relative_to_mesh(equation) is equation

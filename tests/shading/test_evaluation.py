@@ -9,7 +9,6 @@ import tracemalloc
 
 import numpy as np
 import pytest
-import vtk
 
 from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
 from pvphong.optics.material import Material
@@ -17,7 +16,7 @@ from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading import kernel
 from pvphong.shading.evaluation import evaluate
-from pvphong.shading.reference import BLOCK, Shading
+from pvphong.shading.reference import Shading
 
 RNG = np.random.default_rng(42)
 COUNT = 60
@@ -83,14 +82,6 @@ def test_options_are_refused_by_name_whatever_the_scene_needs(scene, option, bad
         rgb(scene=scene, **{option: bad})
 
 
-def test_matrix_of_every_kind():
-    matrix = vtk.vtkMatrix4x4()
-    matrix.DeepCopy(MATRIX.ravel())
-    expected = rgb(matrix=MATRIX)
-    assert bits(rgb(matrix=matrix)) == bits(rgb(matrix=MATRIX.tolist())) == bits(expected)
-    assert np.abs(expected - rgb()).max() > 0.1
-
-
 # --- the form of the result ---
 
 
@@ -124,25 +115,6 @@ def test_an_identity_matrix_and_a_white_albedo_change_nothing(precision):
         assert bits(rgb(material=white, precision=precision, matrix=MATRIX)) == bits(turned)
 
 
-@pytest.mark.parametrize("precision", ["float32", "float64"])
-@pytest.mark.parametrize("matrix", [None, MATRIX], ids=["plain", "matrix"])
-def test_a_vertex_does_not_depend_on_its_neighbours(precision, matrix):
-    count = 2 * BLOCK + 17
-    rng = np.random.default_rng(5)
-    points, normals = rng.normal(size=(count, 3)), rng.normal(size=(count, 3))
-    points[::1001] *= 1e200
-    normals[::997] = 0.0
-    normals[5::1003] *= 1e-250
-    points[9::1009, 1] = np.nan
-    options = {"precision": precision, "matrix": matrix}
-    whole = rgb(points, normals, **options)
-    assert np.isfinite(whole).all()
-    order = rng.permutation(count)
-    assert bits(rgb(points[order], normals[order], **options)) == bits(whole[order])
-    for part in (slice(0, 1), slice(5, 6), slice(9, 10), slice(BLOCK - 3, BLOCK + 3), slice(1001, 1002)):
-        assert bits(rgb(points[part], normals[part], **options)) == bits(whole[part])
-
-
 @pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_auto_takes_the_kernel_where_the_work_is_worth_its_start(precision, monkeypatch):
@@ -152,18 +124,6 @@ def test_auto_takes_the_kernel_where_the_work_is_worth_its_start(precision, monk
     for least, backend in ((work, "numba"), (work + 1, "numpy")):
         monkeypatch.setattr("pvphong.shading.plan.plan._WORTH_LOADING", least)
         assert bits(rgb(backend="auto", precision=precision)) == own[backend]
-
-
-@pytest.mark.parametrize("backend", BACKENDS)
-@pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_ambient_light_alone_is_one_colour_for_all(backend, precision):
-    count, material = 3 * BLOCK + 7, Material(ambient=(0.1, 0.2, 0.3), emission=(0.5, 0.0, 2.0))
-    lit = evaluate(
-        np.full((count, 3), np.nan), np.zeros((count, 3)), Scene(), material, precision=precision, backend=backend
-    ).rgb
-    exact = np.array([0.2 * 0.1 + 0.5, 0.2 * 0.2, 1.0])
-    np.testing.assert_allclose(lit, np.broadcast_to(exact, lit.shape), rtol=4 * np.finfo(precision).eps, atol=0)
-    assert (lit == lit[0]).all()
 
 
 @pytest.mark.parametrize("stored", [np.uint8, np.float32, np.float64])

@@ -9,7 +9,6 @@ import pytest
 
 import pvphong as ph
 from pvphong.shading import kernel
-from pvphong.shading.equation import assemble
 from pvphong.shading.plan.draft import Decision
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
@@ -181,22 +180,6 @@ def test_only_what_is_read_is_asked_for(given):
     assert planned(given, lights=[], shadows=True)[0].effects["shadow"].why == "no light reaches the mesh"
 
 
-def test_shadows_read_points_and_normals(given):
-    sun = [replace(SUN, ambient=0.0)]
-    assert planned(given, material=MATERIALS["dull"], lights=sun)[0].needs == {"normals"}
-    assert planned(given, material=MATERIALS["dull"], lights=sun, shadows=True)[0].needs == {"points", "normals"}
-
-
-def test_the_effects_can_be_dropped():
-    from pvphong.shading.plan.effects import EFFECTS
-
-    drops = {effect.name: effect.without for effect in EFFECTS}
-    equation = assemble(scene(shadows=True, ambient_occlusion=True), SHINY, None)
-    assert equation.needs_visibility
-    left = drops["occlusion"](drops["shadow"](equation, (0, 0, 0)), (0, 0, 0))
-    assert left == assemble(scene(), SHINY, None)
-
-
 def test_bare_points_can_be_planned_and_not_lit(given):
     points, normals, _ = given
     dim = scene(shadows=True)
@@ -215,10 +198,3 @@ def test_plain_numbers_are_clipped_and_nan_is_0(given):
 
 
 # --- the light model
-
-
-@pytest.mark.parametrize(("field", "value"), [("shadows", 1), ("shadows", "yes"), ("ambient_occlusion", 0.0),
-    ("ambient_occlusion", -1), ("ambient_occlusion", float("nan")), ("ambient_occlusion", None)])  # fmt: skip
-def test_bad_values_are_refused(field, value):
-    with pytest.raises(ValueError, match=f"^{field} must be"):
-        ph.LightModel(**{field: value})

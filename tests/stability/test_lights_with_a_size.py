@@ -215,10 +215,7 @@ SKIES = {
 
 @cache
 def in_bands(sky: str, way: Any, power: float) -> float:
-    light = SKIES[sky]
-    with mp.workdps(sky_oracle.DIGITS):
-        way = oracle.unit(oracle.exact_vector(way))
-        return max(float(sky_oracle.in_bands(light.image.image, light.up, light.rotation, way, power)[0]), 0.0)
+    return max(sky_oracle.in_bands(SKIES[sky], way, power)[0], 0.0)
 
 
 def as_its_bands_are(evaluator: Evaluator, sky: str, look: str) -> None:

@@ -9,8 +9,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from normal_forms import FORMS, every_form
-from soups import bumpy, mesh_of, soup
+from soups import FORMS, bumpy, every_form, mesh_of, soup
 from stability import exact_normals as exact
 from stability import naive
 from stability.bounds import U, V, assert_within

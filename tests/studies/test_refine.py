@@ -1,7 +1,5 @@
 """Refined meshes: their errors against dense sampling, their topology, their arrays, and why they stop."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -113,9 +111,6 @@ def areas(mesh):
     return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
 
 
-# The error
-
-
 LAMPS = [
     SUN,
     ph.PointLight(position=(0.4, 0.5, 1.2), diffuse=(0.9, 0.3, 0.2)),
@@ -156,24 +151,11 @@ def test_dense_samples_are_within_the_tolerance(make, scene, material, options):
         assert largest(fine, scene, material, matrix=MATRIX) <= STEP < largest(fine, scene, material)  # lit elsewhere
 
 
-def test_errors_do_not_depend_on_how_normals_are_blended():
-    """In the original mesh they are blended over its large triangles, in the result over the parts."""
-    coarse = coarse_sphere()
-    coarse["original"] = coarse.phong.normals()  # interpolated linearly, and never made unit length
-    fine = refine(coarse, SUNNY, SHARP, tolerance=STEP)
-    fine.point_data.active_normals_name = "original"
-    assert np.linalg.norm(fine["original"], axis=1).min() < 0.99
-    assert dense_errors(fine, SHARP_TRUTH).max() <= STEP
-
-
 def test_what_is_already_fine_is_not_split():
     mesh = pv.Sphere(theta_resolution=60, phi_resolution=60)
     lit = refine(mesh, SUNNY, MATT, tolerance=0.05)
     assert np.array_equal(lit.regular_faces, mesh.regular_faces)
     assert np.array_equal(lit.field_data["phong_refinement_points"], [mesh.n_points, mesh.n_points])
-
-
-# Sharp edges
 
 
 def test_sharp_edges_are_split_before_triangles_and_stay_where_they_are():
@@ -232,25 +214,23 @@ def test_a_needle_that_all_middles_and_the_centroid_miss_is_found(weights, model
     assert dense_errors(fine, evaluated(scene, material), count=200).max() <= STEP
 
 
-def test_a_needle_is_found_where_normals_turn_too():
-    mesh = triangle()
-    normals = np.array([(-0.5, -0.4, 1), (0.6, -0.3, 1), (0, 0.7, 1)])
-    mesh.point_data.active_normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    sun = ph.DirectionalLight(direction=(-0.1, -0.2, -1))
-    scene, material = ph.Scene(lights=[sun], viewer=ph.Viewer(position=(0.5, 0.6, 4))), needle((1, 0, 0), 1e6)[1]
-    assert largest(mesh, scene, material) > 0.69
+TURNING = triangle()
+TURNING.point_data.active_normals = [(-0.42, -0.34, 0.84), (0.5, -0.25, 0.83), (0, 0.57, 0.82)]
+SMALL_SPOT = ph.SpotLight(position=(0.3, 0.2, 1), direction=(0.05, 0.02, -1), cone_angle=0.5)
+SKEWED = ph.Scene([ph.DirectionalLight(direction=(-0.1, -0.2, -1))], ph.Viewer(position=(0.5, 0.6, 4)))
 
 
 @pytest.mark.parametrize(
-    "light",
+    ("mesh", "scene", "material", "error"),
     [
-        ph.SpotLight(position=(0.3, 0.2, 1), direction=(0.05, 0.02, -1), cone_angle=0.5),
-        ph.PointLight(position=(0.47, 0.23, 0.01)),
+        (TURNING, SKEWED, needle((1, 0, 0), 1e6)[1], 0.69),
+        (triangle(), ph.Scene([SMALL_SPOT]), MATT, 0.75),
+        (triangle(), lamp_at(0.47, 0.23, 0.01), MATT, 0.75),
     ],
-    ids=["a small spot", "a lamp close by"],
+    ids=["normals that turn", "a small spot", "a lamp close by"],
 )
-def test_a_light_that_shines_inside_a_triangle_only_is_found(light):
-    assert largest(triangle(), ph.Scene(lights=[light]), MATT) > 0.75
+def test_what_shines_inside_a_triangle_only_is_found(mesh, scene, material, error):
+    assert largest(mesh, scene, material) > error
 
 
 def test_interpolation_error_is_that_of_dense_samples_and_leaves_the_mesh_as_it_is():
@@ -422,9 +402,6 @@ def test_names_precision_and_albedo():
     assert largest(mesh, SUNNY, painted) > 0.02 > largest(fine, SUNNY, painted)
 
 
-# Kinds of meshes
-
-
 def test_lines_and_vertices_are_left_out():
     mesh = pv.PolyData(np.eye(4, 3), faces=[3, 0, 1, 2], lines=[2, 0, 3], verts=[1, 3])
     mesh.cell_data["number"] = [7, 8, 9]
@@ -446,9 +423,6 @@ def test_smooth_placement_comes_near_the_sphere():
     # On an arc of angle a, the cubic's middle is low by (1 - cos(a/2)) - sin²(a/2) cos(a/2) / 2 = 3 a⁴/128 + O(a⁶).
     assert off[1] < 1.25 * 0.5 * 3 * angle**4 / 128
     assert abs(smooth.volume - math.pi / 6) < abs(flat.volume - math.pi / 6) / 2  # what is not split stays flat
-
-
-# Why it stops
 
 
 def test_no_more_points_than_allowed_and_the_worst_places_first():
@@ -487,14 +461,6 @@ def test_the_points_precision_ends_it():
     assert stopped(fine) == "resolution"
     assert left(fine) > 1e-4
     assert areas(fine).min() > 0
-
-
-def test_zero_normals_are_a_jump_and_not_an_endless_task():
-    mesh = coarse_sphere()
-    mesh.point_data.active_normals = mesh.phong.normals() * (np.arange(mesh.n_points) != 5)[:, None]
-    fine = refine(mesh, SUNNY, MATT, tolerance=STEP)
-    assert stopped(fine) == "jump"
-    assert fine.n_points < 3000
 
 
 def test_triangles_without_area_end_and_keep_their_neighbours_whole():
@@ -540,8 +506,6 @@ def test_any_soup_of_triangles_ends_within_its_points(examples):
 
     hunt(lambda dice: dice, check, examples)
 
-
-# Arguments
 
 CLOUD = pv.PolyData(np.eye(3))
 CLOUD.point_data.active_normals = np.eye(3)

@@ -156,7 +156,9 @@ LEFT, RIGHT = (120, 200), (280, 200)  # pixels in which the balls are seen
 @pytest.mark.parametrize(
     "edit", ["points replaced by none", "points resized", "arrays removed", "index beyond", "all gone"]
 )
-def test_in_a_window_a_broken_mesh_is_not_drawn_the_others_stay_current_and_it_is_said_once_until_it_is_mended(edit):
+def test_in_a_window_a_broken_mesh_is_not_drawn_the_others_stay_current_and_it_is_said_once_until_it_is_mended(
+    new_plotter, edit
+):
     def sun(color):
         return DirectionalLight(direction=(0, 0, -1), diffuse=color, name="sun")
 
@@ -166,7 +168,7 @@ def test_in_a_window_a_broken_mesh_is_not_drawn_the_others_stay_current_and_it_i
     def texts():
         return [prop.GetInput() for prop in plotter.renderer.GetViewProps() if prop.IsA("vtkTextActor")]
 
-    plotter = pv.Plotter(off_screen=True, window_size=(400, 400), lighting="none")
+    plotter = new_plotter((400, 400))
     plotter.background_color = "blue"
     plotter.phong.add_light(sun("white"))
     meshes = [pv.Sphere(center=(x, 0, 0)) for x in (-0.7, 0.7)]
@@ -191,4 +193,3 @@ def test_in_a_window_a_broken_mesh_is_not_drawn_the_others_stay_current_and_it_i
     assert texts() == []
     red, green, _ = seen(LEFT)
     assert red < 5 < green
-    plotter.close()

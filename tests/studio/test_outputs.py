@@ -16,13 +16,12 @@ from pvphong.optics.lights import PointLight
 
 
 @pytest.fixture
-def fresh():
+def fresh(new_plotter):
     """Without a first frame."""
-    made = pv.Plotter(off_screen=True, window_size=(200, 150), lighting="none")
+    made = new_plotter((200, 150))
     made.phong.add_light(PointLight(position=(0.4, -0.4, 0.4), attenuation=(1, 0, 1)))
     made.phong.add_mesh(pv.Sphere())
-    yield made
-    made.close()
+    return made
 
 
 @pytest.fixture

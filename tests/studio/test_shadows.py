@@ -31,9 +31,8 @@ def hat():
 class Window:
     """A floor, and something over it."""
 
-    def __init__(self, *lights, **model):
-        self.plotter = pv.Plotter(off_screen=True, lighting="none", window_size=(200, 200))
-        self.phong = self.plotter.phong
+    def __init__(self, plotter, *lights, **model):
+        self.plotter, self.phong = plotter, plotter.phong
         self.phong.light_model = ph.LightModel(**({"shadows": True} | model))
         for light in lights:
             self.phong.add_light(light)
@@ -54,16 +53,8 @@ class Window:
 
 
 @pytest.fixture
-def window():
-    made = []
-
-    def make(*lights, **model):
-        made.append(Window(*lights, **model))
-        return made[-1]
-
-    yield make
-    for each in made:
-        each.plotter.close()
+def window(new_plotter):
+    return lambda *lights, **model: Window(new_plotter((200, 200)), *lights, **model)
 
 
 @pytest.fixture

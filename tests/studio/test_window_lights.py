@@ -16,10 +16,8 @@ SUN = DirectionalLight(direction=(-1, -2, -3), name="sun")
 
 
 @pytest.fixture
-def renderer():
-    plotter = pv.Plotter(off_screen=True, window_size=(32, 32), lighting="none")
-    yield plotter.renderer
-    plotter.close()
+def renderer(new_plotter):
+    return new_plotter().renderer
 
 
 @pytest.fixture

@@ -1,12 +1,11 @@
 """VTK's shader, run per vertex, against the evaluator in VTK's convention, which `tests/oracle.py` judges."""
 
-from __future__ import annotations
-
 import math
 import os
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +20,7 @@ from pvphong.optics.reflectances import GGX
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
+from pvphong.shading.equation import vtk_tier
 from pvphong.shading.evaluation import evaluate
 from pvphong.vtk import oracle
 from pvphong.vtk.lights import as_light
@@ -29,12 +29,9 @@ from pvphong.vtk.oracle import driver, vtk_shade
 SHINY = Material(ambient=(0.05, 0.1, 0.2), diffuse=(0.6, 0.5, 0.3), specular=(0.3, 0.4, 0.5), shininess=25.0)
 VIEWER = Viewer(position=(3.0, -4.0, 2.5), focal_point=(0.1, 0.2, -0.1), up=(0.0, 0.2, 1.0))
 SUN = DirectionalLight((-1.0, 2.0, -3.0), diffuse=(1.0, 0.9, 0.8))
-SKY = DirectionalLight((3.2, -1.0, -0.5), diffuse=(0.1, 0.2, 0.4), intensity=0.7)
 BULB = PointLight((2.0, 1.5, 2.5), diffuse=(0.9, 0.7, 0.5))
-DIM_BULB = PointLight((1.0, -2.5, 1.0), intensity=2.0, attenuation=(0.5, 0.3, 0.2))
 SPOT = SpotLight((0.5, -3.0, 3.0), (-0.5, 3.0, -3.0), 24.0, 7.0, (0.8, 0.0, 0.02))
 HEADLIGHT = DirectionalLight(frame="headlight", diffuse=(0.9, 1.0, 0.8))
-LAMP_ON_HEAD = SpotLight((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), 14.0, 3.0, frame="headlight")
 RIDER = PointLight((1.0, 2.0, -3.0), frame="camera")
 UNCLAMPED = replace(LightModel.vtk(two_sided=False), clamp=False)
 
@@ -66,36 +63,7 @@ def largest_error(lights, *, mesh=None, viewer=VIEWER, matrix=None):
     return float(np.abs(colors - expected.rgb).max())
 
 
-# --- against the evaluator --------------------------------------------------------------------------------------
-
-MIXED = [SUN, HEADLIGHT, BULB, SPOT, DIM_BULB]
-LIGHTING = {  # more, and more matrices, are in the random scenes of `validate`
-    "one headlight (tier 1)": [HEADLIGHT],
-    "headlight and directional": [HEADLIGHT, SKY],
-    "positional headlight": [LAMP_ON_HEAD],
-    "riding along": [RIDER, SUN],
-    "mixed": MIXED,
-    "more than eight": [DirectionalLight((math.cos(k), math.sin(k), -0.2 * k), intensity=0.1) for k in range(12)],
-    "colours that 8 bits do not hold": [replace(SUN, diffuse=(0.501, 0.3337, 1.75))],
-    "none": [],
-}
-
-
-@pytest.mark.parametrize("lights", LIGHTING.values(), ids=LIGHTING.keys())
-def test_agrees_with_the_evaluator_in_every_tier(lights):
-    assert largest_error(lights, matrix=SHEAR) <= BOUND
-
-
-@pytest.mark.parametrize(
-    ("lights", "viewer"),
-    [
-        *((lights, replace(VIEWER, parallel=True)) for lights in (MIXED, [SUN, SKY], [HEADLIGHT])),
-        ([SUN, BULB], replace(VIEWER, focal_point=(6.0, -8.0, 5.0), up=(0.0, 0.0, 1.0))),
-    ],
-    ids=["parallel, mixed", "parallel, two", "parallel, tier 1", "mesh behind the eye"],
-)
-def test_parallel_projection_keeps_a_local_viewer_and_nothing_is_out_of_view(lights, viewer):
-    assert largest_error(lights, viewer=viewer) <= BOUND
+# --- against the evaluator; scenes, frames and matrices of all kinds are held against it in `validate`'s tests ---
 
 
 @pytest.mark.parametrize("count", [1, 1_000_000])
@@ -116,14 +84,31 @@ CAMERA_LIGHT = pv.Light(light_type="camera light", position=(0.5, 0.4, 1.2), foc
 
 
 @pytest.mark.parametrize(
-    "lights",
+    ("lights", "viewer"),
     [
-        [with_values(CAMERA_LIGHT, Positional=True, ConeAngle=90.0)],
-        [with_values(SPOT.to_pyvista(), TransformMatrix=TURNED), SUN.to_pyvista()],
+        ([with_values(CAMERA_LIGHT, Positional=True, ConeAngle=90.0)], VIEWER),
+        ([with_values(SPOT.to_pyvista(), TransformMatrix=TURNED), SUN.to_pyvista()], VIEWER),
+        ([DirectionalLight((math.cos(k), math.sin(k), -0.2 * k), intensity=0.1) for k in range(12)], VIEWER),
+        ([SUN, BULB], replace(VIEWER, focal_point=(6.0, -8.0, 5.0), up=(0.0, 0.0, 1.0))),
     ],
+    ids=["VTK's camera light", "VTK's, with a matrix", "more than eight", "mesh behind the eye"],
 )
-def test_vtks_own_lights_stand_where_they_are_taken_over_from(lights):
-    assert largest_error(lights) <= BOUND
+def test_any_lights_and_any_view(lights, viewer):
+    assert largest_error(lights, viewer=viewer) <= BOUND
+
+
+KINDS = (SUN, HEADLIGHT, DirectionalLight(frame="camera"), BULB)
+
+
+@pytest.mark.parametrize("on", list(product((True, False), repeat=2)))
+@pytest.mark.parametrize("kinds", list(product(KINDS, repeat=2)))
+def test_the_tier_is_the_one_that_vtk_draws(kinds, on):
+    """Read off a vertex that faces away, under a diffuse of 1e6: the first tier has a floor, no light full diffuse."""
+    mesh = pv.PolyData([[0.0, 0.0, 0.0]])
+    mesh.point_data.active_normals = [[0.0, 0.0, -1.0]]
+    lights = [replace(light, on=shines, diffuse=1.0) for light, shines in zip(kinds, on, strict=True)]
+    color = shaded(lights, mesh=mesh, material=Material(ambient=0.0, diffuse=1e6), viewer=Viewer((0.0, 0.0, 5.0)))
+    assert round(float(color[0, 0]), 3) == {0: 1e6, 1: 1.0}.get(vtk_tier(lights), 0.0)
 
 
 # --- against itself ---------------------------------------------------------------------------------------------
@@ -280,9 +265,6 @@ def test_the_driver_has_a_name_and_is_asked_once_and_without_a_display_nothing_i
     made = count_open(monkeypatch)
     driver()
     assert made == []
-
-
-# --- bad input --------------------------------------------------------------------------------------------------
 
 
 COATED = pv.Property(interpolation="pbr")

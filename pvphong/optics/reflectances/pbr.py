@@ -99,7 +99,7 @@ def fresnel_ends(metallic: Any, color: Any) -> tuple[Any, Any]:
     that is not a metal's is 50 times the mean of F₀, and 1 at most; VTK takes 0.33 for a third.
     """
     f0 = (1.0 - metallic) * DIELECTRIC + metallic * color
-    return f0, (1.0 - metallic) * np.minimum(50.0 * 0.33 * f0.sum(axis=0), 1.0) + metallic
+    return f0, (1.0 - metallic) * np.minimum(50.0 * 0.33 * (f0[0] + f0[1] + f0[2]), 1.0) + metallic
 
 
 @dataclass(frozen=True)
@@ -136,18 +136,23 @@ class _Colored(PBR):
         f0 = np.maximum(fresnel_ends(low, color)[0], fresnel_ends(high, color)[0])
         f90 = fresnel_ends(low, color)[1] if not self.varies else np.ones(1)
 
+        def ends(albedo: FloatArray, maps: Mapping[str, FloatArray]) -> tuple[Any, Any, Any]:
+            """The metallic, F₀ and F₉₀, in the type of the albedo."""
+            m = maps.get("metallic", albedo.dtype.type(low))
+            return m, *fresnel_ends(m, color.astype(albedo.dtype) * albedo)
+
         def left(albedo: FloatArray, maps: Mapping[str, FloatArray]) -> FloatArray:
-            m = maps.get("metallic", low)
-            own = (1.0 - m) * (1.0 - fresnel_ends(m, color * albedo)[0])
-            return np.asarray(albedo * own / np.where(under > 0.0, under, 1.0), albedo.dtype)
+            m, own, _ = ends(albedo, maps)
+            return np.asarray(
+                albedo * ((1.0 - m) * (1.0 - own)) / np.where(under > 0.0, under, 1.0).astype(albedo.dtype)
+            )
 
         def tinted(albedo: FloatArray, maps: Mapping[str, FloatArray]) -> FloatArray:
-            own = fresnel_ends(maps.get("metallic", low), color * albedo)[0]
-            return np.asarray(own / np.where(f0 > 0.0, f0, 1.0), albedo.dtype)
+            return np.asarray(ends(albedo, maps)[1] / np.where(f0 > 0.0, f0, 1.0).astype(albedo.dtype))
 
         def white(albedo: FloatArray, maps: Mapping[str, FloatArray]) -> FloatArray:
-            grazing = fresnel_ends(maps.get("metallic", low), color * albedo)[1] / f90
-            return np.broadcast_to(grazing.astype(albedo.dtype), (3, max(grazing.size, albedo.shape[1])))
+            grazing = ends(albedo, maps)[2] / f90.astype(albedo.dtype)
+            return np.broadcast_to(grazing, (3, max(grazing.size, albedo.shape[1])))
 
         def highlight(color: Any, tint: Any, *, takes_albedo: bool) -> Lobe:
             shown = rgb(tuple(np.broadcast_to(color * self.scale, (3, 1)).ravel().tolist()))

@@ -169,6 +169,8 @@ def _load(first: int, count: int, points: Any, normals: Any, channels: Any, s: A
         at.load_channel(shifted(channels, s.sky * s.channel_length), first, count, shifted(rows, at.SKY))
     if s.is_split:
         clear(rows, at.OTHER_R)
+    if s.plain:
+        clear(rows, at.PLAIN_R)
     if s.has_diffuse:
         clear(rows, at.R)
     _begin(rows, at.AMBIENT_R if s.has_diffuse else at.R, in_type(s.base, rows), in_type(s.own, rows))
@@ -291,6 +293,8 @@ def _add_light(
     for lobe in range(3):
         if reflected & (1 << lobe):
             target = at.OTHER_R if s.is_split and not s.takes_albedo & (1 << lobe) else at.R
+            if s.plain & (1 << lobe):
+                target = at.PLAIN_R
             _add(rows, target, at.FIRST + lobe * BLOCK, varies, in_type(t.colors[lobe], rows))
     return good
 
@@ -356,6 +360,8 @@ def _tint(first: int, count: int, albedo: Any, diffuse: Any, specular: Any, emis
         _add_times_map(first, count, specular, rows, at.OTHER_R, like(rows, s.over_specular))
     elif s.is_split:
         _add_rows(rows, at.OTHER_R)
+    if s.plain:
+        _add_rows(rows, at.PLAIN_R)
     if s.has_emission or s.is_split:
         fill(rows, at.OTHER_R, in_type(s.emission, rows))
         if s.has_emission:

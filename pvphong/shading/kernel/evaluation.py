@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numba
@@ -12,8 +12,9 @@ import numpy as np
 from numba import types
 
 from pvphong.base import threads
-from pvphong.base.types import FloatArray
+from pvphong.base.types import BoolArray, FloatArray
 from pvphong.optics.maps import COLORS, fractions
+from pvphong.optics.reflectance import Lobe
 from pvphong.shading.equation import Equation
 from pvphong.shading.kernel import code, driver, records
 from pvphong.shading.kernel.code import Library, NotCompiled, Request
@@ -74,8 +75,14 @@ def shade(
 
     def work(first: int, last: int) -> None:
         part = slice(first, last)
-        colors = [None if name not in tints else plain_colors(tints[name].at(part), real) for name in COLORS]
+        at = {name: tint.at(part) for name, tint in tints.items()}
+        colors = [None if name not in at else plain_colors(at[name], real) for name in COLORS]
         seen = None if channels is None else channels[:, part]
+        left_out = None
+        if records.blends(equation, tints):
+            rows = equation.channels.get("metallic")
+            maps = {} if rows is None or seen is None else {"metallic": seen[rows][0]}
+            colors[1], colors[2], left_out = _of_lobes(equation.reflectance.lobes, at, maps, last - first, real)
         own = (
             as_plain(points[part], stored) if equation.needs_points else None,
             as_plain(normals[part], stored) if equation.needs_normals else None,
@@ -85,9 +92,9 @@ def shade(
         )
         declined = np.zeros(last - first, np.uint8)
         *addresses, out = map(address, own)
-        if run(*addresses, out, out, *packed, last - first, *_memory.addresses, address(declined)):
+        if run(*addresses, out, out, *packed, last - first, *_memory.addresses, address(declined)) and left_out is None:
             return
-        left = np.flatnonzero(declined)
+        left = np.flatnonzero(declined if left_out is None else declined | left_out)
         lit = Shading(np.empty((len(left), 3), real))
         own_tints = {name: tint.at(part).at(left) for name, tint in tints.items()}
         seen = None if seen is None else seen[:, left]
@@ -96,6 +103,22 @@ def shade(
 
     threads.run(work, len(rgb), min(max(SHORTEST, -(-len(rgb) // (4 * threads.count()))), LONGEST))
     return True
+
+
+def _of_lobes(
+    lobes: Sequence[Lobe], tints: Mapping[str, Tint], maps: Mapping[str, FloatArray], count: int, real: Any
+) -> tuple[FloatArray, FloatArray, BoolArray | None]:
+    """What the first two lobes' colours are multiplied by, shape (n, 3), the first beside albedo; and where the third's
+    is not 1: what the reference has to light.
+    """
+    of: dict[str, Any] = {name: tints[name].factors(real.type) for name in ("albedo", "diffuse") if name in tints}
+    albedo = of.get("albedo", np.ones((3, count), real.type))
+    base, first, second = [
+        lobe.tint(albedo * of.get("diffuse", real.type(1.0)), maps) for lobe in lobes if lobe.tint is not None
+    ]
+    base = np.divide(base, albedo, out=np.zeros((3, count), real), where=albedo > 0.0)
+    is_left = np.broadcast_to(np.abs(second[0] - 1.0) > 8.0 * np.finfo(real).eps, count)  # it is grey
+    return as_plain(base.T, real), as_plain(first.T, real), is_left if is_left.any() else None
 
 
 def plain_colors(tint: Tint, real: Any) -> FloatArray:

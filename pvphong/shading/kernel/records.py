@@ -174,6 +174,7 @@ SETTINGS = np.dtype(
         ("field", "i8"),
         ("channel_length", "i8"),
         ("takes_albedo", "i8"),
+        ("plain", "i8"),
         ("eye", "3f8"),
         ("to_eye", "3f8"),
         ("matrix", "(3,4)f8"),
@@ -196,7 +197,8 @@ SETTINGS = np.dtype(
 `is_split`: whether what takes albedo, and what does not, are added up apart. `count`: of lights. `stride`: how many
 numbers each stage has. `sky`, `tangents`, `field`: the channel with the open part of the sky, the first of three with
 tangents, and the one with the map of a reflectance's field, or -1. `channel_length`: from one channel to the next.
-`takes_albedo`: lobes that do, as the sum of 1, 2 and 4. `own`: a colour beside `base` that the sky has no part in.
+`takes_albedo`: lobes that do, as the sum of 1, 2 and 4; `plain`: those
+that no map multiplies beside some that one does. `own`: a colour beside `base` that the sky has no part in.
 `over_diffuse` and so on: what a map's colours are multiplied by. `exponent`: the sum of all light is raised to it."""
 
 _pack_settings = _packer(SETTINGS)
@@ -216,8 +218,8 @@ class Records(NamedTuple):
 def codes_of(equation: Equation, real: str) -> list[TermCode] | None:
     """What lights with each term; None if something has no stage, or a number is not within compiled code's range."""
     lobes = equation.reflectance.lobes
-    if any(lobe.tint for lobe in lobes) and ("metallic" in equation.maps or equation.tints & {"albedo", "diffuse"}):
-        return None  # it is no product of albedo and colour
+    if "metallic" in equation.maps and equation.reflectance.parameters({})[7] != 1.0:
+        return None  # where surfaces are nearly black, the base depends on the map too
     if equation.maps and type(equation.reflectance).mapped not in FORMULAS:
         return None
     if len(lobes) > MOST_LOBES or type(equation.reflectance).factors not in FORMULAS:
@@ -231,6 +233,12 @@ def codes_of(equation: Equation, real: str) -> list[TermCode] | None:
     return None if None in codes else cast("list[TermCode]", codes)
 
 
+def blends(equation: Equation, tints: Mapping[str, Tint]) -> bool:
+    """Whether lobes' colours are no products with albedo and diffuse: of the first two they come as maps."""
+    varies = "metallic" in equation.maps or "albedo" in tints or "diffuse" in tints
+    return varies and any(lobe.tint for lobe in equation.reflectance.lobes)
+
+
 def records_of(
     equation: Equation,
     codes: Sequence[TermCode],
@@ -242,10 +250,14 @@ def records_of(
     channel_length: int = 0,
 ) -> Records:
     """An equation that compiled code can take, with what `codes_of` gives for it, for rows of a type."""
-    reflectance, base, field = equation.reflectance, equation.ambient, next(iter(equation.maps), "")
+    reflectance, base, field = (
+        equation.reflectance,
+        equation.ambient,
+        next((name for name in equation.maps if name != "metallic"), ""),
+    )
     terms, numbers = [], [reflectance_numbers(reflectance)]
     addresses: dict[Any, int] = {}  # each stage is looked up once
-    lambert_alone = list[bool]()
+    lambert_alone, is_blend = list[bool](), blends(equation, tints)
     for term, (stage, own, varies, divisors) in zip(equation.terms, codes, strict=True):
         strength, gain, to_light = min(term.gain, BRIGHTEST), 1.0, _NOWHERE
         if term.light.has_size:
@@ -308,9 +320,9 @@ def records_of(
         "has_lobes_of_viewer": equation.has_highlights,
         "moves_points": equation.matrix is not None,
         "turns_normals": turns_normals,
-        "has_tints": bool(tints),
-        "is_split": bool(tints.keys() - {"emission"}),
-        **{f"has_{name}": name in tints for name in COLORS},
+        "has_tints": bool(tints) or is_blend,
+        "is_split": bool(tints.keys() - {"emission"}) or is_blend,
+        **{f"has_{name}": name in tints or (is_blend and name in ("diffuse", "specular")) for name in COLORS},
         "is_display": is_display,
         "is_sunlit": is_sunlit,
         "count": len(terms),
@@ -319,19 +331,19 @@ def records_of(
         "tangents": equation.channels["tangents"].start if "tangents" in equation.channels else -1,
         "field": equation.channels[field].start if field in equation.channels else -1,
         "channel_length": channel_length,
-        "takes_albedo": sum_of(lobe.takes_albedo for lobe in reflectance.lobes),
+        "takes_albedo": 1 if is_blend else sum_of(lobe.takes_albedo for lobe in reflectance.lobes),
+        "plain": 4 if is_blend else 0,
         "eye": equation.eye or _NOWHERE,
         "to_eye": equation.to_eye,
         "matrix": matrix[:3].ravel().tolist(),
         "w": matrix[3, 3],
         "normal_matrix": normal_matrix(matrix).ravel().tolist() if turns_normals else (0.0,) * 9,
         "base": base,
-        "own": _NOWHERE if tints else equation.emission,
+        "own": _NOWHERE if tints or is_blend else equation.emission,
         "emission": equation.emission,
-        **{
-            f"over_{name}": 1.0 / tints[name].most if name in tints else 0.0
-            for name in ("diffuse", "specular", "emission")
-        },
+        "over_diffuse": 1.0 if is_blend or "diffuse" not in tints else 1.0 / tints["diffuse"].most,
+        "over_specular": 1.0 if is_blend or "specular" not in tints else 1.0 / tints["specular"].most,
+        "over_emission": 1.0 / tints["emission"].most if "emission" in tints else 1.0,
         "exponent": 1.0 / equation.gamma,
         "low": 0.0 if equation.clamp else -math.inf,
         "high": 1.0 if equation.clamp else math.inf,

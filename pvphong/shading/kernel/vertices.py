@@ -42,8 +42,8 @@ DX, DY, DZ, INVERSE_DISTANCE = range(18 * BLOCK, 22 * BLOCK, BLOCK)
 AMBIENT_R, AMBIENT_G, AMBIENT_B, TX, TY, TZ = range(22 * BLOCK, 28 * BLOCK, BLOCK)
 
 # Parts of one light, and of the ambient light, that nothing blocks; what a map has in place of the reflectance's field;
-# not 0 for a vertex that is left to the reference; and the length of all rows.
-VISIBLE, SKY, FIELD, DECLINED, ROWS = range(28 * BLOCK, 33 * BLOCK, BLOCK)
+# not 0 for a vertex that is left to the reference; light that no map multiplies, beside OTHER; the length of all rows.
+VISIBLE, SKY, FIELD, DECLINED, PLAIN_R, PLAIN_G, PLAIN_B, ROWS = range(28 * BLOCK, 36 * BLOCK, BLOCK)
 
 
 # --- loading

@@ -72,14 +72,15 @@ class Effect:
 
     def simplify(self, draft: Draft) -> Draft:
         """The draft without the effect where it can be left out; each light sees the bounds taken before it."""
-        before = draft.equation.terms
         terms: list[LightTerm] = []
         exact: list[Note] = []
-        for term in before:
+        changes = False
+        for term in draft.equation.terms:
             change = self.leave_out(draft, term)
             if change is None:
                 terms.append(term)
                 continue
+            changes = True
             left, notes = change
             terms += left
             exact += notes
@@ -88,8 +89,7 @@ class Effect:
                 draft, exact = replace(draft, notes=(*draft.notes, *exact)), []
         if exact:
             draft = replace(draft, notes=(*draft.notes, *exact))
-        left_terms = tuple(terms)
-        return draft if left_terms == before else replace(draft, equation=replace(draft.equation, terms=left_terms))
+        return replace(draft, equation=replace(draft.equation, terms=tuple(terms))) if changes else draft
 
     def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
         """One light's term without the effect; None where it cannot be left out."""

@@ -9,6 +9,7 @@ import math
 import numpy as np
 import pytest
 import pyvista as pv
+from sky_oracle import texels
 from strategies import Dice
 
 from pvphong import BlinnPhong, EnvironmentLight, LightModel, Material, Scene, Viewer, evaluate, plan
@@ -32,33 +33,11 @@ def lit(light, normals, material=WHITE, eye=(0.0, 0.0, 9.0), **options):
     return evaluate(np.zeros_like(normals), normals, scene, material, **options).rgb
 
 
-def texels_of(light, fineness):
-    """Ways (k, 3) to the texels of a light's image, each divided, with solid angles (k,) and colours (k, 3).
-
-    Written apart from the light: from what its docstring says of rows, columns, `up` and `rotation`.
-    """
-    image = np.asarray(light.image.image, np.float64).repeat(fineness, axis=0).repeat(fineness, axis=1)
-    height, width, _ = image.shape
-    up = np.array(light.up) / np.linalg.norm(light.up)
-    ahead = np.array([1.0, 0.0, 0.0]) - up[0] * up
-    ahead /= np.linalg.norm(ahead)
-    turned = math.radians(light.rotation)
-    ahead = math.cos(turned) * ahead + math.sin(turned) * np.cross(up, ahead)
-    right = np.cross(ahead, up)
-    theta = (np.arange(height) + 0.5) / height * math.pi
-    phi = ((np.arange(width) + 0.5) / width - 0.5) * 2.0 * math.pi
-    theta, phi = (a.ravel() for a in np.meshgrid(theta, phi, indexing="ij"))
-    sine = np.sin(theta)[:, None]
-    ways = sine * (np.cos(phi)[:, None] * ahead + np.sin(phi)[:, None] * right) + np.cos(theta)[:, None] * up
-    areas = (np.cos(theta - 0.5 * math.pi / height) - np.cos(theta + 0.5 * math.pi / height)) * 2.0 * math.pi / width
-    return ways, areas, image.reshape(-1, 3)
-
-
 def sky(seed, height=4, width=6, **fields):
     dice = Dice(seed)
-    texels = np.random.default_rng(seed).uniform(0.0, 1.0, (height, width, 3))
+    image = np.random.default_rng(seed).uniform(0.0, 1.0, (height, width, 3))
     up = tuple(dice.vector().tolist())
-    return EnvironmentLight(texels, up, dice.uniform(-180, 180), **fields)
+    return EnvironmentLight(image, up, dice.uniform(-180, 180), **fields)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -76,7 +55,7 @@ def test_under_a_white_sky_a_white_patch_is_white_wherever_it_faces(precision, b
 @pytest.mark.parametrize("seed", range(6))
 def test_it_lights_a_patch_as_its_image_does_within_what_the_bands_beyond_hold(seed):
     light, normals = sky(seed), normals_of(seed)
-    ways, areas, colors = texels_of(light, 48)
+    ways, areas, colors = texels(light, (48, 48))
     exact = np.array([np.maximum(ways @ n, 0.0) * areas @ colors for n in normals]) / math.pi
     off = np.abs(lit(light, normals) - exact).max()
     assert off <= light.left_out(DIFFUSE, light.bands) + 1e-5 < 2e-3
@@ -92,7 +71,7 @@ def lit_by_nodes(light, normals, count, material=WHITE):
 @pytest.mark.parametrize("shininess", [4.0, 20.0, 60.0])
 def test_its_highlight_is_its_image_blurred_by_the_lobe(shininess):
     light = sky(3)
-    ways, areas, colors = texels_of(light, 48)
+    ways, areas, colors = texels(light, (48, 48))
     for spread, cut in ((0.25, 1e-4 if shininess > 5 else 0.02), (3.0, 0.5 / (shininess + 1.0))):  # up to the horizon
         normals = normals_of(3) * spread + (0.0, 0.0, 1.0)
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)

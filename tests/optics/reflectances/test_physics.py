@@ -140,22 +140,6 @@ def test_what_stands_in_for_a_base_reflects_as_much_in_all(reflectance):
 # --- in scenes ---
 
 
-@pytest.mark.parametrize("metallic", [0.0, 0.4, 1.0])
-@pytest.mark.parametrize("backend", ["numpy", COMPILED])
-def test_an_albedo_is_as_if_each_vertex_had_a_material_of_its_own(metallic, backend):
-    random = np.random.default_rng(4)
-    points, normals, albedo = random.normal(size=(3, 12, 3))
-    albedo = np.clip(np.abs(albedo), 0.0, 1.0)
-    scene = Scene([PointLight((3, 2, 4))], Viewer((0, 0, 9)), LightModel(clamp=False))
-    material = Material(ambient=0.0, diffuse=(0.9, 0.6, 0.3), reflectance=PBR(metallic, 0.4))
-    how = {"precision": "float64"}
-    lit = evaluate(points, normals, scene, replace(material, albedo=albedo), backend=backend, **how).rgb
-    for k in range(12):
-        own = replace(material, diffuse=tuple(albedo[k] * material.diffuse))
-        found = evaluate(points[k : k + 1], normals[k : k + 1], scene, own, **how).rgb[0]
-        np.testing.assert_allclose(lit[k], found, rtol=1e-12, atol=1e-15)
-
-
 @pytest.mark.parametrize("light", LIGHT_TYPES)
 @pytest.mark.parametrize("name", REFLECTANCES)
 def test_every_light_lights_every_reflectance(name, light):

@@ -132,28 +132,8 @@ def test_colours_for_a_display_are_the_rounded_floats(vertices):
     assert len(np.unique(shown)) > 100
 
 
-@pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_a_matrix_is_the_references_whatever_its_last_entry(vertices, precision):
-    shear = np.array([[1, 0.4, 0, 2], [0, 1.5, 0.3, 0], [0, 0, -0.7, 1], [0, 0, 0, 1.0]])
-    how = {"name": "lamp", "precision": precision}
-    lit = shade(vertices, backend="numba", matrix=shear, **how)
-    np.testing.assert_array_equal(shade(vertices, backend="numba", matrix=4.0 * shear, **how), lit)
-    np.testing.assert_allclose(lit, shade(vertices, backend="numpy", matrix=shear, **how), atol=1e-5)
-
-
 def result_of(rows, **arrays):
     return Shading(np.full((rows, 3), 7.0, np.float32), **arrays)
-
-
-@pytest.mark.parametrize("lights", [[], [replace(SUN, ambient=0.3)], [replace(LAMP, ambient=0.3)]])
-def test_the_type_of_what_is_not_read_compiles_nothing(lights):
-    scene, matt = ph.Scene(lights), ph.Material(ambient=0.5, diffuse=0.0)
-    rows = np.ones((9, 3), np.float32)
-    ph.evaluate(rows, rows, *scene_of("lamp"), backend="numba")
-    before = len(kernel._library())
-    unread = np.zeros((9, 3))
-    ph.evaluate(rows, unread, scene, matt, backend="numba")
-    assert len(kernel._library()) == before
 
 
 def test_it_declines_what_it_cannot_do_and_writes_nothing(vertices):
@@ -164,24 +144,6 @@ def test_it_declines_what_it_cannot_do_and_writes_nothing(vertices):
     assert (result.rgb == 7.0).all()
     with_parts = result_of(COUNT, base=np.zeros((COUNT, 3), np.float32))
     assert not kernel.shade(points, normals, assemble(*scene_of("lamp"), None), {}, with_parts)
-
-
-@pytest.mark.parametrize("intensity", [1e30, 1e40, 1e300])
-def test_lights_as_bright_as_they_are_far_away(vertices, intensity):
-    far = ph.PointLight(position=(0, 0, 1e20), attenuation=(0, 0, 1), intensity=intensity)
-    lit = [ph.evaluate(*vertices, ph.Scene([far]), DULL, backend=backend).rgb for backend in ("numba", "numpy")]
-    np.testing.assert_allclose(*lit, atol=1e-5)
-
-
-def test_what_reaches_the_vertices_does_not_choose_the_evaluator():
-    """By the lights that a plan leaves, one spoiled vertex would send all the others to the other evaluator."""
-    away = ph.SpotLight(position=(0, 0, 50), direction=(0, 0, 1), cone_angle=30)
-    scene = ph.Scene([away, LAMP])
-    points, normals = np.random.default_rng(8).normal(size=(2, 150_000, 3)).astype(np.float32)
-    before = ph.evaluate(points, normals, scene, SHINY).rgb
-    points[-1] = np.nan
-    after = ph.evaluate(points, normals, scene, SHINY).rgb
-    np.testing.assert_array_equal(after[:-1], before[:-1])
 
 
 @pytest.mark.parametrize(("has_run", "count"), [(False, 150_000), (True, 5_000)])

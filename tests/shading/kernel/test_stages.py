@@ -39,17 +39,6 @@ def lit(light, reflectance, seed, precision, shade_by="numba", albedo=1.0):
     return ph.evaluate(points, normals, scene, material, precision=precision, backend=shade_by).rgb
 
 
-@pytest.mark.parametrize("precision", STEPS)
-@pytest.mark.parametrize("kind", LIGHT_TYPES)
-def test_a_light_is_the_references(kind, precision):
-    for seed in range(4):
-        light = light_of(kind, Dice(seed))
-        difference = lit(light, None, seed, precision) - lit(light, None, seed, precision, "numpy")
-        n = max(20.0, getattr(light, "exponent", 0.0))
-        allowed = 2 * (4 * np.sqrt(n) + 16) * STEPS[precision] * (1 + len(light.nodes(64)))
-        assert np.abs(difference).max() <= allowed
-
-
 def test_a_light_whose_formula_is_not_marked_is_the_references(monkeypatch):
     light = light_of("spot", Dice(1))
     marked = light.placement

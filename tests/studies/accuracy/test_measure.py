@@ -1,7 +1,6 @@
 """The report on accuracy and time: its errors are those of `evaluate`, its error bounds hold, its choice is right."""
 
 import csv
-import re
 import sys
 import time
 from dataclasses import replace
@@ -45,9 +44,6 @@ def row(report, name):
 def exact(mesh, scene, material, **options):
     normals = mesh.point_data.active_normals
     return ph.evaluate(mesh.points, normals, scene, material, precision="float64", backend="numpy", **options).rgb
-
-
-# -- what is measured
 
 
 def test_arithmetic_error_is_that_of_evaluate(mesh, report):
@@ -149,9 +145,6 @@ def test_a_cloud_has_no_inside():
     assert not any(row.kind == "interpolation" and not row.is_peer for row in found.rows)
 
 
-# -- predicted error bounds
-
-
 def test_the_plans_row_says_what_was_predicted(mesh, report):
     planned = row(report, "plan at 1/255")
     plan = mesh.phong.plan(SCENE, SHINY, tolerance=STEP)
@@ -171,18 +164,6 @@ def test_no_approximation_errs_by_more_than_is_predicted():
     assert count > 60, "approximations are really taken"
 
 
-def test_predicted_bounds_name_lights_as_the_plan_does(mesh):
-    lights = [replace(SUN, name="")] * 3
-    scene = replace(SCENE, lights=lights)
-    subject = Subject(mesh.points, mesh.point_data.active_normals, scene, ph.Material(), None)
-    (bound,) = predicted_bounds(subject, 0.02)
-    assert re.findall(r"(light \d): far away", bound.why) == ["light 0", "light 1", "light 2"]
-    assert "light 0, light 1, light 2: far away" in subject.plan(0.02).effects[bound.effect].why
-
-
-# -- the ledger
-
-
 def test_the_ledger_tells_error_reason_and_whether_it_runs(mesh, report):
     entries = {entry.effect: entry for entry in report.ledger}
     assert set(entries) == {effect.name for effect in EFFECTS} | {"light sun", "light lamp", "light glow"}
@@ -199,9 +180,6 @@ def test_the_ledger_tells_error_reason_and_whether_it_runs(mesh, report):
     assert entries["lights"].cost.median > entries["ambient"].cost.median
 
 
-# -- time
-
-
 def test_the_time_budget_is_kept(mesh):
     for seconds in (0.5, 3.0):
         start = time.process_time()
@@ -215,17 +193,6 @@ def test_what_there_is_no_time_for_is_said(mesh):
     assert "there was no time for it" in found.left_out.values()
     assert {"float64 reference", "float32 NumPy", "plan at 1/255"} <= {row.name for row in found.rows}
     assert "left out" in found.explain()
-
-
-# -- what comes out
-
-
-def test_the_whole_report_names_everything(report):
-    shown = report.explain()
-    parts = ("What each effect costs", "Error bounds that the plan predicted", "measured on", "noise", "cores")
-    for text in ("float64 reference", "plan at 1/255", "VTK per pixel", "At the vertices", "Inside triangles", *parts):
-        assert text in shown
-    assert repr(report).startswith("<Tradeoff of ")
 
 
 def test_csv_has_a_line_per_row(report, tmp_path):

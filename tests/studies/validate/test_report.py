@@ -1,7 +1,5 @@
 """The report on pvphong against VTK."""
 
-from __future__ import annotations
-
 import re
 from importlib.metadata import version
 from itertools import product
@@ -28,10 +26,6 @@ def test_every_scene_is_within_its_bound(report):
         assert row.ratio < 0.5, row.case.title  # far from the bound
         if row.case.lights:
             assert np.nanstd(row.comparison.vtk) > 0.005, row.case.title  # there is something to see
-    print(report.summary())
-
-
-def test_the_pictures_agree(report):
     assert [images.max_difference <= 2 for images in report.pictures.values()] == [True, True]
 
 

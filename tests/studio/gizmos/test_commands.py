@@ -29,9 +29,9 @@ def keys_that_edit(*what):
 
 
 @pytest.fixture
-def mouse():
+def mouse(new_plotter):
     """Of a plotter with three lights and two balls of gold."""
-    plotter = pv.Plotter(off_screen=True, window_size=(400, 300), lighting="none")
+    plotter = new_plotter((400, 300))
     for light in LIGHTS:
         plotter.phong.add_light(light)
     for name, center in (("left", LEFT), ("right", RIGHT)):
@@ -41,8 +41,7 @@ def mouse():
     plotter.phong.add_gizmos()
     mouse = Mouse(plotter)
     mouse.move((5, 5))
-    yield mouse
-    plotter.close()
+    return mouse
 
 
 @pytest.fixture

@@ -25,21 +25,17 @@ FROM = [(0, -5, 2.5), (0, 0, 0.2), (0, 0, 1)]
 
 
 @pytest.fixture
-def new_mouse():
+def new_mouse(new_plotter):
     """Makes a plotter with a ball and lights, and gives its mouse; with gizmos unless `gizmos` is None."""
-    made = []
 
-    def make(*lights, gizmos=(), size=(400, 300), **options):
-        plotter = pv.Plotter(off_screen=True, window_size=size, lighting="none", **options)
-        made.append(plotter)
+    def make(*lights, gizmos=(), **options):
+        plotter = new_plotter((400, 300), **options)
         furnish(plotter, lights)
         if gizmos is not None:
             plotter.phong.add_gizmos(**dict(gizmos))
         return Mouse(plotter)
 
-    yield make
-    for each in made:
-        each.close()
+    return make
 
 
 def furnish(plotter, lights):
@@ -153,8 +149,7 @@ def test_modifiers_constrain_and_snap_in_steps_that_can_be_chosen(new_mouse):
     mouse.drag(mouse.at("spot", "cone"), (-9, 0), control=True)
     assert mouse.gizmo("spot").light.cone_angle % 7.5 == 0
     mouse.drag(mouse.at("lamp", "position"), (-31, 12), control=True)
-    steps = np.array(mouse.gizmo("lamp").light.position) / 0.125
-    np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
+    np.testing.assert_array_equal(np.mod(mouse.gizmo("lamp").light.position, 0.125), 0.0)
     with pytest.raises(ValueError, match=r"^angle_step must be a finite number > 0 and <= 90; got 0"):
         mouse.plotter.phong.add_gizmos(angle_step=0)
     assert len(mouse.plotter.phong.gizmos) == 2
@@ -186,21 +181,17 @@ def test_a_light_removed_during_a_drag(new_mouse, others, moves_on):
 @pytest.mark.parametrize("light_type", ["scene light", "camera light"])
 @pytest.mark.parametrize("positional", [True, False])
 def test_a_light_of_pyvista_is_changed_in_place(new_mouse, light_type, positional):
-    def state():
-        return light.position, light.focal_point, light.cone_angle, seen(plotter)[1]
-
     light = pv.Light(position=(0.6, -0.3, 0.9), light_type=light_type, positional=positional, cone_angle=30)
-    mouse = new_mouse(light)
-    plotter, (only,) = mouse.plotter, mouse.plotter.phong.gizmos
-    before = state()
+    mouse, kind = new_mouse(light), light.GetLightType()
+    (only,) = mouse.plotter.phong.gizmos
+    before = light.position, light.focal_point, light.cone_angle
     mouse.drag(mouse.at(only.handles["target"]), (16, 12))
-    assert state()[:3] != before[:3]
-    assert state()[3] != before[3]
-    assert light.GetLightType() == pv.Light(light_type=light_type).GetLightType()
-    plotter.phong.undo()
-    assert state() == before
+    assert (light.position, light.focal_point, light.cone_angle) != before
+    assert light.GetLightType() == kind
+    mouse.plotter.phong.undo()
+    assert (light.position, light.focal_point, light.cone_angle) == before
     light.position = (0.5, 0.25, 1.5)  # in code: the gizmo follows
-    plotter.render()
+    mouse.plotter.render()
     if positional and light_type == "scene light":
         assert only.light.position == only.handles["position"] == (0.5, 0.25, 1.5)
 
@@ -306,43 +297,41 @@ def test_a_typed_value_is_one_step(new_mouse, kind):
         assert mouse.gizmo("it").light.values(Place) == [(1.0, -0.5, 2.25)]
 
 
-def test_escape_gives_up_what_is_typed_and_an_empty_text_is_no_step(chosen):
-    before = seen(chosen.plotter)
-    chosen.key("Return")
-    type_keys(chosen, "2")
+def test_what_is_given_up_or_empty_or_no_value_is_no_step(chosen):
+    def enter(*texts):
+        chosen.key("Return")
+        for text in texts:
+            type_keys(chosen, text)
+        return interaction.edit
+
+    before, interaction = seen(chosen.plotter), interaction_of(chosen)
+    enter("2")
     chosen.key("BackSpace")
     assert seen(chosen.plotter) == before
     chosen.key("Return")
-    chosen.key("Return")
-    type_keys(chosen, "2")
+    enter("2")
     chosen.key("Escape")
     assert seen(chosen.plotter) == before
+    enter()
+    names = [*chosen.gizmo("it").handles, "intensity"]
+    for name in [*names, *names]:  # Tab takes, and goes on
+        assert interaction.edit.handle == name
+        chosen.key("Tab")
+    chosen.key("Escape")
+    interaction.grabbed_last = "intensity"
+    edit = enter("-1")
+    chosen.key("Return")
+    assert "intensity must be a finite number >= 0; got -1.0." in " ".join(edit.readout.split())
+    assert seen(chosen.plotter) == before
+    chosen.key("Escape")
     assert not chosen.plotter.phong.undo()
     chosen.key("m")  # keys are commands again
     assert not chosen.gizmo("it").light.on
-
-
-def test_tab_takes_and_goes_on(chosen):
-    interaction = interaction_of(chosen)
+    enter("2")
+    chosen.plotter.phong.remove_light("it")
+    chosen.key("3")
     chosen.key("Return")
-    names = [*chosen.gizmo("it").handles, "intensity"]
-    for name in [*names, names[0]]:
-        assert interaction.edit.handle == name
-        chosen.key("Tab")
-    assert not chosen.plotter.phong.undo()
-
-
-def test_a_text_that_is_no_value_cannot_be_taken_and_says_why(chosen):
-    before = seen(chosen.plotter)
-    interaction = interaction_of(chosen)
-    interaction.grabbed_last = "intensity"
-    chosen.key("Return")
-    type_keys(chosen, "-1")
-    chosen.key("Return")
-    assert "intensity must be a finite number >= 0; got -1.0." in " ".join(interaction.edit.readout.split())
-    assert seen(chosen.plotter) == before
-    chosen.key("Escape")
-    assert not chosen.plotter.phong.undo()
+    assert [light.name for light in chosen.plotter.phong.lights] == ["other"]
 
 
 def test_while_typing_nobody_else_hears_the_keys(chosen):
@@ -376,15 +365,6 @@ def test_digits_during_a_drag_take_its_place(chosen):
     chosen.key("Escape")
     chosen.release(end)
     assert seen(chosen.plotter) == before
-
-
-def test_a_light_removed_while_a_value_is_typed(chosen):
-    chosen.key("Return")
-    type_keys(chosen, "2")
-    chosen.plotter.phong.remove_light("it")
-    chosen.key("3")
-    chosen.key("Return")
-    assert [light.name for light in chosen.plotter.phong.lights] == ["other"]
 
 
 # --- looks ---
@@ -449,7 +429,7 @@ def test_behind_the_camera_a_handle_cannot_be_grabbed(mouse, plotter):
     assert plotter.phong.lights == before
 
 
-def test_gizmos_are_no_part_of_the_scene(new_mouse):
+def test_gizmos_are_no_part_of_the_scene_and_removed_leave_nothing(new_mouse):
     def scene():
         shown.reset_camera()
         solid = [prop for prop in shown.renderer.GetViewProps() if prop.IsA("vtkProp3D")]
@@ -459,10 +439,20 @@ def test_gizmos_are_no_part_of_the_scene(new_mouse):
     shown = mouse.plotter
     lit = shown.phong.mesh(shown.renderer.actors["ball"])
     before, evaluations = scene(), lit.evaluations
+    clean, props = picture(shown), shown.renderer.GetViewProps().GetNumberOfItems()
     shown.phong.add_gizmos()
     assert scene() == before
-    assert not vtk.vtkPropPicker().Pick(*mouse.at("lamp", "position"), 0, shown.renderer)
+    at = mouse.at("lamp", "position")
+    assert not vtk.vtkPropPicker().Pick(*at, 0, shown.renderer)
     assert lit.evaluations - evaluations <= 1
+    assert (picture(shown) != clean).any()
+    for _ in range(2):
+        shown.phong.remove_gizmos()
+    assert shown.phong.gizmos == ()
+    assert shown.renderer.GetViewProps().GetNumberOfItems() == props
+    np.testing.assert_array_equal(picture(shown), clean)
+    mouse.drag(at, (9, 9))
+    assert shown.phong.lights == (LAMP, SPOT, SUN)
 
 
 # --- what is said ---
@@ -548,25 +538,6 @@ def test_each_subplot_has_its_own(new_mouse):
 
 
 # --- the end ---
-
-
-def test_removed_gizmos_leave_nothing(new_mouse):
-    def state():
-        return shown.renderer.GetViewProps().GetNumberOfItems(), picture(shown).tobytes()
-
-    mouse = new_mouse(LAMP, gizmos=None)
-    shown = mouse.plotter
-    clean = state()
-    shown.phong.add_gizmos()
-    at = mouse.at("lamp", "position")
-    assert state()[1] != clean[1]
-    shown.phong.remove_gizmos()
-    shown.phong.remove_gizmos()
-    assert shown.phong.gizmos == ()
-    assert state() == clean
-    mouse.move(at)
-    mouse.drag(at, (9, 9))
-    assert shown.phong.lights == (LAMP,)
 
 
 @pytest.mark.parametrize("end", [pv.Plotter.close, pv.Plotter.deep_clean, pv.Plotter.clear])

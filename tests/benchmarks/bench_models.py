@@ -1,0 +1,105 @@
+"""What lights with a size and reflectances cost in compiled code, in float32, beside Phong's, Lambert's and 64 nodes.
+
+    python tests/benchmarks/bench_models.py
+
+A million vertices of a sphere; processor time of all threads together, the least of some rounds in turns, in one run.
+Errors are against the float64 reference. Lights are seen from beside them, and against them, where the horizon cuts
+highlights.
+"""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+from common import least_in_turns
+
+import pvphong as ph
+
+SIDE, ROUNDS, FEW = 1000, 9, 20000
+PLACE, AIM = (1.5, -1.0, 2.0), (-1.5, 1.0, -2.0)
+SIZED = {
+    "sphere": ph.SphereLight(PLACE, 0.3, intensity=5),
+    "square": ph.RectangleLight(PLACE, AIM, (0, 0, 1), 0.6, 0.6, intensity=5),
+    "disk": ph.DiskLight(PLACE, AIM, 0.3, intensity=5),
+    "sky": ph.EnvironmentLight(np.random.default_rng(0).uniform(0.0, 1.0, (8, 16, 3))),
+}
+POINT = ph.PointLight(PLACE, (0, 0, 1), intensity=5)
+THREE = [ph.PointLight(at) for at in ((3, 1, 2), (-3, 1, 2), (0, 3, 3))]
+VIEWS = {"from beside the lights": (1.5, -2.0, 3.0), "against the lights": (-2.5, 1.5, 1.0)}
+MATT = ph.Material(diffuse=0.6)
+HALF, SHINY = ph.Material(diffuse=0.5), ph.Material(diffuse=0.5, specular=0.5)
+LAMBERT, PHONG = "Lambert", "Phong"
+REFLECTANCES = {  # beside which, and how many times that is asked for
+    LAMBERT: (HALF, LAMBERT, None),
+    PHONG: (replace(SHINY, shininess=20), PHONG, None),
+    "Blinn-Phong": (replace(SHINY, reflectance=ph.BlinnPhong(80)), PHONG, None),
+    "modified Phong": (replace(SHINY, reflectance=ph.ModifiedPhong(20)), PHONG, None),
+    "metal": (ph.Material(diffuse=0.1, reflectance=ph.Metal((1.0, 0.78, 0.34), 20)), PHONG, 1.2),
+    "Oren-Nayar": (replace(HALF, reflectance=ph.OrenNayar(25)), LAMBERT, 1.5),
+    "retro": (replace(SHINY, reflectance=ph.Retro(20)), PHONG, None),
+    "Ward": (replace(SHINY, reflectance=ph.Ward(0.1, 0.4)), PHONG, None),
+    "GGX": (replace(HALF, reflectance=ph.GGX(0.3)), PHONG, 1.6),
+    "PBR": (replace(HALF, reflectance=ph.PBR(0.0, 0.3)), PHONG, None),
+}
+
+
+def ball():
+    """Vertices row by row, which are their normals too."""
+    theta, phi = np.meshgrid(np.linspace(1e-3, np.pi - 1e-3, SIDE), np.linspace(0, 2 * np.pi, SIDE), indexing="ij")
+    points = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
+    return points.reshape(-1, 3).astype(np.float32)
+
+
+def lit(points, lights, material, eye, **options):
+    scene = ph.Scene(lights, ph.Viewer(eye), ph.LightModel(ambient=0.0))
+    return ph.evaluate(points, points, scene, material, **({"backend": "numba"} | options)).rgb
+
+
+def least(points, cases, eye):
+    calls = {name: (lambda case=case: lit(points, *case, eye)) for name, case in cases.items()}
+    return least_in_turns(calls, ROUNDS, time.process_time)
+
+
+def lights_with_a_size(points, eye):
+    cases = {
+        "point, shininess 20": ([POINT], replace(MATT, specular=0.4, shininess=20)),
+        "point, matt": ([POINT], MATT),
+    }
+    for kind, light in SIZED.items():
+        cases[f"{kind}, matt"] = [light], MATT
+        for power in (20, 1000):
+            cases[f"{kind}, shininess {power}"] = [light], replace(MATT, specular=0.4, shininess=power)
+        if kind != "sky":
+            nodes = [replace(node, intensity=node.intensity * light.intensity) for node in light.nodes(64)]
+            cases[f"{kind}, 64 nodes"] = nodes, replace(MATT, specular=0.4, shininess=20)
+    seconds, some = least(points, cases, eye), points[:: len(points) // FEW]
+    for name, (lights, material) in cases.items():
+        whole = [SIZED[name.split(",")[0]]] if name.endswith("nodes") else lights
+        exact = lit(some, whole, material, eye, precision="float64", backend="numpy")
+        error, times = (
+            np.abs(lit(some, lights, material, eye) - exact).max(),
+            seconds[name] / seconds[next(iter(cases))],
+        )
+        print(f"{name:24} {seconds[name] * 1e3:8.1f} ms  {times:7.1f} x a point with highlight  error {error:.1e}")
+
+
+def reflectances(points, eye):
+    tangents = np.roll(points, 1, axis=1)
+    cases = {name: (THREE, replace(material, tangents=tangents)) for name, (material, _, _) in REFLECTANCES.items()}
+    seconds = least(points, cases, eye)
+    for name, (_, beside, most) in REFLECTANCES.items():
+        asked = "" if most is None else f", at most {most} asked for"
+        print(f"{name:24} {1e3 * seconds[name]:8.1f} ms  {seconds[name] / seconds[beside]:7.2f} x {beside}{asked}")
+
+
+def main():
+    points = ball()
+    for where, eye in VIEWS.items():
+        print(f"{len(points):,} vertices, seen {where}")
+        lights_with_a_size(points, eye)
+    print("three point lights")
+    reflectances(points, (0, 0, 5))
+
+
+if __name__ == "__main__":
+    main()
