@@ -44,14 +44,7 @@ from strategies import Case
 
 STEP = {"float64": 2.0**-53, "float32": 2.0**-24}
 BAND = 8
-FIELDS = {
-    "rgb": "color",
-    "ambient": "ambient",
-    "diffuse": "diffuse",
-    "specular": "specular",
-    "emission": "emission",
-    "per_light": "per_light",
-}
+FIELDS = {"rgb": "color"} | {name: name for name in ("ambient", "diffuse", "specular", "emission", "per_light")}
 """Name in a `Shading` → name in the oracle's `Shade`."""
 
 
@@ -63,10 +56,6 @@ class Judgement:
     report: str
     vertices: int
     left_out: int
-
-
-def largest(color: Any) -> float:
-    return float(np.max(color))
 
 
 def capped(power: float, case: Case) -> float:
@@ -86,7 +75,7 @@ def coefficient(case: Case, facts: tuple[LightFacts, ...]) -> float:
             continue
         specular = light.diffuse if light.specular is None else light.specular
         pairs = ((material.ambient, light.ambient), (material.diffuse, light.diffuse), (material.specular, specular))
-        products += [float(fact.strength) * largest(k) * largest(color) for k, color in pairs]
+        products += [float(fact.strength) * float(np.max(k)) * float(np.max(color)) for k, color in pairs]
     return max(products)
 
 
@@ -185,20 +174,9 @@ def undecidable(case: Case, s: Shade, band: float) -> bool:
 def judge(
     case: Case, shading: Any, precision: str, *, badly_posed: float = math.inf, fields: dict[str, str] = FIELDS
 ) -> Judgement:
-    """Compare a `Shading` with components against the oracle, on a case whose vertices are all finite.
+    """Compare `fields` of a `Shading` with the oracle, by a precision's bound, on a case whose vertices are all finite.
 
-    Parameters
-    ----------
-    case : Case
-        As it was evaluated.
-    shading : Shading
-        The evaluator's answer.
-    precision : {"float64", "float32"}
-        Whose bound.
-    badly_posed : float
-        Vertices with a larger κ are left out too.
-    fields : dict of str to str
-        What the evaluator gives: some of `FIELDS`.
+    Vertices with a κ larger than `badly_posed` are left out too.
     """
     step = STEP[precision]
     shades = shade(*case.arguments, **case.options)

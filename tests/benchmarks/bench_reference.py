@@ -1,23 +1,80 @@
-"""How fast the reference evaluator is, beside a textbook's NumPy, and what it needs: `python bench_reference.py`.
+"""How fast the reference evaluator is, what its stability costs, and what it needs: `python bench_reference.py`.
 
-The studies' `test_peers.py` shows that both compute the same thing.
+Against itself with naive formulas, blocks, memory layout and the order of the work are the same; these differ:
+
+- highlights: the power of r·v or n·h, where the evaluator takes the power of a chord;
+- cones: the cosine with the axis and its power, where it takes a chord too;
+- vectors: divided by their length, where it looks for lengths that would overflow first;
+- positions, in the last variant: float32 where the result is float32, where they are always float64.
+
+`test_naive_block.py` and the studies' `test_peers.py` show that all compute the same thing.
 """
 
 import tempfile
 import time
 import tracemalloc
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from statistics import median
+from unittest import mock
 
 import numpy as np
 from common import apart, in_turns, mark, measured_scene, table, textbook, vertices
+from naive_block import naive_highlights
 from rich.console import Console
 
 from pvphong import DirectionalLight, LightModel, Material, Scene, SpotLight, evaluate, normal_matrix
+from pvphong.base.vectors import dot
+from pvphong.optics import light
+from pvphong.optics.attenuation import attenuate
+from pvphong.optics.light import Arrival
+from pvphong.shading import reference
 
 COUNT, MANY = 250_000, 10_000_000
 REPEATS, IMPORTS = 15, 7
-ALLOWED_MEMORY, ALLOWED_MATRIX, ALLOWED_IMPORT = 64 * 2**20, 1e-3, 0.050
+ALLOWED_LOSS, ALLOWED_MEMORY, ALLOWED_MATRIX, ALLOWED_IMPORT = 0.25, 64 * 2**20, 1e-3, 0.050
+
+
+def naive_directions_to(target, points, real):
+    """`naive_towards`, in the form that lights take."""
+    direction, distance = naive_towards(target, points, real)
+    return direction, 1.0, distance
+
+
+def naive_towards(target, points, real):
+    """Unit vectors and distances, whatever the numbers."""
+    difference = np.empty(points.shape, real)
+    np.subtract(np.array(target, points.dtype)[:, None], points, out=difference, casting="same_kind")
+    distance = np.sqrt(dot(difference, difference))
+    difference /= distance
+    return difference, distance
+
+
+def naive_moderate(w, real):
+    w = w.astype(real, order="C")
+    return w, 1.0 / np.sqrt(dot(w, w))
+
+
+def naive_spot(self, points, real=np.float64):
+    directions, _, distance = naive_directions_to(self.position, points, real)
+    axis = np.array(self.direction, real)
+    cosine = -dot(axis[:, None] / np.sqrt(axis @ axis), directions)
+    inside = cosine >= real(np.cos(np.radians(self.cone_angle)))
+    factor = np.where(inside, np.maximum(cosine, 0) ** real(self.exponent), 0)
+    return Arrival(directions, attenuate(distance, self.attenuation) * factor)
+
+
+@contextmanager
+def naive_formulas(real):
+    """While it lasts, `evaluate` computes with naive formulas, from positions in the float type `real`."""
+    with ExitStack() as stack:
+        stack.enter_context(naive_highlights())
+        replaced = [(reference, "moderate", naive_moderate), (reference, "towards", naive_towards)]
+        replaced += [(light, "directions_to", naive_directions_to), (SpotLight, "arrival", naive_spot)]
+        replaced += [(reference, "columns", lambda rows: rows.T.astype(real, order="C"))]
+        for owner, name, naive in replaced:
+            stack.enter_context(mock.patch.object(owner, name, naive))
+        yield
 
 
 def scenes():
@@ -40,12 +97,21 @@ def scenes():
 
 
 def measure(scene, material, precision):
-    """Seconds of the evaluator and of the textbook, by name; medians."""
+    """Seconds of the evaluator, of naive formulas, and of the textbook, by name; medians."""
     points, normals = vertices(COUNT, precision)
-    variants = {
-        "stable": lambda: evaluate(points, normals, scene, material, precision=precision, backend="numpy"),
-        "textbook": lambda: textbook(points, normals, scene, material),
-    }
+
+    def run():
+        evaluate(points, normals, scene, material, precision=precision, backend="numpy")
+
+    def run_naive(real):
+        with naive_formulas(real), np.errstate(all="ignore"):
+            run()
+
+    variants = {"stable": run, "naive": lambda: run_naive(np.float64)}
+    if precision == "float32":
+        variants["float32 throughout"] = lambda: run_naive(np.float32)
+    else:
+        variants["textbook"] = lambda: textbook(points, normals, scene, material)
     return {name: median(times) for name, times in in_turns(variants, REPEATS, time.process_time).items()}
 
 
@@ -90,14 +156,21 @@ def import_seconds():
 
 
 def main():
-    title = f"CPU time per vertex, median of {REPEATS} runs in turns over {COUNT:,} vertices"
-    speed = table(title, "scene", "precision", "stable", "textbook", "textbook over it", texts=2)
+    title = f"CPU time per vertex, median of {REPEATS} runs in turns over {COUNT:,} vertices, and what stability costs"
+    headings = "scene", "precision", "stable", "naive", "loss", "float32 throughout, textbook", "loss"
+    speed = table(title, *headings, texts=2)
     for name, (scene, material) in scenes().items():
         for precision in ("float32", "float64"):
-            stable, book = measure(scene, material, precision).values()
-            speed.add_row(
-                name, precision, *(f"{each / COUNT * 1e9:.0f} ns" for each in (stable, book)), f"{book / stable:.2f}"
-            )
+            seconds = measure(scene, material, precision)
+            cells = [f"{seconds['stable'] / COUNT * 1e9:.0f} ns"]
+            for naive in ("naive", "float32 throughout"):
+                if naive in seconds:
+                    loss = 1.0 - seconds[naive] / seconds["stable"]
+                    verdict = f"[{'green' if loss < ALLOWED_LOSS else 'red'}]{loss:+.0%}[/]"
+                    cells += [f"{seconds[naive] / COUNT * 1e9:.0f} ns", verdict]
+                else:
+                    cells += [f"{seconds['textbook'] / COUNT * 1e9:.0f} ns", ""]
+            speed.add_row(name, precision, *cells)
     console, others = Console(width=120), table("Beside speed", "what", "measured", "allowed", "met")
     for precision in ("float32", "float64"):
         peak, allowed = measure_memory(precision) / 2**20, ALLOWED_MEMORY / 2**20

@@ -60,25 +60,15 @@ def largest_error(points, normals, corners, scene, material, count) -> float:
     return worst
 
 
-def quartered(points, normals, corners):
-    """Every triangle cut into four through the middles of its sides."""
-    ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-    sides, number = np.unique(ends, axis=0, return_inverse=True)
-    ab, bc, ca = (len(points) + number.reshape(corners.shape)).T
-    a, b, c = corners.T
-    parts = [np.stack(part, axis=1) for part in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
-    grown = (np.concatenate([array, array[sides].mean(axis=1)]) for array in (points, normals))
-    return *grown, np.concatenate(parts)
-
-
 def uniform(mesh, scene, material) -> tuple[int, float]:
     """Points and error of the first level that reaches the tolerance, or of the last that is tried."""
-    level = mesh.points.astype(float), mesh.phong.normals().astype(float), mesh.regular_faces
+    level = pv.PolyData.from_regular_faces(mesh.points.astype(float), mesh.regular_faces)
+    level["n"] = mesh.phong.normals().astype(float)
     while True:
-        error = largest_error(*level, scene, material, count=8)
-        if error <= TOLERANCE or len(level[0]) > MOST_UNIFORM:
-            return len(level[0]), error
-        level = quartered(*level)
+        error = largest_error(level.points, level["n"], level.regular_faces, scene, material, count=8)
+        if error <= TOLERANCE or level.n_points > MOST_UNIFORM:
+            return level.n_points, error
+        level = level.subdivide(1, "linear")
 
 
 def row(name, mesh, scene, material) -> tuple[list[str], float]:

@@ -8,8 +8,6 @@ against all 4096 nodes, of which the adaptive rays are a part: at 500 rays a ver
 libigl's (pip install libigl), which weights its directions evenly, are those against 4096 rays of its own.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 import time

@@ -40,9 +40,6 @@ shaded, planned = (partial(ask, what, feature_angle="auto") for what in ("shade"
 validated = partial(ask, "validate")
 
 
-# --- the command itself ---
-
-
 def test_python_dash_m_and_version():
     command = [sys.executable, "-m", "pvphong", "--version"]
     assert subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip() == version("pvphong")
@@ -181,9 +178,6 @@ def test_a_viewer_that_looks_elsewhere_is_moved_to_see_the_mesh_and_that_is_said
         assert (pv.read("lit.png").active_scalars != 255).mean() > 0.01
 
 
-# --- plan, validate, diagnose ---
-
-
 REPORTED = {
     "plan sphere.vtp --feature-angle none": (0, lambda: planned("sphere.vtp", feature_angle=None)),
     "plan sphere.vtp --scene away.json --tolerance 0.1": (0, lambda: planned("sphere.vtp", "away.json", tolerance=0.1)),
@@ -267,9 +261,6 @@ def test_validate_all_writes_a_report_and_fails_with_its_scenes(monkeypatch, cap
     monkeypatch.setattr(vtk_report.Comparison, "passed", False)
     assert run("validate --all") == 1
     assert "2 of 2 scenes failed" in capsys.readouterr().out
-
-
-# --- tradeoff and demo ---
 
 
 def test_tradeoff_prints_the_report_and_writes_figure_and_numbers(capsys):

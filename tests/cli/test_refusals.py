@@ -114,9 +114,6 @@ def test_damaged_files_are_refused_or_read_as_they_are(count):
     assert {"0", "2"} <= {words.split()[1] for words in report["statuses"]}  # some are refused, and not all
 
 
-# --- many files ---
-
-
 def test_of_many_files_one_that_cannot_be_lit_makes_the_status_1(capsys):
     pytest.importorskip("distributed")
     assert run("shade sphere.vtp half.ply cube.vtp -o lit/ --workers 1 --material gold --compress none") == 1

@@ -94,9 +94,6 @@ def test_words_become_arguments_of_the_window(monkeypatch):
     assert [occluder.n_points for occluder in roofed["occluders"]] == [pv.read("roof.vtp").n_points]
 
 
-# --- no display ---
-
-
 @pytest.mark.parametrize("off_screen", [False, True])
 @pytest.mark.parametrize(("display", "got"), [(":99", ":99"), ("", "none")])
 def test_where_no_window_can_open_a_picture_is_offered(shown, monkeypatch, off_screen, display, got):
@@ -113,9 +110,6 @@ def test_a_display_that_is_not_there_is_an_error_and_no_crash():
     command = [sys.executable, "-m", "pvphong", "view", "sphere.vtp"]
     process = subprocess.run(command, capture_output=True, text=True, check=False, env=os.environ | {"DISPLAY": ":97"})
     assert (process.returncode, process.stderr[:25]) == (2, "error: DISPLAY must be a ")
-
-
-# --- keys ---
 
 
 @pytest.fixture

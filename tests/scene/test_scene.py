@@ -265,38 +265,17 @@ def unit(vector):
     return np.asarray(vector) / np.linalg.norm(vector)
 
 
-def as_vtk_has_it(light):
-    """The world light that stands where VTK's own transformed coordinates say; read after VTK has updated them."""
-    position, focal = light.GetTransformedPosition(), light.GetTransformedFocalPoint()
-    common = {
-        "diffuse": light.GetDiffuseColor(),
-        "specular": light.GetSpecularColor(),
-        "ambient": light.GetAmbientColor(),
-        "intensity": light.GetIntensity(),
-        "on": bool(light.GetSwitch()),
-    }
-    direction = np.subtract(focal, position)
-    if not light.GetPositional():
-        return DirectionalLight(direction=direction, **common)
-    common |= {"position": position, "attenuation": light.GetAttenuationValues()}
-    if light.GetConeAngle() >= 90:
-        return PointLight(**common)
-    return SpotLight(direction=direction, cone_angle=light.GetConeAngle(), exponent=light.GetExponent(), **common)
-
-
 def assert_vtks(scene, renderer):
-    """The scene's lights stand where VTK, brought up to date, has them, and are else the same."""
+    """The scene's lights stand where VTK, brought up to date, has them; what else is taken over is vtk/test_lights'."""
     renderer.UpdateLightsGeometryToFollowCamera()
-    expected = [as_vtk_has_it(light) for light in renderer.GetLights()]
     size = np.linalg.norm(scene.viewer.position) + scene.viewer.distance
-    for ours, vtks in zip(scene.world_lights, expected, strict=True):
-        assert type(ours) is type(vtks)
+    for ours, vtks in zip(scene.world_lights, renderer.GetLights(), strict=True):
+        position, focal = vtks.GetTransformedPosition(), vtks.GetTransformedFocalPoint()
         if hasattr(ours, "position"):
-            np.testing.assert_allclose(ours.position, vtks.position, atol=1e-13 * size)
+            np.testing.assert_allclose(ours.position, position, atol=1e-13 * size)
         if hasattr(ours, "direction"):
-            np.testing.assert_allclose(unit(ours.direction), unit(vtks.direction), atol=1e-12)
-        for field in ("diffuse", "specular", "ambient", "intensity", "on", "attenuation", "cone_angle", "exponent"):
-            assert getattr(ours, field, None) == getattr(vtks, field, None)
+            np.testing.assert_allclose(unit(ours.direction), unit(np.subtract(focal, position)), atol=1e-12)
+        assert (ours.diffuse, ours.specular) == (vtks.GetDiffuseColor(), vtks.GetSpecularColor())
     return scene
 
 

@@ -11,7 +11,7 @@ from stability.bounds import U, V
 
 from pvphong import LightModel, Material, Scene, Shading, evaluate
 from pvphong.base import threads
-from pvphong.shading import reference
+from pvphong.shading import kernel, reference
 
 STEPS = {"float32": V, "float64": U}
 
@@ -52,17 +52,7 @@ class Evaluator:
         return f"{self.precision}-{self.backend}"
 
 
-def _exists(backend: str) -> bool:
-    try:
-        evaluate(np.empty((0, 3)), np.empty((0, 3)), Scene(), Material(), backend=backend)
-    except ValueError as error:
-        if not str(error).startswith("backend"):
-            raise
-        return False
-    return True
-
-
-BACKENDS = [backend for backend in ("numpy", "numba") if _exists(backend)]
+BACKENDS = ["numpy", "numba"] if kernel.is_available() else ["numpy"]
 EVALUATORS = [Evaluator(backend, precision) for backend in BACKENDS for precision in STEPS]
 
 UNLIT = LightModel(ambient=0.0, clamp=False)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 import pyvista as pv
+from stability.bounds import assert_bits
 from stability.evaluators import BACKENDS, EVALUATORS
 from strategies import MATRIX_CLASSES, Case, Dice, hard_case, matrix_of, moderate_case, rotation, triple, unit
 
@@ -39,12 +40,7 @@ def arrays(shading: Shading) -> dict[str, np.ndarray]:
 
 def assert_same_bits(got: Shading, expected: Shading, rows: Any = slice(None), of_expected: Any = slice(None)) -> None:
     for name, array in arrays(expected).items():
-        ours, theirs = arrays(got)[name][..., rows, :], array[..., of_expected, :]
-        assert ours.shape == theirs.shape, name
-        bits = [np.ascontiguousarray(a).view(f"u{a.dtype.itemsize}") for a in (ours, theirs)]
-        assert np.array_equal(*bits), (
-            f"{name} is off by {np.abs(ours - theirs).max():.3g} of {np.abs(theirs).max():.3g}"
-        )
+        assert_bits(name, arrays(got)[name][..., rows, :], array[..., of_expected, :])
 
 
 # --- the whole range of floats ---

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import chain, product, starmap
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from stability.evaluators import BACKENDS, EVALUATORS, UNLIT, Evaluator
-from stability.hunting import FLATTENING_IS_NO_FAILURE, on_every_backend, on_every_evaluator
+from stability.evaluators import EVALUATORS, UNLIT, Evaluator
+from stability.hunting import FLATTENING_IS_NO_FAILURE, on_every_evaluator
 
 from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer, evaluate
-from pvphong.geometry.transform import transform_points
 from pvphong.shading.plan.plan import Plan
 from pvphong.shading.vertices import Vertices
 
@@ -170,103 +169,67 @@ def test_a_plan_judges_matrices_of_any_scale(scale: float) -> None:
     assert got.effects["normal transform"].why.startswith("rigid or similar")
 
 
-# --- what a plan leaves out for these vertices, and what the others may not notice of it ---
+# --- the last vertex may go elsewhere without a change of the others' bits ---
 
 AWAY: dict[str, Any] = {"position": (0.0, 0.0, 50.0), "direction": (0.0, 0.0, 1.0), "cone_angle": 30.0}
 """A spot that shines away from the mesh, so that a plan leaves it out; not so if a vertex is not finite."""
 GLOW = PointLight(position=(0.3, 1.1, 2.7), diffuse=0.0, ambient=0.9, attenuation=(0.1, 0.3, 0.2))
 """It needs no normals; all else does."""
+EVERYWHERE = DirectionalLight(diffuse=0.0, ambient=0.1)
 LAMP = PointLight(position=(0.3, 1.1, 2.7))
 CLOUD, NORMALS = np.random.default_rng(0).normal(size=(2, 200, 3))
+NARROW, WIDE = np.float32, np.float64
+COLOURED = replace(WHITE, albedo=np.random.default_rng(1).random((200, 3)))
 
 
-def assert_independent(
-    evaluator: Callable[..., Any],
-    lights: Any,
-    material: Material = WHITE,
-    points: Any = CLOUD,
-    normals: Any = NORMALS,
-    place: Any = np.nan,
-    **options: Any,
-) -> None:
-    """The last vertex may go elsewhere without a change of the others' bits."""
-    elsewhere = points.copy()
-    elsewhere[-1] = place
-    scene = Scene(lights, ABOVE, UNLIT)
-    before, after = (evaluator(p, normals, scene, material, **options).rgb[:-1] for p in (points, elsewhere))
+class Independent(NamedTuple):
+    lights: list[Any]
+    material: Material = WHITE
+    points: Any = CLOUD
+    normals: Any = NORMALS
+    types: tuple[Any, Any] = (WIDE, WIDE)
+    place: Any = np.nan
+
+
+INDEPENDENT = [
+    # Without normals the reference fell back on float64, and the kernel on the type of the points alone.
+    *(
+        Independent([SpotLight(**AWAY), light], material, types=types)
+        for light, material in ((GLOW, WHITE), (EVERYWHERE, COLOURED))
+        for types in ((NARROW, WIDE), (WIDE, NARROW), (NARROW, NARROW))
+    ),
+    # The kernel declines such lights, also where its plan would leave them out.
+    *(
+        Independent([SpotLight(**AWAY | beyond), LAMP])
+        for beyond in ({"attenuation": (1, 0, 1e-31)}, {"attenuation": (1e31, 0, 1)}, {"position": (0, 0, 1e31)})
+    ),
+    # A cone that held the whole mesh with the same factor to the last bit went into the light's colours.
+    *(
+        Independent([SpotLight((0.2, 0.1, 1.0), DOWN, 40.0, exponent, diffuse=0.3), LAMP], WHITE, 0.01 * CLOUD, UP)
+        for exponent in (1e-16, 1e-17, 3e5)
+    ),
+    # A plan leaves out a cone that holds all vertices; the kernel then multiplied by the strength in other places.
+    *(
+        Independent(
+            [SpotLight((0.0, 0.0, 3.0), DOWN, 60.0, 0.0, (c, 0.0, 0.0))], material, 0.1 * CLOUD, UP, place=place
+        )
+        for c in (3.0, 0.7, 1e-5, 1e8)
+        for material in (WHITE, replace(DULL, diffuse=0.9))
+        for place in ((50.0, 0.0, 0.0), np.nan)
+    ),
+]
+
+
+@on_every_evaluator
+@pytest.mark.parametrize("case", INDEPENDENT, ids=lambda case: type(case.lights[-1]).__name__)
+def test_no_vertex_depends_on_where_the_last_one_is(case: Independent, evaluator: Evaluator) -> None:
+    elsewhere = case.points.copy()
+    elsewhere[-1] = case.place
+    normals = np.broadcast_to(case.normals, case.points.shape).astype(case.types[1])
+    scene, options = Scene(case.lights, ABOVE, UNLIT), {"backend": evaluator.backend, "precision": evaluator.precision}
+    before, after = (
+        evaluate(points.astype(case.types[0]), normals, scene, case.material, **options).rgb[:-1]
+        for points in (case.points, elsewhere)
+    )
     assert before.any()
     assert np.array_equal(before, after)
-
-
-@on_every_evaluator
-@pytest.mark.parametrize("types", [(np.float32, np.float64), (np.float64, np.float32), (np.float32, np.float32)])
-def test_who_needs_normals_does_not_choose_the_others_arithmetic(evaluator: Evaluator, types: tuple[Any, Any]) -> None:
-    """Without normals the reference fell back on float64, and the kernel on the type of the points alone."""
-    vertices = {"points": CLOUD.astype(types[0]), "normals": NORMALS.astype(types[1])}
-    assert_independent(evaluator, [SpotLight(**AWAY), GLOW], **vertices)
-    albedo = np.random.default_rng(1).random((200, 3))
-    everywhere = DirectionalLight(diffuse=0.0, ambient=0.1)
-    assert_independent(evaluator, [SpotLight(**AWAY), everywhere], material=replace(WHITE, albedo=albedo), **vertices)
-
-
-@pytest.mark.parametrize("precision", ["float32", "float64"])
-@pytest.mark.parametrize("beyond", [{"attenuation": (1.0, 0.0, 1e-31)}, {"attenuation": (1e31, 0.0, 1.0)}, {}])
-def test_a_light_that_is_left_out_does_not_choose_the_evaluator(precision: str, beyond: dict[str, Any]) -> None:
-    """The kernel declines such lights, also where its plan would leave them out."""
-    spot = SpotLight(**AWAY | (beyond or {"position": (0.0, 0.0, 1e31)}))
-    assert_independent(evaluate, [spot, LAMP], backend=BACKENDS[-1], precision=precision)
-
-
-@on_every_backend
-@pytest.mark.parametrize("exponent", [1e-16, 1e-17, 3e5])
-def test_a_bad_vertex_does_not_decide_how_the_others_see_a_spot(backend: str, exponent: float) -> None:
-    """A cone that held the whole mesh with the same factor to the last bit went into the light's colours."""
-    points = 0.01 * np.random.default_rng(7).normal(size=(40, 3))
-    spot = SpotLight((0.2, 0.1, 1.0), DOWN, cone_angle=40.0, exponent=exponent, diffuse=0.3)
-    assert_independent(Evaluator(backend, "float64"), [spot, LAMP], points=points, normals=np.repeat(UP, 40, axis=0))
-
-
-@on_every_evaluator
-@pytest.mark.parametrize("material", [WHITE, replace(DULL, diffuse=0.9)], ids=["shiny", "dull"])
-@pytest.mark.parametrize("constant", [3.0, 0.7, 1e-5, 1e8])
-def test_a_cone_that_one_vertex_leaves_changes_no_bit_of_the_others(
-    evaluator: Evaluator, constant: float, material: Material
-) -> None:
-    """A plan leaves out a cone that holds all vertices; the kernel then multiplied by the strength in other places."""
-    points = np.random.default_rng(1).uniform(-0.5, 0.5, (300, 3))
-    spot = SpotLight((0.0, 0.0, 3.0), cone_angle=60.0, exponent=0.0, attenuation=(constant, 0.0, 0.0))
-    assert "inside the cone" in planned(points, None, Scene([spot], ABOVE), material).effects["cone"].why
-    for place in ((50.0, 0.0, 0.0), np.nan):
-        assert_independent(evaluator, [spot], material, points, np.repeat(UP, 300, axis=0), place)
-
-
-@on_every_evaluator
-@pytest.mark.parametrize("eye", [(5.0, 5.0, 5.0), (0.1, 0.2, 0.3)])
-@pytest.mark.parametrize("others", [[], [PointLight(position=(0.1, 0.2, 0.3), intensity=0.0)]], ids=["alone", "black"])
-def test_a_lamp_on_the_image_of_a_vertex_stays_on_it(evaluator: Evaluator, eye: Any, others: Any) -> None:
-    """The offset of the matrix was taken out of all where an eye or a black light stood at its very place."""
-    matrix = np.eye(4)
-    matrix[:3, 3] = (0.1, 0.2, 0.3)
-    points = np.round(np.random.default_rng(4).uniform(-3.0, 3.0, (100, 3)), 1)
-    for point in points:
-        lamp = PointLight(position=transform_points(point[None], matrix)[0], attenuation=(0.0, 0.0, 1.0))
-        scene = Scene([lamp, *others], Viewer(position=eye, focal_point=(9.0, 8.0, 7.0)), UNLIT)
-        assert not evaluator(point[None], np.ones((1, 3)), scene, Material(), matrix=matrix).rgb.any()
-
-
-@on_every_evaluator
-@pytest.mark.parametrize("far", [1e6, 1e9, 1e12, 1e15])
-def test_a_black_light_far_out_takes_no_digit(evaluator: Evaluator, far: float) -> None:
-    """Stored far out and brought back by a matrix: the sums are exact, and differences to its offset are not."""
-    offset = np.array([-far, far / 2, far / 4])
-    points = np.round(np.random.default_rng(5).normal(size=(50, 3)) * 8.0) / 8.0 - offset
-    normals = np.random.default_rng(6).normal(size=(50, 3))
-    matrix = np.eye(4)
-    matrix[:3, 3] = offset
-    lamp, viewer = PointLight(position=(0.3, 0.7, 9.1)), Viewer(position=(3.0, 4.0, 20.0))
-    black = PointLight(position=offset, intensity=0.0)
-    usual, got = (
-        evaluator(points, normals, Scene(lights, viewer, UNLIT), WHITE, matrix=matrix).rgb
-        for lights in ([lamp], [lamp, black])
-    )
-    assert np.array_equal(got, usual)

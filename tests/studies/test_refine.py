@@ -1,7 +1,5 @@
 """Refined meshes: their errors against dense sampling, their topology, their arrays, and why they stop."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -113,9 +111,6 @@ def areas(mesh):
     return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
 
 
-# The error
-
-
 LAMPS = [
     SUN,
     ph.PointLight(position=(0.4, 0.5, 1.2), diffuse=(0.9, 0.3, 0.2)),
@@ -161,9 +156,6 @@ def test_what_is_already_fine_is_not_split():
     lit = refine(mesh, SUNNY, MATT, tolerance=0.05)
     assert np.array_equal(lit.regular_faces, mesh.regular_faces)
     assert np.array_equal(lit.field_data["phong_refinement_points"], [mesh.n_points, mesh.n_points])
-
-
-# Sharp edges
 
 
 def test_sharp_edges_are_split_before_triangles_and_stay_where_they_are():
@@ -410,9 +402,6 @@ def test_names_precision_and_albedo():
     assert largest(mesh, SUNNY, painted) > 0.02 > largest(fine, SUNNY, painted)
 
 
-# Kinds of meshes
-
-
 def test_lines_and_vertices_are_left_out():
     mesh = pv.PolyData(np.eye(4, 3), faces=[3, 0, 1, 2], lines=[2, 0, 3], verts=[1, 3])
     mesh.cell_data["number"] = [7, 8, 9]
@@ -434,9 +423,6 @@ def test_smooth_placement_comes_near_the_sphere():
     # On an arc of angle a, the cubic's middle is low by (1 - cos(a/2)) - sin²(a/2) cos(a/2) / 2 = 3 a⁴/128 + O(a⁶).
     assert off[1] < 1.25 * 0.5 * 3 * angle**4 / 128
     assert abs(smooth.volume - math.pi / 6) < abs(flat.volume - math.pi / 6) / 2  # what is not split stays flat
-
-
-# Why it stops
 
 
 def test_no_more_points_than_allowed_and_the_worst_places_first():
@@ -520,8 +506,6 @@ def test_any_soup_of_triangles_ends_within_its_points(examples):
 
     hunt(lambda dice: dice, check, examples)
 
-
-# Arguments
 
 CLOUD = pv.PolyData(np.eye(3))
 CLOUD.point_data.active_normals = np.eye(3)

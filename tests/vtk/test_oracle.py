@@ -1,7 +1,5 @@
 """VTK's shader, run per vertex, against the evaluator in VTK's convention, which `tests/oracle.py` judges."""
 
-from __future__ import annotations
-
 import math
 import os
 import subprocess
@@ -267,9 +265,6 @@ def test_the_driver_has_a_name_and_is_asked_once_and_without_a_display_nothing_i
     made = count_open(monkeypatch)
     driver()
     assert made == []
-
-
-# --- bad input --------------------------------------------------------------------------------------------------
 
 
 COATED = pv.Property(interpolation="pbr")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from strategies import LIGHT_SHAPES, Dice, triple, unit
 
-from pvphong import LightModel, Material, Scene, Viewer, as_light, evaluate, plan
+from pvphong import LightModel, Material, Scene, SphereLight, Viewer, as_light, evaluate, plan
 from pvphong.geometry.extent import Extent
 from pvphong.optics.light import NODES, Light
 from pvphong.optics.lights import LIGHT_TYPES
@@ -159,6 +159,23 @@ def test_its_nodes_are_parts_of_it_without_a_size(kind, seed):
         whole = float(light.panorama.total.mean()) if light.bands else sides
         assert nodes == (light,) or math.fsum(node.intensity for node in nodes) == pytest.approx(whole, rel=1e-14)
         assert all(node.nodes(count) == (node,) for node in nodes)
+
+
+@pytest.mark.parametrize(("distance", "off"), [(1.5, 0.03), (2.0, 0.015), (5.0, 0.0025), (30.0, 1e-4)])
+@pytest.mark.parametrize("tilt", [0.0, 0.8, 1.5])
+def test_a_spheres_nodes_light_a_patch_as_it_does(distance, off, tilt):
+    light = SphereLight((0, 0, distance), intensity=distance**2)
+    nodes = [dataclasses.replace(node, intensity=light.intensity * node.intensity) for node in light.nodes(64)]
+    patch, white = ([[0, 0, 0]], [[math.sin(tilt), 0, math.cos(tilt)]]), Material(ambient=0.0, diffuse=0.5)
+    whole, parts = (evaluate(*patch, Scene(lights), white, precision="float64").rgb for lights in ([light], nodes))
+    np.testing.assert_allclose(parts, whole, rtol=0, atol=0.5 * off)
+
+
+def test_a_spheres_nodes_glow_as_the_derivation_says():
+    """(2t − sin 2t)/π of them are within sin t of the middle, for any t."""
+    distances = np.linalg.norm([node.position for node in SphereLight(radius=2.0).nodes(4000)], axis=1) / 2.0
+    for t in np.linspace(0.2, 1.5, 7):
+        assert np.mean(distances <= math.sin(t)) == pytest.approx((2 * t - math.sin(2 * t)) / math.pi, abs=2e-3)
 
 
 @every_light

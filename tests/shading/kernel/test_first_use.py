@@ -170,18 +170,6 @@ def test_the_reason_can_be_asked_for(name, instead, said, monkeypatch, capsys):
     assert error.count("\n") == 1
 
 
-def test_all_code_is_compiled_in_advance(monkeypatch, capsys):
-    """With pieces that stand for the real ones, which take half a minute."""
-    from pvphong.shading.kernel import ahead
-
-    made = []
-    fake = [ahead.CompilationUnit(name, lambda name=name: made.append(name)) for name in ("driver", "point")]
-    monkeypatch.setattr(ahead, "pieces", lambda _: fake)
-    assert main(["compile"]) == 0
-    assert made == ["driver", "point"] * 2
-    assert "compiled in" in capsys.readouterr().out
-
-
 def test_every_light_and_reflectance_has_its_pieces():
     from pvphong.shading.kernel.ahead import pieces
     from pvphong.shading.kernel.code import Library

@@ -136,17 +136,6 @@ def result_of(rows, **arrays):
     return Shading(np.full((rows, 3), 7.0, np.float32), **arrays)
 
 
-@pytest.mark.parametrize("lights", [[], [replace(SUN, ambient=0.3)], [replace(LAMP, ambient=0.3)]])
-def test_the_type_of_what_is_not_read_compiles_nothing(lights):
-    scene, matt = ph.Scene(lights), ph.Material(ambient=0.5, diffuse=0.0)
-    rows = np.ones((9, 3), np.float32)
-    ph.evaluate(rows, rows, *scene_of("lamp"), backend="numba")
-    before = len(kernel._library())
-    unread = np.zeros((9, 3))
-    ph.evaluate(rows, unread, scene, matt, backend="numba")
-    assert len(kernel._library()) == before
-
-
 def test_it_declines_what_it_cannot_do_and_writes_nothing(vertices):
     points, normals = vertices
     far = ph.Scene([replace(LAMP, position=(1e200, 0, 0))], ph.Viewer())

@@ -200,16 +200,6 @@ def test_normals_are_known_to_face_the_viewer_where_a_matrix_turns_or_mirrors_th
     assert ph.plan(patch, seen, DULL, matrix=matrix @ shear()).effects["two-sided"].on
 
 
-@pytest.mark.parametrize("seen", [bent(100), bent(40).flip_faces()])
-def test_normals_are_turned_where_some_face_away(seen):
-    for place in ((0, 0, 4), (0, 0, -4), (4, 0, 1)):
-        viewer = ph.Viewer(position=place)
-        some_scene = ph.Scene(lights=[SUN], viewer=viewer, light_model=ph.LightModel(two_sided=True))
-        plan = ph.plan(seen, some_scene, DULL)
-        faces_viewer = ((seen.points - place) * seen.point_data.active_normals).sum(axis=1).max() < 0
-        assert plan.effects["two-sided"].on is not faces_viewer
-
-
 @pytest.mark.parametrize(
     ("some_scene", "material", "needs", "view_dependent"),
     [
@@ -285,28 +275,6 @@ def test_what_is_left_out_for_this_viewer_is_planned_anew_for_the_next_one():
     assert not plan.effects["specular"].on
     assert not plan.equation.has_highlights
     assert plan.view_dependent
-
-
-@pytest.mark.parametrize("tolerance", [0.0, 1 / 255])
-@pytest.mark.parametrize(
-    "riding",
-    [
-        ph.SpotLight(frame="camera", cone_angle=10),
-        ph.SpotLight(frame="headlight", cone_angle=10, exponent=0),
-        ph.PointLight(frame="headlight", attenuation=(0, 0, 1)),
-        replace(SUN, frame="camera"),
-    ],
-)
-def test_a_light_that_rides_along_makes_the_colours_depend_on_the_viewer(riding, tolerance, mesh):
-    def seen(position, focal_point):
-        viewer = ph.Viewer(position=position, focal_point=focal_point, up=(0, 1, 0))
-        return ph.Scene(lights=[riding], viewer=viewer)
-
-    away, towards = seen((0, 0, 500), (0, 0, 900)), seen((0, 0, 5), (0, 0, 0))
-    assert ph.plan(mesh, away, DULL, tolerance=tolerance).view_dependent
-    dark, bright = (ph.evaluate(mesh.points, mesh.points, s, DULL).rgb for s in (away, towards))
-    assert np.abs(bright - dark).max() > 0.02
-    assert not ph.plan(mesh, replace(away, lights=[replace(riding, diffuse=0.0)]), DULL).view_dependent
 
 
 def test_a_plan_cannot_be_changed_by_its_reader_or_by_the_matrix_it_was_made_for(mesh):

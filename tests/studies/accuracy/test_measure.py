@@ -46,9 +46,6 @@ def exact(mesh, scene, material, **options):
     return ph.evaluate(mesh.points, normals, scene, material, precision="float64", backend="numpy", **options).rgb
 
 
-# -- what is measured
-
-
 def test_arithmetic_error_is_that_of_evaluate(mesh, report):
     float32 = ph.evaluate(mesh.points, mesh.point_data.active_normals, SCENE, SHINY, backend="numpy").rgb
     expected = Errors.at_vertices(float32, exact(mesh, SCENE, SHINY))
@@ -148,9 +145,6 @@ def test_a_cloud_has_no_inside():
     assert not any(row.kind == "interpolation" and not row.is_peer for row in found.rows)
 
 
-# -- predicted error bounds
-
-
 def test_the_plans_row_says_what_was_predicted(mesh, report):
     planned = row(report, "plan at 1/255")
     plan = mesh.phong.plan(SCENE, SHINY, tolerance=STEP)
@@ -170,9 +164,6 @@ def test_no_approximation_errs_by_more_than_is_predicted():
     assert count > 60, "approximations are really taken"
 
 
-# -- the ledger
-
-
 def test_the_ledger_tells_error_reason_and_whether_it_runs(mesh, report):
     entries = {entry.effect: entry for entry in report.ledger}
     assert set(entries) == {effect.name for effect in EFFECTS} | {"light sun", "light lamp", "light glow"}
@@ -189,9 +180,6 @@ def test_the_ledger_tells_error_reason_and_whether_it_runs(mesh, report):
     assert entries["lights"].cost.median > entries["ambient"].cost.median
 
 
-# -- time
-
-
 def test_the_time_budget_is_kept(mesh):
     for seconds in (0.5, 3.0):
         start = time.process_time()
@@ -205,9 +193,6 @@ def test_what_there_is_no_time_for_is_said(mesh):
     assert "there was no time for it" in found.left_out.values()
     assert {"float64 reference", "float32 NumPy", "plan at 1/255"} <= {row.name for row in found.rows}
     assert "left out" in found.explain()
-
-
-# -- what comes out
 
 
 def test_csv_has_a_line_per_row(report, tmp_path):

@@ -48,8 +48,6 @@ def solid(*cells):
     return pv.UnstructuredGrid(np.ravel([(len(cell), *cell) for cell in cells]), np.full(len(cells), 10), CORNERS)
 
 
-# --- one fault at a time ---
-
 Z = (0.0, 0.0, 1.0)
 SOUND = [
     TETRAHEDRON,
@@ -119,8 +117,6 @@ def test_each_fault_is_found_and_nothing_else(mesh, expected, ok):
     assert flags.any() == any(finding.where in ("points", "edges") for finding in found.findings)
     assert state(mesh) == before
 
-
-# --- the matrix ---
 
 TURN = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
 TURN = TURN * np.sign(np.linalg.det(TURN))
@@ -217,9 +213,6 @@ def test_the_globe_has_collapsed_faces_at_its_poles():
     assert all(polar[faces[number]].sum() >= 2 for number in [*found.degenerate_faces, *found.thin_faces])
 
 
-# --- against brute force ---
-
-
 def by_brute_force(points, faces):
     """The faults of small meshes, one face and one edge after the other, areas in fractions."""
     degenerate, duplicate, edges, once, before = [], [], defaultdict(Counter), defaultdict(Counter), set()
@@ -291,9 +284,6 @@ def test_a_part_far_from_the_others_is_far_and_the_others_are_not_thin():
     assert len(found.thin_faces) == 0
     assert found.offset is None  # none brings both parts to the origin
     assert "of parts far apart, each its own" in " ".join(found.explain().split())
-
-
-# --- the report ---
 
 
 MANY_FAULTS = diagnose(mesh_of([*ROOF, *ROOF], (0, 1, 2), (0, 3, 2), (4, 5, 9)), matrix=np.diag([1, 1, -1, 1]))

@@ -1,7 +1,5 @@
 """What a comparison says of given errors, without VTK."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -1,7 +1,5 @@
 """The report on pvphong against VTK."""
 
-from __future__ import annotations
-
 import re
 from importlib.metadata import version
 from itertools import product

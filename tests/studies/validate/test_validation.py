@@ -1,7 +1,5 @@
 """Random scenes against VTK's own shader, and proof that the comparison can fail; fixed scenes are `test_report`'s."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
