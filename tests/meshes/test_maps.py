@@ -97,7 +97,7 @@ def test_every_call_has_the_colours_of_the_arrays(name, call):
         assert np.array_equal(run(mesh, with_arrays(material, mesh)), run(mesh, material))
 
 
-@pytest.mark.parametrize("name", MATERIALS)
+@pytest.mark.parametrize("name", ["colours", "PBR", "Ward"])
 def test_studies_read_them(name):
     mesh, material = ball(), MATERIALS[name]
     plan = mesh.phong.plan(SCENE, material, tolerance=0.05)
@@ -105,7 +105,7 @@ def test_studies_read_them(name):
     errors = mesh.phong.interpolation_error(SCENE, material)["phong_interpolation_error"]
     plain = ph.Material(diffuse=0.3, specular=0.2, shininess=10)
     assert not np.array_equal(errors, mesh.phong.interpolation_error(SCENE, plain)["phong_interpolation_error"])
-    report = mesh.phong.tradeoff(SCENE, material, seconds=1.0)
+    report = mesh.phong.tradeoff(SCENE, material, seconds=0.5)
     reference = mesh.phong.shade(SCENE, material, precision="float64", backend="numpy")["phong"]
     assert np.abs(report.reference_colors - reference).max() < 1e-12
     with pytest.raises(ValueError, match="to be compared with VTK"):
