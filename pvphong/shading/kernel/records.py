@@ -250,11 +250,8 @@ def records_of(
     channel_length: int = 0,
 ) -> Records:
     """An equation that compiled code can take, with what `codes_of` gives for it, for rows of a type."""
-    reflectance, base, field = (
-        equation.reflectance,
-        equation.ambient,
-        next((name for name in equation.maps if name != "metallic"), ""),
-    )
+    reflectance, base = equation.reflectance, equation.ambient
+    field = next((name for name in equation.maps if name != "metallic"), "")
     terms, numbers = [], [reflectance_numbers(reflectance)]
     addresses: dict[Any, int] = {}  # each stage is looked up once
     lambert_alone, is_blend = list[bool](), blends(equation, tints)

@@ -224,6 +224,14 @@ def test_a_plan_says_what_is_read_and_whether_the_view_matters(mesh, some_scene,
     assert plan.view_dependent is view_dependent
 
 
+def test_the_reasons_of_all_lights_are_kept(mesh):
+    black = replace(LAMP, diffuse=0.0, specular=0.0, name="black")
+    weak = ph.PointLight(position=(0, 0, 3), intensity=1e-4, name="weak")
+    why = ph.plan(mesh, scene(black, weak, SUN), SHINY, tolerance=0.1).effects["lights"].why
+    assert "black" in why
+    assert "weak" in why
+
+
 FAR = [
     (scene(ph.PointLight(position=(0, 0, 1e5), name="far")), SHINY, "position", "far: far away"),
     (scene(ph.PointLight(position=(0, 0, 3), intensity=1e-4, name="weak")), SHINY, "lights", "weak: too weak"),
