@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import pyvista as pv
 
 import pvphong as ph
 from pvphong.shading import kernel
@@ -178,3 +179,15 @@ def test_what_light_grazes_exactly_stays_dark(precision, count):
         for material in (WHITE, replace(WHITE, specular=0.0)):
             lit = ph.evaluate(np.zeros_like(normals), normals, scene, material, precision=precision, backend="numba")
             assert not lit.rgb[i].any()
+
+
+@pytest.mark.parametrize(
+    "material", [ph.Material(), ph.Material(albedo=0.5, diffuse="tint"), ph.Material(specular=0.5, shininess=9)]
+)
+def test_a_suns_direction_may_be_of_any_length(fields):
+    ball, material = pv.Sphere(), ph.Material(**fields)
+    ball["tint"] = np.random.default_rng(3).random((ball.n_points, 3))
+    sun = ph.DirectionalLight(direction=(1.0, -20.0, 300.0))
+    compiled, exact = (ball.phong.shade(sun, material, backend=backend)["phong"] for backend in ("numba", "numpy"))
+    assert compiled.max() > 0.3
+    np.testing.assert_allclose(compiled, exact, atol=2e-6)
