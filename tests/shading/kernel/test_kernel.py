@@ -189,3 +189,10 @@ def test_a_suns_direction_may_be_of_any_length(fields):
     compiled, exact = (ball.phong.shade(sun, material, backend=backend)["phong"] for backend in ("numba", "numpy"))
     assert compiled.max() > 0.3
     np.testing.assert_allclose(compiled, exact, atol=2e-6)
+
+
+@pytest.mark.parametrize("intensity", [1e30, 1e40, 1e300])
+def test_lights_as_bright_as_they_are_far_away(vertices, intensity):
+    far = ph.PointLight(position=(0, 0, 1e20), attenuation=(0, 0, 1), intensity=intensity)
+    lit = [ph.evaluate(*vertices, ph.Scene([far]), DULL, backend=backend).rgb for backend in ("numba", "numpy")]
+    np.testing.assert_allclose(*lit, atol=1e-5)
