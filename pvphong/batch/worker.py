@@ -24,7 +24,7 @@ from pvphong.meshes.files import Compression, read_mesh, save_lit
 from pvphong.meshes.lit import shade_mesh
 from pvphong.meshes.point_data import given_maps
 from pvphong.meshes.surfaces import FeatureAngle, has_normals, surface
-from pvphong.optics.maps import Map
+from pvphong.optics.maps import Map, is_image_path
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 
@@ -72,7 +72,10 @@ class Job:
     @property
     def checksum(self) -> str:
         """A checksum of all that a lit file depends on beside the mesh."""
-        return checksum_of([self.scene, self.materials, self.feature_angle, self.options, self.compress])
+        maps = [given for material in self.materials.values() for given in material.maps.values()]
+        images = [Path(str(given)) for given in maps if is_image_path(given)]
+        contents = [hashlib.sha256(image.read_bytes()).hexdigest() for image in images if image.is_file()]
+        return checksum_of([self.scene, self.materials, self.feature_angle, self.options, self.compress, *contents])
 
 
 def checksum_of(value: Any) -> str:

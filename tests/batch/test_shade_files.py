@@ -273,3 +273,13 @@ def test_workers_with_other_versions_are_refused(files, client, monkeypatch, cha
 def first(workers):
     """The packages of one of the workers."""
     return next(iter(workers.values()))["packages"]
+
+
+def test_another_image_is_another_job(tmp_path):
+    image = tmp_path / "oak.png"
+    material = ph.Material(albedo=str(image))
+    checksums = set()
+    for content in (b"", b"oak", b"ash"):
+        image.write_bytes(content)
+        checksums.add(worker.Job(ph.Scene(), {"default": material}, None, {}, "run").checksum)
+    assert len(checksums) == 3

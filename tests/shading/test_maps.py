@@ -101,7 +101,7 @@ def test_all_at_once(given, kind, backend):
 def test_bounds_hold_for_every_vertex(name):
     """Colours within the tolerance, and the plan's own bound, for materials that vary from dull to sharp."""
     left_out = 0
-    for seed in range(100):
+    for seed in range(120):
         random = np.random.default_rng(seed)
         away = 10.0 ** random.uniform(0, 3)
         points = random.uniform(-1, 1, (40, 3))
@@ -111,7 +111,7 @@ def test_bounds_hold_for_every_vertex(name):
         eye = ph.Viewer(tuple(10.0 ** random.uniform(0.5, 3) * np.array((random.normal(), 0, 2))))
         scene, material = ph.Scene([lamp], eye), material_of(name)
         maps = {}
-        for field in REFLECTANCES[name].maps | EVERYWHERE:
+        for field in REFLECTANCES[name].maps | (EVERYWHERE if seed % 2 else set()):
             low, high = RANGES[field]
             middle, width = random.uniform(0.1, 0.9), random.choice((0.0, 0.1))
             maps[field] = np.clip(random.uniform(middle - width, middle + width, 40), 0.0, 1.0) * (high - low) + low
@@ -123,7 +123,7 @@ def test_bounds_hold_for_every_vertex(name):
         assert error <= plan.error_bound + 1e-12
         assert plan.error_bound <= tolerance
         left_out += plan.error_bound > 0
-    assert left_out > 1
+    assert left_out > 3
 
 
 def test_where_some_are_infinitely_steep_none_is_taken_for_flat():
