@@ -29,6 +29,7 @@ def assert_bits(row: str, observed: ArrayLike, expected: ArrayLike) -> None:
     """Two arrays of numbers are the same to the bit."""
     a, b = np.asarray(observed), np.asarray(expected)
     assert (a.shape, a.dtype) == (b.shape, b.dtype), f"row {row}: {a.dtype} {a.shape} is no {b.dtype} {b.shape}"
-    bits = [np.frombuffer(array.tobytes(), np.uint8).reshape(-1, array.itemsize) for array in (a, b)]
+    assert a.size, f"row {row}: nothing was compared"
+    bits = [np.frombuffer(array.tobytes(), np.uint8).reshape(a.size, a.itemsize) for array in (a, b)]
     different = np.count_nonzero((bits[0] != bits[1]).any(axis=1))
     assert not different, f"row {row}: {different} of {a.size} numbers differ"
