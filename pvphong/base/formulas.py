@@ -82,6 +82,21 @@ def like(x: Any, value: Any) -> Any:
     return x.dtype.type(value)
 
 
+def single(x: Any) -> Any:
+    """A number as float32."""
+    return x.astype(np.float32)
+
+
+def wrapped(x: Any) -> Any:
+    """A whole number without the digits beyond those of uint32."""
+    return x.astype(np.uint32, copy=False)
+
+
+def index(x: Any) -> Any:
+    """The whole number next below x >= 0, to look up a formula's number with."""
+    return x.astype(np.int64)
+
+
 def nearest(x: Any) -> Any:
     """The nearest whole number."""
     return np.rint(x)

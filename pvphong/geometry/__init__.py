@@ -2,5 +2,5 @@
 
 `transform.py`: points, vectors and normals under model matrices, and exact arithmetic; `normals.py`: normals and
 tangents of meshes; `projection.py`: the viewing pipeline, and normals of planes and of implicit surfaces; `extent.py`:
-where vertices are and where they look, for plans, and whether they bound a convex body.
+where vertices are and where they look, for plans, and whether they bound a convex body; `rays.py`: rays from far away.
 """

@@ -23,6 +23,7 @@ from pvphong.base.types import ColorLike, Float64Array, FloatArray, Frame, InitS
 from pvphong.base.vectors import directions_to
 from pvphong.geometry.extent import Extent
 from pvphong.optics.area.lobes import CosinePower
+from pvphong.optics.area.sampling import Sampling
 from pvphong.optics.attenuation import attenuate
 from pvphong.optics.roles import Corners, Place, Role, roles_of
 
@@ -340,6 +341,11 @@ class Light:
 
     def closed(self, form: CosinePower) -> Integral | None:  # noqa: ARG002 there is none
         """What a lobe reflects of all of it, exactly; None where its `nodes` are to do."""
+        return None
+
+    @property
+    def sampling(self) -> Sampling | None:
+        """How rays to it are chosen, for a light with a size; None where it casts no shadows."""
         return None
 
     @cached_property

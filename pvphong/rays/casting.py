@@ -1,7 +1,7 @@
 """Whether rays are blocked by triangles, in coordinates of any size.
 
-In order: triangles; the backends, Embree's and VTK's, which do the same; `Caster`, which takes rays of any length from
-anywhere to a backend; and `Occluders`, parts that can block light, each the triangles of one mesh.
+In order: triangles; the backends, Embree's twice and VTK's, which do the same; `Caster`, which takes rays of any length
+from anywhere to a backend; and `Occluders`, parts that can block light, each the triangles of one mesh.
 
 A backend is built of at least one triangle, of finite coordinates from -1 to 1: a caster's triangles are moved to
 their middle and scaled by a power of two. Its rays begin no further than a few such units away. So single precision has
@@ -29,6 +29,11 @@ from pvphong.base import check
 from pvphong.base.processes import available_memory
 from pvphong.base.types import BoolArray, Float64Array, FloatArray
 from pvphong.geometry.extent import Sphere, box_of
+from pvphong.geometry.rays import LONGEST, NEAR, begun_near, is_near
+from pvphong.rays import embree
+from pvphong.rays.embree import EmbreeScene
+from pvphong.shading import kernel
+from pvphong.shading.kernel import Casters
 
 BYTES_PER_TRIANGLE = 130
 """What a caster takes for each, about, measured with both backends from 1 to 3 million triangles."""
@@ -36,8 +41,6 @@ BYTES_PER_TRIANGLE = 130
 RESOLUTION = 2.0**-18
 """A share of the size of all of a caster's triangles; what is nearer to an end of a ray than that may be missed."""
 
-# Rays begin at most so far from the middle; those from further away are begun where they come as near.
-_NEAR = 4.0
 _RAYS_AT_ONCE = 2**15
 
 
@@ -94,7 +97,24 @@ class BlockingFaces:
 
 
 class Embree:
-    """Intel's Embree, through embreex (the extra `rays`), in single precision; several threads may cast at once."""
+    """Intel's Embree, called by compiled code (the extras `rays` and `fast`), in single precision."""
+
+    def __init__(self, faces: BlockingFaces) -> None:
+        self.scene = EmbreeScene(faces.points, faces.corners)
+
+    def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
+        """Whether a triangle is met: origins and unit vectors (n, 3), lengths (n,), all of moderate size."""
+        return kernel.rays_blocked(origins, directions, lengths, casters_of([self.scene], [(0.0, 0.0, 0.0, 1.0)]))
+
+
+def casters_of(scenes: Sequence[EmbreeScene], places: Sequence[Sequence[float]]) -> Casters:
+    """Scenes, and what brings rays to their coordinates, as compiled code takes them."""
+    handles = np.array([scene.handle for scene in scenes], np.int64)
+    return Casters(embree.address_of_test(), handles, np.array(places, np.float64).reshape(-1, 4))
+
+
+class Embreex:
+    """Embree by embreex's own calls (the extra `rays`): the same, slower."""
 
     def __init__(self, faces: BlockingFaces) -> None:
         from embreex.mesh_construction import TriangleMesh
@@ -105,7 +125,7 @@ class Embree:
         self.blocked(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.ones(1))  # the first ray builds the tree
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
-        """Whether a triangle is met: origins and unit vectors (n, 3), lengths (n,), all of moderate size."""
+        """As `Embree.blocked`."""
         rays = (np.ascontiguousarray(a, np.float32) for a in (origins, directions))
         found: BoolArray = self._scene.run(*rays, dists=lengths.astype(np.float32), query="OCCLUDED") >= 0
         return found
@@ -132,6 +152,14 @@ class Locator:
         return np.array([meet(a, b, _TOLERANCE, t, where, inside, cell) != 0 for a, b in pairs], np.bool_)
 
 
+def ray_backend() -> tuple[type[Embree | Embreex | Locator], str]:
+    """What casts rays here, and why nothing faster does; "" for the fastest."""
+    if importlib.util.find_spec("embreex") is None:
+        return Locator, 'embreex is not installed; pip install "pvphong[rays]" makes them twenty times as fast'
+    reason = embree.obstacle() or kernel.rays_obstacle()
+    return (Embreex, reason) if reason else (Embree, "")
+
+
 # --- rays of any length from anywhere
 
 
@@ -150,8 +178,13 @@ class Caster:
         self._middle: Float64Array = low + half
         self._exponent = int(np.frexp(half.max())[1])
         scaled = np.ldexp(faces.sound.points - self._middle, -self._exponent)
-        backend = Embree if has_embree() else Locator
-        self._backend = backend(BlockingFaces(scaled, faces.sound.corners)) if len(faces.sound) else None
+        self.backend = ray_backend()[0](BlockingFaces(scaled, faces.sound.corners)) if len(faces.sound) else None
+        """None without triangles."""
+
+    @property
+    def place(self) -> tuple[float, ...]:
+        """Its middle, and the power of two that brings it to −1 to 1."""
+        return *self._middle.tolist(), math.ldexp(1.0, min(-self._exponent, 1023))
 
     @property
     def resolution(self) -> float:
@@ -164,8 +197,7 @@ class Caster:
         Parameters
         ----------
         origins : ndarray
-            Shape (n, 3), or (m, 3) where each is that of n / m rays in a row. A ray that begins at a point that is not
-            finite is not blocked.
+            Shape (n, 3). A ray that begins at a point that is not finite is not blocked.
         directions : ndarray
             Shape (n, 3), unit vectors.
         distances : ndarray
@@ -177,46 +209,30 @@ class Caster:
             Shape (n,), bool.
         """
         result = np.zeros(len(directions), bool)
-        each = rays_each(origins, directions)
-        step = max(_RAYS_AT_ONCE // each, 1)
-        for start in range(0, len(origins), step) if self._backend else ():
-            part = slice(each * start, each * (start + step))
-            result[part] = self._cast(origins[start : start + step], directions[part], distances[part])
+        for start in range(0, len(origins), _RAYS_AT_ONCE) if self.backend else ():
+            part = slice(start, start + _RAYS_AT_ONCE)
+            result[part] = self._cast(origins[part], directions[part], distances[part])
         return result
 
     def _cast(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
-        assert self._backend is not None
+        assert self.backend is not None
         with np.errstate(over="ignore", invalid="ignore"):
             starts = np.ldexp(origins - self._middle, -self._exponent)
-            is_far = ~(np.abs(starts) <= _NEAR).all(axis=1)
-            each = rays_each(origins, directions)
-            starts, is_far = starts.repeat(each, axis=0), is_far.repeat(each)
+            is_far = ~is_near(starts.T, NEAR)
             lengths = np.ldexp(np.asarray(distances, np.float64), -self._exponent)
             can_meet = np.isfinite(directions).all(axis=1)
-            if is_far.any():  # started where the ray is nearest to the middle, less than what triangles reach
-                toward = directions[is_far]
-                ahead = np.maximum(-(starts[is_far] * toward).sum(axis=1) - _NEAR / 2, 0.0)
-                starts[is_far] += ahead[:, None] * toward
-                lengths[is_far] -= ahead
-                can_meet &= (np.abs(starts) <= 2 * _NEAR).all(axis=1)
+            if is_far.any():
+                moved, lengths[is_far] = begun_near(starts[is_far].T, directions[is_far].T, lengths[is_far])
+                starts[is_far] = np.transpose(moved)
+                can_meet &= is_near(starts.T, 2.0 * NEAR)
         can_meet &= lengths > 0.0
-        lengths = np.minimum(lengths, 4 * _NEAR)
+        lengths = np.minimum(lengths, LONGEST)
         if can_meet.all():
-            return self._backend.blocked(starts, directions, lengths)
+            return self.backend.blocked(starts, directions, lengths)
         result = np.zeros(len(starts), bool)
         if can_meet.any():
-            result[can_meet] = self._backend.blocked(starts[can_meet], directions[can_meet], lengths[can_meet])
+            result[can_meet] = self.backend.blocked(starts[can_meet], directions[can_meet], lengths[can_meet])
         return result
-
-
-def rays_each(origins: FloatArray, directions: FloatArray) -> int:
-    """How many rays begin at each origin."""
-    return max(len(directions) // max(len(origins), 1), 1)
-
-
-def has_embree() -> bool:
-    """Whether embreex is installed, which casts rays some twenty times as fast."""
-    return importlib.util.find_spec("embreex") is not None
 
 
 @functools.cache
@@ -294,6 +310,18 @@ class Occluders:
             casters.append(Caster(faces))
         return casters
 
+    @property
+    def are_slow(self) -> bool:
+        """Whether VTK casts the rays."""
+        return any(isinstance(caster.backend, Locator) for caster in self.casters)
+
+    @cached_property
+    def compiled(self) -> Casters | None:
+        """As compiled code casts rays at them; None where it does not."""
+        casters = [caster for caster in self.casters if caster.backend is not None]
+        scenes = [caster.backend.scene for caster in casters if isinstance(caster.backend, Embree)]
+        return casters_of(scenes, [each.place for each in casters]) if len(scenes) == len(casters) > 0 else None
+
     def resolution(self, part: int | None) -> float:
         """The length that is resolved at a part, or else at the finest one; 0 without any."""
         if not self.casters:
@@ -304,11 +332,7 @@ class Occluders:
     def blocked(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
         """As `Caster.blocked`, by any part."""
         found = np.zeros(len(directions), bool)
-        each = rays_each(origins, directions)
         for caster in self.casters:
             free = np.flatnonzero(~found)
-            if len(free) == len(found):
-                found = caster.blocked(origins, directions, distances)
-            else:
-                found[free] = caster.blocked(origins[free // each], directions[free], distances[free])
+            found[free] = caster.blocked(origins[free], directions[free], distances[free])
         return found

@@ -17,15 +17,16 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pvphong.base import threads
-from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, Vector
+from pvphong.base import sobol, threads
+from pvphong.base.types import Float64Array, FloatArray, IntArray, Vector
 from pvphong.base.vectors import dot, unit
 from pvphong.geometry.extent import ROUNDED_UP, Extent, Sphere, is_convex
+from pvphong.optics.area.sampling import Sampling
 from pvphong.optics.light import NODES, Light
 from pvphong.optics.roles import Place
-from pvphong.rays.casting import BlockingFaces
-from pvphong.rays.sampling import in_tree_order
+from pvphong.rays.casting import BlockingFaces, Occluders
 
 # --- ray targets
 
@@ -54,55 +55,32 @@ def rays_to(light: Light, origins: Float64Array) -> tuple[Float64Array, Float64A
     return np.broadcast_to(directions, origins.shape), np.full(len(origins), math.inf)
 
 
-class Targets:
-    """Where rays to a light with a size end: at lights without one, in the order of a tree that halves them by place.
-
-    Parameters
-    ----------
-    light : Light
-        With a size, in the world.
-    count : int
-        Into so many lights it is divided, about.
-    """
-
-    def __init__(self, light: Light, count: int) -> None:
-        nodes = light.nodes(count)
-        ends = np.array([place_or_direction(node) for node in nodes])
-        order = in_tree_order(ends)
-        self._nodes, self._ends = [nodes[k] for k in order], ends[order]
-        self._has_place: BoolArray = np.array([place_of(node) is not None for node in self._nodes])
-        first, roles = nodes[0], nodes[0].roles
-        others = [name for name in vars(first) if not isinstance(roles.get(name), Place)]
-        self._differ_by_place = bool(self._has_place.all()) and all(
-            type(node) is type(first) and all(getattr(node, name) == getattr(first, name) for name in others)
-            for node in nodes
-        )
-
-    def __len__(self) -> int:
-        return len(self._nodes)
-
-    def rays_to(self, picked: IntArray, origins: Float64Array) -> tuple[Float64Array, Float64Array]:
-        """Unit vectors (n, 3) and distances (n,) to the target that is picked for each origin."""
-        ends, has_place = self._ends[picked], self._has_place[picked]
-        with np.errstate(all="ignore"):
-            directions, lengths = unit(np.ascontiguousarray(np.where(has_place[:, None], ends - origins, ends).T))
-        return directions.T, np.where(has_place, lengths, math.inf)
-
-    def strengths(self, picked: IntArray, points: Float64Array) -> Float64Array:
-        """What each point gets of the target that is picked for it: strength times intensity."""
-        first, result = self._nodes[0], np.empty(len(picked))
-        with np.errstate(all="ignore"):
-            if self._differ_by_place:  # as from the first one, seen from where that is as the picked one is from here
-                shifted = points - (self._ends - self._ends[0])[picked]
-                result[:] = first.intensity * first.arrival(np.ascontiguousarray(shifted.T)).strength
-                return result
-            order = np.argsort(picked, kind="stable")
-            bounds = np.searchsorted(picked[order], np.arange(len(self) + 1)).tolist()
-            columns = np.ascontiguousarray(points[order].T)
-            for node, begin, end in zip(self._nodes, bounds[:-1], bounds[1:], strict=True):
-                if begin < end:
-                    result[order[begin:end]] = node.intensity * node.arrival(columns[:, begin:end]).strength
-        return result
+def part_by_arrays(
+    sampling: Sampling,
+    origins: Float64Array,
+    normals: Float64Array,
+    seeds: NDArray[np.uint32],
+    begin: int,
+    end: int,
+    margin: float,
+    occluders: Occluders,
+) -> tuple[FloatArray, FloatArray, Float64Array, int]:
+    """What compiled code does without arrays of rays, as `pvphong.shading.kernel.rays.part_seen` has it."""
+    numbers, count = np.asarray(sampling.numbers, np.float64), len(origins)
+    points = np.arange(begin, end)[:, None] % sobol.MOST
+    u = sobol.coordinate(points.astype(np.uint32), seeds[0])
+    v = sobol.coordinate(sobol.SECOND[points], seeds[1])
+    with np.errstate(all="ignore"):
+        reach, scale, *frame = sampling.frame(numbers, origins.T, normals.T)
+        singles = tuple(np.broadcast_to(np.asarray(each, np.float32), count) for each in frame)
+        chosen, share, weight = sampling.sample(numbers, singles, u, v)
+        sent = np.where(weight > 0.0, weight, np.float32(0.0))
+        turn, vertex = np.nonzero(sent)
+        directions = np.stack([np.broadcast_to(each, sent.shape)[turn, vertex] for each in chosen], axis=1)
+        lengths = (np.broadcast_to(share, sent.shape) * np.asarray(reach))[turn, vertex] - margin
+    seen = sent.copy()
+    seen[turn, vertex] *= ~occluders.blocked(origins[vertex], directions, lengths)
+    return sent, seen, np.broadcast_to(np.asarray(scale, np.float64), count), len(turn)
 
 
 # --- the occlusion test: why nothing can block light between vertices and a light, known before any ray is cast

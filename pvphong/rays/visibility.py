@@ -6,7 +6,6 @@ answers what a plan asks before any ray is cast.
 
 from __future__ import annotations
 
-import functools
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -15,22 +14,24 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pvphong.base import check, text, threads
+from pvphong.base import check, sobol, text, threads
 from pvphong.base.text import html_table
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.base.vectors import dot
 from pvphong.geometry.extent import Sphere
+from pvphong.optics.area.sampling import Sampling, sky_frame, sky_sample
 from pvphong.optics.light import Light
-from pvphong.rays.casting import BYTES_PER_TRIANGLE, Occluders, has_embree, warn_of_slow_rays
-from pvphong.rays.rays import Receiver, Targets, may_block, place_or_direction, rays_to
-from pvphong.rays.sampling import MOST_RAYS, Cast, Seen, in_tree_order, look
+from pvphong.rays.casting import BYTES_PER_TRIANGLE, Occluders, warn_of_slow_rays
+from pvphong.rays.rays import Receiver, may_block, part_by_arrays, place_of, place_or_direction, rays_to
+from pvphong.rays.sampling import Cast, Seen, look
 from pvphong.scene.light_model import LightModel
+from pvphong.shading import kernel
 
 # --- casting a receiver's rays
 
 _VERTICES_AT_ONCE = 2**16
-# Into so many lights without a size one with a size is divided.
-_LIGHTS = 1024
+# So many a thread casts in no more than a tenth of a second.
+_RAYS_AT_ONCE, _RAYS_OF_VTK_AT_ONCE = 2**17, 2**13
 # So many rays every vertex gets.
 _LEAST, _LEAST_OF_ALL_AROUND = 16, 64
 # In units of the resolution: rays end so far before a light, for it may be on a face.
@@ -83,91 +84,64 @@ class Tracer:
         above = self.occluders.resolution(self.receiver.part)
         return self.receiver.origins[rows] + above * sides * self.receiver.unit_normals[rows]
 
-    def _blocked_before_light(
-        self, origins: Float64Array, directions: Float64Array, distances: Float64Array
-    ) -> BoolArray:
-        margin = _BEFORE_LIGHT * self.occluders.resolution(self.receiver.part)
-        return self.occluders.blocked(origins, directions, distances - margin)
-
     def _all_or_nothing_of(self, light: Light) -> Seen:
         """A light without a size: one ray for each vertex."""
-        count = len(self.receiver.points)
+        receiver, compiled = self.receiver, self.occluders.compiled
+        count, above = len(receiver.points), self.occluders.resolution(receiver.part)
         part, rays = np.zeros(count), list[int]()
+        place = place_of(light)
+        known = *place_or_direction(light).tolist(), float(place is not None), float(self.two_sided), above
+        numbers = np.array([*known, _BEFORE_LIGHT * above])
 
         def work(first: int, last: int) -> None:
-            sides = self._sides(light, slice(first, last))
+            some = slice(first, last)
+            if compiled is not None:
+                vertices = receiver.points[some], receiver.origins[some], receiver.unit_normals[some]
+                rays.append(kernel.point_seen(*vertices, numbers, compiled, part[some]))
+                return
+            sides = self._sides(light, some)
             facing = np.flatnonzero(sides)
             rows = first + facing
             origins = self._origins(rows, sides[facing, None])
-            part[rows] = ~self._blocked_before_light(origins, *rays_to(light, origins))
+            directions, distances = rays_to(light, origins)
+            part[rows] = ~self.occluders.blocked(origins, directions, distances - numbers[-1])
             rays.append(len(rows))
 
         threads.run(work, count, _VERTICES_AT_ONCE)
         return Seen(part, np.zeros(count), sum(rays) * bool(self.occluders.casters))
 
     def _part_of(self, light: Light) -> Seen:
-        """A light with a size: as many rays as it takes, weighted with what its parts send."""
-        targets = Targets(light, _LIGHTS)
+        """A light with a size: as many rays as it takes, weighted with what its points send."""
+        if light.sampling is None:
+            remedy = "A kind with `sampling` casts shadows; pvphong.optics.area.sampling says how."
+            check.refuse("light", light, "one that says how rays to it are chosen", remedy)
         sides = self._sides(light.nodes(1)[0]) if self.two_sided else np.ones(len(self.receiver.points))
         sides[sides == 0.0] = 1.0
-
-        def cast(vertices: IntArray, nodes: IntArray) -> tuple[FloatArray, BoolArray]:
-            picked = nodes.ravel() * len(targets) // MOST_RAYS
-            rows = np.repeat(vertices, nodes.shape[1])
-            normals = self.receiver.unit_normals[rows] * sides[rows, None]
-            origins = self._origins(vertices, sides[vertices, None]).repeat(nodes.shape[1], axis=0)
-            directions, distances = targets.rays_to(picked, origins)
-            weights = np.maximum(dot(directions.T, normals.T), 0.0) * targets.strengths(picked, origins)
-            weights[~np.isfinite(weights)] = 0.0
-            sent = np.flatnonzero(weights)
-            seen = np.zeros(len(weights), bool)
-            seen[sent] = ~self._blocked_before_light(origins[sent], directions[sent], distances[sent])
-            return weights.reshape(nodes.shape), seen.reshape(nodes.shape)
-
-        brightness = len(targets) * light.intensity * max(np.ravel(light.diffuse).tolist())
-        return self._look(cast, brightness, _LEAST_OF_ALL_AROUND if light.is_even else _LEAST)
+        margin = _BEFORE_LIGHT * self.occluders.resolution(self.receiver.part)
+        brightness = light.intensity * max(np.ravel(light.diffuse).tolist())
+        return self._look(light.sampling, sides, margin, brightness, _LEAST_OF_ALL_AROUND if light.is_even else _LEAST)
 
     def sky(self) -> Seen:
         """What the vertices see of the hemispheres around their normals."""
-        sky = np.ascontiguousarray(_sky_directions().T, np.float32)
-        normals = self.receiver.unit_normals
-        # two unit vectors across each normal (T. Duff et al., "Building an orthonormal basis, revisited", 2017)
-        x, y, z = normals.T
-        sign = np.copysign(1.0, z)
-        a = -1.0 / (sign + z)
-        b = x * y * a
-        across = [1.0 + sign * x * x * a, sign * b, -sign * x], [b, sign + y * y * a, -y]
-        frame = np.array([*across, normals.T], np.float32)
-        has_normal: BoolArray = (normals != 0.0).any(axis=1)
-
-        def cast(vertices: IntArray, nodes: IntArray) -> tuple[FloatArray, BoolArray]:
-            directions, (x, y, z) = np.empty((*nodes.shape, 3), np.float32), (column[nodes] for column in sky)
-            for axis in range(3):  # long rows at a time
-                a, b, c = frame[:, axis, vertices, None]
-                directions[..., axis] = x * a + y * b + z * c
-            ends = np.broadcast_to(self.distance, nodes.size)
-            seen = ~self.occluders.blocked(self._origins(vertices, 1.0), directions.reshape(-1, 3), ends)
-            sent = np.broadcast_to(has_normal[vertices, None], nodes.shape).astype(np.float32)
-            return sent, seen.reshape(nodes.shape)
-
-        seen = self._look(cast, self.ambient, _LEAST_OF_ALL_AROUND)
+        sampling = Sampling(sky_frame, sky_sample, (self.distance, 1.0))
+        seen = self._look(sampling, np.ones(len(self.receiver.points)), 0.0, self.ambient, _LEAST_OF_ALL_AROUND)
+        has_normal: BoolArray = (self.receiver.unit_normals != 0.0).any(axis=1)
         return seen._replace(part=np.where(has_normal, seen.part, 1.0))
 
-    def _look(self, cast: Cast, brightness: float, least: int) -> Seen:
+    def _look(self, sampling: Sampling, sides: Float64Array, margin: float, brightness: float, least: int) -> Seen:
+        compiled = self.occluders.compiled
+
+        def cast(vertices: IntArray, begin: int, end: int) -> Cast:
+            normals = self.receiver.unit_normals[vertices] * sides[vertices, None]
+            origins = self._origins(vertices, sides[vertices, None])
+            given = sampling, origins, normals, sobol.seeds(vertices), begin, end, margin
+            found = None if compiled is None else kernel.part_seen(*given, compiled)
+            return Cast(*(found or part_by_arrays(*given, self.occluders)))
+
         options: Any = {"tolerance": self.tolerance, "samples": self.samples, "brightness": brightness, "least": least}
-        return look(len(self.receiver.points), cast, self.receiver.faces.corners, **options)
-
-
-@functools.cache
-def _sky_directions() -> Float64Array:
-    """Unit vectors about (0, 0, 1), as many as nodes, with the density of the cosine: a sunflower's seeds, projected.
-
-    Sources: H. Vogel, "A better way to construct the sunflower head" (1979); Nusselt's analogon.
-    """
-    k = np.arange(MOST_RAYS)
-    radius, around = np.sqrt((k + 0.5) / MOST_RAYS), k * math.pi * (3.0 - math.sqrt(5.0))
-    directions = np.stack([radius * np.cos(around), radius * np.sin(around), np.sqrt(1.0 - radius * radius)], axis=1)
-    return directions[in_tree_order(directions[:, :2])]
+        count, triangles = len(self.receiver.points), self.receiver.faces.corners
+        rays_at_once = _RAYS_OF_VTK_AT_ONCE if self.occluders.are_slow else _RAYS_AT_ONCE
+        return look(count, cast, triangles, rays_at_once=rays_at_once, **options)
 
 
 # --- what they found, kept
@@ -294,10 +268,10 @@ class Visibility:
         """Shape (lights + 1, n): `per_light` with `sky` in the last row; other rows may not be computed yet."""
         for index in (*lights, *[len(self.lights)] * sky):
             if index not in self._done:
-                if len(self._receiver.points) >= _WORTH_A_WARNING and not has_embree():
-                    warn_of_slow_rays()
                 start, is_sky = time.perf_counter(), index == len(self.lights)
                 self._receiver.origins, self._tracer.occluders.casters  # noqa: B018  found now: threads share them
+                if len(self._receiver.points) >= _WORTH_A_WARNING and self._tracer.occluders.are_slow:
+                    warn_of_slow_rays()
                 with text.about(f"rays to {'the sky' if is_sky else self.lights[index]}"):
                     seen = self._tracer.sky() if is_sky else self._tracer.light(self._lights[index])
                 self._keep(index, seen.part, seen.error)

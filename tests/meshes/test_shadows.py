@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from pyvista import examples
+from ray_backends import BACKENDS, FASTEST
 
 import pvphong as ph
 from pvphong.base import threads
@@ -52,10 +53,9 @@ def scene(*lights, **model):
     return ph.Scene(lights, ph.Viewer(position=(0, -5, 5)), replace(MODEL, **model))
 
 
-@pytest.fixture(params=["vtk", *["embree"] * casting.has_embree()])
+@pytest.fixture(params=BACKENDS)
 def backend(request, monkeypatch):
-    if request.param == "vtk":
-        monkeypatch.setattr(casting, "has_embree", lambda: False)
+    monkeypatch.setattr(casting, "ray_backend", lambda: (BACKENDS[request.param], ""))
     return request.param
 
 
@@ -149,7 +149,7 @@ def test_equal_calls_give_equal_bits_whatever_the_chunks_and_threads(monkeypatch
     ground, rig, blockers = soft()
     usual = ground.phong.visibility(rig, **blockers)
     with threads.limited(1):
-        monkeypatch.setattr(sampling, "_RAYS_AT_ONCE", 1000)
+        monkeypatch.setattr(visibility, "_RAYS_AT_ONCE", 1000)
         other = ground.phong.visibility(rig, **blockers)
         np.testing.assert_array_equal(other.channels([0], sky=True), usual.channels([0], sky=True))
     np.testing.assert_array_equal(other.standard_error.per_light, usual.standard_error.per_light)
@@ -158,6 +158,7 @@ def test_equal_calls_give_equal_bits_whatever_the_chunks_and_threads(monkeypatch
 def test_its_standard_error_is_honest():
     """Off the truth by it on the average, over many vertices of one fraction: where a screen hides a third."""
     screen = pv.PolyData(np.array([[0.02, -99, 2], [99, -99, 2], [99, 99, 2], [0.02, 99, 2.0]]), [4, 0, 1, 2, 3])
+    screen = screen.rotate_z(28)  # of an edge along an axis even fewer rays are wrong than is stated
     same = patch(*[(0, 0, 0)] * 400)
     whole = same.phong.visibility([BALL], occluders=[screen], samples=4096)
     for count in (16, 64, 256):
@@ -172,7 +173,7 @@ def test_its_standard_error_is_honest():
             assert (np.quantile(scores, [0.68, 0.95]) < [1.2, 2.2]).all()  # a normal variable's, or nearer
 
 
-@pytest.mark.skipif(not casting.has_embree(), reason="too many rays for VTK")
+@pytest.mark.skipif(FASTEST == "vtk", reason="too many rays for VTK")
 @pytest.mark.parametrize("load", [examples.load_ant, examples.load_airplane])
 def test_the_tolerance_is_kept_on_meshes_of_others(load):
     """Against all 4096 rays from some of the vertices, of the colours of a white surface."""

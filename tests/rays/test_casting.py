@@ -3,19 +3,16 @@
 import numpy as np
 import pytest
 import pyvista as pv
+from ray_backends import BACKENDS
 
 import pvphong as ph
 from pvphong.rays import casting, visibility
-from pvphong.rays.casting import BlockingFaces, Caster, Occluders, has_embree
-from pvphong.rays.rays import Targets
-
-BACKENDS = ["vtk", *["embree"] * has_embree()]
+from pvphong.rays.casting import BlockingFaces, Caster, Occluders
 
 
 @pytest.fixture(params=BACKENDS, autouse=True)
 def backend(request, monkeypatch):
-    if request.param == "vtk":
-        monkeypatch.setattr(casting, "has_embree", lambda: False)
+    monkeypatch.setattr(casting, "ray_backend", lambda: (BACKENDS[request.param], ""))
     return request.param
 
 
@@ -105,7 +102,6 @@ def test_spoiled_triangles_and_rays_meet_nothing_and_harm_no_other():
 def test_without_embree_it_is_said_once_and_only_where_it_matters(monkeypatch, backend):
     casting.warn_of_slow_rays.cache_clear()
     monkeypatch.setattr(visibility, "_WORTH_A_WARNING", 100)
-    monkeypatch.setattr(visibility, "has_embree", lambda: backend == "embree")
     pv.Plane(i_resolution=3).phong.visibility([ph.DirectionalLight()]).per_light.sum()
     seen = pv.Plane().phong.visibility([ph.DirectionalLight()])
     if backend == "vtk":
@@ -121,19 +117,3 @@ def test_more_triangles_than_fit_into_memory_are_refused_before_any_is_read(monk
         ValueError, match=r"^occluders must be as many as fit into the 1 GB.*10,000,000.*1\.3 GB.*decim"
     ):
         Occluders([many]).casters  # noqa: B018
-
-
-@pytest.mark.parametrize("two_sided", [False, True])
-def test_targets_send_what_the_lights_send_of_which_a_light_consists(two_sided):
-    random = np.random.default_rng(4)
-    for light in (
-        ph.RectangleLight((0, 0, 2), (0.2, 0.1, -1), width=1.5, height=0.5, two_sided=two_sided, intensity=3.0),
-        ph.SphereLight((0, 1, 2), radius=0.7),
-        ph.EnvironmentLight(random.random((4, 8, 3))),
-    ):
-        nodes, targets = light.nodes(64), Targets(light, 64)
-        points = random.normal(size=(len(nodes), 3))
-        sent = [targets.strengths(np.full(len(nodes), k), points) for k in range(len(nodes))]
-        one_by_one = [np.broadcast_to(n.intensity * n.arrival(points.T).strength, len(points)) for n in nodes]
-        order = [np.lexsort(np.array(rows).T.round(9)[::-1]) for rows in (sent, one_by_one)]
-        np.testing.assert_allclose(np.array(sent)[order[0]], np.array(one_by_one)[order[1]], rtol=1e-9)

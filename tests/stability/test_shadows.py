@@ -11,20 +11,20 @@ from typing import Any
 import numpy as np
 import pytest
 import pyvista as pv
+from ray_backends import BACKENDS
 from stability.bounds import assert_within
 
 import pvphong as ph
 from pvphong.rays import casting
-from pvphong.rays.casting import BlockingFaces, Locator, has_embree
+from pvphong.rays.casting import BlockingFaces, Locator
 
 SLANTED = ph.DirectionalLight(direction=(-3, 1, -0.2))
 SUN = ph.DirectionalLight(direction=(0, 0, -1))
 
 
-@pytest.fixture(params=["vtk", *["embree"] * has_embree()], autouse=True)
+@pytest.fixture(params=BACKENDS, autouse=True)
 def _backend(request: Any, monkeypatch: Any) -> None:
-    if request.param == "vtk":
-        monkeypatch.setattr(casting, "has_embree", lambda: False)
+    monkeypatch.setattr(casting, "ray_backend", lambda: (BACKENDS[request.param], ""))
 
 
 def floor(cells: int = 30, **where: Any) -> pv.PolyData:

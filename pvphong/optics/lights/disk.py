@@ -12,6 +12,7 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array, VectorLike
 from pvphong.optics.area.disk import disk_highlight, disk_irradiance
 from pvphong.optics.area.lobes import CosinePower
+from pvphong.optics.area.sampling import Sampling, disk_sample
 from pvphong.optics.light import Integral, Light
 from pvphong.optics.lights.sized import Flat, across
 from pvphong.optics.roles import Role, aim, length, meaning, place
@@ -63,6 +64,11 @@ class DiskLight(Flat, Light):
         """Points of it at shares of its radius and at angles, shape (k, 3)."""
         ways = np.stack([np.cos(around), np.sin(around)]).T @ across(self.normal)
         return np.array(self.position) + self.radius * far[:, None] * ways
+
+    @property
+    def sampling(self) -> Sampling:
+        """Points on it."""
+        return self.sampled(disk_sample, self.radius * across(self.normal), math.sqrt(0.5))
 
     def closed(self, form: CosinePower) -> Integral:
         """Along its rim."""

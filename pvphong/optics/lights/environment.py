@@ -16,6 +16,7 @@ from pvphong.base.vectors import unit_vector
 from pvphong.geometry.extent import ROUNDED_UP, Extent
 from pvphong.optics.area.harmonics import energies, moments, moments_left, sky, sky_numbers
 from pvphong.optics.area.lobes import CosinePower
+from pvphong.optics.area.sampling import Sampling, image_numbers, image_sample, sky_frame, sky_sample
 from pvphong.optics.light import Integral, Light, Reach
 from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.panorama import Panorama, checked, directions, row_areas
@@ -30,6 +31,8 @@ _LEAST = 1e-9
 _NOTHING = 1e-15
 # Directions that nodes are chosen from, at least, in rows.
 _ROWS = 48
+# Rows of an image that rays are chosen by, at most: cells of it have the mean of their texels.
+_MOST_ROWS = 256
 # What harmonics may have more than the image that they are of.
 _OVERSHOOT = 2.0
 _RED_GREEN_BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -118,6 +121,15 @@ class EnvironmentLight(Light):
         """
         return _nodes(self.panorama, tuple(self.axes.ravel().tolist()), count)
 
+    @cached_property
+    def sampling(self) -> Sampling:
+        """By its energy and by the cosine; of one colour by the cosine alone."""
+        radiance = self.panorama.image.mean(axis=2, dtype=np.float64)
+        if self.panorama.is_even:
+            return Sampling(sky_frame, sky_sample, (math.inf, float(radiance[0, 0])))
+        cells = _means(_means(radiance, _MOST_ROWS).T, 2 * _MOST_ROWS).T
+        return Sampling(sky_frame, image_sample, image_numbers(cells, self.axes))
+
     def reach(self, extent: Extent) -> Reach:  # noqa: ARG002 the same everywhere
         """It comes from everywhere; no lobe makes more of it than a factor of 1 does."""
         strongest = max(1.0, _OVERSHOOT * float(self.panorama.total.max())) * ROUNDED_UP
@@ -156,6 +168,18 @@ class EnvironmentLight(Light):
             red, green, blue = image.image[0, 0].tolist()
             return (((red, green, blue), SkyChannel(source=replace(self, image=1.0), channel=0, most=1)),)
         return tuple((tint, SkyChannel(source=self, channel=k, most=most)) for k, tint in enumerate(_RED_GREEN_BLUE))
+
+
+def _means(rows: Float64Array, count: int) -> Float64Array:
+    """The means of so many equal parts of rows, or the rows if they are fewer."""
+    if len(rows) <= count:
+        return rows
+    ends = np.linspace(0.0, len(rows), count + 1)
+    whole = ends.astype(np.int64)
+    padded = np.pad(rows, ((0, 1), (0, 0)))
+    sums = np.pad(rows.cumsum(axis=0), ((1, 0), (0, 0)))
+    parts = np.diff(sums[whole] + (ends - whole)[:, None] * padded[whole], axis=0)
+    return np.maximum(parts, 0.0) * (count / len(rows))
 
 
 def _middle(up: VectorLike) -> Vector:

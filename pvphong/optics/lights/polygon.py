@@ -13,6 +13,7 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.area.lobes import CosinePower
+from pvphong.optics.area.sampling import Sampling, polygon_sample
 from pvphong.optics.light import Integral, Light
 from pvphong.optics.lights.sized import Flat, across, lattice, over_polygon
 from pvphong.optics.roles import Corners, Role, meaning
@@ -107,6 +108,17 @@ class PolygonLight(Flat, Light):
         a, b, c = np.moveaxis(self.triangles[which], 1, 0)
         far = np.sqrt(along)[:, None]
         return self.outline[0] + a + far * (b - a) + far * across[:, None] * (c - b)
+
+    @property
+    def sampling(self) -> Sampling:
+        """Points on it."""
+        sides = self.reach_radius * across(self.normal)
+        flat = (self.triangles + self.outline[0] - np.array(self.center)) @ (sides / self.reach_radius**2).T
+        shares = _areas(self.triangles) / _areas(self.triangles).sum()
+        flat[:, 1:] -= flat[:, :1]
+        rows = np.column_stack([shares.cumsum(), shares, flat.reshape(-1, 6)])
+        of_all = self.sampled(polygon_sample, sides, 1.0)
+        return of_all._replace(numbers=(*of_all.numbers, float(len(rows)), *rows.ravel().tolist()))
 
     def closed(self, form: CosinePower) -> Integral:
         """Along its sides."""

@@ -11,6 +11,7 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array, VectorLike
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.area.lobes import CosinePower
+from pvphong.optics.area.sampling import Sampling, rectangle_sample
 from pvphong.optics.light import Integral, Light
 from pvphong.optics.lights.sized import Flat, across, lattice, over_polygon
 from pvphong.optics.roles import Role, Up, aim, length, meaning, place
@@ -84,6 +85,11 @@ class RectangleLight(Flat, Light):
     def spots(self, count: int) -> Float64Array:
         """The nodes' places, on a lattice."""
         return np.array(self.position) + (2.0 * lattice(count) - 1.0) @ self.sides
+
+    @property
+    def sampling(self) -> Sampling:
+        """Points on it."""
+        return self.sampled(rectangle_sample, self.sides, 1.0)
 
     def closed(self, form: CosinePower) -> Integral:
         """Along its sides."""

@@ -7,7 +7,7 @@ off its normal, which is a spot light's with a cone of 90° and the exponent 1, 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -19,6 +19,7 @@ from pvphong.base.vectors import directions_to, dot, unit_vector
 from pvphong.geometry.extent import ROUNDED_UP, Extent, Sight
 from pvphong.optics.area.lobes import CosinePower
 from pvphong.optics.area.polygon import polygon_highlight, polygon_irradiance
+from pvphong.optics.area.sampling import Sampling, flat_frame
 from pvphong.optics.attenuation import INVERSE_SQUARE, attenuate, strength_at
 from pvphong.optics.light import (
     NODES,
@@ -166,6 +167,11 @@ class Flat:
             for place in places.tolist()
             for sign in (1.0, -1.0)[:sides]
         )
+
+    def sampled(self, sample: Callable[..., Any], sides: Float64Array, corner: float) -> Sampling:
+        """How points on it are chosen, of two half sides as rows; `corner` as `flat_frame` has it."""
+        numbers = *self.center, *self.normal, *sides.ravel().tolist(), float(self.two_sided), corner
+        return Sampling(flat_frame, sample, numbers)
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
         """What its middle sends."""

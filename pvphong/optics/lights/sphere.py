@@ -12,6 +12,7 @@ from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.geometry.extent import Extent
 from pvphong.optics.area.disk import sphere_highlight, sphere_irradiance
 from pvphong.optics.area.lobes import CosinePower
+from pvphong.optics.area.sampling import Sampling, sphere_frame, sphere_sample
 from pvphong.optics.attenuation import INVERSE_SQUARE
 from pvphong.optics.light import SIZE_EFFECT, Integral, Light, Reach, StandIn
 from pvphong.optics.lights.point import PointLight, parallel_at
@@ -61,6 +62,11 @@ class SphereLight(Light):
         """Over the cap as which it is seen."""
         formula = sphere_irradiance if form.around == "normal" else sphere_highlight
         return Integral(formula, self.places[0], self.radius, (self.radius,))
+
+    @property
+    def sampling(self) -> Sampling:
+        """Evenly within the cone in which it is seen."""
+        return Sampling(sphere_frame, sphere_sample, (*self.places[0], self.radius))
 
     def reach(self, extent: Extent) -> Reach:
         """Its surface may be as near as that; it is seen as far off as its edge is."""

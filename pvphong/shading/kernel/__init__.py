@@ -17,7 +17,7 @@ a block of them, from loading to colours; `vertices` is where a block's values a
 puts a loop around the formula of a light or a reflectance; `lanes` is what those of lights with a size run on, eight
 vertices side by side. `records` is the form in which the driver takes an equation, `arithmetic` what compiled code
 calculates with, `code` compiles and keeps the code on disk, `ahead` compiles all there is. `normals` sums the normals
-of meshes.
+of meshes, `rays` makes rays and has them tested.
 """
 
 from __future__ import annotations
@@ -26,12 +26,13 @@ import functools
 import importlib.util
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, get_args
 
 from numpy.typing import NDArray
 
 from pvphong.base import check
-from pvphong.base.types import Backend, Float64Array, FloatArray, Weighting
+from pvphong.base.types import Backend, BoolArray, Float64Array, FloatArray, IntArray, Weighting
+from pvphong.optics.area.sampling import Sampling
 from pvphong.shading.equation import Equation
 from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Tint
@@ -216,3 +217,67 @@ def point_normals(
     )
     _Process.has_run |= result is not None
     return result
+
+
+class Casters(NamedTuple):
+    """Scenes of Embree's, and how to test sixteen rays with each."""
+
+    function: int
+    """Address of `rtcOccluded16`."""
+    scenes: IntArray
+    """Their handles."""
+    numbers: Float64Array
+    """Shape (scenes, 4): the middle of each, and the power of two that brings it to −1 to 1."""
+
+
+def rays_obstacle() -> str:
+    """Why compiled code casts no rays now; "" where it does. Code that is missing is compiled by another process."""
+    library = _library()
+    if library is None:
+        return f"Numba cannot be used {(obstacle() or [''])[0]}"
+    from pvphong.shading.kernel import code, rays
+
+    try:
+        for each in (rays.test_code, rays.point_code, rays.part_code):
+            each(library.cached_only)
+    except code.NotCompiled as missing:
+        code.ask_for(missing.key, None, library.lock)
+        return "its code is being compiled"
+    return ""
+
+
+def part_seen(sampling: Sampling, *arguments: Any) -> tuple[FloatArray, FloatArray, Float64Array, int] | None:
+    """What vertices see of a light; arguments and result are those of `rays.part_seen`.
+
+    None where a light's code is missing, which another process compiles then.
+    """
+    library = _library()
+    if library is None:
+        return None
+    from pvphong.shading.kernel import code, rays
+
+    try:
+        return rays.part_seen(library.cached_only, sampling, *arguments)
+    except code.NotCompiled as missing:
+        code.ask_for(missing.key, None, library.lock)
+        return None
+
+
+def point_seen(*arguments: Any) -> int:
+    """As `rays.point_seen`, where `rays_obstacle` names none."""
+    from pvphong.shading.kernel import rays
+
+    return rays.point_seen(_compiled(), *arguments)
+
+
+def rays_blocked(*arguments: Any) -> BoolArray:
+    """As `rays.blocked`, where `rays_obstacle` names none."""
+    from pvphong.shading.kernel import rays
+
+    return rays.blocked(_compiled(), *arguments)
+
+
+def _compiled() -> Library:
+    library = _library()
+    assert library is not None
+    return library

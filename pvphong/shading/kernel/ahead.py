@@ -17,11 +17,12 @@ from typing import Any, NamedTuple
 
 from pvphong.base.files import locked
 from pvphong.optics.area.lobes import CosinePower
+from pvphong.optics.area.sampling import image_sample, sky_frame, sky_sample
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectance import LAMBERT
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.vtk import VtkHeadlight
-from pvphong.shading.kernel import normals, records, stages
+from pvphong.shading.kernel import normals, rays, records, stages
 from pvphong.shading.kernel.code import Library, NotCompiled, Request, code_identity
 from pvphong.shading.kernel.evaluation import driver_code
 
@@ -41,7 +42,11 @@ def pieces(library: Library) -> list[CompilationUnit]:
     result = [
         CompilationUnit("faces", partial(normals.survey_code, library)),
         CompilationUnit("normals", partial(normals.normals_code, library)),
+        CompilationUnit("rays", partial(rays.test_code, library)),
+        CompilationUnit("rays to a point", partial(rays.point_code, library)),
+        CompilationUnit("rays to a part", partial(rays.part_code, library)),
     ]
+    result += (CompilationUnit(name, partial(library.stage, x, "float32")) for name, x in _of_samplings())
     written = ("factors already written", stages.factors_already_written)
     lit = *_of_lights(), *_of_lights_with_a_size(), *_of_reflectances(), written
     for stored, real in _STORED_AND_REAL:
@@ -88,6 +93,18 @@ def _of_lights_with_a_size() -> _Named:
         for name, light in lights
         if light.closed(diffuse) is not None
         for forms in ((diffuse, highlight), (diffuse, None), (None, highlight))
+    )
+
+
+def _of_samplings() -> _Named:
+    """How rays to all kinds of light, to the sky and to an image of it are chosen."""
+    found = {name: _sample(kind).sampling for name, kind in LIGHT_TYPES.items()}
+    by_light = [(name, each.frame, each.sample) for name, each in found.items() if each is not None]
+    chosen = [*by_light, ("sky", sky_frame, sky_sample), ("image", sky_frame, image_sample)]
+    return _distinct(
+        (f"rays to {name}", stage)
+        for name, frame, sample in chosen
+        for stage in (rays.frame_stage(frame), rays.sample_stage(sample))
     )
 
 

@@ -259,6 +259,12 @@ _OPERATIONS: dict[Callable[..., Any], Callable[..., Any]] = {
     formulas.multiply_add: lambda a, b, c: multiply_add(a, b, c),
     formulas.like: lambda x, value: like(x, value),
     formulas.exponential: lambda x: exp2(x * like(x, _TO_BASE_2)),
+    formulas.single: lambda x: np.float32(x),
+    formulas.wrapped: lambda x: np.uint32(x),
+    formulas.index: lambda x: np.int64(x),
+    formulas.arctan2: lambda y, x: np.arctan2(y, x),
+    formulas.sine: lambda x: np.sin(x),
+    formulas.cosine: lambda x: np.cos(x),
 }
 
 _BOUND: list[Callable[..., Any]] = []

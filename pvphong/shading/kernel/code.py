@@ -193,7 +193,7 @@ def _sources(modules: tuple[str, ...]) -> bytes:
     These are the modules', and all of the packages that hold the kernel and the formulas.
     """
     here = Path(__file__).parent
-    folders = here, here.parents[1] / "base", here.parents[1] / "optics"
+    folders = here, *(here.parents[1] / package for package in ("base", "geometry", "optics"))
     called = [source.read_text("utf-8") for folder in folders for source in sorted(folder.rglob("*.py"))]
     own = [inspect.getsource(sys.modules[module]) for module in modules if not module.startswith("pvphong.")]
     return digest("".join([*called, *own]).encode())

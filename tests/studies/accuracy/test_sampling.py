@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import pyvista as pv
+from ray_backends import FASTEST
 
 import pvphong as ph
-from pvphong.rays.casting import has_embree
 from pvphong.studies.accuracy.timing import Clock
 from pvphong.studies.accuracy.variants import Subject, sampling
 
@@ -13,7 +13,7 @@ SUN = ph.DirectionalLight(direction=(1, 0, -1), name="sun")
 BALL = ph.SphereLight(position=(0, 1, 3), radius=0.5, intensity=6, name="ball")
 CLAY = ph.Material(ambient=0.8, diffuse=0.6)
 VIEWER = ph.Viewer(position=(0, -4, 3))
-pytestmark = pytest.mark.skipif(not has_embree(), reason="VTK's rays take longer than the budget")
+pytestmark = pytest.mark.skipif(FASTEST == "vtk", reason="VTK's rays take longer than the budget")
 
 
 def scene(*lights, **model):

@@ -1,0 +1,81 @@
+"""Points spread evenly over the unit square: the first two dimensions of Sobol's sequence, scrambled as Owen does it.
+
+The first 2ᵐ points, and any 2ᵐ that follow a multiple of as many, are one in each of the 2ᵐ rectangles of equal size
+and any shape into which the square is halved again and again: a (0, 2)-sequence in base 2 (I. M. Sobol', "On the
+distribution of points in a cube and the approximate evaluation of integrals", 1967). Scrambling keeps that and makes
+each point evenly distributed (A. B. Owen, "Randomly permuted (t,m,s)-nets and (t,s)-sequences", 1995); it is done by a
+hash of the digits (S. Laine and T. Karras, "Stratified sampling for stochastic transparency", 2011; B. Burley,
+"Practical hash-based Owen scrambling", 2020; constants by N. Vegdahl). So a point depends on its number and a seed
+alone. Digits are kept last one first, in the form in which the hash takes them.
+
+(SciPy has the sequence too; but it is an optional extra, and nodes are to be the same without it.)
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pvphong.base.formulas import formula, like, single, wrapped
+from pvphong.base.types import IntArray
+
+MOST = 4096
+"""So many points there are; a power of two."""
+
+_ONE, _TWO, _FOUR, _EIGHT, _SIXTEEN = (np.uint32(1 << k) for k in range(5))
+_ODD, _PAIRS, _NIBBLES, _OCTETS = map(np.uint32, (0x55555555, 0x33333333, 0x0F0F0F0F, 0x00FF00FF))
+_MIXERS = tuple(map(np.uint32, (0x3D20ADEA, 0x05526C56, 0x53A22864)))
+
+
+def _second_coordinates() -> NDArray[np.uint32]:
+    """Each digit of a point's number adds a row of Pascal's triangle modulo 2. (The first coordinate is the number.)"""
+    numbers, row = np.arange(MOST, dtype=np.uint32), 1
+    result = np.zeros(MOST, np.uint32)
+    for bit in range(MOST.bit_length() - 1):
+        result ^= (numbers >> np.uint32(bit) & _ONE) * np.uint32(row)
+        row ^= row << 1
+    return result
+
+
+SECOND = _second_coordinates()
+"""Digits of the second coordinates, shape (MOST,)."""
+
+
+def _apart(exponent: int) -> int:
+    numbers, across = np.arange(1, 2**exponent), exponent // 2
+    down = exponent - 1 - across
+    alike = (numbers % 2**across == 0) & (SECOND[1 : 2**exponent] % 2**down == 0)
+    return int(numbers[alike][0])
+
+
+NEIGHBOURS = (0, *(_apart(exponent) for exponent in range(1, MOST.bit_length())))
+"""By m: of 2ᵐ points, the k-th and that with the number k xor this are alone in a square, or in half of one."""
+
+
+def seeds(numbers: IntArray) -> NDArray[np.uint32]:
+    """Two for each number, shape (2, n), without any pattern (splitmix64; G. L. Steele et al. 2014)."""
+    z = (numbers.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    z ^= z >> np.uint64(31)
+    return np.stack([z.astype(np.uint32), (z >> np.uint64(32)).astype(np.uint32)])
+
+
+@formula
+def coordinate(digits: Any, seed: Any) -> Any:
+    """A coordinate in [0, 1), float32, of its digits as uint32, scrambled by a seed."""
+    x = wrapped(digits ^ wrapped(digits * _MIXERS[0]))
+    x = wrapped(x + seed)
+    x = wrapped(x * wrapped(wrapped(seed >> _SIXTEEN) | _ONE))
+    x = wrapped(x ^ wrapped(x * _MIXERS[1]))
+    x = wrapped(x ^ wrapped(x * _MIXERS[2]))
+    # the first digit first
+    x = wrapped(wrapped(wrapped(x >> _ONE) & _ODD) | wrapped(wrapped(x & _ODD) << _ONE))
+    x = wrapped(wrapped(wrapped(x >> _TWO) & _PAIRS) | wrapped(wrapped(x & _PAIRS) << _TWO))
+    x = wrapped(wrapped(wrapped(x >> _FOUR) & _NIBBLES) | wrapped(wrapped(x & _NIBBLES) << _FOUR))
+    x = wrapped(wrapped(wrapped(x >> _EIGHT) & _OCTETS) | wrapped(wrapped(x & _OCTETS) << _EIGHT))
+    x = wrapped(wrapped(x >> _SIXTEEN) | wrapped(x << _SIXTEEN))
+    whole = single(wrapped(x >> _EIGHT))
+    return whole * like(whole, 2.0**-24)

@@ -1,0 +1,345 @@
+"""Points of lights with a size, and directions to the sky, chosen for rays: formulas of two numbers u and v in [0, 1).
+
+Each light has two. `frame` is computed once for a vertex, in float64, from the light's numbers, the point p where rays
+begin and the unit normal n (zero where there is none). It gives the length that goes with a share of 1, the factor that
+makes a mean of weights a colour, and what the other formula needs. `sample` is computed for each ray, in float32, of
+that: the unit vector to a point of the light, how far that is as a share, and its weight: what arrives from there of a
+white surface's colour, over the density with which such points are chosen.
+
+Where the density is nearly in proportion to what arrives, weights are nearly equal, and what is left to chance is what
+is hidden. Maps from the square are continuous, so that points which are spread evenly remain so.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pvphong.base.formulas import (
+    HALF,
+    ONE,
+    TWO,
+    ZERO,
+    arctan2,
+    cosine,
+    dot,
+    formula,
+    index,
+    like,
+    maximum,
+    minimum,
+    multiply_add,
+    sine,
+    single,
+    sqrt,
+    times,
+    where,
+)
+from pvphong.base.types import Float64Array
+
+
+class Sampling(NamedTuple):
+    """How rays to a light with a size, of intensity 1, are chosen."""
+
+    frame: Callable[..., Any]
+    """Formula of numbers, p and n, as above."""
+
+    sample: Callable[..., Any]
+    """Formula of numbers, of what `frame` gives but for its first two, of u and v."""
+
+    numbers: Sequence[float] | Float64Array
+    """What both formulas read by index."""
+
+
+# --- common formulas
+
+
+@formula
+def _polynomial(q: Any, coefficients: Any) -> Any:
+    """Coefficients highest power first."""
+    total = like(q, coefficients[0])
+    for k in range(1, len(coefficients)):
+        total = multiply_add(total, q, like(q, coefficients[k]))
+    return total
+
+
+# Taylor's, of cos(πt/4) and of sin(πt/4)/t in powers of t² for |t| <= 1: the rest is less than 3e-8 and 2e-9.
+_COSINE = tuple((-1) ** k * (math.pi / 4) ** (2 * k) / math.factorial(2 * k) for k in range(4, -1, -1))
+_SINE = tuple((-1) ** k * (math.pi / 4) ** (2 * k + 1) / math.factorial(2 * k + 1) for k in range(4, -1, -1))
+
+
+@formula
+def on_disk(u: Any, v: Any) -> Any:
+    """A point of the unit disk, squares becoming rings of the same share of the area.
+
+    Source: P. Shirley and K. Chiu, "A low distortion map between disk and square" (1997).
+    """
+    a, b = TWO * u - ONE, TWO * v - ONE
+    is_wide = a * a > b * b
+    radius = where(is_wide, a, b)
+    t = where(is_wide, b, a) / where(radius == ZERO, ONE, radius)
+    c, s = radius * _polynomial(t * t, _COSINE), radius * (t * _polynomial(t * t, _SINE))
+    return where(is_wide, c, s), where(is_wide, s, c)
+
+
+@formula
+def length_and_direction(d: Any) -> Any:
+    """Of a vector of any length; of a zero vector 0, and the z axis."""
+    largest = maximum(maximum(maximum(d[0], -d[0]), maximum(d[1], -d[1])), maximum(d[2], -d[2]))
+    is_zero = largest == 0.0
+    over = 1.0 / where(is_zero, 1.0, largest)
+    x, y, z = d[0] * over, d[1] * over, where(is_zero, 1.0, d[2] * over)
+    length = sqrt(x * x + y * y + z * z)
+    return largest * length, (x / length, y / length, z / length)
+
+
+@formula
+def _across(w: Any) -> Any:
+    """Two unit vectors across a unit vector (T. Duff et al., "Building an orthonormal basis, revisited", 2017)."""
+    sign = where(w[2] < 0.0, -1.0, 1.0)
+    a = -1.0 / (sign + w[2])
+    b = w[0] * w[1] * a
+    return (1.0 + sign * w[0] * w[0] * a, sign * b, -sign * w[0]), (b, sign + w[1] * w[1] * a, -w[1])
+
+
+@formula
+def _combined(x: Any, a: Any, y: Any, b: Any, z: Any, c: Any) -> Any:
+    """The vector xa + yb + zc."""
+    return (
+        multiply_add(z, c[0], multiply_add(y, b[0], x * a[0])),
+        multiply_add(z, c[1], multiply_add(y, b[1], x * a[1])),
+        multiply_add(z, c[2], multiply_add(y, b[2], x * a[2])),
+    )
+
+
+# --- spheres: evenly within the cone in which they are seen
+
+
+@formula
+def sphere_frame(numbers: Any, p: Any, n: Any) -> Any:
+    """Numbers: place and radius. From inside, the sphere is all around."""
+    distance, w = length_and_direction((numbers[0] - p[0], numbers[1] - p[1], numbers[2] - p[2]))
+    radius = numbers[3]
+    is_inside = distance <= radius
+    sine = radius / where(is_inside, radius, distance)
+    less = where(is_inside, 2.0, sine * sine / (1.0 + sqrt(1.0 - sine * sine)))  # 1 − cos of the cone
+    across, up = _across(w)
+    scale = 2.0 * (less / radius / radius)  # the radiance 1/πr² times the cone's 2π (1 − cos)
+    reach, side = where(is_inside, radius, distance), where(is_inside, 1.0, -1.0)
+    return reach, scale, *w, *across, *up, dot(n, w), dot(n, across), dot(n, up), less, side, distance / reach
+
+
+@formula
+def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
+    """The share is of the distance to the middle, where the ray enters the sphere; from inside of the radius."""
+    less, side, to_middle = frame[12], frame[13], frame[14]
+    x, y = on_disk(u, v)
+    inner = minimum(x * x + y * y, ONE)
+    t = less * inner  # 1 − cos of the ray's angle off the middle
+    across = sqrt(less * (TWO - t))
+    x, y, along = x * across, y * across, ONE - t
+    direction = _combined(along, frame[0:3], x, frame[3:6], y, frame[6:9])
+    weight = multiply_add(y, frame[11], multiply_add(x, frame[10], along * frame[9]))
+    # the squared radius less that of the ray's distance from the middle; at the edge of the cone no digits cancel
+    apart = where(side < ZERO, less * (ONE - inner) * (TWO - less - t), ONE - to_middle * to_middle * t * (TWO - t))
+    return direction, to_middle * along + side * sqrt(maximum(apart, ZERO)), maximum(weight, ZERO)
+
+
+# --- flat lights: points on them, as dense as what arrives from four of them says
+
+# What a corner counts for at least, of what it would if the vertex faced it.
+_LEAST_CORNER = 2.0**-5
+
+
+@formula
+def _corner(c: Any, n: Any) -> Any:
+    """What arrives from a point at the offset c, but for a factor."""
+    square = dot(c, c)
+    length = sqrt(square)
+    return maximum(dot(n, c), _LEAST_CORNER * length) / maximum(square * square, 1e-30)
+
+
+@formula
+def flat_frame(numbers: Any, p: Any, n: Any) -> Any:
+    """Numbers: place, normal, two half sides, both as vectors, 1 if it has two sides, and where its corners are.
+
+    The last is their share of the half sides: 1 for a rectangle, √½ for a disk.
+    """
+    d = numbers[0] - p[0], numbers[1] - p[1], numbers[2] - p[2]
+    normal = numbers[3], numbers[4], numbers[5]
+    half, other = (numbers[6], numbers[7], numbers[8]), (numbers[9], numbers[10], numbers[11])
+    distance, w = length_and_direction(d)
+    reach = distance + sqrt(dot(half, half)) + sqrt(dot(other, other))
+    d, half, other = times(w, distance / reach), times(half, 1.0 / reach), times(other, 1.0 / reach)
+    height = -dot(normal, d)
+    height = where(numbers[12] > 0.0, maximum(height, -height), maximum(height, 0.0))
+    s, k = _combined(numbers[13], half, numbers[13], other, 0.0, d), numbers[13]
+    e = _combined(k, half, -k, other, 0.0, d)
+    first, second = _corner(_combined(1.0, d, -1.0, s, 0.0, d), n), _corner(_combined(1.0, d, 1.0, e, 0.0, d), n)
+    third, fourth = _corner(_combined(1.0, d, -1.0, e, 0.0, d), n), _corner(_combined(1.0, d, 1.0, s, 0.0, d), n)
+    over = 4.0 / (first + second + third + fourth)
+    corners = first * over, second * over, third * over, fourth * over
+    return reach, 1.0 / reach / reach, *d, *half, *other, *n, height, *corners
+
+
+@formula
+def _along(u: Any, a: Any, b: Any) -> Any:
+    """A number in [0, 1] whose density rises in a line from a to b, of one that is evenly distributed."""
+    root = sqrt(multiply_add(u, b * b - a * a, a * a))
+    return minimum(u * (a + b) / (a + root), ONE)
+
+
+@formula
+def _warped(u: Any, v: Any, corners: Any) -> Any:
+    """U and v with a density that four corners of the square say, and that density.
+
+    Source: D. Hart et al., "Practical product sampling by fitting and composing warps" (2020), 4.1.
+    """
+    y = _along(v, corners[0] + corners[1], corners[2] + corners[3])
+    left, right = corners[0] + y * (corners[2] - corners[0]), corners[1] + y * (corners[3] - corners[1])
+    x = _along(u, left, right)
+    return x, y, left + x * (right - left)
+
+
+@formula
+def _from_flat(frame: Any, c: Any, density: Any) -> Any:
+    """What arrives from the point of a flat light at an offset c."""
+    square = dot(c, c)
+    length = sqrt(square)
+    over = ONE / where(square > ZERO, length, ONE)
+    weight = maximum(dot(frame[9:12], c), ZERO) * frame[12] * (over * over) * (over * over) / density
+    return times(c, over), length, weight
+
+
+@formula
+def rectangle_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
+    """Points of a rectangle."""
+    x, y, density = _warped(u, v, frame[13:17])
+    return _from_flat(frame, _combined(ONE, frame[0:3], TWO * x - ONE, frame[3:6], TWO * y - ONE, frame[6:9]), density)
+
+
+@formula
+def disk_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
+    """Points of a disk."""
+    x, y, density = _warped(u, v, frame[13:17])
+    x, y = on_disk(x, y)
+    return _from_flat(frame, _combined(ONE, frame[0:3], x, frame[3:6], y, frame[6:9]), density)
+
+
+# Where the triangles of a polygon begin: their number, and of each the share of the area up to its end and of itself,
+# and three corners less the first but for the first itself, as shares of the half sides.
+TRIANGLES = 14
+
+
+@formula
+def polygon_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
+    """Points of a polygon, evenly, triangle after triangle."""
+    which = index(ZERO * u)
+    for k in range(int(numbers[TRIANGLES]) - 1):
+        which = which + where(u >= numbers[TRIANGLES + 1 + 8 * k], 1, 0)
+    at = TRIANGLES + 1 + 8 * which
+    part = maximum((u - (numbers[at] - numbers[at + 1])) / numbers[at + 1], 0.0)
+    far = sqrt(minimum(part, 1.0))
+    x = numbers[at + 2] + far * (numbers[at + 4] + v * (numbers[at + 6] - numbers[at + 4]))
+    y = numbers[at + 3] + far * (numbers[at + 5] + v * (numbers[at + 7] - numbers[at + 5]))
+    return _from_flat(frame, _combined(ONE, frame[0:3], single(x), frame[3:6], single(y), frame[6:9]), ONE)
+
+
+# --- the sky: by the cosine, and by its image
+
+
+@formula
+def sky_frame(numbers: Any, _p: Any, n: Any) -> Any:
+    """Numbers: up to where something hides it, and how bright it is."""
+    across, up = _across(n)
+    has_normal = where(dot(n, n) > 0.0, 1.0, 0.0)
+    return numbers[0], numbers[1], *across, *up, *n, has_normal
+
+
+@formula
+def sky_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
+    """Directions with the density of the cosine (Nusselt's analogon)."""
+    x, y = on_disk(u, v)
+    z = sqrt(maximum(ONE - x * x - y * y, ZERO))
+    return _combined(x, frame[0:3], y, frame[3:6], z, frame[6:9]), ONE, frame[9] + ZERO * x
+
+
+# An image's numbers after those of `sky_frame`: how many rows and columns, the greatest powers of two that are less,
+# ∫ L dω of its radiance L, and the axes to its middle, right and up. Then the cosines of the angles from the top where
+# rows begin, shares of the energy where they begin, and the same for the columns of each row; then L.
+_ROWS, _COLUMNS, _HALF_ROWS, _HALF_COLUMNS, _TOTAL, _TABLES = 2, 3, 4, 5, 6, 16
+
+
+@formula
+def _place_in(numbers: Any, start: Any, count: Any, half: Any, share: Any) -> Any:
+    """Where a share is between rising numbers, the first of which is 0 and the last 1: its interval, and how far in."""
+    low, step = index(share * ZERO), int(half)
+    while step > 0:
+        after = low + step
+        inside = minimum(after, count)
+        low = where((after < count) & (numbers[start + inside] <= share), inside, low)
+        step //= 2
+    begin, end = numbers[start + low], numbers[start + low + 1]
+    return low, minimum(maximum(share - begin, 0.0) / maximum(end - begin, 1e-30), 1.0)
+
+
+@formula
+def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
+    """Directions by the image's energy where u < ½, else by the cosine.
+
+    Each is weighted with the mean density of both (E. Veach and L. Guibas, "Optimally combining sampling techniques",
+    1995, the balance heuristic).
+    """
+    rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
+    ends = _TABLES + rows + 1
+    shares = ends + rows + 1
+    cells = shares + rows * (columns + 1)
+    by_image, u = u < HALF, where(u < HALF, TWO * u, TWO * u - ONE)
+    x, y = on_disk(u, v)
+    z = sqrt(maximum(ONE - x * x - y * y, ZERO))
+    d = _combined(x, frame[0:3], y, frame[3:6], z, frame[6:9])
+    ahead, right = (numbers[7], numbers[8], numbers[9]), (numbers[10], numbers[11], numbers[12])
+    up = numbers[13], numbers[14], numbers[15]
+    height = minimum(maximum(dot(up, d), -1.0), 1.0)
+    down = arctan2(sqrt(1.0 - height * height), height) * (rows / math.pi)
+    around = arctan2(dot(right, d), dot(ahead, d)) * (columns / (2.0 * math.pi)) + 0.5 * columns
+    row, column = minimum(index(down), rows - 1), minimum(index(maximum(around, 0.0)), columns - 1)
+    chosen, far = _place_in(numbers, ends, rows, numbers[_HALF_ROWS], v)
+    row = where(by_image, chosen, row)
+    start = shares + row * (columns + 1)
+    chosen, along = _place_in(numbers, start, columns, numbers[_HALF_COLUMNS], u)
+    column = where(by_image, chosen, column)
+    top = numbers[_TABLES + row]
+    height = top + far * (numbers[_TABLES + row + 1] - top)
+    around = (column + along) * (2.0 * math.pi / columns) - math.pi
+    level = sqrt(maximum(1.0 - height * height, 0.0))
+    to_image = _combined(level * cosine(around), ahead, level * sine(around), right, height, up)
+    direction = (
+        single(where(by_image, to_image[0], d[0])),
+        single(where(by_image, to_image[1], d[1])),
+        single(where(by_image, to_image[2], d[2])),
+    )
+    cosine_here = maximum(dot(frame[6:9], direction), 0.0)
+    radiance = numbers[cells + row * columns + column]
+    density = math.pi * radiance / maximum(numbers[_TOTAL], 1e-300) + cosine_here
+    return direction, ONE, single(2.0 * radiance * cosine_here / maximum(density, 1e-30) * frame[9])
+
+
+def image_numbers(radiance: Float64Array, axes: Float64Array) -> Float64Array:
+    """What `image_sample` reads of the radiance of an image's cells, shape (h, w), and of its axes, as rows."""
+    rows, columns = radiance.shape
+    tops = np.cos(np.arange(rows + 1) * (math.pi / rows))
+    energies = radiance * ((tops[:-1] - tops[1:]) * (2.0 * math.pi / columns))[:, None]
+    sums = energies.sum(axis=1)
+    sizes = rows, columns, 1 << (rows - 1).bit_length(), 1 << (columns - 1).bit_length()
+    tables = tops, _shares(sums), np.apply_along_axis(_shares, 1, energies), radiance
+    return np.concatenate([(math.inf, 1.0, *sizes, sums.sum()), axes.ravel(), *(table.ravel() for table in tables)])
+
+
+def _shares(parts: Float64Array) -> Float64Array:
+    """Where each part of a whole begins, and where the last one ends; equal parts where the whole is nothing."""
+    ends = np.cumsum(parts if parts.any() else np.ones_like(parts))
+    return np.concatenate([[0.0], ends / ends[-1]])

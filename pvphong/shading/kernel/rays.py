@@ -1,0 +1,449 @@
+"""Rays made in compiled code, sixteen at a time, and tested by Embree through addresses of its functions.
+
+There are no arrays of rays: sixteen are in memory that a thread keeps, as Embree's `RTCRay16` has them, and what comes
+out of them is written for each vertex. In reading order: the memory; `_test`, which brings rays from anywhere to the
+coordinates of each caster; `look_at_part`, many rays from each vertex to a light with a size or to the sky, chosen by
+its two stages; `look_at_point`, one ray from each vertex to a light without one; `test`, rays that are given; and the
+functions of Python's that share out memory and call them.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+from pvphong.base import sobol
+from pvphong.base.formulas import ONE, ZERO, dot
+from pvphong.base.types import BoolArray, Float64Array, FloatArray
+from pvphong.geometry.rays import LONGEST, NEAR, begun_near, is_near
+from pvphong.optics.area.sampling import Sampling, length_and_direction
+from pvphong.shading.kernel.arithmetic import call_stage, inlined, shifted
+from pvphong.shading.kernel.code import Library
+from pvphong.shading.kernel.evaluation import address
+
+LANES = 16
+"""So many rays are tested at once."""
+
+# Sixteen rays as Embree has them: the origin, where they begin, the direction, the time, where they end, a mask, a
+# number and flags. Then u and v of each, the length as a share and the weight that are chosen, 1 where nothing has been
+# met; and what the frame of a vertex has.
+X, Y, Z, BEGIN, DX, DY, DZ, TIME, END, MASK, NUMBER, FLAGS, U, V, SHARE, WEIGHT, OPEN, FRAME = range(
+    0, 18 * LANES, LANES
+)
+_MOST_IN_FRAME = 17
+_ROWS = FRAME + 2 * LANES
+
+# In float64: origins and lengths of sixteen rays in the world; a vertex's origin and normal, and its length and factor.
+OX, OY, OZ, LENGTH, VERTEX = range(0, 5 * LANES, LANES)
+_REACH, _SCALE = 6, 7
+_WIDE = VERTEX + LANES
+
+
+@intrinsic
+def _occluded(_typing: Any, function: Any, valid: Any, scene: Any, rays: Any) -> Any:  # noqa: ARG001
+    """Call `rtcOccluded16`, without options."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        target, which, handle, sixteen = arguments
+        octets = ir.IntType(8).as_pointer()
+        kind = ir.FunctionType(ir.VoidType(), [octets] * 4)
+        pointers = builder.bitcast(which, octets), builder.inttoptr(handle, octets), builder.bitcast(sixteen, octets)
+        builder.call(builder.inttoptr(target, kind.as_pointer()), [*pointers, ir.Constant(octets, None)])
+        return ir.Constant(ir.IntType(64), 0)
+
+    return types.intp(types.intp, valid, types.intp, rays), generate
+
+
+@inlined
+def _prepare(rows: Any, marks: Any) -> None:
+    """What is the same for all rays."""
+    for j in range(LANES):
+        rows[BEGIN + j] = ZERO
+        rows[TIME + j] = ZERO
+        marks[MASK + j] = np.int32(-1)
+        marks[NUMBER + j] = np.int32(0)
+        marks[FLAGS + j] = np.int32(0)
+
+
+@inlined
+def _test(count: int, function: int, scenes: Any, numbers: Any, rows: Any, wide: Any, valid: Any) -> None:
+    """Close rays that are open and meet something."""
+    for c in range(count):
+        mx, my, mz, scale = numbers[4 * c], numbers[4 * c + 1], numbers[4 * c + 2], numbers[4 * c + 3]
+        all_near = True
+        for j in range(LANES):
+            start = (wide[OX + j] - mx) * scale, (wide[OY + j] - my) * scale, (wide[OZ + j] - mz) * scale
+            length = wide[LENGTH + j] * scale
+            near = is_near(start, NEAR)
+            is_open = rows[OPEN + j] > ZERO
+            all_near = all_near & (near | (not is_open))
+            rows[X + j], rows[Y + j], rows[Z + j] = np.float32(start[0]), np.float32(start[1]), np.float32(start[2])
+            rows[END + j] = np.float32(min(length, LONGEST))
+            valid[j] = np.int32(-1) if is_open & near & (length > 0.0) else np.int32(0)
+        if not all_near:
+            for j in range(LANES):
+                start = (wide[OX + j] - mx) * scale, (wide[OY + j] - my) * scale, (wide[OZ + j] - mz) * scale
+                if (rows[OPEN + j] > ZERO) & (not is_near(start, NEAR)):
+                    direction = np.float64(rows[DX + j]), np.float64(rows[DY + j]), np.float64(rows[DZ + j])
+                    start, length = begun_near(start, direction, wide[LENGTH + j] * scale)
+                    rows[X + j], rows[Y + j], rows[Z + j] = (
+                        np.float32(start[0]),
+                        np.float32(start[1]),
+                        np.float32(start[2]),
+                    )
+                    rows[END + j] = np.float32(min(length, LONGEST))
+                    valid[j] = np.int32(-1) if is_near(start, 2.0 * NEAR) & (length > 0.0) else np.int32(0)
+        _occluded(function, valid, scenes[c], rows)
+        for j in range(LANES):  # Embree marks what is met by an end at minus infinity
+            if (valid[j] != np.int32(0)) & (rows[END + j] < ZERO):
+                rows[OPEN + j] = ZERO
+
+
+# --- the stages of a light with a size
+
+
+def frame_stage(frame: Callable[..., Any]) -> Callable[..., Any]:
+    """(numbers, rows, wide) → int: writes what a light's `frame` gives of a vertex."""
+
+    def compute(numbers: Any, rows: Any, wide: Any) -> int:
+        p = wide[VERTEX], wide[VERTEX + 1], wide[VERTEX + 2]
+        n = wide[VERTEX + 3], wide[VERTEX + 4], wide[VERTEX + 5]
+        found = frame(numbers, p, n)
+        wide[VERTEX + _REACH], wide[VERTEX + _SCALE] = found[0], found[1]
+        for k in range(2, len(found)):
+            rows[FRAME + k - 2] = np.float32(found[k])
+        return len(found)
+
+    return compute
+
+
+@intrinsic
+def _frame_of(_typing: Any, rows: Any) -> Any:
+    """The frame in a row, as a tuple."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        values = [
+            builder.load(builder.gep(arguments[0], [ir.Constant(ir.IntType(64), FRAME + k)]))
+            for k in range(_MOST_IN_FRAME)
+        ]
+        return context.make_tuple(builder, signature.return_type, values)
+
+    return types.UniTuple(rows.dtype, _MOST_IN_FRAME)(rows), generate
+
+
+def sample_stage(sample: Callable[..., Any]) -> Callable[..., Any]:
+    """(numbers, rows, wide) → int: writes directions, shares of the length, and weights of sixteen rays."""
+
+    def choose(numbers: Any, rows: Any, _wide: Any) -> int:
+        frame = _frame_of(rows)
+        for j in range(LANES):
+            direction, share, weight = sample(numbers, frame, rows[U + j], rows[V + j])
+            rows[DX + j], rows[DY + j], rows[DZ + j] = direction
+            rows[SHARE + j], rows[WEIGHT + j] = share, weight
+        return 1
+
+    return choose
+
+
+# --- what is compiled
+
+
+def look_at_part(
+    frame: int,
+    sample: int,
+    numbers: Any,
+    origins: Any,
+    normals: Any,
+    seeds: Any,
+    second: Any,
+    count: int,
+    begin: int,
+    end: int,
+    margin: Any,
+    casters: int,
+    function: int,
+    scenes: Any,
+    places: Any,
+    sent: Any,
+    seen: Any,
+    scales: Any,
+    rows: Any,
+    marks: Any,
+    wide: Any,
+    valid: Any,
+) -> int:
+    """What vertices get from points with the numbers from `begin` to `end` of a light, and what of it they see.
+
+    Parameters
+    ----------
+    frame, sample
+        Addresses of the light's stages, which read `numbers`.
+    origins, normals
+        Vectors of all vertices, one after the other.
+    seeds, second
+        What `sobol.seeds` gives, and `sobol.SECOND`.
+    count : int
+        Of vertices.
+    margin
+        A pointer to the length by which rays end before the light.
+    casters, function, scenes, places
+        How many casters, and what `Casters` has.
+    sent, seen
+        Shape (end − begin, count), filled in.
+    scales
+        Shape (count,), filled in: factors that make means of weights colours.
+    rows, marks, wide, valid
+        Scratch memory; the first two are the same.
+
+    Returns
+    -------
+    int
+        How many rays were cast.
+    """
+    _prepare(rows, marks)
+    cast = 0
+    for i in range(count):
+        for axis in range(3):
+            wide[VERTEX + axis], wide[VERTEX + 3 + axis] = origins[3 * i + axis], normals[3 * i + axis]
+        call_stage(frame, numbers, rows, wide)
+        scales[i] = wide[VERTEX + _SCALE]
+        reach, less, seed, other_seed = wide[VERTEX + _REACH], margin[0], seeds[i], seeds[count + i]
+        for first in range(begin, end, LANES):
+            lanes, start = min(LANES, end - first), first % sobol.MOST
+            own = shifted(second, start)
+            for j in range(LANES):
+                rows[U + j] = sobol.coordinate(np.uint32(start + j), seed)
+                rows[V + j] = sobol.coordinate(own[j], other_seed)
+            call_stage(sample, numbers, rows, wide)
+            open_rays = 0
+            x, y, z = wide[VERTEX], wide[VERTEX + 1], wide[VERTEX + 2]
+            for j in range(LANES):
+                is_sent = (rows[WEIGHT + j] > ZERO) & (j < lanes)
+                rows[OPEN + j] = ONE if is_sent else ZERO
+                rows[WEIGHT + j] = rows[WEIGHT + j] if is_sent else ZERO
+                open_rays += 1 if is_sent else 0
+                wide[OX + j], wide[OY + j], wide[OZ + j] = x, y, z
+                wide[LENGTH + j] = reach * rows[SHARE + j] - less
+            if open_rays > 0:
+                _test(casters, function, scenes, places, rows, wide, valid)
+            cast += open_rays
+            for j in range(lanes):
+                place = (first - begin + j) * count + i
+                sent[place], seen[place] = rows[WEIGHT + j], rows[WEIGHT + j] * rows[OPEN + j]
+    return cast
+
+
+def look_at_point(
+    points: Any,
+    origins: Any,
+    normals: Any,
+    count: int,
+    light: Any,
+    casters: int,
+    function: int,
+    scenes: Any,
+    places: Any,
+    seen: Any,
+    rows: Any,
+    marks: Any,
+    wide: Any,
+    valid: Any,
+    chosen: Any,
+) -> int:
+    """Whether vertices see a light without a size, one ray each: 1 or 0; 0 where they face away. It gives the rays.
+
+    Parameters
+    ----------
+    points, origins, normals
+        Vectors of all vertices; rays begin at origins, and whether a vertex faces the light is decided at its point.
+    light
+        The light's place, or the direction to it; 1 if it is a place; 1 if vertices see from both sides; how far above
+        the origins rays begin; by what length they end before the light.
+    seen
+        Filled in.
+    chosen
+        Scratch memory for the vertices of sixteen rays.
+    others
+        As for `look_at_part`.
+    """
+    _prepare(rows, marks)
+    has_place, two_sided, above, margin = light[3] > 0.0, light[4] > 0.0, light[5], light[6]
+    lanes = 0
+    cast = 0
+    for i in range(count):
+        n = normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]
+        p = points[3 * i], points[3 * i + 1], points[3 * i + 2]
+        to_light = light[0], light[1], light[2]
+        if has_place:
+            to_light = light[0] - p[0], light[1] - p[1], light[2] - p[2]
+        facing = dot(n, to_light)
+        seen[i] = 0.0
+        side = 1.0 if facing > 0.0 else (-1.0 if (facing < 0.0) & two_sided else 0.0)
+        if side != 0.0:
+            x = origins[3 * i] + above * side * n[0]
+            y = origins[3 * i + 1] + above * side * n[1]
+            z = origins[3 * i + 2] + above * side * n[2]
+            length = np.inf
+            direction = light[0], light[1], light[2]
+            if has_place:
+                length, direction = length_and_direction((light[0] - x, light[1] - y, light[2] - z))
+            wide[OX + lanes], wide[OY + lanes], wide[OZ + lanes], wide[LENGTH + lanes] = x, y, z, length - margin
+            rows[DX + lanes], rows[DY + lanes], rows[DZ + lanes] = (
+                np.float32(direction[0]),
+                np.float32(direction[1]),
+                np.float32(direction[2]),
+            )
+            rows[OPEN + lanes] = ONE
+            chosen[lanes] = i
+            lanes += 1
+        if (lanes == LANES) | ((i == count - 1) & (lanes > 0)):
+            for j in range(lanes, LANES):
+                rows[OPEN + j] = ZERO
+            _test(casters, function, scenes, places, rows, wide, valid)
+            for j in range(lanes):
+                seen[chosen[j]] = rows[OPEN + j]
+            cast += lanes
+            lanes = 0
+    return cast
+
+
+def test(
+    origins: Any,
+    directions: Any,
+    lengths: Any,
+    count: int,
+    casters: int,
+    function: int,
+    scenes: Any,
+    places: Any,
+    blocked: Any,
+    rows: Any,
+    marks: Any,
+    wide: Any,
+    valid: Any,
+) -> int:
+    """Whether given rays are blocked."""
+    _prepare(rows, marks)
+    for first in range(0, count, LANES):
+        lanes = min(LANES, count - first)
+        for j in range(LANES):
+            i = first + min(j, lanes - 1)
+            wide[OX + j], wide[OY + j], wide[OZ + j] = origins[3 * i], origins[3 * i + 1], origins[3 * i + 2]
+            wide[LENGTH + j] = lengths[i]
+            x, y, z = directions[3 * i], directions[3 * i + 1], directions[3 * i + 2]
+            rows[DX + j], rows[DY + j], rows[DZ + j] = x, y, z
+            rows[OPEN + j] = ONE if np.isfinite(x + y + z) & (j < lanes) else ZERO
+        _test(casters, function, scenes, places, rows, wide, valid)
+        for j in range(lanes):
+            is_finite = np.isfinite(rows[DX + j] + rows[DY + j] + rows[DZ + j])
+            blocked[first + j] = (rows[OPEN + j] == ZERO) & is_finite
+    return count
+
+
+# --- from Python
+
+
+class _Memory(threading.local):
+    """Scratch memory, each thread's own, which starts where Embree wants it to."""
+
+    def __init__(self) -> None:
+        self._memory = np.zeros(4 * _ROWS + 8 * _WIDE + 12 * LANES + 64, np.uint8)
+        rows = address(self._memory) + -address(self._memory) % 64
+        wide, valid = rows + 4 * _ROWS, rows + 4 * _ROWS + 8 * _WIDE
+        self.addresses = rows, rows, wide, valid
+        self.chosen = valid + 4 * LANES
+
+
+_memory = _Memory()
+
+_SINGLES, _DOUBLES, _INTEGERS = map(types.CPointer, (types.float32, types.float64, types.intp))
+_WORDS, _MARKS, _BYTES = map(types.CPointer, (types.uint32, types.int32, types.uint8))
+_SCRATCH = _SINGLES, _MARKS, _DOUBLES, _MARKS
+_CASTERS = types.intp, types.intp
+
+
+def part_code(library: Library) -> Callable[..., int]:
+    """`look_at_part`, compiled."""
+    stages, integers = (types.intp, types.intp, _DOUBLES), (types.intp,) * 3
+    vertices = _DOUBLES, _DOUBLES, _WORDS, _WORDS
+    results = _SINGLES, _SINGLES, _DOUBLES
+    kinds = *stages, *vertices, *integers, _DOUBLES, *_CASTERS, _INTEGERS, _DOUBLES, *results, *_SCRATCH
+    return library.call(look_at_part, lambda: types.intp(*kinds))
+
+
+def point_code(library: Library) -> Callable[..., int]:
+    """`look_at_point`, compiled."""
+    vertices = _DOUBLES, _DOUBLES, _DOUBLES, types.intp
+    kinds = *vertices, _DOUBLES, *_CASTERS, _INTEGERS, _DOUBLES, _DOUBLES, *_SCRATCH, _INTEGERS
+    return library.call(look_at_point, lambda: types.intp(*kinds))
+
+
+def test_code(library: Library) -> Callable[..., int]:
+    """`test`, compiled."""
+    rays = _DOUBLES, _SINGLES, _DOUBLES, types.intp
+    return library.call(test, lambda: types.intp(*rays, *_CASTERS, _INTEGERS, _DOUBLES, _BYTES, *_SCRATCH))
+
+
+def part_seen(
+    library: Library,
+    sampling: Sampling,
+    origins: Float64Array,
+    normals: Float64Array,
+    seeds: NDArray[np.uint32],
+    begin: int,
+    end: int,
+    margin: float,
+    casters: Any,
+) -> tuple[FloatArray, FloatArray, Float64Array, int]:
+    """What is sent and seen, (end − begin, m) each, factors (m,), and the number of rays; all arrays C-contiguous."""
+    look = part_code(library)
+    frame, sample = (
+        library.stage(stage, "float32") for stage in (frame_stage(sampling.frame), sample_stage(sampling.sample))
+    )
+    count = len(origins)
+    sent, seen = np.empty((end - begin, count), np.float32), np.empty((end - begin, count), np.float32)
+    scales = np.empty(count)
+    numbers, ends = np.asarray(sampling.numbers, np.float64), np.array([margin])
+    given = map(address, (numbers, origins, normals, seeds, sobol.SECOND))
+    among = len(casters.scenes), casters.function, address(casters.scenes), address(casters.numbers)
+    results = map(address, (sent, seen, scales))
+    rays = look(frame, sample, *given, count, begin, end, address(ends), *among, *results, *_memory.addresses)
+    return sent, seen, scales, rays
+
+
+def point_seen(
+    library: Library,
+    points: Float64Array,
+    origins: Float64Array,
+    normals: Float64Array,
+    light: Float64Array,
+    casters: Any,
+    seen: Float64Array,
+) -> int:
+    """Fills in which vertices see a light, and gives the number of rays; all arrays C-contiguous."""
+    vertices = *map(address, (points, origins, normals)), len(points), address(light)
+    among = len(casters.scenes), casters.function, address(casters.scenes), address(casters.numbers)
+    return point_code(library)(*vertices, *among, address(seen), *_memory.addresses, _memory.chosen)
+
+
+def blocked(
+    library: Library, origins: Float64Array, directions: FloatArray, lengths: Float64Array, casters: Any
+) -> BoolArray:
+    """Which of given rays are blocked."""
+    found = np.zeros(len(directions), bool)
+    if not len(found):
+        return found
+    given = [
+        np.ascontiguousarray(a, kind)
+        for a, kind in ((origins, np.float64), (directions, np.float32), (lengths, np.float64))
+    ]
+    among = len(casters.scenes), casters.function, address(casters.scenes), address(casters.numbers)
+    test_code(library)(*map(address, given), len(found), *among, address(found), *_memory.addresses)
+    return found
