@@ -57,6 +57,7 @@ def rays_to(light: Light, origins: Float64Array) -> tuple[Float64Array, Float64A
 
 def part_by_arrays(
     sampling: Sampling,
+    numbers: Float64Array,
     origins: Float64Array,
     normals: Float64Array,
     seeds: NDArray[np.uint32],
@@ -66,7 +67,7 @@ def part_by_arrays(
     occluders: Occluders,
 ) -> tuple[FloatArray, FloatArray, Float64Array, int]:
     """What compiled code does without arrays of rays, as `pvphong.shading.kernel.rays.part_seen` has it."""
-    numbers, count = np.asarray(sampling.numbers, np.float64), len(origins)
+    count = len(origins)
     points = np.arange(begin, end)[:, None] % sobol.MOST
     u = sobol.coordinate(points.astype(np.uint32), seeds[0])
     v = sobol.coordinate(sobol.SECOND[points], seeds[1])

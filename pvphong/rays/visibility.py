@@ -129,14 +129,16 @@ class Tracer:
         return seen._replace(part=np.where(has_normal, seen.part, 1.0))
 
     def _look(self, sampling: Sampling, sides: Float64Array, margin: float, brightness: float, least: int) -> Seen:
-        compiled = self.occluders.compiled
+        compiled, numbers = self.occluders.compiled, np.asarray(sampling.numbers, np.float64)
+        stages = None if compiled is None else kernel.stages_of(sampling)
 
         def cast(vertices: IntArray, begin: int, end: int) -> Cast:
             normals = self.receiver.unit_normals[vertices] * sides[vertices, None]
             origins = self._origins(vertices, sides[vertices, None])
-            given = sampling, origins, normals, sobol.seeds(vertices), begin, end, margin
-            found = None if compiled is None else kernel.part_seen(*given, compiled)
-            return Cast(*(found or part_by_arrays(*given, self.occluders)))
+            given = numbers, origins, normals, sobol.seeds(vertices), begin, end, margin
+            if stages is not None:
+                return Cast(*kernel.part_seen(stages, *given, compiled))
+            return Cast(*part_by_arrays(sampling, *given, self.occluders))
 
         options: Any = {"tolerance": self.tolerance, "samples": self.samples, "brightness": brightness, "least": least}
         count, triangles = len(self.receiver.points), self.receiver.faces.corners

@@ -18,7 +18,7 @@ import numpy as np
 import pyvista as pv
 
 import pvphong as ph
-from pvphong.rays.casting import BlockingFaces, Occluders, has_embree
+from pvphong.rays.casting import BlockingFaces, Locator, Occluders, ray_backend
 
 LIGHTS = [
     ph.DirectionalLight(direction=(1, 0, -1), name="sun"),
@@ -84,7 +84,7 @@ def hard_shadows(count: int) -> None:
         building.append(seconds(lambda now=seen: now.channels((0,), sky=False)))
         ours.append(building[-1] + seconds(lambda now=seen: now.per_light))
         rays = seen.rays
-        if has_embree():
+        if ray_backend()[0] is not Locator:
             alone.append(by_embreex_alone(mesh))
     print(
         f"{mesh.n_points} vertices, three lights, {rays} rays: "
@@ -160,7 +160,7 @@ def a_drag(count: int) -> None:
 
 def main() -> None:
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
-    print(f"rays by {'Embree' if has_embree() else 'VTK'}")
+    print(f"rays by {'Embree' if ray_backend()[0] is not Locator else 'VTK'}")
     hard_shadows(count)
     the_sky(count // 20)
     a_drag(count // 10)

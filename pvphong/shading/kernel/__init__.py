@@ -246,21 +246,23 @@ def rays_obstacle() -> str:
     return ""
 
 
-def part_seen(sampling: Sampling, *arguments: Any) -> tuple[FloatArray, FloatArray, Float64Array, int] | None:
-    """What vertices see of a light; arguments and result are those of `rays.part_seen`.
-
-    None where a light's code is missing, which another process compiles then.
-    """
-    library = _library()
-    if library is None:
-        return None
+def stages_of(sampling: Sampling) -> tuple[int, int] | None:
+    """Addresses of the code of a light's two formulas; None where it is missing, and another process compiles it."""
     from pvphong.shading.kernel import code, rays
 
+    library = _compiled()
     try:
-        return rays.part_seen(library.cached_only, sampling, *arguments)
+        return rays.stages_of(library.cached_only, sampling)
     except code.NotCompiled as missing:
         code.ask_for(missing.key, None, library.lock)
         return None
+
+
+def part_seen(*arguments: Any) -> tuple[FloatArray, FloatArray, Float64Array, int]:
+    """As `rays.part_seen`, where `rays_obstacle` names none."""
+    from pvphong.shading.kernel import rays
+
+    return rays.part_seen(_compiled(), *arguments)
 
 
 def point_seen(*arguments: Any) -> int:

@@ -391,9 +391,17 @@ def test_code(library: Library) -> Callable[..., int]:
     return library.call(test, lambda: types.intp(*rays, *_CASTERS, _INTEGERS, _DOUBLES, _BYTES, *_SCRATCH))
 
 
+def stages_of(library: Library, sampling: Sampling) -> tuple[int, int]:
+    """Addresses of the code of a light's two formulas."""
+    stages = frame_stage(sampling.frame), sample_stage(sampling.sample)
+    frame, sample = (library.stage(stage, "float32") for stage in stages)
+    return frame, sample
+
+
 def part_seen(
     library: Library,
-    sampling: Sampling,
+    stages: tuple[int, int],
+    numbers: Float64Array,
     origins: Float64Array,
     normals: Float64Array,
     seeds: NDArray[np.uint32],
@@ -403,18 +411,14 @@ def part_seen(
     casters: Any,
 ) -> tuple[FloatArray, FloatArray, Float64Array, int]:
     """What is sent and seen, (end − begin, m) each, factors (m,), and the number of rays; all arrays C-contiguous."""
-    look = part_code(library)
-    frame, sample = (
-        library.stage(stage, "float32") for stage in (frame_stage(sampling.frame), sample_stage(sampling.sample))
-    )
     count = len(origins)
     sent, seen = np.empty((end - begin, count), np.float32), np.empty((end - begin, count), np.float32)
     scales = np.empty(count)
-    numbers, ends = np.asarray(sampling.numbers, np.float64), np.array([margin])
-    given = map(address, (numbers, origins, normals, seeds, sobol.SECOND))
+    ends = np.array([margin])
+    of_vertices = *map(address, (numbers, origins, normals, seeds, sobol.SECOND)), count, begin, end, address(ends)
     among = len(casters.scenes), casters.function, address(casters.scenes), address(casters.numbers)
     results = map(address, (sent, seen, scales))
-    rays = look(frame, sample, *given, count, begin, end, address(ends), *among, *results, *_memory.addresses)
+    rays = part_code(library)(*stages, *of_vertices, *among, *results, *_memory.addresses)
     return sent, seen, scales, rays
 
 
