@@ -17,6 +17,7 @@ from pvphong.cli.demo import demo
 from pvphong.cli.reports import diagnose, plan, tradeoff, validate
 from pvphong.cli.shade import shade
 from pvphong.cli.view import view
+from pvphong.rays.casting import ray_backend
 from pvphong.shading import kernel
 
 _VERBOSE = "--verbose"
@@ -25,7 +26,8 @@ _VERBOSE = "--verbose"
 def compile_code() -> int:
     """Compile the fast evaluator in advance, once per installation; it says what is in the way if that cannot be done.
 
-    Without this, the first large mesh is lit by NumPy, while another process compiles.
+    Without this, the first large mesh is lit by NumPy, while another process compiles. It also says what casts rays
+    here, and why nothing faster does.
     """
     began, console = time.perf_counter(), Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
@@ -38,6 +40,8 @@ def compile_code() -> int:
             print("error:", reason, file=sys.stderr)
             return 1
     print(f"compiled in {time.perf_counter() - began:.0f} s, kept in {folder}")
+    backend, reason = ray_backend()
+    print(f"rays are cast by {backend.title}" + (f": {reason}" if reason else ""))
     return 0
 
 

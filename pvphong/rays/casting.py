@@ -99,6 +99,8 @@ class BlockingFaces:
 class Embree:
     """Intel's Embree, called by compiled code (the extras `rays` and `fast`), in single precision."""
 
+    title = "compiled code and Embree"
+
     def __init__(self, faces: BlockingFaces) -> None:
         self.scene = EmbreeScene(faces.points, faces.corners)
 
@@ -115,6 +117,8 @@ def casters_of(scenes: Sequence[EmbreeScene], places: Sequence[Sequence[float]])
 
 class Embreex:
     """Embree by embreex's own calls (the extra `rays`): the same, slower."""
+
+    title = "embreex's own calls, which are slower"
 
     def __init__(self, faces: BlockingFaces) -> None:
         from embreex.mesh_construction import TriangleMesh
@@ -138,6 +142,8 @@ _TOLERANCE = 2.0**-24
 class Locator:
     """VTK's static cell locator: slower, and always there."""
 
+    title = "VTK, which takes long"
+
     def __init__(self, faces: BlockingFaces) -> None:
         self._locator = vtkStaticCellLocator()
         self._locator.SetDataSet(pv.PolyData.from_regular_faces(faces.points, faces.corners, deep=True))
@@ -155,7 +161,7 @@ class Locator:
 def ray_backend() -> tuple[type[Embree | Embreex | Locator], str]:
     """What casts rays here, and why nothing faster does; "" for the fastest."""
     if importlib.util.find_spec("embreex") is None:
-        return Locator, 'embreex is not installed; pip install "pvphong[rays]" makes them twenty times as fast'
+        return Locator, 'embreex is not installed; pip install "pvphong[rays]"'
     reason = embree.obstacle() or kernel.rays_obstacle()
     return (Embreex, reason) if reason else (Embree, "")
 

@@ -153,8 +153,11 @@ class Receiver:
     known_origins: Float64Array | None = None
 
     def some(self, rows: IntArray) -> Receiver:
-        """Some of its vertices, without faces; their rays begin where they begin here."""
-        faces = BlockingFaces(self.points[rows], np.empty((0, 3), np.int64))
+        """Some of its vertices, and the faces between them; their rays begin where they begin here."""
+        places = np.full(len(self.points), -1)
+        places[rows] = np.arange(len(rows))
+        corners = places[self.faces.corners]
+        faces = BlockingFaces(self.points[rows], corners[(corners >= 0).all(axis=1)])
         return Receiver(faces, lambda: self.unit_normals[rows], self.part, self.origins[rows])
 
     @property

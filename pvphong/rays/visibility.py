@@ -154,6 +154,17 @@ _MANY = 2_000_000
 _WORTH_A_WARNING = 2**15
 
 
+# So many faces are picked to find out what rays from all vertices will take.
+_PROBED = 256
+
+
+class Cost(NamedTuple):
+    """What rays take."""
+
+    rays: int
+    seconds: float
+
+
 class StandardError(NamedTuple):
     """Standard errors of what was sampled; 0 where one ray is exact."""
 
@@ -228,6 +239,22 @@ class Visibility:
         self.channels(range(len(self.lights)), sky=True)
         return StandardError(self._errors[:-1], self._errors[-1])
 
+    def expected_cost(self) -> Cost:
+        """What all that is not computed yet will take, by rays from some vertices; roughly.
+
+        Building what rays are tested with, which takes about a second for three million triangles, is done here.
+        """
+        corners, count = self._receiver.faces.corners, len(self._receiver.points)
+        some = np.arange(count) if not len(corners) else corners[:: max(len(corners) // _PROBED, 1)].ravel()
+        rows = np.unique(some[:: max(len(some) // (4 * _PROBED), 1)] if not len(corners) else some)
+        probe = self.afresh(samples=self._tracer.samples, rows=rows)
+        for done in self._done:
+            probe._keep(done, self._parts[done, rows], self._errors[done, rows])
+        self._receiver.origins, self._tracer.occluders.casters  # noqa: B018  they are not to be counted
+        probe.channels(range(len(self.lights)), sky=True)
+        share = count / max(len(rows), 1)
+        return Cost(round(probe.rays * share), probe.seconds * share)
+
     def for_lights(self, lights: Sequence[Light], labels: Sequence[str], samples: int | None = None) -> Visibility:
         """The same vertices, for a scene's lights now: what is known of those that have not moved is kept.
 
@@ -257,7 +284,7 @@ class Visibility:
         samples : int, optional
             As for the tracer.
         rows : ndarray, optional
-            Shape (m,): of these vertices alone. They share no face with others, so that adaptive rays may be more.
+            Shape (m,): of these vertices alone, and the faces between them, so that adaptive rays may be more.
         """
         receiver = self._receiver if rows is None else self._receiver.some(rows)
         return Visibility(replace(self._tracer, receiver=receiver, samples=samples), self._lights, self.lights)
