@@ -40,8 +40,8 @@ def compile_code() -> int:
             print("error:", reason, file=sys.stderr)
             return 1
     print(f"compiled in {time.perf_counter() - began:.0f} s, kept in {folder}")
-    backend, reason = ray_backend()
-    print(f"rays are cast by {backend.title}" + (f": {reason}" if reason else ""))
+    backend, why_no_faster = ray_backend()
+    print(f"rays are cast by {backend.title}" + (f": {why_no_faster}" if why_no_faster else ""))
     return 0
 
 

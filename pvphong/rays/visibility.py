@@ -245,8 +245,8 @@ class Visibility:
         Building what rays are tested with, which takes about a second for three million triangles, is done here.
         """
         corners, count = self._receiver.faces.corners, len(self._receiver.points)
-        some = np.arange(count) if not len(corners) else corners[:: max(len(corners) // _PROBED, 1)].ravel()
-        rows = np.unique(some[:: max(len(some) // (4 * _PROBED), 1)] if not len(corners) else some)
+        picked = corners if len(corners) else np.arange(count)
+        rows = np.unique(picked[:: max(len(picked) // _PROBED, 1)])
         probe = self.afresh(samples=self._tracer.samples, rows=rows)
         for done in self._done:
             probe._keep(done, self._parts[done, rows], self._errors[done, rows])

@@ -148,18 +148,33 @@ def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     return direction, to_middle * along + side * sqrt(maximum(apart, ZERO)), maximum(weight, ZERO)
 
 
-# --- flat lights: points on them, as dense as what arrives from four of them says
+# --- flat lights: points on them, nearly as dense as what arrives from there
 
 # What a corner counts for at least, of what it would if the vertex faced it.
 _LEAST_CORNER = 2.0**-5
+# A vertex is not taken to be nearer to the plane of a light, in units of the light's size and its distance.
+_LEAST_HEIGHT = 2.0**-10
+# From nearer than that, in units of its radius, points of a disk are chosen as those of a square around it.
+_NEAR_DISK = 0.5
 
 
 @formula
-def _corner(c: Any, n: Any) -> Any:
-    """What arrives from a point at the offset c, but for a factor."""
+def _slope(side: Any, foot: Any, height: Any) -> Any:
+    """How points along a side of half that length are chosen for a vertex whose foot is so far from the middle.
+
+    With a density that falls as 1/(s² + h²), s the distance from the foot and h the height: evenly by angle. It gives
+    the middle angle's cosine and sine, half the range of angles, the foot, and a factor of the density.
+    """
+    low, high = arctan2(-side - foot, height), arctan2(side - foot, height)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    return cosine(middle), sine(middle), half, foot, side * height / half
+
+
+@formula
+def _corner(c: Any, n: Any, height: Any) -> Any:
+    """What arrives from a point at the offset c but for a factor, over 1/h² and the density that falls with 1/h²."""
     square = dot(c, c)
-    length = sqrt(square)
-    return maximum(dot(n, c), _LEAST_CORNER * length) / maximum(square * square, 1e-30)
+    return maximum(dot(n, c), _LEAST_CORNER * sqrt(square)) / maximum(square * square, 1e-30) * height
 
 
 @formula
@@ -168,21 +183,32 @@ def flat_frame(numbers: Any, p: Any, n: Any) -> Any:
 
     The last is their share of the half sides: 1 for a rectangle, √½ for a disk.
     """
-    d = numbers[0] - p[0], numbers[1] - p[1], numbers[2] - p[2]
     normal = numbers[3], numbers[4], numbers[5]
-    half, other = (numbers[6], numbers[7], numbers[8]), (numbers[9], numbers[10], numbers[11])
-    distance, w = length_and_direction(d)
-    reach = distance + sqrt(dot(half, half)) + sqrt(dot(other, other))
-    d, half, other = times(w, distance / reach), times(half, 1.0 / reach), times(other, 1.0 / reach)
+    sides = (numbers[6], numbers[7], numbers[8]), (numbers[9], numbers[10], numbers[11])
+    distance, w = length_and_direction((numbers[0] - p[0], numbers[1] - p[1], numbers[2] - p[2]))
+    first, a = length_and_direction(sides[0])
+    second, b = length_and_direction(sides[1])
+    reach = distance + first + second
+    d, first, second = times(w, distance / reach), first / reach, second / reach
     height = -dot(normal, d)
-    height = where(numbers[12] > 0.0, maximum(height, -height), maximum(height, 0.0))
-    s, k = _combined(numbers[13], half, numbers[13], other, 0.0, d), numbers[13]
-    e = _combined(k, half, -k, other, 0.0, d)
-    first, second = _corner(_combined(1.0, d, -1.0, s, 0.0, d), n), _corner(_combined(1.0, d, 1.0, e, 0.0, d), n)
-    third, fourth = _corner(_combined(1.0, d, -1.0, e, 0.0, d), n), _corner(_combined(1.0, d, 1.0, s, 0.0, d), n)
-    over = 4.0 / (first + second + third + fourth)
-    corners = first * over, second * over, third * over, fourth * over
-    return reach, 1.0 / reach / reach, *d, *half, *other, *n, height, *corners
+    shown = where(numbers[12] > 0.0, maximum(height, -height), maximum(height, 0.0))
+    above = maximum(maximum(height, -height), _LEAST_HEIGHT)
+    foot, other_foot = -dot(a, d), -dot(b, d)
+    along, across = _slope(first, foot, above), _slope(second, other_foot, above)
+    x, y = numbers[13] * first, numbers[13] * second
+    square = above * above
+    left, right = square + (x + foot) * (x + foot), square + (x - foot) * (x - foot)
+    lower, upper = square + (y + other_foot) * (y + other_foot), square + (y - other_foot) * (y - other_foot)
+    corners = (
+        _corner(_combined(-x, a, -y, b, 1.0, d), n, left * lower),
+        _corner(_combined(x, a, -y, b, 1.0, d), n, right * lower),
+        _corner(_combined(-x, a, y, b, 1.0, d), n, left * upper),
+        _corner(_combined(x, a, y, b, 1.0, d), n, right * upper),
+    )
+    over = 4.0 / (corners[0] + corners[1] + corners[2] + corners[3])
+    weights = corners[0] * over, corners[1] * over, corners[2] * over, corners[3] * over
+    lengths = first, second, above
+    return reach, 1.0 / reach / reach, *d, *a, *b, *n, shown, *weights, *along, *across, *lengths
 
 
 @formula
@@ -190,6 +216,22 @@ def _along(u: Any, a: Any, b: Any) -> Any:
     """A number in [0, 1] whose density rises in a line from a to b, of one that is evenly distributed."""
     root = sqrt(multiply_add(u, b * b - a * a, a * a))
     return minimum(u * (a + b) / (a + root), ONE)
+
+
+# Taylor's, of cos δ and sin δ / δ in powers of δ² for |δ| <= π/2: the rest is less than 5e-7 and 6e-8.
+_COSINE_TO_90 = tuple((-1) ** k / math.factorial(2 * k) for k in range(5, -1, -1))
+_SINE_TO_90 = tuple((-1) ** k / math.factorial(2 * k + 1) for k in range(5, -1, -1))
+
+
+@formula
+def _on_side(u: Any, slope: Any, side: Any, height: Any) -> Any:
+    """Where on a side, as an offset from its middle, and with what density, as `_slope` has it."""
+    delta = (TWO * u - ONE) * slope[2]
+    c, s = _polynomial(delta * delta, _COSINE_TO_90), delta * _polynomial(delta * delta, _SINE_TO_90)
+    tangent = (slope[1] * c + slope[0] * s) / maximum(slope[0] * c - slope[1] * s, like(u, 1e-6))
+    x = minimum(maximum(multiply_add(height, tangent, slope[3]), -side), side)
+    off = x - slope[3]
+    return x, slope[4] / multiply_add(off, off, height * height)
 
 
 @formula
@@ -205,8 +247,18 @@ def _warped(u: Any, v: Any, corners: Any) -> Any:
 
 
 @formula
-def _from_flat(frame: Any, c: Any, density: Any) -> Any:
-    """What arrives from the point of a flat light at an offset c."""
+def _on_rectangle(frame: Any, u: Any, v: Any) -> Any:
+    """Offsets from the middle along both sides, and their density."""
+    x, y, density = _warped(u, v, frame[13:17])
+    x, first = _on_side(x, frame[17:22], frame[27], frame[29])
+    y, second = _on_side(y, frame[22:27], frame[28], frame[29])
+    return x, y, density * (first * second)
+
+
+@formula
+def _from_flat(frame: Any, x: Any, y: Any, density: Any) -> Any:
+    """What arrives from the point of a flat light at offsets from its middle."""
+    c = _combined(ONE, frame[0:3], x, frame[3:6], y, frame[6:9])
     square = dot(c, c)
     length = sqrt(square)
     over = ONE / where(square > ZERO, length, ONE)
@@ -217,16 +269,23 @@ def _from_flat(frame: Any, c: Any, density: Any) -> Any:
 @formula
 def rectangle_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     """Points of a rectangle."""
-    x, y, density = _warped(u, v, frame[13:17])
-    return _from_flat(frame, _combined(ONE, frame[0:3], TWO * x - ONE, frame[3:6], TWO * y - ONE, frame[6:9]), density)
+    x, y, density = _on_rectangle(frame, u, v)
+    return _from_flat(frame, x, y, density)
 
 
 @formula
 def disk_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Points of a disk."""
+    """Points of a disk; from near, those of a square around it, of which none counts that is outside."""
+    radius = frame[27]
     x, y, density = _warped(u, v, frame[13:17])
     x, y = on_disk(x, y)
-    return _from_flat(frame, _combined(ONE, frame[0:3], x, frame[3:6], y, frame[6:9]), density)
+    across, up, near_density = _on_rectangle(frame, u, v)
+    is_near = frame[29] < like(u, _NEAR_DISK) * radius
+    x, y = where(is_near, across, radius * x), where(is_near, up, radius * y)
+    is_outside = x * x + y * y > multiply_add(radius, radius * like(u, 1e-6), radius * radius)
+    factor = where(is_outside, ZERO, like(u, 4.0 / math.pi) / near_density)
+    density = ONE / maximum(where(is_near, factor, ONE / density), like(u, 1e-30))
+    return _from_flat(frame, x, y, density)
 
 
 # Where the triangles of a polygon begin: their number, and of each the share of the area up to its end and of itself,
@@ -245,7 +304,7 @@ def polygon_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     far = sqrt(minimum(part, 1.0))
     x = numbers[at + 2] + far * (numbers[at + 4] + v * (numbers[at + 6] - numbers[at + 4]))
     y = numbers[at + 3] + far * (numbers[at + 5] + v * (numbers[at + 7] - numbers[at + 5]))
-    return _from_flat(frame, _combined(ONE, frame[0:3], single(x), frame[3:6], single(y), frame[6:9]), ONE)
+    return _from_flat(frame, single(x) * frame[27], single(y) * frame[28], ONE)
 
 
 # --- the sky: by the cosine, and by its image

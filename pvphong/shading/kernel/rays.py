@@ -37,7 +37,7 @@ LANES = 16
 X, Y, Z, BEGIN, DX, DY, DZ, TIME, END, MASK, NUMBER, FLAGS, U, V, SHARE, WEIGHT, OPEN, FRAME = range(
     0, 18 * LANES, LANES
 )
-_MOST_IN_FRAME = 17
+_MOST_IN_FRAME = 30
 _ROWS = FRAME + 2 * LANES
 
 # In float64: origins and lengths of sixteen rays in the world; a vertex's origin and normal, and its length and factor.

@@ -1,0 +1,58 @@
+"""Points of Sobol's sequence: those of SciPy, and evenly spread in each of the ways that its nets are."""
+
+import numpy as np
+import pytest
+from scipy.stats import qmc
+
+from pvphong.base import sobol
+
+EXPONENTS = range(1, 9)
+
+
+def coordinates(count, numbers):
+    """Scrambled for each number, shape (count, numbers)."""
+    points = np.arange(count, dtype=np.uint32)[:, None]
+    first, second = sobol.seeds(np.asarray(numbers))
+    return sobol.coordinate(points, first), sobol.coordinate(sobol.SECOND[:count, None], second)
+
+
+def test_digits_are_those_of_scipy():
+    """In another order of points, and last digit first."""
+    mirrored = [
+        [int(f"{digits:032b}"[::-1], 2) / 2**32 for digits in column.tolist()]
+        for column in (np.arange(256), sobol.SECOND[:256])
+    ]
+    expected = qmc.Sobol(2, scramble=False).random(256)
+    assert set(zip(*mirrored, strict=True)) == set(map(tuple, expected.tolist()))
+
+
+@pytest.mark.parametrize("exponent", EXPONENTS)
+def test_points_are_alone_in_rectangles_of_equal_size_and_any_shape(exponent):
+    count = 2**exponent
+    u, v = coordinates(2 * count, range(20))
+    assert u.dtype == v.dtype == np.float32
+    for begin in (0, count):  # and so are those that follow
+        for across in range(exponent + 1):
+            columns, rows = 2**across, 2 ** (exponent - across)
+            square = np.floor(u[begin:][:count] * columns) * rows + np.floor(v[begin:][:count] * rows)
+            assert (np.sort(square, axis=0) == np.arange(count)[:, None]).all()
+
+
+@pytest.mark.parametrize("exponent", EXPONENTS)
+def test_neighbours_share_a_square_or_half_of_one(exponent):
+    count, apart = 2**exponent, sobol.NEIGHBOURS[exponent]
+    u, v = coordinates(count, range(20))
+    columns, rows = 2 ** (exponent // 2), 2 ** (exponent - 1 - exponent // 2)
+    square = np.floor(u * columns) * rows + np.floor(v * rows)
+    np.testing.assert_array_equal(square, square[np.arange(count) ^ apart])
+    assert (np.sort(square, axis=0)[::2] == np.sort(square, axis=0)[1::2]).all()
+    assert (np.diff(np.sort(square, axis=0)[::2], axis=0) > 0).all()
+
+
+def test_each_point_is_evenly_distributed_over_seeds_and_depends_on_nothing_else():
+    u, v = coordinates(4, range(20_000))
+    for each in (*u, *v):
+        counts = np.histogram(each, 50, (0.0, 1.0))[0]
+        assert ((counts - 400.0) ** 2 / 400.0).sum() < 49 + 5 * np.sqrt(98)  # chi squared
+    assert abs(np.corrcoef(u[0], v[0])[0, 1]) < 0.04
+    np.testing.assert_array_equal(coordinates(4, [77, 3])[0][:, 1], u[:, 3])

@@ -1,0 +1,114 @@
+"""Points of lights that rays go to: means of their weights are the exact integrals, and all are on the light."""
+
+import math
+
+import numpy as np
+import pytest
+
+import pvphong as ph
+from pvphong.base import sobol
+from pvphong.optics.area.lobes import CosinePower, lobe_numbers
+
+RANDOM = np.random.default_rng(5)
+LIGHTS = {
+    "sphere": ph.SphereLight((0.3, 0.2, 2.5), radius=0.7),
+    "sphere far away": ph.SphereLight((3e5, 2e5, 2.5e6), radius=0.7),
+    "rectangle": ph.RectangleLight((0, 0, 1.5), (0.3, 0.1, -1), width=1.5, height=0.5),
+    "near rectangle": ph.RectangleLight((0, 0, 1.1), (0.1, 0.1, -1), width=9.0, height=4.0),
+    "two sides": ph.RectangleLight((0, 0, 0.2), (0.3, 0.1, -1), two_sided=True),
+    "disk": ph.DiskLight((0, 0.2, 1.5), (0.3, 0.1, -1), radius=0.8),
+    "polygon": ph.PolygonLight([(0, 0, 2), (0, 1, 2), (0.4, 0.4, 2), (1, 0, 2)]),
+    "one colour": ph.EnvironmentLight(0.5),
+    "sky": ph.EnvironmentLight(
+        np.linspace(0.2, 1.0, 16)[:, None, None] * np.ones((16, 32, 3)), up=(0, 0.2, 1), rotation=30
+    ),
+}
+POINTS = RANDOM.uniform(-1, 1, (60, 3))
+NORMALS = RANDOM.normal(size=(60, 3)) + np.array([0, 0, 1])
+NORMALS /= np.linalg.norm(NORMALS, axis=1)[:, None]
+
+
+def sampled(light, count=4096, points=POINTS, normals=NORMALS):
+    """Colours at intensity 1, directions (3, k, n), lengths and weights (k, n)."""
+    sampling = light.sampling
+    with np.errstate(all="ignore"):
+        reach, scale, *frame = sampling.frame(np.asarray(sampling.numbers, float), points.T, normals.T)
+        frame = [np.broadcast_to(np.asarray(each, np.float32), len(points)) for each in frame]
+        seeds = sobol.seeds(np.arange(len(points)))
+        numbers = np.arange(count, dtype=np.uint32)[:, None]
+        u, v = sobol.coordinate(numbers, seeds[0]), sobol.coordinate(sobol.SECOND[:count, None], seeds[1])
+        direction, share, weight = sampling.sample(np.asarray(sampling.numbers, float), frame, u, v)
+        assert {each.dtype for each in (*direction, np.asarray(share), weight)} == {np.dtype(np.float32)}
+        return scale * weight.mean(axis=0), np.array(direction), np.float64(share) * reach, weight
+
+
+def exact(light):
+    """What of it a white matt surface scatters, by its closed form."""
+    found = np.zeros(len(POINTS))
+    for tint, part in light.tints():
+        integral = part.closed(CosinePower("normal", 1.0))
+        d = np.array(integral.place)[:, None] - POINTS.T
+        numbers = np.array(integral.numbers), np.array(lobe_numbers(1.0))
+        with np.errstate(all="ignore"):
+            found += np.mean(tint) * integral.formula(*numbers, d, NORMALS.T, NORMALS.T)
+    return found
+
+
+@pytest.mark.parametrize("name", LIGHTS)
+def test_the_mean_of_weights_is_what_arrives(name):
+    light = LIGHTS[name]
+    expected, (found, direction, _, weight) = exact(light), sampled(light)
+    np.testing.assert_allclose(found, expected, atol=3e-3 * expected.max())
+    np.testing.assert_allclose((direction**2).sum(axis=0), 1.0, atol=1e-6)
+    assert (weight >= 0.0).all()
+
+
+@pytest.mark.parametrize("name", [name for name, light in LIGHTS.items() if not light.is_even])
+def test_rays_end_on_the_light(name):
+    light = LIGHTS[name]
+    _, direction, length, _ = sampled(light, 64)
+    ends = POINTS.T[:, None, :] + direction * length
+    integral = light.closed(CosinePower("normal", 1.0))
+    off, size = ends - np.array(integral.place)[:, None, None], np.linalg.norm(integral.place) + 1.0
+    if hasattr(light, "normal"):
+        assert np.abs(np.tensordot(light.normal, off, 1)).max() < 1e-6 * size
+        assert np.linalg.norm(off, axis=0).max() <= integral.radius + 1e-6 * size
+    else:
+        np.testing.assert_allclose(np.linalg.norm(off, axis=0), light.radius, atol=1e-6 * size)
+
+
+def test_the_edge_of_a_far_sphere_is_not_lost_to_rounding():
+    """Its cone's 1 − cos is 8e-14; taken as that difference in float32 it is 0, and all rays go to the middle."""
+    light = LIGHTS["sphere far away"]
+    _, direction, _, _ = sampled(light, 256)
+    middle = np.array(light.position)[:, None] - POINTS.T
+    distance = np.linalg.norm(middle, axis=0)
+    off = np.linalg.norm(direction - (middle / distance)[:, None, :], axis=0) * distance / light.radius
+    assert 0.1 < off.std() < 0.5  # but for the directions' own rounding, of 6e-8 of 2.5e6 units
+    naive = np.sqrt(np.float32(1) - np.float32(light.radius / distance) ** 2)
+    assert (naive == 1.0).all()
+
+
+def test_a_vertex_inside_a_sphere_sees_it_all_around():
+    light = ph.SphereLight((0.1, 0.2, 0.3), radius=4.0)
+    _, direction, length, _ = sampled(light, 1024)
+    ends = POINTS.T[:, None, :] + direction * length - np.array(light.position)[:, None, None]
+    np.testing.assert_allclose(np.linalg.norm(ends, axis=0), 4.0, rtol=1e-5)
+    np.testing.assert_allclose(direction.mean(axis=1), 0.0, atol=0.02)
+
+
+def test_by_energy_and_by_cosine_weights_vary_less_than_by_the_cosine_alone():
+    """A small sun in a dim sky, which few directions meet that do not know of it."""
+    image = np.full((64, 128, 3), 0.1)
+    image[10, 30] = 500.0
+    light = ph.EnvironmentLight(image, up=(0, 0, 1))
+    weight, by_cosine = sampled(light, 1024)[3], sampled(ph.EnvironmentLight(0.1), 1024)[1]
+    rows = np.minimum(np.arccos(np.clip(by_cosine[2], -1, 1)) / math.pi * 64, 63).astype(int)
+    columns = ((np.arctan2(-by_cosine[1], by_cosine[0]) / (2 * math.pi) + 0.5) * 128).astype(int) % 128
+    naive = image[rows, columns, 0]
+    for_sun = weight.mean(axis=0) > 0.15
+    assert for_sun.mean() > 0.3
+    exact = sampled(light, 4096)[0][for_sun]
+    off, naive_off = (np.median(np.abs(each.mean(axis=0)[for_sun] / exact - 1.0)) for each in (weight, naive))
+    assert off < 0.01
+    assert naive_off > 0.3
