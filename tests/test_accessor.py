@@ -165,7 +165,9 @@ LIGHTING = [name for name in METHODS if WITHOUT[name].get("backend") != SHOWN]
 
 @pytest.mark.parametrize("name", LIGHTING)
 def test_what_is_wrong_is_refused_by_name(name):
-    taken, given = inspect.signature(getattr(MESH, name)).parameters, {"tolerance": 0.1} if name == "refine" else {}
+    taken = inspect.signature(getattr(MESH, name)).parameters
+    given = {"scene": Scene(SCENE.lights, ph.Viewer(position=(1, 2, 3))), "tolerance": 0.1}
+    given = {option: value for option, value in given.items() if option in taken}
     for option, bad, message in (row for row in WRONG if row[0] in taken):
         for what in (BARE, pv.MultiBlock({"a": BARE})):
             with pytest.raises(ValueError, match=rf"^(block \['a'\]: )?{message}"):
