@@ -12,11 +12,9 @@ import pyvista as pv
 import vtk
 
 import pvphong as ph
+from pvphong import DirectionalLight, Material, PointLight, Scene
 from pvphong.meshes.blocks import datasets
 from pvphong.meshes.default_scene import scene_for
-from pvphong.optics.lights import DirectionalLight, PointLight
-from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
 from pvphong.studies import refine
 
 SCENE = Scene(lights=[DirectionalLight(direction=(-1, -2, -3)), PointLight(position=(1, 1, 2))])

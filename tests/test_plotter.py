@@ -12,12 +12,7 @@ import pyvista as pv
 import vtk
 from views import KINDS, example
 
-import pvphong  # noqa: F401 registers plotter.phong wherever PyVista's own discovery is not installed
-from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
-from pvphong.optics.material import Material
-from pvphong.scene.light_model import LightModel
-from pvphong.scene.scene import Scene
-from pvphong.scene.viewer import Viewer
+from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer
 
 SUN = DirectionalLight(direction=(-1, -2, -3), name="sun")
 LAMP = PointLight(position=(2, 2, 2), attenuation=(1, 0.1, 0), name="lamp")

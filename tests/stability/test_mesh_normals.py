@@ -14,9 +14,8 @@ from stability import exact_normals as exact
 from stability import naive
 from stability.bounds import U, V, assert_within
 
+from pvphong import diagnose, vertex_normals
 from pvphong.geometry.normals import point_normals, polygon_normals
-from pvphong.meshes.surfaces import vertex_normals
-from pvphong.studies.diagnose.diagnosis import diagnose
 
 WEIGHTINGS = ["angle", "area", "max"]
 

@@ -13,16 +13,10 @@ import pyvista as pv
 from pyvista import examples
 from vtkmodules.vtkRenderingCore import vtkCamera, vtkLight, vtkRenderWindow
 
-from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
-from pvphong.optics.material import Material
-from pvphong.optics.reflectances import GGX
-from pvphong.scene.light_model import LightModel
-from pvphong.scene.scene import Scene
-from pvphong.scene.viewer import Viewer
+from pvphong import GGX, DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer, as_light
 from pvphong.shading.equation import vtk_tier
 from pvphong.shading.evaluation import evaluate
 from pvphong.vtk import oracle
-from pvphong.vtk.lights import as_light
 from pvphong.vtk.oracle import driver, vtk_shade
 
 SHINY = Material(ambient=(0.05, 0.1, 0.2), diffuse=(0.6, 0.5, 0.3), specular=(0.3, 0.4, 0.5), shininess=25.0)

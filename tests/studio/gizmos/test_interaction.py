@@ -9,9 +9,7 @@ import vtk
 from mouse import Mouse, picture, texts
 from views import FROM_SOMEWHERE, KINDS, Glow, example, role_of
 
-import pvphong  # noqa: F401 registers plotter.phong wherever PyVista's own discovery is not installed
-from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
-from pvphong.optics.material import Material
+from pvphong import DirectionalLight, Material, PointLight, SpotLight
 from pvphong.optics.roles import Aim, Place
 
 LAMP = PointLight(position=(0.8, -0.4, 0.9), attenuation=(1, 0, 1), diffuse=(1, 0.5, 0.2), name="lamp")
