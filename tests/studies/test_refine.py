@@ -526,16 +526,6 @@ CLOUD.point_data.active_normals = np.eye(3)
             for bad in (41, 0, 100.0, True, "many")
         ),
         ({"placement": "Smooth"}, r"placement must be one of 'linear', 'smooth'; got Smooth\. Did you mean 'smooth'"),
-        ({"precision": "float16"}, "precision must be one of 'float32', 'float64'"),
-        ({"name": ""}, "name must be a string that is not empty"),
-        ({"material": ph.Material(albedo="paint")}, "albedo must be the name of a point array"),
-        (
-            {"material": ph.Material(albedo=np.ones((4, 3)))},
-            r"albedo must be an array with one row per point, 42 rows; got 4 rows",
-        ),
-        ({"matrix": np.eye(3)}, "matrix must be a 4x4 matrix"),
-        ({"scene": SHARP}, "scene must be a Scene"),
-        ({"material": SUNNY}, "material must be a Material"),
         ({"mesh": CLOUD}, r"mesh must be a mesh with faces; got 3 points without faces"),
     ],
 )
@@ -543,7 +533,7 @@ def test_bad_arguments_are_refused(arguments, message):
     given = {"mesh": coarse_sphere(), "scene": SUNNY, "material": SHARP, "tolerance": 0.1} | arguments
     with pytest.raises(ValueError, match=message):
         refine(**given)
-    if arguments.keys() <= {"matrix", "scene", "material", "mesh"}:
+    if "mesh" in arguments:
         del given["tolerance"]
         with pytest.raises(ValueError, match=message):
             interpolation_error(**given)
