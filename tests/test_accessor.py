@@ -139,6 +139,42 @@ def test_options_are_those_of_every_call_but_for_a_reason(name, kind):
         assert (taken[option].default, taken[option].kind) == (of_shade[option].default, of_shade[option].kind), option
 
 
+BARE = pv.Plane(i_resolution=2, j_resolution=2)
+BARE.clear_data()
+WRONG = [
+    ("scene", "sun", "scene must be a Scene, a light, or a sequence of lights; got sun"),
+    ("material", "gld", "material must be a Material, or the name of one; got gld. Did you mean 'gold'"),
+    ("material", Material(albedo="no array"), "albedo must be the name of a point array .*; got 'no array'"),
+    (
+        "material",
+        Material(albedo=np.ones((5, 3))),
+        "albedo must be an array with one row per point, 9 rows; got 5 rows",
+    ),
+    ("material", Material(albedo=np.ones((9, 4), np.uint8)), "albedo must be .*Leave out the opacity"),
+    ("matrix", np.eye(3), "matrix must be a 4x4 matrix of real numbers; got an array of shape"),
+    ("feature_angle", 181, "feature_angle must be a finite number >= 0 and <= 180; got 181"),
+    ("tolerance", -1, "tolerance must be a finite number >=? 0; got -1"),
+    ("precision", "half", "precision must be one of 'float32', 'float64'; got half"),
+    ("backend", "gpu", "backend must be one of 'auto', 'numpy', 'numba'; got gpu"),
+    ("name", "", "name must be a string that is not empty"),
+    ("components", "yes", "components must be True or False; got yes"),
+    ("seconds", 0, "seconds must be a finite number > 0; got 0"),
+]
+LIGHTING = [name for name in METHODS if WITHOUT[name].get("backend") != SHOWN]
+
+
+@pytest.mark.parametrize("name", LIGHTING)
+def test_what_is_wrong_is_refused_by_name(name):
+    taken, given = inspect.signature(getattr(MESH, name)).parameters, {"tolerance": 0.1} if name == "refine" else {}
+    for option, bad, message in (row for row in WRONG if row[0] in taken):
+        for what in (BARE, pv.MultiBlock({"a": BARE})):
+            with pytest.raises(ValueError, match=rf"^(block \['a'\]: )?{message}"):
+                getattr(what.phong, name)(**given | {option: bad})
+    if name != "diagnose":
+        with pytest.raises(ValueError, match=r"^mesh must be a mesh with faces"):
+            getattr(pv.PolyData(np.eye(3)).phong, name)(**given)
+
+
 def test_every_option_reaches_each_block():
     """Each result is what the mesh gives by itself, in the scene of all."""
     ball = pv.Sphere(theta_resolution=8, phi_resolution=8)

@@ -218,19 +218,3 @@ def test_a_figure_that_cannot_be_drawn_is_refused(report, tmp_path, monkeypatch)
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     with pytest.raises(ValueError, match=r'pip install "pvphong\[plot\]"'):
         report.plot(tmp_path / "figure.png")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"tolerance": 0}, "tolerance must be a finite number > 0"),
-        ({"seconds": -1}, "seconds must be a finite number > 0"),
-        ({"matrix": np.eye(3)}, "matrix must be a 4x4 matrix"),
-        ({"scene": "sun"}, "scene must be a Scene"),
-        ({"mesh": pv.PolyData()}, "mesh must be a mesh with faces"),
-    ],
-)
-def test_bad_input_is_refused(mesh, arguments, message):
-    given = {"mesh": mesh, "scene": SCENE, "material": SHINY} | arguments
-    with pytest.raises(ValueError, match=message):
-        tradeoff(**given)

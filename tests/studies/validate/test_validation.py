@@ -394,24 +394,6 @@ def test_a_mirrored_surface_is_refused_in_vtk_s_convention_only():
     assert validate(BALL, Scene([SUN], EYE, LightModel(two_sided=True)), PLASTIC, matrix=MIRROR).passed
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"mesh": pv.PolyData()}, r"mesh must be a mesh with faces, or points with normals"),
-        ({"scene": "sun"}, r"scene must be"),
-        ({"material": 3}, r"material must be"),
-        ({"matrix": np.eye(3)}, r"matrix must be a 4x4 matrix"),
-        ({"matrix": np.diag([1.0, 1.0, 1.0, 0.0])}, r"matrix must be an affine 4x4 matrix"),
-        ({"matrix": np.zeros((4, 4))}, r"matrix must be an affine 4x4 matrix"),
-    ],
-)
-def test_bad_input_is_named(arguments, message):
-    given = {"mesh": BALL, "scene": Scene([SUN], EYE), "material": PLASTIC, "matrix": None} | arguments
-    matrix = given.pop("matrix")
-    with pytest.raises(ValueError, match=message):
-        validate(*given.values(), matrix=matrix)
-
-
 # --- what is left out ---------------------------------------------------------------------------------------------
 
 
