@@ -53,6 +53,16 @@ def great_dodecahedron():
     return pv.PolyData(body.points, np.ravel(pentagons))
 
 
+def wound_twice(count=4001):
+    """A double cone, each edge of which is convex, whose rim goes around twice before it closes."""
+    angles = 2.0 * np.pi * np.arange(count) / count
+    rim = np.column_stack([np.cos(angles), np.sin(angles), 0.0 * angles])
+    here = np.arange(count)
+    there, top = (here + 2) % count, np.full(count, count)
+    sides = np.concatenate([np.column_stack([here, there, top]), np.column_stack([there, here, top + 1])])
+    return pv.PolyData.from_regular_faces(np.vstack([rim, (0, 0, 1), (0, 0, -1)]), sides)
+
+
 CONVEX = {
     "ball": pv.Sphere,
     "cube": pv.Cube,
@@ -72,6 +82,7 @@ OTHERS = {
     "one inside the other": lambda: pv.merge([pv.Sphere(), pv.Sphere(radius=0.2)]),
     "twice the same": lambda: pv.merge([pv.Sphere(), pv.Sphere()], merge_points=False),
     "through each other": great_dodecahedron,
+    "wound twice": wound_twice,
     "ant": pv.examples.load_ant,
 }
 

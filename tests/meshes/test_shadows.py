@@ -452,6 +452,9 @@ def test_what_blocks_see_is_kept_by_their_names():
     plans = blocks().phong.plan(rig, WHITE)
     assert plans["ground"].effects["shadow"].on
     assert blocks().phong.plan(rig, WHITE, visibility=seen)["ground"].effects["shadow"].on
+    balls = pv.MultiBlock({"one": pv.Sphere(), "other": pv.Sphere(center=(3, 0, 0))})
+    for plan in balls.phong.plan(scene(SUN), WHITE).values():  # each knows which of them it is
+        assert plan.effects["shadow"].why == "sun: nothing stands between, and the mesh is convex"
     with pytest.raises(ValueError, match="visibility must be a mapping with ground, more/hat"):
         blocks().phong.shade(rig, WHITE, visibility=seen["ground"])
 

@@ -6,6 +6,7 @@ How accurate the colours are is seen in `stability`, and what arrays it takes in
 import dataclasses
 import math
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import pytest
 from pvphong import DirectionalLight, Material, PointLight, Scene, Shading, SpotLight, Viewer
 from pvphong.shading import kernel
 from pvphong.shading.evaluation import evaluate
+from pvphong.shading.reference import BLOCK
 
 RNG = np.random.default_rng(42)
 COUNT = 60
@@ -106,9 +108,17 @@ def test_an_identity_matrix_and_a_white_albedo_change_nothing(precision):
     plain, turned = rgb(precision=precision), rgb(precision=precision, matrix=MATRIX)
     assert bits(rgb(precision=precision, matrix=np.eye(4))) == bits(plain)
     for albedo in (np.ones((COUNT, 3)), np.full((COUNT, 3), 255, "u1")):
-        white = dataclasses.replace(MATERIAL, albedo=albedo)
+        white = replace(MATERIAL, albedo=albedo)
         assert bits(rgb(material=white, precision=precision)) == bits(plain)
         assert bits(rgb(material=white, precision=precision, matrix=MATRIX)) == bits(turned)
+
+
+def test_where_all_vertices_are_alike_those_of_all_blocks_are():
+    points = np.zeros((2 * BLOCK + 1, 3))
+    shading = evaluate(points, points, Scene([replace(SCENE.lights[0], diffuse="black")]), MATERIAL, components=True)
+    for array in vars(shading).values():
+        assert bits(array) == bits(np.broadcast_to(array[..., :1, :], array.shape))
+    assert shading.rgb[0].min() > 0.0
 
 
 @pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
@@ -137,6 +147,6 @@ def test_inputs_are_not_modified():
     arrays = [a.copy() for a in (POINTS, NORMALS, ALBEDO, MATRIX)]
     arrays[0][3], arrays[1][4], arrays[2][5] = np.nan, 0.0, -1.0
     before = [a.copy() for a in arrays]
-    rgb(*arrays[:2], material=dataclasses.replace(MATERIAL, albedo=arrays[2]), matrix=arrays[3])
+    rgb(*arrays[:2], material=replace(MATERIAL, albedo=arrays[2]), matrix=arrays[3])
     for array, copy in zip(arrays, before, strict=True):
         assert bits(array) == bits(copy)

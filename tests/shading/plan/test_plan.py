@@ -184,6 +184,8 @@ def test_no_normal_is_turned_where_all_face_the_viewer(material, local_viewer):
     assert plan.view_dependent  # from elsewhere, some may face away
     aside = ph.Scene([LAMP], ph.Viewer(position=(9, 0, 1)), model)
     assert ph.plan(bent(40), aside, material).effects["two-sided"].on
+    near = ph.Scene([LAMP], ph.Viewer(position=(0, 0, 2)), model)  # seen from there, the rim faces away
+    assert ph.plan(bent(80), near, material).effects["two-sided"].on is local_viewer
 
 
 QUARTER_TURN = np.array([[0.0, 0, 2, 5], [0, 2, 0, 6], [-2, 0, 0, 7], [0, 0, 0, 1]])  # z to x, and twice as large
