@@ -123,7 +123,7 @@ class Material:
         own = {name: getattr(self, name) for name in (*COLORS, "shininess")}
         of = vars(self.reflectance) if self.reflectance is not None else {}
         own |= {name: value for name, value in of.items() if name in FIELDS and value is not None}
-        return {name: value for name, value in own.items() if isinstance(value, str | Map)}
+        return {name: value for name, value in own.items() if isinstance(value, (str, Map))}
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
         """A copy with other values of some fields, of this material's or, where that has them, of its reflectance's."""

@@ -11,13 +11,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
-from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
-from pvphong.scene.viewer import Viewer
+from pvphong import DirectionalLight, Material, PointLight, Scene, Shading, SpotLight, Viewer
 from pvphong.shading import kernel
 from pvphong.shading.evaluation import evaluate
-from pvphong.shading.reference import BLOCK, Shading
+from pvphong.shading.reference import BLOCK
 
 RNG = np.random.default_rng(42)
 COUNT = 60

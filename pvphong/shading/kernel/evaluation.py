@@ -73,26 +73,28 @@ def shade(
     if channels is not None:
         channels = np.ascontiguousarray(channels, real)
 
+    is_blend = records.blends(equation, tints)
+    rows_of = [
+        _reader(array, stored)
+        for array in (points if equation.needs_points else None, normals if equation.needs_normals else None)
+    ]
+    begin_of_channels, begin_of_rgb = address(channels), address(rgb)
+
     def work(first: int, last: int) -> None:
         part = slice(first, last)
         at = {name: tint.at(part) for name, tint in tints.items()}
         colors = [None if name not in at else plain_colors(at[name], real) for name in COLORS]
         seen = None if channels is None else channels[:, part]
         left_out = None
-        if records.blends(equation, tints):
+        if is_blend:
             rows = equation.channels.get("metallic")
             maps = {} if rows is None or seen is None else {"metallic": seen[rows][0]}
             colors[1], colors[2], left_out = _of_lobes(equation.reflectance.lobes, at, maps, last - first, real)
-        own = (
-            as_plain(points[part], stored) if equation.needs_points else None,
-            as_plain(normals[part], stored) if equation.needs_normals else None,
-            *colors,
-            seen,
-            rgb[part],
-        )
+        vertices = [read(part) for read in rows_of]
         declined = np.zeros(last - first, np.uint8)
-        *addresses, out = map(address, own)
-        if run(*addresses, out, out, *packed, last - first, *_memory.addresses, address(declined)) and left_out is None:
+        out = begin_of_rgb + first * rgb.strides[0]
+        arrays = *(begin for begin, _ in vertices), *map(address, colors), begin_of_channels + first * real.itemsize
+        if run(*arrays, out, out, *packed, last - first, *_memory.addresses, address(declined)) and left_out is None:
             return
         left = np.flatnonzero(declined if left_out is None else declined | left_out)
         lit = Shading(np.empty((len(left), 3), real))
@@ -119,6 +121,21 @@ def _of_lobes(
     base = np.divide(base, albedo, out=np.zeros((3, count), real), where=albedo > 0.0)
     is_left = np.broadcast_to(np.abs(second[0] - 1.0) > 8.0 * np.finfo(real).eps, count)  # it is grey
     return as_plain(base.T, real), as_plain(first.T, real), is_left if is_left.any() else None
+
+
+def _reader(array: FloatArray | None, dtype: Any) -> Callable[[slice], tuple[int, FloatArray | None]]:
+    """Gives where some rows of an array start, and what has them: itself, or a copy in compiled code's form."""
+    if array is None:
+        return lambda _: (0, None)
+    if array.dtype == dtype and array.flags.c_contiguous and array.flags.aligned:
+        begin, step = address(array), array.strides[0]
+        return lambda part: (begin + part.start * step, array)
+
+    def copy(part: slice) -> tuple[int, FloatArray]:
+        copied = as_plain(array[part], dtype)
+        return address(copied), copied
+
+    return copy
 
 
 def plain_colors(tint: Tint, real: Any) -> FloatArray:
