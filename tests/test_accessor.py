@@ -12,11 +12,9 @@ import pyvista as pv
 import vtk
 
 import pvphong as ph
+from pvphong import DirectionalLight, Material, PointLight, Scene
 from pvphong.meshes.blocks import datasets
 from pvphong.meshes.default_scene import scene_for
-from pvphong.optics.lights import DirectionalLight, PointLight
-from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
 from pvphong.studies import refine
 
 SCENE = Scene(lights=[DirectionalLight(direction=(-1, -2, -3)), PointLight(position=(1, 1, 2))])
@@ -165,7 +163,9 @@ LIGHTING = [name for name in METHODS if WITHOUT[name].get("backend") != SHOWN]
 
 @pytest.mark.parametrize("name", LIGHTING)
 def test_what_is_wrong_is_refused_by_name(name):
-    taken, given = inspect.signature(getattr(MESH, name)).parameters, {"tolerance": 0.1} if name == "refine" else {}
+    taken = inspect.signature(getattr(MESH, name)).parameters
+    given = {"scene": Scene(SCENE.lights, ph.Viewer(position=(1, 2, 3))), "tolerance": 0.1}
+    given = {option: value for option, value in given.items() if option in taken}
     for option, bad, message in (row for row in WRONG if row[0] in taken):
         for what in (BARE, pv.MultiBlock({"a": BARE})):
             with pytest.raises(ValueError, match=rf"^(block \['a'\]: )?{message}"):

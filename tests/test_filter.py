@@ -8,11 +8,7 @@ import pyvista as pv
 import vtk
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from pvphong.filter import PhongFilter
-from pvphong.optics.lights import DirectionalLight, PointLight
-from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
-from pvphong.scene.viewer import Viewer
+from pvphong import DirectionalLight, Material, PhongFilter, PointLight, Scene, Viewer
 
 SCENE = Scene(lights=[DirectionalLight(direction=(-1, -2, -3))], viewer=Viewer(position=(0, 0, 5)))
 SHINY = Material(specular=0.5, shininess=20)

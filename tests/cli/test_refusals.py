@@ -62,7 +62,7 @@ REFUSED = {
     "validate --all --shininess 4": "--all must be alone or with --report",
     "validate --all --report all.pdf": ".md",
     "validate --all --report no/all.md": NO_FOLDER,
-    "tradeoff sphere.vtp --seconds=-1": "seconds must be a finite number > 0",
+    "tradeoff sphere.vtp --tolerance 0": "tolerance must be a finite number > 0",
     "tradeoff sphere.vtp --plot no/a.png": NO_FOLDER,
     "tradeoff sphere.vtp --plot a.bmp": "suffix of path must be one of",
     "demo --folder garbage.json": "folder must be one that can be made; got garbage.json",

@@ -164,24 +164,13 @@ def test_a_colour_for_each_face():
             cube.phong.shade(SCENE, ph.Material(albedo=given))
 
 
-@pytest.mark.parametrize("part", ["array", "cell array"])
-def test_windows_follow_arrays(part):
-    """Textures, and other materials, are in test_textures."""
-    mesh = ball()
+def test_windows_follow_colours_of_faces(new_plotter):
+    """Arrays of points are in test_plotter, textures in test_textures, and what cannot be lit in studio."""
+    mesh, plotter = pv.Cube(), new_plotter(lighting="light kit")
     mesh.cell_data["paint"] = np.full((mesh.n_cells, 3), 250, np.uint8)
-    albedo = {"array": "tint", "cell array": "paint"}[part]
-    plotter = pv.Plotter(off_screen=True)
-    actor = plotter.phong.add_mesh(mesh, ph.Material(albedo=albedo), feature_angle=0)
+    actor = plotter.phong.add_mesh(mesh, ph.Material(albedo="paint"), feature_angle=0)
     plotter.show(auto_close=False)
-    before = np.array(actor.mapper.dataset["phong"])
-    if part == "array":
-        mesh["tint"] = np.ones((mesh.n_points, 4))
-        with pytest.warns(UserWarning, match=r"is not lit: albedo must be .*Leave out the opacity"):
-            plotter.render()
-        mesh["tint"] = np.zeros((mesh.n_points, 3))
-    else:
-        mesh.cell_data["paint"] = np.zeros((mesh.n_cells, 3), np.uint8)
+    assert actor.mapper.dataset["phong"].max() > 0
+    mesh.cell_data["paint"] = np.zeros((mesh.n_cells, 3), np.uint8)
     plotter.render()
-    assert before.max() > 0
     assert actor.mapper.dataset["phong"].max() == 0
-    plotter.close()

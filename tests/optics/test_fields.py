@@ -13,8 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import REFLECTANCE_SHAPES, Dice
 
-from pvphong import DirectionalLight, Material, PointLight, SphereLight, SpotLight
-from pvphong.optics.light import Light
+from pvphong import DirectionalLight, Light, Material, PointLight, SphereLight, SpotLight
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectances import REFLECTANCES, OrenNayar, Phong
 

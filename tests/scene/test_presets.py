@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from pvphong.scene.presets import three_point
-from pvphong.scene.viewer import Viewer
+from pvphong import Viewer, three_point
 from pvphong.vtk.lights import from_vtk, light_kit
 
 VIEWER = Viewer(position=(3, -8, 4), focal_point=(0, 0, 0), up=(0, 0, 1))

@@ -12,12 +12,9 @@ import pytest
 import pyvista as pv
 import vtk
 
+from pvphong import LightModel, Material, OrenNayar, Viewer
 from pvphong.optics.lights import LIGHT_TYPES, DirectionalLight, PointLight, SphereLight, SpotLight
-from pvphong.optics.material import Material
-from pvphong.optics.reflectances import OrenNayar
-from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene, light_labels, load_materials
-from pvphong.scene.viewer import Viewer
 
 # --- fields ---
 

@@ -13,8 +13,7 @@ import pytest
 from stability.evaluators import EVALUATORS, UNLIT, Evaluator
 from stability.hunting import FLATTENING_IS_NO_FAILURE, on_every_evaluator
 
-from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer, evaluate
-from pvphong.shading.plan.plan import Plan
+from pvphong import DirectionalLight, LightModel, Material, Plan, PointLight, Scene, SpotLight, Viewer, evaluate
 from pvphong.shading.vertices import Vertices
 
 pytestmark = FLATTENING_IS_NO_FAILURE

@@ -23,16 +23,7 @@ import sky_oracle
 from stability.bounds import assert_within
 from stability.evaluators import EVALUATORS, UNLIT, Evaluator
 
-from pvphong import (
-    DiskLight,
-    EnvironmentLight,
-    Material,
-    PolygonLight,
-    RectangleLight,
-    Scene,
-    SphereLight,
-    Viewer,
-)
+from pvphong import DiskLight, EnvironmentLight, Material, PolygonLight, RectangleLight, Scene, SphereLight, Viewer
 
 EYE = (0.3, -0.4, 5.0)
 LOOKS = {"diffuse": (1.0, 0.0, 0.0), "highlight": (0.0, 1.0, 20.0), "mirror": (0.0, 1.0, 1e6), "flat": (0.0, 1.0, 0.0)}

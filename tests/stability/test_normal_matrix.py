@@ -15,8 +15,7 @@ from stability.bounds import U, assert_within
 from stability.evaluators import UNLIT
 from stability.hunting import FLATTENING_IS_NO_FAILURE, on_every_evaluator
 
-from pvphong import DirectionalLight, Material, Scene, Viewer, evaluate
-from pvphong.geometry.transform import normal_matrix, transform_normals
+from pvphong import DirectionalLight, Material, Scene, Viewer, evaluate, normal_matrix, transform_normals
 
 SAMPLES = 60
 

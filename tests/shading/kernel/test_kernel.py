@@ -9,10 +9,9 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
+from pvphong import Plan, Shading
 from pvphong.shading import kernel
 from pvphong.shading.equation import assemble
-from pvphong.shading.plan.plan import Plan
-from pvphong.shading.reference import Shading
 from pvphong.shading.reference import shade as shade_by_reference
 from pvphong.shading.vertices import Vertices
 
