@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pvphong import DirectionalLight, Material, PointLight, SpotLight, Viewer
+from pvphong import PBR, DirectionalLight, Material, PointLight, SpotLight, Viewer
 from pvphong.shading.equation import vtk_tier
 from pvphong.vtk.rounding import Pose, limits
 from pvphong.vtk.scenes import Terms
