@@ -203,11 +203,12 @@ def test_every_option_reaches_each_block():
     for how in ({"matrix": matrix}, {"weighting": "area", "backend": "numpy"}):
         normals = blocks.phong.normals(**how)["ball"].point_data.active_normals
         np.testing.assert_array_equal(normals, ball.phong.normals(**how))
-    shadows = Scene(SCENE.lights, framed.viewer, ph.LightModel(shadows=True))
-    seen = blocks.phong.visibility(shadows, samples=4, occluders=[pv.Plane(center=(2, 2, 3))])
-    lit = blocks.phong.shade(shadows, visibility=seen)
-    alone = ball.phong.visibility(shadows, samples=4, occluders=[pv.Plane(center=(2, 2, 3))])
-    np.testing.assert_array_equal(lit["ball"]["phong"], ball.phong.shade(shadows, visibility=alone)["phong"])
+    shadows = Scene([*SCENE.lights, PointLight(frame="headlight")], light_model=ph.LightModel(shadows=True))
+    how = {"matrix": matrix, "samples": 4, "occluders": [pv.Plane(center=(2, 2, 3))]}
+    seen = blocks.phong.visibility(shadows, **how)
+    lit = blocks.phong.shade(shadows, visibility=seen, matrix=matrix)
+    alone = ball.phong.visibility(framed := scene_for(blocks, shadows, matrix), **how)
+    assert lit["ball"] == ball.phong.shade(framed, visibility=alone, matrix=matrix)
     with pytest.raises(TypeError, match="unexpected keyword argument 'rougness'"):
         blocks.phong.plan(SCENE, rougness=0.5)
 

@@ -105,6 +105,8 @@ def test_bad_arguments_are_refused_and_change_nothing(phong):
         phong.SetScene("sun")
     with pytest.raises(ValueError, match=r"^material must be a Material, .* Did you mean 'gold'"):
         phong.SetMaterial("gld")
+    with pytest.raises(ValueError, match=r"^option must be one of .*precision.*; got precison. Did you mean"):
+        phong.SetOptions(precison="float64")
     assert executions_after(phong) == 0
     assert (phong.GetScene(), phong.GetMaterial()) == (SCENE, SHINY)
 

@@ -106,6 +106,16 @@ def test_an_interruption_and_a_failing_machine_are_no_traceback(monkeypatch, cap
     assert capsys.readouterr().err == said
 
 
+def test_what_cannot_be_printed_is_an_error(monkeypatch, capsys):
+    def flush():
+        raise OSError("no space left")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(sys.stdout, "flush", flush)
+        assert run("plan sphere.vtp") == 2
+    assert capsys.readouterr().err == "error: no space left\n"
+
+
 @pytest.mark.parametrize("count", [pytest.param(40, id="few"), pytest.param(10_000, id="many", marks=pytest.mark.long)])
 def test_damaged_files_are_refused_or_read_as_they_are(count):
     command = [sys.executable, "-W", "ignore", fuzzing.__file__, str(count)]

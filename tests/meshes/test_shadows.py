@@ -76,6 +76,13 @@ def test_a_disk_casts_a_round_shadow(light, edge):
     assert not seen.standard_error.per_light.any()
 
 
+def test_a_corner_sees_what_is_seen_from_there():
+    """Its rays begin a little inside of its face, no more."""
+    hat = disk(2.0, radius=0.02).translate((2, 2, 0))
+    seen = floor(cells=1).phong.visibility([SUN], occluders=[hat]).per_light[0]
+    np.testing.assert_array_equal(seen, [1, 1, 1, 0])
+
+
 def test_lights_at_one_place_cast_one_shadow():
     """A point, a spot, a light that moves with the viewer, and one that is very small."""
     ground = floor()

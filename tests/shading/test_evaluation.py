@@ -113,12 +113,18 @@ def test_an_identity_matrix_and_a_white_albedo_change_nothing(precision):
         assert bits(rgb(material=white, precision=precision, matrix=MATRIX)) == bits(turned)
 
 
-def test_where_all_vertices_are_alike_those_of_all_blocks_are():
-    points = np.zeros((2 * BLOCK + 1, 3))
-    shading = evaluate(points, points, Scene([replace(SCENE.lights[0], diffuse="black")]), MATERIAL, components=True)
-    for array in vars(shading).values():
-        assert bits(array) == bits(np.broadcast_to(array[..., :1, :], array.shape))
-    assert shading.rgb[0].min() > 0.0
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_where_all_vertices_are_alike_but_for_a_map_they_are_so_in_every_block(backend):
+    points, dark = np.zeros((2 * BLOCK + 1, 3)), Scene([replace(SCENE.lights[0], diffuse="black")])
+    lit = rgb(points, points, dark, backend=backend)
+    assert bits(lit) == bits(np.broadcast_to(lit[0], lit.shape))
+    assert lit.min() > 0.0
+    albedo = RNG.uniform(size=points.shape)
+    every, others = (
+        rgb(points[some], points[some], dark, replace(MATERIAL, albedo=albedo[some]), backend=backend)
+        for some in (slice(None), slice(1, None))
+    )
+    assert bits(every[1:]) == bits(others)
 
 
 @pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")

@@ -259,6 +259,12 @@ def test_within_a_tolerance_what_hardly_matters_is_left_out_and_the_promise_kept
     assert 0.0 < error <= plan.error_bound
 
 
+def test_of_a_sum_that_is_raised_to_a_power_less_can_be_left_out(mesh):
+    weak = scene(ph.PointLight(position=(0, 0, 3), intensity=1e-4), **IN_VTK)
+    for material, is_on in ((DULL, False), (replace(DULL, reflectance=ph.PBR()), True)):
+        assert ph.plan(mesh, weak, material, tolerance=1 / 255).effects["lights"].on is is_on
+
+
 def test_highlights_that_cannot_reach_a_flat_mesh_are_left_out():
     ground = pv.Plane(direction=(0, 0, 1)).compute_normals()
     sun, viewer = ph.DirectionalLight(direction=(-1, 0, -0.2)), ph.Viewer(position=(5, 0, 20))

@@ -155,11 +155,14 @@ def test_a_light_removed_during_a_drag(new_mouse, others, moves_on):
     mouse = new_mouse(LAMP, *others)
     plotter = mouse.plotter
     end = mouse.pull(mouse.at("lamp", "position"), (20, 5))
+    removed = mouse.gizmo("lamp").renderer_light
     plotter.phong.remove_light("lamp")
+    left = removed.state
     if moves_on:
         mouse.move(end + 5)
     plotter.render()
     mouse.release(end + 5)
+    assert removed.state == left
     assert plotter.phong.lights == tuple(gizmo.light for gizmo in plotter.phong.gizmos) == others
     before = plotter.camera.position
     for light in others[:1]:
