@@ -75,12 +75,13 @@ def test_names_and_paths_go_into_files_and_nothing_else_does():
 
 def test_a_rig_names_images_as_they_are_seen_from_its_folder(tmp_path, monkeypatch):
     material = ph.Material(albedo="maps/scan.png", shininess="gloss", tangents="grain")
-    (tmp_path / "maps").mkdir()
+    for folder in ("maps", "rigs"):
+        (tmp_path / folder).mkdir()
     monkeypatch.chdir(tmp_path)
-    ph.Scene(viewer=ph.Viewer()).save("rig.json", materials={"default": material})
-    assert ph.load_materials("rig.json")["default"] == material
+    ph.Scene(viewer=ph.Viewer()).save("rigs/rig.json", materials={"default": material})
+    assert '"../maps/scan.png"' in Path("rigs/rig.json").read_text()
     monkeypatch.chdir(tmp_path / "maps")
-    found = ph.load_materials("../rig.json")["default"]
+    found = ph.load_materials("../rigs/rig.json")["default"]
     assert Path(found.albedo).resolve() == tmp_path / "maps" / "scan.png"
     assert found.with_values({"albedo": material.albedo}) == material
 
