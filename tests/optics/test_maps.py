@@ -90,6 +90,7 @@ def test_a_rig_names_images_as_they_are_seen_from_its_folder(tmp_path, monkeypat
     ("given", "remedy"),
     [
         ("gld", "Did you mean 'gold'"),
+        ("unobtainium", r"Material\.names\(\)"),
         ("red", r"Material\(diffuse='red'\) has that colour"),
         ((1, 0, 0), r"Material\(diffuse=\(1, 0, 0\)\) has that colour"),
         (pv.Color("red"), "has that colour"),
@@ -101,6 +102,12 @@ def test_a_rig_names_images_as_they_are_seen_from_its_folder(tmp_path, monkeypat
 def test_what_is_no_material_is_refused(given, remedy):
     with pytest.raises(ValueError, match=f"^material must be a Material, or the name of one; .*{remedy}"):
         as_material(given)
+
+
+@pytest.mark.parametrize(("given", "remedy"), [(0.2, ""), (pv.Property(), ""), ("gold", r"Material\.named\('gold'\)")])
+def test_a_material_is_given_by_its_fields(given, remedy):
+    with pytest.raises(ValueError, match=rf"^Material must be given by its fields.*{remedy}"):
+        ph.Material(given)
 
 
 def test_a_name_is_a_material():
