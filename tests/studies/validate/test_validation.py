@@ -191,9 +191,14 @@ def test_a_single_wrong_vertex_fails_and_is_named(monkeypatch, error):
 # --- VTK's quirks, which `tests/vtk/test_oracle.py` shows: pvphong's VTK convention has them ----------------------
 
 
+# Black or off, it ends the headlight's own formula; its specular and ambient colours are ignored.
+BESIDE_A_HEADLIGHT = [replace(SUN, diffuse=0.0), replace(LAMP, on=False), replace(SUN, specular="lime", ambient=0.5)]
+
+
 @pytest.mark.parametrize("material", [PLASTIC, replace(PLASTIC, reflectance=PBR())], ids=["phong", "physical"])
-def test_quirk_specular_and_ambient_colours_of_lights_are_ignored(material):
-    assert_equals_vtk(validate(BALL, Scene([replace(SUN, specular=(0.0, 1.0, 0.2), ambient=0.5)], EYE, VTK), material))
+@pytest.mark.parametrize("other", BESIDE_A_HEADLIGHT)
+def test_quirks_of_lights(other, material):
+    assert_equals_vtk(validate(BALL, Scene([HEADLIGHT, other], EYE, VTK), material))
 
 
 def test_quirk_the_floor_shows_at_powers_below_1():
