@@ -135,10 +135,12 @@ def test_umbra_and_penumbra_of_a_ball_before_a_ball():
     light = ph.SphereLight(position=(0, 0, 8), radius=1.0, intensity=64)
     blocker = pv.Sphere(radius=0.75, center=(0, 0, 4), theta_resolution=120, phi_resolution=120)
     ground = floor(size=8.0, cells=64)
-    seen = ground.phong.visibility([light], occluders=[blocker]).per_light[0]
+    visibility = ground.phong.visibility([light], occluders=[blocker])
+    (seen,), (error,) = visibility.per_light, visibility.standard_error.per_light
     distance = np.hypot(*ground.points[:, :2].T)
     assert (seen[distance < 0.4] == 0.0).all()
     assert (seen[distance > 2.9] == 1.0).all()
+    assert not error[(distance < 0.4) | (distance > 2.9)].any()
     between = seen[(distance > 0.8) & (distance < 2.2)]
     assert ((between > 0.0) & (between < 1.0)).all()
     rings = [seen[np.abs(distance - r) < 0.1].mean() for r in np.arange(0.6, 2.5, 0.2)]
