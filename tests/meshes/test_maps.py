@@ -127,27 +127,6 @@ def test_textures_arrays_and_files_are_the_same(tmp_path):
         sheet.phong.shade(SCENE, ph.Material(shininess=pv.Texture(np.dstack([grey, grey, 255 - grey]))))
 
 
-def test_a_rig_knows_its_images_from_its_folder(tmp_path, monkeypatch):
-    for folder in ("rigs", "images"):
-        (tmp_path / folder).mkdir()
-    Image.fromarray(np.full((4, 4, 3), 200, np.uint8)).save(tmp_path / "images" / "oak.png")
-    monkeypatch.chdir(tmp_path)
-    oak = ph.Material(albedo="images/oak.png", shininess="gloss")
-    SCENE.save("rigs/rig.json", materials={"default": oak})
-    assert "../images/oak.png" in (tmp_path / "rigs" / "rig.json").read_text()
-    expected = pv.Plane().phong.shade(SCENE, ph.Material(albedo="images/oak.png"))["phong"]
-    monkeypatch.chdir(tmp_path / "images")
-    again = ph.load_materials(tmp_path / "rigs" / "rig.json")["default"]
-    found = pv.Plane().phong.shade(SCENE, ph.Material(albedo=again.albedo))["phong"]
-    assert np.array_equal(found, expected)
-    assert again.shininess == "gloss"
-    (tmp_path / "images" / "oak.png").unlink()
-    with pytest.raises(
-        ValueError, match=r"^albedo must be a point array, or an image file that exists; got .*oak\.png"
-    ):
-        pv.Plane().phong.shade(SCENE, ph.Material(albedo=again.albedo))
-
-
 def test_a_colour_for_each_face():
     cube = pv.Cube().clean()
     cube.point_data.clear()

@@ -59,11 +59,6 @@ def largest_error(lights, *, mesh=None, viewer=VIEWER, matrix=None):
 # --- against the evaluator; scenes, frames and matrices of all kinds are held against it in `validate`'s tests ---
 
 
-@pytest.mark.parametrize("count", [1, 1_000_000])
-def test_any_number_of_vertices(count):
-    assert largest_error([SUN], mesh=cloud(seed=7, count=count)) <= BOUND
-
-
 def with_values(thing, **values):
     """A light or camera of VTK's with some of its values set: `ConeAngle` by `SetConeAngle`, and so on."""
     for name, value in values.items():

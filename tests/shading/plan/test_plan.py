@@ -137,6 +137,10 @@ def test_the_reason_names_lights_and_numbers(mesh, some_scene, material, effect,
     assert (plan.effects[effect].why, plan.error_bound) == (why, 0.0)
 
 
+TURNED = np.eye(4)
+TURNED[:3, :3] = np.linalg.qr(np.random.default_rng(6).normal(size=(3, 3)))[0]
+
+
 @pytest.mark.parametrize(
     ("matrix", "on", "why"),
     [
@@ -145,7 +149,8 @@ def test_the_reason_names_lights_and_numbers(mesh, some_scene, material, effect,
         (np.diag([1.0, 1.0, 1.0, 1.0]) + np.outer([1, 2, 3, 0], [0, 0, 0, 1]), False, "a translation"),
         (np.diag([3.0, 3.0, 3.0, 1.0]), False, "a uniform scale"),
         (np.diag([-3.0, -3.0, -3.0, 1.0]), True, "similar"),
-        (np.array([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]]), True, "rigid"),
+        (np.eye(4)[[1, 2, 0, 3]], True, "rigid"),
+        *((np.diag([*[scale] * 3, 1]) @ TURNED, True, "rigid or similar") for scale in (1e-200, 1e-170, 1e170, 1e300)),
         (shear(), True, "general"),
     ],
 )
