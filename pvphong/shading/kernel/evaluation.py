@@ -91,12 +91,17 @@ def shade(
             maps = {} if rows is None or seen is None else {"metallic": seen[rows][0]}
             colors[1], colors[2], left_out = _of_lobes(equation.reflectance.lobes, at, maps, last - first, real)
         vertices = [read(part) for read in rows_of]
-        declined = np.zeros(last - first, np.uint8)
         out = begin_of_rgb + first * rgb.strides[0]
         arrays = *(begin for begin, _ in vertices), *map(address, colors), begin_of_channels + first * real.itemsize
-        if run(*arrays, out, out, *packed, last - first, *_memory.addresses, address(declined)) and left_out is None:
-            return
-        left = np.flatnonzero(declined if left_out is None else declined | left_out)
+        declined, has_none = _memory.declined[: last - first], False
+        try:
+            has_none = bool(run(*arrays, out, out, *packed, last - first, *_memory.addresses))
+            if has_none and left_out is None:
+                return
+            left = np.flatnonzero(declined if left_out is None else declined | left_out)
+        finally:
+            if not has_none:
+                declined[:] = 0
         lit = Shading(np.empty((len(left), 3), real))
         own_tints = {name: tint.at(part).at(left) for name, tint in tints.items()}
         seen = None if seen is None else seen[:, left]
@@ -157,15 +162,16 @@ def driver_code(library: Library, stored: str, real: str) -> Callable[..., int]:
 
 
 class _Memory(threading.local):
-    """Scratch memory, each thread's own: rows, and three of them in float64.
+    """Scratch memory, each thread's own: rows, three of them in float64, and marks of declined vertices, which are 0.
 
-    They start where a cache line starts: a vector across two lines takes twice as long.
+    Rows start where a cache line starts: a vector across two lines takes twice as long.
     """
 
     def __init__(self) -> None:
         self._memory = np.empty(ROWS + 3 * BLOCK + _LINE // 8)
         start = address(self._memory) + -address(self._memory) % _LINE
-        self.addresses = start, start + 8 * ROWS
+        self.declined = np.zeros(LONGEST, np.uint8)
+        self.addresses = start, start + 8 * ROWS, address(self.declined)
 
 
 def address(array: Any) -> int:

@@ -320,6 +320,7 @@ REFUSED = {
         PLASTIC,
         r"Blinn-Phong highlights.*reflection='phong' with shininess=5 \(`\.scene` and `\.material` of this error\)",
     ),
+    "Blinn-Phong of a sun at infinity": (Scene([SUN], EYE, LightModel.opengl()), PLASTIC, "Blinn-Phong highlights"),
     "OpenGL's light model": (
         Scene([LAMP], EYE, LightModel.opengl()),
         PLASTIC,
