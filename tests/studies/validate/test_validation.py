@@ -191,14 +191,15 @@ def test_a_single_wrong_vertex_fails_and_is_named(monkeypatch, error):
 # --- VTK's quirks, which `tests/vtk/test_oracle.py` shows: pvphong's VTK convention has them ----------------------
 
 
-# Black or off, it ends the headlight's own formula; its specular and ambient colours are ignored.
-BESIDE_A_HEADLIGHT = [replace(SUN, diffuse=0.0), replace(LAMP, on=False), replace(SUN, specular="lime", ambient=0.5)]
+OFF = replace(LAMP, on=False)
+# Black or off, another light ends a headlight's own formula; off alone, it draws unlit; some colours are ignored.
+QUIRKS = [HEADLIGHT, replace(SUN, diffuse=0.0)], [HEADLIGHT, OFF], [OFF], [replace(SUN, specular="lime", ambient=0.5)]
 
 
 @pytest.mark.parametrize("material", [PLASTIC, replace(PLASTIC, reflectance=PBR())], ids=["phong", "physical"])
-@pytest.mark.parametrize("other", BESIDE_A_HEADLIGHT)
-def test_quirks_of_lights(other, material):
-    assert_equals_vtk(validate(BALL, Scene([HEADLIGHT, other], EYE, VTK), material))
+@pytest.mark.parametrize("lights", QUIRKS)
+def test_quirks_of_lights(lights, material):
+    assert_equals_vtk(validate(BALL, Scene(lights, EYE, VTK), material))
 
 
 def test_quirk_the_floor_shows_at_powers_below_1():
