@@ -1,7 +1,7 @@
 """`mesh.phong` and `blocks.phong`: PyVista imports this module, by its entry point, when `phong` is first used.
 
-What a mesh's method does is in `meshes/lit.py` and `meshes/pictures.py`, or, where it measures something, in a
-package of `studies/`, which is imported when it is used: those load what draws. Blocks do the same, each by itself.
+What a mesh's method does is in `meshes/lit.py` and `meshes/pictures.py`, or, where it measures something, in
+`studies/`: what loads VTK's rendering is imported when it is used. Blocks do the same, each by itself.
 """
 
 from __future__ import annotations
@@ -14,22 +14,21 @@ from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 
 import pyvista as pv
 
-from pvphong.base.types import Backend, MatrixLike, Precision, Weighting
+from pvphong.base.types import Backend, MatrixLike, Weighting
 from pvphong.meshes import lit, pictures
 from pvphong.meshes.blocks import DEFAULT, datasets, map_blocks, materials_of
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.surfaces import FeatureAngle, shallow_copy, surface
 from pvphong.meshes.visibility import occluders_of_blocks, visibility_options
-from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import Material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import SceneLike
 from pvphong.shading.plan.plan import Plan
+from pvphong.studies import refine as refinement
+from pvphong.studies.diagnose import diagnosis
 
 if TYPE_CHECKING:
     from pvphong.studies.accuracy.report import Tradeoff
-    from pvphong.studies.diagnose.diagnosis import Diagnosis
-    from pvphong.studies.refine import Placement
     from pvphong.studies.validate.validation import Comparison
 
 _PLAIN = Material()
@@ -69,6 +68,9 @@ class MeshPhong:
     normals = _of_mesh(lit.normals)
     plot = _of_mesh(pictures.plot)
     color_view = _of_mesh(pictures.color_view)
+    refine = _of_mesh(refinement.refine)
+    interpolation_error = _of_mesh(refinement.interpolation_error)
+    diagnose = _of_mesh(diagnosis.diagnose)
 
     def validate(
         self,
@@ -83,104 +85,6 @@ class MeshPhong:
         from pvphong.studies.validate.validation import validate
 
         return validate(self._mesh, scene, material, matrix=matrix, feature_angle=feature_angle, backend=backend)
-
-    @maps_on_material
-    def refine(
-        self,
-        scene: SceneLike | None = None,
-        material: Material | str = _PLAIN,
-        *,
-        tolerance: float,
-        max_points: int | None = None,
-        name: str = "phong",
-        placement: Placement = "linear",
-        matrix: MatrixLike | None = None,
-        precision: Precision = "float32",
-        feature_angle: FeatureAngle = None,
-    ) -> pv.PolyData:
-        """A new lit mesh, split where colours interpolated across its triangles miss the evaluated ones.
-
-        Triangles are bisected until every error is within the tolerance, or `max_points` are spent; there are no
-        T-junctions, and parts keep the shape of what they come from. The result says how it ended:
-        ``refined["phong_refinement_summary"]`` in words, ``refined["phong_refinement_reached"]`` yes or no.
-
-        Parameters
-        ----------
-        scene, material, name, matrix, precision, feature_angle
-            As for `shade`.
-        tolerance : float
-            Largest absolute colour error that may be left inside triangles, > 0; 1/255 is one step of a display.
-        max_points : int, optional
-            Points that the result may have, at least those of the mesh; a million more if not given.
-        placement : {"linear", "smooth"}
-            Where new points lie: on the side that they split, or on a curve that meets the normals of its ends at right
-            angles.
-
-        Returns
-        -------
-        pyvista.PolyData
-            Triangles with the lit array, all point and cell arrays carried along, the cell array
-            ``<name>_interpolation_error``, and in the field data ``<name>_refinement_reached``, ``_summary``,
-            ``_error``, ``_stopped`` and ``_points``; see `pvphong.studies.refine.refine`.
-
-        Raises
-        ------
-        ValueError
-            If an argument has the wrong shape, type or range, or the mesh has no faces.
-
-        Examples
-        --------
-        >>> import pyvista as pv, pvphong as ph
-        >>> refined = pv.Sphere().phong.refine(ph.PointLight(position=(0, 0, 2)), tolerance=0.01)
-        >>> bool(refined["phong_refinement_reached"][0])
-        True
-        """
-        from pvphong.studies.refine import refine
-
-        return refine(
-            self._mesh,
-            scene,
-            material,
-            tolerance=tolerance,
-            max_points=max_points,
-            name=name,
-            placement=placement,
-            matrix=matrix,
-            precision=precision,
-            feature_angle=feature_angle,
-        )
-
-    @maps_on_material
-    def interpolation_error(
-        self,
-        scene: SceneLike | None = None,
-        material: Material | str = _PLAIN,
-        *,
-        matrix: MatrixLike | None = None,
-        feature_angle: FeatureAngle = None,
-    ) -> pv.PolyData:
-        """A new mesh that says for each triangle how far interpolated colours are from per-pixel shading.
-
-        Parameters
-        ----------
-        scene, material, matrix, feature_angle
-            As for `shade`.
-
-        Returns
-        -------
-        pyvista.PolyData
-            The surface's triangles with the cell array ``phong_interpolation_error``, active: the largest absolute
-            difference of any channel that was found in each. It shares memory as the result of `shade` does.
-
-        Raises
-        ------
-        ValueError
-            If an argument has the wrong shape, type or range, or the mesh has no faces.
-        """
-        from pvphong.studies.refine import interpolation_error
-
-        options: dict[str, Any] = {"matrix": matrix, "feature_angle": feature_angle}
-        return interpolation_error(self._mesh, scene, material, **options)
 
     def tradeoff(
         self,
@@ -200,12 +104,6 @@ class MeshPhong:
         how: dict[str, Any] = {"tolerance": tolerance, "seconds": seconds, "matrix": matrix}
         how |= {"feature_angle": feature_angle, "occluders": occluders, "visibility": visibility}
         return tradeoff(self._mesh, scene, material, **how)
-
-    def diagnose(self, *, matrix: MatrixLike | None = None) -> Diagnosis:
-        """What in the mesh, or in a model matrix for it, will not light as it should; see `pvphong.diagnose`."""
-        from pvphong.studies.diagnose.diagnosis import diagnose
-
-        return diagnose(self._mesh, matrix=matrix)
 
 
 def _options_of(method: Callable[..., Any]) -> Callable[[Method], Method]:
@@ -294,7 +192,7 @@ class BlocksPhong:
         return tradeoff(lit.one_surface(self._blocks), scene, material, **options)
 
     @_options_of(MeshPhong.diagnose)
-    def diagnose(self, **options: Any) -> dict[str, Diagnosis]:
+    def diagnose(self, **options: Any) -> dict[str, diagnosis.Diagnosis]:
         """A diagnosis for each dataset."""
         return self._by_path(lambda block: block.phong.diagnose(**options))
 

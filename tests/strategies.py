@@ -20,9 +20,8 @@ import numpy as np
 from hypothesis import HealthCheck, Phase, example, given, settings
 from hypothesis import strategies as st
 
-from pvphong import LightModel, Scene, Viewer
+from pvphong import LightModel, Material, Scene, Viewer
 from pvphong.optics.lights import LIGHT_TYPES, DirectionalLight, PointLight, SpotLight
-from pvphong.optics.material import Material
 
 Triple = tuple[float, float, float]
 T = TypeVar("T")

@@ -12,11 +12,9 @@ import pyvista as pv
 import vtk
 
 import pvphong as ph
+from pvphong import DirectionalLight, Material, PointLight, Scene
 from pvphong.meshes.blocks import datasets
 from pvphong.meshes.default_scene import scene_for
-from pvphong.optics.lights import DirectionalLight, PointLight
-from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
 from pvphong.studies import refine
 
 SCENE = Scene(lights=[DirectionalLight(direction=(-1, -2, -3)), PointLight(position=(1, 1, 2))])
@@ -165,7 +163,9 @@ LIGHTING = [name for name in METHODS if WITHOUT[name].get("backend") != SHOWN]
 
 @pytest.mark.parametrize("name", LIGHTING)
 def test_what_is_wrong_is_refused_by_name(name):
-    taken, given = inspect.signature(getattr(MESH, name)).parameters, {"tolerance": 0.1} if name == "refine" else {}
+    taken = inspect.signature(getattr(MESH, name)).parameters
+    given = {"scene": Scene(SCENE.lights, ph.Viewer(position=(1, 2, 3))), "tolerance": 0.1}
+    given = {option: value for option, value in given.items() if option in taken}
     for option, bad, message in (row for row in WRONG if row[0] in taken):
         for what in (BARE, pv.MultiBlock({"a": BARE})):
             with pytest.raises(ValueError, match=rf"^(block \['a'\]: )?{message}"):
@@ -203,11 +203,12 @@ def test_every_option_reaches_each_block():
     for how in ({"matrix": matrix}, {"weighting": "area", "backend": "numpy"}):
         normals = blocks.phong.normals(**how)["ball"].point_data.active_normals
         np.testing.assert_array_equal(normals, ball.phong.normals(**how))
-    shadows = Scene(SCENE.lights, framed.viewer, ph.LightModel(shadows=True))
-    seen = blocks.phong.visibility(shadows, samples=4, occluders=[pv.Plane(center=(2, 2, 3))])
-    lit = blocks.phong.shade(shadows, visibility=seen)
-    alone = ball.phong.visibility(shadows, samples=4, occluders=[pv.Plane(center=(2, 2, 3))])
-    np.testing.assert_array_equal(lit["ball"]["phong"], ball.phong.shade(shadows, visibility=alone)["phong"])
+    shadows = Scene([*SCENE.lights, PointLight(frame="headlight")], light_model=ph.LightModel(shadows=True))
+    how = {"matrix": matrix, "samples": 4, "occluders": [pv.Plane(center=(2, 2, 3))]}
+    seen = blocks.phong.visibility(shadows, **how)
+    lit = blocks.phong.shade(shadows, visibility=seen, matrix=matrix)
+    alone = ball.phong.visibility(framed := scene_for(blocks, shadows, matrix), **how)
+    assert lit["ball"] == ball.phong.shade(framed, visibility=alone, matrix=matrix)
     with pytest.raises(TypeError, match="unexpected keyword argument 'rougness'"):
         blocks.phong.plan(SCENE, rougness=0.5)
 

@@ -8,11 +8,7 @@ import pyvista as pv
 import vtk
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from pvphong.filter import PhongFilter
-from pvphong.optics.lights import DirectionalLight, PointLight
-from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
-from pvphong.scene.viewer import Viewer
+from pvphong import DirectionalLight, Material, PhongFilter, PointLight, Scene, Viewer
 
 SCENE = Scene(lights=[DirectionalLight(direction=(-1, -2, -3))], viewer=Viewer(position=(0, 0, 5)))
 SHINY = Material(specular=0.5, shininess=20)
@@ -109,6 +105,8 @@ def test_bad_arguments_are_refused_and_change_nothing(phong):
         phong.SetScene("sun")
     with pytest.raises(ValueError, match=r"^material must be a Material, .* Did you mean 'gold'"):
         phong.SetMaterial("gld")
+    with pytest.raises(ValueError, match=r"^option must be one of .*precision.*; got precison. Did you mean"):
+        phong.SetOptions(precison="float64")
     assert executions_after(phong) == 0
     assert (phong.GetScene(), phong.GetMaterial()) == (SCENE, SHINY)
 

@@ -113,21 +113,6 @@ def test_ready_made_lights_are_public():
     assert MESH.phong.shade(ph.three_point(MESH))["phong"].any()
 
 
-MATERIALS = {
-    lambda: ph.Material(0.2): r"^Material must be given by its fields",
-    lambda: ph.Material(pv.Property()): r"^Material must be given by its fields",
-    lambda: ph.Material("gold"): r"^Material must be given by its fields.*Material\.named\('gold'\)",
-    lambda: MESH.phong.shade(SUN, "gld"): r"Did you mean 'gold'",
-    lambda: MESH.phong.shade(SUN, "unobtainium"): r"Material\.names\(\)",
-}
-
-
-@pytest.mark.parametrize(("given", "message"), MATERIALS.items(), ids=MATERIALS.values())
-def test_what_is_no_material_says_how_to_get_one(given, message):
-    with pytest.raises(ValueError, match=message):
-        given()
-
-
 def plotted(what, **options):
     """The middle of a picture."""
     size = {"off_screen": True, "return_img": True, "screenshot": True, "window_size": (40, 40)}

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from pvphong.optics.light import Light
+from pvphong import Light, Viewer
 from pvphong.optics.lights import LIGHT_TYPES, DirectionalLight, PointLight
 from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Power, Up, length, place
-from pvphong.scene.viewer import Viewer
 from pvphong.studio.gizmos.handles import ORIGIN, LightInScene, comes_from_somewhere, is_movable
 from pvphong.studio.gizmos.view import Scenery, View
 

@@ -6,10 +6,12 @@ Every check takes the argument's name first, returns the value in its canonical 
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
+import functools
 import math
 import numbers
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import PurePath
 from typing import Any, NoReturn
 
@@ -241,3 +243,27 @@ def matrix4(name: str, value: Any) -> Float64Array:
     if not np.isfinite(result).all():
         refuse(name, str(result.tolist()), "a 4x4 matrix of finite numbers")
     return result
+
+
+# --- fields of frozen dataclasses, whose checks stand beside them
+
+Check = Callable[[str, Any], Any]
+"""From a field's name and what was given for it to its canonical value; ValueError that names the field."""
+
+
+def field(checked: Check, default: Any = dataclasses.MISSING, **more: Any) -> Any:
+    """A dataclass's field whose values `fields` checks; `more` is kept in its metadata."""
+    return dataclasses.field(default=default, metadata={"check": checked, **more})
+
+
+def fields(instance: Any) -> None:
+    """Put the fields of a new frozen dataclass that were declared with `field` into canonical form."""
+    kind: Any = type(instance)
+    for name, checked in _checks(kind):
+        object.__setattr__(instance, name, checked(name, getattr(instance, name)))
+
+
+@functools.cache
+def _checks(kind: Any) -> tuple[tuple[str, Check], ...]:
+    found = dataclasses.fields(kind)
+    return tuple((each.name, each.metadata["check"]) for each in found if "check" in each.metadata)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, get_args
 
 import numpy as np
@@ -143,6 +143,10 @@ class VtkValues(NamedTuple):
     exponent: float = 0.0
 
 
+def _color_or_none(name: str, value: Any) -> Any:
+    return None if value is None else check.color(name, value)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Light:
     """Fields and checks that every light shares.
@@ -172,13 +176,13 @@ class Light:
         If a field is out of range; the message names the field.
     """
 
-    diffuse: ColorLike = (1.0, 1.0, 1.0)
-    specular: ColorLike | None = None
-    ambient: ColorLike = (0.0, 0.0, 0.0)
-    intensity: float = 1.0
-    on: bool = True
-    frame: Frame = "world"
-    name: str = ""
+    diffuse: ColorLike = check.field(check.color, (1.0, 1.0, 1.0))
+    specular: ColorLike | None = check.field(_color_or_none, None)
+    ambient: ColorLike = check.field(check.color, (0.0, 0.0, 0.0))
+    intensity: float = check.field(partial(check.number, at_least=0.0), 1.0)
+    on: bool = check.field(check.flag, True)
+    frame: Frame = check.field(partial(check.choice, allowed=get_args(Frame)), "world")
+    name: str = check.field(check.text, "")
 
     is_even: ClassVar[bool] = False
     """Whether it arrives at every vertex alike."""
@@ -202,19 +206,7 @@ class Light:
     def __post_init__(self) -> None:
         if type(self) is Light:
             raise TypeError("Light is abstract; its kinds are in pvphong.optics.lights.")
-        self._set("diffuse", check.color("diffuse", self.diffuse))
-        if self.specular is not None:
-            self._set("specular", check.color("specular", self.specular))
-        self._set("ambient", check.color("ambient", self.ambient))
-        self._set("intensity", check.number("intensity", self.intensity, at_least=0.0))
-        self._set("on", check.flag("on", self.on))
-        self._set("frame", check.choice("frame", self.frame, get_args(Frame)))
-        self._set("name", check.text("name", self.name))
-        for field, role in self.roles.items():
-            self._set(field, role.check(field, getattr(self, field)))
-
-    def _set(self, field: str, value: object) -> None:
-        object.__setattr__(self, field, value)
+        check.fields(self)
 
     # -- what it says of its fields
 

@@ -119,6 +119,12 @@ def is_texture(value: Any) -> bool:
     return hasattr(value, "GetUseSRGBColorSpace")
 
 
+def color_or_map(name: str, value: Any) -> Any:
+    """A map, or a colour."""
+    found = map_in(name, value)
+    return check.color(name, value) if found is None else found
+
+
 def number_or_map(name: str, value: Any, **bounds: Any) -> Any:
     """A map, or a number within the bounds that `check.number` takes."""
     found = map_in(name, value)

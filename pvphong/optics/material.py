@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import Any, Self
 
 import numpy as np
@@ -15,9 +16,9 @@ from pvphong.optics.maps import (
     FIELDS,
     MOST_REFLECTED,
     Map,
+    color_or_map,
     is_color_name,
     is_texture,
-    map_in,
     number_or_map,
     refuse_unnamed,
 )
@@ -28,6 +29,29 @@ from pvphong.optics.reflectances.pbr import is_physical, physical_of
 
 # What files of earlier versions have not, and its defaults: a file without it stays one that they can read.
 _NEW = (("albedo", 1.0), ("tangents", None))
+
+
+def _reflected(name: str, value: Any, *, checked: check.Check = color_or_map, is_part: bool = False) -> Any:
+    """A colour, or a map, of what is reflected: 0-255 in disguise is refused, and of a part what is more than all."""
+    found = checked(name, value)
+    most = 1.0 if is_part else MOST_REFLECTED
+    if not isinstance(found, str | Map) and max(rgb(found)) > most:
+        is_255 = max(rgb(found)) <= 255.0 and all(channel.is_integer() for channel in rgb(found))
+        if is_255 or is_part:
+            remedy = "These look like 0-255 values: divide them by 255." if is_255 else ""
+            check.refuse(name, found, f"a reflectance, of which 1.0 is all{', at most' * is_part}", remedy)
+    return found
+
+
+def _vectors(_name: str, value: Any) -> Any:
+    return value if value is None or isinstance(value, str | Map) else Map(value)
+
+
+def _reflectance(name: str, value: Any) -> Any:
+    if value is None or isinstance(value, Reflectance):
+        return value
+    allowed = "a reflectance, or None for the light model's"
+    return check.refuse(name, value, allowed, "For example, ph.GGX(roughness=0.3).")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,14 +91,14 @@ class Material:
         If a field is out of range; the message names the field.
     """
 
-    ambient: Any = 0.2
-    diffuse: Any = 0.8
-    specular: Any = 0.0
-    shininess: Any = 0.0
-    emission: Any = 0.0
-    albedo: Any = 1.0
-    tangents: Any = None
-    reflectance: Reflectance | None = None
+    ambient: Any = check.field(partial(_reflected, checked=check.color), 0.2)
+    diffuse: Any = check.field(_reflected, 0.8)
+    specular: Any = check.field(_reflected, 0.0)
+    shininess: Any = check.field(partial(number_or_map, at_least=0.0), 0.0)
+    emission: Any = check.field(color_or_map, 0.0)
+    albedo: Any = check.field(partial(_reflected, is_part=True), 1.0)
+    tangents: Any = check.field(_vectors, None)
+    reflectance: Reflectance | None = check.field(_reflectance, None)
 
     __signature__ = InitSignature()
 
@@ -90,29 +114,7 @@ class Material:
         return f"Material({', '.join(shown)})"
 
     def __post_init__(self) -> None:
-        for name in ("ambient", *COLORS):
-            given = getattr(self, name)
-            found = None if name == "ambient" else map_in(name, given)
-            object.__setattr__(self, name, check.color(name, given) if found is None else found)
-        for name in ("ambient", "diffuse", "specular", "albedo"):
-            given, most = getattr(self, name), 1.0 if name == "albedo" else MOST_REFLECTED
-            if not isinstance(given, str | Map) and max(rgb(given)) > most:
-                is_255 = max(rgb(given)) <= 255.0 and all(channel.is_integer() for channel in rgb(given))
-                remedy = "These look like 0-255 values: divide them by 255." if is_255 else ""
-                if is_255 or name == "albedo":
-                    check.refuse(
-                        name, given, f"a reflectance, of which 1.0 is all{', at most' * (most == 1.0)}", remedy
-                    )
-        object.__setattr__(self, "shininess", number_or_map("shininess", self.shininess, at_least=0.0))
-        if self.tangents is not None and not isinstance(self.tangents, str | Map):
-            object.__setattr__(self, "tangents", Map(self.tangents))
-        if self.reflectance is not None and not isinstance(self.reflectance, Reflectance):
-            check.refuse(
-                "reflectance",
-                self.reflectance,
-                "a reflectance, or None for the light model's",
-                "For example, ph.GGX(roughness=0.3).",
-            )
+        check.fields(self)
 
     @property
     def maps(self) -> dict[str, Map | str]:
@@ -123,7 +125,7 @@ class Material:
         own = {name: getattr(self, name) for name in (*COLORS, "shininess")}
         of = vars(self.reflectance) if self.reflectance is not None else {}
         own |= {name: value for name, value in of.items() if name in FIELDS and value is not None}
-        return {name: value for name, value in own.items() if isinstance(value, str | Map)}
+        return {name: value for name, value in own.items() if isinstance(value, (str, Map))}
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
         """A copy with other values of some fields, of this material's or, where that has them, of its reflectance's."""

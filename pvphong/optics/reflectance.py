@@ -2,8 +2,9 @@
 
 A new reflectance is one file in `pvphong/optics/reflectances/` and its entry in `REFLECTANCES` there; what makes it
 public and tested is said there. It must say its `lobes`, at most three, the formula of their `factors`, and the `most`
-that these can be; everything else has an answer here. Users give it as `Material(reflectance=...)`. A field without a
-default takes a 1, with which its formula is compiled in advance.
+that these can be; everything else has an answer here. Users give it as `Material(reflectance=...)`. Its fields are
+declared with their checks, by `check.field`; one without a default takes a 1, with which its formula is compiled in
+advance.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 
+from pvphong.base import check
 from pvphong.base.formulas import Power, chord_power
 from pvphong.base.types import FloatArray, Vector
 from pvphong.optics.area.lobes import CosinePower
@@ -112,6 +114,9 @@ class Reflectance(ABC):
 
     Symbols: n the unit normal, l the unit vector to the light, v to the viewer.
     """
+
+    def __post_init__(self) -> None:
+        check.fields(self)
 
     gamma: ClassVar[float] = 1.0
     """What is drawn is the sum of all light to the power 1/gamma."""

@@ -10,15 +10,13 @@ Handles and readouts by role are in `studio/gizmos/handles.py`. A light declares
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from functools import cache, partial
 from typing import Any
 
 from pvphong.base import check
+from pvphong.base.check import Check
 from pvphong.base.types import Vector
-
-Check = Callable[[str, Any], Any]
-"""From a field's name and what was given for it to its canonical value; ValueError that names the field."""
 
 Map = Callable[[Vector], Vector]
 
@@ -134,7 +132,7 @@ class Power(Falloff):
 
 def meaning(role: Role, default: Any) -> Any:
     """A field with a role."""
-    return field(default=default, metadata={"role": role})
+    return check.field(role.check, default, role=role)
 
 
 def place(default: Any = (0.0, 0.0, 0.0)) -> Any:

@@ -4,12 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Self, get_args
 
 import numpy as np
 
 from pvphong.base import check
 from pvphong.base.types import ColorLike, Convention, Reflection
+
+
+def _flag_or_distance(name: str, value: Any) -> bool | float:
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, (int, float, np.number)):
+        return check.number(name, value, above=0.0, remedy="True is any distance.")
+    return check.refuse(name, value, "True, False, or a distance > 0")
 
 
 @dataclass(frozen=True)
@@ -50,34 +59,17 @@ class LightModel:
         If a field is out of range, or asks of VTK's convention what VTK does not do.
     """
 
-    ambient: ColorLike = 0.2
-    local_viewer: bool = True
-    two_sided: bool = False
-    reflection: Reflection = "phong"
-    clamp: bool = True
-    convention: Convention = "standard"
-    shadows: bool = False
-    ambient_occlusion: bool | float = False
+    ambient: ColorLike = check.field(check.color, 0.2)
+    local_viewer: bool = check.field(check.flag, True)
+    two_sided: bool = check.field(check.flag, False)
+    reflection: Reflection = check.field(partial(check.choice, allowed=get_args(Reflection)), "phong")
+    clamp: bool = check.field(check.flag, True)
+    convention: Convention = check.field(partial(check.choice, allowed=get_args(Convention)), "standard")
+    shadows: bool = check.field(check.flag, False)
+    ambient_occlusion: bool | float = check.field(_flag_or_distance, False)
 
     def __post_init__(self) -> None:
-        canonical: dict[str, Any] = {
-            "ambient": check.color("ambient", self.ambient),
-            "local_viewer": check.flag("local_viewer", self.local_viewer),
-            "two_sided": check.flag("two_sided", self.two_sided),
-            "reflection": check.choice("reflection", self.reflection, get_args(Reflection)),
-            "clamp": check.flag("clamp", self.clamp),
-            "convention": check.choice("convention", self.convention, get_args(Convention)),
-            "shadows": check.flag("shadows", self.shadows),
-        }
-        if isinstance(distance := self.ambient_occlusion, (bool, np.bool_)):
-            canonical["ambient_occlusion"] = bool(distance)
-        elif isinstance(distance, (int, float, np.number)):
-            remedy = "True is any distance."
-            canonical["ambient_occlusion"] = check.number("ambient_occlusion", distance, above=0.0, remedy=remedy)
-        else:
-            check.refuse("ambient_occlusion", distance, "True, False, or a distance > 0")
-        for name, value in canonical.items():
-            object.__setattr__(self, name, value)
+        check.fields(self)
         if self.convention == "vtk" and not self.local_viewer:
             check.refuse("local_viewer", False, "True in VTK's convention", "VTK's viewer is always local.")
         if self.convention == "vtk" and self.reflection != "phong":

@@ -6,7 +6,7 @@ import itertools
 import math
 import sys
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Self
 
 import numpy as np
@@ -53,26 +53,16 @@ class Viewer:
         If a field is out of range; the message names the field.
     """
 
-    position: VectorLike = (0.0, 0.0, 1.0)
-    focal_point: VectorLike = (0.0, 0.0, 0.0)
-    up: VectorLike = (0.0, 1.0, 0.0)
-    parallel: bool = False
-    view_angle: float = 30.0
-    parallel_scale: float = 1.0
-    clipping_range: VectorLike = (0.01, 1000.01)
+    position: VectorLike = check.field(check.vector, (0.0, 0.0, 1.0))
+    focal_point: VectorLike = check.field(check.vector, (0.0, 0.0, 0.0))
+    up: VectorLike = check.field(check.direction, (0.0, 1.0, 0.0))
+    parallel: bool = check.field(check.flag, False)
+    view_angle: float = check.field(partial(check.number, above=0.0, at_most=179.0), 30.0)
+    parallel_scale: float = check.field(partial(check.number, above=0.0), 1.0)
+    clipping_range: VectorLike = check.field(partial(check.numbers_in, count=2), (0.01, 1000.01))
 
     def __post_init__(self) -> None:
-        canonical: dict[str, Any] = {
-            "position": check.vector("position", self.position),
-            "focal_point": check.vector("focal_point", self.focal_point),
-            "up": check.direction("up", self.up),
-            "parallel": check.flag("parallel", self.parallel),
-            "view_angle": check.number("view_angle", self.view_angle, above=0.0, at_most=179.0),
-            "parallel_scale": check.number("parallel_scale", self.parallel_scale, above=0.0),
-            "clipping_range": check.numbers_in("clipping_range", self.clipping_range, 2),
-        }
-        for field, value in canonical.items():
-            object.__setattr__(self, field, value)
+        check.fields(self)
         if self.position == self.focal_point:
             check.refuse("focal_point", self.focal_point, "different from position", "The eye must look somewhere.")
 

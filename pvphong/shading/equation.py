@@ -232,6 +232,8 @@ class Equation:
     @property
     def needed_tints(self) -> tuple[str, ...]:
         """The tints of what is not black."""
+        if not self.tints:
+            return ()
         is_read = {
             "albedo": True,
             "diffuse": any(self.has(term, "diffuse") or self.has(term, "specular") for term in self.terms),

@@ -15,6 +15,7 @@ from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.lit import point_normals, vertices_of
 from pvphong.meshes.point_data import surface_and_maps
 from pvphong.meshes.surfaces import ORIGINAL_POINT, FeatureAngle, has_faces, shallow_copy
+from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import Material, as_material
 from pvphong.scene.scene import SceneLike
 from pvphong.shading.inside.interpolation import Lighting, LitVertices, all_errors
@@ -22,6 +23,8 @@ from pvphong.shading.inside.splitting import Refinement, Stopped
 from pvphong.shading.visibility import refuse_rays
 
 Placement = Literal["linear", "smooth"]
+
+_PLAIN = Material()
 
 # Points that are added at most where no limit is given.
 _MOST_ADDED = 1_000_000
@@ -37,10 +40,11 @@ _NOT_REACHED: dict[Stopped, str] = {
 _ERROR = "_interpolation_error"
 
 
+@maps_on_material
 def refine(
     mesh: pv.DataSet,
-    scene: SceneLike | None,
-    material: Material | str,
+    scene: SceneLike | None = None,
+    material: Material | str = _PLAIN,
     *,
     tolerance: float,
     max_points: int | None = None,
@@ -120,6 +124,13 @@ def refine(
     ValueError
         If an argument has the wrong shape, type or range, or the mesh has no faces; the message names it.
 
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> refined = pv.Sphere().phong.refine(ph.PointLight(position=(0, 0, 2)), tolerance=0.01)
+    >>> bool(refined["phong_refinement_reached"][0])
+    True
+
     Notes
     -----
     Errors are those at the places that are looked at. Between them they were found to be larger by up to a tenth,
@@ -164,10 +175,11 @@ def refine(
     return result
 
 
+@maps_on_material
 def interpolation_error(
     mesh: pv.DataSet,
-    scene: SceneLike | None,
-    material: Material | str,
+    scene: SceneLike | None = None,
+    material: Material | str = _PLAIN,
     *,
     matrix: MatrixLike | None = None,
     feature_angle: FeatureAngle = None,

@@ -55,6 +55,10 @@ def test_normals_and_sharp_edges_are_those_of_one_piece(mesh, angle):
     if mesh == "ball" and angle is None:
         with pytest.raises(AssertionError):  # without neighbours they are off along the borders
             same_at_corners(pieces, whole, "n", 1e-2)
+        apart = [
+            piece.translate((2e-7 * k, 0, 0)) for k, piece in enumerate(pieces)
+        ]  # no point is another's to the bit
+        assert not any(len(around.points) for around in neighbours_of([border_of(piece) for piece in apart]))
 
 
 def test_arrays_lines_and_lonely_points_stay_with_their_piece():
@@ -73,6 +77,7 @@ def test_arrays_lines_and_lonely_points_stay_with_their_piece():
     for data in ("point_data", "cell_data"):
         for name, array in getattr(left, data).items():
             np.testing.assert_array_equal(getattr(own, data)[name], array)
+    assert own.cell_data.keys() == left.cell_data.keys()
     assert own.point_data.active_normals.shape == left.points.shape
 
 
@@ -102,6 +107,7 @@ def test_an_index_is_read_as_pieces_and_written_back(suffix, client):
     lit = [leaf for leaf in leaves if leaf is not None]
     assert len(lit) > 1 or "mark" not in lit[0].point_data
     assert sum(leaf.n_cells for leaf in lit) == mesh.n_cells
+    assert all(leaf.point_data.active_normals is None for leaf in lit)
     same_at_corners(lit, whole, "phong")
     assert ph.shade_files(index, "lit", SCENE, BRIGHT, client=client).done == ()
     if suffix == ".vtm":
@@ -110,6 +116,16 @@ def test_an_index_is_read_as_pieces_and_written_back(suffix, client):
     assert not kept.failed
     with pytest.raises(AssertionError):
         same_at_corners([pv.read(path) for path in Path("kept").rglob("*.vtp")], whole, "phong", 1e-3)
+
+
+def test_pieces_with_normals_are_lit_with_them(client):
+    pieces = surfaces(bare(MESHES["ball"]), 2)
+    for piece in pieces:
+        piece.point_data.active_normals = np.tile((0.0, 0.0, 1.0), (piece.n_points, 1))
+    ph.shade_files(save_pieces(pieces, "in", ".pvtp"), "lit", SCENE, BRIGHT, client=client)
+    for number, piece in enumerate(pieces):
+        lit, expected = pv.read(f"lit/whole/part_{number}.vtp"), piece.phong.shade(SCENE, BRIGHT)
+        np.testing.assert_array_equal(lit["phong"], expected["phong"])
 
 
 def test_the_cells_of_a_volume_have_the_normals_of_its_outside(client):

@@ -15,18 +15,11 @@ import numpy as np
 from common import least_in_turns, mark, table, textbook, vertices
 from rich.console import Console
 
+from pvphong import GGX, DirectionalLight, LightModel, Material, Plan, PointLight, Scene, Shading, SpotLight, Viewer
 from pvphong.base import threads
-from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
-from pvphong.optics.material import Material
-from pvphong.optics.reflectances import GGX
-from pvphong.scene.light_model import LightModel
-from pvphong.scene.scene import Scene
-from pvphong.scene.viewer import Viewer
 from pvphong.shading import kernel
 from pvphong.shading.evaluation import evaluate
 from pvphong.shading.plan.effects import EFFECTS
-from pvphong.shading.plan.plan import Plan
-from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
 
 REPEATS, FEW_REPEATS = 100, 40

@@ -19,12 +19,10 @@ import pyvista as pv
 from common import apart, in_turns, measured_scene, table
 from rich.console import Console
 
-import pvphong  # noqa: F401 registers mesh.phong
+from pvphong import Plan, Shading
 from pvphong.meshes.files import read_mesh, save_lit
 from pvphong.shading import kernel
 from pvphong.shading.equation import assemble
-from pvphong.shading.plan.plan import Plan
-from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
 
 QUICK = sys.argv[1:] == ["quick"]

@@ -12,10 +12,7 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
-from pvphong.optics.lights import PointLight
-from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
-from pvphong.scene.viewer import Viewer
+from pvphong import Material, PointLight, Scene, Viewer
 from pvphong.studies.accuracy.peers import textbook_colors as textbook
 
 __all__ = ["apart", "in_turns", "least_in_turns", "mark", "measured_scene", "table", "textbook", "vertices"]

@@ -265,12 +265,13 @@ def test_validate_all_writes_a_report_and_fails_with_its_scenes(monkeypatch, cap
 
 def test_tradeoff_prints_the_report_and_writes_figure_and_numbers(capsys):
     options = "--seconds 2 --tolerance 0.01 --plot a.png --csv a.csv --json a.json"
-    assert run(f"tradeoff sphere.vtp {options}") == 0
+    assert run(f"tradeoff sphere.vtp --scene sun.json --shadows --occluder roof.vtp {options}") == 0
     shown = capsys.readouterr().out
     assert len(shown.splitlines()) <= 5 + 3
     assert shown.splitlines()[-3:] == ["a.png", "a.csv", "a.json"]
     numbers = json.loads(Path("a.json").read_text())
     assert numbers["tolerance"] == 0.01
+    assert next(entry["runs"] for entry in numbers["ledger"] if entry["effect"] == "shadow")  # alone it casts none
     assert f"at the vertices: {numbers['chosen']}, " in shown
     assert len(Path("a.csv").read_text().splitlines()) == 1 + len(numbers["rows"])
     assert pv.read("a.png").dimensions[0] > 100

@@ -62,7 +62,7 @@ REFUSED = {
     "validate --all --shininess 4": "--all must be alone or with --report",
     "validate --all --report all.pdf": ".md",
     "validate --all --report no/all.md": NO_FOLDER,
-    "tradeoff sphere.vtp --seconds=-1": "seconds must be a finite number > 0",
+    "tradeoff sphere.vtp --tolerance 0": "tolerance must be a finite number > 0",
     "tradeoff sphere.vtp --plot no/a.png": NO_FOLDER,
     "tradeoff sphere.vtp --plot a.bmp": "suffix of path must be one of",
     "demo --folder garbage.json": "folder must be one that can be made; got garbage.json",
@@ -104,6 +104,16 @@ def test_an_interruption_and_a_failing_machine_are_no_traceback(monkeypatch, cap
     monkeypatch.setattr("pvphong.cli.options.read_mesh", fail)
     assert run("shade sphere.vtp -o lit.vtp") == status
     assert capsys.readouterr().err == said
+
+
+def test_what_cannot_be_printed_is_an_error(monkeypatch, capsys):
+    def flush():
+        raise OSError("no space left")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(sys.stdout, "flush", flush)
+        assert run("plan sphere.vtp") == 2
+    assert capsys.readouterr().err == "error: no space left\n"
 
 
 @pytest.mark.parametrize("count", [pytest.param(40, id="few"), pytest.param(10_000, id="many", marks=pytest.mark.long)])

@@ -1,5 +1,8 @@
 """Where vertices are and how far off a target is seen; which meshes bound a convex body."""
 
+import itertools
+import math
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -23,9 +26,18 @@ def test_a_target_is_seen_off_its_direction_by_no_more_and_hardly_less_than_is_s
     off = np.arccos(normalize(target - places) @ seen.direction)
     assert 0.99 * seen.turn < off.max() <= seen.turn
     assert Extent(corners, None, None).sight(center) is None
+    assert Extent(np.full((1, 3), 1.7e308), None, None).sphere.center == (1.7e308,) * 3
     for count in (1, 513, 1025):  # rows are searched many at a time
         points = np.random.default_rng(count).normal(size=(count, 3)).cumsum(axis=0)
         np.testing.assert_array_equal(Extent(points, None, None).box, [points.min(axis=0), points.max(axis=0)])
+
+
+def test_normals_lie_in_a_cone_that_is_hardly_wider_than_they_need():
+    for axis, slope in itertools.product(np.eye(3), (1e-3, 0.3, 3.0)):
+        normals = 5.0 * axis + 5.0 * slope * (1.0 - axis) * np.array(list(itertools.product((-1, 1), repeat=3)))
+        middle, angle = Extent(normals, lambda normals=normals: normals, None).normal_cone
+        np.testing.assert_allclose(middle, axis, atol=1e-15)
+        assert math.atan(slope * math.sqrt(2.0)) <= angle <= math.atan(slope * math.sqrt(2.0)) + 2e-7
 
 
 def judged(mesh, normals=None):
@@ -53,6 +65,16 @@ def great_dodecahedron():
     return pv.PolyData(body.points, np.ravel(pentagons))
 
 
+def wound_twice(count=4001):
+    """A double cone, each edge of which is convex, whose rim goes around twice before it closes."""
+    angles = 2.0 * np.pi * np.arange(count) / count
+    rim = np.column_stack([np.cos(angles), np.sin(angles), 0.0 * angles])
+    here = np.arange(count)
+    there, top = (here + 2) % count, np.full(count, count)
+    sides = np.concatenate([np.column_stack([here, there, top]), np.column_stack([there, here, top + 1])])
+    return pv.PolyData.from_regular_faces(np.vstack([rim, (0, 0, 1), (0, 0, -1)]), sides)
+
+
 CONVEX = {
     "ball": pv.Sphere,
     "cube": pv.Cube,
@@ -72,6 +94,7 @@ OTHERS = {
     "one inside the other": lambda: pv.merge([pv.Sphere(), pv.Sphere(radius=0.2)]),
     "twice the same": lambda: pv.merge([pv.Sphere(), pv.Sphere()], merge_points=False),
     "through each other": great_dodecahedron,
+    "wound twice": wound_twice,
     "ant": pv.examples.load_ant,
 }
 

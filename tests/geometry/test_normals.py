@@ -169,7 +169,10 @@ FACE, RISES = [0, 1, 2], r"^offsets must be indices that rise from 0 to the conn
         *[(np.eye(3), FACE, offsets, RISES) for offsets in ([0, 2], [1, 3], [0, 4], [0, 2, 1, 3], [3], [])],
         (np.eye(3), FACE, [0.0, 3.0], r"^offsets must be a one-dimensional array of integers; got shape \(2,\) of fl"),
         (np.eye(3), [FACE], [0, 1], r"^connectivity must be a one-dimensional .* got shape \(1, 3\) of int"),
-        (np.eye(3), [0, 1, 2, 2, 3, 0], [0, 0, 3, 3, 3, 6], r"got index 3 in face 4\. The file"),  # past empty faces
+        *[
+            (np.eye(3), [*FACE, 2, index, 0], [0, 0, 3, 3, 3, 6], rf"got index {index} in face 4\. The file")
+            for index in (3, -1, 2**40)
+        ],  # past empty faces
         (np.empty((0, 3)), FACE, [0, 3], "^connectivity must be empty without points; got index 0 in face 0"),
         (np.eye(2), FACE, [0, 3], r"^points must be an \(n, 3\) array of real numbers"),
     ],

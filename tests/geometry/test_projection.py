@@ -7,8 +7,7 @@ import pytest
 import vtk
 from cameras import as_array, random_camera
 
-from pvphong.geometry.projection import frustum, look_at, ortho, perspective, project
-from pvphong.scene.viewer import Viewer
+from pvphong import Viewer, frustum, look_at, ortho, perspective, project
 
 
 def vtk_display(camera, points, window_size):

@@ -85,12 +85,22 @@ every_taker = pytest.mark.parametrize("taker", TAKERS, ids=["points", "vectors",
         (affine(np.diag([1.0, np.nan, 1.0])), "a 4x4 matrix of finite numbers"),
         (np.eye(4)[[0, 1, 3, 2]], r"an affine 4x4 matrix, .* last row \(0.0, 0.0, 1.0, 0.0\)\. .* pass the model"),
         (np.diag([1.0, 1.0, 1.0, 0.0]), "an affine 4x4 matrix, .* w != 0"),
+        (np.eye(4) + np.outer(np.eye(4)[3], [1e-3, 0.0, 0.0, 0.0]), "an affine 4x4 matrix"),
     ],
 )
 @every_taker
 def test_a_matrix_must_be_affine_and_4x4(taker, matrix, message):
     with pytest.raises(ValueError, match=f"^matrix must be {message}"):
         taker(matrix)
+
+
+@pytest.mark.parametrize("linear", [np.zeros((3, 3)), np.diag([1.0, 0.0, 0.0]), np.outer([1.0, 2, 3], [4.0, 5, 6])])
+@pytest.mark.parametrize("taker", TAKERS[2:], ids=["normals", "normal_matrix"])
+def test_normals_need_two_dimensions(taker, linear):
+    with pytest.raises(
+        ValueError, match=r"^matrix must be a 4x4 matrix that keeps at least two dimensions; got rank <= 1"
+    ):
+        taker(affine(linear))
 
 
 # --- normals ---

@@ -2,9 +2,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from pvphong import Material, Viewer
-from pvphong.geometry.projection import project
-from pvphong.meshes.default_scene import default_scene
+from pvphong import Material, Viewer, default_scene, project
 from pvphong.meshes.lit import shade_mesh
 
 MESHES = {

@@ -1,6 +1,7 @@
 """Lit meshes: which points, normals and albedo are read, which arrays are written, and that inputs stay as they are.
 
-That arrays of other types and layouts, empty meshes and clouds are taken or refused is section F of the catalogue.
+That arrays of other types and layouts are taken or refused is section F of the catalogue; what the surface of a dataset
+carries is in test_surfaces, that every dataset is lit in test_accessor, and with maps in test_maps.
 """
 
 import sys
@@ -11,16 +12,9 @@ import pytest
 import pyvista as pv
 from soups import state
 
-import pvphong  # noqa: F401 registers mesh.phong wherever PyVista's own discovery is not installed
+from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer, evaluate
 from pvphong.geometry.transform import transform_normals
 from pvphong.meshes.lit import one_surface
-from pvphong.meshes.surfaces import vertex_normals
-from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
-from pvphong.optics.material import Material
-from pvphong.scene.light_model import LightModel
-from pvphong.scene.scene import Scene
-from pvphong.scene.viewer import Viewer
-from pvphong.shading.evaluation import evaluate
 
 SCENE = Scene(
     lights=[
@@ -65,49 +59,21 @@ MESHES = {
     "StructuredGrid": lambda: grid().cast_to_structured_grid(),
     "RectilinearGrid": lambda: grid().cast_to_rectilinear_grid(),
 }
-every_mesh = pytest.mark.parametrize("kind", MESHES)
 
 
 def random_rows(mesh, seed=0):
     return np.random.default_rng(seed).uniform(size=(mesh.n_points, 3))
 
 
-def with_arrays(mesh):
-    mesh = mesh.copy()
-    mesh.point_data["number"] = np.arange(mesh.n_points)
-    mesh.point_data["tint"] = random_rows(mesh)
-    mesh.point_data["shade"] = (255 * random_rows(mesh, 9)).astype(np.uint8)
-    mesh.cell_data["patch"] = np.arange(mesh.n_cells)
-    mesh.set_active_scalars("number")
-    return mesh
-
-
-# --- every dataset with a surface ---
-
-
-@every_mesh
-@pytest.mark.parametrize("stored", [False, True], ids=["computed", "stored"])
-def test_the_surface_of_every_dataset_is_lit_and_carries_its_arrays(kind, stored):
-    mesh = with_arrays(MESHES[kind]())
-    if stored:
-        mesh.point_data.active_normals = random_rows(mesh, 4) * 5 - 2
-    shades = mesh["shade"].copy()
-    lit = mesh.phong.shade(SCENE, replace(MATERIAL, albedo=shades if stored else "shade"))
-    assert type(mesh).__name__ == kind
-    assert type(lit) is pv.PolyData
-    assert lit.n_cells == mesh.extract_surface(algorithm="dataset_surface").n_cells
-    normals = (random_rows(mesh, 4) * 5 - 2)[lit["number"]] if stored else vertex_normals(lit)
-    expected = evaluate(lit.points, normals, SCENE, replace(MATERIAL, albedo=shades[lit["number"]])).rgb
-    assert set(lit.point_data) - {"Normals", "vtkOriginalPointIds"} == {"number", "tint", "shade", "phong"}
-    assert lit["phong"].dtype == np.float32
-    assert bits(lit["phong"]) == bits(expected)
-    assert np.ptp(lit["phong"]) > 0.1
-    assert lit.active_scalars_name == "phong"
-    np.testing.assert_allclose(mesh.points[lit["number"]], lit.points, rtol=2.0**-23)  # float32, of VTK's making
-    np.testing.assert_array_equal(mesh["tint"][lit["number"]], lit["tint"])
-    assert len(lit.cell_data["patch"]) == lit.n_cells
-    centers = mesh.cell_centers().points[lit.cell_data["patch"]]
-    assert np.linalg.norm(centers - lit.cell_centers().points, axis=1).max() < 0.3  # each beside its own cell
+def test_maps_of_a_volume_go_to_its_surface():
+    mesh = grid()
+    mesh["tint"], tints = random_rows(mesh), random_rows(mesh)
+    lit, named = (mesh.phong.shade(SCENE, replace(MATERIAL, albedo=given)) for given in (tints, "tint"))
+    assert set(lit.point_data) == {"tint", "vtkOriginalPointIds", "phong"}
+    for found, rows in ((lit, tints), (named, mesh["tint"])):
+        material = replace(MATERIAL, albedo=np.asarray(rows)[found["vtkOriginalPointIds"]])
+        assert bits(found["phong"]) == bits(evaluate(found.points, found.phong.normals(), SCENE, material).rgb)
+        assert (found.active_scalars_name, found["phong"].dtype) == ("phong", np.float32)
 
 
 # --- what is refused ---

@@ -127,27 +127,6 @@ def test_textures_arrays_and_files_are_the_same(tmp_path):
         sheet.phong.shade(SCENE, ph.Material(shininess=pv.Texture(np.dstack([grey, grey, 255 - grey]))))
 
 
-def test_a_rig_knows_its_images_from_its_folder(tmp_path, monkeypatch):
-    for folder in ("rigs", "images"):
-        (tmp_path / folder).mkdir()
-    Image.fromarray(np.full((4, 4, 3), 200, np.uint8)).save(tmp_path / "images" / "oak.png")
-    monkeypatch.chdir(tmp_path)
-    oak = ph.Material(albedo="images/oak.png", shininess="gloss")
-    SCENE.save("rigs/rig.json", materials={"default": oak})
-    assert "../images/oak.png" in (tmp_path / "rigs" / "rig.json").read_text()
-    expected = pv.Plane().phong.shade(SCENE, ph.Material(albedo="images/oak.png"))["phong"]
-    monkeypatch.chdir(tmp_path / "images")
-    again = ph.load_materials(tmp_path / "rigs" / "rig.json")["default"]
-    found = pv.Plane().phong.shade(SCENE, ph.Material(albedo=again.albedo))["phong"]
-    assert np.array_equal(found, expected)
-    assert again.shininess == "gloss"
-    (tmp_path / "images" / "oak.png").unlink()
-    with pytest.raises(
-        ValueError, match=r"^albedo must be a point array, or an image file that exists; got .*oak\.png"
-    ):
-        pv.Plane().phong.shade(SCENE, ph.Material(albedo=again.albedo))
-
-
 def test_a_colour_for_each_face():
     cube = pv.Cube().clean()
     cube.point_data.clear()
@@ -164,24 +143,13 @@ def test_a_colour_for_each_face():
             cube.phong.shade(SCENE, ph.Material(albedo=given))
 
 
-@pytest.mark.parametrize("part", ["array", "cell array"])
-def test_windows_follow_arrays(part):
-    """Textures, and other materials, are in test_textures."""
-    mesh = ball()
+def test_windows_follow_colours_of_faces(new_plotter):
+    """Arrays of points are in test_plotter, textures in test_textures, and what cannot be lit in studio."""
+    mesh, plotter = pv.Cube(), new_plotter(lighting="light kit")
     mesh.cell_data["paint"] = np.full((mesh.n_cells, 3), 250, np.uint8)
-    albedo = {"array": "tint", "cell array": "paint"}[part]
-    plotter = pv.Plotter(off_screen=True)
-    actor = plotter.phong.add_mesh(mesh, ph.Material(albedo=albedo), feature_angle=0)
+    actor = plotter.phong.add_mesh(mesh, ph.Material(albedo="paint"), feature_angle=0)
     plotter.show(auto_close=False)
-    before = np.array(actor.mapper.dataset["phong"])
-    if part == "array":
-        mesh["tint"] = np.ones((mesh.n_points, 4))
-        with pytest.warns(UserWarning, match=r"is not lit: albedo must be .*Leave out the opacity"):
-            plotter.render()
-        mesh["tint"] = np.zeros((mesh.n_points, 3))
-    else:
-        mesh.cell_data["paint"] = np.zeros((mesh.n_cells, 3), np.uint8)
+    assert actor.mapper.dataset["phong"].max() > 0
+    mesh.cell_data["paint"] = np.zeros((mesh.n_cells, 3), np.uint8)
     plotter.render()
-    assert before.max() > 0
     assert actor.mapper.dataset["phong"].max() == 0
-    plotter.close()

@@ -76,6 +76,13 @@ def test_a_disk_casts_a_round_shadow(light, edge):
     assert not seen.standard_error.per_light.any()
 
 
+def test_a_corner_sees_what_is_seen_from_there():
+    """Its rays begin a little inside of its face, no more."""
+    hat = disk(2.0, radius=0.02).translate((2, 2, 0))
+    seen = floor(cells=1).phong.visibility([SUN], occluders=[hat]).per_light[0]
+    np.testing.assert_array_equal(seen, [1, 1, 1, 0])
+
+
 def test_lights_at_one_place_cast_one_shadow():
     """A point, a spot, a light that moves with the viewer, and one that is very small."""
     ground = floor()
@@ -128,10 +135,12 @@ def test_umbra_and_penumbra_of_a_ball_before_a_ball():
     light = ph.SphereLight(position=(0, 0, 8), radius=1.0, intensity=64)
     blocker = pv.Sphere(radius=0.75, center=(0, 0, 4), theta_resolution=120, phi_resolution=120)
     ground = floor(size=8.0, cells=64)
-    seen = ground.phong.visibility([light], occluders=[blocker]).per_light[0]
+    visibility = ground.phong.visibility([light], occluders=[blocker])
+    (seen,), (error,) = visibility.per_light, visibility.standard_error.per_light
     distance = np.hypot(*ground.points[:, :2].T)
     assert (seen[distance < 0.4] == 0.0).all()
     assert (seen[distance > 2.9] == 1.0).all()
+    assert not error[(distance < 0.4) | (distance > 2.9)].any()
     between = seen[(distance > 0.8) & (distance < 2.2)]
     assert ((between > 0.0) & (between < 1.0)).all()
     rings = [seen[np.abs(distance - r) < 0.1].mean() for r in np.arange(0.6, 2.5, 0.2)]
@@ -453,6 +462,9 @@ def test_what_blocks_see_is_kept_by_their_names():
     plans = blocks().phong.plan(rig, WHITE)
     assert plans["ground"].effects["shadow"].on
     assert blocks().phong.plan(rig, WHITE, visibility=seen)["ground"].effects["shadow"].on
+    balls = pv.MultiBlock({"one": pv.Sphere(), "other": pv.Sphere(center=(3, 0, 0))})
+    for plan in balls.phong.plan(scene(SUN), WHITE).values():  # each knows which of them it is
+        assert plan.effects["shadow"].why == "sun: nothing stands between, and the mesh is convex"
     with pytest.raises(ValueError, match="visibility must be a mapping with ground, more/hat"):
         blocks().phong.shade(rig, WHITE, visibility=seen["ground"])
 

@@ -8,12 +8,8 @@ import pyvista as pv
 from soups import state
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from pvphong.filter import PhongFilter
+from pvphong import DirectionalLight, Material, PhongFilter, PointLight, Scene, Viewer
 from pvphong.meshes.surfaces import shallow_copy, surface
-from pvphong.optics.lights import DirectionalLight, PointLight
-from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
-from pvphong.scene.viewer import Viewer
 from pvphong.studio.lit_actors import LitMesh
 
 SCENE = Scene([DirectionalLight(direction=(-1, 0.5, -1)), PointLight(position=(2, -1, 3))], Viewer(position=(1, 2, 6)))

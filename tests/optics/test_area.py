@@ -1,7 +1,7 @@
 """Integrals over what is seen of polygons, disks and spheres: by mpmath over their areas, and against each other."""
 
 import math
-from itertools import pairwise
+from itertools import pairwise, product
 
 import area_oracle as oracle
 import mpmath as mp
@@ -197,6 +197,17 @@ def test_a_disk_that_faces_the_vertex_has_no_direction_of_its_own(size, tilt):
         got = on_disk(form, axis, n, middle, -facing, size)
         offsets = [size * x for x in around_a_disk(facing, across)]
         assert got == pytest.approx(of_polygon(form, axis, n, middle, offsets), rel=1e-7)
+
+
+@pytest.mark.parametrize("power", [0.0, 0.5, 3.0, 50.0, 1e4, 1e6])
+@pytest.mark.parametrize("aside", [-1.0, 0.0, 1.0, 1.000001, 4.0])
+def test_a_lobe_that_goes_to_the_middle_an_edge_beside_it_or_far_off(power, aside):
+    middle, n, form = np.array([0.0, 0.0, 4.0]), np.array([0.0, 0.0, 1.0]), CosinePower("mirror", power)
+    w, square = unit(np.array([aside, 0.0, 4.0])), [np.array(x, float) for x in product((-1, 1), (-1, 1), [0])]
+    square = [square[k] for k in (0, 1, 3, 2)]
+    exact = exact_of_polygon(w, power, n, middle, square)
+    assert of_polygon(form, w, n, middle, square) == pytest.approx(exact, abs=1e-10)
+    assert on_disk(form, w, n, middle, -n) == pytest.approx(exact_of_disk(w, power, n, middle, -n), abs=1e-10)
 
 
 # --- caps, as which spheres are seen

@@ -9,12 +9,12 @@ import math
 
 import numpy as np
 import pytest
+import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import REFLECTANCE_SHAPES, Dice
 
-from pvphong import DirectionalLight, Material, PointLight, SphereLight, SpotLight
-from pvphong.optics.light import Light
+from pvphong import DirectionalLight, Light, Material, PointLight, SphereLight, SpotLight
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectances import REFLECTANCES, OrenNayar, Phong
 
@@ -190,6 +190,23 @@ REFUSED = [
     ([Material], ["albedo"], [1.5, (0.0, 1.1, 0.0)], " must be a reflectance, .* at most"),
     ([Material], ["shininess"], [*NO_POWERS, None], AT_LEAST_0),
     ([Material], ["reflectance"], ["phong", Phong, 3], " must be a reflectance, or None"),
+    (LIGHTS, ["width", "height"], [0.0, math.nan], " must be a finite number > 0"),
+    (LIGHTS, ["up"], [(0, 0, 0)], " must be a direction"),
+    (LIGHTS, ["two_sided"], [1], " must be True or False"),
+    (LIGHTS, ["rotation"], [math.inf], " must be a finite number"),
+    (LIGHTS, ["corners"], [[(0, 0, 0), (1, 1, 0), (1, 0, 0), (0, 1.5, 0)]], " must be .*Sides cross"),
+    (LIGHTS, ["corners"], [[(0, 0, 0), (1, 0, 0), (1, 1, 0.1), (0, 1, 0)]], " must be .*not in one plane"),
+    (LIGHTS, ["corners"], [[(0, 0, 0), (1, 1, 1), (2, 2, 2)]], " must be .*no area"),
+    (LIGHTS, ["corners"], [[(0, 0, 0), (1, 0, 0)], [(0, 0, 0), (1, 0, 0), (0, math.nan, 0)]], " must be three or more"),
+    (LIGHTS, ["corners"], ["square"], " must be"),
+    (LIGHTS, ["image"], [np.full((4, 8, 3), math.nan)], " must be .*nan.*np.nan_to_num"),
+    (LIGHTS, ["image"], [np.full((4, 8, 3), math.inf)], " must be .*inf.*an infinite sun is a"),
+    (LIGHTS, ["image"], [np.full((4, 8, 3), -0.1)], " must be .*-0.1.*clip"),
+    (LIGHTS, ["image"], [np.ones((4, 8)), np.ones((0, 8, 3))], " must be .*shape "),
+    (LIGHTS, ["image"], [np.ones((4, 8, 4))], " must be .*leaves out what is opaque"),
+    (LIGHTS, ["image"], [np.full((4, 8, 3), 200, np.uint8)], " must be .*8-bit.*255"),
+    (LIGHTS, ["image"], [pv.Texture(np.full((4, 8, 3), 200, np.uint8))], " must be .*SetUseSRGB"),
+    (LIGHTS, ["image"], ["sky.hdr"], " must be a number"),
     ([OrenNayar], ["sigma"], [-1, 90.1, math.nan, "20", None], " must be a finite number >= 0 and <= 90"),
 ]
 

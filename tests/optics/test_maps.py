@@ -75,12 +75,13 @@ def test_names_and_paths_go_into_files_and_nothing_else_does():
 
 def test_a_rig_names_images_as_they_are_seen_from_its_folder(tmp_path, monkeypatch):
     material = ph.Material(albedo="maps/scan.png", shininess="gloss", tangents="grain")
-    (tmp_path / "maps").mkdir()
+    for folder in ("maps", "rigs"):
+        (tmp_path / folder).mkdir()
     monkeypatch.chdir(tmp_path)
-    ph.Scene(viewer=ph.Viewer()).save("rig.json", materials={"default": material})
-    assert ph.load_materials("rig.json")["default"] == material
+    ph.Scene(viewer=ph.Viewer()).save("rigs/rig.json", materials={"default": material})
+    assert '"../maps/scan.png"' in Path("rigs/rig.json").read_text()
     monkeypatch.chdir(tmp_path / "maps")
-    found = ph.load_materials("../rig.json")["default"]
+    found = ph.load_materials("../rigs/rig.json")["default"]
     assert Path(found.albedo).resolve() == tmp_path / "maps" / "scan.png"
     assert found.with_values({"albedo": material.albedo}) == material
 
@@ -89,6 +90,7 @@ def test_a_rig_names_images_as_they_are_seen_from_its_folder(tmp_path, monkeypat
     ("given", "remedy"),
     [
         ("gld", "Did you mean 'gold'"),
+        ("unobtainium", r"Material\.names\(\)"),
         ("red", r"Material\(diffuse='red'\) has that colour"),
         ((1, 0, 0), r"Material\(diffuse=\(1, 0, 0\)\) has that colour"),
         (pv.Color("red"), "has that colour"),
@@ -100,6 +102,12 @@ def test_a_rig_names_images_as_they_are_seen_from_its_folder(tmp_path, monkeypat
 def test_what_is_no_material_is_refused(given, remedy):
     with pytest.raises(ValueError, match=f"^material must be a Material, or the name of one; .*{remedy}"):
         as_material(given)
+
+
+@pytest.mark.parametrize(("given", "remedy"), [(0.2, ""), (pv.Property(), ""), ("gold", r"Material\.named\('gold'\)")])
+def test_a_material_is_given_by_its_fields(given, remedy):
+    with pytest.raises(ValueError, match=rf"^Material must be given by its fields.*{remedy}"):
+        ph.Material(given)
 
 
 def test_a_name_is_a_material():

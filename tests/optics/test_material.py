@@ -10,11 +10,9 @@ import pyvista as pv
 import vtk
 from strategies import REFLECTANCE_SHAPES, Dice
 
-from pvphong.optics.lights import DirectionalLight
+from pvphong import DirectionalLight, Scene, Viewer
 from pvphong.optics.material import Material, nearest_in_vtk
 from pvphong.optics.reflectances import PBR, REFLECTANCES, Metal, OrenNayar, Phong, Retro
-from pvphong.scene.scene import Scene
-from pvphong.scene.viewer import Viewer
 from pvphong.shading.evaluation import evaluate
 
 # --- named ---

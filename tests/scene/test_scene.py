@@ -12,12 +12,9 @@ import pytest
 import pyvista as pv
 import vtk
 
+from pvphong import LightModel, Material, OrenNayar, Viewer
 from pvphong.optics.lights import LIGHT_TYPES, DirectionalLight, PointLight, SphereLight, SpotLight
-from pvphong.optics.material import Material
-from pvphong.optics.reflectances import OrenNayar
-from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene, light_labels, load_materials
-from pvphong.scene.viewer import Viewer
 
 # --- fields ---
 
@@ -202,8 +199,8 @@ def test_what_a_file_leaves_out_has_its_default(tmp_path):
 
 
 def test_lights_of_one_name_in_a_file_of_the_first_edition_get_numbers(tmp_path):
-    path = write(tmp_path, head(lights=[{"type": "point", "name": name} for name in ("a", "b", "a", "", "")]))
-    assert [light.name for light in Scene.load(path).lights] == ["a", "b", "a 2", "", ""]
+    path = write(tmp_path, head(lights=[{"type": "point", "name": name} for name in ("a", "b", "a", "", "a")]))
+    assert [light.name for light in Scene.load(path).lights] == ["a", "b", "a 2", "", "a 3"]
 
 
 def point(**fields):

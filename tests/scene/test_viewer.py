@@ -137,6 +137,13 @@ def test_moved_to_see_a_box_it_looks_the_same_way_and_sees_every_corner(position
         x, y, z = after.point_to_eye(tuple(corner))
         half = after.parallel_scale if parallel else -z * np.tan(np.radians(20.0))
         assert max(abs(x), abs(y)) <= half * (1 + 1e-12)
+        near, far = after.clipping_range
+        assert near * (1 - 1e-12) <= -z <= far * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("place", [0.0, 1e9, 1e20, -1e300])
+def test_a_point_is_seen_from_elsewhere_however_far_out(place):
+    assert Viewer.framing((place,) * 6).sees((place,) * 6, 1.0)
 
 
 @pytest.mark.parametrize(

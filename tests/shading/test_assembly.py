@@ -6,12 +6,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer
 from pvphong.base.formulas import BRIGHTEST
-from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
-from pvphong.optics.material import Material
-from pvphong.scene.light_model import LightModel
-from pvphong.scene.scene import Scene
-from pvphong.scene.viewer import Viewer
 from pvphong.shading.equation import assemble, relative_to_mesh
 
 MATERIAL = Material(ambient=(0.1, 0.2, 0.3), diffuse=0.5, specular=0.25, shininess=500, emission=(0.0, 0.01, 0.02))

@@ -6,17 +6,15 @@ How accurate the colours are is seen in `stability`, and what arrays it takes in
 import dataclasses
 import math
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
-from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
-from pvphong.scene.viewer import Viewer
+from pvphong import DirectionalLight, Material, PointLight, Scene, Shading, SpotLight, Viewer
 from pvphong.shading import kernel
 from pvphong.shading.evaluation import evaluate
-from pvphong.shading.reference import Shading
+from pvphong.shading.reference import BLOCK
 
 RNG = np.random.default_rng(42)
 COUNT = 60
@@ -110,9 +108,23 @@ def test_an_identity_matrix_and_a_white_albedo_change_nothing(precision):
     plain, turned = rgb(precision=precision), rgb(precision=precision, matrix=MATRIX)
     assert bits(rgb(precision=precision, matrix=np.eye(4))) == bits(plain)
     for albedo in (np.ones((COUNT, 3)), np.full((COUNT, 3), 255, "u1")):
-        white = dataclasses.replace(MATERIAL, albedo=albedo)
+        white = replace(MATERIAL, albedo=albedo)
         assert bits(rgb(material=white, precision=precision)) == bits(plain)
         assert bits(rgb(material=white, precision=precision, matrix=MATRIX)) == bits(turned)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_where_all_vertices_are_alike_but_for_a_map_they_are_so_in_every_block(backend):
+    points, dark = np.zeros((2 * BLOCK + 1, 3)), Scene([replace(SCENE.lights[0], diffuse="black")])
+    lit = rgb(points, points, dark, backend=backend)
+    assert bits(lit) == bits(np.broadcast_to(lit[0], lit.shape))
+    assert lit.min() > 0.0
+    albedo = RNG.uniform(size=points.shape)
+    every, others = (
+        rgb(points[some], points[some], dark, replace(MATERIAL, albedo=albedo[some]), backend=backend)
+        for some in (slice(None), slice(1, None))
+    )
+    assert bits(every[1:]) == bits(others)
 
 
 @pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
@@ -141,6 +153,6 @@ def test_inputs_are_not_modified():
     arrays = [a.copy() for a in (POINTS, NORMALS, ALBEDO, MATRIX)]
     arrays[0][3], arrays[1][4], arrays[2][5] = np.nan, 0.0, -1.0
     before = [a.copy() for a in arrays]
-    rgb(*arrays[:2], material=dataclasses.replace(MATERIAL, albedo=arrays[2]), matrix=arrays[3])
+    rgb(*arrays[:2], material=replace(MATERIAL, albedo=arrays[2]), matrix=arrays[3])
     for array, copy in zip(arrays, before, strict=True):
         assert bits(array) == bits(copy)

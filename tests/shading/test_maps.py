@@ -145,7 +145,10 @@ def test_where_some_are_infinitely_steep_none_is_taken_for_flat():
         ({"shininess": np.ones((COUNT, 3))}, r"^shininess must be .*; got an array of shape \(60, 3\)"),
         ({"shininess": np.ones(3)}, "^shininess must be an array with one row per point, 60 rows; got 3 rows"),
         ({"specular": np.ones((COUNT, 4))}, r"^specular must be .*; got an array of shape \(60, 4\)\. Leave out the"),
-        ({"diffuse": 200 * np.ones(COUNT)}, "^diffuse must be .* at vertex 0. Divide 0-255 by 255"),
+        (
+            {"diffuse": np.where(np.arange(COUNT) == 5, 200, 1.0)},
+            "^diffuse must be .* at vertex 5. Divide 0-255 by 255",
+        ),
         ({"emission": np.ones(COUNT, np.int32)}, "^emission must be uint8 or floats"),
         ({"albedo": np.full((COUNT, 3), 255.0)}, "^albedo must be floats from 0 to 1; got floats up to 255. Divide"),
         ({"albedo": "scan"}, "^albedo must be an array where there is no mesh"),

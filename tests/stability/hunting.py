@@ -18,8 +18,7 @@ from stability.bounds import assert_bits
 from stability.evaluators import BACKENDS, EVALUATORS
 from strategies import MATRIX_CLASSES, Case, Dice, hard_case, matrix_of, moderate_case, rotation, triple, unit
 
-from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer
-from pvphong.shading.reference import Shading
+from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, Shading, SpotLight, Viewer
 
 FEW, MANY = 600, 100_000
 

@@ -26,12 +26,6 @@ def highlight(n: Any, to_light: Any, v: Any, shininess: float) -> Any:
     return lobe(unit(n), unit(to_light), unit(v), shininess)
 
 
-def is_in_cone(points: Any, spot: Any, real: Any) -> Any:
-    """Whether a spot reaches the points, by the cosine off its axis, all in the float type `real`."""
-    ray = unit(points.astype(real) - np.array(spot.position, real))
-    return dot(ray, unit(np.array([spot.direction], real))) >= np.cos(real(np.radians(spot.cone_angle)))
-
-
 def shade(points: Any, normals: Any, position: Any, eye: Any, material: Any, real: Any) -> Any:
     """Diffuse and specular light of one white point light without attenuation, all in the float type `real`."""
     p, n, position, eye = (np.asarray(value).astype(real) for value in (points, normals, position, eye))

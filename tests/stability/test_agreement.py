@@ -27,8 +27,7 @@ from stability.hunting import (
 )
 from strategies import Case, Dice, hard_case, hunt, moderate_case
 
-from pvphong import SpotLight, plan
-from pvphong.shading.plan.plan import Plan
+from pvphong import Plan, SpotLight, plan
 from pvphong.shading.vertices import Vertices
 
 pytestmark = FLATTENING_IS_NO_FAILURE

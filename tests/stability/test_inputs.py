@@ -1,6 +1,7 @@
 """Section F of the catalogue of hard cases: inputs of odd types, empty, of the wrong length, nested or strided.
 
-Rows 21 and 31 as meshes too; rows 23, 26, 28 and 29 are in test_mesh_normals.
+Row 31 as meshes too; rows 23, 26, 28 and 29 are in test_mesh_normals, and row 21 as a mesh is in studies/diagnose. Of
+rows 50 and 52, what has nothing to light is in meshes/test_surfaces, and what becomes of blocks in meshes/test_lit.
 """
 
 import math
@@ -12,8 +13,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import pyvista as pv
-from pyvista import examples
-from soups import faces_of, mesh_of
 from stability.bounds import assert_bits
 from stability.evaluators import EVALUATORS
 from stability.hunting import LAYOUTS
@@ -26,7 +25,6 @@ from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.evaluation import evaluate
-from pvphong.studies.diagnose.diagnosis import diagnose
 
 COUNT = 40
 RNG = np.random.default_rng(11)
@@ -105,30 +103,6 @@ def test_row_49_what_is_no_array_of_rows_is_refused(taker, bad):
 # row 50: nothing to light
 
 
-@pytest.mark.parametrize(
-    "mesh",
-    [
-        *(kind() for kind in (pv.PolyData, pv.UnstructuredGrid, pv.StructuredGrid, pv.Line)),
-        *(kind(POINTS) for kind in (pv.PolyData, pv.PointSet)),
-        pv.ImageData(dimensions=(5, 1, 1)),
-        pv.UnstructuredGrid(np.array([2, 0, 1]), np.array([pv.CellType.LINE]), np.eye(3)),
-    ],
-    ids=lambda mesh: f"{type(mesh).__name__} {mesh.n_points}",
-)
-def test_row_50_what_is_missing_is_said(mesh):
-    message = r"^mesh must be a mesh with faces, or points with normals; got a \w+ with \d+"
-    with pytest.raises(ValueError, match=message):
-        mesh.phong.shade(SCENE)
-
-
-@pytest.mark.parametrize("kind", [pv.PolyData, pv.PointSet])
-def test_row_50_a_cloud_with_normals_works(kind):
-    cloud = kind(POINTS)
-    cloud.point_data.active_normals = NORMALS
-    expected = evaluate(POINTS, NORMALS, SCENE, MATERIAL).rgb
-    assert_bits(f"50 {kind.__name__}", cloud.phong.shade(SCENE, MATERIAL)["phong"], expected)
-
-
 @pytest.mark.parametrize("evaluator", EVALUATORS, ids=str)
 def test_row_50_no_vertices_give_no_colours(evaluator):
     none = np.zeros((0, 3))
@@ -144,29 +118,6 @@ def test_row_50_no_vertices_give_no_colours(evaluator):
 )
 def test_row_51_both_lengths_are_told(taker, rows):
     assert_refused(taker, np.resize(NORMALS, (rows, 3)), rf".*{COUNT} rows; got {rows} rows\.$")
-
-
-def test_row_51_a_string_array_is_refused():
-    mesh = pv.Sphere()
-    mesh.point_data["names"] = ["vertex"] * mesh.n_points
-    with pytest.raises(ValueError, match=r"^albedo must be .*, shape \(n,\) or \(n, 3\); got an array of <U6"):
-        mesh.phong.shade(SCENE, material=Material(albedo="names"))
-
-
-# row 52: blocks
-
-
-def test_row_52_structure_is_kept():
-    inner = pv.MultiBlock({"void": pv.PolyData(), "box": pv.Box(), "gap": None})
-    blocks = pv.MultiBlock({"ball": pv.Sphere(), "gap": None, "inner": inner, "hollow": pv.MultiBlock()})
-    lit = blocks.phong.shade(SCENE)
-    for before, after in ((blocks, lit), (inner, lit["inner"])):
-        assert after.keys() == before.keys()
-        assert after["gap"] is None
-    assert lit["hollow"].n_blocks == lit["inner"]["void"].n_points == 0
-    assert "phong" in lit["ball"].point_data
-    assert "phong" in lit["inner"]["box"].point_data
-    assert "phong" not in blocks["ball"].point_data
 
 
 # row 53: albedos out of range
@@ -255,28 +206,6 @@ def test_a_grid_far_from_the_origin_is_lit_as_near_it(kind, offset):
     lit, expected = (mesh.phong.shade(sun, precision="float64") for mesh in (far, near))
     assert np.ptp(expected["phong"]) > 0.3
     np.testing.assert_allclose(lit["phong"], expected["phong"], atol=1e-6)
-
-
-# row 21: float32 points far from the origin
-
-
-@pytest.mark.parametrize("offset", [1e4, 1e6, 1e8, (1e6, 0, 0), (1e7, -2e8, 5e7)])
-def test_row_21_diagnose_warns_with_the_offset_that_cures(offset):
-    airplane = examples.load_airplane()
-    faces, world = faces_of(airplane), np.asarray(airplane.points, dtype=float) + offset
-    found = diagnose(mesh_of(world.astype(np.float32), *faces))
-    assert not found.ok
-    assert len(found.far_faces)
-    assert "Subtract an offset" in found.explain()
-    assert "({:.17g}, {:.17g}, {:.17g})".format(*found.offset) in found.explain()
-    true = face_normals(airplane)
-    here = np.linalg.norm(face_normals(mesh_of(world.astype(np.float32), *faces)) - true, axis=1).max()
-    moved = mesh_of((world - found.offset).astype(np.float32), *faces)
-    assert here > 2e-3
-    assert np.linalg.norm(face_normals(moved) - true, axis=1).max() < 1e-4
-    for sound in (moved, mesh_of(world, *faces), airplane):  # float64 holds it as it is
-        assert diagnose(sound).ok
-        assert diagnose(sound).offset is None
 
 
 # row 31: indices that no point has

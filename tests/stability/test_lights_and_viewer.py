@@ -47,7 +47,7 @@ def grazing(evaluator: Evaluator, positional: bool) -> None:
     exact, so an evaluator that decides on these gives nothing. One that makes unit vectors first lights a quarter.
     """
     rng = np.random.default_rng(41)
-    too_bright, mirrored, naively_lit = [], [], []
+    too_bright, mirrored = [], []
     for _ in range(300):
         a, b = rng.integers(-9, 10, (2, 3))
         n, to_light = np.cross(a, b), a
@@ -61,12 +61,9 @@ def grazing(evaluator: Evaluator, positional: bool) -> None:
         diffuse, specular = (float(evaluator(*stored, scene, material).rgb[0, 0]) for material in (MATT, SHINY))
         too_bright.append(diffuse)
         mirrored.append(specular)
-        unit_n, unit_l = (naive.unit(a.astype(evaluator.real)[None]) for a in (n, to_light))
-        naively_lit.append(naive.dot(unit_n, unit_l)[0] > 0.0)
     assert_within(f"41 {'point' if positional else 'directional'}", too_bright, 4 * evaluator.step)
     assert not any(too_bright)
     assert not any(mirrored), "a highlight without a light above the horizon"
-    assert np.mean(naively_lit) > 0.2, "unit vectors decide as well"
 
 
 # --- 42: the edge of the cone ---
@@ -78,7 +75,7 @@ def cone_edge(evaluator: Evaluator, cone_angle: float) -> None:
     In the cosine that is 4v · sin of the cone's angle: the catalogue's 4v would pass anything in a narrow cone.
     """
     rng = np.random.default_rng(42)
-    margins, sides, naive_margins = [], [], []
+    margins, sides = [], []
     for _ in range(12):
         position, axis, other = rng.normal(size=(3, 3))
         axis = naive.unit(axis)
@@ -92,14 +89,10 @@ def cone_edge(evaluator: Evaluator, cone_angle: float) -> None:
         inside = evaluator(points, -rays, scene, material).rgb[:, 0] > 0.0
         margin = np.array([float(s.lights[0].cone_margin) for s in shade(points, -rays, scene, material)])
         margins += list(np.where(inside != (margin >= 0.0), abs(margin), 0.0))
-        by_cosine = naive.is_in_cone(points, spot, evaluator.real)
-        naive_margins += list(np.where(by_cosine != (margin >= 0.0), abs(margin), 0.0))
         sides += list(margin >= 0.0)
     assert 0.2 < np.mean(sides) < 0.8
     bound = 4 * evaluator.step * math.sin(math.radians(cone_angle))
     assert_within(f"42 cone={cone_angle:g}", margins, bound)
-    if cone_angle <= 10.0:
-        assert max(naive_margins) > bound, "the cosine decides as well"
 
 
 # --- 44, 45: nothing between vertex and light, or vertex and eye ---

@@ -9,14 +9,13 @@ from itertools import product
 
 import numpy as np
 import pytest
-from soups import FORMS, bumpy, every_form, mesh_of, soup
+from soups import bumpy, every_form, mesh_of, soup
 from stability import exact_normals as exact
 from stability import naive
 from stability.bounds import U, V, assert_within
 
+from pvphong import diagnose, vertex_normals
 from pvphong.geometry.normals import point_normals, polygon_normals
-from pvphong.meshes.surfaces import vertex_normals
-from pvphong.studies.diagnose.diagnosis import diagnose
 
 WEIGHTINGS = ["angle", "area", "max"]
 
@@ -142,11 +141,11 @@ def test_row_24_25_tiny_and_huge_edges(form, size, dtype):
 
 @every_form
 @pytest.mark.parametrize("weighting", WEIGHTINGS)
-def test_faces_of_sizes_1e_300_apart_in_one_mesh(form, weighting):
+@pytest.mark.parametrize("sizes", [(2.0**-500, 1.0, 2.0**500, 2.0**-900), (2.0**900, 2.0**-300)])
+def test_faces_of_sizes_1e_300_apart_in_one_mesh(form, weighting, sizes):
     """Each tetrahedron's points have the normals that it would have alone."""
     alone = np.array([[0.1, 0.2, 0.0], [1.3, 0.1, 0.2], [0.4, 1.1, -0.1], [0.2, 0.3, 0.9]])
     faces = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]
-    sizes = [2.0**-500, 1.0, 2.0**500, 2.0**-900]
     expected = form(alone, *soup(*faces), weighting=weighting)
     points = np.concatenate([alone * size for size in sizes])
     everywhere = [tuple(corner + 4 * copy for corner in face) for copy in range(len(sizes)) for face in faces]
@@ -222,8 +221,6 @@ def test_row_29_a_non_manifold_edge_keeps_its_points():
     assert_within("29", abs(len(observed) - book.n_points), 0.0)
     assert np.isfinite(observed).all()
     assert diagnose(book).non_manifold_edges.tolist() == [[0, 1]]
-    split = book.compute_normals(split_vertices=True, feature_angle=30, cell_normals=False)
-    assert split.n_points == 9  # what VTK makes of the same 5 points
 
 
 @every_form
@@ -233,17 +230,6 @@ def test_row_30_weights_that_sum_to_zero_are_guarded(form, weighting):
     assert_within("30", np.abs(observed), 0.0)
     lonely = form(ROOF, *soup((0, 1, 2)), weighting=weighting)
     assert not lonely[3].any()
-
-
-@pytest.mark.parametrize("evaluator", [polygon_normals, *FORMS.values()])
-@pytest.mark.parametrize("index", [9, -1, 3, 2**40])
-@pytest.mark.parametrize("face", [0, 2])
-def test_row_31_an_index_without_a_point_is_refused_with_its_face(evaluator, index, face):
-    faces = np.array([[0, 1, 2]] * 4)
-    faces[face, 1] = index
-    message = rf"connectivity must be indices of the 3 points, from 0 to 2; got index {index} in face {face}\."
-    with pytest.raises(ValueError, match=message):
-        evaluator(np.eye(3), faces.ravel(), np.arange(0, 13, 3))
 
 
 @every_form

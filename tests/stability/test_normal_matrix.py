@@ -15,8 +15,7 @@ from stability.bounds import U, assert_within
 from stability.evaluators import UNLIT
 from stability.hunting import FLATTENING_IS_NO_FAILURE, on_every_evaluator
 
-from pvphong import DirectionalLight, Material, Scene, Viewer, evaluate
-from pvphong.geometry.transform import normal_matrix, transform_normals
+from pvphong import DirectionalLight, Material, Scene, Viewer, evaluate, transform_normals
 
 SAMPLES = 60
 
@@ -158,34 +157,6 @@ FLATTENED = {
     "tiny": 1e-170 * np.diag([1.0, 1.0, 0.0]),
 }
 """Of rank 2, row 9: lit below as the cofactors say; the warning is in geometry/test_transform."""
-
-
-def with_last_row(*last):
-    return np.vstack([affine(np.eye(3))[:3], last])
-
-
-RANK = "matrix must be a 4x4 matrix that keeps at least two dimensions; got rank <= 1"
-FINITE = "matrix must be a 4x4 matrix of finite numbers; got"
-PROJECTIVE = r"matrix must be an affine 4x4 matrix, .* got last row .* pass the model"
-
-
-NO_NORMALS = {
-    "10 rank 0": (affine(np.zeros((3, 3))), RANK),
-    "10 rank 1": (affine(np.diag([1.0, 0.0, 0.0])), RANK),
-    "10 rank 1, oblique": (affine(np.outer([1.0, 2.0, 3.0], [4.0, 5.0, 6.0])), RANK),
-    "10 NaN": (affine(np.diag([1.0, np.nan, 1.0])), FINITE),
-    "10 inf": (affine(np.diag([1.0, np.inf, 1.0])), FINITE),
-    "12 a camera's": (with_last_row(0.0, 0.0, -1.0, 0.0), PROJECTIVE),
-    "12 slightly": (with_last_row(1e-3, 0.0, 0.0, 1.0), PROJECTIVE),
-    "12 w = 0": (with_last_row(0.0, 0.0, 0.0, 0.0), PROJECTIVE),
-}
-
-
-@pytest.mark.parametrize("row", NO_NORMALS)
-def test_row_10_12_what_gives_no_normals_is_refused(row):
-    matrix, message = NO_NORMALS[row]
-    with pytest.raises(ValueError, match=f"^{message}"):
-        normal_matrix(matrix)
 
 
 TO_LIGHT = np.array([0.5, -0.625, 0.75])

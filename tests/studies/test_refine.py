@@ -147,6 +147,9 @@ def test_dense_samples_are_within_the_tolerance(make, scene, material, options):
     assert left(fine) <= options["tolerance"]
     assert errors.max() <= options["tolerance"]
     assert errors.max() <= left(fine) * 1.07  # what it reports is what is left, but for places between its samples
+    reported = fine["phong_interpolation_error"]
+    close = reported > 0.7 * options["tolerance"]  # there samples are dense
+    assert (errors[close] <= 1.1 * reported[close]).all()
     if "matrix" in options:
         assert largest(fine, scene, material, matrix=MATRIX) <= STEP < largest(fine, scene, material)  # lit elsewhere
 
@@ -217,6 +220,8 @@ def test_a_needle_that_all_middles_and_the_centroid_miss_is_found(weights, model
 TURNING = triangle()
 TURNING.point_data.active_normals = [(-0.42, -0.34, 0.84), (0.5, -0.25, 0.83), (0, 0.57, 0.82)]
 SMALL_SPOT = ph.SpotLight(position=(0.3, 0.2, 1), direction=(0.05, 0.02, -1), cone_angle=0.5)
+CONE = math.radians(20)
+WIDE_SPOT = ph.SpotLight(position=(0.05 - 100 * math.tan(CONE), 0, 100), cone_angle=20, exponent=0, intensity=0.004)
 SKEWED = ph.Scene([ph.DirectionalLight(direction=(-0.1, -0.2, -1))], ph.Viewer(position=(0.5, 0.6, 4)))
 
 
@@ -225,9 +230,10 @@ SKEWED = ph.Scene([ph.DirectionalLight(direction=(-0.1, -0.2, -1))], ph.Viewer(p
     [
         (TURNING, SKEWED, needle((1, 0, 0), 1e6)[1], 0.69),
         (triangle(), ph.Scene([SMALL_SPOT]), MATT, 0.75),
+        (triangle(), ph.Scene([WIDE_SPOT]), MATT, 0.9 * 0.8 * 0.004 * math.cos(CONE)),
         (triangle(), lamp_at(0.47, 0.23, 0.01), MATT, 0.75),
     ],
-    ids=["normals that turn", "a small spot", "a lamp close by"],
+    ids=["normals that turn", "a small spot", "the edge of a wide and faint one", "a lamp close by"],
 )
 def test_what_shines_inside_a_triangle_only_is_found(mesh, scene, material, error):
     assert largest(mesh, scene, material) > error

@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from pvphong.optics.lights import DirectionalLight, PointLight
-from pvphong.optics.material import Material
-from pvphong.scene.scene import Scene
-from pvphong.scene.viewer import Viewer
+from pvphong import DirectionalLight, Material, PointLight, Scene, Viewer
 from pvphong.studio.lit_actors import ARRAY, LightingWarning, LitMesh
 
 SCENE = Scene(lights=[PointLight(position=(2, 2, 2))], viewer=Viewer(position=(0, 0, 5)))

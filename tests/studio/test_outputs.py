@@ -11,8 +11,7 @@ import pytest
 import pyvista as pv
 from served import Server
 
-import pvphong  # noqa: F401 registers plotter.phong wherever PyVista's own discovery is not installed
-from pvphong.optics.lights import PointLight
+from pvphong import PointLight
 
 
 @pytest.fixture

@@ -119,6 +119,12 @@ def test_without_shadows_no_ray_is_cast_and_a_light_that_rides_along_takes_its_s
     w.check(hat())
     w.plotter.camera_position = [(2, -3, 9), (0, 0, 0), (0, 0, 1)]
     w.check(hat())
+    for actor in (w.floor, w.hat):
+        w.plotter.remove_actor(actor)
+    counted["lights"].clear()
+    w.phong.add_mesh(pv.Sphere(), WHITE)
+    w.plotter.render()
+    assert not counted["lights"]  # what is convex, and alone, does not shadow itself
 
 
 def test_only_what_moved_is_traced_again(window, counted):

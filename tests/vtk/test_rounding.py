@@ -6,9 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
-from pvphong.optics.material import Material
-from pvphong.scene.viewer import Viewer
+from pvphong import PBR, DirectionalLight, Material, PointLight, SpotLight, Viewer
 from pvphong.shading.equation import vtk_tier
 from pvphong.vtk.rounding import Pose, limits
 from pvphong.vtk.scenes import Terms
@@ -69,6 +67,12 @@ CASES = {
     "a near light under a far eye": ([[0.0, 0, 0], [0.9, 0, 0]], UP, [NEAR], {"eye": (0.0, 30.0, 30.0)},
                                      {"float32": [0]}),
     "a near light under a near eye": ([[0.0, 0, 0], [0.9, 0, 0]], UP, [NEAR], {"eye": (0.0, 3e-3, 3e-3)}, {}),
+    "the light's place errs as the vertex's does": (ORIGIN, UP, [NEAR], {"eye": (0.0, 0.04, 0.04)}, {"float32": [0]}),
+    "a near light that weakens": (ORIGIN, UP, [replace(NEAR, attenuation=(0.0, 0.0, 1.0))],
+                                  {"eye": (0.0, 0.015, 0.015), "material": MATTE}, {"float32": [0]}),
+    "a headlight seen in a mirror": ([5.0, 0, 0], (-2.0, 2.0, 4.0), [HEADLIGHT],
+                                     {"material": replace(MATTE, reflectance=PBR(0.0, 0.1).of(MATTE))},
+                                     {"float32": [0]}),
     # The second normal is left with 1e-4 of its components
     "a strong shear": (ORIGIN, [[1.0, 0, 0], [1e-4, 1, 0]], [SUN, replace(SUN, direction=(1.0, 2.0, 0.0))],
                        {"matrix": SHEAR}, {"float32": [1]}),

@@ -103,8 +103,7 @@ class EnvironmentLight(Light):
             return moved
         ahead, middle = np.array(unit_vector(ahead)), np.array(_middle(moved.up))
         right = np.cross(middle, unit_vector(moved.up))
-        moved._set("rotation", math.degrees(math.atan2(-ahead @ right, ahead @ middle)))
-        return moved
+        return replace(moved, rotation=math.degrees(math.atan2(-ahead @ right, ahead @ middle)))
 
     # -- what arrives
 

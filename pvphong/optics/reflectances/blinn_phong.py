@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pvphong.optics.reflectances.highlight import HALFWAY, LIKENESS, Shiny
+from pvphong.optics.reflectances.highlight import HALFWAY, LIKENESS, Shiny, own_shininess
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class BlinnPhong(Shiny):
         If the shininess is not such a number.
     """
 
-    shininess: float | None = None
+    shininess: float | None = own_shininess()
 
     peak: ClassVar = HALFWAY
     counterpart: ClassVar[tuple[str, float]] = ("phong", 1.0 / LIKENESS)

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from pvphong.base import check
 from pvphong.base.formulas import ONE, formula
 from pvphong.base.types import ColorLike, Vector, rgb
 from pvphong.optics.reflectance import HIGHLIGHT, Lobe
 from pvphong.optics.reflectances.highlight import part_of_light
-from pvphong.optics.reflectances.microfacets import Microfacets, alpha_of, coupled
+from pvphong.optics.reflectances.microfacets import ROUGHNESS, Microfacets, alpha_of, coupled
 
 
 @formula
@@ -43,15 +44,11 @@ class GGX(Microfacets):
         If a field is out of range; the message names the field.
     """
 
-    roughness: float
-    f0: ColorLike = 0.04
+    roughness: float = check.field(ROUGHNESS)
+    f0: ColorLike = check.field(part_of_light, 0.04)
 
     factors = staticmethod(coupled)
     mapped = staticmethod(_same_roughness)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "f0", part_of_light("f0", self.f0))
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:

@@ -176,6 +176,15 @@ def unchanged(shininess: Any, own: Any) -> Any:  # noqa: ARG001 only the power h
     return own
 
 
+def own_shininess() -> Any:
+    """A field with a shininess; None, its default, means the material's."""
+    return check.field(_shininess_or_none, None)
+
+
+def _shininess_or_none(name: str, value: Any) -> Any:
+    return None if value is None else number_or_map(name, value, at_least=0.0)
+
+
 class Shiny(Reflectance):
     """Lambert's cosine, and a highlight that is a power of the cosine around its peak.
 
@@ -190,10 +199,6 @@ class Shiny(Reflectance):
     maps: ClassVar[frozenset[str]] = frozenset({"specular", "shininess"})
     factors = staticmethod(lambert_and_highlight)
     mapped = staticmethod(unchanged)
-
-    def __post_init__(self) -> None:
-        if self.shininess is not None:
-            object.__setattr__(self, "shininess", number_or_map("shininess", self.shininess, at_least=0.0))
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+from pvphong.base import check
 from pvphong.base.formulas import ZERO, formula, like, where
 from pvphong.base.types import ColorLike, rgb
 from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, LAMBERT, Geometry, Lobe, Sightline
@@ -14,6 +15,7 @@ from pvphong.optics.reflectances.highlight import (
     Shiny,
     lambert_and_highlight,
     most_whiteness,
+    own_shininess,
     part_of_light,
     whiteness,
 )
@@ -56,16 +58,12 @@ class Metal(Shiny):
     section 5.
     """
 
-    color: ColorLike
-    shininess: float | None = None
+    color: ColorLike = check.field(part_of_light)
+    shininess: float | None = own_shininess()
 
     maps: ClassVar[frozenset[str]] = frozenset({"shininess"})
     peak: ClassVar = MIRROR
     factors = staticmethod(_parted_highlight)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "color", part_of_light("color", self.color))
-        super().__post_init__()
 
     @property
     def lobes(self) -> tuple[Lobe, ...]:

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -109,6 +110,10 @@ def coupled(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it i
     return like(x, _COUPLED) * x * _seen(x) * _seen(y), tinted, white
 
 
+ROUGHNESS = partial(number_or_map, above=0.0, at_most=1.0, remedy="0.1 is polished, 0.5 satin, 1 matt.")
+"""The check of a roughness."""
+
+
 class Microfacets(Reflectance):
     """A diffuse base, `faded` or `coupled`, under a highlight of microfacets in two colours.
 
@@ -119,11 +124,6 @@ class Microfacets(Reflectance):
 
     maps: ClassVar[frozenset[str]] = frozenset({"roughness"})
     peak: ClassVar = HALFWAY
-
-    def __post_init__(self) -> None:
-        remedy = "0.1 is polished, 0.5 satin, 1 matt."
-        roughness = number_or_map("roughness", self.roughness, above=0.0, at_most=1.0, remedy=remedy)
-        object.__setattr__(self, "roughness", roughness)
 
     cutoffs: ClassVar[tuple[float, float]] = (0.0, 0.0)
     """The cosines n·l and n·v, and the denominator in D, are taken to be at least these."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from pvphong.base.formulas import BRIGHTEST, HALF, ONE, ZERO, formula, like, maximum, minimum
 from pvphong.optics.reflectance import ANYWHERE, Geometry, Sightline
-from pvphong.optics.reflectances.highlight import MIRROR, Shiny, steepness
+from pvphong.optics.reflectances.highlight import MIRROR, Shiny, own_shininess, steepness
 
 
 @formula
@@ -50,7 +50,7 @@ class ModifiedPhong(Shiny):
     equations 3 and 4, times π: a light of intensity 1 that faces a white surface makes it 1.
     """
 
-    shininess: float | None = None
+    shininess: float | None = own_shininess()
 
     peak: ClassVar = MIRROR
     factors = staticmethod(_normalised_highlight)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from pvphong.base import check
@@ -46,13 +47,10 @@ class OrenNayar(Reflectance):
         If `sigma` is out of range.
     """
 
-    sigma: float
+    sigma: float = check.field(partial(check.number, at_least=0.0, at_most=90.0))
 
     lobes = (Lobe("diffuse", takes_albedo=True, needs_viewer=True),)
     factors = staticmethod(_rough_diffuse)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "sigma", check.number("sigma", self.sigma, at_least=0.0, at_most=90.0))
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[float, float]:  # noqa: ARG002 it has no maps
         """The coefficients A and B."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,7 +15,7 @@ from pvphong.base.formulas import ONE, formula
 from pvphong.base.types import FloatArray, Vector, rgb
 from pvphong.optics.maps import number_or_map
 from pvphong.optics.reflectance import HIGHLIGHT, WHITE, Lobe
-from pvphong.optics.reflectances.microfacets import Microfacets, alpha_of, faded
+from pvphong.optics.reflectances.microfacets import ROUGHNESS, Microfacets, alpha_of, faded
 
 DIELECTRIC = 0.04
 """What all but metals reflect at normal incidence, for an index of refraction of 1.5."""
@@ -63,17 +64,12 @@ class PBR(Microfacets):
     which is within 1e-4.
     """
 
-    metallic: float = 0.0
-    roughness: float = 0.5
+    metallic: float = check.field(partial(number_or_map, at_least=0.0, at_most=1.0), 0.0)
+    roughness: float = check.field(ROUGHNESS, 0.5)
 
     maps: ClassVar[frozenset[str]] = frozenset({"roughness", "metallic"})
     factors = staticmethod(faded)
     mapped = staticmethod(_half_masked)
-
-    def __post_init__(self) -> None:
-        metallic = number_or_map("metallic", self.metallic, at_least=0.0, at_most=1.0)
-        object.__setattr__(self, "metallic", metallic)
-        super().__post_init__()
 
     def of(self, material: Any) -> PBR:
         """A copy with the material's diffuse colour."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from pvphong.optics.area.lobes import CosinePower
-from pvphong.optics.reflectances.highlight import LIKENESS, MIRROR, Shiny
+from pvphong.optics.reflectances.highlight import LIKENESS, MIRROR, Shiny, own_shininess
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Phong(Shiny):
         If the shininess is not such a number.
     """
 
-    shininess: float | None = None
+    shininess: float | None = own_shininess()
     floor: float = 0.0
 
     peak: ClassVar = MIRROR

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from pvphong.base.formulas import ZERO, formula, like, maximum, square, where
 from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, LAMBERT, Geometry, Reflectance, Sightline
-from pvphong.optics.reflectances.highlight import NORMAL, Shiny
+from pvphong.optics.reflectances.highlight import NORMAL, Shiny, own_shininess
 from pvphong.optics.reflectances.phong import Phong
 
 HIGHEST_POWER = 128.0
@@ -40,7 +40,7 @@ class VtkHeadlight(Shiny):
         The exponent n.
     """
 
-    shininess: float | None = None
+    shininess: float | None = own_shininess()
 
     lobes = LAMBERT, HIGHLIGHT._replace(needs_viewer=False)
     forms = None, None  # both have a floor

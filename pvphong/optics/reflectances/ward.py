@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 from pvphong.base import check
@@ -36,6 +37,8 @@ _DARK = 80.0
 """Exponents from which on the highlight is 0, which float32 can hold together with what they are multiplied by."""
 
 _LEAST_ALPHA = 1e-12
+
+_WIDTH = partial(check.number, above=0.0, at_most=1.0)
 
 
 @formula
@@ -77,18 +80,14 @@ class Ward(Reflectance):
     A. Dür: A new Ward BRDF model with bounded albedo (2010), times π.
     """
 
-    alpha_x: float
-    alpha_y: float
+    alpha_x: float = check.field(_WIDTH)
+    alpha_y: float = check.field(_WIDTH)
 
     needs: ClassVar[frozenset[str]] = frozenset({"tangents"})
     maps: ClassVar[frozenset[str]] = frozenset({"specular"})
     lobes = LAMBERT, HIGHLIGHT
     peak: ClassVar = HALFWAY
     factors = staticmethod(_gloss)
-
-    def __post_init__(self) -> None:
-        for name in ("alpha_x", "alpha_y"):
-            object.__setattr__(self, name, check.number(name, getattr(self, name), above=0.0, at_most=1.0))
 
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:  # noqa: ARG002 no field has a map
         """1/α_x and 1/α_y."""

@@ -208,6 +208,33 @@ def _exp2(y: Any) -> Any:
     return implementation
 
 
+# By `mpmath.chebyfit`, to 2e-19.
+_ARCTAN = (
+    0.016285756855221028, -0.034570561981427744, 0.04551593220626549, -0.05230454270650244, 0.05878928997834775,
+    -0.06666424885738255, 0.07692296375032143, -0.09090908753500877, 0.11111111105155447, -0.14285714285659828,
+    0.19999999999999804, -0.3333333333333333,
+)  # fmt: skip
+
+_TAN_22_5, _TINIEST = math.sqrt(2.0) - 1.0, 2.0**-1000
+
+
+def arctan2(y: Any, x: Any) -> Any:
+    """The angle of a point by t = tan θ in [0, tan 22.5°], or of the rest to 45°: θ = t + t³ P(t²).
+
+    In float64, of one point or of lanes; libm's keeps loops from being vectorised.
+    """
+    height, width = abs(y), abs(x)
+    low, high = formulas.minimum(height, width), formulas.maximum(formulas.maximum(height, width), _TINIEST)
+    is_steep = low > _TAN_22_5 * high
+    t = formulas.where(is_steep, low - high, low) / formulas.where(is_steep, low + high, high)
+    square = t * t
+    turned = formulas.multiply_add(t * square, horner(square, _ARCTAN), t)
+    turned = formulas.where(is_steep, turned + 0.25 * math.pi, turned)
+    turned = formulas.where(height > width, 0.5 * math.pi - turned, turned)
+    turned = formulas.where(x < 0.0, math.pi - turned, turned)
+    return formulas.where(y < 0.0, -turned, turned)
+
+
 # --- memory behind plain pointers, and calls through addresses
 
 
@@ -258,6 +285,7 @@ _OPERATIONS: dict[Callable[..., Any], Callable[..., Any]] = {
     formulas.where: lambda condition, a, b: a if condition else b,
     formulas.multiply_add: lambda a, b, c: multiply_add(a, b, c),
     formulas.like: lambda x, value: like(x, value),
+    formulas.arctan2: arctan2,
     formulas.exponential: lambda x: exp2(x * like(x, _TO_BASE_2)),
     formulas.single: lambda x: np.float32(x),
     formulas.wrapped: lambda x: np.uint32(x),

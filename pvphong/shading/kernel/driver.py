@@ -222,20 +222,6 @@ def _add_two(rows: Any, varies: bool, color: Any, other: Any) -> None:
 
 
 @plain
-def _add_two_apart(rows: Any, varies: bool, color: Any, other: Any) -> None:
-    """The first two lobes, of which a map multiplies one, in one loop."""
-    for i in range(BLOCK):
-        strength = _strength(rows, i, varies)
-        first, second = rows[at.FIRST + i] * strength, rows[at.SECOND + i] * strength
-        rows[at.R + i] = multiply_add(color[0], first, rows[at.R + i])
-        rows[at.G + i] = multiply_add(color[1], first, rows[at.G + i])
-        rows[at.B + i] = multiply_add(color[2], first, rows[at.B + i])
-        rows[at.OTHER_R + i] = multiply_add(other[0], second, rows[at.OTHER_R + i])
-        rows[at.OTHER_G + i] = multiply_add(other[1], second, rows[at.OTHER_G + i])
-        rows[at.OTHER_B + i] = multiply_add(other[2], second, rows[at.OTHER_B + i])
-
-
-@plain
 def _add_lambert(rows: Any, varies: bool, color: Any, is_even: bool, to_light: Any) -> None:
     """Add a colour times max(n·l, 0) and the light's strength; l is along `to_light` if it is even, else in rows."""
     inverse = inverse_length(square(to_light))
@@ -283,12 +269,8 @@ def _add_light(
     if t.is_even:
         _arrive_evenly(rows, to_light)
     reflected = t.wanted & call_stage(t.reflects, numbers, rows, points)
-    if reflected & 3 == 3 and (not s.is_split or s.takes_albedo & 3 == 1):
-        colors = in_type(t.colors[0], rows), in_type(t.colors[1], rows)
-        if s.is_split:
-            _add_two_apart(rows, varies, *colors)
-        else:
-            _add_two(rows, varies, *colors)
+    if reflected & 3 == 3 and not s.is_split:
+        _add_two(rows, varies, in_type(t.colors[0], rows), in_type(t.colors[1], rows))
         reflected &= 4
     for lobe in range(3):
         if reflected & (1 << lobe):

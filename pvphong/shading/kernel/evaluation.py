@@ -73,28 +73,35 @@ def shade(
     if channels is not None:
         channels = np.ascontiguousarray(channels, real)
 
+    is_blend = records.blends(equation, tints)
+    rows_of = [
+        _reader(array, stored)
+        for array in (points if equation.needs_points else None, normals if equation.needs_normals else None)
+    ]
+    begin_of_channels, begin_of_rgb = address(channels), address(rgb)
+
     def work(first: int, last: int) -> None:
         part = slice(first, last)
         at = {name: tint.at(part) for name, tint in tints.items()}
         colors = [None if name not in at else plain_colors(at[name], real) for name in COLORS]
         seen = None if channels is None else channels[:, part]
         left_out = None
-        if records.blends(equation, tints):
+        if is_blend:
             rows = equation.channels.get("metallic")
             maps = {} if rows is None or seen is None else {"metallic": seen[rows][0]}
             colors[1], colors[2], left_out = _of_lobes(equation.reflectance.lobes, at, maps, last - first, real)
-        own = (
-            as_plain(points[part], stored) if equation.needs_points else None,
-            as_plain(normals[part], stored) if equation.needs_normals else None,
-            *colors,
-            seen,
-            rgb[part],
-        )
-        declined = np.zeros(last - first, np.uint8)
-        *addresses, out = map(address, own)
-        if run(*addresses, out, out, *packed, last - first, *_memory.addresses, address(declined)) and left_out is None:
-            return
-        left = np.flatnonzero(declined if left_out is None else declined | left_out)
+        vertices = [read(part) for read in rows_of]
+        out = begin_of_rgb + first * rgb.strides[0]
+        arrays = *(begin for begin, _ in vertices), *map(address, colors), begin_of_channels + first * real.itemsize
+        declined, has_none = _memory.declined[: last - first], False
+        try:
+            has_none = bool(run(*arrays, out, out, *packed, last - first, *_memory.addresses))
+            if has_none and left_out is None:
+                return
+            left = np.flatnonzero(declined if left_out is None else declined | left_out)
+        finally:
+            if not has_none:
+                declined[:] = 0
         lit = Shading(np.empty((len(left), 3), real))
         own_tints = {name: tint.at(part).at(left) for name, tint in tints.items()}
         seen = None if seen is None else seen[:, left]
@@ -121,6 +128,21 @@ def _of_lobes(
     return as_plain(base.T, real), as_plain(first.T, real), is_left if is_left.any() else None
 
 
+def _reader(array: FloatArray | None, dtype: Any) -> Callable[[slice], tuple[int, FloatArray | None]]:
+    """Gives where some rows of an array start, and what has them: itself, or a copy in compiled code's form."""
+    if array is None:
+        return lambda _: (0, None)
+    if array.dtype == dtype and array.flags.c_contiguous and array.flags.aligned:
+        begin, step = address(array), array.strides[0]
+        return lambda part: (begin + part.start * step, array)
+
+    def copy(part: slice) -> tuple[int, FloatArray]:
+        copied = as_plain(array[part], dtype)
+        return address(copied), copied
+
+    return copy
+
+
 def plain_colors(tint: Tint, real: Any) -> FloatArray:
     """A map's colours in the form that compiled code takes; it clips albedo itself, but more may not fit its type."""
     rows = tint.rows if tint.rows.dtype == real else fractions(tint.name, tint.rows, real)
@@ -140,15 +162,16 @@ def driver_code(library: Library, stored: str, real: str) -> Callable[..., int]:
 
 
 class _Memory(threading.local):
-    """Scratch memory, each thread's own: rows, and three of them in float64.
+    """Scratch memory, each thread's own: rows, three of them in float64, and marks of declined vertices, which are 0.
 
-    They start where a cache line starts: a vector across two lines takes twice as long.
+    Rows start where a cache line starts: a vector across two lines takes twice as long.
     """
 
     def __init__(self) -> None:
         self._memory = np.empty(ROWS + 3 * BLOCK + _LINE // 8)
         start = address(self._memory) + -address(self._memory) % _LINE
-        self.addresses = start, start + 8 * ROWS
+        self.declined = np.zeros(LONGEST, np.uint8)
+        self.addresses = start, start + 8 * ROWS, address(self.declined)
 
 
 def address(array: Any) -> int:

@@ -6,8 +6,8 @@ Each operation of `pvphong.base.formulas` is an instruction on them, or a polyno
 one test serves eight vertices. Sums of products may be rounded once; but all lanes are computed alike, so a vertex's
 bits depend on no neighbour.
 
-Coefficients, highest power first, are from `mpmath.chebyfit` with 40 digits, as those in `arithmetic`: the arc tangent
-to 2e-19, the sine to 3e-21. Measured on all operations: at most 3.2 units in the last place.
+Coefficients, highest power first, are from `mpmath.chebyfit` with 40 digits, as those in `arithmetic`: the sine to
+3e-21. Measured on all operations: at most 3.2 units in the last place.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from numba.extending import (
 )
 
 from pvphong.base import formulas
-from pvphong.shading.kernel.arithmetic import EXP64, LOG64
+from pvphong.shading.kernel.arithmetic import EXP64, LOG64, arctan2, horner
 
 _INLINED = {"error_model": "numpy", "_nrt": False, "forceinline": True}
 
@@ -260,51 +260,15 @@ def _polynomial(operation: Callable[..., Any]) -> Callable[..., Any]:
     return bind
 
 
-def _horner(*coefficients: float) -> Any:
-    """Compiled code that gives a polynomial's value, highest power first."""
-
-    @intrinsic
-    def value(_typing: Any, t: Any) -> Any:
-        def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
-            total, fma = _all(_F64, coefficients[0]), _call("fma")
-            for coefficient in coefficients[1:]:
-                total = fma(builder, total, values[0], _all(_F64, coefficient))
-            return total
-
-        return LANES(t), generate
-
-    return value
-
-
-_log2_by_square, _rest_of_exp2 = _horner(*LOG64), _horner(*EXP64[:-1])
-_arctan_by_square = _horner(
-    0.016285756855221028, -0.034570561981427744, 0.04551593220626549, -0.05230454270650244, 0.05878928997834775,
-    -0.06666424885738255, 0.07692296375032143, -0.09090908753500877, 0.11111111105155447, -0.14285714285659828,
-    0.19999999999999804, -0.3333333333333333,
-)  # fmt: skip
-_sine_by_square = _horner(
+_SINE = (
     -8.00395186685969e-18, 2.8104490805984874e-15, -7.647138381112494e-13, 1.6059043464982344e-10,
     -2.5052108382236485e-08, 2.7557319223970366e-06, -0.00019841269841269803, 0.008333333333333333,
     -0.16666666666666666,
 )  # fmt: skip
 
 _PI, _LESS_THAN_PI = math.pi, 1.2246467991473532e-16
-_TAN_22_5, _TINIEST = math.sqrt(2.0) - 1.0, 2.0**-1000
 
-
-@_polynomial(formulas.arctan2)
-def _arctan2(y: Any, x: Any) -> Any:
-    """The arc tangent by t = tan θ in [0, tan 22.5°], or of the rest to 45°: θ = t + t³ P(t²)."""
-    height, width = abs(y), abs(x)
-    low, high = formulas.minimum(height, width), formulas.maximum(formulas.maximum(height, width), _TINIEST)
-    is_steep = low > _TAN_22_5 * high
-    t = formulas.where(is_steep, low - high, low) / formulas.where(is_steep, low + high, high)
-    square = t * t
-    turned = formulas.multiply_add(t * square, _arctan_by_square(square), t)
-    turned = formulas.where(is_steep, turned + 0.25 * _PI, turned)
-    turned = formulas.where(height > width, 0.5 * _PI - turned, turned)
-    turned = formulas.where(x < 0.0, _PI - turned, turned)
-    return formulas.where(y < 0.0, -turned, turned)
+_polynomial(formulas.arctan2)(arctan2)
 
 
 @_polynomial(formulas.sine)
@@ -314,7 +278,7 @@ def _sine(x: Any) -> Any:
     r = formulas.multiply_add(k, -_LESS_THAN_PI, formulas.multiply_add(k, -_PI, x))
     odd = abs(k - 2.0 * formulas.nearest(0.5 * k))
     square = r * r
-    found = formulas.multiply_add(r * square, _sine_by_square(square), r)
+    found = formulas.multiply_add(r * square, horner(square, _SINE), r)
     return found * (1.0 - 2.0 * odd)
 
 
@@ -329,7 +293,7 @@ def _log2_above_one(x: Any) -> Any:
     k, m = _parted(1.0 + x)
     t = formulas.where(abs(k) > 0.0, m - 1.0, x)
     z = t / (2.0 + t)
-    return formulas.multiply_add(z, _log2_by_square(z * z), k)
+    return formulas.multiply_add(z, horner(z * z, LOG64), k)
 
 
 @_polynomial(formulas.log1p)
@@ -344,4 +308,4 @@ def _power_less_one(less: Any, exponent: Any) -> Any:
     shifted = y + _WHOLE
     r = y - (shifted - _WHOLE)
     scale = _two_to(shifted)
-    return formulas.multiply_add(r * _rest_of_exp2(r), scale, scale - 1.0)
+    return formulas.multiply_add(r * horner(r, EXP64[:-1]), scale, scale - 1.0)

@@ -20,10 +20,10 @@ from numba import types
 from numpy.typing import NDArray
 
 from pvphong.base import threads
-from pvphong.base.formulas import dot
+from pvphong.base.formulas import arctan2, dot
 from pvphong.base.types import Float64Array, FloatArray, Weighting
 from pvphong.shading.kernel import code
-from pvphong.shading.kernel.arithmetic import horner, inlined, plain
+from pvphong.shading.kernel.arithmetic import inlined, plain
 from pvphong.shading.kernel.code import Library, NotCompiled
 from pvphong.shading.kernel.evaluation import address
 
@@ -57,37 +57,6 @@ _LARGE = 50
 _NOISE_OF_AREA, _NOISE_OF_SUM = 4 * 2.0**-53, 16 * 2.0**-53
 _LEAST_SQUARE, _MOST_SQUARE = 2.0**-900, 2.0**900
 _LEAST_PRODUCT = float(np.finfo(np.float64).tiny)
-
-
-# --- the angle of a direction in the plane
-#
-# In a form that vectorises: libm's `atan2` keeps loops from that. One division takes the ratio of the smaller to the
-# larger coordinate, or of their difference to their sum, to between -tan(π/8) and tan(π/8), where
-# atan(u) = u + u³·P(u²), P of degree 10: 5e-18 by `mpmath.chebyfit`, highest power first. Measured against mpmath:
-# within 1.5 · 2⁻⁵² of the angle.
-
-
-_ATAN = (
-    -0.019176887119062166, 0.039231658295587106, -0.05085449737940256, 0.05858148912802209, -0.06664511447381948,
-    0.07692183190826087, -0.09090904578123903, 0.11111111015256361, -0.14285714284666542, 0.1999999999999552,
-    -0.3333333333333333,
-)  # fmt: skip
-
-_STEEPEST = math.tan(math.pi / 8)
-
-
-@inlined
-def angle_of(y: float, x: float) -> float:
-    """atan2(y, x), from -π to π, in float64; π where x is zero of either sign and y too."""
-    a, b = abs(x), abs(y)
-    less, more = min(a, b), max(a, b)
-    is_steep = less > _STEEPEST * more
-    over = less + more if is_steep else more
-    u = (less - more if is_steep else less) / (over if over > 0.0 else 1.0)
-    angle = (math.pi / 4 if is_steep else 0.0) + (u + u * (u * u) * horner(u * u, _ATAN))
-    angle = math.pi / 2 - angle if b > a else angle
-    angle = angle if x > 0.0 else math.pi - angle
-    return -angle if y < 0.0 else angle
 
 
 # --- least and greatest point of faces
@@ -229,8 +198,10 @@ def _add_faces(
                 turn = dot(c, (rows[NX + i], rows[NY + i], rows[NZ + i]))
                 sine = -sine if turn < 0.0 else sine
             if weighting == _BY_ANGLE:
-                weight = angle_of(sine, -dot(a, b))
+                cosine = dot(a, b)
+                weight = arctan2(sine, -cosine)
                 weight = weight + 2.0 * math.pi if weight < 0.0 else weight
+                weight = math.pi if (sine == 0.0) & (cosine == 0.0) else weight  # on a doubled point
             elif weighting == _BY_AREA:
                 weight = rows[AREA + i]
             else:

@@ -9,6 +9,7 @@ import math
 import struct
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
+from operator import itemgetter
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -68,7 +69,7 @@ _LARGEST = 2.0**100
 """Scene coordinates further out are left to the reference: float32 could not hold squares of sums with them.
 (Vertices may be anywhere.)"""
 
-_NOWHERE = (0.0, 0.0, 0.0)
+_NOWHERE, _IDENTITY = (0.0, 0.0, 0.0), np.eye(4)
 
 # What a strength that varies is multiplied by in compiled code is between these powers of two, if there are numbers
 # that divide it, into which the rest can go.
@@ -175,24 +176,24 @@ SETTINGS = np.dtype(
         ("channel_length", "i8"),
         ("takes_albedo", "i8"),
         ("plain", "i8"),
-        ("eye", "3f8"),
-        ("to_eye", "3f8"),
-        ("matrix", "(3,4)f8"),
         ("w", "f8"),
-        ("normal_matrix", "(3,3)f8"),
-        ("base", "3f8"),
-        ("own", "3f8"),
-        ("emission", "3f8"),
         ("over_diffuse", "f8"),
         ("over_specular", "f8"),
         ("over_emission", "f8"),
         ("exponent", "f8"),
         ("low", "f8"),
         ("high", "f8"),
+        ("eye", "3f8"),
+        ("to_eye", "3f8"),
+        ("matrix", "(3,4)f8"),
+        ("normal_matrix", "(3,3)f8"),
+        ("base", "3f8"),
+        ("own", "3f8"),
+        ("emission", "3f8"),
     ],
     align=True,
 )
-"""What all lights share. `has_tints`: any of the four maps of colours after it.
+"""What all lights share: numbers, then vectors. `has_tints`: any of the four maps of colours after it.
 `is_sunlit`: whether there is one light, the same everywhere, with Lambert's factor alone.
 `is_split`: whether what takes albedo, and what does not, are added up apart. `count`: of lights. `stride`: how many
 numbers each stage has. `sky`, `tangents`, `field`: the channel with the open part of the sky, the first of three with
@@ -202,6 +203,10 @@ that no map multiplies beside some that one does. `own`: a colour beside `base` 
 `over_diffuse` and so on: what a map's colours are multiplied by. `exponent`: the sum of all light is raised to it."""
 
 _pack_settings = _packer(SETTINGS)
+_scalars_of, _vectors_of = (
+    itemgetter(*[name for name in SETTINGS.names or () if bool(SETTINGS[name].shape) is has_axes])
+    for has_axes in (False, True)
+)
 
 
 class Records(NamedTuple):
@@ -303,12 +308,12 @@ def records_of(
         )
         numbers.append(own)
     stride = max(LEAST_NUMBERS, *map(len, numbers))
-    matrix = np.eye(4) if equation.matrix is None else equation.matrix
+    matrix = _IDENTITY if equation.matrix is None else equation.matrix
     turns_normals = equation.matrix is not None and equation.needs_normals and equation.turns_normals
     is_sunlit = lambert_alone == [True] and not (
         turns_normals or equation.is_flipped or equation.is_occluded or equation.gamma != 1.0 or tints or is_display
     )
-    settings: dict[str, Any] = {
+    scalars: dict[str, float] = {
         "needs_normals": equation.needs_normals,
         "needs_points": equation.needs_points,
         "needs_eye": equation.needs_eye,
@@ -330,14 +335,7 @@ def records_of(
         "channel_length": channel_length,
         "takes_albedo": 1 if is_blend else sum_of(lobe.takes_albedo for lobe in reflectance.lobes),
         "plain": 4 if is_blend else 0,
-        "eye": equation.eye or _NOWHERE,
-        "to_eye": equation.to_eye,
-        "matrix": matrix[:3].ravel().tolist(),
         "w": matrix[3, 3],
-        "normal_matrix": normal_matrix(matrix).ravel().tolist() if turns_normals else (0.0,) * 9,
-        "base": base,
-        "own": _NOWHERE if tints or is_blend else equation.emission,
-        "emission": equation.emission,
         "over_diffuse": 1.0 if is_blend or "diffuse" not in tints else 1.0 / tints["diffuse"].most,
         "over_specular": 1.0 if is_blend or "specular" not in tints else 1.0 / tints["specular"].most,
         "over_emission": 1.0 / tints["emission"].most if "emission" in tints else 1.0,
@@ -345,8 +343,16 @@ def records_of(
         "low": 0.0 if equation.clamp else -math.inf,
         "high": 1.0 if equation.clamp else math.inf,
     }
-    values = (settings[name] for name in SETTINGS.names or ())
-    packed = _pack_settings(*chain.from_iterable(v if isinstance(v, (tuple, list)) else (v,) for v in values))
+    vectors: dict[str, Sequence[float]] = {
+        "eye": equation.eye or _NOWHERE,
+        "to_eye": equation.to_eye,
+        "matrix": matrix[:3].ravel().tolist(),
+        "normal_matrix": normal_matrix(matrix).ravel().tolist() if turns_normals else (0.0,) * 9,
+        "base": base,
+        "own": _NOWHERE if tints or is_blend else equation.emission,
+        "emission": equation.emission,
+    }
+    packed = _pack_settings(*_scalars_of(scalars), *chain.from_iterable(_vectors_of(vectors)))
     rows = [number for own in numbers for number in (*own, *(0.0,) * (stride - len(own)))]
     return Records(packed, b"".join(terms), struct.pack(f"{len(rows)}d", *rows))
 

@@ -72,6 +72,8 @@ class Effect:
 
     def simplify(self, draft: Draft) -> Draft:
         """The draft without the effect where it can be left out; each light sees the bounds taken before it."""
+        if type(self).leave_out is Effect.leave_out:
+            return draft
         terms: list[LightTerm] = []
         exact: list[Note] = []
         changes = False
@@ -336,8 +338,8 @@ class Specular(Reflection):
 
     def leave_out(self, draft: Draft, term: LightTerm) -> Change | None:
         equation = draft.equation
-        lobes = [k for k in equation.lobes_of["specular"] if any(term.colors[k])]
-        if not (draft.allowance and lobes):
+        lobes = [k for k in equation.lobes_of["specular"] if any(term.colors[k])] if draft.allowance else []
+        if not lobes:
             return None
         peak = sum(max(term.colors[k]) * equation.largest[k] for k in lobes)
         bound = term.gain * draft.reach(term).strongest * peak * ROUNDED_UP

@@ -171,6 +171,27 @@ def test_a_spheres_nodes_light_a_patch_as_it_does(distance, off, tilt):
     np.testing.assert_allclose(parts, whole, rtol=0, atol=0.5 * off)
 
 
+SIZED = [kind for kind, of in LIGHT_TYPES.items() if len(of().nodes(9)) > 1 and not of().bands]
+MATT, SHINY = Material(ambient=0.0, diffuse=1.0), Material(ambient=0.0, diffuse=0.0, specular=1.0, shininess=20)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("kind", SIZED)
+def test_many_nodes_light_a_patch_as_the_whole_does(kind, seed):
+    """Its front or its back, by diffuse light and by a highlight. The integrals are in optics/test_area."""
+    dice, model = Dice(f"{kind} {seed}"), LightModel(ambient=0.0, clamp=False)
+    away = 4.0 * dice.unit_vector()
+    aim, normal = triple((1 if seed % 2 else -1) * away + 0.3 * dice.vector()), unit(away + 1.5 * dice.vector())
+    light = LIGHT_TYPES[kind](**LIGHT_SHAPES[kind](dice, triple(away), aim, 60.0))
+    viewer = Viewer(triple(2.0 * (normal @ away) * normal - away))
+    for material in (MATT, SHINY):
+        whole, parts = (
+            evaluate(np.zeros((1, 3)), [normal], Scene(lights, viewer, model), material, precision="float64").rgb
+            for lights in ([light], light.nodes(1024))
+        )
+        np.testing.assert_allclose(parts, whole, rtol=1e-3)
+
+
 def test_a_spheres_nodes_glow_as_the_derivation_says():
     """(2t − sin 2t)/π of them are within sin t of the middle, for any t."""
     distances = np.linalg.norm([node.position for node in SphereLight(radius=2.0).nodes(4000)], axis=1) / 2.0

@@ -68,11 +68,11 @@ def folder(kept, tmp_path):
         lambda _: b"",
         lambda code: code[:-1],
         lambda code: code[:40],
-        lambda code: code[:-9] + bytes([code[-9] ^ 1]) + code[-8:],
+        lambda code: code[: (middle := len(code) // 2)] + bytes([code[middle] ^ 1]) + code[middle + 1 :],
         lambda code: bytes([code[0] ^ 1]) + code[1:],
         lambda code: code[:32] + hashlib.sha256(b"no pickle").digest() + b"no pickle",
     ],
-    ids=["empty", "cut short", "cut to digests", "a bit turned", "of other sources", "no pickle"],
+    ids=["empty", "cut short", "cut to digests", "a bit of machine code turned", "of other sources", "no pickle"],
 )
 def test_a_damaged_file_is_replaced(folder, damage):
     (file,) = folder.rglob("*.pvphong")

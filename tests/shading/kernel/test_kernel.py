@@ -9,10 +9,9 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
+from pvphong import Plan, Shading
 from pvphong.shading import kernel
 from pvphong.shading.equation import assemble
-from pvphong.shading.plan.plan import Plan
-from pvphong.shading.reference import Shading
 from pvphong.shading.reference import shade as shade_by_reference
 from pvphong.shading.vertices import Vertices
 
@@ -57,27 +56,6 @@ def vertices():
 def shade(vertices, name, backend, precision, **options):
     scene, material = scene_of(name)
     return ph.evaluate(*vertices, scene, material, backend=backend, precision=precision, **options).rgb
-
-
-@pytest.mark.parametrize("name", ["all", "blinn-phong", "two-sided", "sun, dull", "bulbs, dull", "bulb"])
-@pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_a_vertex_keeps_its_bits_among_others_and_in_any_layout(vertices, name, precision):
-    points, normals = (array.astype(precision) for array in vertices)
-    whole = shade((points, normals), name, "numba", precision)
-    order = np.random.default_rng(1).permutation(COUNT)
-    np.testing.assert_array_equal(shade((points[order], normals[order]), name, "numba", precision), whole[order])
-    np.testing.assert_array_equal(shade((points[700:], normals[700:]), name, "numba", precision), whole[700:])
-    fortran = np.asfortranarray(points), np.repeat(normals, 2, axis=0)[::2]
-    np.testing.assert_array_equal(shade(fortran, name, "numba", precision), whole)
-    for spoil in (np.nan, np.inf, 0.0):
-        spoiled_points, spoiled_normals = points.copy(), normals.copy()
-        spoiled_points[3], spoiled_normals[801] = spoil, spoil
-        lit = shade((spoiled_points, spoiled_normals), name, "numba", precision)
-        others = np.delete(np.arange(COUNT), [3, 801])
-        np.testing.assert_array_equal(lit[others], whole[others])
-        assert np.isfinite(lit).all()
-        reference = shade((spoiled_points, spoiled_normals), name, "numpy", precision)
-        np.testing.assert_allclose(lit[[3, 801]], reference[[3, 801]], atol=1e-5)
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])

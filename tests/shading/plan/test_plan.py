@@ -137,6 +137,10 @@ def test_the_reason_names_lights_and_numbers(mesh, some_scene, material, effect,
     assert (plan.effects[effect].why, plan.error_bound) == (why, 0.0)
 
 
+TURNED = np.eye(4)
+TURNED[:3, :3] = np.linalg.qr(np.random.default_rng(6).normal(size=(3, 3)))[0]
+
+
 @pytest.mark.parametrize(
     ("matrix", "on", "why"),
     [
@@ -145,7 +149,8 @@ def test_the_reason_names_lights_and_numbers(mesh, some_scene, material, effect,
         (np.diag([1.0, 1.0, 1.0, 1.0]) + np.outer([1, 2, 3, 0], [0, 0, 0, 1]), False, "a translation"),
         (np.diag([3.0, 3.0, 3.0, 1.0]), False, "a uniform scale"),
         (np.diag([-3.0, -3.0, -3.0, 1.0]), True, "similar"),
-        (np.array([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]]), True, "rigid"),
+        (np.eye(4)[[1, 2, 0, 3]], True, "rigid"),
+        *((np.diag([*[scale] * 3, 1]) @ TURNED, True, "rigid or similar") for scale in (1e-200, 1e-170, 1e170, 1e300)),
         (shear(), True, "general"),
     ],
 )
@@ -184,6 +189,8 @@ def test_no_normal_is_turned_where_all_face_the_viewer(material, local_viewer):
     assert plan.view_dependent  # from elsewhere, some may face away
     aside = ph.Scene([LAMP], ph.Viewer(position=(9, 0, 1)), model)
     assert ph.plan(bent(40), aside, material).effects["two-sided"].on
+    near = ph.Scene([LAMP], ph.Viewer(position=(0, 0, 2)), model)  # seen from there, the rim faces away
+    assert ph.plan(bent(80), near, material).effects["two-sided"].on is local_viewer
 
 
 QUARTER_TURN = np.array([[0.0, 0, 2, 5], [0, 2, 0, 6], [-2, 0, 0, 7], [0, 0, 0, 1]])  # z to x, and twice as large
@@ -255,6 +262,12 @@ def test_within_a_tolerance_what_hardly_matters_is_left_out_and_the_promise_kept
     assert 0.0 < decision.bound <= plan.error_bound <= tolerance
     error = np.abs(run(plan.equation, mesh) - run(assemble(some_scene, material, None), mesh)).max()
     assert 0.0 < error <= plan.error_bound
+
+
+def test_of_a_sum_that_is_raised_to_a_power_less_can_be_left_out(mesh):
+    weak = scene(ph.PointLight(position=(0, 0, 3), intensity=1e-4), **IN_VTK)
+    for material, is_on in ((DULL, False), (replace(DULL, reflectance=ph.PBR()), True)):
+        assert ph.plan(mesh, weak, material, tolerance=1 / 255).effects["lights"].on is is_on
 
 
 def test_highlights_that_cannot_reach_a_flat_mesh_are_left_out():

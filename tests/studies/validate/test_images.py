@@ -7,12 +7,8 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from pvphong import DirectionalLight, LightModel, Material, PointLight, Scene, SpotLight, Viewer
 from pvphong.meshes.lit import shade_mesh
-from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
-from pvphong.optics.material import Material
-from pvphong.scene.light_model import LightModel
-from pvphong.scene.scene import Scene
-from pvphong.scene.viewer import Viewer
 from pvphong.studies.refine import interpolation_error
 from pvphong.studies.validate import images as vtk_images
 from pvphong.studies.validate.images import ImageComparison, compare_images

@@ -9,10 +9,8 @@ import pyvista as pv
 from mouse import Mouse, picture, texts
 from views import FROM_SOMEWHERE, KINDS, example
 
-import pvphong  # noqa: F401 registers plotter.phong wherever PyVista's own discovery is not installed
+from pvphong import Material, OrenNayar
 from pvphong.base.types import rgb
-from pvphong.optics.material import Material
-from pvphong.optics.reflectances import OrenNayar
 from pvphong.optics.roles import Aim, Place
 from pvphong.studio.gizmos import commands
 from pvphong.studio.gizmos.handles import luminance

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from views import EACH, EVERYWHERE, KINDS, PROJECTIONS, SCALES, Globe, Glow, example, handles, role_of, scenery, view
 
-from pvphong.optics.light import Light
-from pvphong.optics.lights import DirectionalLight, PointLight, SpotLight
+from pvphong import DirectionalLight, Light, PointLight, SpotLight
 from pvphong.optics.roles import Aim, Angle, Falloff, Length, Place, Turn, Up, length, place
 from pvphong.studio.gizmos.handles import INTENSITY, LightInScene, luminance
 from pvphong.studio.gizmos.interaction import typed_light

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 from views import EVERYWHERE, FROM_SOMEWHERE, PROJECTIONS, SCALES, example, view
 
-from pvphong.optics.lights import DirectionalLight, SpotLight
-from pvphong.optics.material import Material
+from pvphong import DirectionalLight, LightModel, Material, Scene, SpotLight
 from pvphong.optics.roles import Aim, Place
-from pvphong.scene.scene import LightModel, Scene
 from pvphong.shading.evaluation import evaluate
 from pvphong.studio.gizmos.highlight import SurfacePoint, brightest, mirrored_to_eye
 
