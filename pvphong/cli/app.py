@@ -39,9 +39,11 @@ def compile_code() -> int:
         except kernel.CannotCompile as reason:
             print("error:", reason, file=sys.stderr)
             return 1
+        finally:
+            progress.stop()
+            backend, why_no_faster = ray_backend()
+            print(f"rays are cast by {backend.title}" + (f": {why_no_faster}" if why_no_faster else ""))
     print(f"compiled in {time.perf_counter() - began:.0f} s, kept in {folder}")
-    backend, why_no_faster = ray_backend()
-    print(f"rays are cast by {backend.title}" + (f": {why_no_faster}" if why_no_faster else ""))
     return 0
 
 

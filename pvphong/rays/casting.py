@@ -112,7 +112,7 @@ class Embree:
 def casters_of(scenes: Sequence[EmbreeScene], places: Sequence[Sequence[float]]) -> Casters:
     """Scenes, and what brings rays to their coordinates, as compiled code takes them."""
     handles = np.array([scene.handle for scene in scenes], np.int64)
-    return Casters(embree.address_of_test(), handles, np.array(places, np.float64).reshape(-1, 4))
+    return Casters(embree.address_of_test(), handles, np.array(places, np.float64).reshape(-1, 4), scenes)
 
 
 class Embreex:

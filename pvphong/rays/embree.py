@@ -95,10 +95,14 @@ def _device(_process: int) -> int:
     if not device:
         raise Unavailable(f"Embree makes no device (error {embree.rtcGetDeviceError(None)})")
     version = int(embree.rtcGetDeviceProperty(device, _VERSION))
+    reason = ""
     if version // 10000 != _MAJOR:
-        raise Unavailable(f"Embree {version} is not version {_MAJOR}")
-    if not embree.rtcGetDeviceProperty(device, _NATIVE_RAYS_OF_8):
-        raise Unavailable("this processor has no AVX, with which many rays are tested at once")
+        reason = f"Embree {version} is not version {_MAJOR}"
+    elif not embree.rtcGetDeviceProperty(device, _NATIVE_RAYS_OF_8):
+        reason = "this processor has no AVX, with which many rays are tested at once"
+    if reason:
+        embree.rtcReleaseDevice(device)
+        raise Unavailable(reason)
     return int(device)
 
 

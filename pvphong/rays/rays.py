@@ -68,7 +68,7 @@ def part_by_arrays(
 ) -> tuple[FloatArray, FloatArray, Float64Array, int]:
     """What compiled code does without arrays of rays, as `pvphong.shading.kernel.rays.part_seen` has it."""
     count = len(origins)
-    points = np.arange(begin, end)[:, None] % sobol.MOST
+    points = np.arange(begin, end)[:, None]
     u = sobol.coordinate(points.astype(np.uint32), seeds[0])
     v = sobol.coordinate(sobol.SECOND[points], seeds[1])
     with np.errstate(all="ignore"):

@@ -32,7 +32,11 @@ _MOST_ADAPTIVE = 1024
 # Rays of vertices that agree beside others that do not.
 _NEAR_OTHERS = 64
 # Vertices that go on at once, over all threads: what their rays saw takes 64 MB at most.
-_GOING_ON_AT_ONCE = 2**12
+_GOING_ON_AT_ONCE = 2**11
+
+
+# Rays that compiled code tests together.
+_AT_ONCE = 16
 
 
 class Cast(NamedTuple):
@@ -47,7 +51,7 @@ class Cast(NamedTuple):
     rays: int
 
 
-Caster = Callable[[IntArray, int, int], Cast]
+CastRays = Callable[[IntArray, int, int], Cast]
 """Casts rays from vertices (m,) to the points from one number to another."""
 
 
@@ -63,7 +67,7 @@ class Seen(NamedTuple):
 
 def look(
     count: int,
-    cast: Caster,
+    cast: CastRays,
     triangles: NDArray[np.int64],
     *,
     tolerance: float,
@@ -142,10 +146,6 @@ def look(
     near = np.flatnonzero(is_near & ((part == 0.0) | (part == 1.0)))
     threads.run(begin_again, len(near), at_once)
     return Seen(part, error, sum(rays))
-
-
-# Rays that compiled code tests together.
-_AT_ONCE = 16
 
 
 def _estimate(sent: FloatArray, seen: FloatArray) -> tuple[Float64Array, Float64Array]:

@@ -90,6 +90,8 @@ class Tracer:
         count, above = len(receiver.points), self.occluders.resolution(receiver.part)
         part, rays = np.zeros(count), list[int]()
         place = place_of(light)
+        if place is None and not light.is_even:  # its direction differs from vertex to vertex
+            compiled = None
         known = *place_or_direction(light).tolist(), float(place is not None), float(self.two_sided), above
         numbers = np.array([*known, _BEFORE_LIGHT * above])
 

@@ -5,6 +5,9 @@ import gc
 import multiprocessing
 import sys
 import threading
+import tracemalloc
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +16,9 @@ from ray_backends import BACKENDS
 
 import pvphong as ph
 from pvphong.base import sobol
+from pvphong.base.vectors import towards
+from pvphong.optics.light import Arrival, Light
+from pvphong.optics.lights import DirectionalLight
 from pvphong.rays import casting, embree
 from pvphong.rays.casting import BlockingFaces, Caster, Occluders
 from pvphong.rays.rays import part_by_arrays
@@ -91,6 +97,32 @@ def test_compiled_rays_are_those_of_arrays(light):
     assert 0.0 < (seen[sent > 0.0] == 0.0).mean() < 1.0
 
 
+def test_arrays_of_any_layout_and_type_are_read_alike():
+    """Compiled code reads memory by address: what lies otherwise there is copied."""
+    light, random = LIGHTS[0], np.random.default_rng(2)
+    points, normals = random.normal(size=(40, 3)), random.normal(size=(40, 3))
+    casters = Occluders([BlockingFaces(np.eye(3), np.array([[0, 1, 2]]))]).compiled
+    stages, numbers = kernel.stages_of(light.sampling), np.asarray(light.sampling.numbers, np.float64)
+    lamp = np.array([0.2, 0.3, 0.9, 1.0, 1.0, 1e-6, 1e-6])
+
+    def results(change):
+        part, point = np.zeros(20), np.zeros(20)
+        p, n = change(points), change(normals)
+        part = kernel.part_seen(
+            stages, np.repeat(numbers, 2)[::2], p, n, sobol.seeds(np.arange(40))[:, ::2], 0, 16, 0.0, casters
+        )
+        kernel.point_seen(p, p, n, np.repeat(lamp, 2)[::2], casters, point)
+        directions = n / np.linalg.norm(n, axis=1)[:, None]
+        return *part[:3], point, kernel.rays_blocked(p, directions, np.repeat(np.full(20, 3.0), 2)[::2], casters)
+
+    expected = results(lambda a: np.ascontiguousarray(a[::2]))
+    for change in (lambda a: a[::2], lambda a: np.asfortranarray(a[::2])):
+        for got, right in zip(results(change), expected, strict=True):
+            np.testing.assert_array_equal(got, right)
+    assert 0 < expected[3].sum() < 20
+    assert 0 < expected[4].sum() < 20
+
+
 def seen():
     return FLOOR.phong.visibility(ph.Scene(LIGHTS[:2]), occluders=[BALL]).per_light.copy()
 
@@ -131,6 +163,101 @@ def test_scenes_go_with_what_they_share_and_not_before():
         del scene, caster
     gc.collect()
     assert len(released) == 50
+
+
+@dataclass(frozen=True)
+class Lantern(Light):
+    """A user's light that says no more than what arrives at each vertex."""
+
+    def arrival(self, points: Any, real: Any = np.float64) -> Arrival:
+        return Arrival(towards((0.0, 0.3, 2.0), points, real)[0], 1.0)
+
+
+@dataclass(frozen=True)
+class Tube(Light):
+    """A user's light that consists of several, and does not say how rays to it are chosen."""
+
+    def nodes(self, count):  # noqa: ARG002 two will do
+        return DirectionalLight(), DirectionalLight(direction=(0, 1, -1))
+
+
+@pytest.mark.parametrize("two_sided", [False, True])
+def test_all_backends_see_the_same(monkeypatch, two_sided):
+    """Lights in the middle of the scene and far away, of every kind and a user's own."""
+    far = (
+        ph.SphereLight((3e4, 1e4, 9e4), radius=2e4),
+        ph.PointLight((-2e4, 1e4, 9e4)),
+        ph.DiskLight((1e4, 0, 9e4), radius=3e4),
+    )
+    near = ph.PointLight((0.4, 0, -0.9)), ph.DiskLight((0, 0, -0.95), radius=3.0), ph.SpotLight((0, 1, 2)), Lantern()
+    lights = [*LIGHTS, *far, *near, ph.DirectionalLight(direction=(1, 0, -1))]
+    scene = ph.Scene(lights, light_model=ph.LightModel(two_sided=two_sided))
+    found = {}
+    for name, backend in BACKENDS.items():
+        monkeypatch.setattr(casting, "ray_backend", lambda backend=backend: (backend, ""))
+        visibility = FLOOR.phong.visibility(scene, occluders=[BALL], samples=16)
+        found[name] = np.concatenate([visibility.per_light, visibility.sky[None]])
+    for name in ("vtk", "embreex"):
+        off = np.abs(found[name] - found["compiled"])
+        assert (off > 1e-4).mean() < 2e-3, name
+    lit = found["compiled"].mean(axis=1)
+    assert ((lit > 0.0) & (lit < 1.0)).sum() >= len(lit) - 3
+
+
+def test_a_size_without_sampling_is_refused():
+    with pytest.raises(ValueError, match="how rays to it are chosen"):
+        FLOOR.phong.visibility(ph.Scene([Tube()])).per_light  # noqa: B018  casts the rays
+
+
+@pytest.fixture(scope="module")
+def patch():
+    """Vertices in the penumbra of a ball below a disk, and the part of it that each sees."""
+    plane = pv.Plane(center=(0.7, 0, -1), i_size=0.3, j_size=0.3, i_resolution=24, j_resolution=24)
+    scene = ph.Scene([ph.SphereLight((0, 0, 4), radius=1.2, intensity=30)])
+
+    def part(**options):
+        return plane.phong.visibility(scene, occluders=[BALL], **options)
+
+    truth = part(samples=4096).per_light[0]
+    assert ((truth > 0.02) & (truth < 0.98)).mean() > 0.9
+    return part, truth
+
+
+def test_the_error_in_a_penumbra_falls_faster_than_that_of_random_rays(patch):
+    """Nearly with the power ¾; of random rays with ½, as the binomial distribution says."""
+    part, truth = patch
+    counts = np.array([16, 64, 256])
+    errors = [np.sqrt(np.mean((part(samples=count).per_light[0] - truth) ** 2)) for count in counts.tolist()]
+    rate = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    assert 0.65 < rate < 0.85
+    random = np.sqrt(np.mean(truth * (1.0 - truth)) / counts)
+    assert (errors < random / [1.7, 2.5, 3.5]).all()
+
+
+def test_rays_are_as_many_as_the_error_of_the_colour_asks_for(patch):
+    part, truth = patch
+    rough, fine = part(tolerance=0.03), part(tolerance=0.003)
+    off = [np.sqrt(np.mean((seen.per_light[0] - truth) ** 2)) for seen in (rough, fine)]
+    assert rough.rays < fine.rays / 4
+    assert off[1] < off[0] / 3
+    assert fine.standard_error.per_light.max() * 1.0 < 0.02
+    open_floor = FLOOR.phong.visibility(
+        ph.Scene([ph.SphereLight((0, 0, 4), radius=0.5)]), occluders=[pv.Sphere(radius=0.1, center=(0, 0, 9))]
+    )
+    assert (open_floor.per_light == 1.0).all()
+    assert open_floor.rays == 16 * FLOOR.n_points
+
+
+def test_little_memory_is_held_beside_the_result():
+    plane = pv.Plane(center=(0.7, 0, -1), i_size=1, j_size=1, i_resolution=300, j_resolution=300)
+    seen = plane.phong.visibility(ph.Scene([ph.SphereLight((0, 0, 4), radius=1.2)]), occluders=[BALL], tolerance=1e-5)
+    seen.expected_cost()
+    tracemalloc.start()
+    before = tracemalloc.get_traced_memory()[0]
+    seen.per_light  # noqa: B018  casts the rays
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most - before < 64e6
 
 
 def test_what_rays_will_take_is_known_before():

@@ -104,7 +104,10 @@ def test_few_lights_take_no_shortcut_past_it(given, backend, lights):
 
 
 @pytest.mark.skipif(not kernel.is_available(), reason="Numba cannot run here")
-def test_vertices_that_the_kernel_declines_are_shadowed_too(given):
+def test_vertices_that_the_kernel_declines_are_shadowed_too(given, monkeypatch):
+    from pvphong.shading.kernel import evaluation
+
+    monkeypatch.setattr(evaluation, "LONGEST", 256)  # each piece with its own parts
     points, normals, parts = (array.copy() for array in given)
     points[::3] *= 1e200
     points[4], points[7] = LAMP.position, np.nan

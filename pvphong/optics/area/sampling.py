@@ -120,7 +120,11 @@ def _combined(x: Any, a: Any, y: Any, b: Any, z: Any, c: Any) -> Any:
 
 @formula
 def sphere_frame(numbers: Any, p: Any, n: Any) -> Any:
-    """Numbers: place and radius. From inside, the sphere is all around."""
+    """Numbers: place and radius. From inside, the sphere is all around.
+
+    For the sample: 0 to 8 the unit vector to the middle and two across it, 9 to 11 their cosines with the normal, 12
+    what the cone's cosine lacks of 1, 13 which way the ray leaves, 14 the distance to the middle as a share.
+    """
     distance, w = length_and_direction((numbers[0] - p[0], numbers[1] - p[1], numbers[2] - p[2]))
     radius = numbers[3]
     is_inside = distance <= radius
@@ -182,6 +186,10 @@ def flat_frame(numbers: Any, p: Any, n: Any) -> Any:
     """Numbers: place, normal, two half sides, both as vectors, 1 if it has two sides, and where its corners are.
 
     The last is their share of the half sides: 1 for a rectangle, √½ for a disk.
+
+    For the sample, lengths as shares of the reach: 0 to 2 the light's middle from the vertex, 3 to 8 unit vectors along
+    its sides, 9 to 11 the vertex's normal, 12 how high it is above the shown side, 13 to 16 weights of the corners, 17
+    to 21 and 22 to 26 what `_slope` gives for each side, 27 and 28 the half sides, 29 the height that counts.
     """
     normal = numbers[3], numbers[4], numbers[5]
     sides = (numbers[6], numbers[7], numbers[8]), (numbers[9], numbers[10], numbers[11])
@@ -236,7 +244,7 @@ def _on_side(u: Any, slope: Any, side: Any, height: Any) -> Any:
 
 @formula
 def _warped(u: Any, v: Any, corners: Any) -> Any:
-    """U and v with a density that four corners of the square say, and that density.
+    """U and v moved to have a density that is bilinear in the square, given at its four corners, and that density.
 
     Source: D. Hart et al., "Practical product sampling by fitting and composing warps" (2020), 4.1.
     """
@@ -256,13 +264,13 @@ def _on_rectangle(frame: Any, u: Any, v: Any) -> Any:
 
 
 @formula
-def _from_flat(frame: Any, x: Any, y: Any, density: Any) -> Any:
-    """What arrives from the point of a flat light at offsets from its middle."""
+def _from_flat(frame: Any, x: Any, y: Any, over_density: Any) -> Any:
+    """What arrives from the point of a flat light at offsets from its middle, times one over its density."""
     c = _combined(ONE, frame[0:3], x, frame[3:6], y, frame[6:9])
     square = dot(c, c)
     length = sqrt(square)
     over = ONE / where(square > ZERO, length, ONE)
-    weight = maximum(dot(frame[9:12], c), ZERO) * frame[12] * (over * over) * (over * over) / density
+    weight = maximum(dot(frame[9:12], c), ZERO) * frame[12] * (over * over) * (over * over) * over_density
     return times(c, over), length, weight
 
 
@@ -270,7 +278,7 @@ def _from_flat(frame: Any, x: Any, y: Any, density: Any) -> Any:
 def rectangle_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     """Points of a rectangle."""
     x, y, density = _on_rectangle(frame, u, v)
-    return _from_flat(frame, x, y, density)
+    return _from_flat(frame, x, y, ONE / density)
 
 
 @formula
@@ -283,9 +291,8 @@ def disk_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     is_near = frame[29] < like(u, _NEAR_DISK) * radius
     x, y = where(is_near, across, radius * x), where(is_near, up, radius * y)
     is_outside = x * x + y * y > multiply_add(radius, radius * like(u, 1e-6), radius * radius)
-    factor = where(is_outside, ZERO, like(u, 4.0 / math.pi) / near_density)
-    density = ONE / maximum(where(is_near, factor, ONE / density), like(u, 1e-30))
-    return _from_flat(frame, x, y, density)
+    over_near = where(is_outside, ZERO, like(u, 4.0 / math.pi) / near_density)
+    return _from_flat(frame, x, y, where(is_near, over_near, ONE / density))
 
 
 # Where the triangles of a polygon begin: their number, and of each the share of the area up to its end and of itself,
@@ -312,7 +319,10 @@ def polygon_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 @formula
 def sky_frame(numbers: Any, _p: Any, n: Any) -> Any:
-    """Numbers: up to where something hides it, and how bright it is."""
+    """Numbers: up to where something hides it, and how bright it is.
+
+    For the sample: 0 to 8 two unit vectors across the normal and that, 9 whether there is one.
+    """
     across, up = _across(n)
     has_normal = where(dot(n, n) > 0.0, 1.0, 0.0)
     return numbers[0], numbers[1], *across, *up, *n, has_normal

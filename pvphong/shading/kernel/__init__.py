@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, get_args
 
@@ -228,13 +228,15 @@ class Casters(NamedTuple):
     """Their handles."""
     numbers: Float64Array
     """Shape (scenes, 4): the middle of each, and the power of two that brings it to −1 to 1."""
+    owners: Sequence[Any]
+    """What keeps the scenes alive."""
 
 
 def rays_obstacle() -> str:
     """Why compiled code casts no rays now; "" where it does. Code that is missing is compiled by another process."""
     library = _library()
     if library is None:
-        return f"Numba cannot be used {(obstacle() or [''])[0]}"
+        return f"nothing can be compiled {(obstacle() or [''])[0]}"
     from pvphong.shading.kernel import code, rays
 
     try:

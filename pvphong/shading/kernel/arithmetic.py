@@ -290,7 +290,6 @@ _OPERATIONS: dict[Callable[..., Any], Callable[..., Any]] = {
     formulas.single: lambda x: np.float32(x),
     formulas.wrapped: lambda x: np.uint32(x),
     formulas.index: lambda x: np.int64(x),
-    formulas.arctan2: lambda y, x: np.arctan2(y, x),
     formulas.sine: lambda x: np.sin(x),
     formulas.cosine: lambda x: np.cos(x),
 }

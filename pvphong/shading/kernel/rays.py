@@ -216,10 +216,9 @@ def look_at_part(
         scales[i] = wide[VERTEX + _SCALE]
         reach, less, seed, other_seed = wide[VERTEX + _REACH], margin[0], seeds[i], seeds[count + i]
         for first in range(begin, end, LANES):
-            lanes, start = min(LANES, end - first), first % sobol.MOST
-            own = shifted(second, start)
+            lanes, own = min(LANES, end - first), shifted(second, first)
             for j in range(LANES):
-                rows[U + j] = sobol.coordinate(np.uint32(start + j), seed)
+                rows[U + j] = sobol.coordinate(np.uint32(first + j), seed)
                 rows[V + j] = sobol.coordinate(own[j], other_seed)
             call_stage(sample, numbers, rows, wide)
             open_rays = 0
@@ -398,6 +397,11 @@ def stages_of(library: Library, sampling: Sampling) -> tuple[int, int]:
     return frame, sample
 
 
+def _plain(*arrays: Any) -> list[Float64Array]:
+    """Numbers as compiled code reads them, one after the other."""
+    return [np.ascontiguousarray(array, np.float64) for array in arrays]
+
+
 def part_seen(
     library: Library,
     stages: tuple[int, int],
@@ -410,8 +414,29 @@ def part_seen(
     margin: float,
     casters: Any,
 ) -> tuple[FloatArray, FloatArray, Float64Array, int]:
-    """What is sent and seen, (end − begin, m) each, factors (m,), and the number of rays; all arrays C-contiguous."""
-    count = len(origins)
+    """What is sent and seen, (end − begin, m) each, float32, factors (m,), and the number of rays.
+
+    Parameters
+    ----------
+    library : Library
+        Compiles.
+    stages
+        What `stages_of` gives.
+    numbers
+        What the light's formulas read.
+    origins, normals
+        Shape (m, 3).
+    seeds
+        Shape (2, m).
+    begin, end : int
+        Numbers of points, multiples of 16 or the last, up to `sobol.MOST`.
+    margin : float
+        Rays end so far before the light.
+    casters : Casters
+        What blocks them.
+    """
+    count, seeds = len(origins), np.ascontiguousarray(seeds)
+    numbers, origins, normals = _plain(numbers, origins, normals)
     sent, seen = np.empty((end - begin, count), np.float32), np.empty((end - begin, count), np.float32)
     scales = np.empty(count)
     ends = np.array([margin])
@@ -431,8 +456,12 @@ def point_seen(
     casters: Any,
     seen: Float64Array,
 ) -> int:
-    """Fills in which vertices see a light, and gives the number of rays; all arrays C-contiguous."""
-    vertices = *map(address, (points, origins, normals)), len(points), address(light)
+    """Fill in which vertices see a light, `seen`, shape (m,), contiguous; the number of rays is given.
+
+    Points, origins and normals have the shape (m, 3); numbers of the light are those that `look_at_point` reads.
+    """
+    given = _plain(points, origins, normals, light)
+    vertices = *map(address, given[:3]), len(points), address(given[3])
     among = len(casters.scenes), casters.function, address(casters.scenes), address(casters.numbers)
     return point_code(library)(*vertices, *among, address(seen), *_memory.addresses, _memory.chosen)
 
@@ -444,10 +473,8 @@ def blocked(
     found = np.zeros(len(directions), bool)
     if not len(found):
         return found
-    given = [
-        np.ascontiguousarray(a, kind)
-        for a, kind in ((origins, np.float64), (directions, np.float32), (lengths, np.float64))
-    ]
+    origins, lengths = _plain(origins, lengths)
+    given = origins, np.ascontiguousarray(directions, np.float32), lengths
     among = len(casters.scenes), casters.function, address(casters.scenes), address(casters.numbers)
     test_code(library)(*map(address, given), len(found), *among, address(found), *_memory.addresses)
     return found

@@ -6,6 +6,7 @@ import pyvista as pv
 from ray_backends import FASTEST
 
 import pvphong as ph
+from pvphong.optics.maps import Map
 from pvphong.studies.accuracy.timing import Clock
 from pvphong.studies.accuracy.variants import Subject, sampling
 
@@ -52,6 +53,19 @@ def report(floor, roof):
 def rays(row):
     """How many were cast from a vertex, from the row's note: a time would hang on the machine."""
     return float(row.note.split()[0])
+
+
+def test_some_vertices_get_the_colours_that_all_of_them_get(floor, roof):
+    """Each by its own normal, part of lights and sky, and place in maps."""
+    rig, random = scene(SUN, BALL, shadows=True, ambient_occlusion=True), np.random.default_rng(7)
+    material = CLAY.with_values({"diffuse": Map(random.random((floor.n_points, 3)))})
+    seen = floor.phong.visibility(rig, occluders=[roof], samples=4)
+    normals = floor.phong.normals() + 0.3 * random.normal(size=(floor.n_points, 3))
+    subject = Subject(np.asarray(floor.points), normals, rig, material, None, seen)
+    some = random.permutation(floor.n_points)[:100]
+    channels = seen.channels(subject.equation.shadowed, sky=True)[:, some]
+    np.testing.assert_array_equal(subject.exact(subject.equation, some, channels), subject.truth[some])
+    assert np.ptp(subject.truth[some], axis=0).min() > 0.1
 
 
 def test_more_rays_err_less(rows):

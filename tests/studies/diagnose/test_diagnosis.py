@@ -79,6 +79,11 @@ SPOILING = [
     (mesh_of(SQUARE, (0, 1, 2), (0, 2, 3), (2, 0, 1), (1, 2, 0)),
      {"duplicate_faces": [2, 3], "non_manifold_edges": [[0, 1], [0, 2], [1, 2]]}),
     (mesh_of(1e16 + SQUARE * 8, (0, 1, 2, 3)), {"far_faces": [0]}),
+    # Faces without a height, or of points at one place, are far where other faces of the mesh would be.
+    (mesh_of([*SQUARE, (0.5, 0.5, 0), (1, 0, 0), (1, 0, 0)], (0, 1, 2, 3), (0, 2, 4), (1, 5, 6)),
+     {"degenerate_faces": [1, 2], "duplicate_points": [5, 6], "unlit_points": [4, 5, 6]}),
+    (mesh_of(1e16 + 8 * np.array([*SQUARE, (0.5, 0.5, 0), (1, 0, 0), (1, 0, 0)]), (0, 1, 2, 3), (0, 2, 4), (1, 5, 6)),
+     {"far_faces": [0, 1, 2], "degenerate_faces": [1, 2], "duplicate_points": [5, 6], "unlit_points": [4, 5, 6]}),
     (with_normals(TETRAHEDRON, (0, 0, 0), (1, NAN, 0), (0, 3, 0), (0, 0, -INF)),
      {"zero_normals": [0], "non_finite_normals": [1, 3]}),
     *[(mesh, {"nothing_to_light": True}) for mesh in (
