@@ -41,7 +41,7 @@ def pieces(library: Library) -> list[CompilationUnit]:
     """All code for pvphong's own lights and reflectances."""
     result = [
         CompilationUnit("faces", partial(normals.survey_code, library)),
-        CompilationUnit("normals", partial(normals.normals_code, library)),
+        *(CompilationUnit(f"normals, {real}", partial(normals.normals_code, library, real)) for real in _REALS),
         CompilationUnit("rays", partial(rays.test_code, library)),
         CompilationUnit("rays to a point", partial(rays.point_code, library)),
         CompilationUnit("rays to a part", partial(rays.part_code, library)),
@@ -147,7 +147,7 @@ def main() -> None:
         codes = request and records.codes_of(request.equation, request.real)
         if request is not None and codes is not None:
             driver_code(library, request.stored, request.real)
-            records.records_of(request.equation, codes, library, request.real, {}, is_display=False)
+            records.records_of(request.equation, codes, library, request.stored, request.real, {}, is_display=False)
         for piece in pieces(library):
             piece.compile()
 

@@ -260,6 +260,22 @@ def shifted(_typing: Any, pointer: Any, count: Any) -> Any:  # noqa: ARG001 Numb
 
 
 @intrinsic
+def nowhere(_typing: Any, pointer: Any) -> Any:
+    """A null pointer of a pointer's type."""
+    return pointer(pointer), lambda _context, _builder, _signature, arguments: ir.Constant(arguments[0].type, None)
+
+
+@intrinsic
+def is_nowhere(_typing: Any, pointer: Any) -> Any:
+    """Whether a pointer is null."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.icmp_unsigned("==", arguments[0], ir.Constant(arguments[0].type, None))
+
+    return types.boolean(pointer), generate
+
+
+@intrinsic
 def call_stage(_typing: Any, address: Any, numbers: Any, rows: Any, points: Any) -> Any:  # noqa: ARG001 Numba's names
     """What the stage at an address gives: an integer."""
 

@@ -26,10 +26,11 @@ from pvphong.shading.kernel.arithmetic import (
     inlined_early,
     like,
     multiply_add,
+    nowhere,
     plain,
     shifted,
 )
-from pvphong.shading.kernel.vertices import BLOCK, in_type, put, vector
+from pvphong.shading.kernel.vertices import BLOCK, in_type, prefetch_to_read, prefetch_to_write, put, vector
 
 _BRIGHTEST = np.float32(BRIGHTEST)
 
@@ -78,6 +79,8 @@ def shade(
     for i in range(BLOCK):
         rows[at.DECLINED + i] = 0.0
         rows[at.SKY + i] = ONE
+        put(shifted(rows, at.REST_X), i, (ZERO, ZERO, ZERO))
+    places = wide if s.is_wide else nowhere(wide)
     fill(rows, at.VX, in_type(s.to_eye, rows))
     none = True
     is_uniform = not (s.needs_normals or s.needs_points or s.has_tints or s.sky >= 0)
@@ -87,10 +90,13 @@ def shade(
         if s.is_sunlit and size == BLOCK and _shine(normals, first, s, lights[0], rgb):
             continue
         if first == 0 or not is_uniform:  # else all blocks have the colors of the first
-            good = _load(first, size, points, normals, channels, s, rows, wide)
+            good = _load(first, size, points, normals, channels, s, rows, wide, places)
+            _prefetch_colors(first + BLOCK, rgb, display, s)
             for k in range(len(lights)):
+                if k == 1:  # with the arithmetic of a light between them, for few lines can be waited for at once
+                    _prefetch_vertices(first + BLOCK, points, normals, s)
                 own = shifted(numbers, (k + 1) * s.stride)
-                good = _add_light(first, size, channels, lights[k], s, numbers, own, rows, wide) & good
+                good = _add_light(first, size, channels, lights[k], s, numbers, own, rows, places) & good
             if s.has_tints:
                 _tint(first, size, albedo, diffuse, specular, emission, s, rows)
             _finish(s, rows)
@@ -153,14 +159,16 @@ def _begin(rows: Any, target: int, base: Any, own: Any) -> None:
 
 
 @inlined_early
-def _load(first: int, count: int, points: Any, normals: Any, channels: Any, s: Any, rows: Any, wide: Any) -> bool:
+def _load(
+    first: int, count: int, points: Any, normals: Any, channels: Any, s: Any, rows: Any, wide: Any, places: Any
+) -> bool:
     """All that is known of the vertices, and colours as they are without lights; whether no vertex is declined."""
     good = True
     if s.needs_normals:
         good = at.load_normals(normals, first, count, s, rows, wide)
     if s.needs_points:
-        at.load_points(points, first, count, s, wide)
-    good = at.look_at_viewer(s, rows, wide) & good
+        at.load_points(points, first, count, s, rows, places)
+    good = at.look_at_viewer(s, rows, places) & good
     if s.tangents >= 0:
         at.load_tangents(shifted(channels, s.tangents * s.channel_length), s.channel_length, first, count, rows)
     if s.field >= 0:
@@ -175,6 +183,24 @@ def _load(first: int, count: int, points: Any, normals: Any, channels: Any, s: A
         clear(rows, at.R)
     _begin(rows, at.AMBIENT_R if s.has_diffuse else at.R, in_type(s.base, rows), in_type(s.own, rows))
     return good
+
+
+@inlined_early
+def _prefetch_colors(first: int, rgb: Any, display: Any, s: Any) -> None:
+    """Ask for where the next block's colours go: what is written is waited for longest."""
+    if s.is_display:
+        prefetch_to_write(display, first)
+    else:
+        prefetch_to_write(rgb, first)
+
+
+@inlined_early
+def _prefetch_vertices(first: int, points: Any, normals: Any, s: Any) -> None:
+    """Ask for the next block."""
+    if s.needs_normals:
+        prefetch_to_read(normals, first)
+    if s.needs_points:
+        prefetch_to_read(points, first)
 
 
 # --- a light

@@ -62,6 +62,7 @@ def shade(
             equation,
             codes,
             source,
+            request.stored,
             request.real,
             tints,
             is_display=rgb.dtype == np.uint8,

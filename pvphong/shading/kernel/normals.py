@@ -25,7 +25,7 @@ from pvphong.base.types import Float64Array, FloatArray, Weighting
 from pvphong.shading.kernel import code
 from pvphong.shading.kernel.arithmetic import inlined, plain
 from pvphong.shading.kernel.code import Library, NotCompiled
-from pvphong.shading.kernel.evaluation import address
+from pvphong.shading.kernel.evaluation import address, as_plain
 
 # Corners in a block, and so the most that a face may have.
 CORNERS = 384
@@ -292,11 +292,11 @@ def survey_code(library: Library) -> Any:
     return library.call(survey, lambda: types.boolean(_INDICES, _INDICES, *(types.intp,) * 3, _INDICES))
 
 
-def normals_code(library: Library) -> Any:
-    """`find_normals`, compiled."""
-    mesh = _FLOATS, _INDICES, _INDICES, types.intp, _INDICES, types.intp
+def normals_code(library: Library, stored: str) -> Any:
+    """`find_normals`, compiled, for points of a type."""
+    mesh = _INDICES, _INDICES, types.intp, _INDICES, types.intp
     own = types.intp, types.intp, _INDICES, _FLOATS, _FLOATS, _FLOATS
-    return library.call(find_normals, lambda: types.boolean(*mesh, *own))
+    return library.call(find_normals, lambda kind: types.boolean(types.CPointer(kind), *mesh, *own), stored)
 
 
 def point_normals(
@@ -306,8 +306,9 @@ def point_normals(
 
     None where NumPy is to do it, also for what it refuses, such as an index that is none of a point's.
     """
+    stored = np.dtype(np.float32 if points.dtype == np.float32 else np.float64)
     try:
-        look_over, find = survey_code(library), normals_code(library)
+        look_over, find = survey_code(library), normals_code(library, stored.name)
     except NotCompiled as missing:
         code.ask_for(missing.key, None, library.lock)
         return None
@@ -327,7 +328,7 @@ def point_normals(
     threads.run(look, n_faces, _SURVEYED)
     if declined or spans[:, 0].min(initial=0) < 0 or spans[:, 1].max(initial=-1) >= n_points:
         return None
-    places, result = np.require(points, np.float64, ["C", "A"]), np.empty((n_points, 3))
+    places, result = as_plain(points, stored), np.empty((n_points, 3))
     mesh = *map(address, (places, corners, starts)), n_faces, address(spans), WEIGHTINGS.index(weighting)
 
     def sum_up(first: int, last: int) -> None:
@@ -345,10 +346,10 @@ def point_normals(
     if not declined:
         return result
     # scaled by a power of two, edges may come into the range of squares; no bit changes if none is lost
-    used = places[corners]
+    used = places[corners].astype(np.float64)
     exponent = int(np.frexp(np.abs(used[np.isfinite(used)]).max(initial=0.0))[1])
     is_exact = np.array_equal(np.ldexp(np.ldexp(used, -exponent), exponent), used, equal_nan=True)
     if abs(exponent) <= _LARGE or not is_exact:
         return None
     with np.errstate(over="ignore"):  # of points that no face has
-        return point_normals(library, np.ldexp(places, -exponent), connectivity, offsets, weighting)
+        return point_normals(library, np.ldexp(places.astype(np.float64), -exponent), connectivity, offsets, weighting)

@@ -159,6 +159,7 @@ SETTINGS = np.dtype(
         ("has_local_facing", "?"),
         ("has_lobes_of_viewer", "?"),
         ("moves_points", "?"),
+        ("is_wide", "?"),
         ("turns_normals", "?"),
         ("has_tints", "?"),
         ("is_split", "?"),
@@ -248,13 +249,14 @@ def records_of(
     equation: Equation,
     codes: Sequence[TermCode],
     library: Library,
+    stored: str,
     real: str,
     tints: Mapping[str, Tint],
     *,
     is_display: bool,
     channel_length: int = 0,
 ) -> Records:
-    """An equation that compiled code can take, with what `codes_of` gives for it, for rows of a type."""
+    """An equation that compiled code can take, with what `codes_of` gives for it, for types of vertices and rows."""
     reflectance, base = equation.reflectance, equation.ambient
     field = next((name for name in equation.maps if name != "metallic"), "")
     terms, numbers = [], [reflectance_numbers(reflectance)]
@@ -313,6 +315,8 @@ def records_of(
     is_sunlit = lambert_alone == [True] and not (
         turns_normals or equation.is_flipped or equation.is_occluded or equation.gamma != 1.0 or tints or is_display
     )
+    has_size = any(term.light.has_size for term in equation.terms)  # whose stages read points in float64
+    is_wide = has_size or stored == "float64" or equation.matrix is not None
     scalars: dict[str, float] = {
         "needs_normals": equation.needs_normals,
         "needs_points": equation.needs_points,
@@ -321,6 +325,7 @@ def records_of(
         "has_local_facing": equation.local_facing,
         "has_lobes_of_viewer": equation.has_highlights,
         "moves_points": equation.matrix is not None,
+        "is_wide": is_wide,
         "turns_normals": turns_normals,
         "has_tints": bool(tints) or is_blend,
         "is_split": bool(tints.keys() - {"emission"}) or is_blend,
