@@ -79,7 +79,6 @@ def shade(
     for i in range(BLOCK):
         rows[at.DECLINED + i] = 0.0
         rows[at.SKY + i] = ONE
-        put(shifted(rows, at.REST_X), i, (ZERO, ZERO, ZERO))
     places = wide if s.is_wide else nowhere(wide)
     fill(rows, at.VX, in_type(s.to_eye, rows))
     none = True

@@ -1,10 +1,9 @@
 """A block of vertices: where their values are, how they are loaded, and the directions from them to a position.
 
-A block's values are in scratch memory, row after row, in the type of the arithmetic. Points are there in two parts,
-what the type rounds them to and what that takes of them, and beside it in float64 where that is not known to be all of
-them. Vectors of any length are taken: where squares of them could leave the range of floats, they are first scaled
-by powers of two, each by its own. That is exact, so a vertex has the same bits in any unit of length. What is zero or
-not finite becomes a zero vector, and light on it 0.
+A block's values are in scratch memory, row after row, in the type of the arithmetic. Points are there too where that
+type holds them, else beside them in float64. Vectors of any length are taken: where squares of them could leave the
+range of floats, they are first scaled by powers of two, each by its own. That is exact, so a vertex has the same bits
+in any unit of length. What is zero or not finite becomes a zero vector, and light on it 0.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic
 
 from pvphong.base.formulas import LEAST_SQUARE, ONE, ZERO, cross, dot, inverse_length, square, times
 from pvphong.shading.kernel.arithmetic import inlined, is_nowhere, like, plain, shifted
@@ -49,8 +48,8 @@ AMBIENT_R, AMBIENT_G, AMBIENT_B, TX, TY, TZ = range(22 * BLOCK, 28 * BLOCK, BLOC
 # not 0 for a vertex that is left to the reference; light that no map multiplies, beside OTHER; the length of all rows.
 VISIBLE, SKY, FIELD, DECLINED, PLAIN_R, PLAIN_G, PLAIN_B = range(28 * BLOCK, 35 * BLOCK, BLOCK)
 
-# Points in float32, and what is left of them; the length of all rows.
-PX, PY, PZ, REST_X, REST_Y, REST_Z, ROWS = range(35 * BLOCK, 42 * BLOCK, BLOCK)
+# Points, where they are not beside the rows; the length of all rows.
+PX, PY, PZ, ROWS = range(35 * BLOCK, 39 * BLOCK, BLOCK)
 
 
 # --- loading
@@ -176,7 +175,7 @@ def load_channel(channels: Any, first: int, count: int, row: Any) -> None:
 
 @plain
 def load_points(array: Any, first: int, count: int, s: Any, rows: Any, points: Any) -> None:
-    """(L p + t) / w for the matrix (L | t) and w of the settings, in float64 and in two; p, if that is nowhere."""
+    """(L p + t) / w for the matrix (L | t) and w of the settings, in float64; p in rows, if those are nowhere."""
     if is_nowhere(points):
         load_vectors(array, first, count, shifted(rows, PX))
         return
@@ -186,8 +185,6 @@ def load_points(array: Any, first: int, count: int, s: Any, rows: Any, points: A
             x, y, z = transformed(s.matrix, vector(points, i))
             t = s.matrix[0, 3], s.matrix[1, 3], s.matrix[2, 3]
             put(points, i, ((x + t[0]) / s.w, (y + t[1]) / s.w, (z + t[2]) / s.w))
-    for i in range(3 * BLOCK):
-        rows[PX + i], rows[REST_X + i] = _in_two(rows, points[i])
 
 
 @inlined
@@ -260,22 +257,6 @@ def load_tangents(channels: Any, stride: int, first: int, count: int, rows: Any)
 # --- directions to positions, and to the viewer
 
 
-def _difference(rows: Any, points: Any, i: int, x: Any, rest: Any) -> Any:
-    """A coordinate in two parts less that of a point, which is in the row that begins at `rows` or `points`."""
-    raise NotImplementedError  # compiled by type
-
-
-@overload(_difference, jit_options={"forceinline": True})
-def _difference_by_type(rows: Any, points: Any, i: int, x: Any, rest: Any) -> Any:  # noqa: ARG001 Numba's names
-    def in_two_parts(rows: Any, points: Any, i: int, x: Any, rest: Any) -> Any:  # noqa: ARG001 as above
-        return (x - rows[PX + i]) + (rest - rows[REST_X + i])
-
-    def whole(rows: Any, points: Any, i: int, x: Any, rest: Any) -> Any:  # noqa: ARG001 as above
-        return x - points[i]
-
-    return in_two_parts if rows.dtype == types.float32 else whole
-
-
 @plain
 def approach(rows: Any, points: Any, x: float, y: float, z: float, measures: bool) -> bool:
     """Vectors D to a position, 1/|D|, and |D| in the row of strengths if it is measured; whether no vertex is declined.
@@ -284,9 +265,12 @@ def approach(rows: Any, points: Any, x: float, y: float, z: float, measures: boo
     """
     offsets, good = shifted(rows, DX), True
     (x0, x1), (y0, y1), (z0, z1) = _in_two(rows, x), _in_two(rows, y), _in_two(rows, z)
+    is_in_rows = is_nowhere(points)
     for i in range(BLOCK):
-        dx, dy = _difference(rows, points, i, x0, x1), _difference(rows, points, BLOCK + i, y0, y1)
-        d = dx, dy, _difference(rows, points, 2 * BLOCK + i, z0, z1)
+        if is_in_rows:
+            d = (x0 - rows[PX + i]) + x1, (y0 - rows[PY + i]) + y1, (z0 - rows[PZ + i]) + z1
+        else:
+            d = like(rows, x - points[i]), like(rows, y - points[BLOCK + i]), like(rows, z - points[2 * BLOCK + i])
         squared = square(d)
         distance = np.sqrt(max(squared, LEAST_SQUARE))
         put(offsets, i, d)
