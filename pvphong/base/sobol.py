@@ -26,6 +26,8 @@ MOST = 4096
 
 _ONE, _TWO, _FOUR, _EIGHT, _SIXTEEN = (np.uint32(1 << k) for k in range(5))
 _ODD, _PAIRS, _NIBBLES, _OCTETS = map(np.uint32, (0x55555555, 0x33333333, 0x0F0F0F0F, 0x00FF00FF))
+_FIFTEEN, _SPREAD = np.uint32(15), np.uint32(0x9E3779B9)
+_SHUFFLE = tuple(map(np.uint32, (0x7FEB352D, 0x846CA68B)))
 _MIXERS = tuple(map(np.uint32, (0x3D20ADEA, 0x05526C56, 0x53A22864)))
 
 
@@ -54,9 +56,12 @@ NEIGHBOURS = (0, *(_apart(exponent) for exponent in range(1, MOST.bit_length()))
 """By m: of 2ᵐ points, the k-th and that with the number k xor this are alone in a square, or in half of one."""
 
 
-def seeds(numbers: IntArray) -> NDArray[np.uint32]:
-    """Two for each number, shape (2, n), without any pattern (splitmix64; G. L. Steele et al. 2014)."""
-    z = (numbers.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+def seeds(numbers: IntArray, stream: int = 0) -> NDArray[np.uint32]:
+    """Two for each number, shape (2, n), without any pattern (splitmix64; G. L. Steele et al. 2014).
+
+    Those of other streams, from 0 to 2³¹, have nothing to do with them.
+    """
+    z = (numbers.astype(np.uint64) + np.uint64((stream << 32) + 1)) * np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     z ^= z >> np.uint64(31)
@@ -77,5 +82,16 @@ def coordinate(digits: Any, seed: Any) -> Any:
     x = wrapped(wrapped(wrapped(x >> _FOUR) & _NIBBLES) | wrapped(wrapped(x & _NIBBLES) << _FOUR))
     x = wrapped(wrapped(wrapped(x >> _EIGHT) & _OCTETS) | wrapped(wrapped(x & _OCTETS) << _EIGHT))
     x = wrapped(wrapped(x >> _SIXTEEN) | wrapped(x << _SIXTEEN))
+    whole = single(wrapped(x >> _EIGHT))
+    return whole * like(whole, 2.0**-24)
+
+
+@formula
+def random(number: Any, seed: Any) -> Any:
+    """A number in [0, 1), float32, of two as uint32, without any pattern (C. Wellons, "Hash prospector", 2018)."""
+    x = wrapped(wrapped(number * _SPREAD) ^ seed)
+    x = wrapped(wrapped(x ^ wrapped(x >> _SIXTEEN)) * _SHUFFLE[0])
+    x = wrapped(wrapped(x ^ wrapped(x >> _FIFTEEN)) * _SHUFFLE[1])
+    x = wrapped(x ^ wrapped(x >> _SIXTEEN))
     whole = single(wrapped(x >> _EIGHT))
     return whole * like(whole, 2.0**-24)

@@ -1,7 +1,8 @@
-"""Whether rays are blocked by triangles, in coordinates of any size.
+"""Whether rays are blocked by triangles, and what they meet first, in coordinates of any size.
 
-In order: triangles; the backends, Embree's twice and VTK's, which do the same; `Caster`, which takes rays of any length
-from anywhere to a backend; and `Occluders`, parts that can block light, each the triangles of one mesh.
+In order: triangles, and what rays meet of them; the backends, Embree's twice and VTK's, which do the same; `Caster`,
+which takes rays of any length from anywhere to a backend; and `Occluders`, parts that can block light, each the
+triangles of one mesh.
 
 A backend is built of at least one triangle, of finite coordinates from -1 to 1: a caster's triangles are moved to
 their middle and scaled by a power of two. Its rays begin no further than a few such units away. So single precision has
@@ -17,7 +18,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyvista as pv
@@ -26,8 +27,9 @@ from vtkmodules.vtkCommonCore import mutable
 from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 
 from pvphong.base import check
+from pvphong.base.formulas import FAINTEST
 from pvphong.base.processes import available_memory
-from pvphong.base.types import BoolArray, Float64Array, FloatArray
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.geometry.extent import Sphere, box_of
 from pvphong.geometry.rays import LONGEST, NEAR, begun_near, is_near
 from pvphong.rays import embree
@@ -70,13 +72,19 @@ class BlockingFaces:
         return len(self.corners)
 
     @cached_property
+    def sound_numbers(self) -> IntArray:
+        """Shape (k,): the numbers of those without a corner that is not finite."""
+        if not len(self) or not len(self.points) or np.isfinite(box_of(self.points)).all():
+            return np.arange(len(self))
+        finite: Any = np.isfinite(self.points).all(axis=1)
+        return np.flatnonzero(finite[self.corners].all(axis=1))
+
+    @cached_property
     def sound(self) -> BlockingFaces:
         """Those without a corner that is not finite."""
-        if not len(self) or not len(self.points) or np.isfinite(box_of(self.points)).all():
+        if len(self.sound_numbers) == len(self):
             return self
-        finite: Any = np.isfinite(self.points).all(axis=1)
-        left = self.corners[finite[self.corners].all(axis=1)]
-        used, corners = np.unique(left, return_inverse=True)
+        used, corners = np.unique(self.corners[self.sound_numbers], return_inverse=True)
         return BlockingFaces(self.points[used], corners.reshape(-1, 3))
 
     @cached_property
@@ -93,6 +101,28 @@ class BlockingFaces:
         return Sphere((x, y, z), float(np.hypot.reduce(half)) * (1.0 + 1e-9)) if len(self.sound) else None
 
 
+class Hits(NamedTuple):
+    """What rays meet first."""
+
+    triangles: IntArray
+    """Shape (n,): their numbers; −1 where nothing is met."""
+    weights: FloatArray
+    """Shape (n, 2): of their second and third corners; the first has the rest of 1."""
+    distances: Float64Array
+    """Shape (n,): how far that is; infinity where nothing is met."""
+
+
+class Triangles(NamedTuple):
+    """All triangles of some parts, as compiled code takes them."""
+
+    starts: IntArray
+    """Where each caster's begin in `numbers`."""
+    numbers: IntArray
+    """The number of each caster's own triangles among all."""
+    corners: IntArray
+    """Shape (m, 3): which of the points of all parts, one part after the other, are a triangle's."""
+
+
 # --- backends
 
 
@@ -103,16 +133,24 @@ class Embree:
 
     def __init__(self, faces: BlockingFaces) -> None:
         self.scene = EmbreeScene(faces.points, faces.corners)
+        self._count = len(faces)
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
         """Whether a triangle is met: origins and unit vectors (n, 3), lengths (n,), all of moderate size."""
         return kernel.rays_blocked(origins, directions, lengths, casters_of([self.scene], [(0.0, 0.0, 0.0, 1.0)]))
 
+    def first(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> Hits:
+        """What is met first, of rays as for `blocked`."""
+        own = Triangles(np.zeros(1, np.int64), np.arange(self._count), np.zeros((0, 3), np.int64))
+        casters = casters_of([self.scene], [(0.0, 0.0, 0.0, 1.0)])
+        return Hits(*kernel.ray_hits(origins, directions, lengths, casters, own))
+
 
 def casters_of(scenes: Sequence[EmbreeScene], places: Sequence[Sequence[float]]) -> Casters:
     """Scenes, and what brings rays to their coordinates, as compiled code takes them."""
     handles = np.array([scene.handle for scene in scenes], np.int64)
-    return Casters(embree.address_of_test(), handles, np.array(places, np.float64).reshape(-1, 4), scenes)
+    functions = embree.address_of_test(), embree.address_of_find()
+    return Casters(*functions, handles, np.array(places, np.float64).reshape(-1, 4), scenes)
 
 
 class Embreex:
@@ -134,6 +172,15 @@ class Embreex:
         found: BoolArray = self._scene.run(*rays, dists=lengths.astype(np.float32), query="OCCLUDED") >= 0
         return found
 
+    def first(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> Hits:
+        """As `Embree.first`."""
+        rays = (np.ascontiguousarray(a, np.float32) for a in (origins, directions))
+        found = self._scene.run(*rays, dists=lengths.astype(np.float32), query="INTERSECT", output=True)
+        triangles = np.where(found["geomID"] >= 0, found["primID"], -1).astype(np.int64)
+        met = triangles >= 0
+        weights = np.where(met[:, None], np.stack([found["u"], found["v"]], axis=1), np.float32(0.0))
+        return Hits(triangles, weights, np.where(met, found["tfar"].astype(np.float64), math.inf))
+
 
 # Places on triangles are rounded too: with a tolerance of 0 some are missed.
 _TOLERANCE = 2.0**-24
@@ -145,17 +192,33 @@ class Locator:
     title = "VTK, which takes long"
 
     def __init__(self, faces: BlockingFaces) -> None:
+        self._faces = faces
         self._locator = vtkStaticCellLocator()
         self._locator.SetDataSet(pv.PolyData.from_regular_faces(faces.points, faces.corners, deep=True))
         self._locator.BuildLocator()
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
         """As `Embree.blocked`."""
+        return self.first(origins, directions, lengths).triangles >= 0
+
+    def first(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> Hits:
+        """As `Embree.first`."""
         ends = origins + lengths[:, None] * directions
         meet: Any = self._locator.IntersectWithLine  # VTK's annotations have no numbers that it changes
-        t, cell, where, inside = mutable(0.0), mutable(0), [0.0] * 3, [0.0] * 3
-        pairs = zip(origins.tolist(), ends.tolist(), strict=True)
-        return np.array([meet(a, b, _TOLERANCE, t, where, inside, cell) != 0 for a, b in pairs], np.bool_)
+        t, part, cell, where, inside = mutable(0.0), mutable(0), mutable(0), [0.0] * 3, [0.0] * 3
+        triangles, shares = np.full(len(origins), -1), np.full(len(origins), math.inf)
+        for row, (a, b) in enumerate(zip(origins.tolist(), ends.tolist(), strict=True)):
+            if meet(a, b, _TOLERANCE, t, where, inside, part, cell):
+                triangles[row], shares[row] = int(cell), float(t)
+        distances = np.where(triangles >= 0, shares, 0.0) * lengths
+        places = origins + distances[:, None] * directions
+        a, b, c = self._faces.points[self._faces.corners[triangles]].transpose(1, 0, 2).astype(np.float64)
+        across = np.cross(b - a, c - a)
+        square = np.maximum((across * across).sum(axis=1), FAINTEST)
+        second = (np.cross(places - a, c - a) * across).sum(axis=1) / square
+        third = (np.cross(b - a, places - a) * across).sum(axis=1) / square
+        weights = np.where(triangles[:, None] >= 0, np.stack([second, third], axis=1), 0.0)
+        return Hits(triangles, weights, np.where(triangles >= 0, distances, math.inf))
 
 
 def ray_backend() -> tuple[type[Embree | Embreex | Locator], str]:
@@ -217,28 +280,48 @@ class Caster:
         result = np.zeros(len(directions), bool)
         for start in range(0, len(origins), _RAYS_AT_ONCE) if self.backend else ():
             part = slice(start, start + _RAYS_AT_ONCE)
-            result[part] = self._cast(origins[part], directions[part], distances[part])
+            rows, starts, towards, lengths, _ = self._near(origins[part], directions[part], distances[part])
+            if self.backend and len(rows):
+                result[start + rows] = self.backend.blocked(starts, towards, lengths)
         return result
 
-    def _cast(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
-        assert self.backend is not None
+    def first(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> Hits:
+        """What is met first, of rays as for `blocked`; triangles are numbered as `BlockingFaces.sound` has them."""
+        count = len(directions)
+        result = Hits(np.full(count, -1), np.zeros((count, 2)), np.full(count, math.inf))
+        for start in range(0, count, _RAYS_AT_ONCE) if self.backend else ():
+            part = slice(start, start + _RAYS_AT_ONCE)
+            rows, starts, towards, lengths, shorter = self._near(origins[part], directions[part], distances[part])
+            if self.backend and len(rows):
+                hits = self.backend.first(starts, towards, lengths)
+                result.triangles[start + rows], result.weights[start + rows] = hits.triangles, hits.weights
+                result.distances[start + rows] = np.ldexp(hits.distances + shorter, self._exponent)
+        return result
+
+    def _near(
+        self, origins: FloatArray, directions: FloatArray, distances: FloatArray
+    ) -> tuple[IntArray, Float64Array, FloatArray, Float64Array, Float64Array]:
+        """Rays that may meet something: their numbers, origins, directions and lengths as the backend takes them.
+
+        The last array says by how much they are shorter there, for they begin nearer to the triangles.
+        """
         with np.errstate(over="ignore", invalid="ignore"):
             starts = np.ldexp(origins - self._middle, -self._exponent)
             is_far = ~is_near(starts.T, NEAR)
             lengths = np.ldexp(np.asarray(distances, np.float64), -self._exponent)
-            can_meet = np.isfinite(directions).all(axis=1)
+            can_meet, shorter = np.isfinite(directions).all(axis=1), np.zeros(len(starts))
             if is_far.any():
-                moved, lengths[is_far] = begun_near(starts[is_far].T, directions[is_far].T, lengths[is_far])
+                far = starts[is_far].T, directions[is_far].T
+                shorter[is_far] = -begun_near(*far, 0.0)[1]
+                moved, lengths[is_far] = begun_near(*far, lengths[is_far])
                 starts[is_far] = np.transpose(moved)
                 can_meet &= is_near(starts.T, 2.0 * NEAR)
         can_meet &= lengths > 0.0
         lengths = np.minimum(lengths, LONGEST)
-        if can_meet.all():
-            return self.backend.blocked(starts, directions, lengths)
-        result = np.zeros(len(starts), bool)
-        if can_meet.any():
-            result[can_meet] = self.backend.blocked(starts[can_meet], directions[can_meet], lengths[can_meet])
-        return result
+        rows = np.flatnonzero(can_meet)
+        if len(rows) == len(starts):
+            return rows, starts, directions, lengths, shorter
+        return rows, starts[rows], directions[rows], lengths[rows], shorter[rows]
 
 
 @functools.cache
@@ -308,13 +391,27 @@ class Occluders:
         casters = []
         for group in self._groups:
             parts = [self._parts[index] for index in group]
-            faces = parts[0]
-            if len(parts) > 1:
-                starts = np.cumsum([0, *(len(part.points) for part in parts[:-1])])
-                corners = np.concatenate([part.corners + start for part, start in zip(parts, starts, strict=True)])
-                faces = BlockingFaces(np.concatenate([part.points for part in parts]), corners)
+            faces = parts[0] if len(parts) == 1 else BlockingFaces(*_joined(parts))
             casters.append(Caster(faces))
         return casters
+
+    @cached_property
+    def triangles(self) -> Triangles:
+        """Those of all parts, one part after the other."""
+        firsts = np.cumsum([0, *map(len, self._parts)])
+        numbers = [
+            np.concatenate([firsts[index] + self._parts[index].sound_numbers for index in group])
+            for group in self._groups
+        ]
+        starts = np.cumsum([0, *map(len, numbers)])[:-1]
+        empty = np.zeros(0, np.int64)
+        corners = _joined(self._parts)[1] if self._parts else np.zeros((0, 3), np.int64)
+        return Triangles(starts.astype(np.int64), np.concatenate([empty, *numbers]), np.ascontiguousarray(corners))
+
+    @property
+    def points(self) -> FloatArray:
+        """Those of all parts, one part after the other."""
+        return _joined(self._parts)[0] if self._parts else np.zeros((0, 3))
 
     @property
     def are_slow(self) -> bool:
@@ -342,3 +439,29 @@ class Occluders:
             free = np.flatnonzero(~found)
             found[free] = caster.blocked(origins[free], directions[free], distances[free])
         return found
+
+    def first(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> Hits:
+        """What rays meet first of all parts; triangles are numbered as `triangles` has them.
+
+        Parameters
+        ----------
+        origins, directions, distances : ndarray
+            As for `Caster.blocked`.
+        """
+        if self.compiled is not None:
+            return Hits(*kernel.ray_hits(origins, directions, distances, self.compiled, self.triangles))
+        count = len(directions)
+        result = Hits(np.full(count, -1), np.zeros((count, 2)), np.full(count, math.inf))
+        for caster, start in zip(self.casters, self.triangles.starts, strict=True):
+            hits = caster.first(origins, directions, np.minimum(distances, result.distances))
+            met = np.flatnonzero(hits.triangles >= 0)
+            result.triangles[met] = self.triangles.numbers[start + hits.triangles[met]]
+            result.weights[met], result.distances[met] = hits.weights[met], hits.distances[met]
+        return result
+
+
+def _joined(parts: Sequence[BlockingFaces]) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Points and corners of some parts, one after the other."""
+    starts = np.cumsum([0, *(len(part.points) for part in parts[:-1])])
+    corners = np.concatenate([part.corners + start for part, start in zip(parts, starts, strict=True)])
+    return np.concatenate([part.points for part in parts]), corners

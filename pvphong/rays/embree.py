@@ -39,6 +39,7 @@ _FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "rtcAttachGeometry": (_NUMBER, _POINTER, _POINTER),
     "rtcCommitScene": (None, _POINTER),
     "rtcOccluded16": (None, _POINTER, _POINTER, _POINTER, _POINTER),
+    "rtcIntersect16": (None, _POINTER, _POINTER, _POINTER, _POINTER),
 }
 _VERSION, _NATIVE_RAYS_OF_8, _TRIANGLES = 0, 33, 0
 _INDICES, _POINTS, _UINT3, _FLOAT3 = 0, 1, 0x5003, 0x9003
@@ -123,6 +124,12 @@ def address_of_test() -> int:
     triangles meet.
     """
     return ctypes.cast(library().rtcOccluded16, _POINTER).value or 0
+
+
+@functools.cache
+def address_of_find() -> int:
+    """Of `rtcIntersect16`."""
+    return ctypes.cast(library().rtcIntersect16, _POINTER).value or 0
 
 
 class EmbreeScene:

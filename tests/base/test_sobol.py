@@ -1,5 +1,7 @@
 """Points of Sobol's sequence: those of SciPy, and evenly spread in each of the ways that its nets are."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.stats import qmc
@@ -56,3 +58,25 @@ def test_each_point_is_evenly_distributed_over_seeds_and_depends_on_nothing_else
         assert ((counts - 400.0) ** 2 / 400.0).sum() < 49 + 5 * np.sqrt(98)  # chi squared
     assert abs(np.corrcoef(u[0], v[0])[0, 1]) < 0.04
     np.testing.assert_array_equal(coordinates(4, [77, 3])[0][:, 1], u[:, 3])
+
+
+def test_streams_have_nothing_to_do_with_each_other():
+    numbers = np.arange(4096)
+    both = [sobol.seeds(numbers, stream) for stream in (0, 1, 2, 2**31)]
+    assert len({int(seed) for seeds in both for seed in seeds.ravel()}) > 8 * 4096 - 40  # few collide in 32 bits
+    for a, b in itertools.combinations(both, 2):
+        assert abs(np.corrcoef(a[0].astype(np.float64), b[0].astype(np.float64))[0, 1]) < 4 / 64
+
+
+def test_random_numbers_are_even_and_do_not_depend_on_each_other():
+    """By each of both: the share in 16 parts is as of chance, and so is that of pairs."""
+    numbers, seeds = np.meshgrid(np.arange(256, dtype=np.uint32), sobol.seeds(np.arange(256))[0])
+    found = sobol.random(numbers, seeds)
+    assert found.dtype == np.float32
+    assert found.min() >= 0.0
+    assert found.max() < 1.0
+    for pairs in (found[:, ::2], found[:, 1::2]), (found[::2], found[1::2]):
+        places = (pairs[0] * 16).astype(int) * 16 + (pairs[1] * 16).astype(int)
+        counts = np.bincount(places.ravel(), minlength=256)
+        chi_square = ((counts - counts.mean()) ** 2).sum() / counts.mean()
+        assert abs(chi_square - 255) < 4 * np.sqrt(2 * 255)

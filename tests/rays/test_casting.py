@@ -56,6 +56,36 @@ def test_rays_meet_what_exact_geometry_says(monkeypatch):
     np.testing.assert_array_equal(caster(triangles).blocked(*given)[clear], expected[clear])
 
 
+@pytest.mark.parametrize(("offset", "away"), [(0.0, 0.0), (1e5, 0.0), (0.0, 1e3)])
+def test_what_is_met_first_is_where_the_ray_comes_to(monkeypatch, offset, away):
+    """Of a ball in a far larger one, which has a caster of its own, beside triangles that are spoiled."""
+    monkeypatch.setattr(casting, "_RAYS_AT_ONCE", 700)
+    triangles, (origins, directions, distances) = ball(), rays()
+    origins, distances = 0.9 * origins + offset - away * directions, np.where(distances > 1.0, np.inf, distances + away)
+    spoiled = np.full((3, 3, 3), np.nan)
+    parts = [np.concatenate([spoiled, triangles + offset]), np.concatenate([triangles * 1e3 + offset, spoiled])]
+    parts = [BlockingFaces(part.reshape(-1, 3), np.arange(3 * len(part)).reshape(-1, 3)) for part in parts]
+    occluders = Occluders(parts)
+    hits, all_triangles = occluders.first(origins, directions, distances), np.concatenate([p.points for p in parts])
+    np.testing.assert_array_equal(occluders.points, all_triangles)
+    met, others = hits.triangles >= 0, hits.weights.astype(np.float64)
+    weights = np.column_stack([1.0 - others.sum(axis=1), others])[met]
+    corners = all_triangles[occluders.triangles.corners[hits.triangles[met]]]
+    place = (weights[:, :, None] * corners).sum(axis=1)
+    expected = (origins + hits.distances[:, None] * directions)[met]
+    size = np.where(hits.triangles[met] < len(parts[0]), 1.0, 1e3)
+    assert (np.abs(place - expected).max(axis=1) < 1e-6 * size + 1e-10 * (offset + away)).all()
+    assert (weights > -1e-5).all()
+    assert (hits.triangles[met] >= 3).all()
+    assert np.isinf(hits.distances[~met]).all()
+    # nothing is nearer: the rays are not blocked before
+    margin = 1e-2 * np.where(hits.triangles < len(parts[0]), 1.0, 30.0)
+    before = np.where(met, hits.distances - margin, distances)
+    assert not occluders.blocked(origins, directions, before)[before > away + margin].any()
+    assert occluders.blocked(origins, directions, hits.distances + margin)[met & (hits.distances > away)].all()
+    assert 0.2 < met.mean() <= 1.0
+
+
 @pytest.mark.parametrize("exponent", [-1000, -120, 40, 1000])
 def test_the_unit_of_length_changes_nothing(exponent):
     origins, directions, distances = rays(300)

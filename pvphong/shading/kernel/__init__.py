@@ -28,6 +28,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, get_args
 
+import numpy as np
 from numpy.typing import NDArray
 
 from pvphong.base import check
@@ -224,6 +225,8 @@ class Casters(NamedTuple):
 
     function: int
     """Address of `rtcOccluded16`."""
+    function_of_find: int
+    """Address of `rtcIntersect16`."""
     scenes: IntArray
     """Their handles."""
     numbers: Float64Array
@@ -240,7 +243,7 @@ def rays_obstacle() -> str:
     from pvphong.shading.kernel import code, rays
 
     try:
-        for each in (rays.test_code, rays.point_code, rays.part_code):
+        for each in (rays.test_code, rays.point_code, rays.part_code, rays.around_code, rays.find_code):
             each(library.cached_only)
     except code.NotCompiled as missing:
         code.ask_for(missing.key, None, library.lock)
@@ -272,6 +275,20 @@ def point_seen(*arguments: Any) -> int:
     from pvphong.shading.kernel import rays
 
     return rays.point_seen(_compiled(), *arguments)
+
+
+def vertices_met(*arguments: Any) -> tuple[NDArray[np.int32], int]:
+    """As `rays.vertices_met`, where `rays_obstacle` names none."""
+    from pvphong.shading.kernel import rays
+
+    return rays.vertices_met(_compiled(), *arguments)
+
+
+def ray_hits(*arguments: Any) -> tuple[IntArray, FloatArray, Float64Array]:
+    """As `rays.hits`, where `rays_obstacle` names none."""
+    from pvphong.shading.kernel import rays
+
+    return rays.hits(_compiled(), *arguments)
 
 
 def rays_blocked(*arguments: Any) -> BoolArray:

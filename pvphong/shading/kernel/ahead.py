@@ -45,6 +45,8 @@ def pieces(library: Library) -> list[CompilationUnit]:
         CompilationUnit("rays", partial(rays.test_code, library)),
         CompilationUnit("rays to a point", partial(rays.point_code, library)),
         CompilationUnit("rays to a part", partial(rays.part_code, library)),
+        CompilationUnit("rays to what is around", partial(rays.around_code, library)),
+        CompilationUnit("rays to what they meet first", partial(rays.find_code, library)),
     ]
     result += (CompilationUnit(name, partial(library.stage, x, "float32")) for name, x in _of_samplings())
     written = ("factors already written", stages.factors_already_written)
