@@ -1,169 +1,288 @@
-"""What visibility costs: hard shadows of three lights, the sky beside plain random rays and libigl, a light that moves.
+"""What rays cost for the same error, here and by other programs; and hard shadows, adaptive rays, a light that moves.
 
-    python tests/benchmarks/bench_visibility.py [points]
+    python tests/benchmarks/bench_visibility.py [vertices] [--figure FILE] [--blender PYTHON]
 
-All in one run, so that ratios hold on a busy machine too; the least of three runs counts. Hard shadows are compared
-with embreex's own calls: making its mesh, building its tree, one query for each light. Errors of the sky are those
-against all 4096 nodes, of which the adaptive rays are a part: at 500 rays a vertex that makes them look smaller by 6 %.
-libigl's (pip install libigl), which weights its directions evenly, are those against 4096 rays of its own.
+Two scenes: the penumbra of a torus on a plane of 100,000 vertices, or as many as are given, and the sky as a knot of half
+as many sees it. Time is without preparation (trees of triangles, compiling); the least of some turns in one run counts,
+so that ratios hold on a busy machine too. All have two threads. Errors are RMS over all vertices, against 4096 rays of
+ours that are chosen with other numbers, or a truth of their own (`ray_peers` says whose and why). What takes long looks
+from some of the vertices, and its time is multiplied: VTK, libigl, and Blender, which bakes a coarser mesh.
+
+Others that are compared if they are there: `pip install mitsuba libigl`, Mitsuba with LLVM's library; and with
+`--blender` a Python that has `pip install bpy`. Those that are missing are named.
 """
 
-import importlib.util
-import sys
+import os
+import subprocess
 import time
-from dataclasses import replace
+from argparse import ArgumentParser
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import partial
+from unittest.mock import patch
 
 import numpy as np
 import pyvista as pv
+import ray_peers as peers
+from common import equal_error_seconds, slope, table
+from ray_peers import Caster, Job, timed
+from rich.console import Console
 
 import pvphong as ph
-from pvphong.rays.casting import BlockingFaces, Locator, Occluders, ray_backend
+from pvphong.meshes.visibility import KnownOccluders, world_faces
+from pvphong.rays import casting
+from pvphong.rays.casting import Embree, Embreex, Locator, Occluders, ray_backend
+from pvphong.shading import kernel
+from pvphong.studio.lit_actors import LitMesh
 
+TURNS, RAYS, TRUTH, BLENDERS_TRUTH = 2, (16, 64, 256), 4096, 2048
+JUDGED_AT = RAYS.index(256)
+"""Seconds are compared at the error that we have with so many rays."""
+SLOW, VERTICES_OF_BLENDER, PREVIEW = 64, 1200, 16
 LIGHTS = [
     ph.DirectionalLight(direction=(1, 0, -1), name="sun"),
     ph.PointLight(position=(0, 0, 3), name="lamp"),
     ph.PointLight(position=(3, 0, 1), name="bulb"),
 ]
+STYLES = [
+    ("#1b6ca8", "o"),
+    ("#6fa8d6", "o"),
+    ("#b3cde3", "o"),
+    ("#c2571a", "s"),
+    ("#2a7f3f", "^"),
+    ("#6b4c9a", "D"),
+    ("#9a9a9a", "v"),
+]
+"""Colours and markers of the ways, in their order."""
+CONSOLE = Console(width=160)
 
 
-def torus(count: int) -> pv.PolyData:
-    side = round(count**0.5)
-    mesh = pv.ParametricTorus(u_res=side, v_res=side)
+def penumbra(count: int) -> Job:
+    """A plane that looks at a sphere light past a torus."""
+    cells = max(round(count**0.5) - 1, 1)
+    ground = pv.Plane(i_size=6, j_size=6, i_resolution=cells, j_resolution=cells).triangulate()
+    ground.point_data.active_normals = np.tile(np.float32([0, 0, 1]), (ground.n_points, 1))
+    torus = pv.ParametricTorus(ringradius=0.9, crosssectionradius=0.3, u_res=120, v_res=60).triangulate()
+    lamp = ph.SphereLight(position=(1.5, -1, 4), radius=0.5, intensity=16, name="lamp")
+    return Job(ground, (torus.rotate_x(50).translate((0, 0, 1.2)),), lamp)
+
+
+def open_sky(count: int) -> Job:
+    """A knot, which hides a part of the sky from itself."""
+    t, sides = np.linspace(0, 2 * np.pi, 400), max(round((count / 10) ** 0.5), 3)
+    curve = np.column_stack([np.sin(t) + 2 * np.sin(2 * t), -np.sin(3 * t), np.cos(t) - 2 * np.cos(2 * t)])
+    knot = pv.Spline(curve, count // sides).tube(radius=0.5, n_sides=sides, capping=False).triangulate()
+    knot.point_data.active_normals = ph.vertex_normals(knot)
+    return Job(knot)
+
+
+# --- time against error
+
+
+def seen_by(visibility: ph.Visibility) -> np.ndarray:
+    return visibility.per_light[0] if visibility.lights else visibility.sky
+
+
+def ours(job: Job, *, backend: type | None = None) -> Caster:
+    """By pvphong, with one of its backends, or with what casts rays here."""
+    if backend is Embree and ray_backend()[0] is not Embree:
+        raise ImportError(ray_backend()[1])
+    with patch.object(casting, "ray_backend", lambda: (backend or ray_backend()[0], "")):
+        visibility = job.mesh.phong.visibility(job.scene, occluders=job.occluders)
+        seen_by(visibility.afresh(samples=1))  # what it is built of is shared
+    return timed(lambda rays: seen_by(visibility.afresh(samples=rays)))
+
+
+def truth_of(job: Job) -> np.ndarray:
+    """With the vertices in reverse order, so that each has other rays."""
+    last = job.mesh.n_points - 1
+    turned = pv.PolyData.from_regular_faces(job.mesh.points[::-1], last - job.mesh.regular_faces)
+    turned.point_data.active_normals = job.mesh.point_data.active_normals[::-1]
+    return ours(replace(job, mesh=turned))(TRUTH).part[::-1]
+
+
+@dataclass
+class Way:
+    """One way to cast rays, and what came of it."""
+
+    name: str
+    prepare: Callable[[Job], Caster]
+    job: Job
+    truth: np.ndarray | int
+    """Shape (n,); or so many rays of its own."""
+    rays: tuple[int, ...] = RAYS
+    share: float = 1.0
+    """The share of the vertices that it looks from."""
+    obstacle: str = ""
+
+    def begin(self) -> None:
+        """Prepare, and have first answers, which are not timed."""
+        self.seconds = dict.fromkeys(self.rays, np.inf)
+        try:
+            self.cast = self.prepare(self.job)
+            truth = self.cast(self.truth).part if isinstance(self.truth, int) else self.truth
+            self.errors = {rays: float(np.sqrt(np.mean((self.cast(rays).part - truth) ** 2))) for rays in self.rays}
+        except NotImplementedError as reason:
+            self.obstacle = str(reason)
+        except (ImportError, OSError, RuntimeError, subprocess.SubprocessError) as reason:
+            self.obstacle = f"missing: {str(reason).splitlines()[0]}"
+
+    def measure(self) -> None:
+        for rays in self.rays:
+            self.seconds[rays] = min(self.seconds[rays], self.cast(rays).seconds / self.share)
+
+    @property
+    def curve(self) -> list[tuple[float, float]]:
+        """Seconds and error, by rays."""
+        return [(self.seconds[rays], self.errors[rays]) for rays in self.rays]
+
+
+def measured(make: Callable[[int], Job], count: int, blender: str | None) -> list[Way]:
+    job = make(count)
+    truth, few, coarse = truth_of(job), job.some(SLOW), make(VERTICES_OF_BLENDER)
+    share = len(few.points) / len(job.points)
+    ways = [
+        Way("pvphong: compiled code, Embree", partial(ours, backend=Embree), job, truth, (*RAYS, 1024)),
+        Way("pvphong: embreex's run", partial(ours, backend=Embreex), job, truth),
+        Way("pvphong: VTK's locator", partial(ours, backend=Locator), few, truth[::SLOW], share=share),
+        Way("Mitsuba 3", peers.mitsuba, job, truth),
+        Way("libigl", peers.libigl, job.some(8), TRUTH, share=len(job.points[::8]) / len(job.points)),
+        Way(
+            "Blender's bake",
+            partial(peers.blender, python=blender),
+            coarse,
+            BLENDERS_TRUTH,
+            share=len(coarse.points) / len(job.points),
+        ),
+        Way("plain random rays, embreex's run", peers.plain_rays, job, truth),
+    ]
+    for way in ways:
+        way.begin()
+    for _ in range(TURNS):
+        for way in ways:
+            if not way.obstacle:
+                way.measure()
+    return ways
+
+
+def error_table(name: str, ways: list[Way]):
+    best = ways[0] if not ways[0].obstacle else next(way for way in ways if not way.obstacle)
+    error, seconds = best.curve[JUDGED_AT][::-1]
+    headings = [f"{rays} rays" for rays in (*RAYS, 1024)]
+    made = table(name, "cast by", *headings, "slope", f"seconds to {error:.1e}", "times the first")
+    for way in ways:
+        if way.obstacle:
+            made.add_row(way.name, way.obstacle)
+            continue
+        cells = [f"{taken:.3g} s, {off:.1e}" for taken, off in way.curve] + [""] * (len(headings) - len(way.curve))
+        same = equal_error_seconds(way.curve, error)
+        falls = slope(way.rays, list(way.errors.values()))
+        made.add_row(way.name, *cells, f"{falls:.2f}", f"{same:.3g}", f"{same / seconds:.3g}")
+    return made
+
+
+def adaptive_table(scenes: dict[str, list[Way]]):
+    """As many rays as the tolerance asks for, beside as many for all vertices."""
+    headings = "scene", "tolerance", "seconds", "RMS error", "rays a vertex", "fixed over adaptive, same error"
+    made = table("Adaptive", *headings)
+    for name, (fixed, *_) in scenes.items():
+        for tolerance in (0.02, 1 / 255) if not fixed.obstacle else ():
+            job, seconds = fixed.job, []
+            known = job.mesh.phong.visibility(job.scene, occluders=job.occluders, tolerance=tolerance)
+            seen_by(known)
+            for _ in range(TURNS):
+                again = known.afresh()
+                seconds.append(timed(lambda _, again=again: seen_by(again))(0).seconds)
+            error = float(np.sqrt(np.mean((seen_by(known) - fixed.truth) ** 2)))
+            over = equal_error_seconds(fixed.curve, error) / min(seconds)
+            numbers = f"{min(seconds):.3g}", f"{error:.1e}", f"{known.rays / len(job.points):.0f}", f"{over:.2f}"
+            made.add_row(name, f"{tolerance:.4f}", *numbers)
+    return made
+
+
+def figure(scenes: dict[str, list[Way]], path: str) -> None:
+    """Seconds against error of all ways, a panel for each scene."""
+    from matplotlib.figure import Figure
+
+    drawn = Figure(figsize=(12.0, 6.0), layout="constrained", facecolor="white")
+    styles = dict(zip((way.name for way in next(iter(scenes.values()))), STYLES, strict=True))
+    panels, handles = drawn.subplots(1, len(scenes), sharey=True), {}
+    for panel, (name, ways) in zip(panels, scenes.items(), strict=True):
+        for way in ways:
+            if not way.obstacle:
+                color, marker = styles[way.name]
+                is_first = way is ways[0]
+                looks = {"linewidth": 3.0 if is_first else 1.6, "markersize": 8 if is_first else 6}
+                (handles[way.name],) = panel.loglog(*zip(*way.curve, strict=True), marker, color=color, ls="-", **looks)
+        panel.set_title(f"{name}, {len(ways[0].job.points):,} vertices", fontsize=13)
+        panel.set_xlabel("seconds, two threads")
+        panel.grid(which="major", color="#e4e4e4")
+        panel.spines[["top", "right"]].set_visible(False)
+        for rays, at in zip(ways[0].rays, ways[0].curve if not ways[0].obstacle else (), strict=False):
+            color = styles[ways[0].name][0]
+            panel.annotate(
+                f"{rays} rays", at, (-8, -4), textcoords="offset points", ha="right", va="top", color=color, fontsize=9
+            )
+    panels[0].set_ylabel("RMS error of the part that is seen")
+    drawn.legend(handles.values(), handles, loc="outside lower center", ncols=4, frameon=False)
+    drawn.savefig(path, dpi=100)
+
+
+# --- hard shadows, and a light that moves
+
+
+def hard_shadows(count: int) -> str:
+    """Three lights, with all that is built for them, beside embreex's calls alone."""
+    side, taken, alone = round(count**0.5), [], []
+    mesh = pv.ParametricTorus(u_res=side, v_res=side).triangulate()
     mesh.point_data.active_normals = ph.vertex_normals(mesh)
-    return mesh
-
-
-def seconds(work) -> float:
-    start = time.perf_counter()
-    work()
-    return time.perf_counter() - start
-
-
-def least(make_work, repeats: int = 3) -> float:
-    """The least seconds of what is made anew for each run."""
-    return min(seconds(make_work()) for _ in range(repeats))
-
-
-def triangles_of(mesh: pv.PolyData) -> np.ndarray:
-    return mesh.faces.reshape(-1, 4)[:, 1:].astype(np.int64)
-
-
-def by_embreex_alone(mesh: pv.PolyData) -> dict[str, float]:
-    """Seconds of embreex's calls for the same rays, ready to be cast, on one thread."""
-    from embreex.mesh_construction import TriangleMesh
-    from embreex.rtcore_scene import EmbreeScene
-
-    points, normals = np.asarray(mesh.points, np.float32), np.asarray(mesh.point_data.active_normals, np.float32)
-    corners, scene, taken = triangles_of(mesh).astype(np.int32), EmbreeScene(robust=True), {}
-    taken["mesh"] = seconds(lambda: TriangleMesh(scene, points, corners))
-    one = np.ones((1, 3), np.float32)
-    taken["tree"] = seconds(lambda: scene.run(one, one, dists=one[:, 0], query="OCCLUDED"))
-    taken["rays"] = 0.0
-    for light in LIGHTS:
-        direction = getattr(light, "direction", None)
-        directions = (
-            light.position - points if direction is None else -np.broadcast_to(np.array(direction), points.shape)
-        )
-        facing = (directions * normals).sum(axis=1) > 0.0
-        directions = np.array(directions[facing], np.float32)
-        lengths = np.linalg.norm(directions, axis=1) if direction is None else np.full(len(directions), 9.0, np.float32)
-        directions /= np.linalg.norm(directions, axis=1)[:, None]
-        rays = points[facing] + np.float32(1e-5) * normals[facing], directions
-        taken["rays"] += seconds(
-            lambda now=rays, ends=lengths: scene.run(*now, dists=ends.astype(np.float32), query="OCCLUDED")
-        )
-    return taken
-
-
-def hard_shadows(count: int) -> None:
-    mesh = torus(count)
-    ours, building, rays, alone = [], [], 0, []
-    for _ in range(3):
+    for _ in range(TURNS + 1):
         seen = mesh.phong.visibility(LIGHTS)
-        building.append(seconds(lambda now=seen: now.channels((0,), sky=False)))
-        ours.append(building[-1] + seconds(lambda now=seen: now.per_light))
-        rays = seen.rays
-        if ray_backend()[0] is not Locator:
-            alone.append(by_embreex_alone(mesh))
-    print(
-        f"{mesh.n_points} vertices, three lights, {rays} rays: "
-        f"{min(ours):.2f} s, {min(building):.2f} s of it for the first"
+        taken.append(timed(lambda _, seen=seen: seen.per_light)(0).seconds)
+        with suppress(ImportError):
+            alone.append(sum(peers.embreex_alone(mesh, LIGHTS).values()))
+    told = (
+        f"Three hard lights, {mesh.n_points:,} vertices, {mesh.n_cells:,} triangles, building too: {min(taken):.2f} s"
     )
-    if alone:
-        parts = {name: min(each[name] for each in alone) for name in alone[0]}
-        whole = min(sum(each.values()) for each in alone)
-        said = ", ".join(f"{name} {value:.2f}" for name, value in parts.items())
-        print(f"  embreex's calls alone: {whole:.2f} s ({said}); ours is {min(ours) / whole:.2f} times that")
+    return f"{told}; embreex's calls alone {min(alone):.2f} s" if alone else f"{told}; embreex is missing"
 
 
-def plain_sky(mesh: pv.PolyData, occluders: Occluders, rays: int) -> np.ndarray:
-    """The sky by random directions."""
-    random, normals = np.random.default_rng(1), np.asarray(mesh.point_data.active_normals, np.float64)
-    begins, seen = mesh.points + 1e-5 * normals, np.zeros(mesh.n_points)
-    for _ in range(rays):
-        directions = normals + (sphere := random.normal(size=normals.shape)) / np.linalg.norm(sphere, axis=1)[:, None]
-        directions /= np.linalg.norm(directions, axis=1)[:, None]
-        seen += ~occluders.blocked(begins, directions, np.full(len(begins), np.inf))
-    return seen / rays
-
-
-def by_libigl(mesh: pv.PolyData, rays: int) -> np.ndarray:
-    import igl.embree
-
-    points, normals = (np.asarray(a, np.float64) for a in (mesh.points, mesh.point_data.active_normals))
-    return igl.embree.ambient_occlusion(points, triangles_of(mesh), points, normals, rays)
-
-
-def the_sky(count: int) -> None:
-    mesh = torus(count)
-    occluders = Occluders([BlockingFaces(mesh.points.astype(np.float64), triangles_of(mesh))])
-    occluders.blocked(mesh.points[:1].astype(np.float64), np.array([[0, 0, 1.0]]), np.ones(1))
-    truth = mesh.phong.visibility([], samples=4096).sky
-    bright = ph.Scene([], light_model=ph.LightModel(ambient=1.0))
-    has_libigl = importlib.util.find_spec("igl") is not None
-    if has_libigl:
-        apart = float(np.sqrt(np.mean((by_libigl(mesh, 64) - by_libigl(mesh, 4096)) ** 2)))
-    else:
-        print("libigl is not installed (pip install libigl): not compared")
-    for tolerance in (0.02, 1 / 255):
-        adaptive = mesh.phong.visibility(bright, tolerance=tolerance)
-        error = float(np.sqrt(np.mean((adaptive.sky - truth) ** 2)))
-        ours = least(lambda now=adaptive: partial(getattr, now.afresh(), "sky"))
-        plain = float(np.mean(truth * (1 - truth)) / error**2)
-        per_ray = least(lambda: lambda: plain_sky(mesh, occluders, 16)) / 16
-        print(
-            f"{mesh.n_points} vertices, sky to {tolerance:.4f}: RMS error {error:.4f}, "
-            f"{adaptive.rays / mesh.n_points:.0f} rays a vertex, {ours:.2f} s"
-        )
-        print(
-            f"  as exact by plain rays: {plain:.0f} a vertex, {plain * per_ray:.2f} s, "
-            f"{plain * per_ray / ours:.1f} times ours"
-        )
-        if has_libigl:
-            rays = max(round(64 * (apart / error) ** 2), 1)
-            theirs = least(lambda now=rays: lambda: by_libigl(mesh, now), 2)
-            print(f"  as exact by libigl: {rays} a vertex, {theirs:.2f} s, {theirs / ours:.1f} times ours")
-
-
-def a_drag(count: int) -> None:
-    mesh = torus(count)
-    record = mesh.phong.visibility(LIGHTS)
-    record.channels(range(3), sky=False)
-    times = []
-    for step in range(10):
-        moved = [LIGHTS[0], replace(LIGHTS[1], position=(0.1 * step, 0, 3)), LIGHTS[2]]
-        now = record.for_lights(moved, record.lights)
-        times.append(seconds(lambda now=now: now.channels(range(3), sky=False)))
-    print(f"{mesh.n_points} vertices, one of three lights moves: {1e3 * np.median(times):.0f} ms")
+def drags(count: int) -> str:
+    """Updates of a window's colours while a light moves: its rays, and lighting with what they find."""
+    job, told = penumbra(count), []
+    among = KnownOccluders(Occluders([world_faces(each) for each in (job.mesh, *job.occluders)]), 0)
+    for name, light in (("hard", ph.PointLight(job.light.position)), (f"soft, {PREVIEW} rays", job.light)):
+        live, seconds = LitMesh(job.mesh, ph.Material()), []
+        for step in range(16):
+            moved = replace(light, position=(1.5 + 0.02 * step, -1, 4))
+            scene = ph.Scene([moved], light_model=ph.LightModel(shadows=True))
+            start = time.perf_counter()
+            live.refresh(scene, among, samples=PREVIEW)
+            seconds.append(time.perf_counter() - start)
+        told.append(f"{name} {1 / np.median(seconds[1:]):.0f}")
+    return f"A light dragged over {len(job.points):,} vertices with shadows, updates per second: {', '.join(told)}"
 
 
 def main() -> None:
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
-    print(f"rays by {'Embree' if ray_backend()[0] is not Locator else 'VTK'}")
-    hard_shadows(count)
-    the_sky(count // 20)
-    a_drag(count // 10)
+    parser = ArgumentParser()
+    parser.add_argument("vertices", nargs="?", default=100_000, type=int)
+    parser.add_argument("--figure", help="where curves are drawn")
+    parser.add_argument("--blender", help="a Python that imports bpy")
+    given = parser.parse_args()
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: peers.THREADS])
+    with suppress(kernel.CannotCompile):
+        kernel.compile_all(lambda *_: None)
+    CONSOLE.print(hard_shadows(10 * given.vertices))
+    CONSOLE.print(drags(given.vertices))
+    makes = {"A penumbra": (penumbra, given.vertices), "The sky": (open_sky, given.vertices // 2)}
+    scenes = {name: measured(*make, given.blender) for name, make in makes.items()}
+    for name, ways in scenes.items():
+        CONSOLE.print(error_table(f"{name}, {len(ways[0].job.points):,} vertices: seconds, RMS error", ways))
+    CONSOLE.print(adaptive_table(scenes))
+    if given.figure:
+        figure(scenes, given.figure)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,18 @@ from rich.table import Table
 from pvphong import Material, PointLight, Scene, Viewer
 from pvphong.studies.accuracy.peers import textbook_colors as textbook
 
-__all__ = ["apart", "in_turns", "least_in_turns", "mark", "measured_scene", "table", "textbook", "vertices"]
+__all__ = [
+    "apart",
+    "equal_error_seconds",
+    "in_turns",
+    "least_in_turns",
+    "mark",
+    "measured_scene",
+    "slope",
+    "table",
+    "textbook",
+    "vertices",
+]
 
 
 def measured_scene():
@@ -53,6 +64,19 @@ def in_turns(calls, repeats, clock=time.perf_counter):
 def least_in_turns(calls, repeats, clock=time.perf_counter):
     """Name → seconds of the fastest repeat."""
     return {name: min(times) for name, times in in_turns(calls, repeats, clock).items()}
+
+
+def slope(numbers, errors):
+    """The power with which errors go with numbers: -0.5 for plain random samples."""
+    return float(np.polyfit(np.log(numbers), np.log(errors), 1)[0])
+
+
+def equal_error_seconds(curve, error):
+    """Seconds to an error by pairs of both, falling in the error: on logarithmic axes, where none is beyond extended."""
+    logs = np.log(curve)
+    after = int(np.clip(np.count_nonzero(logs[:, 1] > np.log(error)), 1, len(logs) - 1))
+    (start, above), (end, below) = logs[after - 1], logs[after]
+    return float(np.exp(start + (np.log(error) - above) * (end - start) / (below - above)))
 
 
 def apart(code, *arguments, **environment):

@@ -1,0 +1,296 @@
+"""Other ways to find what vertices see of a sphere light or of the sky, for bench_visibility.py: each in its own words.
+
+Each takes a `Job` and prepares what does not depend on the number of rays; what it gives casts so many rays from every
+vertex, and says how long that took. Two answer another question, and are judged by a truth of their own: Blender casts
+from every corner of every face, a little inside of it, and libigl weights directions evenly, not with the cosine.
+"""
+
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property, partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pyvista as pv
+
+import pvphong as ph
+
+THREADS = 2
+ABOVE = 1e-4
+"""Lengths: so far above the surface plain rays begin; meshes are some six units wide."""
+MITSUBAS_RAYS_AT_ONCE = 2**25
+FAR = 1e6
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is seen of a light, or of the sky where it is None, from the vertices of a mesh of triangles with normals.
+
+    The mesh and the occluders block rays.
+    """
+
+    mesh: pv.PolyData
+    occluders: tuple[pv.PolyData, ...] = ()
+    light: ph.SphereLight | None = None
+
+    @property
+    def scene(self) -> ph.Scene:
+        return ph.Scene([self.light] if self.light else [], light_model=ph.LightModel(ambient=1.0))
+
+    @cached_property
+    def points(self) -> np.ndarray:
+        return np.array(self.mesh.points, np.float32)
+
+    @cached_property
+    def normals(self) -> np.ndarray:
+        return np.array(self.mesh.point_data.active_normals, np.float32)
+
+    @cached_property
+    def triangles(self) -> tuple[np.ndarray, np.ndarray]:
+        """Points, float32, and corners of all that blocks."""
+        whole = pv.merge([self.mesh, *self.occluders], merge_points=False) if self.occluders else self.mesh
+        return np.array(whole.points, np.float32), np.array(whole.regular_faces, np.int64)
+
+    def some(self, step: int) -> "Job":
+        """Every so many-th vertex looks; as much blocks."""
+        few = pv.PolyData(self.mesh.points[::step])
+        few.point_data.active_normals = self.mesh.point_data.active_normals[::step]
+        return Job(few, (self.mesh, *self.occluders), self.light)
+
+
+class Cast(NamedTuple):
+    seconds: float
+    part: np.ndarray
+    """Shape (n,): what each vertex sees."""
+
+
+Caster = Callable[[int], Cast]
+
+
+def timed(work: Callable[[int], np.ndarray]) -> Caster:
+    """The whole call counts."""
+
+    def cast(rays: int) -> Cast:
+        start = time.perf_counter()
+        part = work(rays)
+        return Cast(time.perf_counter() - start, part)
+
+    return cast
+
+
+# --- plain random rays, by embreex's own `run`
+
+
+def _scene_of_embreex(points: np.ndarray, corners: np.ndarray):
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore_scene import EmbreeScene
+
+    scene = EmbreeScene(robust=True)
+    TriangleMesh(scene, points, corners.astype(np.int32))
+    one = np.ones((1, 3), np.float32)
+    scene.run(one, one, dists=one[:, 0], query="OCCLUDED")  # the first ray builds the tree
+    return scene
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
+
+
+def _random_ray(job: Job, points: np.ndarray, normals: np.ndarray, random: np.random.Generator):
+    """For each vertex a direction, a length, and the weight of what arrives from there."""
+    ball = _unit(random.standard_normal(points.shape, np.float32))
+    if job.light is None:  # as the cosine
+        return _unit(normals + ball), np.full(len(points), FAR, np.float32), np.ones(len(points), np.float32)
+    to_light = np.float32(job.light.position) - points  # evenly in the cone in which the sphere is seen
+    distance = np.linalg.norm(to_light, axis=1)
+    axis = to_light / distance[:, None]
+    least = np.sqrt(1.0 - (job.light.radius / distance) ** 2)
+    cosine = 1.0 - random.random(len(points), np.float32) * (1.0 - least)
+    across = _unit(ball - (ball * axis).sum(axis=1)[:, None] * axis)
+    directions = cosine[:, None] * axis + np.sqrt(1.0 - cosine**2)[:, None] * across
+    return directions, distance - np.float32(job.light.radius), np.maximum((directions * normals).sum(axis=1), 0.0)
+
+
+def plain_rays(job: Job) -> Caster:
+    """NumPy makes them, one for each vertex at a time; half of the vertices each on two threads."""
+    scene, begins = _scene_of_embreex(*job.triangles), job.points + np.float32(ABOVE) * job.normals
+
+    def of_some(rays: int, some: slice) -> np.ndarray:
+        random, points, normals = np.random.default_rng(some.start), job.points[some], job.normals[some]
+        sent, seen = np.zeros(len(points)), np.zeros(len(points))
+        for _ in range(rays):
+            directions, lengths, weights = _random_ray(job, points, normals, random)
+            is_free = scene.run(begins[some], directions, dists=lengths, query="OCCLUDED") < 0
+            sent += weights
+            seen += weights * is_free
+        return seen / sent
+
+    def work(rays: int) -> np.ndarray:
+        ends = np.linspace(0, len(begins), THREADS + 1).astype(int).tolist()
+        with ThreadPoolExecutor(THREADS) as pool:
+            return np.concatenate(list(pool.map(partial(of_some, rays), map(slice, ends, ends[1:]))))
+
+    return timed(work)
+
+
+def embreex_alone(mesh: pv.PolyData, lights: list) -> dict[str, float]:
+    """Seconds of embreex's calls for one ray to each light without a size that is faced, on one thread."""
+    points, normals = np.asarray(mesh.points, np.float32), np.asarray(mesh.point_data.active_normals, np.float32)
+    start = time.perf_counter()
+    scene = _scene_of_embreex(points, mesh.regular_faces)
+    taken = {"tree": time.perf_counter() - start, "rays": 0.0}
+    for light in lights:
+        direction = getattr(light, "direction", None)
+        to_light = np.float32(light.position) - points if direction is None else np.float32([direction]) * -1
+        to_light = np.broadcast_to(to_light, points.shape)
+        is_facing = (to_light * normals).sum(axis=1) > 0.0
+        begins, to_light = points[is_facing] + np.float32(1e-5) * normals[is_facing], to_light[is_facing]
+        lengths = np.linalg.norm(to_light, axis=1) if direction is None else np.full(len(begins), FAR, np.float32)
+        start = time.perf_counter()
+        scene.run(begins, _unit(to_light), dists=lengths, query="OCCLUDED")
+        taken["rays"] += time.perf_counter() - start
+    return taken
+
+
+# --- Mitsuba 3
+
+
+def mitsuba(job: Job) -> Caster:
+    """What its `direct` integrator does at a surface, in LLVM mode: multijittered samples of the light, or of a cosine.
+
+    Samples of the light are divided by what they would send if nothing were in between, which its integrator does not
+    do, and which makes its error smaller.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    mi.set_variant("llvm_ad_mono")
+    dr.set_thread_count(THREADS)
+    points, corners = job.triangles
+    shape = mi.Mesh("triangles", len(points), len(corners))
+    parameters = mi.traverse(shape)
+    parameters["vertex_positions"], parameters["faces"] = points.ravel(), corners.astype(np.uint32).ravel()
+    parameters.update()
+    emitter = {"type": "constant"}
+    if job.light:
+        place, radius = list(job.light.position), job.light.radius
+        emitter = {"type": "sphere", "center": place, "radius": radius, "emitter": {"type": "area"}}
+    scene = mi.load_dict({"type": "scene", "triangles": shape, "emitter": emitter})
+    places, normals = mi.Point3f(job.points.T), mi.Normal3f(job.normals.T)
+
+    def of_some(rays: int, first: int, last: int) -> np.ndarray:
+        count = (last - first) * rays
+        sampler = mi.load_dict({"type": "multijitter", "sample_count": rays})
+        sampler.set_samples_per_wavefront(rays)
+        sampler.seed(dr.opaque(mi.UInt32, first), count)
+        row = dr.arange(mi.UInt32, count) // rays + dr.opaque(mi.UInt32, first)
+        at = dr.zeros(mi.SurfaceInteraction3f, count)
+        at.p, at.n = dr.gather(mi.Point3f, places, row), dr.gather(mi.Normal3f, normals, row)
+        if job.light is None:
+            direction = mi.Frame3f(at.n).to_world(mi.warp.square_to_cosine_hemisphere(sampler.next_2d()))
+            is_free = ~scene.ray_test(at.spawn_ray(direction))
+            return np.array(dr.block_sum(dr.select(is_free, mi.Float(1), 0), rays)) / rays
+        chosen, weight = scene.sample_emitter_direction(at, sampler.next_2d(), False)
+        sent = weight[0] * dr.maximum(dr.dot(at.n, chosen.d), 0)
+        is_free = ~scene.ray_test(at.spawn_ray_to(chosen.p))
+        seen, whole = dr.block_sum(dr.select(is_free, sent, 0), rays), dr.block_sum(sent, rays)
+        return np.array(seen / whole)
+
+    def work(rays: int) -> np.ndarray:
+        step, count = max(MITSUBAS_RAYS_AT_ONCE // rays, 1), len(job.points)
+        return np.concatenate([of_some(rays, at, min(at + step, count)) for at in range(0, count, step)])
+
+    return timed(work)
+
+
+# --- libigl
+
+
+def libigl(job: Job) -> Caster:
+    """Its ambient occlusion, whose directions are even."""
+    from igl.embree import EmbreeIntersector, ambient_occlusion
+
+    if job.light is not None:
+        raise NotImplementedError("has no lights")
+    (points, corners), looks = job.triangles, (job.points.astype(float), job.normals.astype(float))
+    triangles = EmbreeIntersector()
+    triangles.init(np.asfortranarray(points), np.asfortranarray(corners, np.int32))
+    return timed(lambda rays: 1.0 - ambient_occlusion(triangles, *looks, rays))
+
+
+# --- Blender
+
+_BAKE = """
+import sys, time
+import bpy, numpy as np
+data, rays = np.load(sys.argv[1]), int(sys.argv[3])
+bpy.ops.wm.read_factory_settings(use_empty=True)
+scene = bpy.context.scene
+scene.render.engine, scene.render.threads_mode, scene.render.threads = "CYCLES", "FIXED", int(sys.argv[4])
+scene.cycles.device, scene.cycles.use_adaptive_sampling = "CPU", False
+scene.world = bpy.data.worlds.new("world")
+scene.world.color = (0, 0, 0)
+scene.world.light_settings.distance = 1e6
+for number in range(int(data["count"])):
+    mesh = bpy.data.meshes.new(str(number))
+    mesh.from_pydata(data[f"points{number}"].tolist(), [], data[f"corners{number}"].tolist())
+    mesh.shade_smooth()
+    thing = bpy.data.objects.new(str(number), mesh)
+    scene.collection.objects.link(thing)
+    if number == 0:
+        looks = thing
+if "place" in data:
+    light = bpy.data.lights.new("light", "POINT")
+    light.shadow_soft_size, light.use_soft_falloff, light.energy = float(data["radius"]), False, 4 * np.pi**2
+    lamp = bpy.data.objects.new("lamp", light)
+    lamp.location = data["place"].tolist()
+    scene.collection.objects.link(lamp)
+looks.data.color_attributes.new("seen", "FLOAT_COLOR", "POINT")
+looks.data.color_attributes.active_color_index = 0
+looks.data.materials.append(bpy.data.materials.new("white"))
+bpy.context.view_layer.objects.active = looks
+looks.select_set(True)
+how = {"type": "DIFFUSE", "pass_filter": {"DIRECT"}} if "place" in data else {"type": "AO"}
+taken = []
+for scene.cycles.samples, scene.cycles.seed in ((1, 0), (rays, rays)):
+    start = time.perf_counter()
+    bpy.ops.object.bake(target="VERTEX_COLORS", **how)
+    taken.append(time.perf_counter() - start)
+seen = np.zeros((len(looks.data.vertices), 4), np.float32)
+looks.data.color_attributes["seen"].data.foreach_get("color", seen.ravel())
+np.savez(sys.argv[2], seen=seen[:, 0], seconds=(taken[1] - taken[0]) * rays / (rays - 1))
+"""
+
+
+def blender(job: Job, *, python: str | None) -> Caster:
+    """Cycles bakes colours of vertices, in a process of its own: `python` is one that imports `bpy`.
+
+    What a bake of one sample takes is taken off. Light is divided by what would arrive if nothing were in between.
+    """
+    if python is None:
+        raise FileNotFoundError("no Python with bpy was named")
+    subprocess.run([python, "-c", "import bpy"], check=True, capture_output=True)
+    meshes = [job.mesh, *job.occluders]
+    data = {f"points{number}": np.array(mesh.points) for number, mesh in enumerate(meshes)}
+    data |= {f"corners{number}": np.array(mesh.regular_faces) for number, mesh in enumerate(meshes)}
+    unblocked = np.ones(len(job.points))
+    if job.light:
+        data |= {"place": job.light.position, "radius": job.light.radius}
+        to_light = np.array(job.light.position) - job.points
+        unblocked = (to_light * job.normals).sum(axis=1) / np.linalg.norm(to_light, axis=1) ** 3
+
+    def cast(rays: int) -> Cast:
+        with tempfile.TemporaryDirectory() as folder:
+            given, result = Path(folder) / "given.npz", Path(folder) / "result.npz"
+            np.savez(given, count=len(meshes), **data)
+            command = [python, "-c", _BAKE, str(given), str(result), str(rays), str(THREADS)]
+            subprocess.run(command, check=True, capture_output=True)
+            with np.load(result) as found:
+                return Cast(float(found["seconds"]), found["seen"] / unblocked)
+
+    return cast
