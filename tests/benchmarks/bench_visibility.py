@@ -2,11 +2,11 @@
 
     python tests/benchmarks/bench_visibility.py [vertices] [--figure FILE] [--blender PYTHON]
 
-Two scenes: the penumbra of a torus on a plane of 100,000 vertices, or as many as are given, and the sky as a knot of half
-as many sees it. Time is without preparation (trees of triangles, compiling); the least of some turns in one run counts,
-so that ratios hold on a busy machine too. All have two threads. Errors are RMS over all vertices, against 4096 rays of
-ours that are chosen with other numbers, or a truth of their own (`ray_peers` says whose and why). What takes long looks
-from some of the vertices, and its time is multiplied: VTK, libigl, and Blender, which bakes a coarser mesh.
+Two scenes: the penumbra of a torus on a plane of 100,000 vertices, or as many as are given, and the sky as a knot of
+half as many sees it. Time is without preparation (trees of triangles, compiling); the least of some turns in one run
+counts, so that ratios hold on a busy machine too. All have two threads. Errors are RMS over all vertices, against 4096
+rays of ours that are chosen with other numbers, or a truth of their own (`ray_peers` says whose and why). What takes
+long looks from some of the vertices, and its time is multiplied: VTK, libigl, and Blender, which bakes a coarser mesh.
 
 Others that are compared if they are there: `pip install mitsuba libigl`, Mitsuba with LLVM's library; and with
 `--blender` a Python that has `pip install bpy`. Those that are missing are named.
@@ -36,7 +36,8 @@ from pvphong.rays.casting import Embree, Embreex, Locator, Occluders, ray_backen
 from pvphong.shading import kernel
 from pvphong.studio.lit_actors import LitMesh
 
-TURNS, RAYS, TRUTH, BLENDERS_TRUTH = 2, (16, 64, 256), 4096, 2048
+TURNS, QUICK, RAYS, TRUTH, BLENDERS_TRUTH = 3, 5.0, (16, 64, 256), 4096, 2048
+"""Ways that take less than `QUICK` seconds have so many turns, others one after their first answers."""
 JUDGED_AT = RAYS.index(256)
 """Seconds are compared at the error that we have with so many rays."""
 SLOW, VERTICES_OF_BLENDER, PREVIEW = 64, 1200, 16
@@ -97,8 +98,8 @@ def ours(job: Job, *, backend: type | None = None) -> Caster:
 def truth_of(job: Job) -> np.ndarray:
     """With the vertices in reverse order, so that each has other rays."""
     last = job.mesh.n_points - 1
-    turned = pv.PolyData.from_regular_faces(job.mesh.points[::-1], last - job.mesh.regular_faces)
-    turned.point_data.active_normals = job.mesh.point_data.active_normals[::-1]
+    turned = pv.PolyData.from_regular_faces(np.array(job.mesh.points[::-1]), last - job.mesh.regular_faces)
+    turned.point_data.active_normals = np.array(job.mesh.point_data.active_normals[::-1])
     return ours(replace(job, mesh=turned))(TRUTH).part[::-1]
 
 
@@ -117,20 +118,24 @@ class Way:
     obstacle: str = ""
 
     def begin(self) -> None:
-        """Prepare, and have first answers, which are not timed."""
+        """Prepare, and have first answers."""
         self.seconds = dict.fromkeys(self.rays, np.inf)
         try:
             self.cast = self.prepare(self.job)
             truth = self.cast(self.truth).part if isinstance(self.truth, int) else self.truth
-            self.errors = {rays: float(np.sqrt(np.mean((self.cast(rays).part - truth) ** 2))) for rays in self.rays}
+            parts = self.measure()
+            self.errors = {rays: float(np.sqrt(np.mean((part - truth) ** 2))) for rays, part in parts.items()}
         except NotImplementedError as reason:
             self.obstacle = str(reason)
         except (ImportError, OSError, RuntimeError, subprocess.SubprocessError) as reason:
             self.obstacle = f"missing: {str(reason).splitlines()[0]}"
 
-    def measure(self) -> None:
-        for rays in self.rays:
-            self.seconds[rays] = min(self.seconds[rays], self.cast(rays).seconds / self.share)
+    def measure(self) -> dict[int, np.ndarray]:
+        """What is seen, by rays."""
+        casts = {rays: self.cast(rays) for rays in self.rays}
+        self.seconds = {rays: min(self.seconds[rays], cast.seconds / self.share) for rays, cast in casts.items()}
+        self.takes = sum(cast.seconds for cast in casts.values())
+        return {rays: cast.part for rays, cast in casts.items()}
 
     @property
     def curve(self) -> list[tuple[float, float]]:
@@ -159,9 +164,9 @@ def measured(make: Callable[[int], Job], count: int, blender: str | None) -> lis
     ]
     for way in ways:
         way.begin()
-    for _ in range(TURNS):
+    for turn in range(TURNS):
         for way in ways:
-            if not way.obstacle:
+            if not way.obstacle and (turn == 0 or way.takes < QUICK):
                 way.measure()
     return ways
 
@@ -237,7 +242,7 @@ def hard_shadows(count: int) -> str:
     side, taken, alone = round(count**0.5), [], []
     mesh = pv.ParametricTorus(u_res=side, v_res=side).triangulate()
     mesh.point_data.active_normals = ph.vertex_normals(mesh)
-    for _ in range(TURNS + 1):
+    for _ in range(TURNS):
         seen = mesh.phong.visibility(LIGHTS)
         taken.append(timed(lambda _, seen=seen: seen.per_light)(0).seconds)
         with suppress(ImportError):
@@ -256,7 +261,7 @@ def drags(count: int) -> str:
         live, seconds = LitMesh(job.mesh, ph.Material()), []
         for step in range(16):
             moved = replace(light, position=(1.5 + 0.02 * step, -1, 4))
-            scene = ph.Scene([moved], light_model=ph.LightModel(shadows=True))
+            scene = ph.Scene([moved], ph.Viewer(), light_model=ph.LightModel(shadows=True))
             start = time.perf_counter()
             live.refresh(scene, among, samples=PREVIEW)
             seconds.append(time.perf_counter() - start)
@@ -276,9 +281,9 @@ def main() -> None:
         kernel.compile_all(lambda *_: None)
     CONSOLE.print(hard_shadows(10 * given.vertices))
     CONSOLE.print(drags(given.vertices))
-    makes = {"A penumbra": (penumbra, given.vertices), "The sky": (open_sky, given.vertices // 2)}
-    scenes = {name: measured(*make, given.blender) for name, make in makes.items()}
-    for name, ways in scenes.items():
+    scenes = {}
+    for name, make, count in (("A penumbra", penumbra, given.vertices), ("The sky", open_sky, given.vertices // 2)):
+        ways = scenes[name] = measured(make, count, given.blender)
         CONSOLE.print(error_table(f"{name}, {len(ways[0].job.points):,} vertices: seconds, RMS error", ways))
     CONSOLE.print(adaptive_table(scenes))
     if given.figure:

@@ -72,7 +72,7 @@ def slope(numbers, errors):
 
 
 def equal_error_seconds(curve, error):
-    """Seconds to an error by pairs of both, falling in the error: on logarithmic axes, where none is beyond extended."""
+    """Seconds to an error, by pairs of both along a curve: interpolated on logarithmic axes, or extended."""
     logs = np.log(curve)
     after = int(np.clip(np.count_nonzero(logs[:, 1] > np.log(error)), 1, len(logs) - 1))
     (start, above), (end, below) = logs[after - 1], logs[after]

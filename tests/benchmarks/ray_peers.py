@@ -233,9 +233,6 @@ bpy.ops.wm.read_factory_settings(use_empty=True)
 scene = bpy.context.scene
 scene.render.engine, scene.render.threads_mode, scene.render.threads = "CYCLES", "FIXED", int(sys.argv[4])
 scene.cycles.device, scene.cycles.use_adaptive_sampling = "CPU", False
-scene.world = bpy.data.worlds.new("world")
-scene.world.color = (0, 0, 0)
-scene.world.light_settings.distance = 1e6
 for number in range(int(data["count"])):
     mesh = bpy.data.meshes.new(str(number))
     mesh.from_pydata(data[f"points{number}"].tolist(), [], data[f"corners{number}"].tolist())
@@ -250,6 +247,9 @@ if "place" in data:
     lamp = bpy.data.objects.new("lamp", light)
     lamp.location = data["place"].tolist()
     scene.collection.objects.link(lamp)
+else:
+    scene.world = bpy.data.worlds.new("world")
+    scene.world.light_settings.distance = 1e6
 looks.data.color_attributes.new("seen", "FLOAT_COLOR", "POINT")
 looks.data.color_attributes.active_color_index = 0
 looks.data.materials.append(bpy.data.materials.new("white"))
