@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import importlib.util
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext
@@ -393,6 +394,43 @@ class PlotterPhong:
     def _interactions(self) -> list[Interaction]:
         """The interactions of the subplots that have gizmos."""
         return [each.interaction for each in self._subplots if each.interaction is not None]
+
+    # -- the studio --------------------------------------------------------------------------------------
+
+    def studio(self, *, port: int = 0, host: str = "127.0.0.1", browser: bool = True) -> Any:
+        """Edit lights, materials and light model of the active subplot in a web page, with the gizmos in its view.
+
+        Needs the extra `trame`. What is edited there is the plotter's own: afterwards `lights`, `scene` and the
+        materials of its meshes are as they were left. In a notebook the page stands below the cell, and the cell ends;
+        elsewhere this prints the page's address, and ends with Ctrl-C.
+
+        Parameters
+        ----------
+        port : int, default 0
+            The port to listen on; 0 is one that is free.
+        host : str, default "127.0.0.1"
+            The address to listen on: by default this machine serves itself alone. For any other, the page's address
+            ends with a token, without which nothing is answered.
+        browser : bool, default True
+            Whether to open the page in a browser; not in a notebook.
+
+        Returns
+        -------
+        StudioFrame or None
+            In a notebook, what shows the page there.
+
+        Raises
+        ------
+        ValueError
+            If an argument is not allowed, or the extra is not installed.
+        """
+        if importlib.util.find_spec("trame_pyvista") is None:
+            check.refuse("plotter.phong.studio", "none of its packages", "installed", 'pip install "pvphong[trame]".')
+        from pvphong.studio.web.serving import serve
+
+        if not self.gizmos:
+            self.add_gizmos()
+        return serve(self._plotter, self._subplot, self._history, port=port, host=host, browser=browser)
 
     # -- pictures and exports ----------------------------------------------------------------------------
 

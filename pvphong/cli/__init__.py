@@ -7,8 +7,8 @@ crash in a library: one line on the error output says which. Ctrl-C gives 130, a
 
 In the order in which to read it: `supervisor` (a light parent, of whose child even a crash comes to one line), `app`
 (the commands put together, and `compile`), `options` (what several commands take, what they read, and what is shown
-while they work), then the commands `shade`, `reports` (`plan`, `validate`, `tradeoff`, `diagnose`), `view` and `demo`,
-all of which call `mesh.phong`.
+while they work), then the commands `shade`, `reports` (`plan`, `validate`, `tradeoff`, `diagnose`), `view`, `studio`
+and `demo`, all of which call `mesh.phong` or `plotter.phong`.
 """
 
 from pvphong.cli.supervisor import main

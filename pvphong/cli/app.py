@@ -16,6 +16,7 @@ from rich.progress import Progress
 from pvphong.cli.demo import demo
 from pvphong.cli.reports import diagnose, plan, tradeoff, validate
 from pvphong.cli.shade import shade
+from pvphong.cli.studio import studio
 from pvphong.cli.view import view
 from pvphong.rays.casting import ray_backend
 from pvphong.shading import kernel
@@ -48,7 +49,7 @@ def compile_code() -> int:
 
 
 _COMMANDS = {
-    **{command.__name__: command for command in (demo, shade, view, plan, validate, tradeoff, diagnose)},
+    **{command.__name__: command for command in (demo, shade, view, studio, plan, validate, tradeoff, diagnose)},
     "compile": compile_code,
 }
 app = App(

@@ -12,13 +12,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cache, partial
-from typing import Any
+from typing import Any, ClassVar
 
 from pvphong.base import check
 from pvphong.base.check import Check
 from pvphong.base.types import Vector
 
 Map = Callable[[Vector], Vector]
+
+MESH_UNIT = "mesh unit"
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,11 @@ class Role:
     check: Check
     handle: str = ""
 
+    unit: ClassVar[str] = ""
+    """What its numbers are measured in."""
+    labels: ClassVar[tuple[str, ...]] = ()
+    """What each number is called, where there are several."""
+
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 a number is the same in all frames
         """The value in another frame, which two functions take points and vectors to."""
         return value
@@ -48,6 +55,9 @@ class Role:
 class Place(Role):
     """Where a light is: three coordinates."""
 
+    unit: ClassVar[str] = MESH_UNIT
+    labels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
+
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 it is a point
         """The point."""
         return point(value)
@@ -59,6 +69,8 @@ class Place(Role):
 
 class Direction(Role):
     """A vector of any length."""
+
+    labels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
 
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 it is a vector
         """The vector."""
@@ -83,6 +95,9 @@ class Aim(Direction):
 class Corners(Role):
     """Where the corners of a light are: points one after the other around it."""
 
+    unit: ClassVar[str] = MESH_UNIT
+    labels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
+
     def mapped(self, value: Any, point: Map, vector: Map) -> Any:  # noqa: ARG002 they are points
         """The points."""
         return tuple(point(corner) for corner in value)
@@ -103,6 +118,8 @@ class Length(Role):
     share: float = 1.0
     axis: int = 0
 
+    unit: ClassVar[str] = MESH_UNIT
+
 
 @dataclass(frozen=True)
 class Angle(Role):
@@ -117,13 +134,19 @@ class Angle(Role):
     least: float = 0.0
     most: float = 180.0
 
+    unit: ClassVar[str] = "°"
+
 
 class Turn(Role):
     """The degrees by which a light is turned around what is up, counter-clockwise; its front then is `axes[0]`."""
 
+    unit: ClassVar[str] = "°"
+
 
 class Falloff(Role):
-    """How the light weakens."""
+    """How the light weakens: the coefficients of the distance, or as its kinds say."""
+
+    labels: ClassVar[tuple[str, ...]] = ("constant", "linear", "quadratic")
 
 
 class Power(Falloff):

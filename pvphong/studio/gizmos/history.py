@@ -5,13 +5,19 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, Protocol
 
-from pvphong.studio.lit_actors import LitActors
-from pvphong.studio.window_lights import WindowLights
 
-Editable = WindowLights | LitActors
-"""What edits change: the lights of a subplot, or the materials of its meshes."""
+class Editable(Protocol):
+    """What edits change: the lights of a subplot, the materials of its meshes, or all that a studio shows."""
+
+    @property
+    def state(self) -> Any:
+        """What it is now, to be compared, and for `revert`."""
+
+    def revert(self, now: Any, then: Any) -> None:
+        """Undo what changed from the state `then` to the state `now`."""
+
 
 _LONGEST = 256
 _Steps = deque[tuple[Editable, Any, Any]]
@@ -29,6 +35,16 @@ class History:
         if after != before:
             self._done.append((edited, before, after))
             self._undone.clear()
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is a step to take back."""
+        return bool(self._done)
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether there is a step that was undone."""
+        return bool(self._undone)
 
     @contextmanager
     def edit(self, edited: Editable) -> Iterator[None]:

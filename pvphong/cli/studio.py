@@ -1,0 +1,59 @@
+"""`pvphong studio`: a lit mesh in a web page, with panels for its lights, materials and scene."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from typing import Annotated
+
+import pyvista as pv
+from cyclopts import Parameter
+
+from pvphong.base import check
+from pvphong.cli.options import SIZE, Lighting, seeing
+from pvphong.cli.view import BACKGROUND
+from pvphong.meshes.pictures import aim, drawing_window, preferring
+
+
+def studio(
+    mesh: str,
+    /,
+    *,
+    scene: Path | None = None,
+    port: int = 0,
+    host: str = "127.0.0.1",
+    no_browser: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+) -> None:
+    """Light a mesh in the browser: its lights, material and scene in panels, gizmos in its view; Ctrl-C ends it.
+
+    Parameters
+    ----------
+    mesh
+        A file of any format that PyVista reads.
+    scene
+        Lights, viewer, light model, materials, as Scene.save writes them (JSON).
+    port
+        The port to listen on; 0 is one that is free.
+    host
+        The address to listen on. By default this machine serves itself alone; for any other the page's address ends
+        with a token, without which nothing is answered.
+    no_browser
+        Do not open a browser; the page's address is printed alone on the last line.
+    """
+    if importlib.util.find_spec("trame_pyvista") is None:
+        check.refuse("pvphong studio", "none of its packages", "installed", 'pip install "pvphong[trame]".')
+    from pvphong.studio.web.serving import free_port
+
+    port = free_port(host, port)  # refused before anything is read
+    outside, rig, material = Lighting(scene=scene).read(mesh)
+    rig = seeing(rig, outside, SIZE)
+    with preferring(drawing_window()):
+        plotter = pv.Plotter(off_screen=True, window_size=list(SIZE), lighting="none")
+    plotter.set_background(BACKGROUND)
+    aim(plotter, rig.viewer)
+    plotter.phong.light_model = rig.light_model
+    for light in rig.lights:
+        plotter.phong.add_light(light)
+    plotter.phong.add_mesh(outside, material)
+    plotter.reset_camera_clipping_range()
+    plotter.phong.studio(port=port, host=host, browser=not no_browser)

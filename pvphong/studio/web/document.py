@@ -1,0 +1,396 @@
+"""The document that a studio edits: lights, materials, light model and tolerance, with one history for all of it.
+
+Edits name what they change by a key: "light.3.intensity", "material.0.diffuse", "reflectance.0.roughness",
+"model.shadows", "accuracy.tolerance". The number of a light stays its own for as long as the studio runs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import MISSING, dataclass, replace
+from dataclasses import fields as dataclass_fields
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from pvphong.base import check
+from pvphong.base.types import Vector
+from pvphong.base.vectors import unit_vector
+from pvphong.optics.light import Light
+from pvphong.optics.lights import LIGHT_TYPES
+from pvphong.optics.material import Material, as_material
+from pvphong.optics.reflectances import REFLECTANCES
+from pvphong.optics.roles import Aim, Corners, Length, Place, Up
+from pvphong.scene.scene import Scene
+from pvphong.scene.viewer import Viewer
+from pvphong.studio.gizmos import Gizmo, Gizmos, History, commands
+from pvphong.studio.gizmos.gizmo import called
+from pvphong.studio.lit_actors import SharedMaterial
+from pvphong.studio.subplot import Subplot
+from pvphong.studio.web.fields import edited, fields_of, form_of, has_stops
+from pvphong.studio.window_lights import RendererLight
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """How exact colours have to be.
+
+    Parameters
+    ----------
+    tolerance : float, default 0
+        Largest colour error that may be traded for time, of 1 = full; 1/255 = 0.0039 is one step of a display. The plan
+        and what is downloaded keep to it; the view is exact.
+    """
+
+    tolerance: float = check.field(partial(check.number, at_least=0.0, at_most=0.1), 0.0)
+
+    def __post_init__(self) -> None:
+        check.fields(self)
+
+
+_IN_ROW = ("name", "on", "diffuse", "intensity")
+"""Fields of a light that its row shows."""
+
+# In sizes of the scene: where a new light stands off its middle, to the right, up and towards the viewer, and how large
+# it is. The colour that a white surface gets from it there.
+_PLACE, _LARGE, _BRIGHT = (-0.6, 0.6, 0.5), 0.2, 0.6
+_MOST_STOPS = 100.0
+
+_ACTS: Mapping[str, Callable[[Gizmos, Gizmo], Any]] = {
+    "duplicate": commands.duplicate,
+    "delete": commands.delete,
+    "solo": commands.solo,
+    "to camera": commands.to_camera,
+    "reset": commands.reset,
+}
+
+
+class Document:
+    """What a studio edits.
+
+    Parameters
+    ----------
+    phong : PlotterPhong
+        The lighting of the plotter, whose light model this sets.
+    subplot : Subplot
+        Its lights, lit meshes and gizmos.
+    history : History
+        The one that gizmos write to as well.
+    """
+
+    def __init__(self, phong: Any, subplot: Subplot, history: History) -> None:
+        self._phong, self._subplot, self.history = phong, subplot, history
+        self.accuracy = Accuracy()
+        self._numbers: dict[RendererLight, int] = {}
+        self._last_number = 0
+        self._middles: dict[str, float] = {}
+        self._sliding: tuple[str, Any] | None = None
+
+    # -- as one thing that history can turn back
+
+    @property
+    def state(self) -> Any:
+        """Everything that can be edited, as history keeps it."""
+        return self._subplot.lights.state, self._subplot.lit.state, self._phong.light_model, self.accuracy
+
+    def revert(self, now: Any, then: Any) -> None:
+        """Undo what changed from `then` to `now`."""
+        self._subplot.lights.revert(now[0], then[0])
+        self._subplot.lit.revert(now[1], then[1])
+        if now[2] != then[2]:
+            self._phong.light_model = then[2]
+        if now[3] != then[3]:
+            self.accuracy = then[3]
+
+    @contextmanager
+    def _step(self) -> Iterator[None]:
+        """What is done inside becomes one step, if all meshes can be lit then; else everything is as before."""
+        self.settle()
+        before = self.state
+        try:
+            yield
+            for mesh in self._subplot.lit.shown:
+                self._subplot.lit.light(mesh)
+        except ValueError:
+            self.revert(self.state, before)
+            raise
+        self.history.record(self, before)
+
+    def undo(self) -> bool:
+        """Take the last step back, whoever made it; False if there is none."""
+        self.settle()
+        return self.history.undo()
+
+    def redo(self) -> bool:
+        """Take the last step that was undone again; False if there is none."""
+        self.settle()
+        return self.history.redo()
+
+    # -- edits of one value
+
+    def edit(self, key: str, given: Any, index: Sequence[int] = ()) -> None:
+        """Give one field another value, as one step.
+
+        Raises
+        ------
+        ValueError
+            If there is no such field, or the value is not allowed; everything is as before then.
+        """
+        with self._step():
+            self._set(key, lambda value, name: edited(value, name, given, index))
+
+    def slide(self, key: str, given: Any) -> None:
+        """Move a number's slider, or a colour in its picker; all moves until `settle` are one step."""
+        if self._sliding is None or self._sliding[0] != key:
+            self.settle()
+            self._sliding = key, self.state
+        self._set(key, partial(_slid, given))
+
+    def settle(self) -> None:
+        """Whatever was slid becomes a step."""
+        sliding, self._sliding = self._sliding, None
+        if sliding is not None:
+            self.history.record(self, sliding[1])
+
+    def _set(self, key: str, change: Callable[[Any, str], Any]) -> None:
+        """Change what a key names, by a function of a dataclass and of a field's name."""
+        what, *rest = check.text("key", key).split(".")
+        if what == "accuracy" and len(rest) == 1:
+            self.accuracy = change(self.accuracy, rest[0])
+        elif what == "model" and len(rest) == 1:
+            self._phong.light_model = change(self._phong.light_model, rest[0])
+        elif what == "light" and len(rest) == 2:
+            self._set_light(self._light(rest[0]), rest[1], change)
+        elif what == "material" and len(rest) == 2:
+            shared = self._material(rest[0])
+            shared.material = change(shared.material, rest[1])
+        elif what == "reflectance" and len(rest) == 2:
+            shared = self._material(rest[0])
+            if shared.material.reflectance is None:
+                check.refuse("key", key, "that of a field that is there")
+            shared.material = replace(shared.material, reflectance=change(shared.material.reflectance, rest[1]))
+        else:
+            check.refuse("key", key, "that of a field")
+
+    def _set_light(self, renderer_light: RendererLight, name: str, change: Callable[[Any, str], Any]) -> None:
+        viewer = self._subplot.lights.viewer
+        before: Light = renderer_light.light(viewer)
+        after: Light = change(before, name)
+        if after.frame != before.frame:  # it stays where it is
+            after = before.in_world(viewer).in_frame(after.frame, viewer)
+        if after.name and after.name != before.name:
+            taken = [light.name for light in self._subplot.lights.values]
+            if after.name in taken:
+                check.refuse("name", after.name, "one that no other light has")
+        renderer_light.set(after, viewer)
+
+    # -- lights
+
+    @property
+    def gizmos(self) -> Gizmos:
+        """The gizmos of the view."""
+        assert self._subplot.interaction is not None, "a studio has gizmos"
+        return self._subplot.interaction.gizmos
+
+    def number(self, renderer_light: RendererLight) -> int:
+        """The number by which keys name a light."""
+        if renderer_light not in self._numbers:
+            self._last_number += 1
+            self._numbers[renderer_light] = self._last_number
+        return self._numbers[renderer_light]
+
+    def _light(self, number: Any) -> RendererLight:
+        for each in self._subplot.lights.renderer_lights:
+            if str(self.number(each)) == str(number):
+                return each
+        return check.refuse("light", number, "one that is still there")
+
+    def add(self, kind: str) -> None:
+        """Add a light of a kind, by its name in files, which shines on the scene from the upper left; select it."""
+        made = LIGHT_TYPES[check.choice("kind", kind, LIGHT_TYPES)]
+        center, size = self.gizmos.extent
+        light = placed_before(made(), center, size, self._subplot.lights.viewer)
+        name = commands.free_name(kind, {known.name for known in self._subplot.lights.values})
+        with self._step():
+            self.gizmos.add(replace(light, name=name))
+
+    def act(self, what: str, number: Any) -> str:
+        """Duplicate, delete, solo a light, bring it to the camera, or reset it; gives what is to be said of it."""
+        act = _ACTS[check.choice("what", what, _ACTS)]
+        self.select(number)
+        gizmos, gizmo = self.gizmos, self.gizmos.selected
+        assert gizmo is not None
+        gizmos.notice = ""
+        with self._step():
+            changed = act(gizmos, gizmo)
+            if changed is not None:
+                gizmo.renderer_light.set(changed, self._subplot.lights.viewer)
+        return gizmos.notice
+
+    def select(self, number: Any) -> None:
+        """Select a light, in the list as in the view; none if the number is None."""
+        chosen = None if number is None else self._light(number)
+        self.gizmos.select(next((gizmo for gizmo in self.gizmos.all if gizmo.renderer_light is chosen), None))
+
+    def replace_all(self, scene: Scene, materials: Mapping[str, Material], default: str) -> None:
+        """Take over lights, light model and materials of a rig, as one step.
+
+        Parameters
+        ----------
+        scene : Scene
+            Its viewer is not taken over.
+        materials : mapping
+            By name; one of those that have none in it keeps its own.
+        default : str
+            The name of the material of what has no name.
+        """
+        with self._step():
+            for each in self._subplot.lights.renderer_lights:
+                self._subplot.lights.remove(each)
+            for light in scene.lights:
+                self._subplot.lights.add(light)
+            self._phong.light_model = scene.light_model
+            for name, shared in self.materials.items():
+                found = materials.get(name, materials.get(default))
+                if found is not None:
+                    shared.material = found
+
+    # -- materials
+
+    @property
+    def materials(self) -> dict[str, SharedMaterial]:
+        """The materials of the visible meshes, each once, by the name of the first mesh that has it."""
+        found: dict[SharedMaterial, str] = {}
+        for mesh in self._subplot.lit.shown:
+            found.setdefault(mesh.shared_material, self.mesh_name(mesh))
+        return {name: shared for shared, name in found.items()}
+
+    def mesh_name(self, mesh: Any) -> str:
+        """What a mesh is called: as it was drawn, in brackets the block; "" if it was drawn without a name."""
+        names = [name for name, actor in self._subplot.renderer.actors.items() if actor is mesh.actor]
+        return names[0] if names and "(Addr=" not in names[0] else f"mesh {1 + self._subplot.lit.meshes.index(mesh)}"
+
+    def _material(self, number: Any) -> SharedMaterial:
+        materials = list(self.materials.values())
+        if not str(number).isdecimal() or int(number) >= len(materials):
+            check.refuse("material", number, "one that is there")
+        return materials[int(number)]
+
+    def choose_material(self, number: Any, name: str) -> None:
+        """Make a material one of the named; albedo and tangents stay the mesh's own."""
+        with self._step():
+            shared = self._material(number)
+            own = shared.material
+            shared.material = replace(as_material(name), albedo=own.albedo, tangents=own.tangents)
+
+    def choose_reflectance(self, number: Any, name: str) -> None:
+        """Give a material another reflectance, by its name in files; "" is the light model's."""
+        with self._step():
+            shared = self._material(number)
+            reflectance = new_reflectance(name) if name else None
+            shared.material = replace(shared.material, reflectance=reflectance)
+
+    # -- what the page shows
+
+    def shown(self) -> dict[str, Any]:
+        """All of it as plain values, by the names that the page has for them."""
+        viewer, gizmos = self._subplot.lights.viewer, self.gizmos
+        selected, soloed = gizmos.selected, gizmos.soloed
+        lights = []
+        for each in self._subplot.lights.renderer_lights:
+            light, number = each.light(viewer), self.number(each)
+            key = f"light.{number}"
+            is_selected = selected is not None and selected.renderer_light is each
+            entries = {entry["name"]: entry for entry in form_of(light, key, self._middles)}
+            lights.append(
+                {
+                    "number": number,
+                    "called": called(light),
+                    "kind": kind_of(light),
+                    "selected": is_selected,
+                    "soloed": each is soloed,
+                    **{name: entries[name] for name in _IN_ROW},
+                    "fields": [entry for name, entry in entries.items() if is_selected and name not in _IN_ROW],
+                }
+            )
+        materials = []
+        for number, (name, shared) in enumerate(self.materials.items()):
+            material = shared.material
+            reflectance = material.reflectance
+            materials.append(
+                {
+                    "number": number,
+                    "name": name,
+                    "preset": commands.name_of(material),
+                    "fields": form_of(material, f"material.{number}", self._middles, hidden=("reflectance",)),
+                    "reflectance": next((k for k, v in REFLECTANCES.items() if type(reflectance) is v), ""),
+                    "reflectance_fields": []
+                    if reflectance is None
+                    else form_of(reflectance, f"reflectance.{number}", self._middles),
+                }
+            )
+        return {
+            "lights": lights,
+            "materials": materials,
+            "model": form_of(self._phong.light_model, "model", self._middles),
+            "tolerance": form_of(self.accuracy, "accuracy", self._middles)[0],
+            "can_undo": self.history.can_undo or self._sliding is not None,
+            "can_redo": self.history.can_redo,
+        }
+
+
+def _slid(given: Any, value: Any, name: str) -> Any:
+    """A dataclass with another value in a field, as its slider or its colour picker gives it."""
+    field = next((each for each in fields_of(type(value)) if each.name == name), None)
+    if field is None or field.kind not in ("number", "color"):
+        check.refuse("field", name, "one that has a slider or a picker")
+    if field.kind == "number":
+        given = check.number(name, given)
+        if has_stops(field):
+            given = 2.0 ** min(max(given, -_MOST_STOPS), _MOST_STOPS)
+    return edited(value, name, given)
+
+
+def kind_of(light: Light) -> str:
+    """What scene files call a kind of light."""
+    return next((name for name, kind in LIGHT_TYPES.items() if type(light) is kind), type(light).__name__)
+
+
+def new_reflectance(name: str) -> Any:
+    """A reflectance by its name in files; what has no default is in the middle of what is allowed, or grey."""
+    kind = REFLECTANCES[check.choice("reflectance", name, REFLECTANCES)]
+    missing = {each.name for each in dataclass_fields(kind) if each.default is MISSING}
+    given: dict[str, Any] = {
+        field.name: 0.5 if field.kind == "color" else 0.5 * (field.least + field.most)
+        for field in fields_of(kind)
+        if field.name in missing
+    }
+    return kind(**given)
+
+
+def placed_before(light: Light, center: Vector, size: float, viewer: Viewer) -> Light:
+    """A light of the world that shines on a scene from the upper left, as bright as its roles and its size allow.
+
+    Parameters
+    ----------
+    light : Light
+        One with the defaults of its kind.
+    center, size
+        The scene's middle, and half its diagonal.
+    viewer : Viewer
+        Where left and up are.
+    """
+    middle, axes = np.array(center), viewer.axes
+    place = middle + size * np.array(_PLACE) @ axes
+    ahead = np.array(unit_vector((middle - place).tolist()))
+    across = np.array(unit_vector(np.cross(axes[1], ahead).tolist()))
+    local = np.stack([across, np.cross(across, ahead), -ahead])  # flat lights face along −z by themselves
+    light = light.with_values(Place, place.tolist()).with_values(Aim, (middle - place).tolist())
+    light = light.with_values(Length, _LARGE * size).with_values(Up, viewer.up)
+    for corners in light.values(Corners):
+        light = light.with_values(Corners, (place + 2.0 * _LARGE * size * np.array(corners) @ local).tolist())
+    strength = float(np.broadcast_to(light.arrival(middle[:, None]).strength, 1)[0])
+    return replace(light, intensity=_BRIGHT / strength) if 0.0 < strength < math.inf else light

@@ -1,0 +1,264 @@
+"""Forms: what the studio's page shows of a light, a material, a reflectance, a light model, and how it is edited.
+
+Everything is asked of the class. Its docstring says what each field is ("radius : float, default 1") and what it means,
+its check between which numbers it lies, its role in which unit. So a new light is in the studio without a line here.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import math
+import re
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any, Literal, NamedTuple
+
+from pvphong.base import check
+from pvphong.base.types import rgb
+from pvphong.optics.maps import Map
+
+Kind = Literal["number", "numbers", "points", "color", "flag", "choice", "text", "reflectance"]
+
+_KINDS: Mapping[str, Kind] = {
+    "float": "number",
+    "sequence of float": "numbers",
+    "sequence of points": "points",
+    "color": "color",
+    "bool": "flag",
+    "str": "text",
+    "Reflectance": "reflectance",
+}
+"""How a docstring's type begins → what its input is."""
+
+_SECTION = re.compile(r"^Parameters\n-+\n(.*?)(?=^\w[^\n]*\n-+\n|\Z)", re.MULTILINE | re.DOTALL)
+_ENTRY = re.compile(r"^(\w[\w, ]*) : ([^\n]+)\n((?:    [^\n]*\n|\n)*)", re.MULTILINE)
+_NOT_TEXT = re.compile(r"[`*]")
+
+_STOPS = 8.0
+"""A slider of a number without an upper end reaches so many stops up and down: 2⁸ = 256 times as much or as little."""
+
+
+class Field(NamedTuple):
+    """One field of a dataclass, for a form."""
+
+    name: str
+    kind: Kind
+    help: str
+    unit: str = ""
+    labels: tuple[str, ...] = ()
+    least: float = -math.inf
+    most: float = math.inf
+    is_open: bool = False
+    """Whether it must be more than the least."""
+    is_optional: bool = False
+    """Whether it may be left out, None."""
+    takes: str = ""
+    """What it may be in place of its kind: "map", "image", or a "number" beside a flag."""
+    choices: tuple[str, ...] = ()
+
+
+def fields_of(kind: Any) -> tuple[Field, ...]:
+    """The fields of a dataclass whose docstring documents them, in its order, those of a base after its own.
+
+    Raises
+    ------
+    TypeError
+        If a field is not documented, or its documented type is none that a form knows.
+    """
+    return _fields_of(kind)
+
+
+@cache
+def _fields_of(kind: Any) -> tuple[Field, ...]:
+    documented = _documented(kind)
+    own = list(documented)
+    found = {each.name: each for each in dataclasses.fields(kind)}
+    if missing := found.keys() - documented.keys():
+        raise TypeError(f"{kind.__name__} does not document its fields {', '.join(sorted(missing))}.")
+    return tuple(_field(found[name], *documented[name]) for name in own if name in found)
+
+
+def _documented(kind: Any) -> dict[str, tuple[str, str]]:
+    """Name of a parameter → its type and its explanation, of a class and what it derives from."""
+    found: dict[str, tuple[str, str]] = {}
+    for each in kind.__mro__:
+        section = _SECTION.search(inspect.cleandoc(each.__dict__.get("__doc__") or "") + "\n")
+        for names, what, text in _ENTRY.findall(section[1] if section else ""):
+            for name in names.split(", "):
+                found.setdefault(name, (what, " ".join(_NOT_TEXT.sub("", text).split())))
+    return found
+
+
+def _field(field: dataclasses.Field[Any], what: str, text: str) -> Field:
+    checked, role = field.metadata.get("check"), field.metadata.get("role")
+    limits = getattr(checked, "keywords", {})
+    base, _, more = what.partition(", ")
+    base, _, other = base.partition(" or ")
+    shared: dict[str, Any] = {
+        "unit": getattr(role, "unit", "") or ("°" if "in degrees" in text else ""),
+        "least": limits.get("at_least", limits.get("above", -math.inf)),
+        "is_open": "above" in limits,
+        "most": limits.get("at_most", math.inf),
+        "is_optional": more.endswith("optional"),
+    }
+    if what.startswith("{"):
+        return Field(field.name, "choice", text, choices=tuple(limits["allowed"]))
+    if base not in _KINDS:
+        raise TypeError(f"{field.name} is documented as {what!r}, which no form knows.")
+    takes = {"map": "map", "array_like": "map", "float": "number"}.get(other, "")
+    if "pyvista.Texture" in more:
+        takes = "image"
+    labels = role.labels if role is not None and _KINDS[base] in ("numbers", "points") else ()
+    return Field(field.name, _KINDS[base], text, labels=labels, takes=takes, **shared)
+
+
+def form_of(value: Any, key: str, middles: dict[str, float], *, hidden: Sequence[str] = ()) -> list[dict[str, Any]]:
+    """What the page shows of a dataclass: an entry for each field, of plain values.
+
+    Parameters
+    ----------
+    value : dataclass instance
+        A light, a material, a reflectance, a light model.
+    key : str
+        Begins the key of each entry, by which an edit names it.
+    middles : dict
+        Key → the stop in the middle of a slider that has no ends. It stays for as long as the number is on the slider,
+        lest that moves under the hand.
+    hidden : sequence of str
+        Fields that are shown elsewhere.
+    """
+    return [
+        _entry(field, getattr(value, field.name), f"{key}.{field.name}", middles)
+        for field in fields_of(type(value))
+        if field.name not in hidden
+    ]
+
+
+def _entry(field: Field, value: Any, key: str, middles: dict[str, float]) -> dict[str, Any]:
+    entry: dict[str, Any] = {
+        "key": key,
+        "name": field.name,
+        "label": field.name.replace("_", " "),
+        "kind": field.kind,
+        "help": field.help,
+        "unit": field.unit,
+        "labels": list(field.labels),
+        "optional": field.is_optional,
+        "takes": field.takes,
+        "map": "",
+        "set": value is not None,
+    }
+    if isinstance(value, Map) or (field.takes == "map" and isinstance(value, str)):
+        entry["map"] = f"array {value!r}" if isinstance(value, str) else "array or texture of its own"
+    elif field.takes == "image" and not isinstance(value, (float, tuple)):
+        entry["map"] = "image {1} × {0}".format(*value.image.shape)
+    elif field.kind == "number":
+        entry |= {"value": value} | _slider(field, value, key, middles)
+    elif field.kind == "numbers":
+        entry["value"] = list(value)
+    elif field.kind == "points":
+        entry["value"] = [list(point) for point in value]
+    elif field.kind == "color" and value is not None:
+        entry |= {"value": list(rgb(value)), "hex": hex_of(value)}
+    elif field.kind == "flag":
+        is_number = not isinstance(value, bool)
+        entry |= {"value": is_number or value, "number": value if is_number else None}
+    elif field.kind == "choice":
+        entry |= {"value": value, "choices": list(field.choices)}
+    elif field.kind == "text":
+        entry["value"] = value or ""
+    return entry
+
+
+def has_stops(field: Field) -> bool:
+    """Whether a number's slider stands at its stops, the logarithm to the base 2: it has no upper end."""
+    return field.kind == "number" and field.least >= 0.0 and field.most == math.inf
+
+
+def _slider(field: Field, value: float | None, key: str, middles: dict[str, float]) -> dict[str, Any]:
+    """Where a number's slider stands and ends; nothing where there is no slider."""
+    if has_stops(field) and value is not None:
+        stops = math.log2(value) if value > 0.0 else -math.inf
+        middle = middles.get(key, 0.0)
+        if stops > -math.inf and abs(stops - middle) > _STOPS:
+            middle = 4.0 * round(stops / 4.0)
+        middles[key] = middle
+        low, high = middle - _STOPS, middle + _STOPS
+        return {"slide": max(stops, low), "from": low, "to": high, "step": 0.0625, "stops": True}
+    if value is None or not (field.least > -math.inf and field.most < math.inf):
+        return {}
+    step = (field.most - field.least) / 200.0
+    return {"slide": value, "from": field.least + step * field.is_open, "to": field.most, "step": step}
+
+
+def hex_of(color: Any) -> str:
+    """A colour as #rrggbb, rounded, what is above 1 cut off."""
+    return "#" + "".join(f"{round(255.0 * min(max(channel, 0.0), 1.0)):02x}" for channel in rgb(color))
+
+
+def edited(value: Any, name: str, given: Any, index: Sequence[int] = ()) -> Any:
+    """A dataclass with another value in one field, as the page gives it.
+
+    Parameters
+    ----------
+    value : dataclass instance
+        What is edited; a new one is returned.
+    name : str
+        The field.
+    given : object
+        A number or its digits, a flag, a text, a colour's name or hex string or three numbers; None leaves it out.
+    index : sequence of int
+        Which of several numbers, or of which point which number; the others stay.
+
+    Raises
+    ------
+    ValueError
+        If there is no such field, or the value is not allowed; the message names the field.
+    """
+    field = next((each for each in fields_of(type(value)) if each.name == name), None)
+    if field is None:
+        check.refuse("field", name, f"one of {', '.join(each.name for each in fields_of(type(value)))}")
+    before = getattr(value, name)
+    if given is None:
+        if not field.is_optional:
+            check.refuse(name, "nothing", "given")
+        return dataclasses.replace(value, **{name: None})
+    if field.kind == "number" or (field.takes == "number" and not isinstance(given, bool)):
+        given = _number(name, given)
+    elif field.kind in ("numbers", "points") or (field.kind == "color" and index):
+        numbers = rgb(before) if field.kind == "color" else before
+        given = _with_number(name, numbers, given, list(index))
+        if given == numbers:
+            return value  # grey stays one number
+    elif field.kind == "color" and isinstance(given, str):
+        given = given.strip()
+    if field.kind == "color" and given == hex_of_or_none(before):
+        return value  # the hex string is rounded: what was not changed keeps its bits
+    return dataclasses.replace(value, **{name: given})
+
+
+def hex_of_or_none(color: Any) -> str | None:
+    """The hex string of a colour, None for what is none."""
+    return hex_of(color) if isinstance(color, (float, tuple)) else None
+
+
+def _number(name: str, given: Any) -> float:
+    if isinstance(given, str):
+        try:
+            return float(given.strip().replace(",", ".").replace("−", "-"))
+        except ValueError:
+            check.refuse(name, given or "nothing", "a number")
+    return check.number(name, given)
+
+
+def _with_number(name: str, before: Any, given: Any, index: list[int]) -> Any:
+    """A tuple, or tuple of tuples, with one number replaced; or what is given, where no index is."""
+    if not index:
+        return given
+    first, *rest = index
+    if type(first) is not int or not 0 <= first < len(before):
+        check.refuse(f"index of {name}", first, f"a whole number below {len(before)}")
+    changed = list(before)
+    changed[first] = _with_number(name, before[first], given, rest) if rest else _number(name, given)
+    return tuple(changed)

@@ -1,0 +1,484 @@
+"""The page: Vuetify's components around the view, filled from the document's plain values.
+
+Each panel is a function, in the order in which they stand on the page. What an input does is one trigger: "edit" for a
+value, "slide" while a slider or a picker moves, "settle" when it is let go, "act" for a button of a light. While a
+slider moves, the browser shows its own value (`local`), for those of the server come later.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+from trame.ui.vuetify3 import VAppLayout
+from trame.widgets import client, html
+from trame.widgets import vuetify3 as v
+from trame_pyvista.widgets import PyVistaRCAView
+
+_WIDTH = 400
+"""Pixels of the panels."""
+
+_DENSE = {"density": "compact", "variant": "outlined", "hide_details": True}
+
+_STYLE = """
+html { overflow: hidden !important }
+.studio-view { position: absolute; inset: 0; touch-action: none }
+.studio-view:focus-within { outline: 2px solid rgb(var(--v-theme-primary)); outline-offset: -2px }
+.studio-number { flex: 0 0 116px }
+.studio-row { display: flex; align-items: center; gap: 8px; margin-top: 10px }
+.studio-label { flex: 0 0 116px; font-size: 13px; line-height: 1.2; overflow-wrap: anywhere }
+.studio-unit { opacity: .7; font-size: 12px }
+.studio-hex { flex: 0 0 86px }
+.studio-hex input { padding: 0 8px !important; font-size: 14px }
+.studio-swatch { width: 32px; height: 40px !important; min-width: 32px !important;
+  border: 1px solid rgba(128, 128, 128, .6) }
+.studio-jump { display: flex; padding: 4px 8px; border-bottom: 1px solid rgba(128, 128, 128, .3) }
+.studio-light { border-color: rgba(128, 128, 128, .35) }
+.studio-selected { border-color: rgb(var(--v-theme-primary)); box-shadow: 0 0 0 1px rgb(var(--v-theme-primary)) }
+.studio-panels .v-expansion-panel-title, .studio-panels .v-expansion-panel--active > .v-expansion-panel-title {
+  min-height: 38px; padding: 6px 16px; font-weight: 500 }
+.studio-panels .v-expansion-panel { border-bottom: 1px solid rgba(128, 128, 128, .25) }
+.studio-panels .v-expansion-panel-text__wrapper { padding: 2px 16px 14px }
+.studio-panels input[type=number] { appearance: textfield; -moz-appearance: textfield }
+.studio-panels input::-webkit-inner-spin-button { display: none }
+.studio-plan td, .studio-plan th { padding: 2px 6px !important; height: auto !important; font-size: 12px;
+  vertical-align: top }
+"""
+
+_KEYS = """
+window.addEventListener('keydown', (event) => {
+  const key = event.key.toLowerCase(), isInView = event.target.closest && event.target.closest('.studio-view');
+  if (!(event.ctrlKey || event.metaKey) || isInView || !['z', 'y'].includes(key)) return;
+  event.preventDefault();
+  window.trame.trigger(key === 'y' || event.shiftKey ? 'redo' : 'undo');
+});
+"""
+"""Undo and redo wherever the focus is; the view has its keys for them."""
+
+_NUMBER = "Number(({0}).toPrecision(6))"
+
+
+_PANELS = ("lights", "material", "scene", "plan")
+_JUMP = (
+    "open_panels = open_panels.includes({number}) ? open_panels : [...open_panels, {number}];"
+    " utils.get('document').getElementById('panel-{name}').scrollIntoView({{ behavior: 'smooth' }})"
+)
+
+
+def found_by(name: str, label: str = "", **more: Any) -> dict[str, Any]:
+    """The attributes by which tests, and screen readers where a label is given, find an element."""
+    raw = [f'data-test="{name}"'] if name else []
+    raw += [f'aria-label="{label}"'] if label else []
+    return {"raw_attrs": raw + more.pop("raw", []), **more}
+
+
+def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
+    """Lay the page out, and give its view.
+
+    Parameters
+    ----------
+    server : trame_server.core.Server
+        Whose page it is.
+    plotter : pyvista.Plotter
+        What the view shows.
+    kinds : mapping
+        Each kind of light that can be added, by its name in files → what it is, for a tooltip.
+    """
+    server.state.client_only("local", "drawer", "open_panels")
+    server.state.update({"local": {}, "drawer": None, "open_panels": list(range(len(_PANELS)))})
+    server.state.update({"refusals": 0, "notice": "", "theme": "dark", "trame__title": "pvphong studio"})
+    with VAppLayout(server, theme=("theme",)):
+        client.Style(_STYLE)
+        client.Script(_KEYS)
+        _bar()
+        with v.VNavigationDrawer(
+            v_model=("drawer",), location="right", width=_WIDTH, mobile_breakpoint=860, **found_by("panels", "Panels")
+        ):
+            with v.Template(v_slot_prepend=True), html.Div(classes="studio-jump"):
+                for number, name in enumerate(_PANELS):
+                    v.VBtn(
+                        name.capitalize(),
+                        size="small",
+                        variant="text",
+                        classes="text-none px-2",
+                        min_width=0,
+                        click=_JUMP.format(number=number, name=name),
+                        **found_by(f"go-{name}"),
+                    )
+            with v.VExpansionPanels(
+                v_model=("open_panels",), multiple=True, variant="accordion", flat=True, classes="studio-panels"
+            ):
+                _lights(kinds)
+                _materials()
+                _scene()
+                _plan()
+        with (
+            v.VMain(style="height: 100vh"),
+            html.Div(style="position: relative; height: 100%"),
+            html.Div(classes="studio-view", **found_by("view", "View of the model, with gizmos: h lists the keys")),
+        ):
+            view = PyVistaRCAView(plotter, send_mouse_move=True, style="width: 100%; height: 100%")
+        v.VSnackbar(
+            "{{ notice }}",
+            model_value=("!!notice",),
+            timeout=-1,
+            location="bottom left",
+            **found_by("notice", raw=['role="status"']),
+        )
+    return view
+
+
+# --- parts
+
+
+def _bar() -> None:
+    with v.VAppBar(density="compact", flat=True, border=True):
+        v.VAppBarTitle("{{ title }}", classes="text-body-1 font-weight-medium")
+        _button("mdi-undo", "undo", "Undo (Ctrl+Z)", "trigger('undo')", disabled=("!can_undo",))
+        _button("mdi-redo", "redo", "Redo (Ctrl+Y)", "trigger('redo')", disabled=("!can_redo",))
+        _button("mdi-fit-to-screen-outline", "fit", "Show all of the model", "trigger('fit')")
+        _button("mdi-vector-point-select", "gizmos", "Show or hide the gizmos", "trigger('gizmos')")
+        _button("mdi-theme-light-dark", "theme", "Dark or light page", "trigger('theme')")
+        _button("mdi-dock-right", "drawer", "Show or hide the panels", "drawer = !drawer")
+
+
+def _button(icon: str, name: str, label: str, click: str, **more: Any) -> None:
+    v.VBtn(
+        icon=icon, size="small", variant="text", click=click, **found_by(name, label, raw=[f'title="{label}"']), **more
+    )
+
+
+@contextmanager
+def _panel(title: str, note: str = "") -> Iterator[None]:
+    with v.VExpansionPanel(eager=True, id=f"panel-{title.lower()}"):
+        with v.VExpansionPanelTitle(title):
+            html.Span(note, classes="studio-unit ml-2") if note else None
+        with v.VExpansionPanelText():
+            yield
+
+
+def _lights(kinds: Mapping[str, str]) -> None:
+    with _panel("Lights"):
+        with html.Div(style="display: flex; flex-wrap: wrap; gap: 4px", **found_by("", "Add a light")):
+            for kind, what in kinds.items():
+                v.VBtn(
+                    f"+ {kind}",
+                    size="small",
+                    variant="tonal",
+                    classes="text-none px-2",
+                    min_width=0,
+                    click=f"trigger('add', ['{kind}'])",
+                    **found_by(f"add-{kind}", f"Add a light: {kind}", raw=[f'title="{what}"']),
+                )
+        with v.VCard(
+            v_for="light in lights",
+            key=("light.number",),
+            variant="outlined",
+            classes=("'studio-light mt-3 pa-2' + (light.selected ? ' studio-selected' : '')",),
+            click="light.selected || trigger('select', [light.number])",
+            ripple=False,
+            **found_by("light-row", raw=[":aria-label=\"'Light ' + light.called\""]),
+        ):
+            _light_row()
+
+
+def _light_row() -> None:
+    with html.Div(style="display: flex; align-items: center; gap: 6px"):
+        with html.Div(style="display: flex; gap: 4px", **found_by("colour")):
+            _color_picker("light.diffuse")
+            _color_text("light.diffuse")
+        v.VTextField(
+            model_value=("light.name.value",),
+            key=("light.name.key + refusals",),
+            label=("light.kind",),
+            placeholder="without a name",
+            change="trigger('edit', [light.name.key, $event.target.value])",
+            **_DENSE,
+            **found_by("light-name", raw=[":aria-label=\"'Name of the light, ' + light.kind\""]),
+        )
+        _icon(
+            "light.on.value ? 'mdi-lightbulb-on-outline' : 'mdi-lightbulb-off-outline'",
+            "light-on",
+            "'Light off or on'",
+            "trigger('edit', [light.on.key, !light.on.value])",
+        )
+        _icon(
+            "light.soloed ? 'mdi-alpha-s-circle' : 'mdi-alpha-s-circle-outline'",
+            "light-solo",
+            "'This light alone, or all'",
+            "trigger('act', ['solo', light.number])",
+        )
+        with v.VMenu():
+            with v.Template(v_slot_activator="{ props }"):
+                v.VBtn(
+                    icon="mdi-dots-vertical",
+                    size="x-small",
+                    variant="text",
+                    v_bind="props",
+                    **found_by("light-menu", "More that can be done with the light"),
+                )
+            with v.VList(density="compact"):
+                for what, icon in (
+                    ("duplicate", "mdi-content-copy"),
+                    ("to camera", "mdi-camera-outline"),
+                    ("reset", "mdi-restore"),
+                    ("delete", "mdi-delete-outline"),
+                ):
+                    v.VListItem(
+                        title=what.capitalize(),
+                        prepend_icon=icon,
+                        click=f"trigger('act', ['{what}', light.number])",
+                        **found_by(f"light-{what.replace(' ', '-')}"),
+                    )
+    _number("light.intensity", "intensity")
+    with html.Div(v_if="light.selected"):
+        _form("light.fields")
+
+
+def _icon(icon: str, name: str, label: str, click: str) -> None:
+    v.VBtn(
+        icon=(icon,),
+        size="x-small",
+        variant="text",
+        __events=[("click_stop", "click.stop")],
+        click_stop=click,
+        **found_by(name, raw=[f':aria-label="{label}"', f':title="{label}"']),
+    )
+
+
+def _color_picker(entry: str) -> None:
+    """A swatch that opens Vuetify's picker, and the linear numbers under it."""
+    shown = f"(local[{entry}.key] ?? {entry}.hex)"
+    picked = "$event.slice(0, 7)"
+    with v.VMenu(
+        close_on_content_click=False,
+        update_modelValue=f"$event || (delete local[{entry}.key], flushState('local'), trigger('settle'))",
+    ):
+        with v.Template(v_slot_activator="{ props }"):
+            v.VBtn(
+                v_bind="props",
+                classes="studio-swatch",
+                flat=True,
+                color=(shown,),
+                **found_by(
+                    "swatch",
+                    raw=[f":aria-label=\"{entry}.label + ' colour ' + {shown}\"", f':title="{entry}.help"'],
+                ),
+            )
+        with v.VCard(width=300):
+            v.VColorPicker(
+                model_value=(shown,),
+                mode="hex",
+                modes=("['hex', 'rgb']",),
+                elevation=0,
+                update_modelValue=(
+                    f"local[{entry}.key] = {picked}; flushState('local'); trigger('slide', [{entry}.key, {picked}])"
+                ),
+            )
+            with html.Div(classes="px-3 pb-3"):
+                _color_numbers(entry)
+
+
+def _color_text(entry: str) -> None:
+    """A colour's hex string, or name."""
+    v.VTextField(
+        key=(f"{entry}.key + 'text' + refusals",),
+        model_value=(f"local[{entry}.key] ?? {entry}.hex",),
+        classes="studio-hex",
+        change=f"trigger('edit', [{entry}.key, $event.target.value])",
+        **_DENSE,
+        raw_attrs=[f":aria-label=\"{entry}.label + ' colour, as #rrggbb or a name'\"", f':title="{entry}.help"'],
+    )
+
+
+def _color_numbers(entry: str) -> None:
+    """Red, green and blue as linear numbers, which may be above 1."""
+    with html.Div(style="display: flex; gap: 6px"):
+        v.VTextField(
+            v_for=f"(channel, k) in {entry}.value",
+            key=(f"{entry}.key + k + refusals",),
+            model_value=(_NUMBER.format("channel"),),
+            label=("['red', 'green', 'blue'][k]",),
+            type="number",
+            step="any",
+            change=f"trigger('edit', [{entry}.key, $event.target.value, [k]])",
+            **_DENSE,
+        )
+
+
+def _number(entry: str, name: str = "") -> None:
+    """A number: digits with the unit, and a slider where there are ends."""
+    moved = f"local[{entry}.key]"
+    value = f"({moved} === undefined ? {entry}.value : {entry}.stops ? 2 ** {moved} : {moved})"
+    with html.Div(classes="studio-row", **found_by(name or "number", raw=[f':title="{entry}.help"'])):
+        v.VTextField(
+            key=(f"{entry}.key + refusals",),
+            model_value=(f"{value} == null ? '' : " + _NUMBER.format(value),),
+            label=(f"{entry}.label",),
+            suffix=(f"{entry}.unit",),
+            type="number",
+            step="any",
+            classes="studio-number",
+            change=f"trigger('edit', [{entry}.key, $event.target.value === '' ? null : $event.target.value])",
+            **_DENSE,
+        )
+        v.VSlider(
+            v_if=f"{entry}.to !== undefined",
+            model_value=(f"{moved} ?? {entry}.slide",),
+            min=(f"{entry}.from",),
+            max=(f"{entry}.to",),
+            step=(f"{entry}.step",),
+            density="compact",
+            hide_details=True,
+            thumb_size=14,
+            track_size=3,
+            color="primary",
+            update_modelValue=(f"{moved} = $event; flushState('local'); trigger('slide', [{entry}.key, $event])"),
+            end=f"trigger('settle').then(() => {{ delete {moved}; flushState('local') }})",
+            raw_attrs=[f":aria-label=\"{entry}.label + ', slider'\""],
+        )
+
+
+def _form(entries: str) -> None:
+    """An input for each of some fields, as its kind needs it."""
+    with html.Div(v_for=f"field in {entries}", key=("field.key",), raw_attrs=[':data-field="field.name"']):
+        with html.Div(v_if="field.map", classes="studio-row", raw_attrs=[':title="field.help"']):
+            html.Span("{{ field.label }}", classes="studio-label")
+            v.VChip("{{ field.map }}", size="small", prepend_icon="mdi-texture")
+        with html.Div(v_else_if="field.kind == 'number'"):
+            _number("field")
+        with html.Div(v_else_if="field.kind == 'numbers'"):
+            html.Div(
+                "{{ field.label }} <span class='studio-unit'>{{ field.unit }}</span>",
+                classes="text-caption mt-2",
+                raw_attrs=[':title="field.help"'],
+            )
+            with html.Div(style="display: flex; gap: 6px", classes="mt-1"):
+                _coordinate("(number, k) in field.value", "field.key + k", "[k]", "field.labels[k]")
+        with html.Div(v_else_if="field.kind == 'points'"):
+            html.Div(
+                "{{ field.label }} <span class='studio-unit'>{{ field.unit }}</span>",
+                classes="text-caption mt-2",
+                raw_attrs=[':title="field.help"'],
+            )
+            with html.Div(
+                v_for="(point, row) in field.value", key=("row",), style="display: flex; gap: 6px", classes="mt-1"
+            ):
+                _coordinate(
+                    "(number, k) in point",
+                    "field.key + row + '.' + k",
+                    "[row, k]",
+                    "field.labels[k] + ' of ' + (row + 1)",
+                )
+        with html.Div(v_else_if="field.kind == 'color'", classes="studio-row", raw_attrs=[':title="field.help"']):
+            html.Span("{{ field.label }}", classes="studio-label")
+            with html.Div(v_if="field.set", style="display: flex; gap: 4px"):
+                _color_picker("field")
+                _color_text("field")
+            v.VChip("as diffuse", v_if="!field.set", size="small")
+            v.VSpacer()
+            v.VBtn(
+                "{{ field.set ? 'as diffuse' : 'own' }}",
+                v_if="field.optional",
+                size="x-small",
+                variant="text",
+                click="trigger('edit', [field.key, field.set ? null : '#ffffff'])",
+            )
+        with html.Div(v_else_if="field.kind == 'flag'", classes="studio-row", raw_attrs=[':title="field.help"']):
+            v.VSwitch(
+                key=("field.key + field.value + refusals",),
+                model_value=("field.value",),
+                label=("field.label",),
+                density="compact",
+                hide_details=True,
+                color="primary",
+                inset=True,
+                update_modelValue="trigger('edit', [field.key, $event])",
+            )
+            v.VTextField(
+                v_if="field.takes == 'number' && field.value",
+                key=("field.key + 'number' + refusals",),
+                model_value=("field.number ?? ''",),
+                label="within",
+                placeholder="any distance",
+                suffix="mesh unit",
+                type="number",
+                step="any",
+                persistent_placeholder=True,
+                change="trigger('edit', [field.key, $event.target.value === '' ? true : Number($event.target.value)])",
+                **_DENSE,
+            )
+        v.VSelect(
+            v_else_if="field.kind == 'choice'",
+            classes="mt-3",
+            model_value=("field.value",),
+            items=("field.choices",),
+            label=("field.label",),
+            update_modelValue="trigger('edit', [field.key, $event])",
+            raw_attrs=[':title="field.help"'],
+            **_DENSE,
+        )
+
+
+def _coordinate(each: str, key: str, index: str, label: str) -> None:
+    v.VTextField(
+        v_for=each,
+        key=(f"{key} + refusals",),
+        model_value=(_NUMBER.format("number"),),
+        label=(label,),
+        type="number",
+        step="any",
+        change=f"trigger('edit', [field.key, $event.target.value, {index}])",
+        **_DENSE,
+    )
+
+
+def _materials() -> None:
+    with _panel("Material"), html.Div(v_for="material in materials", key=("material.number",)):
+        html.Div("{{ material.name }}", v_if="materials.length > 1", classes="text-subtitle-2 mt-3")
+        v.VAutocomplete(
+            model_value=("material.preset || null",),
+            items=("material_names",),
+            label="preset",
+            placeholder="of its own",
+            persistent_placeholder=True,
+            classes="mt-2",
+            update_modelValue="$event && trigger('choose_material', [material.number, $event])",
+            **_DENSE,
+            **found_by("material", "Named materials"),
+        )
+        v.VSelect(
+            model_value=("material.reflectance",),
+            items=("reflectance_names",),
+            label="reflectance",
+            classes="mt-3",
+            update_modelValue="trigger('choose_reflectance', [material.number, $event])",
+            **_DENSE,
+            **found_by("reflectance", "How it reflects"),
+        )
+        _form("material.reflectance_fields")
+        _form("material.fields")
+
+
+def _scene() -> None:
+    with _panel("Scene"):
+        _form("model")
+
+
+def _plan() -> None:
+    with _panel("Plan", "what runs, and what is left out"):
+        _number("tolerance", "tolerance")
+        html.Div("{{ plan.accuracy }}", classes="text-caption mt-2")
+        with v.VTable(density="compact", classes="studio-plan mt-1", v_for="mesh in plan.meshes", key=("mesh.name",)):
+            html.Caption("{{ mesh.name }}", v_if="plan.meshes.length > 1")
+            with html.Thead(), html.Tr():
+                for heading in ("effect", "", "why", "bound", "ns"):
+                    html.Th(heading, raw_attrs=['scope="col"'])
+            with html.Tbody(), html.Tr(v_for="row in mesh.rows", key=("row[0]",), **found_by("plan-row")):
+                html.Td("{{ row[0] }}")
+                html.Td("{{ row[1] }}", classes=("row[1] == 'on' ? 'text-primary font-weight-bold' : ''",))
+                html.Td("{{ row[2] }}")
+                html.Td("{{ row[3] }}")
+                html.Td("{{ row[4] }}")
+        html.Div("ns: nanoseconds a vertex of the compiled evaluator, on one core.", classes="studio-unit mt-1")

@@ -1,0 +1,101 @@
+"""Where a studio runs: in a loop of its own until Ctrl-C, or in a notebook's."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from contextlib import suppress
+from html import escape
+from typing import Any
+
+import pyvista as pv
+
+from pvphong.base import check
+from pvphong.studio.gizmos import History
+from pvphong.studio.subplot import Subplot
+from pvphong.studio.web.studio import Studio
+
+_HEIGHT = 720  # pixels, of the page in a notebook
+
+
+class StudioFrame:
+    """A studio in a notebook: the page below the cell.
+
+    Parameters
+    ----------
+    studio : Studio
+        Runs in the notebook's loop.
+    address : str
+        Of its page.
+    """
+
+    def __init__(self, studio: Studio, address: str) -> None:
+        self.studio, self.address = studio, address
+
+    def __repr__(self) -> str:
+        return f"<Studio at {self.address}>"
+
+    def _repr_html_(self) -> str:
+        style = f"width: 100%; height: {_HEIGHT}px; border: 0"
+        return f'<iframe src="{escape(self.address)}" style="{style}" title="pvphong studio"></iframe>'
+
+    async def close(self) -> None:
+        """Stop serving."""
+        await self.studio.close()
+
+
+def serve(
+    plotter: pv.Plotter, subplot: Subplot, history: History, *, port: int, host: str, browser: bool, title: str = ""
+) -> StudioFrame | None:
+    """Serve a studio: until Ctrl-C; or in the loop that runs already, and give what shows it there.
+
+    Raises
+    ------
+    ValueError
+        If port or host is not allowed, or cannot be listened on.
+    """
+    port = free_port(host, port)
+    options: dict[str, Any] = {"title": title or "pvphong studio", "host": host}
+    if _is_in_loop():
+        studio = Studio(plotter, subplot, history, **options)
+        studio.start(port)
+        return StudioFrame(studio, studio.address_at(port))
+
+    async def run() -> None:
+        await Studio(plotter, subplot, history, **options).serve(port, browser=check.flag("browser", browser))
+
+    with suppress(KeyboardInterrupt):
+        asyncio.run(run())
+    return None
+
+
+def _is_in_loop() -> bool:
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return False
+    return True
+
+
+def free_port(host: str, port: int) -> int:
+    """The port, or a free one for 0, found out by listening on it for a moment.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be listened on.
+    """
+    check.text("host", host)
+    if type(port) is not int or not 0 <= port < 2**16:
+        check.refuse("port", port, "a whole number from 0 to 65535", "0 is one that is free.")
+    try:
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+        family, kind, protocol, _, address = found[0]
+        with socket.socket(family, kind, protocol) as trial:
+            trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            trial.bind(address)
+            number: int = trial.getsockname()[1]
+            return number
+    except OSError as error:
+        allowed = f"one that this machine can listen on at {host}"
+        return check.refuse("port", f"{port} ({error.strerror or error})", allowed)

@@ -1,0 +1,214 @@
+"""The document: edits by key, one history with the gizmos, and a refused edit changes nothing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+from pvphong.optics.lights import LIGHT_TYPES
+from pvphong.optics.reflectances import REFLECTANCES
+from pvphong.studio.gizmos import commands
+from pvphong.studio.web.document import Document, placed_before
+
+
+@pytest.fixture
+def plotter(new_plotter):
+    plotter = new_plotter()
+    plotter.phong.add_light(ph.DirectionalLight((0, 0, -1), name="sun"))
+    plotter.phong.add_mesh(pv.Sphere(theta_resolution=12, phi_resolution=12), name="ball")
+    plotter.phong.add_gizmos()
+    return plotter
+
+
+@pytest.fixture
+def document(plotter):
+    return Document(plotter.phong, plotter.phong._subplot, plotter.phong._history)
+
+
+def colors(plotter):
+    plotter.phong._subplot.lit.refresh()
+    return plotter.phong.mesh(plotter.actors["ball"]).drawn["phong"].copy()
+
+
+def test_an_edit_is_one_step_and_undo_brings_all_back_to_the_bit(document, plotter):
+    before, drawn = document.state, colors(plotter)
+    edits = [
+        ("light.1.intensity", "0.3", ()),
+        ("light.1.direction", 0.7, (0,)),
+        ("light.1.diffuse", "orange", ()),
+        ("light.1.name", "moon", ()),
+        ("material.0.diffuse", "#102030", ()),
+        ("material.0.shininess", 20, ()),
+        ("model.ambient", 0.05, (2,)),
+        ("model.two_sided", True, ()),
+        ("accuracy.tolerance", 1 / 255, ()),
+    ]
+    for key, given, index in edits:
+        document.edit(key, given, index)
+    assert plotter.phong.lights[0] == ph.DirectionalLight((0.7, 0, -1), intensity=0.3, diffuse="orange", name="moon")
+    assert plotter.phong.light_model == ph.LightModel(ambient=(0.2, 0.2, 0.05), two_sided=True)
+    after = document.state
+    assert (colors(plotter) != drawn).any()
+    for _ in edits:
+        assert document.undo()
+    assert not document.undo()
+    assert document.state == before
+    np.testing.assert_array_equal(colors(plotter), drawn)
+    for _ in edits:
+        assert document.redo()
+    assert document.state == after
+
+
+@pytest.mark.parametrize(
+    ("key", "given", "message"),
+    [
+        ("light.1.intensity", "-1", "intensity must be"),
+        ("light.9.intensity", 1, "light must be one that is still there"),
+        ("light.1", 1, "key must be"),
+        ("light.1.on.x", 1, "key must be"),
+        ("material.7.diffuse", 1, "material must be"),
+        ("material.x.diffuse", 1, "material must be"),
+        ("reflectance.0.roughness", 0.5, "key must be"),
+        ("model.fog", 1, "field must be one of"),
+        ("accuracy.tolerance", 2, "tolerance must be"),
+        (None, 1, "key must be a string"),
+        (["light"], 1, "key must be a string"),
+    ],
+)
+def test_a_refused_edit_changes_nothing(document, key, given, message):
+    before = document.state
+    with pytest.raises(ValueError, match=message):
+        document.edit(key, given)
+    assert document.state == before
+    assert not document.history.can_undo
+
+
+def test_what_cannot_be_lit_is_put_back(document):
+    """This sphere has no texture coordinates that Ward's reflectance could go by."""
+    before = document.state
+    with pytest.raises(ValueError, match="tangents"):
+        document.choose_reflectance(0, "ward")
+    assert document.state == before
+
+
+def test_moves_of_a_slider_are_one_step(document, plotter):
+    for stops in (0.1, 0.5, 1.0):
+        document.slide("light.1.intensity", stops)
+    assert plotter.phong.lights[0].intensity == 2.0
+    document.settle()
+    document.slide("light.1.diffuse", "#ff0000")
+    document.slide("material.0.shininess", 3.0)  # another slider: the first has been let go
+    assert document.undo()  # also while it is moved
+    assert plotter.phong.lights[0].diffuse == (1.0, 0.0, 0.0)
+    assert document.undo()
+    assert plotter.phong.lights[0] == ph.DirectionalLight((0, 0, -1), intensity=2.0, name="sun")
+    assert document.undo()
+    assert not document.undo()
+    for key, given in (("light.1.on", True), ("light.1.intensity", "1"), ("light.1.direction", 0.0)):
+        with pytest.raises(ValueError, match=r"intensity|slider"):
+            document.slide(key, given)
+
+
+def test_panel_and_gizmos_have_one_history(document, plotter):
+    document.edit("light.1.intensity", 0.5)
+    document.select(1)
+    commands.run(document.gizmos, "Right")  # a key of the view
+    document.edit("light.1.diffuse", "red")
+    commands.run(document.gizmos, "z")
+    assert plotter.phong.lights[0].diffuse == (1.0, 1.0, 1.0)
+    assert plotter.phong.lights[0].intensity == pytest.approx(0.5 * 2 ** (1 / 3))
+    assert document.undo()
+    assert plotter.phong.undo()
+    assert plotter.phong.lights[0] == ph.DirectionalLight((0, 0, -1), name="sun")
+
+
+@pytest.mark.parametrize("kind", LIGHT_TYPES)
+def test_each_kind_of_light_can_be_added_and_lights_the_scene(document, plotter, kind):
+    drawn = colors(plotter)
+    document.edit("light.1.on", False)
+    dark = colors(plotter)
+    document.add(kind)
+    added = plotter.phong.lights[1]
+    assert isinstance(added, LIGHT_TYPES[kind])
+    assert added.name == kind
+    assert document.shown()["lights"][1]["selected"]
+    assert (colors(plotter).astype(int) - dark).max() > 60
+    assert document.undo()
+    assert document.undo()
+    np.testing.assert_array_equal(colors(plotter), drawn)
+
+
+@pytest.mark.parametrize("kind", LIGHT_TYPES)
+def test_a_new_light_shines_as_bright_on_any_scale(kind):
+    viewer = ph.Viewer(position=(5, 4, 3), focal_point=(0, 0, 0), up=(0, 0, 1))
+    for size in (1e-3, 1.0, 1e4):
+        light = placed_before(LIGHT_TYPES[kind](), (0.0, 0.0, 0.0), size, viewer)
+        towards = (
+            np.array(light.places).mean(axis=0) if light.places else -np.array(light.stand_in.direction)
+        ).tolist()
+        rgb = ph.evaluate([[0.0, 0.0, 0.0]], [towards], [light], ph.Material(ambient=0, diffuse=1), precision="float64")
+        assert 0.4 < rgb.rgb[0].max() < 0.75
+
+
+def test_lights_are_duplicated_deleted_soloed_and_moved_to_the_camera(document, plotter):
+    document.add("point")
+    number = document.shown()["lights"][1]["number"]
+    assert "added: point 2" in document.act("duplicate", number)
+    document.act("solo", number)
+    assert [light.on for light in plotter.phong.lights] == [False, True, False]
+    document.act("to camera", number)
+    np.testing.assert_allclose(plotter.phong.lights[1].position, plotter.phong.scene.viewer.position)
+    assert "deleted" in document.act("delete", number)
+    assert [light.name for light in plotter.phong.lights] == ["sun", "point 2"]
+    with pytest.raises(ValueError, match="still there"):
+        document.act("delete", number)
+    for _ in range(5):
+        assert document.undo()
+    assert not document.history.can_undo
+
+
+def test_a_name_is_given_once(document):
+    document.add("spot")
+    with pytest.raises(ValueError, match="no other light"):
+        document.edit("light.2.name", "sun")
+
+
+def test_a_light_stays_where_it_is_when_its_frame_changes(document, plotter):
+    document.add("spot")
+    before = plotter.phong.scene.world_lights[1]
+    document.edit("light.2.frame", "camera")
+    assert plotter.phong.lights[1].frame == "camera"
+    np.testing.assert_allclose(plotter.phong.scene.world_lights[1].position, before.position, atol=1e-9)
+
+
+def test_materials_and_reflectances_are_chosen_by_name(document):
+    shared = document.materials["ball"]
+    document.edit("material.0.albedo", "#808080")
+    document.choose_material(0, "gold")
+    assert shared.material == replace(ph.Material.named("gold"), albedo=(128 / 255,) * 3)
+    assert document.shown()["materials"][0]["preset"] == "gold"
+    for name in REFLECTANCES.keys() - {"ward"}:
+        document.choose_reflectance(0, name)
+        assert document.shown()["materials"][0]["reflectance"] == name
+        assert shared.material.reflectance is not None
+    document.choose_reflectance(0, "ggx")
+    document.edit("reflectance.0.roughness", 0.2)
+    assert shared.material.reflectance.roughness == 0.2
+    document.choose_reflectance(0, "")
+    assert shared.material.reflectance is None
+    for call in (document.choose_material, document.choose_reflectance):
+        with pytest.raises(ValueError, match="must be"):
+            call(0, "cheese")
+
+
+def test_a_rig_is_taken_over_as_one_step(document, plotter):
+    before = document.state
+    rig = ph.Scene([ph.PointLight((1, 2, 3), name="lamp")], light_model=ph.LightModel(ambient=0.5))
+    document.replace_all(rig, {"default": ph.Material.named("gold")}, "default")
+    assert plotter.phong.lights == rig.lights
+    assert plotter.phong.light_model == rig.light_model
+    assert document.materials["ball"].material == ph.Material.named("gold")
+    assert document.undo()
+    assert document.state == before

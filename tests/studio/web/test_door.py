@@ -1,0 +1,228 @@
+"""The door: who gets in, and which messages are taken."""
+
+import asyncio
+import io
+import json
+import math
+import random
+
+import pytest
+
+pytest.importorskip("trame_pyvista", reason="the studio needs the extra trame")
+
+from pvphong.studio.web import door
+from pvphong.studio.web.door import Door, Malformed, is_loopback, plain, view_event, view_size
+
+web = pytest.importorskip("aiohttp.web")
+
+
+@pytest.mark.parametrize(
+    ("host", "is_own"),
+    [
+        *((host, True) for host in ("127.0.0.1", "127.9.9.9", "::1", "localhost")),
+        *((host, False) for host in ("0.0.0.0", "::", "192.168.1.4", "localhost.evil.example", "")),
+    ],
+)
+def test_only_this_machine_is_this_machine(host, is_own):
+    assert is_loopback(host) is is_own
+    assert bool(Door(host).token) is not is_own
+
+
+@pytest.mark.parametrize(
+    ("host", "origin", "is_admitted"),
+    [
+        ("127.0.0.1:80", None, True),
+        ("localhost:80", "http://localhost:80", True),
+        ("[::1]:80", "http://[::1]:80", True),
+        ("127.0.0.1:80", "http://127.0.0.1:81", False),
+        ("127.0.0.1:80", "http://localhost:80", False),
+        ("127.0.0.1:80", "http://evil.example", False),
+        ("127.0.0.1:80", "null", False),
+        ("127.0.0.1:80", "http://[", False),
+        ("evil.example:80", "http://evil.example:80", False),  # a name that was made to lead here
+        ("", None, False),
+    ],
+)
+def test_on_this_machine_pages_of_other_origins_are_not_let_in(host, origin, is_admitted):
+    assert Door("127.0.0.1").admits(host, origin, ("", "")) is is_admitted
+
+
+def test_from_elsewhere_nothing_is_answered_without_the_token():
+    guarded = Door("0.0.0.0")
+    token = guarded.token
+    assert guarded.query == f"?token={token}"
+    assert len(token) >= 32
+    assert guarded.admits("box:80", "http://box:80", ("", token))
+    assert guarded.admits("box:80", None, (token, ""))
+    assert not guarded.admits("box:80", "http://evil.example", (token, ""))
+    for wrong in ("", token[:-1], token + "x", "é", token.swapcase()):
+        assert not guarded.admits("box:80", "http://box:80", (wrong, wrong))
+    assert Door("0.0.0.0").token != token
+
+
+def in_a_server(guarded, run, *, routes=()):
+    """Ask a guarded server: `run` gets a client session and the address."""
+    from aiohttp import ClientSession
+
+    async def hello(_request):
+        return web.Response(text="hello")
+
+    async def main():
+        app = web.Application()
+        guarded.guard(app)
+        app.router.add_get("/", hello)
+        for path, handler in routes:
+            app.router.add_post(path, handler)
+        runner = web.AppRunner(app)
+        await runner.setup()
+        site = web.TCPSite(runner, "127.0.0.1", 0)
+        await site.start()
+        try:
+            async with ClientSession() as session:
+                return await run(session, f"http://127.0.0.1:{runner.addresses[0][1]}/")
+        finally:
+            await runner.cleanup()
+
+    return asyncio.run(main())
+
+
+def test_the_browser_keeps_the_token():
+    guarded = Door("0.0.0.0")
+
+    async def run(session, address):
+        async with session.get(address) as first:
+            refused = first.status, await first.text()
+        async with session.get(address + guarded.query) as second:
+            cookie = second.headers["Set-Cookie"]
+            assert await second.text() == "hello"
+        async with session.get(address, cookies={"pvphong-studio": guarded.token}) as third:
+            return refused, cookie, third.status
+
+    refused, cookie, again = in_a_server(guarded, run)
+    assert refused == (403, "")
+    assert "HttpOnly" in cookie
+    assert "SameSite=Strict" in cookie
+    assert again == 200
+
+
+def test_uploads_are_limited_by_kind_and_size_and_written_under_our_own_name(monkeypatch):
+    monkeypatch.setattr(door, "LARGEST_FILE", 2**20)
+    guarded, taken, said = Door("127.0.0.1"), [], []
+
+    async def take(name, path):
+        taken.append((name, path.name, path.read_bytes()))
+        if name == "bad.ply":
+            raise ValueError(f"mesh must be whole; got {path}.")
+
+    async def endless():
+        for _ in range(64):
+            yield b"x" * 2**16
+
+    async def run(session, address):
+        found = []
+        for query, body in [
+            ("?name=part.ply", b"abc"),
+            ("?name=..%2F..%2Fetc%2Fpart.PLY", b"abc"),
+            ("?name=C:%5Cpart.ply", b"abc"),
+            ("?name=part.exe", b"abc"),
+            ("?name=.ply", b"abc"),
+            ("", b"abc"),
+            ("?name=part.ply", b""),
+            ("?name=bad.ply", b"abc"),
+            ("?name=part.ply", io.BytesIO(b"x" * (2**20 + 1))),
+            ("?name=part.ply", endless()),
+        ]:
+            try:
+                async with session.post(f"{address}up{query}", data=body) as answer:
+                    found.append((answer.status, await answer.text()))
+            except OSError:  # it is being refused while it is sent
+                found.append((400, "file must be at most 1 MiB"))
+        return found
+
+    found = in_a_server(guarded, run, routes=[("/up", guarded.upload((".ply",), take, said.append))])
+    assert [status for status, _ in found] == [204, 204, 204, 400, 400, 400, 400, 400, 400, 400]
+    assert [(name, written) for name, written, _ in taken] == [
+        ("part.ply", "upload.ply"),
+        ("part.PLY", "upload.ply"),
+        ("part.ply", "upload.ply"),
+        ("bad.ply", "upload.ply"),
+    ]
+    assert found[7][1] == "mesh must be whole; got upload.ply."  # no folder of ours
+    assert all(reason.startswith("file must be") for _, reason in (*found[3:7], *found[8:]))
+    assert said == [reason for _, reason in found[3:]] or len(said) == 7
+
+
+PRESS = {"type": "LeftButtonPress", "x": 10, "y": 20, "w": 300, "h": 200, "shiftKey": 1}
+
+
+def test_events_of_the_view_come_with_every_key_that_vtk_reads():
+    assert view_event(PRESS) == PRESS | {"altKey": 0, "ctrlKey": 0, "metaKey": 0}
+    assert view_event({"type": "StartInteractionEvent", "more": 1}) == {"type": "StartInteractionEvent"}
+    key = view_event({"type": "KeyDown", "key": "h", "controlKey": False})
+    assert key["key"] == "h"
+    assert key["controlKey"] is False
+    assert view_event({"type": "MouseWheel", "x": 1, "y": 2, "spinY": -1.5})["spinY"] == -1.5
+    assert view_size({"w": 1e5, "h": 20, "p": 2}) == {"w": 2048.0, "h": 20, "p": 2}
+
+
+@pytest.mark.parametrize(
+    "event",
+    [
+        *(None, [], {}, {"type": None}, {"type": "Explode"}, {"type": ["MouseMove"]}),
+        *(PRESS | {"x": x} for x in (math.nan, "1", True, 1e9, 10**400)),
+        *({"type": "KeyDown", "key": key} for key in (5, "x" * 100)),
+        {"type": "MouseWheel", "spinY": math.inf},
+    ],
+)
+def test_malformed_events_are_refused(event):
+    with pytest.raises(Malformed):
+        view_event(event)
+
+
+@pytest.mark.parametrize(
+    "size", [None, {"w": -1, "h": 5}, {"w": 1, "h": math.nan}, {"w": 1, "h": 1, "p": 0}, {"w": "a"}]
+)
+def test_malformed_sizes_are_refused(size):
+    with pytest.raises(Malformed):
+        view_size(size)
+
+
+def test_arguments_are_plain_and_moderate():
+    nested = []
+    for _ in range(100):
+        nested = [nested]
+    assert plain(["light.1.on", True, [0, 1.5, None]]) == ["light.1.on", True, [0, 1.5, None]]
+    for bad in (nested, {"a": 1}, math.inf, b"bytes", "x" * 2**17, [0] * 2**17, object()):
+        with pytest.raises(Malformed):
+            plain([bad])
+
+
+def test_no_garbage_gets_through_as_anything_but_an_event():
+    """What comes out can be written as JSON for VTK, with numbers that are finite."""
+    draw = random.Random(32)
+    values = [None, True, -1, 10**400, 1e308, math.nan, "x", "", [], {}, [1, 2], b"", {"x": 1}]
+    kinds = ["MouseMove", "KeyUp", "MouseWheel", "Pinch", "Pan", "Tap", "EndInteractionEvent", "?"]
+    names = [
+        "x",
+        "y",
+        "w",
+        "h",
+        "shiftKey",
+        "spinY",
+        "key",
+        "keyCode",
+        "factor",
+        "rotation",
+        "translation",
+        "positions",
+    ]
+    passed = 0
+    for _ in range(3000):
+        given = {name: draw.choice(values) for name in draw.sample(names, draw.randrange(6))}
+        try:
+            event = view_event(given | {"type": draw.choice(kinds)})
+        except Malformed:
+            continue
+        passed += 1
+        json.dumps(event, allow_nan=False)
+    assert passed > 100

@@ -1,0 +1,142 @@
+"""Forms: every class that the studio edits says by itself what its inputs are."""
+
+import json
+import math
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from pvphong.base import check
+from pvphong.optics.light import Light, Placement
+from pvphong.optics.lights import LIGHT_TYPES, EnvironmentLight, PointLight
+from pvphong.optics.material import Material
+from pvphong.optics.reflectances import PBR, REFLECTANCES
+from pvphong.optics.roles import angle, place
+from pvphong.scene.light_model import LightModel
+from pvphong.studio.web.document import new_reflectance
+from pvphong.studio.web.fields import edited, fields_of, form_of, hex_of
+
+EDITED = [kind() for kind in LIGHT_TYPES.values()]
+EDITED += [new_reflectance(name) for name in REFLECTANCES]
+EDITED += [Material(), Material.named("gold"), LightModel(), LightModel(ambient_occlusion=2.5)]
+edited_ones = pytest.mark.parametrize("value", EDITED, ids=lambda value: type(value).__name__)
+
+
+@dataclass(frozen=True)
+class Torch(Light):
+    """A light that nobody has heard of.
+
+    Parameters
+    ----------
+    position : sequence of float, default (0, 0, 0)
+        Where its flame is.
+    spread : float, default 20
+        How wide it shines, in degrees.
+    smokes : bool, default False
+        Whether it *smokes*.
+    """
+
+    position: tuple[float, float, float] = place()
+    spread: float = angle(20.0, "cone", above=0.0, at_most=90.0)
+    smokes: bool = check.field(check.flag, False)
+
+    is_even: ClassVar[bool] = False
+
+    @property
+    def placement(self):
+        return Placement(self.position, (1.0, 0.0, 0.0))
+
+
+def test_a_new_kind_of_light_has_its_form():
+    form = {entry["name"]: entry for entry in form_of(Torch(), "light.7", {})}
+    assert list(form)[:4] == ["position", "spread", "smokes", "diffuse"]
+    assert form["spread"] | {"slide": 20.0, "from": 0.45, "to": 90.0} == form["spread"]
+    assert (form["spread"]["unit"], form["position"]["unit"], form["position"]["labels"]) == (
+        "°",
+        "mesh unit",
+        ["x", "y", "z"],
+    )
+    assert form["smokes"]["help"] == "Whether it smokes."
+    assert edited(Torch(), "position", "2,5", [1]).position == (0.0, 2.5, 0.0)
+
+
+@edited_ones
+def test_every_field_has_an_input_that_says_what_it_means(value):
+    entries = form_of(value, "light.1", {})
+    assert [entry["name"] for entry in entries] == [field.name for field in fields_of(type(value))]
+    for entry in entries:
+        assert entry["help"]
+        assert entry["key"] == f"light.1.{entry['name']}"
+        assert len(entry["labels"]) in (0, 3)
+        if "slide" in entry:
+            assert entry["from"] <= entry["slide"] <= entry["to"]
+    json.dumps(entries, allow_nan=False)  # plain values
+
+
+@edited_ones
+def test_what_is_shown_changes_nothing_when_it_is_given_back(value):
+    for entry in form_of(value, "", {}):
+        if entry["kind"] in ("numbers", "color") and entry.get("value") and not entry["map"]:
+            for index, number in enumerate(entry["value"]):
+                assert edited(value, entry["name"], number, [index]) == value
+        if entry["kind"] == "color" and entry["set"]:
+            assert edited(value, entry["name"], entry["hex"]) is value
+        elif entry["kind"] in ("number", "flag", "choice") and entry["set"]:
+            given = entry["value"] if entry.get("number") is None else entry["number"]
+            assert edited(value, entry["name"], given) == value
+
+
+@pytest.mark.parametrize(
+    ("value", "name", "given", "index", "message"),
+    [
+        (PointLight(), "intensity", "a lot", (), "intensity must be a number; got a lot"),
+        (PointLight(), "intensity", math.nan, (), "intensity must be a finite number"),
+        (PointLight(), "intensity", -1, (), "intensity must be a finite number >= 0"),
+        (PointLight(), "intensity", True, (), "intensity must be a finite number"),
+        (PointLight(), "intensity", None, (), "intensity must be given"),
+        (PointLight(), "position", 1.0, (3,), "index of position must be a whole number below 3"),
+        (PointLight(), "position", 1.0, (-1,), "index of position"),
+        (PointLight(), "position", [1.0], (), "position must be 3 finite numbers"),
+        (PointLight(), "attenuation", 0, (0,), "not all zero"),
+        (PointLight(), "frame", "moon", (), "frame must be one of"),
+        (PointLight(), "diffuse", "gren", (), "Did you mean 'green'"),
+        (PointLight(), "on", "yes", (), "on must be True or False"),
+        (PointLight(), "__class__", 1, (), "field must be one of"),
+        (LightModel(), "ambient_occlusion", -2, (), "ambient_occlusion"),
+        (PBR(), "roughness", 0, (), "roughness"),
+    ],
+)
+def test_what_is_not_allowed_is_refused_by_name(value, name, given, index, message):
+    with pytest.raises(ValueError, match=message):
+        edited(value, name, given, index)
+
+
+def test_what_is_optional_can_be_left_out():
+    tinted = PointLight(specular="red")
+    assert edited(tinted, "specular", None) == PointLight()
+    entry = next(entry for entry in form_of(PointLight(), "", {}) if entry["name"] == "specular")
+    assert (entry["optional"], entry["set"]) == (True, False)
+
+
+def test_an_array_and_an_image_are_named_not_shown():
+    sky = EnvironmentLight(image=np.ones((4, 8, 3)))
+    assert next(entry["map"] for entry in form_of(sky, "", {}) if entry["name"] == "image") == "image 8 × 4"
+    material = Material(albedo="scan")
+    assert next(entry["map"] for entry in form_of(material, "", {}) if entry["name"] == "albedo") == "array 'scan'"
+
+
+def test_a_slider_without_ends_stays_while_its_number_is_on_it():
+    middles = {}
+    for intensity, middle in ((1.0, 0.0), (200.0, 0.0), (300.0, 8.0), (2.0, 8.0), (0.0, 8.0), (0.5, -0.0)):
+        entry = next(e for e in form_of(PointLight(intensity=intensity), "", middles) if e["name"] == "intensity")
+        assert (entry["from"], entry["to"]) == (middle - 8.0, middle + 8.0)
+        assert intensity == 0.0 or 2.0 ** entry["slide"] == pytest.approx(intensity)
+
+
+def test_hex_strings_are_what_a_display_shows():
+    assert hex_of((1.5, 0.5, 0.0)) == "#ff8000"
+    assert edited(PointLight(), "diffuse", "#ff8000").diffuse == (1.0, 128 / 255, 0.0)
+    bright = replace(PointLight(), diffuse=(3.0, 0.2, 0.1))
+    assert edited(bright, "diffuse", hex_of(bright.diffuse)) == bright

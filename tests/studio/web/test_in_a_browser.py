@@ -1,0 +1,335 @@
+"""The studio in a real Chromium: panels, gizmos, one history, two browsers, and messages that no page sends."""
+
+import asyncio
+import importlib.util
+import json
+import shutil
+import subprocess
+import sys
+import time
+from io import BytesIO
+
+import numpy as np
+import pytest
+import pyvista as pv
+from served import new_browser
+
+from pvphong.optics.lights import LIGHT_TYPES
+
+PROGRAMS = {name: shutil.which(name) for name in ("chromium", "chromedriver")}
+MISSING = [name for name, path in PROGRAMS.items() if path is None]
+MISSING += [name for name in ("selenium", "trame_pyvista") if importlib.util.find_spec(name) is None]
+pytestmark = pytest.mark.skipif(
+    bool(MISSING),
+    reason=f"a page in a browser needs {', '.join(MISSING)} (Debian: chromium, chromium-driver; extras: test, trame)",
+)
+
+
+class Served:
+    """`pvphong studio` in a process of its own, and the address that it prints."""
+
+    def __init__(self, *words):
+        command = [sys.executable, "-m", "pvphong", "studio", *map(str, words), "--no-browser"]
+        self._process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.address = self._process.stdout.readline().strip()
+        assert self.address.startswith("http://"), self._process.communicate()
+
+    def close(self):
+        self._process.terminate()
+        _, complaints = self._process.communicate(timeout=20)
+        assert complaints == ""
+
+
+class Page:
+    """A studio in a browser."""
+
+    def __init__(self, driver, address):
+        self.driver = driver
+        size = {"width": 1280, "height": 720, "deviceScaleFactor": 1, "mobile": False}
+        driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        driver.get(address)
+        self.until(lambda: self.all("light-row") and self.picture().std() > 5)
+
+    def all(self, name, inside=None):
+        """Elements by their `data-test`."""
+        return (inside or self.driver).find_elements("css selector", f'[data-test="{name}"]')
+
+    def row(self, called):
+        """The row of a light."""
+        return next(row for row in self.all("light-row") if row.get_attribute("aria-label") == f"Light {called}")
+
+    def click(self, name, inside=None):
+        self.all(name, inside)[0].click()
+
+    def type(self, name, text, inside=None):
+        """Replace what stands in a field, and press Enter."""
+        from selenium.webdriver.common.keys import Keys
+
+        field = self.all(name, inside)[0].find_element("css selector", "input")
+        field.send_keys(Keys.CONTROL, "a")
+        field.send_keys(text, Keys.ENTER)
+
+    def state(self, name):
+        """What the page knows."""
+        return self.driver.execute_script("return window.trame.state.get(arguments[0])", name)
+
+    def light(self, called):
+        return next((light for light in self.state("lights") if light["called"] == called), None)
+
+    def trigger(self, name, *args):
+        self.driver.execute_script("window.trame.trigger(arguments[0], arguments[1])", name, list(args))
+
+    def until(self, is_so, seconds=60.0):
+        """Wait until something is so; gives it."""
+        end = time.monotonic() + seconds
+        while True:
+            try:
+                if found := is_so():
+                    return found
+            except Exception:  # an element that is being replaced
+                if time.monotonic() > end:
+                    raise
+            assert time.monotonic() < end, "it did not come"
+            time.sleep(0.05)
+
+    def settled(self, of):
+        """A value when it has stayed the same for a while."""
+        last, now = None, of()
+        while last != now:
+            time.sleep(0.5)
+            last, now = now, of()
+        return now
+
+    def middle(self):
+        """The colour in the middle of the view."""
+        picture = self.picture()
+        height, width, _ = picture.shape
+        return picture[height // 2 - 20 : height // 2 + 20, width // 2 - 20 : width // 2 + 20].mean(axis=(0, 1))
+
+    def picture(self):
+        """What the view shows, (h, w, 3)."""
+        from PIL import Image
+
+        shown = self.all("view")[0].screenshot_as_png
+        return np.asarray(Image.open(BytesIO(shown)).convert("RGB")).astype(int)
+
+    def drag(self, start, by):
+        """Press in the view, move in steps, release; pixels from its upper left."""
+        from selenium.webdriver.common.actions.action_builder import ActionBuilder
+
+        corner = self.all("view")[0].rect
+        actions = ActionBuilder(self.driver, duration=40)
+        mouse = actions.pointer_action
+        at = round(corner["x"] + start[0]), round(corner["y"] + start[1])
+        mouse.move_to_location(*at)
+        mouse.pause(0.3)
+        mouse.pointer_down()
+        for part in (0.2, 0.4, 0.6, 0.8, 1.0, 1.0):
+            mouse.move_to_location(round(at[0] + part * by[0]), round(at[1] + part * by[1]))
+            mouse.pause(0.08)
+        mouse.pointer_up()
+        actions.perform()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("studio")
+
+
+@pytest.fixture(scope="module")
+def driver(folder):
+    driver = new_browser(PROGRAMS["chromium"], PROGRAMS["chromedriver"], folder / "profile")
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture(scope="module")
+def served(folder):
+    mesh = folder / "ball.ply"
+    pv.Sphere(theta_resolution=24, phi_resolution=24).save(mesh)
+    served = Served(mesh)
+    yield served
+    served.close()
+
+
+@pytest.fixture(scope="module")
+def opened(driver, served):
+    return Page(driver, served.address)
+
+
+@pytest.fixture
+def page(opened):
+    """The page, with everything undone."""
+    while opened.state("can_undo"):
+        opened.trigger("undo")
+        time.sleep(0.1)
+    opened.until(lambda: not opened.state("can_undo"))
+    return opened
+
+
+def test_all_kinds_of_light_are_added_by_a_click_and_undone(page):
+    for kind in LIGHT_TYPES:
+        page.click(f"add-{kind}")
+        page.until(lambda kind=kind: page.light(kind)["selected"])
+    assert len(page.all("light-row")) == 3 + len(LIGHT_TYPES)
+    for _ in LIGHT_TYPES:
+        page.click("undo")
+        time.sleep(0.1)
+    page.until(lambda: len(page.all("light-row")) == 3)
+    page.click("redo")
+    page.until(lambda: page.light("directional"))
+
+
+def test_a_gizmo_is_dragged_in_the_view_and_undone_in_the_panel(page):
+    page.click("add-spot")
+    before = page.until(lambda: page.light("spot")["fields"])
+    page.until(lambda: len(page.state("lights")) == 4)
+    time.sleep(0.5)  # until the gizmo is drawn
+    view = page.all("view")[0].rect
+    page.drag((view["width"] / 2, view["height"] / 2), (70, -50))  # its target is the middle of the mesh
+    page.until(lambda: page.light("spot")["fields"] != before)
+    aimed = page.settled(lambda: page.light("spot")["fields"])
+    changed = [entry["name"] for entry, old in zip(aimed, before, strict=True) if entry != old]
+    assert changed == ["direction"]
+    page.click("undo")
+    page.until(lambda: page.light("spot")["fields"] == before)
+    page.click("redo")
+    page.until(lambda: page.light("spot")["fields"] == aimed)
+
+
+def test_numbers_names_and_colours_are_typed_and_what_is_refused_is_said(page):
+    page.type("intensity", "0.25", page.row("key"))
+    page.until(lambda: page.light("key")["intensity"]["value"] == 0.25)
+    page.type("colour", "#00ff00", page.row("key"))
+    page.until(lambda: page.light("key")["diffuse"]["value"] == [0.0, 1.0, 0.0])
+    page.until(lambda: page.middle()[1] > page.middle()[0] + 20)
+    page.type("light-name", "sun", page.row("key"))
+    page.until(lambda: page.light("sun"))
+    page.type("intensity", "-3", page.row("sun"))
+    page.until(lambda: "intensity must be a finite number >= 0; got -3.0." in page.all("notice")[0].text)
+    assert page.light("sun")["intensity"]["value"] == 0.25
+    shown = "return arguments[0].querySelector('input').value"
+    page.until(lambda: page.driver.execute_script(shown, page.all("intensity", page.row("sun"))[0]) == "0.25")
+    for _ in range(3):
+        page.click("undo")
+    page.until(lambda: page.light("key") and not page.state("can_undo"))
+
+
+def test_a_slider_is_moved_as_one_step(page):
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    row = page.row("key")
+    thumb = page.all("intensity", row)[0].find_element("css selector", "[role=slider]")
+    moves = ActionChains(page.driver, duration=20).click_and_hold(thumb)
+    for _ in range(6):
+        moves.move_by_offset(6, 0)
+    moves.release().perform()
+    page.until(lambda: page.light("key")["intensity"]["value"] > 2.0 and page.state("local") == {})
+    from selenium.webdriver.common.keys import Keys
+
+    ActionChains(page.driver).key_down(Keys.CONTROL).send_keys("z").key_up(Keys.CONTROL).perform()
+    page.until(lambda: page.light("key")["intensity"]["value"] == 1.0)
+    assert not page.state("can_undo")
+
+
+def test_the_plan_follows_the_tolerance(page):
+    rows = page.until(lambda: page.all("plan-row"))
+    assert {row.text.split()[0] for row in rows} >= {"lights", "diffuse", "specular"}
+    assert any(row.text.startswith("specular off") for row in rows)
+    page.type("intensity", "0.001", page.row("fill"))
+    page.type("tolerance", "0.05")
+    page.until(lambda: "off by at most" in page.state("plan")["accuracy"])
+    page.until(lambda: any("fill" in row.text for row in page.all("plan-row")))
+    page.type("tolerance", "0")
+    page.until(lambda: "exact" in page.state("plan")["accuracy"])
+
+
+def test_materials_and_scene_are_edited(page):
+    page.trigger("choose_material", 0, "gold")
+    page.until(lambda: page.state("materials")[0]["preset"] == "gold")
+    page.until(lambda: page.middle()[0] > page.middle()[2] + 40)
+    page.trigger("choose_reflectance", 0, "pbr")
+    fields = page.until(lambda: page.state("materials")[0]["reflectance_fields"])
+    assert [field["name"] for field in fields] == ["metallic", "roughness"]
+    page.trigger("edit", "model.shadows", True)
+    page.until(lambda: next(entry["value"] for entry in page.state("model") if entry["name"] == "shadows"))
+
+
+def test_a_second_browser_sees_the_same_and_a_reload_loses_nothing(page, served):
+    page.click("add-point")
+    page.until(lambda: page.light("point"))
+    first = page.driver.current_window_handle
+    page.driver.switch_to.new_window("tab")
+    second = Page(page.driver, served.address)
+    second.until(lambda: second.light("point"))
+    second.type("intensity", "0.5", second.row("point"))
+    second.until(lambda: second.light("point")["intensity"]["value"] == 0.5)
+    page.driver.close()
+    page.driver.switch_to.window(first)
+    page.until(lambda: page.light("point")["intensity"]["value"] == 0.5)
+    page.driver.refresh()
+    page.until(lambda: page.light("point")["intensity"]["value"] == 0.5)
+    page.until(lambda: page.picture().std() > 5)
+
+
+def test_malformed_messages_are_refused_and_harm_nobody(page, served):
+    import msgpack
+    from aiohttp import ClientSession, WSMsgType
+    from wslink.chunking import generate_chunks
+
+    good = {"wslink": "1.0", "id": "rpc:c0:1", "method": "trame.state.get", "args": []}
+    hello = {"wslink": "1.0", "id": "system:c0:0", "method": "wslink.hello", "args": [{"secret": "wslink-secret"}]}
+    bad = [
+        *({**good, "method": method} for method in ("application.exit", "trame.force.push", "trame.rca.push", 5, None)),
+        *({**good, "args": args} for args in ("x", {"a": 1}, None)),
+        *({**good, "id": key} for key in (None, 7, [], "x" * 500)),
+        {**good, "kwargs": {"self": 1}},
+        {**good, "method": "trame.state.update", "args": [[{"key": "lights", "value": []}]]},
+        *({**good, "method": "trame.lifecycle.update", "args": [name]} for name in ("server_ready", "exception", [])),
+        *(
+            {**good, "method": "trame.trigger", "args": args}
+            for args in ([], ["nobody", [], {}], ["undo", [], {"x": 1}])
+        ),
+        *({**good, "method": "trame.trigger", "args": [name, [{"a": 1}], {}]} for name in ("edit", "slide", "add")),
+        *({**good, "method": "trame.rca.event", "args": args} for args in ([], ["a", "b", {}], ["a", "b", None])),
+        *({**good, "method": "trame.rca.size", "args": args} for args in (["a", "b", {"w": "x"}], [[], [], []])),
+        *([], 5, "text", [good], {}),
+    ]
+
+    def framed(message):
+        return next(generate_chunks(msgpack.packb(message), 0))
+
+    raw = [
+        b"",
+        b"\x00",
+        b"\xff" * 12,
+        b"\x00" * 40,
+        (2**31).to_bytes(12, "little"),
+        b"\x01\0\0\0\0\0\0\0\xff\xff\xff\xff",
+    ]
+
+    async def ask(end, frame, *, text=False):
+        """Send a frame and give the answer; pictures and states come in between."""
+        await (end.send_str(frame) if text else end.send_bytes(frame))
+        while True:
+            got = await end.receive(timeout=60)
+            assert got.type == WSMsgType.BINARY, got
+            answer = msgpack.unpackb(got.data[12:])
+            if not answer["id"].startswith("publish:"):
+                return answer
+
+    async def main():
+        async with ClientSession() as session, session.ws_connect(f"{served.address}ws") as end:
+            answers = [await ask(end, framed(good))]  # before a greeting
+            assert "result" in await ask(end, framed(hello))
+            answers += [await ask(end, framed(message)) for message in bad]
+            answers += [await ask(end, frame) for frame in raw]
+            answers.append(await ask(end, "text", text=True))
+            assert "result" in await ask(end, framed(good))
+            return answers
+
+    answers = asyncio.run(main())
+    assert all("error" in answer and "data" not in answer["error"] for answer in answers)
+    assert "/" not in json.dumps(answers)  # no path
+    page.click("add-point")
+    page.until(lambda: page.light("point") or page.light("point 2"))
