@@ -21,7 +21,7 @@ from pvphong.base.vectors import dot
 from pvphong.geometry.extent import Sphere
 from pvphong.optics.area.sampling import Sampling, sky_frame, sky_sample
 from pvphong.optics.light import Light
-from pvphong.rays.casting import BYTES_PER_TRIANGLE, Occluders, warn_of_slow_rays
+from pvphong.rays.casting import BYTES_PER_TRIANGLE, BlockingFaces, Occluders, warn_of_slow_rays
 from pvphong.rays.rays import Receiver, may_block, part_by_arrays, place_of, place_or_direction, rays_to
 from pvphong.rays.sampling import Cast, Seen, look
 from pvphong.scene.light_model import LightModel
@@ -290,6 +290,18 @@ class Visibility:
         """
         receiver = self._receiver if rows is None else self._receiver.some(rows)
         return Visibility(replace(self._tracer, receiver=receiver, samples=samples), self._lights, self.lights)
+
+    def at(self, points: Float64Array, normals: FloatArray, origins: Float64Array) -> Visibility:
+        """What is seen of the same lights, past the same occluders, from other places on the mesh.
+
+        Parameters
+        ----------
+        points, normals, origins : ndarray
+            Shape (n, 3), in the world; rays begin at the origins, above them by the resolution of the triangles.
+        """
+        nowhere = BlockingFaces(points, np.zeros((0, 3), np.int64))
+        receiver = Receiver(nowhere, lambda: normals, self._receiver.part, origins)
+        return Visibility(replace(self._tracer, receiver=receiver), self._lights, self.lights)
 
     def _keep(self, row: int, part: FloatArray, error: FloatArray) -> None:
         self._parts[row], self._errors[row] = part, error

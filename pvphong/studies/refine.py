@@ -18,9 +18,9 @@ from pvphong.meshes.surfaces import ORIGINAL_POINT, FeatureAngle, has_faces, sha
 from pvphong.optics.maps import maps_on_material
 from pvphong.optics.material import Material, as_material
 from pvphong.scene.scene import SceneLike
-from pvphong.shading.inside.interpolation import Lighting, LitVertices, all_errors
+from pvphong.shading.inside.interpolation import Lighting, all_errors
 from pvphong.shading.inside.splitting import Refinement, Stopped
-from pvphong.shading.visibility import refuse_rays
+from pvphong.shading.inside.surface import Added
 
 Placement = Literal["linear", "smooth"]
 
@@ -39,6 +39,9 @@ _NOT_REACHED: dict[Stopped, str] = {
 # After the name of the lit colours, the name of the cell array of errors.
 _ERROR = "_interpolation_error"
 
+# And of the point array that pairs points at the same place, on the two sheets of a cut.
+_PAIR = "_refinement_pair"
+
 
 @maps_on_material
 def refine(
@@ -53,6 +56,8 @@ def refine(
     matrix: MatrixLike | None = None,
     precision: Precision = "float32",
     feature_angle: FeatureAngle = None,
+    occluders: Any = (),
+    cut: bool = True,
 ) -> pv.PolyData:
     """A new mesh with lit colours, split where colours interpolated across its triangles miss the evaluated ones.
 
@@ -150,14 +155,14 @@ def refine(
         check.refuse("name", name, "a string that is not empty")
     smooth = check.choice("placement", placement, get_args(Placement)) == "smooth"
     real = check.choice("precision", precision, get_args(Precision))
-    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle)
+    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders, cuts=check.flag("cut", cut))
     count = lit.mesh.n_points
     limit = count + _MOST_ADDED if max_points is None else max_points
     if isinstance(limit, bool) or not isinstance(limit, numbers.Integral) or limit < count:
         check.refuse("max_points", max_points, f"an integer >= {count}, the points that the mesh has, or None")
     with _far_ranges_allowed():
         refinement = Refinement(lit.mesh.points, lit.blended, lit.corners, lit.lighting, smooth)
-        stopped = refinement.run(tolerance, int(limit))
+        stopped = refinement.run(tolerance, int(limit), cut=cut)
     result, left = _split_mesh(lit, refinement), float(refinement.errors.max(initial=0.0))
     quality = f"{tolerance:.3g} everywhere, off by up to {left:.3g}"
     points = f"{result.n_points} points, {result.n_points - count} of them new"
@@ -170,6 +175,10 @@ def refine(
     result.field_data[f"{name}_refinement_error"] = [left]
     result.field_data[f"{name}_refinement_stopped"] = stopped
     result.field_data[f"{name}_refinement_points"] = [count, result.n_points]
+    if refinement.cuts.sides:
+        result.point_data[name + _PAIR] = _others_there(refinement.triangles.places)
+    result.field_data[f"{name}_refinement_cut"] = [refinement.cuts.sides]
+    result.field_data[f"{name}_refinement_strip"] = [refinement.cuts.strip]
     result.point_data[name] = lit.lighting.shown(refinement.vertices.colors).astype(real)
     result.set_active_scalars(name, preference="point")
     return result
@@ -183,12 +192,13 @@ def interpolation_error(
     *,
     matrix: MatrixLike | None = None,
     feature_angle: FeatureAngle = None,
+    occluders: Any = (),
 ) -> pv.PolyData:
     """A new mesh that says how far colours interpolated across each triangle are from per-pixel shading.
 
     Parameters
     ----------
-    mesh, scene, material, matrix, feature_angle
+    mesh, scene, material, matrix, feature_angle, occluders
         As for `refine`.
 
     Returns
@@ -204,11 +214,9 @@ def interpolation_error(
     ValueError
         As `refine`.
     """
-    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle)
-    points, normals = lit.mesh.points.astype(np.float64), lit.blended
+    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders)
     with _far_ranges_allowed():
-        maps = lit.lighting.maps
-        vertices = LitVertices(points, normals, normals, maps, lit.lighting.colors(points, normals, maps))
+        vertices = lit.lighting.vertices(lit.mesh.points, lit.blended)
         errors = all_errors(vertices, lit.corners, lit.lighting)
     result = shallow_copy(lit.mesh)
     result.cell_data["phong" + _ERROR] = errors
@@ -233,11 +241,13 @@ def _lit_triangles(
     material: Material | str,
     matrix: MatrixLike | None,
     feature_angle: FeatureAngle,
+    occluders: Any,
+    *,
+    cuts: bool = False,
 ) -> _LitTriangles:
     material = as_material(material)
     source, maps, tangents = surface_and_maps(mesh, material, feature_angle)
     scene = scene_for(source, given_scene, matrix)
-    refuse_rays(scene, "where colours inside of triangles count")
     if not has_faces(source):
         check.refuse("mesh", f"{source.n_points} points without faces", "a mesh with faces", "A cloud has no inside.")
     triangles, first = source, source.n_verts + source.n_lines
@@ -254,13 +264,25 @@ def _lit_triangles(
     blended[~np.isfinite(blended).all(axis=1)] = 0.0
     exponent = int(np.frexp(np.abs(blended).max(initial=0.0))[1])
     corners, blended = triangles.regular_faces.astype(np.intp), np.ldexp(blended, -exponent)
-    lighting = Lighting(scene, material, matrix, vertices_of(source, maps, tangents, scene=scene))
+    vertices = vertices_of(source, maps, tangents, scene=scene, occluders=occluders, matrix=matrix)
+    lighting = Lighting(scene, material, matrix, vertices, cuts=cuts)
     return _LitTriangles(triangles, corners, normals, blended, exponent, lighting)
 
 
 def _far_ranges_allowed() -> np.errstate:
     """Where coordinates leave float64's range, samples are lost, but nothing else."""
     return np.errstate(over="ignore", under="ignore", invalid="ignore")
+
+
+def _others_there(places: IntArray) -> IntArray:
+    """(n,): the next point at the same place, the first after the last; -1 for a point that is alone there."""
+    order = np.argsort(places, kind="stable")
+    starts = np.flatnonzero(np.diff(places[order], prepend=-1))
+    following = np.roll(order, -1)
+    following[np.append(starts[1:], len(order)) - 1] = order[starts]
+    result = np.empty_like(places)
+    result[order] = np.where(following == order, -1, following)
+    return result
 
 
 def _split_mesh(lit: _LitTriangles, refinement: Refinement) -> pv.PolyData:
@@ -270,7 +292,9 @@ def _split_mesh(lit: _LitTriangles, refinement: Refinement) -> pv.PolyData:
     points = np.concatenate([source.points, vertices.points[added].astype(source.points.dtype)])
     result = pv.PolyData.from_regular_faces(points, triangles.corners)
     for key in source.point_data:
-        result.point_data[key] = _interpolated(np.asarray(source.point_data[key]), refinement.parents)
+        result.point_data[key] = _interpolated(np.asarray(source.point_data[key]), refinement.added)
+    if refinement.cuts.sides and ORIGINAL_POINT not in result.point_data:
+        result.point_data[ORIGINAL_POINT] = np.arange(result.n_points)
     if ORIGINAL_POINT in result.point_data:
         result.point_data[ORIGINAL_POINT][added] = -1
     for key in source.cell_data:
@@ -289,21 +313,22 @@ def _split_mesh(lit: _LitTriangles, refinement: Refinement) -> pv.PolyData:
     return result
 
 
-def _interpolated(values: NDArray[Any], rounds: list[IntArray]) -> NDArray[Any]:
-    """A point array with the values of new points, round by round.
+def _interpolated(values: NDArray[Any], added: list[Added]) -> NDArray[Any]:
+    """A point array with the values of new points, as they were added.
 
-    They are means of floats and of colours; of what may be labels, the value of the end with the lower number.
+    They are blends of floats and of colours; of what may be labels, the value of the end with the lower number.
     """
     start, kind = len(values), values.dtype
-    result = np.empty((start + sum(map(len, rounds)), *values.shape[1:]), dtype=kind)
+    result = np.empty((start + sum(len(each.along) for each in added), *values.shape[1:]), dtype=kind)
     result[:start] = values
-    for parents in rounds:
+    for parents, along in added:
         low, high = (result[ends] for ends in np.sort(parents, axis=1).T)
+        t = np.where(parents[:, 0] <= parents[:, 1], along, 1.0 - along).reshape(-1, *(1,) * (values.ndim - 1))
         if kind.kind in "fc":
             with np.errstate(invalid="ignore", under="ignore"):
-                low = low * kind.type(0.5) + high * kind.type(0.5)
+                low = low * (1.0 - t).astype(kind) + high * t.astype(kind)
         elif kind == np.uint8 and values.ndim == 2 and values.shape[1] in (3, 4):
-            low = ((low.astype(np.uint16) + high + 1) // 2).astype(np.uint8)
+            low = np.floor(low * (1.0 - t) + high * t + 0.5).astype(np.uint8)
         result[start : start + len(parents)] = low
         start += len(parents)
     return result

@@ -1,7 +1,8 @@
 """How far colours interpolated across triangles are from the lit ones: what is compared, where, and the errors there.
 
 The colour inside a triangle is the linear blend of the colours at its corners. The truth is the lighting
-equation at the blended point with the blended normal, made unit length: per-pixel shading.
+equation at the blended point with the blended normal, made unit length: per-pixel shading, with what is seen of each
+light from there.
 
 They are compared at a fixed pattern of places, and where no fixed pattern would hit: at peaks, where a light is
 brightest, and at creases, where colours bend or jump. Places are barycentric coordinates, (s, 3) or (m, s, 3).
@@ -10,16 +11,17 @@ brightest, and at creases, where colours bend or jump. Places are barycentric co
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, rgb
 from pvphong.base.vectors import columns, dot, towards, unit, unit_vector
 from pvphong.geometry.transform import normal_matrix, transform_points
+from pvphong.optics.light import Light
 from pvphong.optics.maps import Map, fractions
 from pvphong.optics.material import Material
 from pvphong.optics.roles import Aim, Angle, Power
@@ -27,6 +29,7 @@ from pvphong.scene.scene import Scene
 from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.evaluation import evaluate
 from pvphong.shading.vertices import Vertices
+from pvphong.shading.visibility import VisibilityLike
 
 # Samples that are held in memory at a time.
 _SAMPLES = 2**18
@@ -35,8 +38,19 @@ _SAMPLES = 2**18
 # --- what is compared
 
 
+class SeenFromPlaces(VisibilityLike, Protocol):
+    """What is seen of the lights and the sky from the vertices of a mesh, and from other places on it."""
+
+    def at(self, points: Float64Array, normals: Float64Array, origins: Float64Array) -> VisibilityLike:
+        """What is seen from places in the world, with normals there, by rays that begin at origins; all (n, 3)."""
+
+
 class Lighting:
     """What a surface is lit by, and how it reflects.
+
+    What is seen of each light counts as one of the numbers at vertices, `seen`: of a light without a size it is 1 or 0,
+    and 0 outside of a cone too, whose edge is here not the light's but one of what is seen of it. So a vertex on such an
+    edge can be lit as its one side is, or as the other.
 
     Parameters
     ----------
@@ -47,7 +61,9 @@ class Lighting:
     matrix : array_like or None
         (4, 4) model matrix.
     vertices : Vertices
-        With the material's maps.
+        With the material's maps, and with a visibility that is `SeenFromPlaces` where the scene asks for rays.
+    cuts : bool, default False
+        Whether edges of cones are to be part of what is seen.
 
     Attributes
     ----------
@@ -55,9 +71,15 @@ class Lighting:
         The whole lighting equation.
     maps : ndarray
         Shape (n, k): the maps, and tangents where the reflectance needs them, in float64, side by side.
+    sharp : tuple of int
+        Places among the scene's lights of those of which all or nothing is seen, and something may be in between.
+    settled : set of int
+        Those of them whose edges run between triangles: of them, inside of triangles is seen what corners agree on.
     """
 
-    def __init__(self, scene: Scene, material: Material, matrix: MatrixLike | None, vertices: Vertices) -> None:
+    def __init__(
+        self, scene: Scene, material: Material, matrix: MatrixLike | None, vertices: Vertices, *, cuts: bool = False
+    ) -> None:
         self.scene, self.matrix = scene, matrix
         self.equation = vertices.equation(scene, material, matrix)
         self._material = replace(material, tangents=None)  # they are among the maps, where anything reads them
@@ -67,23 +89,107 @@ class Lighting:
         ends = np.cumsum([0, *(rows.shape[1] for rows in columns.values())]).tolist()
         self._columns = {name: slice(*part) for name, part in zip(columns, pairwise(ends), strict=True)}
         self.maps = np.concatenate([np.zeros((len(vertices), 0)), *columns.values()], axis=1)
+        self._visibility: Any = vertices.visibility if self.equation.needs_visibility else None
+        blocked = self.equation.shadowed if self._visibility is not None else ()
+        self._blocked = frozenset(k for k in blocked if not self._visibility.why_clear(k))
+        self._lights = {term.index: term.light for term in self.equation.terms}
+        self._cones = frozenset(filter(self._has_cone, self._lights)) if cuts else frozenset()
+        lights, model = list(scene.lights), scene.light_model
+        for k in self._cones:
+            lights[k] = lights[k].with_values(Angle, (lights[k].values(Angle)[0] + 90.0) / 2.0)
+        shadows = model.shadows or bool(self._cones)
+        self._unclamped = replace(scene, lights=lights, light_model=replace(model, clamp=False, shadows=shadows))
+        self.sharp = tuple(sorted(self._cones | self._blocked))
+        self.settled: set[int] = set()
 
-    def colors(self, points: FloatArray, normals: FloatArray, maps: Float64Array) -> Float64Array:
-        """(n, 3) lit colours before they are clamped, for rows of `maps`."""
+    def _has_cone(self, light: int) -> bool:
+        """Whether a light has a cone that can be a part of what is seen of it: its ambient colour is not."""
+        given = self._lights[light]
+        angles = given.values(Angle) if given.values(Aim) else []
+        is_alone = self.scene.light_model.convention == "standard" and not any(rgb(given.ambient))
+        return is_alone and len(angles) == 1 and angles[0] < 90.0
+
+    def colors(self, points: FloatArray, normals: FloatArray, maps: Float64Array, seen: Float64Array) -> Float64Array:
+        """(n, 3) lit colours before they are clamped, for rows of `maps` and of what is seen."""
         material = self._material.with_values({name: Map(maps[:, part]) for name, part in self._columns.items()})
-        unclamped = replace(self.scene, light_model=replace(self.scene.light_model, clamp=False))
         options: dict[str, Any] = {"matrix": self.matrix, "precision": "float64", "backend": "numpy"}
-        shading = evaluate(points, normals, unclamped, material, **options)
+        if seen.shape[1]:
+            options["visibility"] = seen.T
+        shading = evaluate(points, normals, self._unclamped, material, **options)
         return shading.rgb.astype(np.float64, copy=False)
+
+    def vertices(self, points: FloatArray, normals: FloatArray) -> LitVertices:
+        """The mesh's own, which begin what is interpolated."""
+        p, n = points.astype(np.float64), normals.astype(np.float64)
+        level = dot(*(columns(each) for each in self.in_world(p, n)))
+        seen = np.ones((len(p), self.equation.lights + 1 if self.sharp else 0))
+        for k in self.sharp:
+            seen[:, k] = self._seen(k, p, n, None)
+        return LitVertices(p, n, n, self.maps, seen, level, self.colors(p, n, self.maps, seen))
+
+    def in_world(self, points: Float64Array, normals: Float64Array) -> tuple[Float64Array, Float64Array]:
+        """Points and normals (n, 3) of the mesh; the matrix takes the normals' lengths along."""
+        if self.matrix is None:
+            return points, normals
+        return transform_points(points, self.matrix), normals @ normal_matrix(self.matrix).T
 
     def shown(self, colors: Float64Array) -> Float64Array:
         """Colours as the light model shows them, clamped or not."""
         return np.clip(colors, 0.0, 1.0) if self.scene.light_model.clamp else colors
 
+    def seen(self, light: int, points: Float64Array, normals: Float64Array, level: Float64Array) -> Float64Array:
+        """(n,): what is seen of a sharp light from places on the mesh; 1 where they face away from it.
+
+        Rays begin on the plane that blends the tangent planes at a triangle's corners, if that is above it. All of a
+        convex mesh is below its vertices' tangent planes, and so below their blends: a ray that rises above one meets
+        nothing of it, however coarse it is. See `pvphong.rays.rays` for vertices, and J. Hanika, "Hacking the shadow
+        terminator" (2021), who moves places to the blend of their projections.
+
+        Parameters
+        ----------
+        light : int
+            Its place among the scene's lights.
+        points, normals : ndarray
+            (n, 3), the normals with the lengths with which they are blended.
+        level : ndarray
+            (n,): the product of normal and point, in the world, blended as `LitVertices.level`.
+        """
+
+        return self._seen(light, points, normals, level)
+
+    def _seen(self, k: int, points: Float64Array, normals: Float64Array, level: Float64Array | None) -> Float64Array:
+        """`seen`; without levels, from the mesh's own vertices."""
+        p, n = self.in_world(points, normals)
+        light, result = self._lights[k], np.ones(len(p))
+        if k in self._cones:
+            result[_inside_cone(light, columns(p)) < 0.0] = 0.0
+        if k not in self._blocked:
+            return result
+        side = np.nan_to_num(np.sign(dot(columns(n), light.arrival(columns(p)).direction)))
+        some = np.flatnonzero((result > 0.0) & ((side != 0.0) if self.equation.two_sided else (side > 0.0)))
+        if level is None:
+            result[some] = self._visibility.channels([k], sky=False)[k, some]
+        elif len(some):
+            p, n, side = p[some], n[some], side[some]
+            up = n * (side / np.linalg.norm(n, axis=1))[:, None]
+            height = (level[some] - np.einsum("ki,ki->k", p, n)) * side / np.linalg.norm(n, axis=1)
+            origins = p + np.fmax(height, 0.0)[:, None] * up
+            result[some] = self._visibility.at(p, n, origins).channels([k], sky=False)[k]
+        return result
+
+
+def _inside_cone(light: Light, points: FloatArray) -> FloatArray:
+    """(n,): positive inside of a light's cone, negative outside, by the chord between its axis and the ray; see
+    `pvphong.optics.lights.spot`.
+    """
+    (direction,), (angle,) = light.values(Aim), light.values(Angle)
+    chord = light.arrival(points).direction + np.array(unit_vector(direction))[:, None]
+    return 4.0 * math.sin(math.radians(angle) / 2.0) ** 2 - dot(chord, chord)
+
 
 @dataclass(frozen=True)
 class LitVertices:
-    """Points, and what is interpolated between them: float64 arrays of shape (n, 3), but for maps.
+    """Points, and what is interpolated between them: float64 arrays of shape (n, 3), but for those that say so.
 
     Attributes
     ----------
@@ -95,6 +201,10 @@ class LitVertices:
         The same directions, of the lengths with which whoever gets the mesh will blend them.
     maps : ndarray
         Shape (n, k), as `Lighting.maps` has them.
+    seen : ndarray
+        Shape (n, lights + 1), the part of each light, and of the sky, that is seen; (n, 0) where all is.
+    level : ndarray
+        Shape (n,): where the tangent plane is, as the product with the normal, in the world, of each of its points.
     colors : ndarray
         The lit colours before they are clamped.
     """
@@ -103,15 +213,59 @@ class LitVertices:
     normals: Float64Array
     stored: Float64Array
     maps: Float64Array
+    seen: Float64Array
+    level: Float64Array
     colors: Float64Array
 
 
 def _lit_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
     """(m, s, 3): the truth at places in triangles (m, 3), as it is shown."""
     points, normals = weights @ vertices.points[corners], weights @ vertices.normals[corners]
-    maps = weights @ vertices.maps[corners]
-    rows = (each.reshape(points.size // 3, each.shape[-1]) for each in (points, normals, maps))
+    maps, seen = weights @ vertices.maps[corners], _seen_inside(vertices, corners, weights, lighting)
+    rows = (each.reshape(points.size // 3, each.shape[-1]) for each in (points, normals, maps, seen))
     return lighting.shown(lighting.colors(*rows)).reshape(points.shape)
+
+
+# A place on a boundary, at the foot of a wall say, is looked at from so far inside of its triangle.
+INTO_TRIANGLE = 2.0**-10
+
+
+def _seen_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
+    """(m, s, lights + 1): what is seen from places in triangles; by rays where corners do not say it."""
+    seen = weights @ vertices.seen[corners]
+    for k in lighting.sharp:
+        at_corners = vertices.seen[corners, k]
+        rows = np.arange(len(corners))
+        if k in lighting.settled:
+            rows = np.flatnonzero(at_corners.min(axis=1) != at_corners.max(axis=1))
+        if len(rows):
+            inside = (weights if weights.ndim == 2 else weights[rows]) * (1.0 - INTO_TRIANGLE) + INTO_TRIANGLE / 3.0
+            seen[rows, :, k] = seen_at(k, vertices, corners[rows], inside, lighting)
+    return seen
+
+
+def seen_at(
+    light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting
+) -> Float64Array:
+    """(m, s): what is seen of a sharp light from places, blends of vertices (m, c) with weights (s, c) or (m, s, c)."""
+    points, normals = weights @ vertices.points[corners], weights @ vertices.normals[corners]
+    level = (weights @ vertices.level[corners][..., None]).ravel()
+    found = lighting.seen(light, points.reshape(-1, 3), normals.reshape(-1, 3), level)
+    return found.reshape(points.shape[:2])
+
+
+def steps_at(
+    light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting
+) -> Float64Array:
+    """(m, s): how far the colour with all of a light is from that with nothing of it, at places in triangles (m, 3)."""
+    rows = [weights @ each[corners] for each in (vertices.points, vertices.normals, vertices.maps, vertices.seen)]
+    shape = rows[0].shape[:2]
+    rows = [each.reshape(math.prod(shape), each.shape[-1]) for each in rows]
+    colors = []
+    for part in (1.0, 0.0):
+        rows[3][:, light] = part
+        colors.append(lighting.shown(lighting.colors(*rows)))
+    return _difference(*colors).reshape(shape)
 
 
 def _errors_at(vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
@@ -152,12 +306,14 @@ class Places(NamedTuple):
     """(k, 3): where in each, in barycentric coordinates."""
 
 
-def _in_world(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> tuple[Float64Array, Float64Array]:
-    """Points and normals (m, 3, 3) of triangles; the matrix takes the normals' lengths along."""
-    points, normals, matrix = vertices.points[corners], vertices.normals[corners], lighting.matrix
-    if matrix is None:
-        return points, normals
-    return transform_points(points.reshape(-1, 3), matrix).reshape(points.shape), normals @ normal_matrix(matrix).T
+def _corners_in_world(
+    vertices: LitVertices, corners: IntArray, lighting: Lighting
+) -> tuple[Float64Array, Float64Array]:
+    """Points and normals (m, 3, 3) of triangles."""
+    shape = *corners.shape, 3
+    points, normals = (each[corners].reshape(-1, 3) for each in (vertices.points, vertices.normals))
+    points, normals = lighting.in_world(points, normals)
+    return points.reshape(shape), normals.reshape(shape)
 
 
 def _to_viewer(points: Float64Array, equation: Equation) -> Float64Array:
@@ -188,7 +344,7 @@ def _peaks(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> Iter
     There a vector that varies over the triangle is shortest: the chord D for a highlight, the offset from a spot's
     axis, the offset from a light at a position.
     """
-    equation, (points, normals) = lighting.equation, _in_world(vertices, corners, lighting)
+    equation, (points, normals) = lighting.equation, _corners_in_world(vertices, corners, lighting)
     for term in equation.terms:
         light, p, offsets = term.light, points.reshape(-1, 3), []
         for place in light.places:
@@ -283,7 +439,7 @@ def _creases(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> It
     It is n·l where a light's dark side begins, n·v where a two-sided surface turns, a spot's angle at the edge of its
     cone, a highlight's cosine where it is cut off, a colour less 1 where it saturates.
     """
-    equation, at_corners = lighting.equation, _in_world(vertices, corners, lighting)
+    equation, at_corners = lighting.equation, _corners_in_world(vertices, corners, lighting)
     points, normals = (rows.reshape(-1, 3) for rows in at_corners)
     p, n = columns(points), columns(normals)
     values: list[FloatArray] = [dot(n, _to_viewer(p, equation))] if equation.two_sided else []
@@ -291,11 +447,8 @@ def _creases(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> It
         to_light = term.light.arrival(p).direction
         if term.needs_normals:
             values.append(dot(n, to_light))  # with the normal's length: so it is linear under a distant light
-        for direction, angle in zip(term.light.values(Aim), term.light.values(Angle), strict=False):
-            chord = (
-                to_light + np.array(unit_vector(direction))[:, None]
-            )  # from the axis; at a cone's edge it is as long
-            values.append(4.0 * math.sin(math.radians(angle) / 2.0) ** 2 - dot(chord, chord))
+        if term.light.values(Aim) and term.light.values(Angle):
+            values.append(_inside_cone(term.light, p))
         if equation.has(term, "specular") and 0.0 < equation.sharpness < _SMOOTH:
             chord = _chords(term, equation, points, normals)
             values.append(1.0 - np.einsum("ki,ki->k", chord, chord) / 2.0)

@@ -1,0 +1,317 @@
+"""Edges of what is seen of a light, found in triangles, which are cut along them: those of hard shadows and of cones.
+
+Of a light without a size, a place on a surface sees all or nothing. Where one corner of a triangle sees it and another
+does not, the edge crosses two of its sides, and is bisected there; between, it is taken as straight, as by marching
+triangles (W. E. Lorensen, H. E. Cline: Marching cubes. Computer Graphics 21 (1987), 163-169). A triangle in which that is
+not so is split: where the edge is further from straight than is allowed, where it crosses and comes back, where a shadow
+is inside that no corner sees.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pvphong.base.types import BoolArray, Float64Array, IntArray
+from pvphong.shading.inside.interpolation import seen_at, sizes, steps_at
+from pvphong.shading.inside.surface import LitSurface
+
+PIXEL = 2.0**-10
+"""A triangle in which colours jump is not split below this part of the mesh's diagonal: a pixel of a picture."""
+
+# The line of a cut is nowhere further from the edge than this part of the mesh's diagonal.
+_DEVIATION = 2.0**-12
+
+# The edge is bisected on a side until it is known to 2⁻²⁰ of it, and beside the middle of a cut roughly.
+_HALVINGS, _ROUGHLY = 20, 10
+
+# A side shorter than so many steps of its coordinates' precision is not cut.
+_LEAST_STEPS = 64.0
+
+# Where a triangle is looked at: in quarters of its sides, and inside.
+_QUARTERS = np.array([0.25, 0.5, 0.75])
+_INSIDE = np.array([[2.0, 1.0, 1.0], [1.0, 2.0, 1.0], [1.0, 1.0, 2.0], [4.0 / 3.0] * 3]) / 4.0
+_CENTER = 3
+
+# A round splits the triangles that are at least this urgent, against the most urgent.
+_URGENT = 0.25
+
+
+class Cuts(NamedTuple):
+    """What was cut."""
+
+    sides: int = 0
+    """The number of sides of triangles that were."""
+    strip: float = 0.0
+    """The area, in the mesh's unit, in which colours may be those of the other side of an edge."""
+    missed: int = 0
+    """The number of triangles with an edge inside that is too fine to be cut."""
+    is_spent: bool = False
+    """Whether there were not points enough."""
+
+
+def cut_edges(surface: LitSurface, tolerance: float, limit: int) -> Cuts:
+    """Cut along the edges of all lights, one after the other, where the colour jumps there by more than a tolerance.
+
+    Parameters
+    ----------
+    surface : LitSurface
+        It is split and cut.
+    tolerance : float
+        Smaller jumps are left alone.
+    limit : int
+        How many vertices there may be then.
+    """
+    cuts = [_Edge(surface, light, tolerance, limit).cut() for light in surface.lighting.sharp]
+    sides, strips, missed, spent = zip(*cuts, strict=True) if cuts else ((), (), (), ())
+    return Cuts(sum(sides), sum(strips), sum(missed), any(spent))
+
+
+class _Crossings(NamedTuple):
+    """Where an edge crosses sides and triangles."""
+
+    along: Float64Array
+    """(s,): where it crosses each side; NaN where it does not."""
+    step: Float64Array
+    """(s,): how far the colour jumps there."""
+    rows: IntArray
+    """(k,): triangles that it crosses."""
+    deviation: Float64Array
+    """(k,): how far it is from a straight line in each."""
+    width: Float64Array
+    """(k,): the length of that line."""
+
+
+class _Edge:
+    def __init__(self, surface: LitSurface, light: int, tolerance: float, limit: int) -> None:
+        self._surface, self._light, self._tolerance, self._limit = surface, light, tolerance, limit
+        self._allowed = _DEVIATION * surface.diagonal
+        self._is_lit_inside: BoolArray = np.zeros((0, len(_INSIDE)), dtype=bool)
+        self._is_hidden: BoolArray = np.zeros(0, dtype=bool)
+
+    @property
+    def _is_lit(self) -> BoolArray:
+        lit: BoolArray = self._surface.vertices.seen[:, self._light] > 0.5
+        return lit
+
+    def cut(self) -> Cuts:
+        triangles = self._surface.triangles
+        self._look(np.arange(len(triangles)))
+        is_spent = False
+        while not is_spent:
+            found = self._crossings()
+            rows = self._poor(found)
+            if not len(rows):
+                break
+            _, height = self._sizes(np.arange(len(triangles)))
+            room = self._limit - triangles.n_vertices - 2 * np.count_nonzero(found.step > 0.0)
+            while len(rows):
+                marks = triangles.marks(rows, height > 0.0)
+                if np.count_nonzero(marks) <= room:
+                    break
+                is_spent, rows = True, rows[: len(rows) // 2]
+            if not len(rows):
+                break
+            self._look(self._surface.split(marks))
+            if is_spent:
+                found = self._crossings()
+        return self._part(found, is_spent)
+
+    # -- looking at triangles
+
+    def _sizes(self, rows: IntArray) -> tuple[Float64Array, Float64Array]:
+        return sizes(self._surface.vertices.points[self._surface.triangles.corners[rows]])
+
+    def _seen(self, rows: IntArray, weights: Float64Array) -> BoolArray:
+        surface = self._surface
+        corners = surface.triangles.corners[rows]
+        lit: BoolArray = seen_at(self._light, surface.vertices, corners, weights, surface.lighting) > 0.5
+        return lit
+
+    def _steps(self, corners: IntArray, weights: Float64Array) -> Float64Array:
+        return steps_at(self._light, self._surface.vertices, corners, weights, self._surface.lighting)
+
+    def _look(self, rows: IntArray) -> None:
+        """Look at places in triangles that are new or changed: whether something is hidden from their corners."""
+        triangles, is_lit = self._surface.triangles, self._is_lit
+        rows = rows[self._sizes(rows)[1] > 0.0]
+        added = len(triangles) - len(self._is_hidden)
+        self._is_hidden = np.concatenate([self._is_hidden, np.zeros(added, dtype=bool)])
+        self._is_lit_inside = np.concatenate([self._is_lit_inside, np.zeros((added, len(_INSIDE)), dtype=bool)])
+        sides = np.unique(triangles.sides[rows])
+        ends = triangles.ends[sides]
+        quarters = self._surface.seen_on_sides(self._light, sides, _QUARTERS) > 0.5
+        along = np.column_stack([is_lit[ends[:, 0]], quarters, is_lit[ends[:, 1]]])
+        changes = (along[:, 1:] != along[:, :-1]).sum(axis=1)
+        odd = np.flatnonzero(changes > 1)
+        weights = np.stack([1.0 - _QUARTERS, _QUARTERS], axis=1)
+        steps = np.where(quarters[odd] != is_lit[ends[odd, :1]], self._steps(ends[odd], weights), 0.0)
+        is_odd = np.zeros(len(triangles.ends), dtype=bool)
+        is_odd[sides[odd[steps.max(axis=1, initial=0.0) > self._tolerance]]] = True
+        self._is_hidden[rows] = is_odd[triangles.sides[rows]].any(axis=1)
+        inside = self._is_lit_inside[rows] = self._seen(rows, _INSIDE)
+        at_corners = is_lit[triangles.corners[rows]]
+        is_even = at_corners.all(axis=1) | ~at_corners.any(axis=1)
+        is_other = (inside != at_corners[:, :1]) & is_even[:, None]
+        some = np.flatnonzero(is_other.any(axis=1))
+        steps = np.where(is_other[some], self._steps(triangles.corners[rows[some]], _INSIDE), 0.0)
+        self._is_hidden[rows[some]] |= steps.max(axis=1, initial=0.0) > self._tolerance
+
+    def _crossings(self) -> _Crossings:
+        surface, triangles, is_lit = self._surface, self._surface.triangles, self._is_lit
+        along, step = np.full(len(triangles.ends), np.nan), np.zeros(len(triangles.ends))
+        sides = np.flatnonzero(is_lit[triangles.ends[:, 0]] != is_lit[triangles.ends[:, 1]])
+        _, first, tie = np.unique(triangles.ties[sides], return_index=True, return_inverse=True)
+        one = sides[first]
+        ends, (low, high) = triangles.ends[one], np.array([[0.0], [1.0]]) * np.ones(len(one))
+        for _ in range(_HALVINGS if len(one) else 0):
+            middle = (low + high) / 2.0
+            is_same = (surface.seen_on_sides(self._light, one, middle[:, None])[:, 0] > 0.5) == is_lit[ends[:, 0]]
+            low, high = np.where(is_same, middle, low), np.where(is_same, high, middle)
+        middle = (low + high) / 2.0
+        along[sides] = middle[tie]
+        p, q = (surface.vertices.points[ends[:, end]] for end in (0, 1))
+        resolved = _LEAST_STEPS * np.abs(p).max(axis=1, initial=0.0) * float(np.finfo(surface.real).eps)
+        jump = self._steps(ends, np.stack([1.0 - middle, middle], axis=1)[:, None])[:, 0]
+        jump[~((jump > self._tolerance / 2.0) & (np.linalg.norm(p - q, axis=1) > resolved))] = 0.0
+        step[sides] = jump[tie]
+        rows = np.flatnonzero((step[triangles.sides] > 0.0).any(axis=1))
+        rows = rows[self._sizes(rows)[1] > 0.0]
+        return _Crossings(along, step, rows, *self._deviations(along, rows))
+
+    def _lines(self, along: Float64Array, rows: IntArray) -> tuple[IntArray, Float64Array]:
+        """The corner of crossed triangles that is alone on its side, and the two ends of the line, (k, 2, 3)."""
+        triangles, is_lit = self._surface.triangles, self._is_lit
+        at_corners = is_lit[triangles.corners[rows]]
+        alone = (at_corners == (at_corners.sum(axis=1) == 1)[:, None]).argmax(axis=1)
+        weights, index = np.zeros((len(rows), 2, 3)), np.arange(len(rows))
+        for end, (side, other) in enumerate(((alone, (alone + 1) % 3), ((alone + 2) % 3, (alone + 2) % 3))):
+            number = triangles.sides[rows, side]
+            is_first = triangles.ends[number, 0] == triangles.corners[rows, alone]
+            t = np.where(is_first, along[number], 1.0 - along[number])
+            weights[index, end, alone], weights[index, end, other] = 1.0 - t, t
+        return alone, weights
+
+    def _deviations(self, along: Float64Array, rows: IntArray) -> tuple[Float64Array, Float64Array]:
+        """How far the edge is from a straight line at its middle, and at places that are on the other side of it."""
+        triangles, index = self._surface.triangles, np.arange(len(rows))
+        p = self._surface.vertices.points[triangles.corners[rows]]
+        alone, ends = self._lines(along, rows)
+        x, y = (np.einsum("ki,kij->kj", ends[:, end], p) for end in (0, 1))
+        width = np.linalg.norm(y - x, axis=1)
+
+        def distance(weights: Float64Array) -> Float64Array:
+            offset = np.einsum("k...i,kij->k...j", weights, p) - (x if weights.ndim == 2 else x[:, None])
+            line = (y - x) if weights.ndim == 2 else (y - x)[:, None]
+            scale = width if weights.ndim == 2 else width[:, None]
+            result: Float64Array = np.linalg.norm(np.cross(offset, line), axis=-1) / np.where(scale > 0.0, scale, 1.0)
+            return result
+
+        is_lit = self._is_lit[triangles.corners[rows, alone]]
+        middle = ends.mean(axis=1)
+        is_near = (self._seen(rows, middle[:, None])[:, 0] if len(rows) else is_lit) == is_lit
+        corner = np.eye(3)[alone]
+        far = np.where(is_near[:, None], (1.0 - corner) / 2.0, corner)  # where the other side of the edge should be
+        near = middle
+        for _ in range(_ROUGHLY if len(rows) else 0):
+            between = (near + far) / 2.0
+            is_same = ((self._seen(rows, between[:, None])[:, 0] == is_lit) == is_near)[:, None]
+            near, far = np.where(is_same, between, near), np.where(is_same, far, between)
+        off = distance(far)
+        # places inside of the part of the corner that is alone have less than 1
+        part = 1.0 - ends[index, :, alone]
+        others = np.stack([_INSIDE[:, (alone + turn) % 3].T for turn in (1, 2)], axis=2)
+        with np.errstate(divide="ignore", over="ignore"):
+            is_predicted = (others / part[:, None]).sum(axis=2) < 1.0
+        is_wrong = (self._is_lit_inside[rows] == is_lit[:, None]) != is_predicted
+        wrong = np.where(is_wrong, distance(np.broadcast_to(_INSIDE, (len(rows), *_INSIDE.shape))), 0.0)
+        return np.maximum(off, wrong.max(axis=1, initial=0.0)), width
+
+    def _poor(self, found: _Crossings) -> IntArray:
+        """The triangles to split, the most urgent first."""
+        triangles = self._surface.triangles
+        steps = found.step[triangles.sides[found.rows]]
+        ends_inside = ((steps > 0.0).sum(axis=1) == 1) & (steps.max(axis=1) > self._tolerance)
+        urgency = np.where(self._is_hidden, np.inf, 0.0)
+        is_poor = (found.deviation > self._allowed) | ends_inside
+        urgency[found.rows] += steps.max(axis=1) * found.deviation * found.width * is_poor + is_poor * 1e-300
+        rows = np.flatnonzero(urgency > 0.0)
+        rows = rows[self._sizes(rows)[0] >= PIXEL * self._surface.diagonal]
+        return rows[np.argsort(-urgency[rows], kind="stable")]
+
+    # -- cutting them
+
+    def _part(self, found: _Crossings, is_spent: bool) -> Cuts:
+        surface, triangles = self._surface, self._surface.triangles
+        longest, height = self._sizes(np.flatnonzero(self._is_hidden))
+        missed, strip = len(longest), float((longest * height).sum() / 2.0)
+        signs = self._snapped(found)
+        is_cut = triangles.with_tied((found.step > 0.0) & (signs[triangles.ends] != 0).all(axis=1))
+        along = np.nan_to_num(found.along)
+        while len(bad := self._turned_over(is_cut, along)):
+            marks = np.zeros(len(is_cut), dtype=bool)
+            marks[triangles.sides[bad]] = True
+            is_cut &= ~triangles.with_tied(marks)
+        room, wanted = self._limit - triangles.n_vertices, 2 * np.count_nonzero(is_cut) + np.count_nonzero(signs == 0)
+        if wanted > room:
+            is_spent = True
+            p = surface.vertices.points[triangles.ends]
+            weight = np.where(is_cut, found.step * np.linalg.norm(p[:, 0] - p[:, 1], axis=1), 0.0)
+            signs[signs == 0] = np.where(self._is_lit, 1, -1)[signs == 0]
+            order = np.argsort(-weight, kind="stable")
+            _, first = np.unique(triangles.ties[order], return_index=True)
+            tied = np.bincount(triangles.ties, weights=is_cut, minlength=int(triangles.ties.max(initial=-1)) + 1)
+            order = order[np.sort(first)]
+            fits = 2 * np.cumsum(tied[triangles.ties[order]]) <= room
+            marks = np.zeros(len(is_cut), dtype=bool)
+            marks[order[fits]] = True
+            is_cut &= triangles.with_tied(marks)
+        strip += float((found.width * np.maximum(found.deviation, _DEVIATION * 2.0**-8 * surface.diagonal)).sum())
+        inner = np.where(self._is_lit_inside[:, _CENTER], 1, -1)
+        surface.cut(self._light, signs, is_cut, along, inner)
+        surface.lighting.settled.add(self._light)
+        return Cuts(len(np.unique(triangles.ties[: len(is_cut)][is_cut])), strip, missed, is_spent)
+
+    def _snapped(self, found: _Crossings) -> IntArray:
+        """(n,): 1 and -1 for vertices on the two sides of the edge; 0 for those that are taken as on it.
+
+        These are nearer to it than half of what is allowed, on all their sides that it crosses.
+        """
+        surface, triangles = self._surface, self._surface.triangles
+        sides = np.flatnonzero(~np.isnan(found.along))
+        ends, t = triangles.ends[sides], found.along[sides]
+        length = np.linalg.norm(np.diff(surface.vertices.points[ends], axis=1)[:, 0], axis=1)
+        places, count = triangles.places, triangles.n_vertices
+        crossed, near, jumps = np.zeros((3, count))
+        for end, away in ((0, t), (1, 1.0 - t)):
+            at = places[ends[:, end]]
+            np.add.at(crossed, at, 1)
+            np.add.at(near, at, away * length < self._allowed / 2.0)
+            np.add.at(jumps, at, found.step[sides] > 0.0)
+        on_line = (jumps > 0) & (near == crossed)
+        return np.where(on_line[places], 0, np.where(self._is_lit, 1, -1))
+
+    def _turned_over(self, is_cut: BoolArray, along: Float64Array) -> IntArray:
+        """Triangles of which a part would have no area, or be turned over, by the rounding of its points."""
+        surface, triangles = self._surface, self._surface.triangles
+        count = is_cut[triangles.sides].sum(axis=1)
+        rows = np.flatnonzero(count)
+        corners, sides = triangles.corners[rows], triangles.sides[rows]
+        p = surface.vertices.points[corners]
+        a, b = (surface.vertices.points[triangles.ends[sides][:, :, end]] for end in (0, 1))
+        t = along[sides][..., None]
+        on_sides = ((1.0 - t) * a + t * b).astype(surface.real).astype(np.float64)
+        normal = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+        is_bad = np.zeros(len(rows), dtype=bool)
+        for turn in range(3):
+            first, second, third = ((turn + step) % 3 for step in range(3))
+            x, y = on_sides[:, first], on_sides[:, third]  # beside the corner `first`
+            one = is_cut[sides[:, first]] & (count[rows] == 1)
+            two = is_cut[sides[:, first]] & is_cut[sides[:, third]]
+            q = [p[:, first], p[:, second], p[:, third]]
+            parts = [(one, (q[0], x, q[2])), (one, (x, q[1], q[2])), (two, (q[0], x, y)), (two, (x, q[1], q[2]))]
+            parts += [(two, (x, q[2], y)), (two, (x, q[1], y)), (two, (y, q[1], q[2]))]
+            for some, (u, v, w) in parts:
+                is_bad |= some & ~(np.einsum("ki,ki->k", np.cross(v - u, w - u), normal) > 0.0)
+        return rows[is_bad]

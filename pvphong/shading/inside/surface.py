@@ -1,0 +1,154 @@
+"""Triangles with lit vertices, and what new vertices between them get."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
+from pvphong.geometry.transform import normalize
+from pvphong.shading.inside.interpolation import INTO_TRIANGLE, Lighting, LitVertices, seen_at
+from pvphong.shading.inside.triangles import Triangles
+
+
+class Added(NamedTuple):
+    """Vertices that were added together."""
+
+    parents: IntArray
+    """(k, 2): the vertices that each lies between."""
+    along: Float64Array
+    """(k,): where, in parts of the way from the first to the second."""
+
+
+class LitSurface:
+    """Triangles that can be bisected and cut, and their vertices, which then are lit.
+
+    Parameters
+    ----------
+    points : ndarray
+        Shape (n, 3), float32 or float64; new points are rounded to the same type.
+    normals : ndarray
+        Shape (n, 3), of any length.
+    corners : ndarray of int
+        Shape (m, 3).
+    lighting : Lighting
+        The scene, the material and the model matrix.
+    smooth : bool
+        Whether new vertices are put on a smooth surface, or stay in the triangle.
+
+    Attributes
+    ----------
+    triangles : Triangles
+        As they are now.
+    vertices : LitVertices
+        As they are now; the given ones first.
+    added : list of Added
+        The others, in their order.
+    diagonal : float
+        Of the box around all points.
+    """
+
+    def __init__(
+        self, points: FloatArray, normals: FloatArray, corners: IntArray, lighting: Lighting, smooth: bool = False
+    ) -> None:
+        self.lighting, self.real, self._smooth = lighting, points.dtype, smooth
+        self.vertices = lighting.vertices(points, normals)
+        p = self.vertices.points
+        with np.errstate(invalid="ignore", over="ignore"):
+            lengths = np.linalg.norm(np.roll(p[corners], -1, axis=1) - p[corners], axis=2)
+        self.triangles = Triangles(corners, len(p), lengths)
+        self.added: list[Added] = []
+        finite = p[np.isfinite(p).all(axis=1)]
+        self.diagonal = float(np.linalg.norm(np.ptp(finite, axis=0))) if len(finite) else 0.0
+
+    def split(self, marks: BoolArray) -> IntArray:
+        """Split sides, and light the vertices at their middles; the triangles that are new or changed.
+
+        On a smooth surface these are moved to the middles of cubic curves that meet the ends' normals at right angles:
+        the sides of PN triangles (A. Vlachos, J. Peters, C. Boyd, J. L. Mitchell: Curved PN triangles. Symposium on
+        Interactive 3D Graphics (2001), 159-166). On a circle they err in the fourth power of the angle.
+        """
+        triangles_of = np.bincount(self.triangles.sides.ravel(), minlength=len(marks))
+        curved = (triangles_of[marks] == 2) & self._smooth  # not on a boundary, nor where several sheets meet
+        opposite = self._opposite(np.flatnonzero(marks), triangles_of)
+        parents, rows = self.triangles.split(marks)
+        self._add(parents, np.full(len(parents), 0.5), curved, opposite)
+        return rows
+
+    def cut(self, light: int, signs: IntArray, crossed: BoolArray, along: Float64Array, inner: IntArray) -> None:
+        """Cut along the edge of what is seen of a light, as `Triangles.cut` does: it is seen on the sheet of 1."""
+        opposite = np.repeat(self._opposite(np.flatnonzero(crossed)), 2)
+        cut = self.triangles.cut(signs, crossed, along, inner)
+        old, seen = len(self.vertices.points), self.vertices.seen
+        opposite = np.concatenate([opposite, np.full(len(cut.parents) - len(opposite), -1)])
+        self._add(cut.parents, cut.along, np.zeros(len(opposite), bool), opposite, (light, cut.sheets[old:] > 0))
+        on_line = np.flatnonzero((signs == 0) & (cut.sheets[:old] != 0))
+        vertices, seen = self.vertices, self.vertices.seen
+        seen[on_line, light] = cut.sheets[on_line] > 0
+        vertices.colors[on_line] = self.lighting.colors(
+            *(each[on_line] for each in (vertices.points, vertices.normals, vertices.maps, seen))
+        )
+
+    def _opposite(self, sides: IntArray, triangles_of: IntArray | None = None) -> IntArray:
+        """(k,): of sides that belong to one triangle the corner opposite; of others -1."""
+        if triangles_of is None:
+            triangles_of = np.bincount(self.triangles.sides.ravel(), minlength=len(self.triangles.ends))
+        corners = np.full(len(triangles_of), -1)
+        corners[self.triangles.sides] = np.roll(self.triangles.corners, 1, axis=1)
+        corners[triangles_of != 1] = -1
+        return corners[sides]
+
+    def seen_on_sides(self, light: int, sides: IntArray, along: Float64Array) -> Float64Array:
+        """(k, s): what is seen of a sharp light from places along sides, (k, s) or (s,), in parts of each.
+
+        Of a side that belongs to one triangle they are a little inside of it.
+        """
+        return self._seen_between(light, self.triangles.ends[sides], along, self._opposite(sides))
+
+    def _seen_between(self, light: int, ends: IntArray, along: Float64Array, opposite: IntArray) -> Float64Array:
+        t, is_shared = np.broadcast_to(along, (len(ends), np.shape(along)[-1])), opposite < 0
+        into = np.where(is_shared, 0.0, INTO_TRIANGLE)[:, None]
+        third = np.broadcast_to(into / 3.0, t.shape)
+        weights = np.stack([(1.0 - t) * (1.0 - into) + third, t * (1.0 - into) + third, third], axis=2)
+        corners = np.column_stack([ends, np.where(is_shared, ends[:, 0], opposite)])
+        return seen_at(light, self.vertices, corners, weights, self.lighting)
+
+    def _add(
+        self,
+        parents: IntArray,
+        along: Float64Array,
+        curved: BoolArray,
+        opposite: IntArray,
+        known: tuple[int, BoolArray] | None = None,
+    ) -> None:
+        old, (a, b), t = self.vertices, parents.T, along[:, None]
+        points = (1.0 - t) * old.points[a] + t * old.points[b]
+        p, q = old.points[a[curved]], old.points[b[curved]]
+        n, m = normalize(old.normals[a[curved]]), normalize(old.normals[b[curved]])
+        rise, fall = (np.einsum("ki,ki->k", q - p, normal)[:, None] for normal in (n, m))
+        points[curved] += (fall * m - rise * n) / 8.0
+        points = points.astype(self.real).astype(np.float64)
+        normals = (1.0 - t) * old.normals[a] + t * old.normals[b]
+        lengths = np.stack([np.linalg.norm(old.stored[ends], axis=1) for ends in (a, b)])
+        mean = np.where(lengths.min(axis=0) > 0.0, lengths.mean(axis=0), lengths.max(axis=0))
+        stored = normalize(normals) * mean[:, None]  # so that between unit normals there are unit normals
+        level = (1.0 - along) * old.level[a] + along * old.level[b]
+        seen = (1.0 - t) * old.seen[a] + t * old.seen[b]
+        for k in self.lighting.sharp:
+            if known is not None and known[0] == k:
+                seen[:, k] = known[1]
+                continue
+            asked = np.arange(len(parents))
+            if k in self.lighting.settled:
+                asked = np.flatnonzero(old.seen[a, k] != old.seen[b, k])
+            there = parents[asked], along[asked, None], opposite[asked]
+            seen[asked, k] = self._seen_between(k, *there)[:, 0] if len(asked) else 0.0
+        if self._smooth:
+            length = np.linalg.norm(normals, axis=1)
+            level *= np.linalg.norm(stored, axis=1) / np.where(length > 0.0, length, 1.0)
+            normals = stored
+        maps = (1.0 - t) * old.maps[a] + t * old.maps[b]
+        new = vars(LitVertices(points, normals, stored, maps, seen, level, self.lighting.colors(points, normals, maps, seen)))
+        self.vertices = LitVertices(**{name: np.concatenate([a, new[name]]) for name, a in vars(old).items()})
+        self.added.append(Added(parents, along))

@@ -1,0 +1,306 @@
+"""Triangles as index arrays alone: who is whose neighbour, not where anything lies. They are bisected, or cut along a line.
+
+A triangle is always bisected through the middle of its longest side, and a side that is split is split for all triangles
+that share it, so that no vertex ever lies inside another triangle's side. This is longest-edge bisection
+(M.-C. Rivara: Algorithms for refining triangular grids suitable for adaptive and multigrid techniques.
+International Journal for Numerical Methods in Engineering 20 (1984), 745-756).
+
+"Longest" is measured as if every triangle had come with equal sides. Its descendants are then, up to that affine
+map, of three shapes only, with no angle below 30°: bisecting keeps the shape that a triangle came with. A long thin
+triangle is bisected along both of its directions, as uniform subdivision would, and never into ever thinner ones.
+
+Along a cut, each of its two sheets has vertices of its own. Vertices at the same place, and sides with the same ends, are
+split together, so that the sheets go on to meet.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pvphong.base.types import BoolArray, Float64Array, IntArray
+
+# How much of a side's true length counts, so that of sides that are equally long to the algorithm the truly
+# longest is cut.
+_TIE = 2.0**-10
+
+
+class Cut(NamedTuple):
+    """The vertices that a cut adds, in the order of their numbers."""
+
+    parents: IntArray
+    """(k, 2): the ends of the side that each is on; of one that a vertex on the line is doubled by, that vertex twice."""
+    along: Float64Array
+    """(k,): where it is, in parts of the side."""
+    sheets: IntArray
+    """(n + k,): which sheet every vertex is of, 1 or -1; 0 where a vertex on the line is of none."""
+
+
+class Triangles:
+    """Triangles as corners and numbered sides, which can be bisected and cut.
+
+    Parameters
+    ----------
+    corners : ndarray of int
+        Shape (m, 3), vertices in their orientation.
+    n_vertices : int
+        How many vertices there are.
+    lengths : ndarray
+        Shape (m, 3): true length of the side from each corner to the next; what is not finite counts as 0.
+
+    Attributes
+    ----------
+    corners : ndarray
+        Shape (m, 3).
+    sides : ndarray
+        Shape (m, 3): the number of the side from each corner to the next. Sides with the same ends are one.
+    ends : ndarray
+        Shape (s, 2): the ends of each side.
+    ties : ndarray
+        Shape (s,): sides that a cut made of one have one number, and their ends are in the same order.
+    source : ndarray
+        Shape (m,): which of the first triangles each is a part of.
+    places : ndarray
+        Shape (n_vertices,): vertices that a cut made of one have one number, that of one of them.
+    n_vertices : int
+        How many vertices there are now.
+    """
+
+    def __init__(self, corners: IntArray, n_vertices: int, lengths: Float64Array) -> None:
+        self.corners = corners.copy()
+        self.n_vertices = n_vertices
+        self.source: IntArray = np.arange(len(corners))
+        self.places: IntArray = np.arange(n_vertices)
+        following = np.roll(corners, -1, axis=1)
+        keys = np.minimum(corners, following) * n_vertices + np.maximum(corners, following)
+        unique, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+        self.sides: IntArray = inverse.reshape(corners.shape)
+        self.ends: IntArray = np.stack(np.divmod(unique, max(n_vertices, 1)), axis=1)
+        self.ties: IntArray = np.arange(len(unique))
+        self._n_ties = len(unique)
+        length = lengths.ravel()[first]
+        length[~np.isfinite(length)] = 0.0
+        # Squares of the lengths: medians are linear in them.
+        self._squares: Float64Array = 1.0 + _TIE * length / (length.max(initial=0.0) or 1.0)
+
+    def __len__(self) -> int:
+        return len(self.corners)
+
+    def _add_sides(self, ends: IntArray, squares: Float64Array, ties: IntArray | None = None) -> IntArray:
+        """The numbers of new sides, each tied to no other where nothing is said."""
+        added = len(self.ends) + np.arange(len(ends))
+        ties = self._n_ties + np.arange(len(ends)) if ties is None else ties
+        self._n_ties = max(self._n_ties, int(ties.max(initial=-1)) + 1)
+        self.ends, self.ties = np.concatenate([self.ends, ends]), np.concatenate([self.ties, ties])
+        self._squares = np.concatenate([self._squares, squares])
+        return added
+
+    def with_tied(self, marks: BoolArray) -> BoolArray:
+        """Marks of sides (s,), and of those that are tied to them."""
+        if self._n_ties == len(self.ends):  # none is
+            return marks
+        is_marked = np.zeros(self._n_ties, dtype=bool)
+        is_marked[self.ties[marks]] = True
+        return is_marked[self.ties]
+
+    # -- bisection
+
+    def marks(self, rows: IntArray, shaped: BoolArray) -> BoolArray:
+        """Which sides must be split so that some triangles are, and all that have a shape through their longest side.
+
+        Parameters
+        ----------
+        rows : ndarray of int
+            The triangles to split.
+        shaped : ndarray of bool
+            Shape (m,): False for triangles that are split only where their neighbours are.
+        """
+        longest = np.take_along_axis(self.sides, self._squares[self.sides].argmax(axis=1)[:, None], axis=1)[:, 0]
+        marks = np.zeros(len(self.ends), dtype=bool)
+        marks[longest[rows]] = True
+        while True:  # ends, for each turn but the last marks a side more
+            marks = self.with_tied(marks)
+            more = longest[marks[self.sides].any(axis=1) & shaped]
+            more = more[~marks[more]]
+            if not len(more):
+                return marks
+            marks[more] = True
+
+    def split(self, marks: BoolArray) -> tuple[IntArray, IntArray]:
+        """Split the sides that `marks` gave, and all triangles that have them.
+
+        Returns
+        -------
+        parents : ndarray of int
+            (k, 2): the ends of the sides whose middles are the k new vertices, in the order of their numbers.
+        rows : ndarray of int
+            The triangles that are new or changed.
+        """
+        split_sides = np.flatnonzero(marks)
+        rows = np.flatnonzero(marks[self.sides].any(axis=1))
+        numbers = len(marks) + 2 * len(split_sides) + 3 * len(rows)  # at most 3 in a triangle, a new side for each
+        middle, half = np.full((2, numbers), -1)
+        middle[split_sides] = self.n_vertices + np.arange(len(split_sides))
+        parents = self.ends[split_sides]
+        ends = np.stack([parents.ravel(), np.repeat(middle[split_sides], 2)], axis=1)
+        _, first, tie = np.unique(self.ties[split_sides], return_index=True, return_inverse=True)
+        ties = self._n_ties + (2 * tie[:, None] + np.arange(2)).ravel()
+        half[split_sides] = self._add_sides(ends, np.repeat(self._squares[split_sides] / 4.0, 2), ties)[::2]
+        self.places = np.concatenate([self.places, self.n_vertices + first[tie]])
+        self.n_vertices += len(split_sides)
+        changed = [rows[:0]]
+        while len(rows):
+            children = self._bisect(rows, middle, half)
+            changed.append(children)
+            rows = children[(middle[self.sides[children]] >= 0).any(axis=1)]
+        return parents, np.unique(np.concatenate(changed))
+
+    def _bisect(self, rows: IntArray, middle: IntArray, half: IntArray) -> IntArray:
+        """Split each triangle from the middle m of its longest split side pq to the opposite corner r."""
+        squares = np.where(middle[self.sides[rows]] >= 0, self._squares[self.sides[rows]], -1.0)
+        turn = (squares.argmax(axis=1)[:, None] + np.arange(3)) % 3
+        p, q, r = np.take_along_axis(self.corners[rows], turn, axis=1).T
+        pq, qr, rp = np.take_along_axis(self.sides[rows], turn, axis=1).T
+        m = middle[pq]
+        pm = half[pq] + (self.ends[pq, 0] != p)
+        mq = half[pq] + (self.ends[pq, 0] == p)
+        squares = self._squares
+        mr = self._add_sides(np.stack([m, r], axis=1), (2.0 * (squares[rp] + squares[qr]) - squares[pq]) / 4.0)
+        return self._replace(rows, [(p, m, r, pm, mr, rp), (m, q, r, mq, qr, mr)])
+
+    def _replace(self, rows: IntArray, parts: list[tuple[IntArray, ...]]) -> IntArray:
+        """The parts' numbers, each three corners and then three sides: the first takes the triangle's own."""
+        (first, *others), count = (np.stack(part, axis=1) for part in parts), len(self)
+        self.corners[rows], self.sides[rows] = first[:, :3], first[:, 3:]
+        self.corners = np.concatenate([self.corners, *(part[:, :3] for part in others)])
+        self.sides = np.concatenate([self.sides, *(part[:, 3:] for part in others)])
+        self.source = np.concatenate([self.source, np.tile(self.source[rows], len(others))])
+        return np.concatenate([rows, np.arange(count, len(self))])
+
+    # -- cuts
+
+    def cut(self, signs: IntArray, crossed: BoolArray, along: Float64Array, inner: IntArray) -> Cut:
+        """Cut along a line, given where it crosses sides, and part its two sheets.
+
+        A triangle with two sides that are crossed is cut between these, as marching triangles do; one with a single one
+        from there to the opposite corner. The parts' squares of lengths are those of the affine map that makes the
+        triangle's sides as long as theirs are.
+
+        Parameters
+        ----------
+        signs : ndarray of int
+            Shape (n_vertices,): 1 or -1 for the two sides of the line, 0 for vertices on it.
+        crossed : ndarray of bool
+            Shape (s,): sides between vertices of opposite signs; tied ones all or none.
+        along : ndarray
+            Shape (s,): where each is crossed, from its first end to its second.
+        inner : ndarray of int
+            Shape (m,): on which side of the line the inside of a triangle is whose corners are all on it.
+        """
+        sides = np.flatnonzero(crossed)
+        ends, t, squares = self.ends[sides], along[sides], self._squares[sides]
+        new, piece = np.full((2, len(self.ends)), -1)
+        new[sides] = self.n_vertices + 2 * np.arange(len(sides))  # the vertex on the sheet of 1; the other's is the next
+        _, first, tie = np.unique(self.ties[sides], return_index=True, return_inverse=True)
+        own = new[sides, None] + (signs[ends] < 0)
+        pieces = np.stack([np.stack([ends[:, 0], own[:, 0]], 1), np.stack([own[:, 1], ends[:, 1]], 1)], axis=1)
+        ties = self._n_ties + (2 * tie[:, None] + np.arange(2)).ravel()
+        squares = np.stack([squares * t**2, squares * (1.0 - t) ** 2], axis=1).ravel()
+        piece[sides] = self._add_sides(pieces.reshape(-1, 2), squares, ties)[::2]
+        self.places = np.concatenate([self.places, np.repeat(new[sides][first[tie]], 2)])
+        parents, at = np.repeat(ends, 2, axis=0), np.repeat(t, 2)
+        signs = np.concatenate([signs, np.tile([1, -1], len(sides))]).astype(np.int64)
+        self.n_vertices += 2 * len(sides)
+        count = crossed[self.sides].sum(axis=1)
+        pairs, singles = np.flatnonzero(count == 2), np.flatnonzero(count == 1)
+        self._cut_between(pairs, crossed, along, signs, new, piece)
+        self._cut_to_corner(singles, crossed, along, signs, new, piece)
+        doubled, sheets = self._part_sheets(signs, inner)
+        parents = np.concatenate([parents, np.stack([doubled, doubled], axis=1)])
+        return Cut(parents, np.concatenate([at, np.zeros(len(doubled))]), sheets)
+
+    def _turned(self, rows: IntArray, first: IntArray) -> tuple[IntArray, ...]:
+        """Corners and sides of triangles, from one of the corners on."""
+        turn = (first[:, None] + np.arange(3)) % 3
+        corners, sides = (np.take_along_axis(each[rows], turn, axis=1) for each in (self.corners, self.sides))
+        return *corners.T, *sides.T
+
+    def _cut_between(
+        self, rows: IntArray, crossed: BoolArray, along: Float64Array, signs: IntArray, new: IntArray, piece: IntArray
+    ) -> None:
+        """Cut triangles a b c from x on ab to y on ca, and what is left beside bc through its shorter diagonal."""
+        a, b, c, ab, bc, ca = self._turned(rows, ((~crossed[self.sides[rows]]).argmax(axis=1) + 2) % 3)
+        is_lower = signs[a] < 0
+        xa, xo, ya, yo = new[ab] + is_lower, new[ab] + ~is_lower, new[ca] + is_lower, new[ca] + ~is_lower
+        ax, xb = (piece[ab] + (self.ends[ab, 0] != v) for v in (a, b))
+        ya_side, cy = (piece[ca] + (self.ends[ca, 0] != v) for v in (a, c))
+        x = np.where(self.ends[ab, 0] == a, along[ab], 1.0 - along[ab])
+        y = np.where(self.ends[ca, 0] == a, along[ca], 1.0 - along[ca])
+        p, q = self._squares[ab], self._squares[ca]
+        across = (p + q - self._squares[bc]) / 2.0  # (b − a)·(c − a)
+        between = x * x * p + y * y * q - 2.0 * x * y * across
+        ties = self._n_ties + np.tile(np.arange(len(rows)), 2)
+        ends = np.concatenate([np.stack([xa, ya], axis=1), np.stack([xo, yo], axis=1)])
+        of_a, of_others = self._add_sides(ends, np.tile(between, 2), ties).reshape(2, -1)
+        xc, yb = x * x * p + q - 2.0 * x * across, p + y * y * q - 2.0 * y * across
+        to_c = xc <= yb
+        tail, head = np.where(to_c, xo, yo), np.where(to_c, c, b)
+        diagonal = self._add_sides(np.stack([tail, head], axis=1), np.minimum(xc, yb))
+        near = (xo, b, np.where(to_c, c, yo), xb, np.where(to_c, bc, diagonal), np.where(to_c, diagonal, of_others))
+        far_sides = np.where(to_c, diagonal, bc), cy, np.where(to_c, of_others, diagonal)
+        far = (np.where(to_c, xo, b), c, yo, *far_sides)
+        self._replace(rows, [(a, xa, ya, ax, of_a, ya_side), near, far])
+
+    def _cut_to_corner(
+        self, rows: IntArray, crossed: BoolArray, along: Float64Array, signs: IntArray, new: IntArray, piece: IntArray
+    ) -> None:
+        """Cut triangles p q r from x on pq to r, which has one vertex for both sheets as yet."""
+        p, q, r, pq, qr, rp = self._turned(rows, crossed[self.sides[rows]].argmax(axis=1))
+        is_lower = signs[p] < 0
+        xp, xq = new[pq] + is_lower, new[pq] + ~is_lower
+        px, xq_side = (piece[pq] + (self.ends[pq, 0] != v) for v in (p, q))
+        x = np.where(self.ends[pq, 0] == p, along[pq], 1.0 - along[pq])
+        square, other = self._squares[pq], self._squares[rp]
+        xr = x * x * square + other - x * (square + other - self._squares[qr])
+        ties = self._n_ties + np.tile(np.arange(len(rows)), 2)
+        ends = np.concatenate([np.stack([xp, r], axis=1), np.stack([xq, r], axis=1)])
+        of_p, of_q = self._add_sides(ends, np.tile(xr, 2), ties).reshape(2, -1)
+        self._replace(rows, [(p, xp, r, px, of_p, rp), (xq, q, r, xq_side, qr, of_q)])
+
+    def _part_sheets(self, signs: IntArray, inner: IntArray) -> tuple[IntArray, IntArray]:
+        """Double the vertices on the line that triangles of both sheets have, and the sides between such.
+
+        The one that was there is left to the sheet of 1.
+
+        Returns
+        -------
+        doubled, sheets : ndarray of int
+            (k,): those that are; and `Cut.sheets`.
+        """
+        at_corners = signs[self.corners]
+        sheet = np.sign(at_corners.max(axis=1) + at_corners.min(axis=1))  # 0 where a line that is not cut runs inside
+        on_line = np.flatnonzero(~at_corners[: len(inner)].any(axis=1))
+        sheet[on_line] = inner[on_line]
+        rows, turns = np.nonzero(at_corners == 0)
+        vertices, is_used = self.corners[rows, turns], np.zeros((3, self.n_vertices), dtype=bool)
+        is_used[sheet[rows], vertices] = True  # 0, 1 and -1 are its three rows
+        is_doubled = is_used[-1] & (is_used[1] | is_used[0])
+        doubled = np.flatnonzero(is_doubled)
+        sheets = np.where(signs == 0, is_used[1].astype(np.int64) - (is_used[-1] & ~is_used[1] & ~is_used[0]), signs)
+        copies = np.arange(self.n_vertices)
+        copies[doubled] = self.n_vertices + np.arange(len(doubled))
+        lower = np.flatnonzero((sheet < 0) & (at_corners == 0).any(axis=1))
+        others = np.setdiff1d(np.arange(len(self)), lower)
+        is_moved = is_doubled[self.ends].any(axis=1)
+        moved = np.unique(self.sides[lower][is_moved[self.sides[lower]]])
+        stays = np.zeros(len(self.ends), dtype=bool)
+        stays[self.sides[others]] = True
+        numbers = np.arange(len(self.ends))
+        both = moved[stays[moved]]
+        numbers[both] = self._add_sides(self.ends[both], self._squares[both], self.ties[both])
+        self.ends[numbers[moved]] = copies[self.ends[moved]]
+        self.sides[lower], self.corners[lower] = numbers[self.sides[lower]], copies[self.corners[lower]]
+        self.places = np.concatenate([self.places, self.places[doubled]])
+        self.n_vertices += len(doubled)
+        return doubled, np.concatenate([sheets, np.full(len(doubled), -1)])
