@@ -214,7 +214,7 @@ class BlocksPhong:
         scene = scene_for(map_blocks(self._blocks, surface), scene, options.get("matrix"))
         given = material if isinstance(material, Mapping) else {DEFAULT: material}
         materials = iter(materials_of([path for path, _ in datasets(self._blocks)], given))
-        takes_rays = method in ("shade", "plan")
+        takes_rays = method in ("shade", "plan", "refine", "interpolation_error")
         own = visibility_options(self._blocks, scene, options) if takes_rays else repeat(options)
         return lambda block: getattr(block.phong, method)(scene, next(materials), **next(own))
 

@@ -100,7 +100,7 @@ def test_blocks_take_what_a_mesh_takes(name):
 
 
 OPTIONS = {"matrix", "feature_angle", "occluders", "visibility", "tolerance", "precision", "backend"}
-NO_RAYS = "it casts no rays inside triangles yet"
+INSIDE = "it casts rays inside of triangles too, and no visibility is of there"
 IN_FLOAT64 = "errors are those of the formulas, in float64 by NumPy"
 NOT_VTKS = "VTK's shader has no shadows"
 MEASURED = "each of them is a row that is measured"
@@ -109,8 +109,8 @@ SHOWN = "it shows colours that are there already"
 WITHOUT = {
     "shade": {},
     "plan": dict.fromkeys(("precision", "backend"), "nothing is computed; a plan is the same for all"),
-    "refine": dict.fromkeys(("occluders", "visibility"), NO_RAYS) | {"backend": IN_FLOAT64},
-    "interpolation_error": dict.fromkeys(("occluders", "visibility"), NO_RAYS)
+    "refine": {"visibility": INSIDE, "backend": IN_FLOAT64},
+    "interpolation_error": {"visibility": INSIDE}
     | dict.fromkeys(("precision", "backend"), IN_FLOAT64)
     | {"tolerance": "it is the error itself that is asked for"},
     "validate": dict.fromkeys(("occluders", "visibility"), NOT_VTKS)

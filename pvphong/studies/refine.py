@@ -1,4 +1,4 @@
-"""Refining a mesh where colours interpolated between its vertices miss the lit ones."""
+"""Refining a mesh where colours interpolated between its vertices miss the lit ones, with cuts where these jump."""
 
 from __future__ import annotations
 
@@ -62,11 +62,17 @@ def refine(
     """A new mesh with lit colours, split where colours interpolated across its triangles miss the evaluated ones.
 
     The truth inside a triangle is per-pixel shading: the lighting equation at the interpolated point with the
-    interpolated normal, made unit length. It is compared at 13 places in every triangle, and where highlights,
+    interpolated normal, made unit length, and with what is seen of each light from there, if the scene has shadows. It
+    is compared at 13 places in every triangle, and where highlights,
     spots and near lights peak and shadow sides and saturated colours end, which is computed from the scene, so
     that a highlight that falls between all corners is found too.
 
-    Triangles are bisected until every error is within the tolerance. A side is split for all triangles that
+    Where the colour jumps, at the edge of a hard shadow or of a spot's cone, triangles are cut along that edge: points
+    on it exist twice, once as either side is lit. So a shadow is as crisp as the edge of a face, on whatever mesh. Rays
+    find it on the sides of triangles, to 2⁻²⁰ of them; where it is not straight in between to 2⁻¹² of the mesh's
+    diagonal, the triangle is split first, and so it is where a shadow is inside that no corner sees.
+
+    Elsewhere triangles are bisected until every error is within the tolerance. A side is split for all triangles that
     share it, so that there are no T-junctions: what is manifold, closed or a boundary stays so. The parts keep
     the shape of the triangle that they come from: none of their angles is less than half of its smallest.
 
@@ -95,6 +101,10 @@ def refine(
         Of the colours in the result. They are evaluated in float64.
     feature_angle : float, "auto" or None, default None
         Degrees from which edges are sharp, as for `mesh.phong.shade`; they are split first, and stay where they are.
+    occluders : sequence, optional
+        As for `mesh.phong.shade`. Of lights with a size shadows are not known inside of triangles, nor is occlusion.
+    cut : bool, default True
+        Whether to cut where the colour jumps; without, triangles are split there until they are tiny.
 
     Returns
     -------
@@ -107,6 +117,9 @@ def refine(
         normals gets those that `mesh.phong.normals` gives it before it is split. Cell arrays are copied to the
         parts of each cell.
 
+        Of a mesh that was cut, the point array ``<name>_refinement_pair`` is the number of the next point at the same
+        place, on the other side of the cut, or -1; where two edges cross, four points follow each other.
+
         Its cell array ``<name>_interpolation_error`` is the error that is left in each triangle, and its field
         data say how it ended:
 
@@ -117,12 +130,17 @@ def refine(
         ``<name>_refinement_error``
             The largest error that is left.
         ``<name>_refinement_stopped``
-            "tolerance": it is reached. "max_points": they are spent. "jump": it is reached except where the
-            colour jumps, at the edge of a spot's cone say, and the triangles there are smaller than 1/1024 of the
-            mesh's diagonal. "resolution": it is reached except where triangles are as small as the points'
-            type can tell apart.
+            "tolerance": it is reached. "max_points": they are spent. "jump": it is reached except where the colour
+            jumps and nothing was cut, as by ambient light of a spot, and the triangles there are smaller than 1/1024 of
+            the mesh's diagonal. "resolution": it is reached except where triangles are as small as the points' type can
+            tell apart.
         ``<name>_refinement_points``
             The number of points before and after.
+        ``<name>_refinement_cut``
+            How many sides of triangles were cut.
+        ``<name>_refinement_strip``
+            The area, along all cuts, in which colours may be those of the other side of the edge; outside of it the
+            tolerance holds. Triangles smaller than 1/1024 of the diagonal that hide the tip of a shadow count with it.
 
     Raises
     ------
@@ -264,6 +282,11 @@ def _lit_triangles(
     blended[~np.isfinite(blended).all(axis=1)] = 0.0
     exponent = int(np.frexp(np.abs(blended).max(initial=0.0))[1])
     corners, blended = triangles.regular_faces.astype(np.intp), np.ldexp(blended, -exponent)
+    model = scene.light_model
+    if model.ambient_occlusion is not False or (model.shadows and any(e.on and e.has_size for e in scene.lights)):
+        remedy = "scene.light_model.without_rays() is the same without them; mesh.phong.shade of the result casts them."
+        allowed = "without ambient occlusion and shadows of lights with a size where colours inside of triangles count"
+        check.refuse("light_model", "one with them", allowed, remedy)
     vertices = vertices_of(source, maps, tangents, scene=scene, occluders=occluders, matrix=matrix)
     lighting = Lighting(scene, material, matrix, vertices, cuts=cuts)
     return _LitTriangles(triangles, corners, normals, blended, exponent, lighting)

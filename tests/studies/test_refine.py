@@ -448,7 +448,7 @@ def test_no_more_points_than_allowed_and_the_worst_places_first():
 def test_a_jump_of_the_colour_ends_it():
     spot = ph.SpotLight(position=(0.2, 0.1, 1), direction=(0, 0, -1), cone_angle=20, exponent=0)
     scene = ph.Scene(lights=[spot], light_model=ph.LightModel(ambient=0))
-    fine = refine(square(), scene, MATT, tolerance=STEP)
+    fine = refine(square(), scene, MATT, tolerance=STEP, cut=False)
     assert stopped(fine) == "jump"
     assert left(fine) > 0.3
     bad = fine["phong_interpolation_error"] > STEP

@@ -2,9 +2,9 @@
 
 Of a light without a size, a place on a surface sees all or nothing. Where one corner of a triangle sees it and another
 does not, the edge crosses two of its sides, and is bisected there; between, it is taken as straight, as by marching
-triangles (W. E. Lorensen, H. E. Cline: Marching cubes. Computer Graphics 21 (1987), 163-169). A triangle in which that is
-not so is split: where the edge is further from straight than is allowed, where it crosses and comes back, where a shadow
-is inside that no corner sees.
+triangles (W. E. Lorensen, H. E. Cline: Marching cubes. Computer Graphics 21 (1987), 163-169). A triangle in which that
+is not so is split: where the edge is further from straight than is allowed, where it crosses and comes back, where a
+shadow is inside that no corner sees.
 """
 
 from __future__ import annotations
@@ -145,18 +145,30 @@ class _Edge:
         along = np.column_stack([is_lit[ends[:, 0]], quarters, is_lit[ends[:, 1]]])
         changes = (along[:, 1:] != along[:, :-1]).sum(axis=1)
         odd = np.flatnonzero(changes > 1)
-        weights = np.stack([1.0 - _QUARTERS, _QUARTERS], axis=1)
-        steps = np.where(quarters[odd] != is_lit[ends[odd, :1]], self._steps(ends[odd], weights), 0.0)
+        places = np.linspace(0.0, 1.0, 5)
+        is_other = along[odd] ^ along[odd, :1]
+        jumps = self._can_jump(ends[odd], np.stack([1.0 - places, places], axis=1), is_other)
         is_odd = np.zeros(len(triangles.ends), dtype=bool)
-        is_odd[sides[odd[steps.max(axis=1, initial=0.0) > self._tolerance]]] = True
+        is_odd[sides[odd[jumps]]] = True
         self._is_hidden[rows] = is_odd[triangles.sides[rows]].any(axis=1)
         inside = self._is_lit_inside[rows] = self._seen(rows, _INSIDE)
         at_corners = is_lit[triangles.corners[rows]]
         is_even = at_corners.all(axis=1) | ~at_corners.any(axis=1)
         is_other = (inside != at_corners[:, :1]) & is_even[:, None]
         some = np.flatnonzero(is_other.any(axis=1))
-        steps = np.where(is_other[some], self._steps(triangles.corners[rows[some]], _INSIDE), 0.0)
-        self._is_hidden[rows[some]] |= steps.max(axis=1, initial=0.0) > self._tolerance
+        is_other = np.column_stack([np.zeros((len(some), 3), dtype=bool), is_other[some]])
+        places = np.concatenate([np.eye(3), _INSIDE])
+        self._is_hidden[rows[some]] |= self._can_jump(triangles.corners[rows[some]], places, is_other)
+
+    def _can_jump(self, corners: IntArray, places: Float64Array, is_other: BoolArray) -> BoolArray:
+        """(k,): whether the colour may jump by more than the tolerance around those places (k, s) that are different.
+
+        The edge is within a place's distance to its neighbours, where a step may be larger by a third of its range.
+        """
+        steps = self._steps(corners, places)
+        larger = np.ptp(steps, axis=1) / 3.0 if len(steps) else np.zeros(0)
+        result: BoolArray = np.where(is_other, steps, 0.0).max(axis=1, initial=0.0) + larger > self._tolerance
+        return result
 
     def _crossings(self) -> _Crossings:
         surface, triangles, is_lit = self._surface, self._surface.triangles, self._is_lit
@@ -194,39 +206,40 @@ class _Edge:
         return alone, weights
 
     def _deviations(self, along: Float64Array, rows: IntArray) -> tuple[Float64Array, Float64Array]:
-        """How far the edge is from a straight line at its middle, and at places that are on the other side of it."""
+        """How far the edge is from a straight line at its quarters, and places inside that are on the wrong side."""
         triangles, index = self._surface.triangles, np.arange(len(rows))
         p = self._surface.vertices.points[triangles.corners[rows]]
         alone, ends = self._lines(along, rows)
         x, y = (np.einsum("ki,kij->kj", ends[:, end], p) for end in (0, 1))
         width = np.linalg.norm(y - x, axis=1)
 
-        def distance(weights: Float64Array) -> Float64Array:
-            offset = np.einsum("k...i,kij->k...j", weights, p) - (x if weights.ndim == 2 else x[:, None])
-            line = (y - x) if weights.ndim == 2 else (y - x)[:, None]
-            scale = width if weights.ndim == 2 else width[:, None]
-            result: Float64Array = np.linalg.norm(np.cross(offset, line), axis=-1) / np.where(scale > 0.0, scale, 1.0)
-            return result
-
-        is_lit = self._is_lit[triangles.corners[rows, alone]]
-        middle = ends.mean(axis=1)
-        is_near = (self._seen(rows, middle[:, None])[:, 0] if len(rows) else is_lit) == is_lit
-        corner = np.eye(3)[alone]
-        far = np.where(is_near[:, None], (1.0 - corner) / 2.0, corner)  # where the other side of the edge should be
-        near = middle
+        is_lit = self._is_lit[triangles.corners[rows, alone]][:, None]
+        near = np.stack([1.0 - _QUARTERS, _QUARTERS], axis=1) @ ends
+        is_near = (self._seen(rows, near) == is_lit) if len(rows) else np.zeros((0, len(_QUARTERS)), dtype=bool)
+        corner = np.broadcast_to(np.eye(3)[alone][:, None], near.shape)
+        far = np.where(is_near[..., None], (1.0 - corner) / 2.0, corner)  # where the other side of the edge should be
         for _ in range(_ROUGHLY if len(rows) else 0):
             between = (near + far) / 2.0
-            is_same = ((self._seen(rows, between[:, None])[:, 0] == is_lit) == is_near)[:, None]
+            is_same = ((self._seen(rows, between) == is_lit) == is_near)[..., None]
             near, far = np.where(is_same, between, near), np.where(is_same, far, between)
-        off = distance(far)
+        off = self._distances(far, p, x, y)
         # places inside of the part of the corner that is alone have less than 1
         part = 1.0 - ends[index, :, alone]
         others = np.stack([_INSIDE[:, (alone + turn) % 3].T for turn in (1, 2)], axis=2)
         with np.errstate(divide="ignore", over="ignore"):
             is_predicted = (others / part[:, None]).sum(axis=2) < 1.0
-        is_wrong = (self._is_lit_inside[rows] == is_lit[:, None]) != is_predicted
-        wrong = np.where(is_wrong, distance(np.broadcast_to(_INSIDE, (len(rows), *_INSIDE.shape))), 0.0)
-        return np.maximum(off, wrong.max(axis=1, initial=0.0)), width
+        is_wrong = (self._is_lit_inside[rows] == is_lit) != is_predicted
+        wrong = np.where(is_wrong, self._distances(_INSIDE, p, x, y), 0.0)
+        return np.column_stack([off, wrong]).max(axis=1, initial=0.0), width
+
+    @staticmethod
+    def _distances(weights: Float64Array, p: Float64Array, x: Float64Array, y: Float64Array) -> Float64Array:
+        """(k, s): of places in triangles p (k, 3, 3) from the lines through x and y (k, 3)."""
+        line = (y - x)[:, None]
+        width = np.linalg.norm(line, axis=2)
+        far = np.linalg.norm(np.cross(weights @ p - x[:, None], line), axis=2)
+        result: Float64Array = far / np.where(width > 0.0, width, 1.0)
+        return result
 
     def _poor(self, found: _Crossings) -> IntArray:
         """The triangles to split, the most urgent first."""

@@ -11,14 +11,14 @@ brightest, and at creases, where colours bend or jump. Places are barycentric co
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
-from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, MatrixLike, rgb
+from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, rgb
 from pvphong.base.vectors import columns, dot, towards, unit, unit_vector
 from pvphong.geometry.transform import normal_matrix, transform_points
 from pvphong.optics.light import Light
@@ -49,8 +49,8 @@ class Lighting:
     """What a surface is lit by, and how it reflects.
 
     What is seen of each light counts as one of the numbers at vertices, `seen`: of a light without a size it is 1 or 0,
-    and 0 outside of a cone too, whose edge is here not the light's but one of what is seen of it. So a vertex on such an
-    edge can be lit as its one side is, or as the other.
+    and 0 outside of a cone too, whose edge is here not the light's but one of what is seen of it. So a vertex on such
+    an edge can be lit as its one side is, or as the other.
 
     Parameters
     ----------
@@ -89,17 +89,16 @@ class Lighting:
         ends = np.cumsum([0, *(rows.shape[1] for rows in columns.values())]).tolist()
         self._columns = {name: slice(*part) for name, part in zip(columns, pairwise(ends), strict=True)}
         self.maps = np.concatenate([np.zeros((len(vertices), 0)), *columns.values()], axis=1)
-        self._visibility: Any = vertices.visibility if self.equation.needs_visibility else None
-        blocked = self.equation.shadowed if self._visibility is not None else ()
-        self._blocked = frozenset(k for k in blocked if not self._visibility.why_clear(k))
+        self._visibility = cast(SeenFromPlaces, vertices.visibility)
+        self._blocked = frozenset(k for k in self.equation.shadowed if not self._visibility.why_clear(k))
         self._lights = {term.index: term.light for term in self.equation.terms}
         self._cones = frozenset(filter(self._has_cone, self._lights)) if cuts else frozenset()
         lights, model = list(scene.lights), scene.light_model
         for k in self._cones:
             lights[k] = lights[k].with_values(Angle, (lights[k].values(Angle)[0] + 90.0) / 2.0)
-        shadows = model.shadows or bool(self._cones)
-        self._unclamped = replace(scene, lights=lights, light_model=replace(model, clamp=False, shadows=shadows))
         self.sharp = tuple(sorted(self._cones | self._blocked))
+        model = replace(model, clamp=False, shadows=bool(self.sharp), ambient_occlusion=False)
+        self._unclamped = replace(scene, lights=lights, light_model=model)
         self.settled: set[int] = set()
 
     def _has_cone(self, light: int) -> bool:
@@ -154,7 +153,6 @@ class Lighting:
         level : ndarray
             (n,): the product of normal and point, in the world, blended as `LitVertices.level`.
         """
-
         return self._seen(light, points, normals, level)
 
     def _seen(self, k: int, points: Float64Array, normals: Float64Array, level: Float64Array | None) -> Float64Array:
@@ -178,7 +176,7 @@ class Lighting:
         return result
 
 
-def _inside_cone(light: Light, points: FloatArray) -> FloatArray:
+def _inside_cone(light: Light, points: Float64Array) -> FloatArray:
     """(n,): positive inside of a light's cone, negative outside, by the chord between its axis and the ray; see
     `pvphong.optics.lights.spot`.
     """

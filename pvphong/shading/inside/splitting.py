@@ -128,13 +128,13 @@ class Refinement:
                 break
             self._split(marks)
         left = self.errors > tolerance
-        if not left.any() and not self.cuts.missed:
+        if not left.any():
             return "tolerance"
         if self.cuts.is_spent:
             return "max_points"
         if (left & ~self._known["stuck"]).any():
             return "max_points"
-        return "jump" if self._known["jump"][left].any() or self.cuts.missed else "resolution"
+        return "jump" if self._known["jump"][left].any() else "resolution"
 
     def _next_round(self, tolerance: float) -> IntArray:
         """The triangles to split; none if all that may be split are good."""
@@ -175,7 +175,7 @@ class Refinement:
         corners = self.triangles.corners
         steps, errors = jumps(self.vertices, corners[rows], self._lighting)
         self.errors[rows] = np.maximum(self.errors[rows], errors)
-        self._known["jump"][rows] = steps > tolerance
+        self._known["jump"][rows] = steps > tolerance / 2.0  # of what no splitting would cure, no part is to be left
         at_jumps = np.zeros(self.triangles.n_vertices, dtype=bool)
         at_jumps[corners[self._known["jump"]]] = True
         self._known["stuck"][rows] |= at_jumps[corners[rows]].any(axis=1)

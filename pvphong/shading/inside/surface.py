@@ -149,6 +149,8 @@ class LitSurface:
             level *= np.linalg.norm(stored, axis=1) / np.where(length > 0.0, length, 1.0)
             normals = stored
         maps = (1.0 - t) * old.maps[a] + t * old.maps[b]
-        new = vars(LitVertices(points, normals, stored, maps, seen, level, self.lighting.colors(points, normals, maps, seen)))
+        new = vars(
+            LitVertices(points, normals, stored, maps, seen, level, self.lighting.colors(points, normals, maps, seen))
+        )
         self.vertices = LitVertices(**{name: np.concatenate([a, new[name]]) for name, a in vars(old).items()})
         self.added.append(Added(parents, along))

@@ -1,16 +1,16 @@
-"""Triangles as index arrays alone: who is whose neighbour, not where anything lies. They are bisected, or cut along a line.
+"""Triangles that are bisected, or cut along a line: as index arrays, who is whose neighbour, not where anything lies.
 
-A triangle is always bisected through the middle of its longest side, and a side that is split is split for all triangles
-that share it, so that no vertex ever lies inside another triangle's side. This is longest-edge bisection
-(M.-C. Rivara: Algorithms for refining triangular grids suitable for adaptive and multigrid techniques.
-International Journal for Numerical Methods in Engineering 20 (1984), 745-756).
+A triangle is always bisected through the middle of its longest side, and a side that is split is split for all
+triangles that share it, so that no vertex ever lies inside another triangle's side. This is longest-edge bisection
+(M.-C. Rivara: Algorithms for refining triangular grids suitable for adaptive and multigrid techniques. International
+Journal for Numerical Methods in Engineering 20 (1984), 745-756).
 
 "Longest" is measured as if every triangle had come with equal sides. Its descendants are then, up to that affine
 map, of three shapes only, with no angle below 30°: bisecting keeps the shape that a triangle came with. A long thin
 triangle is bisected along both of its directions, as uniform subdivision would, and never into ever thinner ones.
 
-Along a cut, each of its two sheets has vertices of its own. Vertices at the same place, and sides with the same ends, are
-split together, so that the sheets go on to meet.
+Along a cut, each of its two sheets has vertices of its own. Vertices at the same place, and sides with the same ends,
+are split together, so that the sheets go on to meet.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Cut(NamedTuple):
     """The vertices that a cut adds, in the order of their numbers."""
 
     parents: IntArray
-    """(k, 2): the ends of the side that each is on; of one that a vertex on the line is doubled by, that vertex twice."""
+    """(k, 2): the ends of the side that each is on; where it doubles a vertex on the line, that vertex twice."""
     along: Float64Array
     """(k,): where it is, in parts of the side."""
     sheets: IntArray
@@ -201,7 +201,9 @@ class Triangles:
         sides = np.flatnonzero(crossed)
         ends, t, squares = self.ends[sides], along[sides], self._squares[sides]
         new, piece = np.full((2, len(self.ends)), -1)
-        new[sides] = self.n_vertices + 2 * np.arange(len(sides))  # the vertex on the sheet of 1; the other's is the next
+        new[sides] = self.n_vertices + 2 * np.arange(
+            len(sides)
+        )  # the vertex on the sheet of 1; the other's is the next
         _, first, tie = np.unique(self.ties[sides], return_index=True, return_inverse=True)
         own = new[sides, None] + (signs[ends] < 0)
         pieces = np.stack([np.stack([ends[:, 0], own[:, 0]], 1), np.stack([own[:, 1], ends[:, 1]], 1)], axis=1)

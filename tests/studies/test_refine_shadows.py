@@ -1,0 +1,271 @@
+"""Refined meshes in hard shadows and cones: cuts against edges that are known, their topology, and what is promised."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import pvphong as ph
+
+STEP = 1 / 255
+SUN = ph.DirectionalLight(direction=(-0.3, -0.2, -1.0), name="sun")
+LAMP = ph.PointLight(position=(0.7, 0.5, 3.0), name="lamp")
+SPOT = ph.SpotLight(position=(0.2, 0.1, 2.0), direction=(0.1, 0.05, -1.0), cone_angle=25, exponent=1, name="spot")
+MATT = ph.Material(ambient=0.1, diffuse=0.8)
+SHADOWS = ph.LightModel(ambient=1.0, shadows=True)
+CENTER, RADIUS = np.array([0.1, 0.2, 1.0]), 0.5
+BALL = pv.Icosphere(radius=RADIUS, center=CENTER, nsub=6)
+
+
+def scene(*lights, **model):
+    return ph.Scene(lights, ph.Viewer(position=(0, -5, 5)), replace(SHADOWS, **model))
+
+
+def floor(cells, size=4.0):
+    ground = pv.Plane(i_size=size, j_size=size, i_resolution=cells, j_resolution=cells).triangulate()
+    ground.points = ground.points.astype(float)
+    return ground
+
+
+def box(low, high):
+    return pv.Box([*np.ravel(np.column_stack([low, high]))])
+
+
+def areas(mesh):
+    """Signed ones, along z."""
+    p = mesh.points.astype(float)[mesh.regular_faces]
+    return np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])[:, 2] / 2
+
+
+def behind_ball(light):
+    """Whether places on the floor are in the ball's shadow."""
+
+    def dark(places):
+        offset = CENTER - places
+        if isinstance(light, ph.DirectionalLight):
+            ray = np.broadcast_to(-np.array(light.direction), places.shape)
+        else:
+            ray = np.array(light.position) - places
+        along = np.einsum("ki,ki->k", offset, ray) / np.einsum("ki,ki->k", ray, ray)
+        return np.linalg.norm(offset - along[:, None] * ray, axis=1) < RADIUS
+
+    return dark
+
+
+def samples(mesh, count=40, seed=3):
+    """Places in triangles, and the colours that are interpolated there."""
+    weights = np.random.default_rng(seed).dirichlet(np.ones(3), size=(mesh.n_cells, count))
+    corners = mesh.regular_faces
+    places, colors = (weights @ each.astype(float)[corners] for each in (mesh.points, mesh["phong"]))
+    return places, colors
+
+
+def wrong_area(mesh, dark):
+    """Of places whose colour is not within a display's step of that of their side of the edge; light is almost even."""
+    places, colors = samples(mesh)
+    is_dark = dark(places.reshape(-1, 3)).reshape(places.shape[:2])
+    shade = colors[..., 0] - 0.1
+    wrong = np.where(is_dark, shade > STEP, shade < 0.4)
+    return float((wrong.mean(axis=1) * areas(mesh)).sum())
+
+
+def reported(mesh, what, name="phong"):
+    return np.asarray(mesh.field_data[f"{name}_refinement_{what}"])[0]
+
+
+# --- edges that are known
+
+
+@pytest.mark.parametrize("light", [SUN, LAMP], ids=["sun", "lamp"])
+def test_the_wrongly_coloured_area_falls_with_the_points_and_not_with_their_root(light):
+    rig, dark = scene(light), behind_ball(light)
+    cut, split, saw = [], [], []
+    for cells in (16, 64):
+        ground = floor(cells)
+        refined = ground.phong.refine(rig, MATT, tolerance=2 * STEP, occluders=[BALL])
+        options = {"occluders": [BALL], "cut": False, "max_points": refined.n_points}
+        split.append(wrong_area(ground.phong.refine(rig, MATT, tolerance=2 * STEP, **options), dark))
+        saw.append(wrong_area(ground.phong.shade(rig, MATT, occluders=[BALL]), dark))
+        cut.append(wrong_area(refined, dark))
+        assert cut[-1] <= reported(refined, "strip") < 5e-3
+        assert refined.field_data["phong_refinement_reached"][0]
+    assert saw[0] / saw[1] == pytest.approx(4.0, rel=0.35)  # −½ of points, which are 16 times as many
+    assert cut[1] < 1e-4 * 16 < split[1] / 10
+    assert cut[1] < saw[1] / 100
+
+
+def test_three_times_the_points_of_a_grid_are_more_than_enough():
+    ground = floor(99)
+    refined = ground.phong.refine(scene(LAMP), MATT, tolerance=STEP, occluders=[BALL], max_points=3 * ground.n_points)
+    assert wrong_area(refined, behind_ball(LAMP)) < 1e-4 * 15
+
+
+def test_the_corners_of_a_square_are_found():
+    square = pv.Plane(center=(0.13, 0.07, 1.0), i_size=0.9, j_size=0.7)
+    refined = floor(7).phong.refine(scene(replace(SUN, direction=(0, 0, -1))), MATT, tolerance=STEP, occluders=[square])
+
+    def dark(places):
+        return (np.abs(places[:, :2] - (0.13, 0.07)) < (0.45, 0.35)).all(axis=1)
+
+    assert wrong_area(refined, dark) < 2e-4 * 0.63
+    on_cut = refined.points[refined["phong_refinement_pair"] >= 0][:, :2]
+    for corner in ((0.58, 0.42), (-0.32, 0.42), (0.58, -0.28), (-0.32, -0.28)):
+        assert np.linalg.norm(on_cut - corner, axis=1).min() < math.sqrt(32) / 512
+
+
+def test_a_cone_is_cut_where_it_ends():
+    axis = np.array(SPOT.direction) / np.linalg.norm(SPOT.direction)
+    refined = floor(12).phong.refine(scene(SPOT, shadows=False), MATT, tolerance=STEP)
+
+    def dark(places):
+        ray = places - SPOT.position
+        return ray @ axis < np.linalg.norm(ray, axis=1) * math.cos(math.radians(25))
+
+    assert refined.field_data["phong_refinement_reached"][0]
+    assert reported(refined, "cut") > 50
+    assert wrong_area(refined, dark) <= reported(refined, "strip") < 5e-3
+    paired = refined["phong_refinement_pair"] >= 0
+    ray = refined.points[paired] - SPOT.position
+    off = np.degrees(np.arccos(ray @ axis / np.linalg.norm(ray, axis=1))) - 25
+    assert np.abs(off).max() < math.degrees(math.sqrt(32) / 4096 / 2)
+
+
+def test_vertices_exactly_on_an_edge_are_on_both_sides():
+    roof = box((-1, -1, 0.5), (1, 1, 0.6))
+    refined = floor(8).phong.refine(scene(replace(SUN, direction=(0, 0, -1))), MATT, tolerance=STEP, occluders=[roof])
+    assert wrong_area(refined, lambda p: (np.abs(p[:, :2]) < 1).all(axis=1)) < 1e-5
+    assert refined.n_points < 81 + 40  # not more than those that are doubled
+
+
+# --- sheets
+
+
+HARD = {
+    "floor": lambda: (floor(9), [BALL], scene(SUN, LAMP)),
+    "cones and shadows cross": lambda: (floor(9), [BALL], scene(SPOT, LAMP)),
+    "closed": lambda: (pv.Sphere(), [box((0, -1, 0.6), (0.2, 1, 0.8))], scene(LAMP)),
+    "through": lambda: (floor(9), [pv.Sphere(radius=0.7, center=(0.1, 0.3, 0.2))], scene(LAMP, SUN)),
+    "standing": lambda: (floor(9), [box((-0.33, -0.4, 0), (0.4, 0.52, 0.9))], scene(SUN)),
+    "coplanar": lambda: (floor(9), [pv.Plane(center=(0.1, 0.1, 0)), BALL], scene(SUN)),
+}
+
+
+@pytest.mark.parametrize("case", HARD)
+def test_areas_and_orientations_stay_and_sheets_meet_in_pairs(case):
+    mesh, occluders, rig = HARD[case]()
+    before = mesh.copy()
+    refined = mesh.phong.refine(rig, MATT, tolerance=2 * STEP, occluders=occluders, precision="float64")
+    assert mesh == before
+    assert reported(refined, "cut") > 0
+    points, faces = refined.points.astype(float), refined.regular_faces
+    if case == "closed":
+        assert refined.volume == pytest.approx(mesh.volume, rel=1e-6)
+    else:
+        assert areas(refined).sum() == pytest.approx(16.0, rel=1e-12)
+        assert areas(refined).min() > 0.0
+    pair = refined["phong_refinement_pair"]
+    paired = np.flatnonzero(pair >= 0)
+    np.testing.assert_array_equal(points[pair[paired]], points[paired])
+    assert (pair[paired] != paired).all()
+    new = np.arange(mesh.n_points, refined.n_points)
+    assert (refined["pvphong_original_point"][new] == -1).all()
+    np.testing.assert_array_equal(refined["pvphong_original_point"][: mesh.n_points], np.arange(mesh.n_points))
+    place = np.arange(refined.n_points)
+    for _ in range(8):  # the least of those at one place
+        place[paired] = np.minimum(place[paired], place[pair[paired]])
+    whole = place[faces]
+    sides = np.sort(np.stack([whole, np.roll(whole, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    sides, counts = np.unique(sides, axis=0, return_counts=True)
+    assert set(counts) <= {1, 2}
+    a, b = points[sides[counts == 1].T]
+    lengths = np.linalg.norm(a - b, axis=1).sum()
+    assert lengths == pytest.approx(0.0 if case == "closed" else 16.0, abs=1e-9)
+    euler = len(np.unique(whole)) - len(sides) + len(whole)
+    assert euler == (2 if case == "closed" else 1)
+
+
+def looked_at(refined, mesh, occluders, rig):
+    """Colours at random places, by rays from there; the floor's normals are even."""
+    places, colors = samples(refined, count=64)
+    cloud = pv.PolyData(places.reshape(-1, 3))
+    cloud.point_data.active_normals = np.tile((0.0, 0.0, 1.0), (cloud.n_points, 1))
+    truth = cloud.phong.shade(rig, MATT, occluders=[mesh, *occluders], precision="float64")["phong"]
+    off = np.abs(truth.reshape(colors.shape) - colors).max(axis=2)
+    return (off > 1.1 * 2 * STEP).mean(axis=1) * areas(refined)
+
+
+@pytest.mark.parametrize("case", [case for case in HARD if case != "closed"])
+def test_colours_hold_at_64_places_of_each_triangle_but_for_a_strip_that_is_reported(case):
+    mesh, occluders, rig = HARD[case]()
+    refined = mesh.phong.refine(rig, MATT, tolerance=2 * STEP, occluders=occluders, precision="float64")
+    assert looked_at(refined, mesh, occluders, rig).sum() < 1.2 * reported(refined, "strip") < 0.01
+    assert refined.field_data["phong_refinement_reached"][0]
+
+
+def test_without_cuts_it_stops_at_the_jump():
+    refined = floor(6).phong.refine(scene(SUN), MATT, tolerance=STEP, occluders=[BALL], cut=False, max_points=30_000)
+    assert refined.field_data["phong_refinement_stopped"] == "jump"
+    assert reported(refined, "cut") == 0
+    assert "phong_refinement_pair" not in refined.point_data
+    assert wrong_area(refined, behind_ball(SUN)) < 0.02
+
+
+def test_the_saw_is_an_error_inside_of_triangles():
+    ground, rig = floor(9), scene(SUN)
+    errors = ground.phong.interpolation_error(rig, MATT, occluders=[BALL])["phong_interpolation_error"]
+    centers = ground.cell_centers().points
+    middle = CENTER - CENTER[2] * -np.array(SUN.direction)
+    far = np.abs(np.linalg.norm(centers[:, :2] - middle[:2], axis=1) - 0.5) > 0.5
+    assert errors.max() > 0.7
+    assert errors[far].max() < 1e-6
+    assert (errors > 0.1).sum() > 8
+
+
+# --- what stays
+
+
+def test_scenes_without_jumps_get_the_same_bits():
+    ball = pv.Sphere()
+    wide = ph.SpotLight(position=(0, 0, 2), direction=(0, 0, -1), cone_angle=60)
+    for rig in (scene(LAMP), scene(wide, shadows=False), scene(LAMP, wide)):
+        plain = replace(rig, light_model=rig.light_model.without_rays())
+        refined, expected = (ball.phong.refine(each, MATT, tolerance=STEP, cut=each is rig) for each in (rig, plain))
+        assert refined["phong"].tobytes() == expected["phong"].tobytes()
+        assert refined.points.tobytes() == expected.points.tobytes()
+        assert reported(refined, "cut") == 0
+
+
+def test_no_more_points_than_allowed():
+    ground, rig = floor(20), scene(SUN, LAMP)
+    for limit in (441, 460, 600, 1000):
+        refined = ground.phong.refine(rig, MATT, tolerance=STEP, occluders=[BALL], max_points=limit)
+        assert refined.n_points <= limit
+        assert areas(refined).min() > 0
+        assert refined.field_data["phong_refinement_stopped"] == "max_points"
+        assert reported(refined, "cut") >= (0 if limit < 460 else 5)
+
+
+def test_blocks_shadow_each_other():
+    blocks = pv.MultiBlock({"floor": floor(9), "ball": BALL})
+    refined = blocks.phong.refine(scene(SUN), MATT, tolerance=STEP)["floor"]
+    alone = blocks["floor"].phong.refine(scene(SUN), MATT, tolerance=STEP, occluders=[BALL])
+    np.testing.assert_array_equal(refined["phong"], alone["phong"])
+    errors = blocks.phong.interpolation_error(scene(SUN), MATT)["floor"]["phong_interpolation_error"]
+    assert errors.max() > 0.5
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"cut": 5}, "cut must be True or False; got 5"),
+        ({"occluders": BALL}, "occluders must be a sequence of meshes"),
+        ({"occluders": [3]}, r"occluders\[0\] must be a mesh"),
+    ],
+)
+def test_bad_arguments_are_refused(options, message):
+    with pytest.raises(ValueError, match=message):
+        floor(2).phong.refine(scene(SUN), MATT, tolerance=STEP, **options)
