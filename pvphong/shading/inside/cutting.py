@@ -154,7 +154,7 @@ class _Edge:
         inside = self._is_lit_inside[rows] = self._seen(rows, _INSIDE)
         at_corners = is_lit[triangles.corners[rows]]
         is_even = at_corners.all(axis=1) | ~at_corners.any(axis=1)
-        is_other = (inside != at_corners[:, :1]) & is_even[:, None]
+        is_other = (inside ^ at_corners[:, :1]) & is_even[:, None]
         some = np.flatnonzero(is_other.any(axis=1))
         is_other = np.column_stack([np.zeros((len(some), 3), dtype=bool), is_other[some]])
         places = np.concatenate([np.eye(3), _INSIDE])
