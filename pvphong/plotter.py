@@ -397,7 +397,7 @@ class PlotterPhong:
 
     # -- the studio --------------------------------------------------------------------------------------
 
-    def studio(self, *, port: int = 0, host: str = "127.0.0.1", browser: bool = True) -> Any:
+    def studio(self, *, file: str = "mesh.vtp", port: int = 0, host: str = "127.0.0.1", browser: bool = True) -> Any:
         """Edit lights, materials and light model of the active subplot in a web page, with the gizmos in its view.
 
         Needs the extra `trame`. What is edited there is the plotter's own: afterwards `lights`, `scene` and the
@@ -406,6 +406,9 @@ class PlotterPhong:
 
         Parameters
         ----------
+        file : str, default "mesh.vtp"
+            The file that the mesh was read from: the script that is taken home reads it, and other files are named
+            after it. Nothing is read or written here.
         port : int, default 0
             The port to listen on; 0 is one that is free.
         host : str, default "127.0.0.1"
@@ -430,7 +433,7 @@ class PlotterPhong:
 
         if not self.gizmos:
             self.add_gizmos()
-        return serve(self._plotter, self._subplot, self._history, port=port, host=host, browser=browser)
+        return serve(self._plotter, self._subplot, self._history, file=file, port=port, host=host, browser=browser)
 
     # -- pictures and exports ----------------------------------------------------------------------------
 

@@ -16,7 +16,7 @@ from pvphong.meshes.pictures import aim, drawing_window, preferring
 
 
 def studio(
-    mesh: str,
+    mesh: str | None = None,
     /,
     *,
     scene: Path | None = None,
@@ -29,7 +29,7 @@ def studio(
     Parameters
     ----------
     mesh
-        A file of any format that PyVista reads.
+        A file of any format that PyVista reads. Without one, the page offers examples, and takes files.
     scene
         Lights, viewer, light model, materials, as Scene.save writes them (JSON).
     port
@@ -45,15 +45,18 @@ def studio(
     from pvphong.studio.web.serving import free_port
 
     port = free_port(host, port)  # refused before anything is read
-    outside, rig, material = Lighting(scene=scene).read(mesh)
-    rig = seeing(rig, outside, SIZE)
+    if mesh is None and scene is not None:
+        check.refuse("--scene", scene, "left out without a mesh", "The page takes rigs too.")
     with preferring(drawing_window()):
         plotter = pv.Plotter(off_screen=True, window_size=list(SIZE), lighting="none")
     plotter.set_background(BACKGROUND)
-    aim(plotter, rig.viewer)
-    plotter.phong.light_model = rig.light_model
-    for light in rig.lights:
-        plotter.phong.add_light(light)
-    plotter.phong.add_mesh(outside, material)
-    plotter.reset_camera_clipping_range()
-    plotter.phong.studio(port=port, host=host, browser=not no_browser)
+    if mesh is not None:
+        outside, rig, material = Lighting(scene=scene).read(mesh)
+        rig = seeing(rig, outside, SIZE)
+        aim(plotter, rig.viewer)
+        plotter.phong.light_model = rig.light_model
+        for light in rig.lights:
+            plotter.phong.add_light(light)
+        plotter.phong.add_mesh(outside, material)
+        plotter.reset_camera_clipping_range()
+    plotter.phong.studio(file=mesh or "mesh", port=port, host=host, browser=not no_browser)

@@ -6,8 +6,9 @@ Read in this order:
 2. `document`: what is edited, by keys, with one history for panels and gizmos.
 3. `page`: Vuetify's components around the view.
 4. `door`: who gets in, by HTTP and WebSocket; which messages are taken; uploads.
-5. `studio`: the four put together, and the server.
-6. `serving`: in a loop of its own, or in a notebook's.
+5. `take_home`: the files that leave, and the Python that makes them again.
+6. `studio`: the five put together, and the server.
+7. `serving`: in a loop of its own, or in a notebook's.
 
 The first two know nothing of a server.
 """

@@ -6,6 +6,7 @@ Edits name what they change by a key: "light.3.intensity", "material.0.diffuse",
 
 from __future__ import annotations
 
+import asyncio
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,6 +16,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+import pyvista as pv
 
 from pvphong.base import check
 from pvphong.base.types import Vector
@@ -230,6 +232,37 @@ class Document:
                 gizmo.renderer_light.set(changed, self._subplot.lights.viewer)
         return gizmos.notice
 
+    async def set_image(self, number: Any, image: Any) -> None:
+        """Give a light that is an image another, which is divided into its bands in another thread.
+
+        Parameters
+        ----------
+        number
+            The light's.
+        image : pyvista.ImageData
+            Linear floats, or bytes, which count as sRGB.
+
+        Raises
+        ------
+        ValueError
+            If the light is none, or the image is not one that it takes.
+        """
+        renderer_light = self._light(number)
+        before = renderer_light.light(self._subplot.lights.viewer)
+        names = [field.name for field in fields_of(_kind(before)) if field.takes == "image"]
+        if not names or not isinstance(image, pv.ImageData) or image.active_scalars is None:
+            check.refuse("image", f"for {called(before)}", "an image for a light from all around")
+        width, height, _ = image.dimensions
+        texels = np.asarray(image.active_scalars).reshape(height, width, -1)[::-1, :, :3]
+        if texels.dtype == np.uint8:
+            given: Any = pv.Texture(np.ascontiguousarray(texels))
+            given.SetUseSRGBColorSpace(True)
+        else:
+            given = np.ascontiguousarray(texels, np.float32)
+        changed = await asyncio.to_thread(_with_image, before, names[0], given)
+        with self._step():
+            renderer_light.set(changed, self._subplot.lights.viewer)
+
     def select(self, number: Any) -> None:
         """Select a light, in the list as in the view; none if the number is None."""
         chosen = None if number is None else self._light(number)
@@ -340,6 +373,17 @@ class Document:
             "can_undo": self.history.can_undo or self._sliding is not None,
             "can_redo": self.history.can_redo,
         }
+
+
+def _kind(value: Any) -> Any:
+    return type(value)
+
+
+def _with_image(light: Light, name: str, image: Any) -> Light:
+    changes: dict[str, Any] = {name: image}
+    changed = replace(light, **changes)
+    changed.as_vtk(), changed.bands
+    return changed
 
 
 def _slid(given: Any, value: Any, name: str) -> Any:

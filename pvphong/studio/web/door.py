@@ -70,7 +70,6 @@ class Door:
         self._is_local = is_loopback(host)
         self.token = "" if self._is_local else secrets.token_urlsafe(24)
         """What the address must hold; "" where only this machine is served."""
-        self._uploads = 0
 
     @property
     def query(self) -> str:
@@ -169,32 +168,37 @@ class Door:
         return name, path
 
     def upload(
-        self, suffixes: tuple[str, ...], take: Callable[[str, Path], Awaitable[None]], failed: Callable[[str], None]
+        self,
+        suffixes: tuple[str, ...],
+        take: Callable[[str, Path, Mapping[str, str]], Awaitable[None]],
+        done: Callable[[str], None],
     ) -> Handler:
-        """A handler of uploads: files that end so are given to a function, with their names, and then removed.
+        """A handler of uploads: files that end so are given to a function, and then removed.
 
         Parameters
         ----------
         suffixes : tuple of str
             The endings that are allowed.
         take : callable
-            Takes name and path; ValueError where it cannot.
-        failed : callable
-            Told why a file was not taken.
+            Takes name, path and the query; ValueError where it cannot.
+        done : callable
+            Told why a file was not taken, or "" when it was.
         """
 
         async def handle(request: web.Request) -> web.StreamResponse:
+            reason = name = ""
             with tempfile.TemporaryDirectory() as folder:
+                path = Path(folder)
                 try:
-                    name, path = await self.receive(request, suffixes, Path(folder))
-                    await take(name, path)
+                    name, path = await self.receive(request, suffixes, path)
+                    await take(name, path, request.query)
                 except ValueError as error:
-                    reason = str(error).replace(f"{folder}/", "").replace(folder, "")
-                    failed(reason)
-                    answer = web.Response(status=400, text=reason)
-                    answer.force_close()  # the rest of what is too large is not read
-                    return answer
-            return web.Response(status=204)
+                    reason = str(error).replace(str(path), name)
+            done(reason)
+            answer = web.Response(status=400 if reason else 204, text=reason or None)
+            if reason:
+                answer.force_close()  # the rest of what is too large is not read
+            return answer
 
         return handle
 

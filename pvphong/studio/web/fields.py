@@ -16,7 +16,7 @@ from typing import Any, Literal, NamedTuple
 
 from pvphong.base import check
 from pvphong.base.types import rgb
-from pvphong.optics.maps import Map
+from pvphong.optics.maps import Map, is_image_path
 
 Kind = Literal["number", "numbers", "points", "color", "flag", "choice", "text", "reflectance"]
 
@@ -220,6 +220,8 @@ def edited(value: Any, name: str, given: Any, index: Sequence[int] = ()) -> Any:
     if field is None:
         check.refuse("field", name, f"one of {', '.join(each.name for each in fields_of(type(value)))}")
     before = getattr(value, name)
+    if field.takes == "map" and is_image_path(given):
+        check.refuse(name, given, "a value or the name of an array", "Files of this machine are not read for a page.")
     if given is None:
         if not field.is_optional:
             check.refuse(name, "nothing", "given")

@@ -42,6 +42,8 @@ html { overflow: hidden !important }
 .studio-panels .v-expansion-panel-text__wrapper { padding: 2px 16px 14px }
 .studio-panels input[type=number] { appearance: textfield; -moz-appearance: textfield }
 .studio-panels input::-webkit-inner-spin-button { display: none }
+.studio-code textarea { font-family: monospace; font-size: 11px; line-height: 1.35; white-space: pre; overflow-x: auto }
+.studio-start { position: absolute; top: 50%; left: 50%; transform: translate(-50%, -50%); width: 90% }
 .studio-plan td, .studio-plan th { padding: 2px 6px !important; height: auto !important; font-size: 12px;
   vertical-align: top }
 """
@@ -59,7 +61,7 @@ window.addEventListener('keydown', (event) => {
 _NUMBER = "Number(({0}).toPrecision(6))"
 
 
-_PANELS = ("lights", "material", "scene", "plan")
+_PANELS = ("lights", "material", "scene", "plan", "files")
 _JUMP = (
     "open_panels = open_panels.includes({number}) ? open_panels : [...open_panels, {number}];"
     " utils.get('document').getElementById('panel-{name}').scrollIntoView({{ behavior: 'smooth' }})"
@@ -85,7 +87,8 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     kinds : mapping
         Each kind of light that can be added, by its name in files → what it is, for a tooltip.
     """
-    server.state.client_only("local", "drawer", "open_panels")
+    server.state.client_only("local", "drawer", "open_panels", "busy", "uploads", "picture")
+    server.state.update({"busy": False, "uploads": 0, "picture": {"width": 1920, "height": 1080}})
     server.state.update({"local": {}, "drawer": None, "open_panels": list(range(len(_PANELS)))})
     server.state.update({"refusals": 0, "notice": "", "theme": "dark", "trame__title": "pvphong studio"})
     with VAppLayout(server, theme=("theme",)):
@@ -113,12 +116,14 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                 _materials()
                 _scene()
                 _plan()
+                _files()
         with (
             v.VMain(style="height: 100vh"),
             html.Div(style="position: relative; height: 100%"),
             html.Div(classes="studio-view", **found_by("view", "View of the model, with gizmos: h lists the keys")),
         ):
             view = PyVistaRCAView(plotter, send_mouse_move=True, style="width: 100%; height: 100%")
+            _start()
         v.VSnackbar(
             "{{ notice }}",
             model_value=("!!notice",),
@@ -346,6 +351,13 @@ def _form(entries: str) -> None:
         with html.Div(v_if="field.map", classes="studio-row", raw_attrs=[':title="field.help"']):
             html.Span("{{ field.label }}", classes="studio-label")
             v.VChip("{{ field.map }}", size="small", prepend_icon="mdi-texture")
+            v.VBtn(
+                "white",
+                v_if="field.takes == 'image'",
+                size="x-small",
+                variant="text",
+                click="trigger('edit', [field.key, '#ffffff'])",
+            )
         with html.Div(v_else_if="field.kind == 'number'"):
             _number("field")
         with html.Div(v_else_if="field.kind == 'numbers'"):
@@ -385,6 +397,7 @@ def _form(entries: str) -> None:
                 variant="text",
                 click="trigger('edit', [field.key, field.set ? null : '#ffffff'])",
             )
+            _bring("sky", "image", v_if="field.takes == 'image'", more=" + '&light=' + field.key.split('.')[1]")
         with html.Div(v_else_if="field.kind == 'flag'", classes="studio-row", raw_attrs=[':title="field.help"']):
             v.VSwitch(
                 key=("field.key + field.value + refusals",),
@@ -482,3 +495,125 @@ def _plan() -> None:
                 html.Td("{{ row[3] }}")
                 html.Td("{{ row[4] }}")
         html.Div("ns: nanoseconds a vertex of the compiled evaluator, on one core.", classes="studio-unit mt-1")
+
+
+def _files() -> None:
+    with _panel("Files"):
+        html.Div("Take home", classes="text-caption")
+        with html.Div(style="display: flex; flex-wrap: wrap; gap: 4px", classes="mt-1"):
+            for what, label, tip in (
+                ("rig", "rig", "Lights, viewer, light model and materials, .json: for pvphong --scene"),
+                ("vtp", "mesh .vtp", "The lit mesh, colours as floats"),
+                ("ply", "mesh .ply", "The lit mesh, colours of 8 bits"),
+                ("gltf", "glTF", "The lit mesh for other programs, with its colours"),
+                ("py", "Python", "The script below, as a file"),
+            ):
+                _take(
+                    label,
+                    tip,
+                    what,
+                    f"'take/{what}'",
+                    v_if={"vtp": "materials.length < 2", "ply": "materials.length < 2"}.get(what, "true"),
+                )
+        with html.Div(classes="studio-row"):
+            for side in ("width", "height"):
+                v.VTextField(
+                    model_value=(f"picture.{side}",),
+                    update_modelValue=f"picture.{side} = $event; flushState('picture')",
+                    label=side,
+                    suffix="px",
+                    type="number",
+                    classes="studio-number",
+                    **_DENSE,
+                    **found_by(f"picture-{side}"),
+                )
+            _take(
+                "picture",
+                "What the view shows, of that size, without gizmos, .png",
+                "png",
+                "'take/png?width=' + picture.width + '&height=' + picture.height",
+            )
+        html.Div("Python that makes it, to the bit", classes="text-caption mt-3")
+        v.VTextarea(
+            model_value=("script",),
+            readonly=True,
+            rows=8,
+            no_resize=True,
+            classes="studio-code mt-1",
+            **_DENSE,
+            **found_by("script", "Python that lights the mesh as it is lit here"),
+        )
+        v.VBtn(
+            "Copy",
+            size="small",
+            variant="tonal",
+            prepend_icon="mdi-content-copy",
+            classes="text-none mt-1",
+            click="utils.get('navigator').clipboard.writeText(script)",
+            **found_by("copy-script"),
+        )
+        html.Div("Open another mesh, or take over a rig", classes="text-caption mt-4")
+        _examples()
+        _bring("mesh", "mesh: .stl .ply .obj .vtp .vtu .vtk .glb …")
+        _bring("rig", "rig: .json")
+        _bring("rig", "only the materials of a rig: .json", name="material", more=" + '&part=material'")
+
+
+def _take(label: str, tip: str, what: str, address: str, **more: Any) -> None:
+    v.VBtn(
+        label,
+        size="small",
+        variant="tonal",
+        classes="text-none px-2",
+        min_width=0,
+        href=(address,),
+        prepend_icon="mdi-download",
+        disabled=("!has_mesh",),
+        **found_by(f"download-{what}", f"Download: {label}", raw=["download", f'title="{tip}"']),
+        **more,
+    )
+
+
+def _bring(what: str, label: str, *, name: str = "", more: str = "", **attributes: Any) -> None:
+    """An input for a file, which is sent by HTTP when it has been chosen."""
+    sent = f"'bring/{what}?name=' + encodeURIComponent([].concat($event)[0].name){more}"
+    v.VFileInput(
+        key=(f"'{name or what}' + uploads",),
+        label=label,
+        classes="mt-2",
+        prepend_icon="",
+        prepend_inner_icon="mdi-upload",
+        loading=("busy",),
+        disabled=("busy",),
+        update_modelValue=(
+            f"[].concat($event)[0] && (busy = true, utils.get('fetch')({sent},"
+            " { method: 'POST', body: [].concat($event)[0] }).finally(() => { busy = false; uploads += 1 }))"
+        ),
+        **_DENSE,
+        **attributes,
+        **found_by(f"upload-{name or what}"),
+    )
+
+
+def _examples() -> None:
+    with html.Div(style="display: flex; flex-wrap: wrap; gap: 4px", classes="mt-1"):
+        v.VBtn(
+            "{{ name }}",
+            v_for="name in example_names",
+            key=("name",),
+            size="small",
+            variant="tonal",
+            classes="text-none px-2",
+            min_width=0,
+            click="trigger('open_example', [name])",
+            raw_attrs=[":data-test=\"'example-' + name\"", ":aria-label=\"'Open the example ' + name\""],
+        )
+
+
+def _start() -> None:
+    """What stands in the view as long as there is no mesh."""
+    with v.VCard(v_if="!has_mesh", classes="studio-start pa-4", max_width=420, **found_by("start")):
+        html.Div("Light a mesh", classes="text-h6")
+        html.Div("Take one of these, or a file of yours.", classes="text-body-2 mb-2")
+        _examples()
+        _bring("mesh", "mesh: .stl .ply .obj .vtp .vtu .vtk .glb …", name="first-mesh")

@@ -45,7 +45,7 @@ class StudioFrame:
 
 
 def serve(
-    plotter: pv.Plotter, subplot: Subplot, history: History, *, port: int, host: str, browser: bool, title: str = ""
+    plotter: pv.Plotter, subplot: Subplot, history: History, *, file: str, port: int, host: str, browser: bool
 ) -> StudioFrame | None:
     """Serve a studio: until Ctrl-C; or in the loop that runs already, and give what shows it there.
 
@@ -55,7 +55,7 @@ def serve(
         If port or host is not allowed, or cannot be listened on.
     """
     port = free_port(host, port)
-    options: dict[str, Any] = {"title": title or "pvphong studio", "host": host}
+    options: dict[str, Any] = {"file": check.text("file", file), "host": host}
     if _is_in_loop():
         studio = Studio(plotter, subplot, history, **options)
         studio.start(port)

@@ -12,19 +12,28 @@ import itertools
 import socket
 import weakref
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
+from pathlib import Path, PurePath
 from typing import Any
 
 import pyvista as pv
 from aiohttp import web
+from pyvista import examples
 from trame.app import get_server
 
+from pvphong.base import check
+from pvphong.meshes.blocks import DEFAULT, map_blocks
+from pvphong.meshes.default_scene import default_scene
+from pvphong.meshes.files import read
 from pvphong.meshes.lit import plan
-from pvphong.meshes.surfaces import shallow_copy
+from pvphong.meshes.pictures import aim
+from pvphong.meshes.surfaces import shallow_copy, surface
 from pvphong.optics.lights import LIGHT_TYPES
+from pvphong.optics.maps import is_image_path
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import REFLECTANCES
+from pvphong.scene.scene import Scene, load_materials
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan
 from pvphong.studio.gizmos import History, commands
@@ -32,12 +41,17 @@ from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.document import Document
 from pvphong.studio.web.door import Door, Messages
 from pvphong.studio.web.page import build
+from pvphong.studio.web.take_home import EXAMPLES, TakeHome, reading_file
 
 _SHOW_AFTER, _PLAN_AFTER = 0.06, 0.25
 """Seconds from a frame until the page shows what has changed, and from then until the plan is made again."""
 
 _SAID_FOR = 8.0
 """Seconds for which a line is shown."""
+
+MESHES = (".vtp", ".vtu", ".vtk", ".vti", ".vts", ".vtr", ".vtkhdf", ".ply", ".stl", ".obj", ".glb", ".gltf")
+SKIES = (".hdr", ".png", ".jpg", ".jpeg")
+"""Endings of the files that can be brought."""
 
 _numbers = itertools.count(1)
 
@@ -53,16 +67,17 @@ class Studio:
         Its active subplot, which has gizmos.
     history : History
         The plotter's.
-    title : str
-        What the page is called.
+    file : str
+        Name of the file that the mesh was read from, as the script that is taken home reads it.
     host : str
         The address to listen on.
     """
 
     def __init__(
-        self, plotter: pv.Plotter, subplot: Subplot, history: History, *, title: str, host: str = "127.0.0.1"
+        self, plotter: pv.Plotter, subplot: Subplot, history: History, *, file: str, host: str = "127.0.0.1"
     ) -> None:
         self._plotter, self._subplot, self._host = plotter, subplot, host
+        self._reading, self._stem = reading_file(file), PurePath(file).stem
         self.document = Document(plotter.phong, subplot, history)
         self.door = Door(host)
         self._loop = asyncio.get_running_loop()
@@ -72,11 +87,12 @@ class Studio:
         self._planned_for: Any = None
         self.server = get_server(f"pvphong studio {next(_numbers)}", client_type="vue3")
         state = self.server.state
-        state.title = title
+        state.example_names = list(EXAMPLES)
         state.material_names = list(Material.names())
         state.reflectance_names = [{"title": "the light model's", "value": ""}, *REFLECTANCES]
         state.plan = {"accuracy": "", "meshes": []}
-        state.update(self.document.shown())
+        state.script = ""
+        state.update(self._shown())
         self._triggers = {name: self._trigger(act) for name, act in self._acts.items()}
         for name, trigger in self._triggers.items():
             self.server.controller.trigger(name)(trigger)
@@ -107,6 +123,7 @@ class Studio:
             "choose_reflectance": document.choose_reflectance,
             "undo": lambda: None if document.undo() else "nothing to undo",
             "redo": lambda: None if document.redo() else "nothing to redo",
+            "open_example": self.open_example,
             "fit": self._plotter.reset_camera,
             "gizmos": lambda: commands.toggle_hidden(document.gizmos),
             "theme": self._turn_theme,
@@ -157,10 +174,16 @@ class Studio:
         if self._show_soon is None and not self._loop.is_closed():
             self._show_soon = self._loop.call_later(_SHOW_AFTER, self._show)
 
+    def _shown(self) -> dict[str, Any]:
+        meshes = self._subplot.lit.shown
+        points = sum(mesh.drawn.n_points for mesh in meshes)
+        title = f"{self._stem}: {points:,} points" if meshes else "no mesh yet"
+        return self.document.shown() | {"title": title, "has_mesh": bool(meshes)}
+
     def _show(self) -> None:
         self._show_soon = None
         with self.server.state as state:
-            state.update(self.document.shown())
+            state.update(self._shown())
         if self._plan_soon is not None:
             self._plan_soon.cancel()
         self._plan_soon = self._loop.call_later(_PLAN_AFTER, self._show_plan)
@@ -180,8 +203,98 @@ class Studio:
                 options: dict[str, Any] = {"matrix": mesh.matrix, "tolerance": tolerance, "occluders": others}
                 made = plan(lit, scene, mesh.material, **options)
                 shown.append({"name": self.document.mesh_name(mesh), "rows": _rows(made), "accuracy": _accuracy(made)})
+        try:
+            script = self.take_home.script()
+        except ValueError as error:
+            script = f"# {error}"
         with self.server.state as state:
             state.plan = {"accuracy": shown[0]["accuracy"] if shown else "", "meshes": shown}
+            state.script = script
+
+    # -- meshes and files
+
+    def open(self, mesh: Any, file: str, reading: str = "") -> None:
+        """Show another mesh, in the default scene; what was before cannot be undone.
+
+        Parameters
+        ----------
+        mesh : pyvista.DataSet or pyvista.MultiBlock
+            A surface, or something with one.
+        file : str
+            What it is called.
+        reading : str
+            Python that gives it; by default that reads the file.
+
+        Raises
+        ------
+        ValueError
+            If it has nothing that can be lit; all is as before then.
+        """
+        outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
+        scene, phong, lights = default_scene(outside), self._plotter.phong, self._subplot.lights
+        before = [each.actor for each in self._subplot.lit.meshes]
+        phong.add_mesh(outside)
+        for actor in before:
+            self._plotter.remove_actor(actor, render=False)
+        for light in lights.renderer_lights:
+            lights.remove(light)
+        for light in scene.lights:
+            lights.add(light)
+        phong.light_model = scene.light_model
+        aim(self._plotter, scene.viewer)
+        self._plotter.reset_camera_clipping_range()
+        self.document.history.clear()
+        self._stem, self._reading = PurePath(file).stem, reading or reading_file(file)
+
+    def open_example(self, name: str) -> None:
+        """Show one of the meshes that PyVista brings along."""
+        function = EXAMPLES[check.choice("name", name, EXAMPLES)]
+        self.open(getattr(examples, function)(), name, f"pv.examples.{function}()")
+
+    @property
+    def take_home(self) -> TakeHome:
+        """What can be taken home now."""
+        meshes = {self.document.mesh_name(mesh): mesh for mesh in self._subplot.lit.shown}
+        tolerance = self.document.accuracy.tolerance
+        return TakeHome(meshes, self._subplot.scene, tolerance, self._reading, self._stem)
+
+    async def _give(self, request: web.Request) -> web.StreamResponse:
+        """Answer with one of the files that can be taken home."""
+        width, height = (request.query.get(name, "")[:9] for name in ("width", "height"))
+        try:
+            size = int(width) if width.isdecimal() else 0, int(height) if height.isdecimal() else 0
+            name, content = self.take_home.read(request.match_info["what"], self._plotter, size)
+        except ValueError as error:
+            self.say(str(error))
+            return web.Response(status=400, text=str(error))
+        heading = {"Content-Disposition": f'attachment; filename="{name}"', "Cache-Control": "no-store"}
+        return web.Response(body=content, headers=heading, content_type="application/octet-stream")
+
+    async def _take_mesh(self, name: str, path: Path, _query: Mapping[str, str]) -> None:
+        self.open(await asyncio.to_thread(read, path, guarded=True), name)
+
+    async def _take_rig(self, _name: str, path: Path, query: Mapping[str, str]) -> None:
+        scene, materials = Scene.load(path), load_materials(path)
+        for material in materials.values():
+            for field, given in material.maps.items():
+                if is_image_path(given):
+                    check.refuse(field, PurePath(str(given)).name, "no image file, in a rig that is uploaded")
+        if query.get("part") == "material":
+            if not materials:
+                check.refuse("rig", "one without materials", "one that holds a material")
+            scene = self._subplot.scene
+        self.document.replace_all(scene, materials, DEFAULT)
+
+    async def _take_sky(self, _name: str, path: Path, query: Mapping[str, str]) -> None:
+        image = await asyncio.to_thread(read, path, guarded=True)
+        await self.document.set_image(query.get("light", ""), image)
+
+    def _brought(self, error: str) -> None:
+        """A file has been taken, or was not, for a reason."""
+        if error:
+            self.say(error)
+        self.draw()
+        self.show()
 
     # -- the server
 
@@ -201,6 +314,13 @@ class Studio:
             await messages.disconnectClients()
 
         server.app.on_shutdown.append(end)
+        server.app.router.add_get("/take/{what}", self._give)
+        for what, suffixes, take in (
+            ("mesh", MESHES, self._take_mesh),
+            ("rig", (".json",), self._take_rig),
+            ("sky", SKIES, self._take_sky),
+        ):
+            server.app.router.add_post(f"/bring/{what}", self.door.upload(suffixes, take, self._brought))
 
     def address_at(self, port: int) -> str:
         """Where the page is, served on a port."""

@@ -14,6 +14,7 @@ import pytest
 import pyvista as pv
 from served import new_browser
 
+import pvphong as ph
 from pvphong.optics.lights import LIGHT_TYPES
 
 PROGRAMS = {name: shutil.which(name) for name in ("chromium", "chromedriver")}
@@ -333,3 +334,75 @@ def test_malformed_messages_are_refused_and_harm_nobody(page, served):
     assert "/" not in json.dumps(answers)  # no path
     page.click("add-point")
     page.until(lambda: page.light("point") or page.light("point 2"))
+
+
+def bring(page, what, path):
+    page.all(f"upload-{what}")[0].find_element("css selector", "input[type=file]").send_keys(str(path))
+
+
+def test_what_is_taken_home_is_made_again_by_its_script(page, folder):
+    page.click("add-spot")
+    page.trigger("choose_material", 0, "gold")
+    page.until(lambda: page.state("materials")[0]["preset"] == "gold" and "SpotLight" in page.state("script"))
+    home = folder / "home"
+    home.mkdir()
+    page.driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(home)})
+    names = {
+        "rig": "ball-rig.json",
+        "vtp": "ball-lit.vtp",
+        "ply": "ball-lit.ply",
+        "gltf": "ball.gltf",
+        "png": "ball.png",
+    }
+    names["py"] = "ball-lit.py"
+    for what, name in names.items():
+        page.click(f"download-{what}")
+        page.until(lambda name=name: (home / name).exists())
+    lit = pv.read(home / "ball-lit.vtp")
+    (home / "ball.ply").write_bytes((folder / "ball.ply").read_bytes())
+    done = subprocess.run([sys.executable, "ball-lit.py"], cwd=home, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    np.testing.assert_array_equal(pv.read(home / "ball-lit.vtp")["phong"], lit["phong"])
+    assert json.loads((home / "ball-rig.json").read_text())["lights"][-1]["type"] == "spot"
+    assert pv.read(home / "ball.png").dimensions == (1920, 1080, 1)
+
+
+def test_meshes_rigs_and_skies_are_brought_and_what_is_broken_is_refused(page, folder):
+    from PIL import Image
+
+    page.click("add-environment")
+    page.until(lambda: page.light("environment"))
+    Image.linear_gradient("L").convert("RGB").resize((32, 16)).save(folder / "sky.png")
+    page.until(lambda: page.all("upload-sky"))
+    bring(page, "sky", folder / "sky.png")
+    page.until(lambda: page.light("environment")["fields"][0]["map"] == "image 32 × 16")
+    rig = ph.Scene([ph.PointLight((1, 1, 1), name="lamp")], light_model=ph.LightModel(ambient=0.5))
+    rig.save(folder / "rig.json", materials={"default": "gold"})
+    bring(page, "rig", folder / "rig.json")
+    page.until(lambda: [light["called"] for light in page.state("lights")] == ["lamp"])
+    page.until(lambda: page.state("materials")[0]["preset"] == "gold")
+    page.click("undo")
+    page.until(lambda: page.light("environment"))
+    bad = {
+        "broken.ply": ("mesh", "ply\nformat ascii 1.0\n", "got broken.ply."),
+        "other.json": ("rig", "{}", 'must be a JSON object with "format"'),
+        "newer.json": ("rig", '{"format": "pvphong scene", "version": 9}', "version must be"),
+        "thief.json": ("rig", (folder / "rig.json").read_text().replace("0.75164", '"/etc/x.png"'), "must be"),
+        "points.ply": ("mesh", None, "faces"),
+    }
+    pv.PolyData([[0.0, 0, 0], [1, 0, 0]]).extract_points([0]).extract_surface(algorithm=None).save(
+        folder / "points.ply"
+    )
+    for name, (what, text, said) in bad.items():
+        if text is not None:
+            (folder / name).write_text(text)
+        bring(page, what, folder / name)
+        page.until(lambda said=said: said in page.state("notice"))
+        assert str(folder) not in page.state("notice")
+        page.until(lambda: not page.state("busy"))
+    assert page.light("environment")
+    pv.Cube().save(folder / "box.stl")
+    bring(page, "mesh", folder / "box.stl")
+    page.until(lambda: page.state("title") == "box: 24 points" and len(page.state("lights")) == 3)
+    page.trigger("open_example", "nut")
+    page.until(lambda: page.state("title").startswith("nut") and "load_nut" in page.state("script"))

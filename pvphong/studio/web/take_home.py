@@ -1,0 +1,207 @@
+"""What is taken home from a studio: rig, lit mesh, glTF, picture, and the Python that makes them again, to the bit."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Mapping
+from dataclasses import MISSING, fields
+from pathlib import Path, PurePath
+from typing import Any
+
+import pyvista as pv
+
+from pvphong.base import check
+from pvphong.meshes.blocks import DEFAULT
+from pvphong.meshes.files import save_lit
+from pvphong.meshes.pictures import draw, save_picture
+from pvphong.optics.lights import LIGHT_TYPES
+from pvphong.optics.material import Material
+from pvphong.optics.reflectances import REFLECTANCES
+from pvphong.scene.light_model import LightModel
+from pvphong.scene.scene import Scene
+from pvphong.scene.viewer import Viewer
+from pvphong.shading import kernel
+from pvphong.studio.lit_actors import LitMesh
+
+EXAMPLES: Mapping[str, str] = {
+    "airplane": "load_airplane",
+    "ant": "load_ant",
+    "nut": "load_nut",
+    "hills": "load_random_hills",
+    "beam": "load_hexbeam",
+    "sphere": "load_sphere",
+}
+"""What can be opened without a file → the function of `pyvista.examples` that gives it; PyVista brings them along."""
+
+FILES = ("rig", "vtp", "ply", "vtkhdf", "gltf", "png", "py")
+"""What can be taken home, by the endings of names; "rig" is a .json."""
+
+
+class TakeHome:
+    """What a studio's files are made of, as it is now.
+
+    Parameters
+    ----------
+    meshes : mapping
+        The lit meshes by name.
+    scene : Scene
+        What lights them.
+    tolerance : float
+        The colour error that is allowed.
+    reading : str
+        Python that gives the mesh, or the blocks, from `pv` and `ph`.
+    stem : str
+        What the names of files begin with.
+    """
+
+    def __init__(self, meshes: Mapping[str, LitMesh], scene: Scene, tolerance: float, reading: str, stem: str) -> None:
+        self._meshes, self._scene, self._tolerance = meshes, scene, tolerance
+        self._reading, self._stem = reading, re.sub(r"[^\w.-]+", "-", stem).strip(".-") or "mesh"
+
+    @property
+    def materials(self) -> dict[str, Material]:
+        """As rigs keep them: "default" for all, or by the meshes' names."""
+        found = {name: mesh.material for name, mesh in self._meshes.items()}
+        first = next(iter(found.values()), Material())
+        return {DEFAULT: first} if all(material == first for material in found.values()) else found
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What `shade` is called with beside scene and material; a named backend, of which equal calls give equal bits.
+
+        Raises
+        ------
+        ValueError
+            If there is no mesh, or the meshes have no options in common.
+        """
+        meshes = list(self._meshes.values())
+        if not meshes:
+            check.refuse("mesh", "none", "there", "Open one first.")
+        angles, matrices = {mesh.feature_angle for mesh in meshes}, [mesh.matrix for mesh in meshes]
+        if len(angles) > 1 or (len(meshes) > 1 and any(matrix is not None for matrix in matrices)):
+            check.refuse(
+                "meshes", "some moved each by itself", "in place, with one feature angle, to be lit as one call"
+            )
+        found: dict[str, Any] = {"feature_angle": meshes[0].feature_angle}
+        if matrices[0] is not None:
+            found["matrix"] = matrices[0].tolist()
+        if self._tolerance:
+            found["tolerance"] = self._tolerance
+        return found | {"backend": "numba" if kernel.has_run() else "numpy"}
+
+    def lit(self) -> Any:
+        """The lit mesh, or the lit blocks."""
+        options, materials = self.options, self.materials
+        if len(self._meshes) == 1:
+            mesh = next(iter(self._meshes.values())).mesh
+            return mesh.phong.shade(self._scene, materials[DEFAULT], **options)
+        blocks = pv.MultiBlock({name: mesh.mesh for name, mesh in self._meshes.items()})
+        return blocks.phong.shade(self._scene, materials, **options)
+
+    def script(self) -> str:
+        """Python that reads the mesh, lights it as here, and writes it.
+
+        Lights and materials that no code can hold, images and arrays, are read from the rig.
+        """
+        options, materials, stem = self.options, self.materials, self._stem
+        ending = "vtp" if len(self._meshes) == 1 else "vtkhdf"
+        try:
+            scene = python_of(self._scene)
+            if list(materials) == [DEFAULT]:
+                material = python_of(materials[DEFAULT])
+            else:
+                inner = "".join(f"    {name!r}: {python_of(each)},\n" for name, each in materials.items())
+                material = f"{{\n{inner}}}"
+        except HasArrays:
+            scene = f'ph.Scene.load("{stem}-rig.json")  # take the rig home too: it has the image'
+            material = f'ph.load_materials("{stem}-rig.json")'
+            material += f'["{DEFAULT}"]' if list(materials) == [DEFAULT] else ""
+        given = ", ".join(["scene", "material", *(f"{name}={value!r}" for name, value in options.items())])
+        lines = [
+            *(["import pyvista as pv"] if "pv." in self._reading else []),
+            "import pvphong as ph",
+            "",
+            f"mesh = {self._reading}",
+            f"scene = {scene}",
+            f"material = {material}",
+            f"lit = mesh.phong.shade({given})",
+            f'lit.save("{stem}-lit.{ending}")',
+        ]
+        return "\n".join(lines) + "\n"
+
+    def write(self, what: str, folder: Path, plotter: pv.Plotter, size: tuple[int, int]) -> Path:
+        """Write one of `FILES` into a folder, and give its path.
+
+        Parameters
+        ----------
+        what : str
+            One of `FILES`.
+        folder : Path
+            Where to.
+        plotter : pyvista.Plotter
+            What glTF and the picture's background are taken from.
+        size : tuple of int
+            Width and height of a picture, in pixels.
+
+        Raises
+        ------
+        ValueError
+            If it cannot be made.
+        """
+        check.choice("file", what, FILES)
+        path = folder / {"rig": f"{self._stem}-rig.json", "png": f"{self._stem}.png", "gltf": f"{self._stem}.gltf"}.get(
+            what, f"{self._stem}-lit.{what}"
+        )
+        if what == "rig":
+            self._scene.save(path, materials=self.materials)
+        elif what == "py":
+            path.write_text(self.script(), encoding="utf-8")
+        elif what == "gltf":
+            plotter.export_gltf(path)
+        elif what == "png":
+            image = draw(self.lit(), self._scene.viewer, size=size, background=plotter.background_color.hex_rgb)
+            save_picture(image, path)
+        else:
+            save_lit(self.lit(), path, "phong")
+        return path
+
+    def read(self, what: str, plotter: pv.Plotter, size: tuple[int, int]) -> tuple[str, bytes]:
+        """The name and the bytes of one of `FILES`; see `write`."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = self.write(what, Path(folder), plotter, size)
+            return path.name, path.read_bytes()
+
+
+def reading_file(name: str) -> str:
+    """Python that reads a file."""
+    return f"ph.read({PurePath(name).name!r})"
+
+
+class HasArrays(Exception):
+    """Something that no code can hold."""
+
+
+_CODED = (Scene, Viewer, LightModel, Material, *LIGHT_TYPES.values(), *REFLECTANCES.values())
+"""Whose constructors `ph` has by their names."""
+
+
+def python_of(value: Any, indent: str = "") -> str:
+    """A scene, a light, a material and the like as Python that gives it again, with `pvphong` as `ph`."""
+    kind: Any = type(value)
+    inside = f"{indent}    "
+    if isinstance(value, Scene):
+        parts = [f"{name}={python_of(getattr(value, name), inside)}" for name in ("lights", "viewer", "light_model")]
+        return f"ph.Scene(\n{''.join(f'{inside}{part},{chr(10)}' for part in parts)}{indent})"
+    if isinstance(value, tuple) and isinstance(value[0] if value else None, _CODED):
+        return f"[\n{''.join(f'{inside}{python_of(each, inside)},{chr(10)}' for each in value)}{indent}]"
+    if isinstance(value, float | str | tuple | bool | None):
+        return repr(value)
+    if kind not in _CODED:
+        raise HasArrays
+    given = [
+        f"{each.name}={python_of(getattr(value, each.name), inside)}"
+        for each in fields(kind)
+        if each.default is MISSING or getattr(value, each.name) != each.default
+    ]
+    return f"ph.{kind.__name__}({', '.join(given)})"

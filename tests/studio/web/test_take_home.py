@@ -1,0 +1,164 @@
+"""What is taken home: the script gives the same bits as the lit mesh, and rigs and pictures are what is shown."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import pyvista as pv
+from strategies import hunt, moderate_case
+
+import pvphong as ph
+from pvphong.optics.lights import LIGHT_TYPES
+from pvphong.optics.reflectances import REFLECTANCES
+from pvphong.studio.web.document import new_reflectance
+from pvphong.studio.web.take_home import EXAMPLES, FILES, HasArrays, TakeHome, python_of, reading_file
+
+
+@pytest.fixture
+def plotter(new_plotter):
+    plotter = new_plotter((64, 48))
+    plotter.phong.add_light(
+        ph.SpotLight.at((2, 1, 3), target=(0, 0, 0.1), cone_angle=40, diffuse="orange", name="lamp")
+    )
+    plotter.phong.add_light(ph.DirectionalLight((0.1, -1, -0.3), intensity=1 / 3, frame="camera"))
+    plotter.camera_position = [(3, 2, 1), (0, 0, 0), (0, 0, 1)]
+    return plotter
+
+
+def taken(plotter, reading='ph.read("part.vtp")', **options):
+    meshes = {f"part {k}" if k else "part": mesh for k, mesh in enumerate(plotter.phong._subplot.lit.meshes)}
+    return TakeHome(meshes, plotter.phong.scene, options.get("tolerance", 0.0), reading, options.get("stem", "part"))
+
+
+def run(script, folder, monkeypatch):
+    """What a script leaves in its `lit`."""
+    monkeypatch.chdir(folder)
+    names = {}
+    exec(compile(script, "script", "exec"), names)
+    return names["lit"]
+
+
+@pytest.mark.parametrize("kind", LIGHT_TYPES.values(), ids=LIGHT_TYPES)
+def test_every_light_can_be_written_as_python(kind):
+    light = kind(name="it's", diffuse=(0.1, 1 / 3, 2.0), frame="camera")
+    assert eval(python_of(light), {"ph": ph}) == light
+
+
+@pytest.mark.parametrize("name", REFLECTANCES)
+def test_every_reflectance_can_be_written_as_python(name):
+    material = ph.Material(diffuse="red", reflectance=new_reflectance(name))
+    if hasattr(ph, type(material.reflectance).__name__):
+        assert eval(python_of(material), {"ph": ph}) == material
+
+
+def test_python_gives_scene_and_material_again_to_the_bit():
+    written = []
+
+    def check(case):
+        for value in (case.scene, case.material):
+            try:
+                code = python_of(value)
+            except HasArrays:
+                continue
+            assert eval(code, {"ph": ph}) == value
+            written.append(code)
+
+    hunt(lambda dice: moderate_case(dice, "standard"), check, 60)
+    assert len(written) > 60
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 1 / 255])
+@pytest.mark.parametrize("is_moved", [False, True])
+def test_the_script_gives_the_same_bits_as_the_lit_mesh(plotter, tmp_path, monkeypatch, tolerance, is_moved):
+    mesh = pv.examples.load_nut()
+    mesh.save(tmp_path / "part.vtp")
+    actor = plotter.phong.add_mesh(mesh, ph.Material(specular=0.4, shininess=30, reflectance=ph.GGX(roughness=0.4)))
+    if is_moved:
+        actor.rotate_x(30)
+        actor.scale = (0.01, 0.02, 0.01)
+    home = taken(plotter, tolerance=tolerance)
+    lit = home.lit()
+    assert lit.n_points > mesh.n_points  # its edges are sharp
+    np.testing.assert_array_equal(run(home.script(), tmp_path, monkeypatch)["phong"], lit["phong"])
+    assert len(home.script().splitlines()) <= 16
+    np.testing.assert_array_equal(pv.read(tmp_path / "part-lit.vtp")["phong"], lit["phong"])
+
+
+def test_the_script_of_blocks_gives_the_same_bits(plotter, tmp_path, monkeypatch):
+    blocks = pv.MultiBlock({"ball": pv.Sphere(), "floor": pv.Plane(center=(0, 0, -0.6), i_size=3, j_size=3)})
+    blocks.save(tmp_path / "part.vtm")
+    plotter.phong.light_model = ph.LightModel(shadows=True)
+    plotter.phong.add_mesh(blocks, {"ball": ph.Material.named("gold"), "floor": ph.Material()})
+    meshes = dict(zip(blocks.keys(), plotter.phong._subplot.lit.meshes, strict=True))
+    home = TakeHome(meshes, plotter.phong.scene, 0.0, reading_file("part.vtm"), "part")
+    lit, again = home.lit(), run(home.script(), tmp_path, monkeypatch)
+    for name in blocks.keys():  # noqa: SIM118 a MultiBlock is not a mapping
+        np.testing.assert_array_equal(again[name]["phong"], lit[name]["phong"])
+    assert json.loads(home.read("rig", plotter, (0, 0))[1])["materials"].keys() == {"ball", "floor"}
+
+
+def test_what_no_code_can_hold_is_read_from_the_rig(plotter, tmp_path, monkeypatch):
+    mesh = pv.Sphere()
+    mesh.save(tmp_path / "part.vtp")
+    sky = ph.EnvironmentLight(image=np.random.default_rng(7).random((8, 16, 3)), name="sky")
+    plotter.phong.add_light(sky)
+    plotter.phong.add_mesh(mesh)
+    home = taken(plotter)
+    name, rig = home.read("rig", plotter, (0, 0))
+    assert f'ph.Scene.load("{name}")' in home.script()
+    (tmp_path / name).write_bytes(rig)
+    np.testing.assert_array_equal(run(home.script(), tmp_path, monkeypatch)["phong"], home.lit()["phong"])
+
+
+def test_every_file_is_what_it_says(plotter, tmp_path):
+    plotter.phong.add_mesh(pv.Sphere(), "gold")
+    plotter.phong.add_gizmos()
+    home = taken(plotter, stem="../a b/ü")
+    for what in FILES:
+        if what == "vtkhdf":
+            continue
+        name, content = home.read(what, plotter, (60, 40))
+        assert "/" not in name
+        (tmp_path / name).write_bytes(content)
+    found = sorted(path.name for path in tmp_path.iterdir())
+    assert found == sorted(
+        ["a-b-ü-lit.ply", "a-b-ü-lit.py", "a-b-ü-lit.vtp", "a-b-ü-rig.json", "a-b-ü.gltf", "a-b-ü.png"]
+    )
+    picture = pv.read(tmp_path / "a-b-ü.png")
+    assert picture.dimensions == (60, 40, 1)
+    assert np.ptp(picture.active_scalars) > 50
+    assert "COLOR_0" in (tmp_path / "a-b-ü.gltf").read_text()
+    assert "RGB" in pv.read(tmp_path / "a-b-ü-lit.ply").point_data
+    assert ph.load_materials(tmp_path / "a-b-ü-rig.json") == {"default": ph.Material.named("gold")}
+    assert ph.Scene.load(tmp_path / "a-b-ü-rig.json") == plotter.phong.scene
+
+
+def test_what_cannot_be_made_is_refused_in_one_line(plotter):
+    with pytest.raises(ValueError, match="mesh must be there"):
+        taken(plotter).lit()
+    plotter.phong.add_mesh(pv.Sphere())
+    with pytest.raises(ValueError, match="file must be one of"):
+        taken(plotter).read("exe", plotter, (1, 1))
+    with pytest.raises(ValueError, match="width must be"):
+        taken(plotter).read("png", plotter, (0, 10))
+    with pytest.raises(ValueError, match="height must be"):
+        taken(plotter).read("png", plotter, (10, 10**9))
+    plotter.phong.add_mesh(pv.Cube()).position = (1, 0, 0)
+    with pytest.raises(ValueError, match="meshes must be in place"):
+        taken(plotter).lit()
+
+
+def test_the_examples_come_with_pyvista():
+    for function in EXAMPLES.values():
+        assert getattr(pv.examples, function)().n_points
+
+
+def test_files_are_read_by_their_names_alone():
+    assert reading_file("/home/somebody/part.stl") == "ph.read('part.stl')"
+    assert eval(reading_file('a"b.stl').replace("ph.read", "")) == 'a"b.stl'
+
+
+def test_a_material_with_a_named_array_is_written_as_it_is():
+    material = replace(ph.Material.named("chalk"), albedo="scan")
+    assert eval(python_of(material), {"ph": ph}) == material
