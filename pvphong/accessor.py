@@ -16,6 +16,7 @@ import pyvista as pv
 
 from pvphong.base.types import Backend, MatrixLike, Weighting
 from pvphong.meshes import lit, pictures
+from pvphong.meshes import truth as rendering
 from pvphong.meshes.blocks import DEFAULT, datasets, map_blocks, materials_of
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.surfaces import FeatureAngle, shallow_copy, surface
@@ -65,6 +66,7 @@ class MeshPhong:
     shade = _of_mesh(lit.shade_mesh)
     plan = _of_mesh(lit.plan)
     visibility = _of_mesh(lit.visibility)
+    truth = _of_mesh(rendering.truth)
     normals = _of_mesh(lit.normals)
     plot = _of_mesh(pictures.plot)
     color_view = _of_mesh(pictures.color_view)
@@ -151,6 +153,16 @@ class BlocksPhong:
         among = occluders_of_blocks(self._blocks, matrix, options.pop("occluders", ()))
         return self._by_path(lambda block: block.phong.visibility(scene, occluders=next(among), **options))
 
+    @_options_of(MeshPhong.truth)
+    def truth(
+        self, scene: SceneLike | None = None, material: Materials = _PLAIN, **options: Any
+    ) -> dict[str, rendering.Truth]:
+        """The colours of each dataset by the rendering equation; all blocks reflect each other's light."""
+        where = {name: options.pop(name) for name in ("occluders", "matrix", "feature_angle") if name in options}
+        scene = scene_for(map_blocks(self._blocks, surface), scene, where.get("matrix"))
+        among = rendering.surroundings_of_blocks(self._blocks, scene, self._materials(material), **where)
+        return self._by_path(lambda block: block.phong.truth(scene, occluders=next(among), **options))
+
     @_options_of(MeshPhong.normals)
     def normals(self, weighting: Weighting | None = None, **options: Any) -> pv.MultiBlock:
         """A new MultiBlock of surfaces that carry their normals as active point normals.
@@ -212,11 +224,15 @@ class BlocksPhong:
     ) -> Callable[[pv.DataSet], Any]:
         """What calls a method for one dataset after the other, with the scene of all, and its own material and rays."""
         scene = scene_for(map_blocks(self._blocks, surface), scene, options.get("matrix"))
-        given = material if isinstance(material, Mapping) else {DEFAULT: material}
-        materials = iter(materials_of([path for path, _ in datasets(self._blocks)], given))
+        materials = iter(self._materials(material))
         takes_rays = method in ("shade", "plan", "refine", "interpolation_error")
         own = visibility_options(self._blocks, scene, options) if takes_rays else repeat(options)
         return lambda block: getattr(block.phong, method)(scene, next(materials), **next(own))
+
+    def _materials(self, material: Materials) -> list[Material | str]:
+        """Of each dataset, in their order."""
+        given = material if isinstance(material, Mapping) else {DEFAULT: material}
+        return materials_of([path for path, _ in datasets(self._blocks)], given)
 
     def _by_path(self, operation: Callable[[pv.DataSet], Any]) -> dict[str, Any]:
         return {path: operation(block) for path, block in datasets(self._blocks)}

@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pvphong.base.formulas import formula, like, single, wrapped
-from pvphong.base.types import IntArray
 
 MOST = 4096
 """So many points there are; a power of two."""
@@ -56,7 +55,7 @@ NEIGHBOURS = (0, *(_apart(exponent) for exponent in range(1, MOST.bit_length()))
 """By m: of 2ᵐ points, the k-th and that with the number k xor this are alone in a square, or in half of one."""
 
 
-def seeds(numbers: IntArray, stream: int = 0) -> NDArray[np.uint32]:
+def seeds(numbers: NDArray[np.integer[Any]], stream: int = 0) -> NDArray[np.uint32]:
     """Two for each number, shape (2, n), without any pattern (splitmix64; G. L. Steele et al. 2014).
 
     Those of other streams, from 0 to 2³¹, have nothing to do with them.

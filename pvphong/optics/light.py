@@ -340,6 +340,13 @@ class Light:
         """How rays to it are chosen, for a light with a size; None where it casts no shadows."""
         return None
 
+    def radiance(self, directions: Float64Array) -> FloatArray:  # noqa: ARG002 it has no area that could be seen
+        """The colours as which a light with a size shows itself, at intensity 1, along unit vectors (3, n) from it.
+
+        Of shape (3, n), or (3, 1) where they are the same.
+        """
+        return np.zeros((3, 1))
+
     @cached_property
     def effects(self) -> frozenset[str]:
         """The plan's effects that it calls for: its position's unless it is even, and its size's."""

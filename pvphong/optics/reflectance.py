@@ -21,6 +21,7 @@ from pvphong.base import check
 from pvphong.base.formulas import Power, chord_power
 from pvphong.base.types import FloatArray, Vector
 from pvphong.optics.area.lobes import CosinePower
+from pvphong.optics.area.sampling import Directions
 from pvphong.optics.light import Arrival
 from pvphong.optics.surface import Surface
 
@@ -75,6 +76,8 @@ class Peak(NamedTuple):
     """Gives vectors as long as C, for arrays (3, k) or (3, 1) of unit vectors n, l and v."""
     most: Callable[[Sightline], float]
     """The largest f for vertices of which bounds are known."""
+    axis: Callable[[Surface], FloatArray] | None
+    """Gives the unit vectors (3, n), in float64, around which l is; None where h is around n."""
     speed: Callable[[float], float] = lambda _: 1.0
     """How many times as far as l or v, whose angle is at most ψ, the direction around which f is a cosine turns."""
 
@@ -207,6 +210,13 @@ class Reflectance(ABC):
         own = tuple(np.asarray(number, n_l.dtype) for number in self.parameters(surface.maps))
         with np.errstate(invalid="ignore", divide="ignore"):  # of two sides, one of which is then chosen
             return type(self).factors(own, at, highlight)
+
+    def directions(self, surface: Surface) -> Directions | None:  # noqa: ARG002 it has no highlight
+        """How directions of light are chosen that its highlight reflects much of; None: by the cosine, as for others.
+
+        All that the highlight reflects from must have a chance.
+        """
+        return None
 
     @abstractmethod
     def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:

@@ -30,6 +30,9 @@ from pvphong.rays.casting import BlockingFaces, Occluders
 
 # --- ray targets
 
+BEFORE_LIGHT = 2.0
+"""In units of the resolution: rays end so far before a light, for it may be on a face."""
+
 
 def place_of(light: Light) -> Vector | None:
     """Where rays to a light without a size end; None where only its direction is known."""

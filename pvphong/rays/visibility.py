@@ -19,10 +19,10 @@ from pvphong.base.text import html_table
 from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray
 from pvphong.base.vectors import dot
 from pvphong.geometry.extent import Sphere
-from pvphong.optics.area.sampling import Sampling, sky_frame, sky_sample
+from pvphong.optics.area.sampling import Sampling, sky_frame, sky_sample, sky_seen
 from pvphong.optics.light import Light
 from pvphong.rays.casting import BYTES_PER_TRIANGLE, BlockingFaces, Occluders, warn_of_slow_rays
-from pvphong.rays.rays import Receiver, may_block, part_by_arrays, place_of, place_or_direction, rays_to
+from pvphong.rays.rays import BEFORE_LIGHT, Receiver, may_block, part_by_arrays, place_of, place_or_direction, rays_to
 from pvphong.rays.sampling import Cast, Seen, look
 from pvphong.scene.light_model import LightModel
 from pvphong.shading import kernel
@@ -34,8 +34,6 @@ _VERTICES_AT_ONCE = 2**16
 _RAYS_AT_ONCE, _RAYS_OF_VTK_AT_ONCE = 2**17, 2**13
 # So many rays every vertex gets.
 _LEAST, _LEAST_OF_ALL_AROUND = 16, 64
-# In units of the resolution: rays end so far before a light, for it may be on a face.
-_BEFORE_LIGHT = 2.0
 
 
 @dataclass(frozen=True)
@@ -93,7 +91,7 @@ class Tracer:
         if place is None and not light.is_even:  # its direction differs from vertex to vertex
             compiled = None
         known = *place_or_direction(light).tolist(), float(place is not None), float(self.two_sided), above
-        numbers = np.array([*known, _BEFORE_LIGHT * above])
+        numbers = np.array([*known, BEFORE_LIGHT * above])
 
         def work(first: int, last: int) -> None:
             some = slice(first, last)
@@ -119,13 +117,13 @@ class Tracer:
             check.refuse("light", light, "one that says how rays to it are chosen", remedy)
         sides = self._sides(light.nodes(1)[0]) if self.two_sided else np.ones(len(self.receiver.points))
         sides[sides == 0.0] = 1.0
-        margin = _BEFORE_LIGHT * self.occluders.resolution(self.receiver.part)
+        margin = BEFORE_LIGHT * self.occluders.resolution(self.receiver.part)
         brightness = light.intensity * max(np.ravel(light.diffuse).tolist())
         return self._look(light.sampling, sides, margin, brightness, _LEAST_OF_ALL_AROUND if light.is_even else _LEAST)
 
     def sky(self) -> Seen:
         """What the vertices see of the hemispheres around their normals."""
-        sampling = Sampling(sky_frame, sky_sample, (self.distance, 1.0))
+        sampling = Sampling(sky_frame, sky_sample, sky_seen, (self.distance, 1.0))
         seen = self._look(sampling, np.ones(len(self.receiver.points)), 0.0, self.ambient, _LEAST_OF_ALL_AROUND)
         has_normal: BoolArray = (self.receiver.unit_normals != 0.0).any(axis=1)
         return seen._replace(part=np.where(has_normal, seen.part, 1.0))

@@ -180,7 +180,9 @@ def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
         for lobe, coefficients, factor in zip(equation.reflectance.lobes, term.colors, factors, strict=True):
             if lobe.needs_viewer and block.unseen is not False and any(coefficients):
                 factor[block.unseen] = 0.0
-            _add(coefficients, factor, _tint(lobe, tints, block.surface), color, getattr(result, lobe.component), share)
+            _add(
+                coefficients, factor, tint_of(lobe, tints, block.surface), color, getattr(result, lobe.component), share
+            )
     if equation.gamma != 1.0:
         color = np.maximum(color, 0.0) ** color.dtype.type(1.0 / equation.gamma)
     if equation.clamp:
@@ -188,7 +190,7 @@ def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
     result.rgb[:] = color.T
 
 
-def _tint(lobe: Lobe, tints: Mapping[str, FloatArray], surface: Surface) -> FloatArray | None:
+def tint_of(lobe: Lobe, tints: Mapping[str, FloatArray], surface: Surface) -> FloatArray | None:
     """What a lobe's colour is multiplied by; None where it is the same everywhere."""
     if lobe.takes_albedo:
         found = tints.get("diffuse")

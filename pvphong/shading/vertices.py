@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -140,7 +140,11 @@ class Vertices:
 
     def tints(self, equation: Equation) -> dict[str, Tint]:
         """What is multiplied by colours at each vertex, of what an equation reads."""
-        return {name: Tint(name, self.maps[name].rows, self.maps[name].most) for name in equation.needed_tints}
+        return self.tints_of(equation.needed_tints)
+
+    def tints_of(self, names: Iterable[str]) -> dict[str, Tint]:
+        """What is multiplied by colours at each vertex, of some maps of colours."""
+        return {name: Tint(name, self.maps[name].rows, self.maps[name].most) for name in names}
 
     def without_maps(self, material: Material) -> Material:
         """The material with no less than any vertex has, in place of its maps."""

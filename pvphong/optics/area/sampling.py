@@ -1,13 +1,19 @@
 """Points of lights with a size, and directions to the sky, chosen for rays: formulas of two numbers u and v in [0, 1).
 
-Each light has two. `frame` is computed once for a vertex, in float64, from the light's numbers, the point p where rays
-begin and the unit normal n (zero where there is none). It gives the length that goes with a share of 1, the factor that
-makes a mean of weights a colour, and what the other formula needs. `sample` is computed for each ray, in float32, of
+Each light has three. `frame` is computed once for a vertex, in float64, from the light's numbers, the point p where
+rays begin and the unit normal n (zero where there is none). It gives the length that goes with a share of 1, the factor
+that makes a mean of weights a colour, and what the others need. `sample` is computed for each ray, in float32, of
 that: the unit vector to a point of the light, how far that is as a share, and its weight: what arrives from there of a
 white surface's colour, over the density with which such points are chosen.
 
 Where the density is nearly in proportion to what arrives, weights are nearly equal, and what is left to chance is what
 is hidden. Maps from the square are continuous, so that points which are spread evenly remain so.
+
+`seen` is the inverse of `sample`, for rays that find a light by chance: of a unit vector it gives how far the light is,
+as a share, and the density of solid angle with which `sample` chooses it; 0 where nothing is seen of the light. Only
+NumPy runs it.
+
+At the end are directions of the light that a highlight reflects (`Directions`).
 """
 
 from __future__ import annotations
@@ -25,6 +31,7 @@ from pvphong.base.formulas import (
     ZERO,
     arctan2,
     cosine,
+    cross,
     dot,
     formula,
     index,
@@ -32,13 +39,15 @@ from pvphong.base.formulas import (
     maximum,
     minimum,
     multiply_add,
+    power_less_one,
     sine,
     single,
     sqrt,
+    subtract,
     times,
     where,
 )
-from pvphong.base.types import Float64Array
+from pvphong.base.types import Float64Array, FloatArray
 
 
 class Sampling(NamedTuple):
@@ -50,9 +59,15 @@ class Sampling(NamedTuple):
     sample: Callable[..., Any]
     """Formula of numbers, of what `frame` gives but for its first two, of u and v."""
 
-    numbers: Sequence[float] | Float64Array
-    """What both formulas read by index."""
+    seen: Callable[..., Any]
+    """Formula of numbers, of what `frame` gives but for its first two, of a unit vector."""
 
+    numbers: Sequence[float] | Float64Array
+    """What the formulas read by index."""
+
+
+# Of a light's size: what is beyond its edge by so little is still seen, for directions are rounded.
+_SLACK = 1e-6
 
 # --- common formulas
 
@@ -150,6 +165,16 @@ def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     # the squared radius less that of the ray's distance from the middle; at the edge of the cone no digits cancel
     apart = where(side < ZERO, less * (ONE - inner) * (TWO - less - t), ONE - to_middle * to_middle * t * (TWO - t))
     return direction, to_middle * along + side * sqrt(maximum(apart, ZERO)), maximum(weight, ZERO)
+
+
+def sphere_seen(_numbers: Any, frame: Any, d: Any) -> Any:
+    """Where a ray enters the sphere; from inside it shows nothing."""
+    less, off = frame[12], subtract(d, frame[0:3])
+    t = HALF * dot(off, off)  # 1 − cos of the ray's angle off the middle
+    apart = (less - t) * (TWO - less - t)
+    is_met = (t <= less * (ONE + _SLACK)) & (frame[13] < ZERO)
+    share = frame[14] * (ONE - t) - sqrt(maximum(apart, ZERO))
+    return share, where(is_met, 1.0 / (2.0 * math.pi * less), 0.0)
 
 
 # --- flat lights: points on them, nearly as dense as what arrives from there
@@ -295,6 +320,64 @@ def disk_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     return _from_flat(frame, x, y, where(is_near, over_near, ONE / density))
 
 
+def _on_plane(numbers: Any, frame: Any, d: Any) -> Any:
+    """Where a ray meets the plane of a flat light that shows there.
+
+    It gives offsets from the light's middle along its sides; how far away that is; and what a density of points on the
+    plane is multiplied by to become one of solid angle, 0 where nothing is met.
+    """
+    normal, c = (numbers[3], numbers[4], numbers[5]), frame[0:3]
+    along = dot(normal, d)
+    far = dot(normal, c) / along
+    off = subtract(times(d, far), c)
+    is_met = (frame[12] > ZERO) & (far > ZERO) & (far < like(far, math.inf))
+    return dot(frame[3:6], off), dot(frame[6:9], off), far, where(is_met, far * far / abs(along), ZERO)
+
+
+def _of_side(x: Any, slope: Any, height: Any) -> Any:
+    """The inverse of `_on_side`: the number that gives an offset, and the density there."""
+    off = x - slope[3]
+    delta = arctan2(off, height) - arctan2(slope[1], slope[0])
+    return HALF + HALF * delta / slope[2], slope[4] / (height * height + off * off)
+
+
+def _warped_density(u: Any, v: Any, corners: Any) -> Any:
+    """The density that `_warped` gives points."""
+    u, v = minimum(maximum(u, ZERO), ONE), minimum(maximum(v, ZERO), ONE)
+    left, right = corners[0] + v * (corners[2] - corners[0]), corners[1] + v * (corners[3] - corners[1])
+    return left + u * (right - left)
+
+
+def _rectangle_density(frame: Any, x: Any, y: Any) -> Any:
+    """With which `_on_rectangle` chooses points, over that of points spread evenly."""
+    u, first = _of_side(x, frame[17:22], frame[29])
+    v, second = _of_side(y, frame[22:27], frame[29])
+    return _warped_density(u, v, frame[13:17]) * (first * second)
+
+
+def rectangle_seen(numbers: Any, frame: Any, d: Any) -> Any:
+    """Where a ray meets a rectangle."""
+    x, y, far, factor = _on_plane(numbers, frame, d)
+    first, second = frame[27], frame[28]
+    is_met = (abs(x) <= first * (ONE + _SLACK)) & (abs(y) <= second * (ONE + _SLACK))
+    return far, where(is_met, _rectangle_density(frame, x, y) * factor / (4.0 * first * second), ZERO)
+
+
+def disk_seen(numbers: Any, frame: Any, d: Any) -> Any:
+    """Where a ray meets a disk."""
+    x, y, far, factor = _on_plane(numbers, frame, d)
+    radius = frame[27]
+    distance = sqrt(x * x + y * y) / radius
+    # the inverse of `on_disk`
+    is_wide = abs(x) > abs(y)
+    angle = 4.0 / math.pi * arctan2(minimum(abs(x), abs(y)), maximum(abs(x), abs(y)))
+    a, b = where(is_wide, distance, distance * angle), where(is_wide, distance * angle, distance)
+    u, v = HALF + HALF * where(x < ZERO, -a, a), HALF + HALF * where(y < ZERO, -b, b)
+    near = _rectangle_density(frame, x, y) / 4.0
+    density = where(frame[29] < _NEAR_DISK * radius, near, _warped_density(u, v, frame[13:17]) / math.pi)
+    return far, where(distance <= ONE + _SLACK, density * factor / (radius * radius), ZERO)
+
+
 # Where the triangles of a polygon begin: their number, and of each the share of the area up to its end and of itself,
 # and three corners less the first but for the first itself, as shares of the half sides.
 TRIANGLES = 14
@@ -312,6 +395,19 @@ def polygon_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     x = numbers[at + 2] + far * (numbers[at + 4] + v * (numbers[at + 6] - numbers[at + 4]))
     y = numbers[at + 3] + far * (numbers[at + 5] + v * (numbers[at + 7] - numbers[at + 5]))
     return _from_flat(frame, single(x) * frame[27], single(y) * frame[28], ONE)
+
+
+def polygon_seen(numbers: Any, frame: Any, d: Any) -> Any:
+    """Where a ray meets a polygon, in any of its triangles."""
+    x, y, far, factor = _on_plane(numbers, frame, d)
+    x, y, is_met = x / frame[27], y / frame[28], x != x
+    for k in range(int(numbers[TRIANGLES])):
+        _, share, ax, ay, bx, by, cx, cy = numbers[TRIANGLES + 1 + 8 * k : TRIANGLES + 9 + 8 * k]
+        twice = bx * cy - by * cx
+        u, v = ((x - ax) * cy - (y - ay) * cx) / twice, ((y - ay) * bx - (x - ax) * by) / twice
+        is_met = is_met | ((u >= -_SLACK) & (v >= -_SLACK) & (u + v <= ONE + _SLACK))
+        whole = 0.5 * abs(twice) / share
+    return far, where(is_met, factor / (whole * frame[27] * frame[28]), ZERO)
 
 
 # --- the sky: by the cosine, and by its image
@@ -336,6 +432,11 @@ def sky_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     return _combined(x, frame[0:3], y, frame[3:6], z, frame[6:9]), ONE, frame[9] + ZERO * x
 
 
+def sky_seen(_numbers: Any, frame: Any, d: Any) -> Any:
+    """It is everywhere."""
+    return ONE, maximum(dot(frame[6:9], d), ZERO) * frame[9] / math.pi
+
+
 # An image's numbers after those of `sky_frame`: how many rows and columns, the greatest powers of two that are less,
 # ∫ L dω of its radiance L, and the axes to its middle, right and up. Then the cosines of the angles from the top where
 # rows begin, shares of the energy where they begin, and the same for the columns of each row; then L.
@@ -356,6 +457,17 @@ def _place_in(numbers: Any, start: Any, count: Any, half: Any, share: Any) -> An
 
 
 @formula
+def _cell(numbers: Any, d: Any) -> Any:
+    """The row and the column of an image's cell in a direction."""
+    rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
+    ahead, right = (numbers[7], numbers[8], numbers[9]), (numbers[10], numbers[11], numbers[12])
+    height = minimum(maximum(dot((numbers[13], numbers[14], numbers[15]), d), -1.0), 1.0)
+    down = arctan2(sqrt(1.0 - height * height), height) * (rows / math.pi)
+    around = arctan2(dot(right, d), dot(ahead, d)) * (columns / (2.0 * math.pi)) + 0.5 * columns
+    return minimum(index(down), rows - 1), minimum(index(maximum(around, 0.0)), columns - 1)
+
+
+@formula
 def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     """Directions by the image's energy where u < ½, else by the cosine.
 
@@ -372,10 +484,7 @@ def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     d = _combined(x, frame[0:3], y, frame[3:6], z, frame[6:9])
     ahead, right = (numbers[7], numbers[8], numbers[9]), (numbers[10], numbers[11], numbers[12])
     up = numbers[13], numbers[14], numbers[15]
-    height = minimum(maximum(dot(up, d), -1.0), 1.0)
-    down = arctan2(sqrt(1.0 - height * height), height) * (rows / math.pi)
-    around = arctan2(dot(right, d), dot(ahead, d)) * (columns / (2.0 * math.pi)) + 0.5 * columns
-    row, column = minimum(index(down), rows - 1), minimum(index(maximum(around, 0.0)), columns - 1)
+    row, column = _cell(numbers, d)
     chosen, far = _place_in(numbers, ends, rows, numbers[_HALF_ROWS], v)
     row = where(by_image, chosen, row)
     start = shares + row * (columns + 1)
@@ -397,6 +506,15 @@ def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     return direction, ONE, single(2.0 * radiance * cosine_here / maximum(density, 1e-30) * frame[9])
 
 
+def image_seen(numbers: Any, frame: Any, d: Any) -> Any:
+    """It is everywhere."""
+    rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
+    row, column = _cell(numbers, d)
+    cells = _TABLES + 2 * (rows + 1) + rows * (columns + 1)
+    by_image = numbers[cells + row * columns + column] / maximum(numbers[_TOTAL], 1e-300)
+    return ONE, 0.5 * (by_image + maximum(dot(frame[6:9], d), ZERO) * frame[9] / math.pi)
+
+
 def image_numbers(radiance: Float64Array, axes: Float64Array) -> Float64Array:
     """What `image_sample` reads of the radiance of an image's cells, shape (h, w), and of its axes, as rows."""
     rows, columns = radiance.shape
@@ -412,3 +530,88 @@ def _shares(parts: Float64Array) -> Float64Array:
     """Where each part of a whole begins, and where the last one ends; equal parts where the whole is nothing."""
     ends = np.cumsum(parts if parts.any() else np.ones_like(parts))
     return np.concatenate([[0.0], ends / ends[-1]])
+
+
+# --- directions to the light that a surface reflects most of
+
+
+class Directions(NamedTuple):
+    """How directions to light are chosen at n points, by arrays."""
+
+    sample: Callable[[Any, Any], Float64Array]
+    """Gives unit vectors (3, n) for u and v (n,); zero where these give none."""
+
+    density: Callable[[Float64Array], Float64Array]
+    """Gives the density of solid angle (n,) with which directions (3, n) are chosen."""
+
+
+def around(axis: FloatArray, exponent: Any) -> Directions:
+    """With the density of max(z, 0)ᵖ, z the cosine with an axis (3, n); for p = 1 and the normal, by the cosine."""
+    raised = exponent + 1.0
+    across, up = _across(axis)
+
+    def sample(u: Any, v: Any) -> Float64Array:
+        x, y = on_disk(u, v)
+        inner = np.minimum(x * x + y * y, 1.0 - 2.0**-30)
+        less = -np.expm1(np.log1p(-inner) / raised)  # 1 − z
+        wide = np.sqrt(less * (2.0 - less) / np.maximum(inner, 1e-300))
+        return np.stack(_combined(x * wide, across, y * wide, up, 1.0 - less, axis))
+
+    def density(l: Float64Array) -> Float64Array:
+        off = l - axis
+        less = 0.5 * dot(off, off)
+        power = np.where(less < 1.0, 1.0 + power_less_one(less, exponent), 0.0)
+        return np.asarray(power * (raised / (2.0 * math.pi)))
+
+    return Directions(sample, density)
+
+
+def by_halves(
+    n: FloatArray,
+    v: FloatArray,
+    slopes: Callable[[Any, Any], tuple[Any, Any]],
+    slope_density: Callable[[Any, Any], Any],
+    t: FloatArray | None = None,
+) -> Directions:
+    """By half-way directions h, that are chosen by their slopes h·t/h·n and h·(n × t)/h·n.
+
+    A density of slopes is one of h over (h·n)³, and one of directions mirrored at h over 4 v·h.
+
+    Parameters
+    ----------
+    n, v : ndarray
+        Unit normals and vectors to the viewer, shape (3, n).
+    slopes : callable
+        Gives slopes for points of the unit disk.
+    slope_density : callable
+        Gives their density.
+    t : ndarray, optional
+        Unit tangents, shape (3, n); any if not given.
+    """
+    t, b = _across(n) if t is None else (t, cross(n, t))
+
+    def sample(u: Any, w: Any) -> Float64Array:
+        x, y = slopes(*on_disk(u, w))
+        h = length_and_direction(_combined(1.0, n, x, t, y, b))[1]
+        height = np.maximum(dot(h, v), 0.0)
+        return np.stack(_combined(2.0 * height, h, np.where(height > 0.0, -1.0, 0.0), v, 0.0, n))
+
+    def density(l: Float64Array) -> Float64Array:
+        s = l + v
+        height, length = dot(n, s), np.sqrt(dot(s, s))
+        above = np.where(height > 0.0, height, 1.0)
+        found = slope_density(dot(t, s) / above, dot(b, s) / above) * (length / above) ** 3 / (2.0 * length)
+        return np.where(height > 0.0, found, 0.0)
+
+    return Directions(sample, density)
+
+
+def mixed(first: Directions, second: Directions, share: float) -> Directions:
+    """By the first with a probability, else by the second."""
+
+    def sample(u: Any, v: Any) -> Float64Array:
+        is_first = u < share
+        found = first.sample(np.minimum(u / share, 1.0), v), second.sample((u - share).clip(0.0) / (1.0 - share), v)
+        return np.where(is_first, *found)
+
+    return Directions(sample, lambda l: share * first.density(l) + (1.0 - share) * second.density(l))

@@ -12,7 +12,7 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array, VectorLike
 from pvphong.optics.area.disk import disk_highlight, disk_irradiance
 from pvphong.optics.area.lobes import CosinePower
-from pvphong.optics.area.sampling import Sampling, disk_sample
+from pvphong.optics.area.sampling import Sampling, disk_sample, disk_seen
 from pvphong.optics.light import Integral, Light
 from pvphong.optics.lights.sized import Flat, across
 from pvphong.optics.roles import Role, aim, length, meaning, place
@@ -66,9 +66,14 @@ class DiskLight(Flat, Light):
         return np.array(self.position) + self.radius * far[:, None] * ways
 
     @property
+    def area(self) -> float:
+        """The number π times the square of its radius."""
+        return math.pi * self.radius * self.radius
+
+    @property
     def sampling(self) -> Sampling:
         """Points on it."""
-        return self.sampled(disk_sample, self.radius * across(self.normal), math.sqrt(0.5))
+        return self.sampled(disk_sample, disk_seen, self.radius * across(self.normal), math.sqrt(0.5))
 
     def closed(self, form: CosinePower) -> Integral:
         """Along its rim."""

@@ -11,12 +11,20 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.types import Float64Array, Vector, VectorLike, rgb
+from pvphong.base.types import Float64Array, FloatArray, Vector, VectorLike, rgb
 from pvphong.base.vectors import unit_vector
 from pvphong.geometry.extent import ROUNDED_UP, Extent
 from pvphong.optics.area.harmonics import energies, moments, moments_left, sky, sky_numbers
 from pvphong.optics.area.lobes import CosinePower
-from pvphong.optics.area.sampling import Sampling, image_numbers, image_sample, sky_frame, sky_sample
+from pvphong.optics.area.sampling import (
+    Sampling,
+    image_numbers,
+    image_sample,
+    image_seen,
+    sky_frame,
+    sky_sample,
+    sky_seen,
+)
 from pvphong.optics.light import Integral, Light, Reach
 from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.panorama import Panorama, checked, directions, row_areas
@@ -125,9 +133,18 @@ class EnvironmentLight(Light):
         """By its energy and by the cosine; of one colour by the cosine alone."""
         radiance = self.panorama.image.mean(axis=2, dtype=np.float64)
         if self.panorama.is_even:
-            return Sampling(sky_frame, sky_sample, (math.inf, float(radiance[0, 0])))
+            return Sampling(sky_frame, sky_sample, sky_seen, (math.inf, float(radiance[0, 0])))
         cells = _means(_means(radiance, _MOST_ROWS).T, 2 * _MOST_ROWS).T
-        return Sampling(sky_frame, image_sample, image_numbers(cells, self.axes))
+        return Sampling(sky_frame, image_sample, image_seen, image_numbers(cells, self.axes))
+
+    def radiance(self, directions: Float64Array) -> FloatArray:
+        """Its texels in the directions of unit vectors (3, n), shape (3, n)."""
+        height, width, _ = self.panorama.image.shape
+        ahead, right, up = self.axes @ directions
+        row = np.arccos(np.clip(up, -1.0, 1.0)) * (height / math.pi)
+        column = (np.arctan2(right, ahead) / (2.0 * math.pi) + 0.5) * width
+        texels = np.minimum(row.astype(int), height - 1), np.minimum(column.astype(int), width - 1)
+        return np.asarray(self.panorama.image[texels].T)
 
     def reach(self, extent: Extent) -> Reach:  # noqa: ARG002 the same everywhere
         """It comes from everywhere; no lobe makes more of it than a factor of 1 does."""

@@ -13,7 +13,7 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.area.lobes import CosinePower
-from pvphong.optics.area.sampling import Sampling, polygon_sample
+from pvphong.optics.area.sampling import Sampling, polygon_sample, polygon_seen
 from pvphong.optics.light import Integral, Light
 from pvphong.optics.lights.sized import Flat, across, lattice, over_polygon
 from pvphong.optics.roles import Corners, Role, meaning
@@ -80,6 +80,11 @@ class PolygonLight(Flat, Light):
         return np.array([offsets[list(ears)] for ears in _ears(flat)])
 
     @cached_property
+    def area(self) -> float:
+        """Of its triangles together."""
+        return float(_areas(self.triangles).sum())
+
+    @cached_property
     def center(self) -> Vector:
         """The middle of its area."""
         triangles = self.triangles
@@ -117,13 +122,13 @@ class PolygonLight(Flat, Light):
         shares = _areas(self.triangles) / _areas(self.triangles).sum()
         flat[:, 1:] -= flat[:, :1]
         rows = np.column_stack([shares.cumsum(), shares, flat.reshape(-1, 6)])
-        of_all = self.sampled(polygon_sample, sides, 1.0)
+        of_all = self.sampled(polygon_sample, polygon_seen, sides, 1.0)
         return of_all._replace(numbers=(*of_all.numbers, float(len(rows)), *rows.ravel().tolist()))
 
     def closed(self, form: CosinePower) -> Integral:
         """Along its sides."""
-        area = float(_areas(self.triangles).sum())
-        return over_polygon(form, self.center, self.normal, self.two_sided, area, self.outline - np.array(self.center))
+        offsets = self.outline - np.array(self.center)
+        return over_polygon(form, self.center, self.normal, self.two_sided, self.area, offsets)
 
 
 def _vector_area(offsets: Float64Array) -> Float64Array:

@@ -11,7 +11,7 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array, VectorLike
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.area.lobes import CosinePower
-from pvphong.optics.area.sampling import Sampling, rectangle_sample
+from pvphong.optics.area.sampling import Sampling, rectangle_sample, rectangle_seen
 from pvphong.optics.light import Integral, Light
 from pvphong.optics.lights.sized import Flat, across, lattice, over_polygon
 from pvphong.optics.roles import Role, Up, aim, length, meaning, place
@@ -67,6 +67,11 @@ class RectangleLight(Flat, Light):
         return np.stack([normal, side, np.cross(side, normal)])
 
     @property
+    def area(self) -> float:
+        """Width times height."""
+        return self.width * self.height
+
+    @property
     def sides(self) -> Float64Array:
         """Half its width and half its height, as vectors, shape (2, 3)."""
         return 0.5 * np.array([[self.width], [self.height]]) * self.axes[1:]
@@ -89,8 +94,8 @@ class RectangleLight(Flat, Light):
     @property
     def sampling(self) -> Sampling:
         """Points on it."""
-        return self.sampled(rectangle_sample, self.sides, 1.0)
+        return self.sampled(rectangle_sample, rectangle_seen, self.sides, 1.0)
 
     def closed(self, form: CosinePower) -> Integral:
         """Along its sides."""
-        return over_polygon(form, self.center, self.normal, self.two_sided, self.width * self.height, self.corners)
+        return over_polygon(form, self.center, self.normal, self.two_sided, self.area, self.corners)

@@ -137,6 +137,7 @@ class Flat:
     direction: Any
     two_sided: Any
     outline: Any
+    area: Any
 
     @cached_property
     def center(self) -> Vector:
@@ -168,10 +169,16 @@ class Flat:
             for sign in (1.0, -1.0)[:sides]
         )
 
-    def sampled(self, sample: Callable[..., Any], sides: Float64Array, corner: float) -> Sampling:
+    def sampled(
+        self, sample: Callable[..., Any], seen: Callable[..., Any], sides: Float64Array, corner: float
+    ) -> Sampling:
         """How points on it are chosen, of two half sides as rows; `corner` as `flat_frame` has it."""
         numbers = *self.center, *self.normal, *sides.ravel().tolist(), float(self.two_sided), corner
-        return Sampling(flat_frame, sample, numbers)
+        return Sampling(flat_frame, sample, seen, numbers)
+
+    def radiance(self, directions: Float64Array) -> Float64Array:  # noqa: ARG002 the same from everywhere
+        """The number π over its area."""
+        return np.full((3, 1), math.pi / self.area)
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
         """What its middle sends."""

@@ -12,7 +12,7 @@ from pvphong.base.types import Float64Array, Vector, VectorLike
 from pvphong.geometry.extent import Extent
 from pvphong.optics.area.disk import sphere_highlight, sphere_irradiance
 from pvphong.optics.area.lobes import CosinePower
-from pvphong.optics.area.sampling import Sampling, sphere_frame, sphere_sample
+from pvphong.optics.area.sampling import Sampling, sphere_frame, sphere_sample, sphere_seen
 from pvphong.optics.attenuation import INVERSE_SQUARE
 from pvphong.optics.light import SIZE_EFFECT, Integral, Light, Reach, StandIn
 from pvphong.optics.lights.point import PointLight, parallel_at
@@ -66,7 +66,11 @@ class SphereLight(Light):
     @property
     def sampling(self) -> Sampling:
         """Evenly within the cone in which it is seen."""
-        return Sampling(sphere_frame, sphere_sample, (*self.places[0], self.radius))
+        return Sampling(sphere_frame, sphere_sample, sphere_seen, (*self.places[0], self.radius))
+
+    def radiance(self, directions: Float64Array) -> Float64Array:  # noqa: ARG002 the same from everywhere
+        """One over the square of its radius."""
+        return np.full((3, 1), 1.0 / self.radius / self.radius)
 
     def reach(self, extent: Extent) -> Reach:
         """Its surface may be as near as that; it is seen as far off as its edge is."""

@@ -13,6 +13,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, ClassVar, Self
 
+import numpy as np
+
 from pvphong.base import check
 from pvphong.base.formulas import (
     HALF,
@@ -38,6 +40,7 @@ from pvphong.base.formulas import (
 from pvphong.base.types import Color, rgb
 from pvphong.base.vectors import unit
 from pvphong.geometry.extent import ROUNDED_UP
+from pvphong.optics.area.sampling import Directions, around, by_halves
 from pvphong.optics.maps import number_or_map
 from pvphong.optics.reflectance import (
     ANYWHERE,
@@ -49,6 +52,10 @@ from pvphong.optics.reflectance import (
     Reflectance,
     Sightline,
 )
+from pvphong.optics.surface import Surface
+
+_SHARPEST = 2.0**40
+"""Directions of float64 are not chosen by a higher power."""
 
 LIKENESS = 4.0
 """Blinn-Phong needs about this many times the shininess for the same highlight; see `Material.for_blinn_phong`."""
@@ -106,6 +113,7 @@ MIRROR = Peak(
     _mirror_square,
     lambda n, l, v: 2.0 * dot(n, l) * n - l - v,
     lambda line: 2.0 * math.cos(line.theta) * max(math.cos(line.phi), 0.0) - math.cos(line.psi),
+    lambda surface: surface.mirrored,
 )
 """Where the viewer is in the direction r = 2(n·l)n − l in which light is mirrored: r·v = 2(n·l)(n·v) − l·v."""
 
@@ -113,14 +121,17 @@ HALFWAY = Peak(
     _halfway_square,
     lambda n, l, v: unit(l + v)[0] - n,
     largest_halfway,
+    None,
     lambda psi: 0.5 / max(math.cos(0.5 * psi), 1e-6),
 )
 """Where the half-way direction h = (l + v)/|l + v| is n. It is the middle of the arc from l to v."""
 
-BACK = Peak(_back_square, lambda _, l, v: l - v, lambda _: 1.0)
+BACK = Peak(_back_square, lambda _, l, v: l - v, lambda _: 1.0, lambda surface: surface.to_viewer)
 """Where the viewer is beside the light. Nothing is known of the least angle between them."""
 
-NORMAL = Peak(_normal_square, lambda n, l, _: l - n, lambda line: math.cos(line.theta))
+NORMAL = Peak(
+    _normal_square, lambda n, l, _: l - n, lambda line: math.cos(line.theta), lambda surface: surface.exact_normals
+)
 """Where light falls along the normal."""
 
 
@@ -213,6 +224,22 @@ class Shiny(Reflectance):
     def power(self, maps: Mapping[str, Any]) -> Power:
         """Its shininess, or that of each vertex; and its floor."""
         return Power(maps.get("shininess", self.sharpness), self.floor)
+
+    def directions(self, surface: Surface) -> Directions:
+        """By the power itself, around its peak."""
+        exponent = np.minimum(self.power(surface.maps).exponent, _SHARPEST)
+        if self.peak.axis is not None:
+            return around(self.peak.axis(surface), exponent)
+
+        def slopes(x: Any, y: Any) -> tuple[Any, Any]:
+            inner = np.clip(x * x + y * y, 1e-300, 1.0 - 2.0**-30)
+            steep = np.sqrt(np.expm1(-2.0 / (exponent + 1.0) * np.log1p(-inner)) / inner)
+            return x * steep, y * steep
+
+        def density(x: Any, y: Any) -> Any:
+            return (exponent + 1.0) / (2.0 * math.pi) * np.exp(-0.5 * (exponent + 3.0) * np.log1p(x * x + y * y))
+
+        return by_halves(surface.exact_normals, surface.to_viewer, slopes, density)
 
     @property
     def sharpness(self) -> float:

@@ -42,6 +42,7 @@ from pvphong.base.formulas import (
 )
 from pvphong.base.types import rgb
 from pvphong.geometry.extent import ROUNDED_UP
+from pvphong.optics.area.sampling import Directions, by_halves
 from pvphong.optics.maps import number_or_map
 from pvphong.optics.reflectance import ANYWHERE, Geometry, Reflectance, Sightline
 from pvphong.optics.reflectances.highlight import (
@@ -52,6 +53,7 @@ from pvphong.optics.reflectances.highlight import (
     whiteness,
 )
 from pvphong.optics.reflectances.phong import Phong
+from pvphong.optics.surface import Surface
 
 _LEAST_ALPHA = 1e-15
 """Its highlights are narrower than float64 resolves directions, and its square is within float32's range."""
@@ -174,6 +176,20 @@ class Microfacets(Reflectance):
             return super().change(lobe, turn, psi, light_moves=light_moves)
         for_light, for_viewer = (1.0 + WHITENESS_SLOPE, WHITENESS_SLOPE) if self._is_faded else (1.65, 3.0)
         return min((for_light if light_moves else for_viewer) * turn, self.most(0))
+
+    def directions(self, surface: Surface) -> Directions:
+        """By the distribution of the facets' slopes (Walter et al. 2007, equations 35 and 36)."""
+        alpha = self.parameters(surface.maps)[0]
+
+        def slopes(x: Any, y: Any) -> tuple[Any, Any]:
+            steep = alpha / np.sqrt(np.maximum(1.0 - x * x - y * y, 2.0**-30))
+            return x * steep, y * steep
+
+        def density(x: Any, y: Any) -> Any:
+            peak = 1.0 / (alpha + (x / alpha * x + y / alpha * y))
+            return peak * peak / math.pi
+
+        return by_halves(surface.exact_normals, surface.to_viewer, slopes, density)
 
     @property
     def sharpness(self) -> float:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar
 
+import numpy as np
+
 from pvphong.base import check
 from pvphong.base.formulas import (
     BRIGHTEST,
@@ -27,8 +29,10 @@ from pvphong.base.formulas import (
     where,
 )
 from pvphong.geometry.extent import ROUNDED_UP
+from pvphong.optics.area.sampling import Directions, by_halves
 from pvphong.optics.reflectance import ANYWHERE, HIGHLIGHT, LAMBERT, Geometry, Reflectance, Sightline
 from pvphong.optics.reflectances.highlight import HALFWAY, largest_halfway
+from pvphong.optics.surface import Surface
 
 _LEAST_HEIGHT = 1e-3
 """The sum n·l + n·v is taken to be at least this: the formula has no bound where both are grazing."""
@@ -92,6 +96,21 @@ class Ward(Reflectance):
     def parameters(self, maps: Mapping[str, Any]) -> tuple[Any, ...]:  # noqa: ARG002 no field has a map
         """1/α_x and 1/α_y."""
         return 1.0 / max(self.alpha_x, _LEAST_ALPHA), 1.0 / max(self.alpha_y, _LEAST_ALPHA)
+
+    def directions(self, surface: Surface) -> Directions:
+        """By the exponential: slopes along t and across it are normally distributed (Ward 1992, equation 6)."""
+        along, across = self.parameters({})
+
+        def slopes(x: Any, y: Any) -> tuple[Any, Any]:
+            inner = np.clip(x * x + y * y, 1e-300, 1.0 - 2.0**-30)
+            steep = np.sqrt(-np.log1p(-inner) / inner)
+            return x * steep / along, y * steep / across
+
+        def density(x: Any, y: Any) -> Any:
+            exponent = (x * along) ** 2 + (y * across) ** 2
+            return along * across / math.pi * np.exp(-np.minimum(exponent, 700.0))
+
+        return by_halves(surface.exact_normals, surface.to_viewer, slopes, density, surface.tangents)
 
     def most(self, lobe: int, sightline: Sightline = ANYWHERE) -> float:
         """The bound at the largest n·h: x/z² is at most 1/z, and with θ the angle from n to s, |s|²/z² is 1 + tan² θ.

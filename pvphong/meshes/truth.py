@@ -1,0 +1,212 @@
+"""`mesh.phong.truth`: meshes and materials become what paths of light meet."""
+
+from __future__ import annotations
+
+import functools
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyvista as pv
+
+from pvphong.base import check, text
+from pvphong.base.types import Float64Array, MatrixLike
+from pvphong.base.vectors import unit
+from pvphong.geometry.transform import transform_normals, transform_vectors
+from pvphong.meshes.blocks import datasets
+from pvphong.meshes.default_scene import scene_for
+from pvphong.meshes.lit import point_normals
+from pvphong.meshes.point_data import surface_and_maps, tangents_from
+from pvphong.meshes.surfaces import FeatureAngle, surface
+from pvphong.meshes.visibility import checked_occluders, world_faces
+from pvphong.optics.maps import maps_on_material
+from pvphong.optics.material import Material, as_material
+from pvphong.rays.casting import Occluders, warn_of_slow_rays
+from pvphong.rays.paths import LEAST_SAMPLES, MOST_SAMPLES, PathTracer, Reflector
+from pvphong.rays.rays import Receiver
+from pvphong.scene.scene import Scene, SceneLike
+from pvphong.shading.vertices import Vertices
+
+_PLAIN = Material()
+# From so many paths on VTK's rays are worth a warning.
+_WORTH_A_WARNING = 2**18
+# Products of colours in float64 may be above 1 by so much.
+_ROUNDED = 1e-6
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Truth:
+    """Colours of n vertices by the rendering equation, linear and not clamped.
+
+    Attributes
+    ----------
+    rgb : ndarray
+        Shape (n, 3), float64.
+    standard_error : ndarray
+        Shape (n, 3), float64: of each colour, by what independent rounds of its paths differ.
+    rays : int
+        How many were cast.
+    seconds : float
+        How long that took.
+    """
+
+    rgb: Float64Array
+    standard_error: Float64Array
+    rays: int
+    seconds: float
+
+    def __repr__(self) -> str:
+        error = self.standard_error.max(initial=0.0)
+        seen = f"{len(self.rgb)} vertices, known to {error:.2g}"
+        return f"<Truth of {seen}: {self.rays} rays in {self.seconds:.3g} s>"
+
+
+class Surroundings(NamedTuple):
+    """Surfaces that exchange light, and which of them a mesh is."""
+
+    reflectors: Sequence[Reflector]
+    occluders: Occluders
+    """Their triangles, and after them those of what reflects nothing."""
+    own_index: int
+
+
+def surroundings_of_blocks(
+    blocks: pv.MultiBlock,
+    scene: Scene,
+    materials: Sequence[Material | str],
+    *,
+    occluders: Any = (),
+    matrix: MatrixLike | None = None,
+    feature_angle: FeatureAngle = None,
+) -> Iterator[Surroundings]:
+    """Each dataset that is not empty, in their order, among all of them and other occluders."""
+    pairs = zip((block for _, block in datasets(blocks)), materials, strict=True)
+    reflectors = [_reflector(block, scene, as_material(each), matrix, feature_angle) for block, each in pairs]
+    together = Occluders([*(each.faces for each in reflectors), *checked_occluders(occluders)])
+    return (Surroundings(reflectors, together, index) for index in range(len(reflectors)))
+
+
+def _reflector(
+    mesh: pv.DataSet, scene: Scene, material: Material, matrix: MatrixLike | None, feature_angle: FeatureAngle
+) -> Reflector:
+    """A mesh and its material as paths meet them."""
+    if scene.light_model.convention != "standard":
+        remedy = "VTK's shader knows no light that bounces: LightModel()."
+        check.refuse("light_model", f"one in the convention {scene.light_model.convention!r}", "a standard one", remedy)
+    source, maps, tangents = surface_and_maps(mesh, material, feature_angle)
+    normals = functools.cache(lambda: point_normals(source))
+    tangents = tangents_from(source, normals) if tangents is None else tangents
+    vertices = Vertices(source.points, normals, maps, tangents=tangents)
+    equation = vertices.equation(scene, material, matrix)
+    in_world = vertices.normals if matrix is None else transform_normals(vertices.normals, matrix)
+    values: dict[str, Any] = {"normal": unit(in_world.T.astype(np.float64))[0].T}
+    if "tangents" in equation.reflectance.needs:
+        along = vertices.tangents if matrix is None else transform_vectors(vertices.tangents, matrix)
+        values["tangents"] = unit(along.T.astype(np.float64))[0].T
+    values |= {name: vertices.maps[name].rows for name in equation.maps}
+    tints = {name: tint.factors(np.float64).T for name, tint in vertices.tints_of(equation.tints).items()}
+    if "albedo" in tints:
+        tints["diffuse"] = tints.pop("albedo") * tints.get("diffuse", 1.0)
+    return Reflector(world_faces(source, matrix), equation, values | tints)
+
+
+@maps_on_material
+def truth(
+    mesh: pv.DataSet,
+    scene: SceneLike | None = None,
+    material: Material | str = _PLAIN,
+    *,
+    occluders: Any = (),
+    samples: int = 256,
+    max_bounces: int | None = None,
+    seed: int = 0,
+    matrix: MatrixLike | None = None,
+    feature_angle: FeatureAngle = None,
+) -> Truth:
+    """What the colours are by the rendering equation: all light that bounces, shadows, and lights with their sizes.
+
+    It is a path tracer at the vertices (see `pvphong.rays.paths`), to judge by what is faster. The scene's constant
+    ambient light and that of its lights is left out: it stands for light that bounces. Emission lights what is around,
+    but only what meets it by chance: a small bright surface is better a light. Light is linear, in the units of
+    `shade` without `clamp`; without bounces and shadows it is what `pvphong.evaluate` computes.
+
+    Light is reflected on the side that the normals are on, and on both where the light model is two-sided. The other
+    side blocks light and is black, and so is all of `occluders`. Blocks of a `MultiBlock` reflect each other's light.
+    Where paths meet a surface, normals and maps are interpolated between vertices.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        A dataset with a surface.
+    scene : Scene, light, or sequence of lights, optional
+        As for `shade`, in the standard convention; whether its light model has shadows does not count.
+    material : Material or str, optional
+        As for `shade`. What it scatters may be at most all light in each channel, unless `max_bounces` is 0.
+    occluders : sequence, optional
+        Meshes, or pairs of a mesh and a 4x4 matrix, that block light and reflect none.
+    samples : int, default 256
+        Paths for each vertex: the next power of two, from 16 to 65536. The error falls as one over its square root.
+    max_bounces : int, optional
+        How many other surfaces may reflect light on its way to a vertex: with 0 there is only the light of lights, with
+        1 also what surfaces reflect of that, and what they emit. Any number, if not given.
+    seed : int, default 0
+        From 0 to 2³¹ − 1; another gives other paths. Equal calls give equal bits.
+    matrix : array_like, optional
+        (4, 4) model matrix, as for `shade`.
+    feature_angle : float, "auto" or None, default None
+        As for `shade`.
+
+    Returns
+    -------
+    Truth
+        `.rgb` and `.standard_error` (n, 3), `.rays` and `.seconds`.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed, or the mesh has nothing that can be lit.
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> sky = ph.EnvironmentLight()
+    >>> true = pv.Sphere().phong.truth(sky, ph.Material(diffuse=0.5), samples=16)
+    >>> true.rgb.shape, bool(abs(true.rgb - 0.5).max() < 0.01)
+    ((842, 3), True)
+    """
+    count = int(check.number("samples", samples, at_least=1.0, at_most=float(MOST_SAMPLES)))
+    if max_bounces is not None:
+        max_bounces = int(check.number("max_bounces", max_bounces, at_least=0.0))
+    seed = int(check.number("seed", seed, at_least=0.0, at_most=2.0**31 - 1.0))
+    known = occluders
+    if not isinstance(known, Surroundings):
+        scene = scene_for(surface(mesh), scene, matrix)
+        own = _reflector(mesh, scene, as_material(material), matrix, feature_angle)
+        known = Surroundings([own], Occluders([own.faces, *checked_occluders(occluders)]), 0)
+    reflector, index = known.reflectors[known.own_index], known.own_index
+    for each in known.reflectors if max_bounces != 0 else ():
+        _refuse_more_than_all(each)
+    samples = max(LEAST_SAMPLES, 1 << (count - 1).bit_length())
+    tracer = PathTracer(known.reflectors, known.occluders, max_bounces, samples, seed)
+    start = time.perf_counter()
+    receiver = Receiver(reflector.faces, lambda: reflector.values["normal"], index)
+    receiver.origins, known.occluders.casters  # noqa: B018  found now: threads share them
+    if known.occluders.are_slow and samples * len(reflector.faces.points) >= _WORTH_A_WARNING:
+        warn_of_slow_rays()
+    with text.about("paths of light"):
+        traced = tracer.trace(index, receiver)
+    return Truth(*traced, time.perf_counter() - start)
+
+
+def _refuse_more_than_all(reflector: Reflector) -> None:
+    """Raise ValueError for what scatters more light than arrives: bounced on and on, it would be without end."""
+    equation = reflector.equation
+    tints = reflector.values.get("diffuse", np.ones((1, 3)))
+    for k in equation.lobes_of["diffuse"]:
+        color = np.array(equation.colors[k]) * (tints if equation.reflectance.lobes[k].takes_albedo else 1.0)
+        if np.nanmax(color, initial=0.0) > 1.0 + _ROUNDED:
+            got = f"up to {np.nanmax(color):.4g} of the light"
+            remedy = "More than that would be light without end, as it bounces; max_bounces=0 takes it."
+            check.refuse("diffuse", got, "at most 1 in each channel, times the albedo", remedy)

@@ -1,0 +1,445 @@
+"""The rendering equation at the vertices of a mesh, by paths of light that are followed backwards from there.
+
+The colour of a point x that is seen along v is (J. Kajiya, "The rendering equation", 1986)
+
+    B(x, v) = emission + ∫ L(x, l) · Σ color · factor(l, v) dl / π
+
+over unit vectors l, where L is what arrives: of the lights, or as the colour B(y, −l) of the first point y that is met.
+Factors are those of the reflectance's lobes, which have the cosine in them. So with lights alone it is what evaluators
+compute. The constant ambient light is not in it: it stands for what is bounced.
+
+At each point of a path rays go to all lights: to those without a size, and to one point each of the others. One
+direction is chosen by what the surface reflects, and there the path goes on. Where it comes by a light with a size, that
+is a second way to find it; each has its share, by the squares of their densities (E. Veach and L. Guibas, "Optimally
+combining sampling techniques for Monte Carlo rendering", 1995, the power heuristic). From the third bounce on paths end
+by chance, most often those that carry little, and the others count for more (J. Arvo and D. Kirk, "Particle transport
+and image synthesis", 1990).
+
+Each vertex has paths of its own, in rounds that have nothing to do with each other: what these differ by is the
+standard error. Within a round, numbers for the first direction and for the lights there are points of Sobol's sequence.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pvphong.base import check, sobol, threads
+from pvphong.base.formulas import BRIGHTEST
+from pvphong.base.types import Float64Array, FloatArray, IntArray, Vector
+from pvphong.base.vectors import cross, dot, towards, unit
+from pvphong.optics.area.sampling import Directions, around, mixed
+from pvphong.optics.light import Arrival
+from pvphong.optics.surface import Surface
+from pvphong.rays.casting import BlockingFaces, Occluders
+from pvphong.rays.rays import BEFORE_LIGHT, Receiver, rays_to
+from pvphong.shading.equation import Equation, LightTerm
+from pvphong.shading.reference import tint_of
+
+MOST_SAMPLES, LEAST_SAMPLES = 2**16, 16
+"""How many paths a vertex may have: at most, a power of two; and at least, as many as rounds."""
+
+_PATHS_AT_ONCE, _PATHS_OF_VTK_AT_ONCE = 2**15, 2**11
+# Bounces from which on paths end by chance, and the least and greatest probability with which one goes on: what is
+# rarer would be missed by the standard error too.
+_BOUNCES_FOR_SURE, _LEAST_LIKELY, _MOST_LIKELY = 3, 0.25, 0.95
+# Shares of directions by the cosine, where a highlight has directions of its own: over a diffuse base, and without one.
+_COSINE, _COSINE_OF_NONE = 0.5, 0.125
+
+
+# --- the surfaces that reflect light
+
+
+@dataclass(frozen=True, eq=False)
+class Reflector:
+    """A mesh whose surface reflects light.
+
+    Parameters
+    ----------
+    faces : BlockingFaces
+        Its points and triangles, in the world.
+    equation : Equation
+        Of the scene and the mesh's material, in the standard convention.
+    values : mapping
+        What is known at its points, and interpolated between them, shape (n, k) each: "normal", unit vectors in the
+        world; "tangents", where the reflectance needs them; the equation's maps by their names; and of its tints
+        "emission", "specular", and as "diffuse" what the colours of lobes that take albedo are multiplied by.
+    """
+
+    faces: BlockingFaces
+    equation: Equation
+    values: Mapping[str, Float64Array]
+
+    @cached_property
+    def _rows(self) -> Float64Array:
+        """All values of a point side by side."""
+        return np.concatenate(list(self.values.values()), axis=1, dtype=np.float64)
+
+    def named(self, rows: Float64Array) -> dict[str, Float64Array]:
+        """Values by their names, shape (k, m) each, of such rows."""
+        ends = np.cumsum([value.shape[1] for value in self.values.values()])
+        return dict(zip(self.values, np.split(np.ascontiguousarray(rows.T), ends[:-1]), strict=True))
+
+    def at_points(self, points: IntArray) -> dict[str, Float64Array]:
+        """Values at some of its points."""
+        return self.named(self._rows[points])
+
+    def between(self, corners: IntArray, weights: Float64Array) -> dict[str, Float64Array]:
+        """Values inside triangles with these corners (m, 3), by barycentric weights (m, 3)."""
+        a, b, c = (weights[:, k, None] * self._rows[corners[:, k]] for k in range(3))
+        return self.named(a + b + c)
+
+
+class Interaction:
+    """Light at n points of a reflector.
+
+    Parameters
+    ----------
+    reflector : Reflector
+        Where the points are.
+    points, origins : ndarray
+        Shape (3, n): where they are, and where rays from there begin.
+    v : ndarray
+        Shape (3, n): unit vectors along which they are seen; zero where there is none.
+    values : dict
+        What `Reflector` knows of them; normals on the side that is seen, zero where nothing is reflected.
+    margin : float
+        Rays end so far before a light.
+    """
+
+    def __init__(
+        self,
+        reflector: Reflector,
+        points: Float64Array,
+        origins: Float64Array,
+        v: Float64Array,
+        values: dict[str, Float64Array],
+        margin: float,
+    ) -> None:
+        self.equation, self.points, self.origins, self.margin = reflector.equation, points, origins, margin
+        self.normals = values["normal"]
+        has_normal, self._has_viewer = ((w != 0.0).any(axis=0) for w in (self.normals, v))
+        maps = {name: values[name][0] for name in self.equation.maps}
+        self.surface = Surface(self.normals, has_normal.astype(np.float64), v, values.get("tangents"), maps)
+        self._lobes = self.equation.reflectance.lobes
+        self._tints = [tint_of(lobe, values, self.surface) for lobe in self._lobes]
+        self.emission: Float64Array = np.array(self.equation.emission)[:, None] * values.get("emission", 1.0)
+
+    def __len__(self) -> int:
+        return self.points.shape[1]
+
+    @cached_property
+    def directions(self) -> Directions:
+        """How directions are chosen: by the cosine and by the highlight, whichever there is."""
+        by_cosine, lobes, colors = around(self.normals, 1.0), self.equation.lobes_of, self.equation.colors
+        diffuse, specular = (any(any(colors[k]) for k in lobes[kind]) for kind in ("diffuse", "specular"))
+        by_highlight = self.equation.reflectance.directions(self.surface) if specular else None
+        if by_highlight is None:
+            return by_cosine
+        return mixed(by_cosine, by_highlight, _COSINE if diffuse else _COSINE_OF_NONE)
+
+    def factors(self, arrival: Arrival) -> tuple[Any, ...]:
+        """Of each lobe, for light that arrives, shape (n,) each."""
+        wanted = [any(color) for color in self.equation.colors]
+        found = self.equation.reflectance.evaluate(self.surface, arrival, wanted)
+        pairs = zip(self._lobes, found, strict=True)
+        return tuple(factor * self._has_viewer if lobe.needs_viewer else factor for lobe, factor in pairs)
+
+    def reflected(self, colors: Sequence[Vector], factors: Sequence[Any]) -> Float64Array:
+        """The sum over lobes of colours times factors, shape (3, n)."""
+        total = np.zeros(self.points.shape)
+        for color, tint, factor in zip(colors, self._tints, factors, strict=True):
+            if any(color):
+                total += np.array(color)[:, None] * (factor if tint is None else factor * tint)
+        return total
+
+
+class _Sight:
+    """A light with a size as points see it."""
+
+    def __init__(self, term: LightTerm, at: Interaction) -> None:
+        sampling = term.light.sampling
+        if sampling is None:
+            remedy = "A kind with `sampling` can be followed; pvphong.optics.area.sampling says how."
+            check.refuse("light", term.light, "one that says how rays to it are chosen", remedy)
+        self._term, self._at, self._sampling = term, at, sampling
+        self._numbers = np.asarray(sampling.numbers, np.float64)
+        self._reach, _, *frame = sampling.frame(self._numbers, at.origins, at.normals)
+        self._frame = tuple(np.broadcast_to(np.asarray(each, np.float64), len(at)) for each in frame)
+
+    def sample(self, u: Float64Array, v: Float64Array) -> Float64Array:
+        """Unit vectors to points of it, shape (3, n)."""
+        chosen = self._sampling.sample(self._numbers, self._frame, u, v)[0]
+        return np.stack([np.broadcast_to(each, len(self._at)) for each in chosen]).astype(np.float64)
+
+    def arriving(
+        self, to_light: Float64Array, factors: Sequence[Any], *, by_chance: bool
+    ) -> tuple[Float64Array, Float64Array]:
+        """What is reflected of it by its share, over the density of directions (3, n), and how far it is there.
+
+        Parameters
+        ----------
+        to_light : ndarray
+            Directions, which are points of it, or such as the surface chose; with the surface's `factors` for them.
+        by_chance : bool
+            Whether the surface chose them.
+
+        Returns
+        -------
+        sent, lengths : ndarray
+            Shape (3, n) and (n,).
+        """
+        share, density = self._sampling.seen(self._numbers, self._frame, to_light)
+        of_surface = self._at.directions.density(to_light)
+        own, other = (of_surface, density) if by_chance else (density, of_surface)
+        over = own * (1.0 + np.square(other / own)) * math.pi
+        arrives = np.where(density > 0.0, self._term.light.radiance(to_light) * self._term.gain / over, 0.0)
+        lengths = np.broadcast_to(share * self._reach, len(self._at))
+        return self._at.reflected(self._term.colors, factors) * arrives, lengths
+
+
+# --- the numbers of paths
+
+
+class _Numbers:
+    """Pairs of numbers in (0, 1) for paths: vertex by vertex, round by round, and a round's one after the other.
+
+    Parameters
+    ----------
+    vertices : ndarray
+        Shape (n,): their numbers.
+    rounds, points : int
+        How many of each.
+    seed : int
+        Another gives other numbers.
+    purposes : int
+        How many pairs a path may need at each of its points.
+    """
+
+    def __init__(self, vertices: IntArray, rounds: int, points: int, seed: int, purposes: int) -> None:
+        own = _joined(sobol.seeds(vertices, seed))
+        self._rounds = np.stack([_joined(sobol.seeds(own, number)) for number in range(rounds)], axis=1)
+        self._points, self._purposes = np.arange(points, dtype=np.uint32), purposes
+        self._seeds = sobol.seeds((self._rounds[:, :, None] + self._points).ravel())
+
+    def pairs(self, paths: IntArray, bounces: int, purpose: int) -> tuple[Float64Array, Float64Array]:
+        """One for each of some paths; of all of them, before the first bounce.
+
+        Those are points of Sobol's sequence, in an order that is each round's and purpose's own.
+        """
+        if bounces:
+            number = np.uint32(bounces * self._purposes + purpose)
+            u, v = sobol.random(number, self._seeds[0, paths]), sobol.random(number, self._seeds[1, paths])
+        else:
+            first, second = sobol.seeds(self._rounds, 2 * purpose + 1)[..., None]
+            order = sobol.seeds(self._rounds, 2 * purpose + 2)[0, ..., None]
+            points = (sobol.coordinate(self._points, order) * np.float32(len(self._points))).astype(np.uint32)
+            u, v = sobol.coordinate(points, first).ravel(), sobol.coordinate(sobol.SECOND[points], second).ravel()
+        return u + 2.0**-25, v + 2.0**-25  # they have 24 digits
+
+
+def _joined(pairs: NDArray[np.uint32]) -> NDArray[np.uint64]:
+    return pairs[0].astype(np.uint64) << np.uint64(32) | pairs[1]
+
+
+# --- paths
+
+
+class Traced(NamedTuple):
+    """What paths gave."""
+
+    rgb: Float64Array
+    """Shape (n, 3), not clamped."""
+    standard_error: Float64Array
+    """Shape (n, 3)."""
+    rays: int
+
+
+class _Bundle(NamedTuple):
+    """Paths that are at one reflector."""
+
+    at: Interaction
+    paths: IntArray
+    """Shape (n,): their numbers."""
+    weights: Float64Array
+    """Shape (3, n): what light from here is multiplied by on its way to the vertex."""
+
+
+class _Rays(NamedTuple):
+    """Paths that go on, and what they meet first."""
+
+    paths: IntArray
+    weights: Float64Array
+    directions: Float64Array
+    """Shape (3, n)."""
+    triangles: IntArray
+    """Shape (n,); −1 where nothing is met."""
+    corners: FloatArray
+    """Shape (2, n): the weights of triangles' second and third corners."""
+
+
+@dataclass(frozen=True)
+class PathTracer:
+    """Follows paths among reflectors.
+
+    Parameters
+    ----------
+    reflectors : sequence of Reflector
+        Of the same lights. They are the first parts of the occluders, in their order; the others reflect nothing.
+    occluders : Occluders
+        All parts together.
+    max_bounces : int or None
+        How many surfaces may reflect light on its way to a vertex, beside the vertex's own; None: any number.
+    samples : int
+        Paths for each vertex, a power of two.
+    seed : int
+        Another gives other paths.
+    """
+
+    reflectors: Sequence[Reflector]
+    occluders: Occluders
+    max_bounces: int | None
+    samples: int
+    seed: int
+
+    def trace(self, part: int, receiver: Receiver) -> Traced:
+        """The colours of the vertices of one reflector, as the scene's viewer sees them."""
+        count, terms = len(receiver.points), self.reflectors[part].equation.terms
+        rgb, error, rays = np.zeros((count, 3)), np.zeros((count, 3)), list[int]()
+        rounds = max(LEAST_SAMPLES, 1 << (self.samples.bit_length() - 1) // 2)
+        is_sampled = self.max_bounces != 0 or any(term.light.has_size for term in terms)
+
+        def work(first: int, last: int) -> None:
+            vertices = np.arange(first, last)
+            with np.errstate(all="ignore"):  # of two sides, one of which is then chosen
+                at = self._seen_by_viewer(part, receiver, vertices)
+                rgb[first:last] = (at.emission + self._of_points(at, rays)).T
+                vertices = vertices[np.isfinite(at.points).all(axis=0) & (at.normals != 0.0).any(axis=0)]
+                if not is_sampled or not len(vertices):
+                    return
+                numbers = _Numbers(vertices, rounds, self.samples // rounds, self.seed, len(terms) + 2)
+                at = self._seen_by_viewer(part, receiver, np.repeat(vertices, self.samples))
+                light = self._along_paths(at, numbers, rays).reshape(3, len(vertices), rounds, -1).mean(axis=3)
+            rgb[vertices] += light.mean(axis=2).T
+            error[vertices] = light.std(axis=2, ddof=1).T / math.sqrt(rounds)
+
+        paths_at_once = _PATHS_OF_VTK_AT_ONCE if self.occluders.are_slow else _PATHS_AT_ONCE
+        threads.run(work, count, max(paths_at_once // self.samples, 1))
+        return Traced(rgb, error, sum(rays))
+
+    def _seen_by_viewer(self, part: int, receiver: Receiver, vertices: IntArray) -> Interaction:
+        """Some vertices, as evaluators see them."""
+        reflector, resolution = self.reflectors[part], self.occluders.resolution(part)
+        equation, values = reflector.equation, reflector.at_points(vertices)
+        points, to_eye = np.ascontiguousarray(receiver.points[vertices].T), np.array(equation.to_eye)[:, None]
+        v = np.broadcast_to(to_eye, points.shape) if equation.eye is None else towards(equation.eye, points)[0]
+        n = values["normal"]
+        if equation.two_sided:
+            n = np.where(dot(n, v if equation.local_facing else to_eye) < 0.0, -n, n)
+        origins = np.ascontiguousarray(receiver.origins[vertices].T) + resolution * n
+        return Interaction(reflector, points, origins, v, values | {"normal": n}, BEFORE_LIGHT * resolution)
+
+    def _along_paths(self, at: Interaction, numbers: _Numbers, rays: list[int]) -> Float64Array:
+        """What all paths bring to their first points, shape (3, n), beside what is known without them."""
+        light, bounces = np.zeros(at.points.shape), 0
+        bundles = [_Bundle(at, np.arange(len(at)), np.ones(at.points.shape))]
+        while bundles:
+            onward = []
+            for bundle in bundles:
+                if bounces:
+                    light[:, bundle.paths] += bundle.weights * (bundle.at.emission + self._of_points(bundle.at, rays))
+                found, leaving = self._scattered(bundle, numbers, bounces, rays)
+                light[:, bundle.paths] += bundle.weights * found
+                onward.append(leaving)
+            if bounces == self.max_bounces:
+                break
+            bounces += 1
+            together = _Rays(*(np.concatenate(parts, axis=-1) for parts in zip(*onward, strict=True)))
+            bundles = list(self._met(together, numbers, bounces))
+        return light
+
+    def _of_points(self, at: Interaction, rays: list[int]) -> Float64Array:
+        """What is reflected of lights without a size, shape (3, n): one ray to each."""
+        total = np.zeros(at.points.shape)
+        for term in at.equation.terms:
+            if not term.light.has_size and term.needs_normals:
+                arrival = term.light.arrival(at.points)
+                strength = np.minimum(arrival.strength * term.gain, BRIGHTEST)
+                sent = at.reflected(term.colors, at.factors(arrival)) * strength
+                directions, distances = rays_to(term.light, at.origins.T)
+                total += self._unblocked(at, sent, directions.T, distances, rays)
+        return total
+
+    def _unblocked(
+        self, at: Interaction, sent: Float64Array, to_light: Float64Array, lengths: Float64Array, rays: list[int]
+    ) -> Float64Array:
+        """What is sent (3, n) along directions (3, n), where nothing is in the way up to these lengths (n,)."""
+        rows = np.flatnonzero(sent.any(axis=0))
+        blocked = self.occluders.blocked(at.origins[:, rows].T, to_light[:, rows].T, lengths[rows] - at.margin)
+        rays.append(len(rows))
+        result = np.zeros(sent.shape)
+        result[:, rows] = sent[:, rows] * ~blocked
+        return result
+
+    def _scattered(
+        self, bundle: _Bundle, numbers: _Numbers, bounces: int, rays: list[int]
+    ) -> tuple[Float64Array, _Rays]:
+        """What is reflected of lights with a size, shape (3, n), and the rays along which paths go on."""
+        at, paths = bundle.at, bundle.paths
+        total = np.zeros(at.points.shape)
+        sights = [_Sight(term, at) for term in at.equation.terms if term.light.has_size and term.needs_normals]
+        for purpose, sight in enumerate(sights):
+            to_light = sight.sample(*numbers.pairs(paths, bounces, purpose + 2))
+            sent, lengths = sight.arriving(to_light, at.factors(Arrival(to_light, 1.0)), by_chance=False)
+            total += self._unblocked(at, sent, to_light, lengths, rays)
+        to_light = at.directions.sample(*numbers.pairs(paths, bounces, 1))
+        factors, density = at.factors(Arrival(to_light, 1.0)), at.directions.density(to_light)
+        weights = at.reflected(at.equation.colors, factors) / np.where(density > 0.0, math.pi * density, math.inf)
+        is_looking = bool(sights) or bounces != self.max_bounces
+        rows = np.flatnonzero(weights.any(axis=0)) if is_looking else np.zeros(0, np.int64)
+        hits = self.occluders.first(at.origins[:, rows].T, to_light[:, rows].T, np.full(len(rows), math.inf))
+        rays.append(len(rows))
+        for sight in sights:
+            sent, lengths = sight.arriving(to_light, factors, by_chance=True)
+            total[:, rows] += sent[:, rows] * (hits.distances >= lengths[rows] - at.margin)
+        weights = bundle.weights[:, rows] * weights[:, rows]
+        return total, _Rays(paths[rows], weights, to_light[:, rows], hits.triangles, hits.weights.T)
+
+    def _met(self, rays: _Rays, numbers: _Numbers, bounces: int) -> Iterator[_Bundle]:
+        """The paths that go on, where they meet reflectors; walls that are seen from behind are black, and end them."""
+        weights, goes_on = rays.weights, rays.triangles >= 0
+        if bounces >= _BOUNCES_FOR_SURE:
+            chance = np.clip(weights.max(axis=0, initial=0.0), _LEAST_LIKELY, _MOST_LIKELY)
+            weights, goes_on = weights / chance, goes_on & (numbers.pairs(rays.paths, bounces, 0)[0] < chance)
+        first = 0
+        for part, reflector in enumerate(self.reflectors):
+            faces, own, two_sided = reflector.faces, rays.triangles - first, reflector.equation.two_sided
+            first += len(faces)
+            rows = np.flatnonzero(goes_on & (own >= 0) & (own < len(faces)))
+            corners, shares, d = faces.corners[own[rows]], rays.corners[:, rows], rays.directions[:, rows]
+            a, b, c = (np.ascontiguousarray(faces.points[corners[:, k]].T) for k in range(3))
+            values = reflector.between(corners, np.stack([1.0 - shares[0] - shares[1], *shares], axis=1))
+            n, across = unit(values["normal"])[0], unit(cross(b - a, c - a))[0]
+            facing = -dot(across, d)
+            side = np.sign(dot(across, n) * facing)
+            seen = np.flatnonzero(side != 0.0 if two_sided else side > 0.0)
+            if not len(seen):
+                continue
+            points, resolution = a + shares[0] * (b - a) + shares[1] * (c - a), self.occluders.resolution(part)
+            origins = points + resolution * np.sign(facing) * across
+            values |= {"normal": side * n}
+            at = Interaction(
+                reflector,
+                points[:, seen],
+                origins[:, seen],
+                -d[:, seen],
+                {name: value[:, seen] for name, value in values.items()},
+                BEFORE_LIGHT * resolution,
+            )
+            yield _Bundle(at, rays.paths[rows[seen]], weights[:, rows[seen]])
