@@ -9,7 +9,7 @@ Factors are those of the reflectance's lobes, which have the cosine in them. So 
 compute. The constant ambient light is not in it: it stands for what is bounced.
 
 At each point of a path rays go to all lights: to those without a size, and to one point each of the others. One
-direction is chosen by what the surface reflects, and there the path goes on. Where it comes by a light with a size, that
+direction is chosen by what the surface reflects, and there the path goes on. Where it meets a light with a size, that
 is a second way to find it; each has its share, by the squares of their densities (E. Veach and L. Guibas, "Optimally
 combining sampling techniques for Monte Carlo rendering", 1995, the power heuristic). From the third bounce on paths end
 by chance, most often those that carry little, and the others count for more (J. Arvo and D. Kirk, "Particle transport

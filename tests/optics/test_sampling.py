@@ -81,6 +81,43 @@ def test_rays_end_on_the_light(name):
         np.testing.assert_allclose(distance, light.radius, atol=1e-6 * size)
 
 
+@pytest.mark.parametrize("name", LIGHTS)
+def test_what_is_seen_along_a_direction_is_the_point_that_gave_it(name):
+    """How far it is, and by its radiance over the density, its weight."""
+    light = LIGHTS[name]
+    sampling, numbers = light.sampling, np.asarray(light.sampling.numbers, float)
+    with np.errstate(all="ignore"):
+        reach, scale, *frame = sampling.frame(numbers, POINTS.T, NORMALS.T)
+        frame = [np.broadcast_to(np.asarray(each, float), len(POINTS)) for each in frame]
+        u, v = RANDOM.random((2, 256, len(POINTS)))
+        chosen, share, weight = sampling.sample(numbers, frame, u, v)
+        direction = np.stack([np.broadcast_to(each, u.shape) for each in chosen]).astype(float)
+        found, density = sampling.seen(numbers, frame, direction)
+        radiance = np.broadcast_to(light.radiance(direction.reshape(3, -1)), (3, u.size)).mean(axis=0).reshape(u.shape)
+        cosine = np.maximum((NORMALS.T[:, None, :] * direction).sum(axis=0), 0.0)
+        expected = radiance * cosine / (math.pi * density) / scale
+        beside = sampling.seen(numbers, frame, -direction)
+    sent = weight > 0.0
+    assert sent.any()
+    np.testing.assert_allclose(expected[sent], weight[sent], rtol=1e-5)
+    np.testing.assert_allclose(*(np.broadcast_to(each, u.shape)[sent] for each in (found, share)), rtol=1e-6)
+    if not light.is_even:
+        assert not beside[1].any()
+
+
+@pytest.mark.parametrize("name", ["rectangle", "near rectangle", "disk", "polygon", "sphere", "one colour", "sky"])
+def test_densities_are_of_all_directions_to_a_light(name):
+    sampling, count = LIGHTS[name].sampling, 2**14
+    numbers, (u, v) = np.asarray(sampling.numbers, float), RANDOM.random((2, count, len(POINTS)))
+    z, around = 2.0 * u - 1.0, 2.0 * math.pi * v
+    level = np.sqrt(1.0 - z * z)
+    with np.errstate(all="ignore"):
+        frame = sampling.frame(numbers, POINTS.T, NORMALS.T)[2:]
+        density = sampling.seen(numbers, frame, np.stack([level * np.cos(around), level * np.sin(around), z]))[1]
+    whole, error = 4.0 * math.pi * density.mean(axis=0), 4.0 * math.pi * density.std(axis=0) / math.sqrt(count)
+    assert (np.abs(whole - 1.0) < 5.0 * error + 1e-6).all()
+
+
 def test_the_edge_of_a_far_sphere_is_not_lost_to_rounding():
     """Its cone's 1 − cos is 8e-14; taken as that difference in float32 it is 0, and all rays go to the middle."""
     light = LIGHTS["sphere far away"]
