@@ -118,6 +118,8 @@ WITHOUT = {
     "tradeoff": dict.fromkeys(("precision", "backend"), MEASURED),
     "visibility": {"visibility": "it is what comes out"}
     | dict.fromkeys(("precision", "backend"), "rays are cast in one way, Embree's or VTK's"),
+    "truth": {"visibility": "its rays are its own", "tolerance": "its samples say how well it is known"}
+    | dict.fromkeys(("precision", "backend"), "it computes in one way, in float64"),
     "normals": dict.fromkeys(("occluders", "visibility", "tolerance"), "no light falls on them")
     | {"precision": "they are of the points' own"},
     "diagnose": dict.fromkeys(OPTIONS - {"matrix"}, IN_ITSELF),

@@ -87,7 +87,7 @@ def test_what_is_seen_along_a_direction_is_the_point_that_gave_it(name):
     light = LIGHTS[name]
     sampling, numbers = light.sampling, np.asarray(light.sampling.numbers, float)
     with np.errstate(all="ignore"):
-        reach, scale, *frame = sampling.frame(numbers, POINTS.T, NORMALS.T)
+        _, scale, *frame = sampling.frame(numbers, POINTS.T, NORMALS.T)
         frame = [np.broadcast_to(np.asarray(each, float), len(POINTS)) for each in frame]
         u, v = RANDOM.random((2, 256, len(POINTS)))
         chosen, share, weight = sampling.sample(numbers, frame, u, v)
