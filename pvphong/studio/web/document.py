@@ -1,7 +1,8 @@
 """The document that a studio edits: lights, materials, light model and tolerance, with one history for all of it.
 
 Edits name what they change by a key: "light.3.intensity", "material.0.diffuse", "reflectance.0.roughness",
-"model.shadows", "accuracy.tolerance". The number of a light stays its own for as long as the studio runs.
+"model.shadows", "fader.3.gain", "accuracy.tolerance". The number of a light stays its own for as long as the studio
+runs.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from pvphong.studio.gizmos.gizmo import called
 from pvphong.studio.lit_actors import SharedMaterial
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.fields import edited, fields_of, form_of, has_stops
+from pvphong.studio.web.mix import Mix
 from pvphong.studio.window_lights import RendererLight
 
 
@@ -86,6 +88,7 @@ class Document:
     def __init__(self, phong: Any, subplot: Subplot, history: History) -> None:
         self._phong, self._subplot, self.history = phong, subplot, history
         self.accuracy = Accuracy()
+        self.mix = Mix(subplot)
         self._numbers: dict[RendererLight, int] = {}
         self._last_number = 0
         self._middles: dict[str, float] = {}
@@ -96,7 +99,8 @@ class Document:
     @property
     def state(self) -> Any:
         """Everything that can be edited, as history keeps it."""
-        return self._subplot.lights.state, self._subplot.lit.state, self._phong.light_model, self.accuracy
+        lights, materials = self._subplot.lights.state, self._subplot.lit.state
+        return lights, materials, self._phong.light_model, self.accuracy, self.mix.state
 
     def revert(self, now: Any, then: Any) -> None:
         """Undo what changed from `then` to `now`."""
@@ -106,6 +110,8 @@ class Document:
             self._phong.light_model = then[2]
         if now[3] != then[3]:
             self.accuracy = then[3]
+        if now[4] != then[4]:
+            self.mix.state = then[4]
 
     @contextmanager
     def _step(self) -> Iterator[None]:
@@ -116,6 +122,7 @@ class Document:
             yield
             for mesh in self._subplot.lit.shown:
                 self._subplot.lit.light(mesh)
+            self.mix.refresh()
         except ValueError:
             self.revert(self.state, before)
             raise
@@ -166,6 +173,9 @@ class Document:
             self._phong.light_model = change(self._phong.light_model, rest[0])
         elif what == "light" and len(rest) == 2:
             self._set_light(self._light(rest[0]), rest[1], change)
+        elif what == "fader" and len(rest) == 2:
+            each = self._light(rest[0])
+            self.mix.faders[each] = change(self.mix.fader(each), rest[1])
         elif what == "material" and len(rest) == 2:
             shared = self._material(rest[0])
             shared.material = change(shared.material, rest[1])
@@ -291,6 +301,26 @@ class Document:
                 if found is not None:
                     shared.material = found
 
+    # -- the mix
+
+    def start_mix(self, on: bool) -> None:
+        """Begin to mix with faders, or end without keeping the mix."""
+        with self._step():
+            self.mix.start(on=check.flag("on", on))
+
+    def solo_fader(self, number: Any) -> None:
+        """Hear one light alone in the mix, or all again."""
+        with self._step():
+            chosen = self._light(number)
+            self.mix.soloed = None if self.mix.soloed is chosen else chosen
+
+    def keep_mix(self) -> None:
+        """Write the mix into the lights; the faders are where the lights are again."""
+        with self._step():
+            for each, light in self.mix.kept().items():
+                each.set(light, self._subplot.lights.viewer)
+            self.mix.start(on=self.mix.is_on)
+
     # -- materials
 
     @property
@@ -345,6 +375,8 @@ class Document:
                     "kind": kind_of(light),
                     "selected": is_selected,
                     "soloed": each is soloed,
+                    "fader": form_of(self.mix.fader(each), f"fader.{number}", self._middles) if self.mix.is_on else [],
+                    "fader_soloed": each is self.mix.soloed,
                     **{name: entries[name] for name in _IN_ROW},
                     "fields": [entry for name, entry in entries.items() if is_selected and name not in _IN_ROW],
                 }
@@ -370,6 +402,9 @@ class Document:
             "materials": materials,
             "model": form_of(self._phong.light_model, "model", self._middles),
             "tolerance": form_of(self.accuracy, "accuracy", self._middles)[0],
+            "mixing": self.mix.is_on,
+            "evaluations": sum(mesh.evaluations for mesh in self._subplot.lit.meshes) + self.mix.evaluations,
+            "mix_ms": round(1e3 * self.mix.seconds, 1),
             "can_undo": self.history.can_undo or self._sliding is not None,
             "can_redo": self.history.can_redo,
         }

@@ -61,7 +61,7 @@ window.addEventListener('keydown', (event) => {
 _NUMBER = "Number(({0}).toPrecision(6))"
 
 
-_PANELS = ("lights", "material", "scene", "plan", "files")
+_PANELS = ("lights", "mix", "material", "scene", "plan", "files")
 _JUMP = (
     "open_panels = open_panels.includes({number}) ? open_panels : [...open_panels, {number}];"
     " utils.get('document').getElementById('panel-{name}').scrollIntoView({{ behavior: 'smooth' }})"
@@ -113,6 +113,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                 v_model=("open_panels",), multiple=True, variant="accordion", flat=True, classes="studio-panels"
             ):
                 _lights(kinds)
+                _mix()
                 _materials()
                 _scene()
                 _plan()
@@ -445,6 +446,62 @@ def _coordinate(each: str, key: str, index: str, label: str) -> None:
         change=f"trigger('edit', [field.key, $event.target.value, {index}])",
         **_DENSE,
     )
+
+
+def _mix() -> None:
+    with _panel("Mix", "faders: no light is evaluated again"):
+        with html.Div(classes="studio-row mt-0"):
+            v.VSwitch(
+                key=("'mixing' + mixing + refusals",),
+                model_value=("mixing",),
+                label="mix the lights' shares",
+                density="compact",
+                hide_details=True,
+                color="primary",
+                inset=True,
+                update_modelValue="trigger('start_mix', [$event])",
+                **found_by("mix"),
+            )
+            v.VSpacer()
+            v.VBtn(
+                "Keep this mix",
+                v_if="mixing",
+                size="small",
+                variant="tonal",
+                classes="text-none",
+                click="trigger('keep_mix')",
+                **found_by("keep-mix", raw=['title="Write it into the lights\' intensities and colours"']),
+            )
+        with html.Div(v_if="mixing"):
+            with html.Div(
+                v_for="light in lights",
+                key=("light.number",),
+                classes="mt-2",
+                **found_by("fader", raw=[":aria-label=\"'Fader of ' + light.called\""]),
+            ):
+                with html.Div(style="display: flex; align-items: center; gap: 4px", v_if="light.fader.length"):
+                    _color_picker("light.fader[1]")
+                    html.Span("{{ light.called }}", classes="studio-label ml-1")
+                    v.VSpacer()
+                    _icon(
+                        "light.fader[2].value ? 'mdi-volume-off' : 'mdi-volume-high'",
+                        "fader-mute",
+                        "'Leave it out, or not'",
+                        "trigger('edit', [light.fader[2].key, !light.fader[2].value])",
+                    )
+                    _icon(
+                        "light.fader_soloed ? 'mdi-alpha-s-circle' : 'mdi-alpha-s-circle-outline'",
+                        "fader-solo",
+                        "'It alone, or all'",
+                        "trigger('solo_fader', [light.number])",
+                    )
+                with html.Div(v_if="light.fader.length"):
+                    _number("light.fader[0]", "fader-gain")
+            html.Div(
+                "Lights evaluated: {{ evaluations }} times since the start; the last mix took {{ mix_ms }} ms.",
+                classes="studio-unit mt-2",
+                **found_by("evaluations"),
+            )
 
 
 def _materials() -> None:

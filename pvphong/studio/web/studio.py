@@ -81,6 +81,7 @@ class Studio:
         self.document = Document(plotter.phong, subplot, history)
         self.door = Door(host)
         self._loop = asyncio.get_running_loop()
+        plotter.render_window.SetMultiSamples(0)  # drawn by a processor, four make a frame take five times as long
         self._show_soon: asyncio.TimerHandle | None = None
         self._plan_soon: asyncio.TimerHandle | None = None
         self._hush_soon: asyncio.TimerHandle | None = None
@@ -123,6 +124,9 @@ class Studio:
             "choose_reflectance": document.choose_reflectance,
             "undo": lambda: None if document.undo() else "nothing to undo",
             "redo": lambda: None if document.redo() else "nothing to redo",
+            "start_mix": document.start_mix,
+            "solo_fader": document.solo_fader,
+            "keep_mix": document.keep_mix,
             "open_example": self.open_example,
             "fit": self._plotter.reset_camera,
             "gizmos": lambda: commands.toggle_hidden(document.gizmos),
@@ -367,6 +371,7 @@ class Studio:
             if soon is not None:
                 soon.cancel()
         self._subplot.renderer.RemoveObserver(self._tag)
+        self.document.mix.release()
         await self._view.handler.close()
         await self.server.stop()
 

@@ -245,6 +245,22 @@ def test_the_plan_follows_the_tolerance(page):
     page.until(lambda: "exact" in page.state("plan")["accuracy"])
 
 
+def test_faders_evaluate_no_light_and_the_mix_is_kept(page):
+    page.until(lambda: page.all("mix"))[0].find_element("css selector", "input").click()
+    page.until(lambda: page.state("mixing") and len(page.all("fader")) == 3)
+    begun, shown = page.settled(lambda: page.state("evaluations")), page.middle()
+    page.type("fader-gain", "0.1", page.all("fader")[0])
+    page.until(lambda: page.middle().max() < 0.6 * shown.max())
+    page.click("fader-solo", page.all("fader")[1])
+    page.until(lambda: page.light("fill")["fader_soloed"])
+    page.click("fader-solo", page.all("fader")[1])
+    page.until(lambda: not page.light("fill")["fader_soloed"])
+    assert page.state("evaluations") == begun
+    assert f"evaluated: {begun} times" in page.all("evaluations")[0].text
+    page.click("keep-mix")
+    page.until(lambda: page.light("key")["intensity"]["value"] == pytest.approx(0.1))
+
+
 def test_materials_and_scene_are_edited(page):
     page.trigger("choose_material", 0, "gold")
     page.until(lambda: page.state("materials")[0]["preset"] == "gold")

@@ -1,0 +1,240 @@
+"""Faders: each light's share of the colours is an array, so that a mix of lights is a sum, and lights nothing again.
+
+The colour of a vertex is a base, of ambient light and emission, and a share of each light, which is proportional to the
+light's intensity and, channel by channel, to its colours. A fader multiplies a share; `Mix.kept` are the lights that
+have the same shares by themselves.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
+from pvphong.base import check
+from pvphong.base.types import ByteArray, ColorLike, FloatArray, Vector, rgb
+from pvphong.meshes.lit import shade_mesh
+from pvphong.optics.light import Light
+from pvphong.scene.scene import light_labels
+from pvphong.studio.lit_actors import ARRAY, LitMesh
+from pvphong.studio.subplot import Subplot
+from pvphong.studio.window_lights import RendererLight
+
+_ROWS = 2**14
+"""Vertices that are summed at once: three blocks of them fit into a processor's cache."""
+_AFTER_LIT = 0.5  # priority: a frame's meshes are lit before, and gizmos drawn
+_ROUNDING = 2e-3  # that shares may be off their sum by, at most
+
+
+@dataclass(frozen=True)
+class Fader:
+    """What becomes of one light's share.
+
+    Parameters
+    ----------
+    gain : float, default 1
+        How many times as much of it there is.
+    tint : color, default (1, 1, 1)
+        What its channels are multiplied by too.
+    muted : bool, default False
+        Whether it is left out.
+    """
+
+    gain: float = check.field(partial(check.number, at_least=0.0), 1.0)
+    tint: ColorLike = check.field(check.color, (1.0, 1.0, 1.0))
+    muted: bool = check.field(check.flag, False)
+
+    def __post_init__(self) -> None:
+        check.fields(self)
+
+    @property
+    def factors(self) -> Vector:
+        """Of red, green and blue."""
+        red, green, blue = rgb(self.tint)
+        return (0.0, 0.0, 0.0) if self.muted else (self.gain * red, self.gain * green, self.gain * blue)
+
+    def kept(self, light: Light) -> Light:
+        """The light that has by itself the share that the fader makes."""
+        changes: dict[str, Any] = {"on": not self.muted, "intensity": light.intensity * self.gain}
+        for name in ("diffuse", "specular", "ambient"):
+            color = getattr(light, name)
+            if color is not None:
+                changes[name] = tuple(c * t for c, t in zip(rgb(color), rgb(self.tint), strict=True))
+        return replace(light, **changes)
+
+
+class Shares:
+    """The shares of one mesh's colours, in the scene in which they were evaluated.
+
+    Parameters
+    ----------
+    mesh : LitMesh
+        Lit for the same scene.
+    lights : sequence of RendererLight
+        Of the scene, in its order.
+    scene : Scene
+        With all lights on.
+    occluders : sequence
+        Other meshes that cast shadows on it.
+
+    Raises
+    ------
+    ValueError
+        If the colours are no sum of shares.
+    """
+
+    def __init__(self, mesh: LitMesh, lights: Any, scene: Any, occluders: Any) -> None:
+        self.evaluations = mesh.evaluations
+        self.plain: ByteArray = colors_of(mesh).copy()
+        where: dict[str, Any] = {"matrix": mesh.matrix, "feature_angle": mesh.feature_angle, "occluders": occluders}
+        lit = shade_mesh(mesh.mesh, scene, mesh.material, components=True, **where)
+        self._base: FloatArray = np.asarray(lit["phong_base"])
+        labels = light_labels(scene)
+        self._shares = {
+            each: np.asarray(lit[f"phong_light_{label}"]) for each, label in zip(lights, labels, strict=True)
+        }
+        whole = self._base + sum(self._shares.values())
+        if scene.light_model.clamp:
+            whole = whole.clip(0.0, 1.0)
+        if np.abs(whole - lit["phong"]).max(initial=0.0) > _ROUNDING:
+            check.refuse("material", "one with a gamma", "one of which the lights' shares add up to the colour")
+        self._moved: RendererLight | None = None
+        self._rest: FloatArray = self._base
+        self._others: Any = None
+
+    def mix(self, factors: Mapping[RendererLight, Vector], out: ByteArray) -> None:
+        """Write the colours of a mix, 0 to 255, shape (n, 3).
+
+        The sum of all shares but the one that is moved is kept, for it will be moved again.
+        """
+        known = {each: factors.get(each, (1.0, 1.0, 1.0)) for each in self._shares}
+        changed = [each for each in known if self._others is None or self._others.get(each) != known[each]]
+        moved = self._moved if not changed and self._moved else changed[-1] if changed else None
+        if moved is None:
+            moved = next(iter(known), None)
+        if moved is not self._moved or [each for each in changed if each is not moved]:
+            self._rest = self._base.astype(np.float32)
+            for each, factor in known.items():
+                if each is not moved and any(factor):
+                    self._rest += self._shares[each] * np.array(factor, np.float32)
+            self._moved = moved
+        self._others = known
+        share = self._base if moved is None else self._shares[moved]
+        scale = np.array((0.0, 0.0, 0.0) if moved is None else known[moved], np.float32)
+        block = np.empty((_ROWS, 3), np.float32)
+        for start in range(0, len(out), _ROWS):
+            part = slice(start, start + _ROWS)
+            sums = np.multiply(share[part], scale, out=block[: len(out[part])])
+            sums += self._rest[part]
+            np.clip(sums, 0.0, 1.0, out=sums)
+            sums *= 255.0
+            np.rint(sums, out=out[part], casting="unsafe")
+
+
+def colors_of(mesh: LitMesh) -> ByteArray:
+    """The colours in which a mesh is drawn, to be written to."""
+    return vtk_to_numpy(mesh.drawn.GetPointData().GetAbstractArray(ARRAY))
+
+
+MixState = tuple[bool, dict[RendererLight, Fader], RendererLight | None]
+
+
+class Mix:
+    """The faders of a subplot's lights; while they are on, frames show the mix.
+
+    Parameters
+    ----------
+    subplot : Subplot
+        Its lights keep their values until the mix is kept.
+    """
+
+    def __init__(self, subplot: Subplot) -> None:
+        self._subplot = subplot
+        self.is_on = False
+        self.faders: dict[RendererLight, Fader] = {}
+        self.soloed: RendererLight | None = None
+        self.evaluations = 0
+        """How many times lights have been evaluated for shares."""
+        self.seconds = 0.0
+        """What the last mix took."""
+        self._shares: dict[LitMesh, Shares] = {}
+        self._mixed_for: Any = None
+        self._tag = subplot.renderer.AddObserver("StartEvent", lambda _renderer, _event: self.refresh(), _AFTER_LIT)
+
+    # -- as history keeps it
+
+    @property
+    def state(self) -> MixState:
+        """What the faders are."""
+        return self.is_on, dict(self.faders), self.soloed
+
+    @state.setter
+    def state(self, state: MixState) -> None:
+        self.is_on, faders, self.soloed = state
+        self.faders = dict(faders)
+
+    # -- faders
+
+    def fader(self, renderer_light: RendererLight) -> Fader:
+        """A light's fader; that of a light that is off is muted at first."""
+        known = self.faders.get(renderer_light)
+        if known is not None:
+            return known
+        return Fader(muted=not renderer_light.light(self._subplot.lights.viewer).on)
+
+    def _heard(self, renderer_light: RendererLight) -> Fader:
+        fader = self.fader(renderer_light)
+        return fader if self.soloed in (None, renderer_light) else replace(fader, muted=True)
+
+    def start(self, *, on: bool) -> None:
+        """Begin with all faders where the lights are, or end."""
+        self.state = on, {}, None
+
+    def kept(self) -> dict[RendererLight, Light]:
+        """The lights that have the mix's shares by themselves."""
+        viewer = self._subplot.lights.viewer
+        lights = self._subplot.lights.renderer_lights
+        return {each: self._heard(each).kept(each.light(viewer)) for each in lights}
+
+    # -- frames
+
+    def refresh(self) -> None:
+        """Write the mix into what is drawn, if it has changed; lights are evaluated only where the scene has."""
+        shown = self._subplot.lit.shown
+        if not self.is_on:
+            for mesh, before in self._shares.items():
+                if mesh in shown and mesh.evaluations == before.evaluations:
+                    colors_of(mesh)[:] = before.plain
+                    mesh.drawn.GetPointData().GetAbstractArray(ARRAY).Modified()
+            self._shares, self._mixed_for = {}, None
+            return
+        lights = self._subplot.lights.renderer_lights
+        factors = {each: self._heard(each).factors for each in lights}
+        known = factors, [(mesh, mesh.evaluations) for mesh in shown]
+        if known == self._mixed_for:
+            return
+        began = time.perf_counter()
+        for mesh in shown:
+            known_shares = self._shares.get(mesh)
+            if known_shares is None or known_shares.evaluations != mesh.evaluations:
+                known_shares = self._shares[mesh] = self._evaluate(mesh, lights)
+                began = time.perf_counter()
+            known_shares.mix(factors, colors_of(mesh))
+            mesh.drawn.GetPointData().GetAbstractArray(ARRAY).Modified()
+        self._mixed_for, self.seconds = known, time.perf_counter() - began
+
+    def _evaluate(self, mesh: LitMesh, lights: Any) -> Shares:
+        self.evaluations += 1
+        scene = self._subplot.scene
+        lit = replace(scene, lights=[replace(light, on=True) for light in scene.lights])
+        others = [each for each in self._subplot.lit.shown if each is not mesh and each.casts_shadows]
+        return Shares(mesh, lights, lit, [(each.drawn, each.matrix) for each in others])
+
+    def release(self) -> None:
+        """Let go of the renderer."""
+        self._subplot.renderer.RemoveObserver(self._tag)
