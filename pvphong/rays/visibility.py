@@ -289,6 +289,11 @@ class Visibility:
         receiver = self._receiver if rows is None else self._receiver.some(rows)
         return Visibility(replace(self._tracer, receiver=receiver, samples=samples), self._lights, self.lights)
 
+    def part(self, row: int) -> tuple[FloatArray, FloatArray]:
+        """The part that is seen of a light, or in the row after theirs of the sky, and its standard error, (n,)."""
+        is_sky = row == len(self.lights)
+        return self.channels(() if is_sky else (row,), sky=is_sky)[row], self._errors[row]
+
     def at(self, points: Float64Array, normals: FloatArray, origins: Float64Array) -> Visibility:
         """What is seen of the same lights, past the same occluders, from other places on the mesh.
 

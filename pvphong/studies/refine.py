@@ -36,6 +36,9 @@ _NOT_REACHED: dict[Stopped, str] = {
     "resolution": "only where triangles are as small as the points' type can tell apart",
 }
 
+# Of the tolerance, what rays may add as a standard error.
+_OF_RAYS = 1.0 / 4.0
+
 # After the name of the lit colours, the name of the cell array of errors.
 _ERROR = "_interpolation_error"
 
@@ -102,7 +105,8 @@ def refine(
     feature_angle : float, "auto" or None, default None
         Degrees from which edges are sharp, as for `mesh.phong.shade`; they are split first, and stay where they are.
     occluders : sequence, optional
-        As for `mesh.phong.shade`. Of lights with a size shadows are not known inside of triangles, nor is occlusion.
+        As for `mesh.phong.shade`. Soft shadows and occlusion are continuous; what of them may be noise is not split:
+        errors count from three standard errors on, and rays are cast until these are a quarter of the tolerance.
     cut : bool, default True
         Whether to cut where the colour jumps; without, triangles are split there until they are tiny.
 
@@ -173,7 +177,8 @@ def refine(
         check.refuse("name", name, "a string that is not empty")
     smooth = check.choice("placement", placement, get_args(Placement)) == "smooth"
     real = check.choice("precision", precision, get_args(Precision))
-    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders, cuts=check.flag("cut", cut))
+    cut, rays = check.flag("cut", cut), tolerance * _OF_RAYS
+    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders, rays, cuts=cut)
     count = lit.mesh.n_points
     limit = count + _MOST_ADDED if max_points is None else max_points
     if isinstance(limit, bool) or not isinstance(limit, numbers.Integral) or limit < count:
@@ -232,7 +237,7 @@ def interpolation_error(
     ValueError
         As `refine`.
     """
-    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders)
+    lit = _lit_triangles(mesh, scene, material, matrix, feature_angle, occluders, _OF_RAYS / 255.0)
     with _far_ranges_allowed():
         vertices = lit.lighting.vertices(lit.mesh.points, lit.blended)
         errors = all_errors(vertices, lit.corners, lit.lighting)
@@ -260,6 +265,7 @@ def _lit_triangles(
     matrix: MatrixLike | None,
     feature_angle: FeatureAngle,
     occluders: Any,
+    rays: float,
     *,
     cuts: bool = False,
 ) -> _LitTriangles:
@@ -282,12 +288,7 @@ def _lit_triangles(
     blended[~np.isfinite(blended).all(axis=1)] = 0.0
     exponent = int(np.frexp(np.abs(blended).max(initial=0.0))[1])
     corners, blended = triangles.regular_faces.astype(np.intp), np.ldexp(blended, -exponent)
-    model = scene.light_model
-    if model.ambient_occlusion is not False or (model.shadows and any(e.on and e.has_size for e in scene.lights)):
-        remedy = "scene.light_model.without_rays() is the same without them; mesh.phong.shade of the result casts them."
-        allowed = "without ambient occlusion and shadows of lights with a size where colours inside of triangles count"
-        check.refuse("light_model", "one with them", allowed, remedy)
-    vertices = vertices_of(source, maps, tangents, scene=scene, occluders=occluders, matrix=matrix)
+    vertices = vertices_of(source, maps, tangents, scene=scene, matrix=matrix, occluders=occluders, tolerance=rays)
     lighting = Lighting(scene, material, matrix, vertices, cuts=cuts)
     return _LitTriangles(triangles, corners, normals, blended, exponent, lighting)
 

@@ -472,13 +472,8 @@ def test_what_blocks_see_is_kept_by_their_names():
 # --- where no rays are cast
 
 
-def test_studies_say_that_they_cast_no_rays():
+def test_vtks_shader_casts_no_rays():
     ball, rig = pv.Sphere(), scene(SUN)
-    for study in (ball.phong.interpolation_error, lambda s, m: ball.phong.refine(s, m, tolerance=1)):
-        with pytest.raises(
-            ValueError, match=r"light_model must be without ambient occlusion and shadows of lights with"
-        ):
-            study(rig, WHITE)
     from pvphong.vtk.scenes import InexpressibleError
 
     with pytest.raises(InexpressibleError, match="shadows or ambient occlusion") as caught:

@@ -225,6 +225,36 @@ def test_the_saw_is_an_error_inside_of_triangles():
     assert (errors > 0.1).sum() > 8
 
 
+# --- what is sampled
+
+SCREEN = pv.PolyData(np.array([(0.05, -9, 1), (9, -9, 1), (9, 9, 1), (0.05, 9, 1.0)]), [4, 0, 1, 2, 3])
+GLOW = ph.SphereLight(position=(0, 0, 2), radius=0.3, intensity=4, name="glow")
+
+
+def test_penumbrae_are_split_until_they_are_smooth():
+    ground = floor(3, size=3.0)
+    refined = ground.phong.refine(scene(GLOW), MATT, tolerance=0.06, occluders=[SCREEN])
+    assert refined.field_data["phong_refinement_reached"][0]
+    assert reported(refined, "cut") == 0
+    assert refined.n_points > 30
+    places, colors = samples(refined, count=4)
+    cloud = pv.PolyData(places.reshape(-1, 3))
+    cloud.point_data.active_normals = np.tile((0.0, 0.0, 1.0), (cloud.n_points, 1))
+    truth = cloud.phong.shade(scene(GLOW), MATT, occluders=[SCREEN], tolerance=STEP)["phong"]
+    assert np.quantile(np.abs(truth - colors.reshape(-1, 3)).max(axis=1), 0.99) < 0.06 * 1.75  # rays' noise is in it
+    before = ground.phong.interpolation_error(scene(GLOW), MATT, occluders=[SCREEN])["phong_interpolation_error"]
+    assert before.max() > 0.1
+
+
+@pytest.mark.parametrize("model", [{}, {"ambient_occlusion": True}])
+def test_noise_is_not_split(model):
+    """All of a little floor is in the middle of a penumbra, or sees half of the sky."""
+    ground = floor(4, size=0.01)
+    refined = ground.phong.refine(scene(GLOW, **model), MATT, tolerance=4 * STEP, occluders=[SCREEN])
+    assert refined.n_points == ground.n_points
+    assert reported(refined, "error") < 4 * STEP
+
+
 # --- what stays
 
 
@@ -250,9 +280,10 @@ def test_no_more_points_than_allowed():
 
 
 def test_blocks_shadow_each_other():
-    blocks = pv.MultiBlock({"floor": floor(9), "ball": BALL})
+    ball = pv.Icosphere(radius=RADIUS, center=CENTER, nsub=2)
+    blocks = pv.MultiBlock({"floor": floor(9), "ball": ball})
     refined = blocks.phong.refine(scene(SUN), MATT, tolerance=STEP)["floor"]
-    alone = blocks["floor"].phong.refine(scene(SUN), MATT, tolerance=STEP, occluders=[BALL])
+    alone = blocks["floor"].phong.refine(scene(SUN), MATT, tolerance=STEP, occluders=[ball])
     np.testing.assert_array_equal(refined["phong"], alone["phong"])
     errors = blocks.phong.interpolation_error(scene(SUN), MATT)["floor"]["phong_interpolation_error"]
     assert errors.max() > 0.5

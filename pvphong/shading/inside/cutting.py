@@ -126,7 +126,7 @@ class _Edge:
     def _seen(self, rows: IntArray, weights: Float64Array) -> BoolArray:
         surface = self._surface
         corners = surface.triangles.corners[rows]
-        lit: BoolArray = seen_at(self._light, surface.vertices, corners, weights, surface.lighting) > 0.5
+        lit: BoolArray = seen_at(self._light, surface.vertices, corners, weights, surface.lighting)[0] > 0.5
         return lit
 
     def _steps(self, corners: IntArray, weights: Float64Array) -> Float64Array:
@@ -153,7 +153,7 @@ class _Edge:
         self._is_hidden[rows] = is_odd[triangles.sides[rows]].any(axis=1)
         inside = self._is_lit_inside[rows] = self._seen(rows, _INSIDE)
         at_corners = is_lit[triangles.corners[rows]]
-        is_even = at_corners.all(axis=1) | ~at_corners.any(axis=1)
+        is_even = np.ptp(at_corners.astype(np.int8), axis=1) == 0
         is_other = (inside ^ at_corners[:, :1]) & is_even[:, None]
         some = np.flatnonzero(is_other.any(axis=1))
         is_other = np.column_stack([np.zeros((len(some), 3), dtype=bool), is_other[some]])

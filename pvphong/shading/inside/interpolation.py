@@ -41,8 +41,11 @@ _SAMPLES = 2**18
 class SeenFromPlaces(VisibilityLike, Protocol):
     """What is seen of the lights and the sky from the vertices of a mesh, and from other places on it."""
 
-    def at(self, points: Float64Array, normals: Float64Array, origins: Float64Array) -> VisibilityLike:
+    def at(self, points: Float64Array, normals: Float64Array, origins: Float64Array) -> SeenFromPlaces:
         """What is seen from places in the world, with normals there, by rays that begin at origins; all (n, 3)."""
+
+    def part(self, row: int) -> tuple[FloatArray, FloatArray]:
+        """The part that is seen of a light, or in the row after theirs of the sky, and its standard error, (n,)."""
 
 
 class Lighting:
@@ -73,8 +76,10 @@ class Lighting:
         Shape (n, k): the maps, and tangents where the reflectance needs them, in float64, side by side.
     sharp : tuple of int
         Places among the scene's lights of those of which all or nothing is seen, and something may be in between.
+    soft : tuple of int
+        Places of those of which a part may be seen, which have a size; and of the sky, the number of lights.
     settled : set of int
-        Those of them whose edges run between triangles: of them, inside of triangles is seen what corners agree on.
+        Those of the sharp ones whose edges run between triangles: inside of these is seen what corners agree on.
     """
 
     def __init__(
@@ -90,14 +95,20 @@ class Lighting:
         self._columns = {name: slice(*part) for name, part in zip(columns, pairwise(ends), strict=True)}
         self.maps = np.concatenate([np.zeros((len(vertices), 0)), *columns.values()], axis=1)
         self._visibility = cast(SeenFromPlaces, vertices.visibility)
-        self._blocked = frozenset(k for k in self.equation.shadowed if not self._visibility.why_clear(k))
         self._lights = {term.index: term.light for term in self.equation.terms}
+        blocked = {k for k in self.equation.shadowed if not self._visibility.why_clear(k)}
+        is_open = not self.equation.is_occluded or bool(self._visibility.why_open())
+        self.soft = tuple(sorted(k for k in blocked if self._lights[k].has_size))
+        self._blocked = frozenset(blocked.difference(self.soft))
+        self.soft += () if is_open else (self.equation.lights,)
         self._cones = frozenset(filter(self._has_cone, self._lights)) if cuts else frozenset()
         lights, model = list(scene.lights), scene.light_model
         for k in self._cones:
             lights[k] = lights[k].with_values(Angle, (lights[k].values(Angle)[0] + 90.0) / 2.0)
         self.sharp = tuple(sorted(self._cones | self._blocked))
-        model = replace(model, clamp=False, shadows=bool(self.sharp), ambient_occlusion=False)
+        is_shadowed = bool(self.sharp or self.soft)
+        occlusion = False if is_open else model.ambient_occlusion
+        model = replace(model, clamp=False, shadows=is_shadowed, ambient_occlusion=occlusion)
         self._unclamped = replace(scene, lights=lights, light_model=model)
         self.settled: set[int] = set()
 
@@ -121,10 +132,30 @@ class Lighting:
         """The mesh's own, which begin what is interpolated."""
         p, n = points.astype(np.float64), normals.astype(np.float64)
         level = dot(*(columns(each) for each in self.in_world(p, n)))
-        seen = np.ones((len(p), self.equation.lights + 1 if self.sharp else 0))
-        for k in self.sharp:
-            seen[:, k] = self._seen(k, p, n, None)
-        return LitVertices(p, n, n, self.maps, seen, level, self.colors(p, n, self.maps, seen))
+        seen = np.ones((len(p), self.equation.lights + 1 if self.sharp or self.soft else 0))
+        errors = np.zeros_like(seen)
+        for k in self.sharp + self.soft:
+            seen[:, k], errors[:, k] = self._seen(k, p, n, None)
+        colors = self.colors(p, n, self.maps, seen)
+        return LitVertices(p, n, n, self.maps, seen, level, colors, self.noise(colors, p, n, self.maps, seen, errors))
+
+    def noise(
+        self,
+        colors: Float64Array,
+        points: Float64Array,
+        normals: Float64Array,
+        maps: Float64Array,
+        seen: Float64Array,
+        errors: Float64Array,
+    ) -> Float64Array:
+        """(n,): standard errors of colours, from those of what is seen of lights with a size and of the sky."""
+        if not self.soft:
+            return np.zeros(len(colors))
+        some = errors.any(axis=1)
+        result, rows = np.zeros(len(colors)), (points[some], normals[some], maps[some])
+        others = seen[some] + np.where(seen[some] > 0.5, -errors[some], errors[some])
+        result[some] = _difference(self.shown(self.colors(*rows, others)), self.shown(colors[some]))
+        return result
 
     def in_world(self, points: Float64Array, normals: Float64Array) -> tuple[Float64Array, Float64Array]:
         """Points and normals (n, 3) of the mesh; the matrix takes the normals' lengths along."""
@@ -136,8 +167,12 @@ class Lighting:
         """Colours as the light model shows them, clamped or not."""
         return np.clip(colors, 0.0, 1.0) if self.scene.light_model.clamp else colors
 
-    def seen(self, light: int, points: Float64Array, normals: Float64Array, level: Float64Array) -> Float64Array:
-        """(n,): what is seen of a sharp light from places on the mesh; 1 where they face away from it.
+    def seen(
+        self, light: int, points: Float64Array, normals: Float64Array, level: Float64Array
+    ) -> tuple[Float64Array, Float64Array]:
+        """What is seen of a light from places on the mesh, and its standard error, (n,).
+
+        Of a sharp one that is 1 where they face away from it.
 
         Rays begin on the plane that blends the tangent planes at a triangle's corners, if that is above it. All of a
         convex mesh is below its vertices' tangent planes, and so below their blends: a ray that rises above one meets
@@ -147,7 +182,7 @@ class Lighting:
         Parameters
         ----------
         light : int
-            Its place among the scene's lights.
+            Its place among the scene's lights; their number for the sky.
         points, normals : ndarray
             (n, 3), the normals with the lengths with which they are blended.
         level : ndarray
@@ -155,25 +190,31 @@ class Lighting:
         """
         return self._seen(light, points, normals, level)
 
-    def _seen(self, k: int, points: Float64Array, normals: Float64Array, level: Float64Array | None) -> Float64Array:
+    def _seen(
+        self, k: int, points: Float64Array, normals: Float64Array, level: Float64Array | None
+    ) -> tuple[Float64Array, Float64Array]:
         """`seen`; without levels, from the mesh's own vertices."""
         p, n = self.in_world(points, normals)
-        light, result = self._lights[k], np.ones(len(p))
-        if k in self._cones:
+        result, error, light = np.ones(len(p)), np.zeros(len(p)), self._lights.get(k)
+        if light is not None and k in self._cones:
             result[_inside_cone(light, columns(p)) < 0.0] = 0.0
-        if k not in self._blocked:
-            return result
-        side = np.nan_to_num(np.sign(dot(columns(n), light.arrival(columns(p)).direction)))
-        some = np.flatnonzero((result > 0.0) & ((side != 0.0) if self.equation.two_sided else (side > 0.0)))
+        if k not in self._blocked and k not in self.soft:
+            return result, error
+        side, some = np.ones(len(p)), np.arange(len(p))
+        if light is not None and (k in self._blocked or self.equation.two_sided):
+            side = np.nan_to_num(np.sign(dot(columns(n), light.arrival(columns(p)).direction)))
+        if k in self._blocked:
+            some = np.flatnonzero((result > 0.0) & ((side != 0.0) if self.equation.two_sided else (side > 0.0)))
         if level is None:
-            result[some] = self._visibility.channels([k], sky=False)[k, some]
+            part, its_error = self._visibility.part(k)
+            result[some], error[some] = part[some], its_error[some]
         elif len(some):
             p, n, side = p[some], n[some], side[some]
-            up = n * (side / np.linalg.norm(n, axis=1))[:, None]
-            height = (level[some] - np.einsum("ki,ki->k", p, n)) * side / np.linalg.norm(n, axis=1)
-            origins = p + np.fmax(height, 0.0)[:, None] * up
-            result[some] = self._visibility.at(p, n, origins).channels([k], sky=False)[k]
-        return result
+            length = np.linalg.norm(n, axis=1)
+            height = np.fmax((level[some] - np.einsum("ki,ki->k", p, n)) * side, 0.0)
+            scale = np.divide(height * side, length * length, out=np.zeros_like(length), where=length > 0.0)
+            result[some], error[some] = self._visibility.at(p, n, p + scale[:, None] * n).part(k)
+        return result, error
 
 
 def _inside_cone(light: Light, points: Float64Array) -> FloatArray:
@@ -205,6 +246,8 @@ class LitVertices:
         Shape (n,): where the tangent plane is, as the product with the normal, in the world, of each of its points.
     colors : ndarray
         The lit colours before they are clamped.
+    noise : ndarray
+        Shape (n,): their standard errors, where what is seen was sampled.
     """
 
     points: Float64Array
@@ -214,42 +257,50 @@ class LitVertices:
     seen: Float64Array
     level: Float64Array
     colors: Float64Array
+    noise: Float64Array
 
 
-def _lit_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
-    """(m, s, 3): the truth at places in triangles (m, 3), as it is shown."""
+def _lit_inside(
+    vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting
+) -> tuple[Float64Array, Float64Array]:
+    """The truth at places in triangles (m, 3), as it is shown, (m, s, 3); and its standard error, (m, s)."""
     points, normals = weights @ vertices.points[corners], weights @ vertices.normals[corners]
-    maps, seen = weights @ vertices.maps[corners], _seen_inside(vertices, corners, weights, lighting)
-    rows = (each.reshape(points.size // 3, each.shape[-1]) for each in (points, normals, maps, seen))
-    return lighting.shown(lighting.colors(*rows)).reshape(points.shape)
+    maps, (seen, errors) = weights @ vertices.maps[corners], _seen_inside(vertices, corners, weights, lighting)
+    rows = [each.reshape(points.size // 3, each.shape[-1]) for each in (points, normals, maps, seen, errors)]
+    colors = lighting.colors(*rows[:4])
+    noise = lighting.noise(colors, *rows)
+    return lighting.shown(colors).reshape(points.shape), noise.reshape(points.shape[:2])
 
 
 # A place on a boundary, at the foot of a wall say, is looked at from so far inside of its triangle.
 INTO_TRIANGLE = 2.0**-10
 
 
-def _seen_inside(vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
-    """(m, s, lights + 1): what is seen from places in triangles; by rays where corners do not say it."""
+def _seen_inside(
+    vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting
+) -> tuple[Float64Array, Float64Array]:
+    """What is seen from places in triangles, by rays where corners do not say it, and its error: (m, s, lights + 1)."""
     seen = weights @ vertices.seen[corners]
-    for k in lighting.sharp:
+    errors = np.zeros_like(seen)
+    for k in lighting.sharp + lighting.soft:
         at_corners = vertices.seen[corners, k]
         rows = np.arange(len(corners))
         if k in lighting.settled:
             rows = np.flatnonzero(at_corners.min(axis=1) != at_corners.max(axis=1))
         if len(rows):
             inside = (weights if weights.ndim == 2 else weights[rows]) * (1.0 - INTO_TRIANGLE) + INTO_TRIANGLE / 3.0
-            seen[rows, :, k] = seen_at(k, vertices, corners[rows], inside, lighting)
-    return seen
+            seen[rows, :, k], errors[rows, :, k] = seen_at(k, vertices, corners[rows], inside, lighting)
+    return seen, errors
 
 
 def seen_at(
     light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting
-) -> Float64Array:
-    """(m, s): what is seen of a sharp light from places, blends of vertices (m, c) with weights (s, c) or (m, s, c)."""
+) -> tuple[Float64Array, Float64Array]:
+    """`Lighting.seen` from places that are blends of vertices (m, c) with weights (s, c) or (m, s, c): (m, s)."""
     points, normals = weights @ vertices.points[corners], weights @ vertices.normals[corners]
     level = (weights @ vertices.level[corners][..., None]).ravel()
-    found = lighting.seen(light, points.reshape(-1, 3), normals.reshape(-1, 3), level)
-    return found.reshape(points.shape[:2])
+    part, error = lighting.seen(light, points.reshape(-1, 3), normals.reshape(-1, 3), level)
+    return part.reshape(points.shape[:2]), error.reshape(points.shape[:2])
 
 
 def steps_at(
@@ -269,7 +320,15 @@ def steps_at(
 def _errors_at(vertices: LitVertices, corners: IntArray, weights: Float64Array, lighting: Lighting) -> Float64Array:
     """(m, s): difference of blended and lit colours at places in triangles (m, 3), in the worst channel."""
     blended = weights @ lighting.shown(vertices.colors[corners])
-    return _difference(blended, _lit_inside(vertices, corners, weights, lighting))
+    truth, noise = _lit_inside(vertices, corners, weights, lighting)
+    off = _difference(blended, truth)
+    if not lighting.soft:
+        return off
+    return np.maximum(off - _SURE * (noise + (weights @ vertices.noise[corners][..., None])[..., 0]), 0.0)
+
+
+# So many standard errors no sample is off: what is less is noise, which is not to be split.
+_SURE = 3.0
 
 
 def _difference(colors: Float64Array, others: Float64Array) -> Float64Array:
@@ -559,17 +618,20 @@ def jumps(vertices: LitVertices, corners: IntArray, lighting: Lighting) -> tuple
         rows, weights, at_creases = _worst(_creases(vertices, some, lighting), vertices, some, lighting)
         is_worse = at_creases > at_samples.max(axis=1)[rows]
         near[rows[is_worse]] = weights[is_worse]
-        near_color = _lit_inside(vertices, some, near[:, None], lighting)[:, 0]
+        near_color = _lit_inside(vertices, some, near[:, None], lighting)[0][:, 0]
         at_corners = lighting.shown(vertices.colors[some])
         corner = _difference(at_corners, near_color[:, None]).argmax(axis=1)
         far, far_color = np.eye(3)[corner], at_corners[np.arange(len(some)), corner]
         for _ in range(_HALVINGS):
             middle = (near + far) / 2.0
-            color = _lit_inside(vertices, some, middle[:, None], lighting)[:, 0]
+            color = _lit_inside(vertices, some, middle[:, None], lighting)[0][:, 0]
             near_half = (_difference(color, near_color) >= _difference(color, far_color))[:, None]
             far, far_color = np.where(near_half, middle, far), np.where(near_half, color, far_color)
             near, near_color = np.where(near_half, near, middle), np.where(near_half, near_color, color)
         steps[part] = _difference(far_color, near_color)
+        if lighting.soft:
+            noise = _lit_inside(vertices, some, np.stack([near, far], axis=1), lighting)[1].sum(axis=1)
+            steps[part] = np.maximum(steps[part] - _SURE * noise, 0.0)
         errors[part] = _errors_at(vertices, some, np.stack([near, far], axis=1), lighting).max(axis=1)
     return steps, errors
 

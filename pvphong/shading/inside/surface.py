@@ -104,9 +104,11 @@ class LitSurface:
 
         Of a side that belongs to one triangle they are a little inside of it.
         """
-        return self._seen_between(light, self.triangles.ends[sides], along, self._opposite(sides))
+        return self._seen_between(light, self.triangles.ends[sides], along, self._opposite(sides))[0]
 
-    def _seen_between(self, light: int, ends: IntArray, along: Float64Array, opposite: IntArray) -> Float64Array:
+    def _seen_between(
+        self, light: int, ends: IntArray, along: Float64Array, opposite: IntArray
+    ) -> tuple[Float64Array, Float64Array]:
         t, is_shared = np.broadcast_to(along, (len(ends), np.shape(along)[-1])), opposite < 0
         into = np.where(is_shared, 0.0, INTO_TRIANGLE)[:, None]
         third = np.broadcast_to(into / 3.0, t.shape)
@@ -135,7 +137,8 @@ class LitSurface:
         stored = normalize(normals) * mean[:, None]  # so that between unit normals there are unit normals
         level = (1.0 - along) * old.level[a] + along * old.level[b]
         seen = (1.0 - t) * old.seen[a] + t * old.seen[b]
-        for k in self.lighting.sharp:
+        errors = np.zeros_like(seen)
+        for k in self.lighting.sharp + self.lighting.soft:
             if known is not None and known[0] == k:
                 seen[:, k] = known[1]
                 continue
@@ -143,14 +146,16 @@ class LitSurface:
             if k in self.lighting.settled:
                 asked = np.flatnonzero(old.seen[a, k] != old.seen[b, k])
             there = parents[asked], along[asked, None], opposite[asked]
-            seen[asked, k] = self._seen_between(k, *there)[:, 0] if len(asked) else 0.0
+            if len(asked):
+                part, error = self._seen_between(k, *there)
+                seen[asked, k], errors[asked, k] = part[:, 0], error[:, 0]
         if self._smooth:
             length = np.linalg.norm(normals, axis=1)
             level *= np.linalg.norm(stored, axis=1) / np.where(length > 0.0, length, 1.0)
             normals = stored
         maps = (1.0 - t) * old.maps[a] + t * old.maps[b]
-        new = vars(
-            LitVertices(points, normals, stored, maps, seen, level, self.lighting.colors(points, normals, maps, seen))
-        )
+        colors = self.lighting.colors(points, normals, maps, seen)
+        noise = self.lighting.noise(colors, points, normals, maps, seen, errors)
+        new = vars(LitVertices(points, normals, stored, maps, seen, level, colors, noise))
         self.vertices = LitVertices(**{name: np.concatenate([a, new[name]]) for name, a in vars(old).items()})
         self.added.append(Added(parents, along))
